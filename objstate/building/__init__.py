@@ -1,0 +1,1 @@
+"""Buildings: URDF models, occupancy maps, and what is wrong with them."""

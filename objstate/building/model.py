@@ -1,0 +1,124 @@
+"""A building: fixed walls, and movable objects that are joints with a state."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from objstate.errors import BuildingError
+from objstate.geometry import FloatArray, IntArray, rotation_about, transform
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Triangles of a rigid thing."""
+
+    vertices: FloatArray  # (v, 3) m
+    faces: IntArray  # (f, 3) indices into vertices
+
+    @staticmethod
+    def empty() -> Mesh:
+        return Mesh(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64))
+
+    @staticmethod
+    def joined(parts: list[Mesh]) -> Mesh:
+        """All triangles of several meshes in one."""
+        if not parts:
+            return Mesh.empty()
+        starts = np.cumsum([0, *(len(part.vertices) for part in parts[:-1])])
+        return Mesh(
+            np.concatenate([part.vertices for part in parts]),
+            np.concatenate([p.faces + s for p, s in zip(parts, starts, strict=True)]),
+        )
+
+    def moved(self, matrix: FloatArray) -> Mesh:
+        """The same triangles after a transform (4, 4)."""
+        return Mesh(self.vertices @ matrix[:3, :3].T + matrix[:3, 3], self.faces)
+
+
+class Kind(Enum):
+    """How an object moves: its joint."""
+
+    HINGED = "hinged"  # revolute or continuous: a door on a hinge
+    SLIDING = "sliding"  # prismatic: a sliding door, a drawer
+    PLANAR = "planar"  # on the floor: furniture
+
+
+COORDINATES = {
+    Kind.HINGED: ("angle",),
+    Kind.SLIDING: ("offset",),
+    Kind.PLANAR: ("x", "y", "yaw"),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class MovableObject:
+    """One movable object: a joint and the rigid link on it.
+
+    The state is ``(angle,)`` rad, ``(offset,)`` m, or ``(x, y, yaw)`` of the link
+    in the building's frame, by kind. For furniture, ``origin`` is where it should
+    stand.
+    """
+
+    name: str
+    kind: Kind
+    origin: FloatArray = field(repr=False)  # (4, 4) joint frame in the building
+    axis: FloatArray = field(repr=False)  # (3,) unit vector in the joint frame
+    lower: float  # rad or m; unused for furniture
+    upper: float
+    mesh: Mesh = field(repr=False)  # in the link frame
+    wraps: bool = False  # a continuous joint: -pi and pi are one state
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        return COORDINATES[self.kind]
+
+    @property
+    def home(self) -> FloatArray:
+        """(d,) the state in which the model shows the object: joint at zero, or nearest to it."""
+        if self.kind is Kind.PLANAR:
+            yaw = np.arctan2(self.origin[1, 0], self.origin[0, 0])
+            return np.array([self.origin[0, 3], self.origin[1, 3], yaw])
+        return np.array([np.clip(0.0, self.lower, self.upper)])
+
+    @cached_property
+    def _upright(self) -> FloatArray:
+        """(3, 3) what remains of a planar joint's rotation when its yaw is taken away."""
+        back = rotation_about((0.0, 0.0, 1.0), -self.home[2])
+        return np.asarray(back @ self.origin[:3, :3])
+
+    def transforms(self, states: FloatArray) -> FloatArray:
+        """Link transforms (n, 4, 4) in the building for states (n, d)."""
+        states = np.asarray(states, dtype=float)
+        if self.kind is Kind.HINGED:
+            turn = transform(rotation_about(self.axis, states[:, 0]), np.zeros(3))
+            return np.asarray(self.origin @ turn)
+        if self.kind is Kind.SLIDING:
+            return np.asarray(self.origin @ transform(np.eye(3), states * self.axis))
+        rotation = rotation_about((0.0, 0.0, 1.0), states[:, 2]) @ self._upright
+        height = np.full(len(states), self.origin[2, 3])
+        return transform(rotation, np.column_stack([states[:, :2], height]))
+
+
+@dataclass(frozen=True, eq=False)
+class Building:
+    """Fixed walls and the movable objects in them, in one frame (``map``), z up, metres."""
+
+    name: str
+    walls: Mesh = field(repr=False)
+    objects: Mapping[str, MovableObject]
+    source: Path | None = None
+
+    def __getitem__(self, name: str) -> MovableObject:
+        try:
+            return self.objects[name]
+        except KeyError:
+            known = ", ".join(sorted(self.objects)) or "none"
+            raise BuildingError(
+                f"Building '{self.name}' has no object '{name}'; its objects: {known}."
+            ) from None

@@ -1,0 +1,31 @@
+"""The exception tree: every error a user can cause, in one place.
+
+A message says what is wrong, where, and what cures it. Only the command line
+turns an error into an exit code.
+"""
+
+from __future__ import annotations
+
+
+class ObjstateError(Exception):
+    """Anything that the input or the settings caused, told in full by its message."""
+
+
+class LogError(ObjstateError):
+    """A recorded log can't be used: unreadable, empty, or without what is needed."""
+
+
+class BuildingError(ObjstateError):
+    """A building, a map or a door table is missing, malformed or contradicts itself."""
+
+
+class SettingsError(ObjstateError):
+    """A setting, a scene or a command-line value is unknown, mistyped or out of range."""
+
+
+class TruthError(ObjstateError):
+    """A table of true states or a true path can't be used."""
+
+
+class ResultError(ObjstateError):
+    """A result folder exists already, can't be written, or isn't one."""

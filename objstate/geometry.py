@@ -1,0 +1,172 @@
+"""Plane poses, rigid transforms and angles. SI units and radians throughout.
+
+A pose is an array whose last axis is ``(x, y, yaw)``; a transform is a ``(4, 4)``
+matrix. All functions take any leading batch axes.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.int64]
+
+
+def wrap(angle: ArrayLike) -> FloatArray:
+    """Angles wrapped to [-pi, pi)."""
+    return np.asarray((np.asarray(angle, dtype=float) + np.pi) % (2 * np.pi) - np.pi)
+
+
+def compose(a: FloatArray, b: FloatArray) -> FloatArray:
+    """The pose ``b``, given in the frame of pose ``a``, in the frame of ``a``'s parent."""
+    a, b = np.broadcast_arrays(a, b)
+    cos, sin = np.cos(a[..., 2]), np.sin(a[..., 2])
+    return np.stack(
+        [
+            a[..., 0] + cos * b[..., 0] - sin * b[..., 1],
+            a[..., 1] + sin * b[..., 0] + cos * b[..., 1],
+            wrap(a[..., 2] + b[..., 2]),
+        ],
+        axis=-1,
+    )
+
+
+def between(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Pose ``b`` seen from pose ``a``: ``compose(a, between(a, b)) == b``."""
+    a, b = np.broadcast_arrays(a, b)
+    cos, sin = np.cos(a[..., 2]), np.sin(a[..., 2])
+    dx, dy = b[..., 0] - a[..., 0], b[..., 1] - a[..., 1]
+    return np.stack(
+        [cos * dx + sin * dy, -sin * dx + cos * dy, wrap(b[..., 2] - a[..., 2])], axis=-1
+    )
+
+
+def interpolate_pose(a: FloatArray, b: FloatArray, share: ArrayLike) -> FloatArray:
+    """The pose at ``share`` of the way from ``a`` to ``b`` (0 gives a, 1 gives b; the short way round)."""
+    part = np.asarray(share, dtype=float)[..., None]
+    a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
+    step = np.concatenate([b[..., :2] - a[..., :2], wrap(b[..., 2:] - a[..., 2:])], axis=-1)
+    moved = a + part * step
+    return np.concatenate([moved[..., :2], wrap(moved[..., 2:])], axis=-1)
+
+
+def circular_mean(angles: FloatArray, weights: FloatArray) -> float:
+    """The direction of the weighted mean of unit vectors, rad."""
+    return float(np.arctan2(np.sum(weights * np.sin(angles)), np.sum(weights * np.cos(angles))))
+
+
+def weighted_pose_mean(poses: FloatArray, weights: FloatArray) -> FloatArray:
+    """Mean pose of weighted samples; the yaw is a circular mean.
+
+    ``poses`` (n, 3), ``weights`` (n,) summing to one; returns (3,).
+    """
+    xy = weights @ poses[:, :2]
+    return np.array([xy[0], xy[1], circular_mean(poses[:, 2], weights)])
+
+
+def weighted_pose_covariance(poses: FloatArray, weights: FloatArray) -> FloatArray:
+    """Covariance (3, 3) of weighted pose samples about their mean; yaw differences wrapped."""
+    mean = weighted_pose_mean(poses, weights)
+    off = poses - mean
+    off[:, 2] = wrap(off[:, 2])
+    return np.asarray((weights[:, None] * off).T @ off)
+
+
+def rotation_about(axis: ArrayLike, angles: ArrayLike) -> FloatArray:
+    """Rotation matrices (..., 3, 3) by ``angles`` (...) about one unit ``axis`` (3,) (Rodrigues)."""
+    x, y, z = np.asarray(axis, dtype=float)
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    angle = np.asarray(angles, dtype=float)[..., None, None]
+    return np.asarray(np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * (cross @ cross))
+
+
+def rotation_from_rpy(roll: float, pitch: float, yaw: float) -> FloatArray:
+    """Rotation matrix (3, 3) of fixed-axis roll, pitch, yaw, as URDF and tf define them."""
+    z, y, x = np.eye(3)[2], np.eye(3)[1], np.eye(3)[0]
+    return np.asarray(rotation_about(z, yaw) @ rotation_about(y, pitch) @ rotation_about(x, roll))
+
+
+def rpy_from_rotation(rotation: FloatArray) -> tuple[float, float, float]:
+    """Roll, pitch, yaw (rad) of a rotation matrix (3, 3)."""
+    pitch = float(np.arctan2(-rotation[2, 0], np.hypot(rotation[0, 0], rotation[1, 0])))
+    if abs(np.cos(pitch)) < 1e-9:  # gimbal lock: give the whole turn to yaw
+        return 0.0, pitch, float(np.arctan2(-rotation[0, 1], rotation[1, 1]))
+    return (
+        float(np.arctan2(rotation[2, 1], rotation[2, 2])),
+        pitch,
+        float(np.arctan2(rotation[1, 0], rotation[0, 0])),
+    )
+
+
+def rotation_from_quaternion(x: float, y: float, z: float, w: float) -> FloatArray:
+    """Rotation matrix (3, 3) of a quaternion, which need not be of unit length.
+
+    Raises ValueError for a quaternion of length zero.
+    """
+    q = np.array([x, y, z, w], dtype=float)
+    norm = float(q @ q)
+    if not np.isfinite(norm) or norm < 1e-12:
+        raise ValueError(f"quaternion ({x}, {y}, {z}, {w}) has no direction")
+    x, y, z, w = q / np.sqrt(norm)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def quaternion_from_rotation(rotation: FloatArray) -> tuple[float, float, float, float]:
+    """Quaternion ``(x, y, z, w)`` of a rotation matrix (3, 3), with w >= 0."""
+    from scipy.spatial.transform import Rotation
+
+    x, y, z, w = Rotation.from_matrix(rotation).as_quat(canonical=True)
+    return float(x), float(y), float(z), float(w)
+
+
+def transform(rotation: ArrayLike, translation: ArrayLike) -> FloatArray:
+    """Homogeneous matrices (..., 4, 4) from rotations (..., 3, 3) and translations (..., 3)."""
+    rotation, translation = np.asarray(rotation, dtype=float), np.asarray(translation, dtype=float)
+    batch = np.broadcast_shapes(rotation.shape[:-2], translation.shape[:-1])
+    out = np.zeros((*batch, 4, 4))
+    out[..., :3, :3] = rotation
+    out[..., :3, 3] = translation
+    out[..., 3, 3] = 1.0
+    return out
+
+
+def invert(matrix: FloatArray) -> FloatArray:
+    """Inverse of rigid transforms (..., 4, 4)."""
+    back = np.swapaxes(matrix[..., :3, :3], -1, -2)
+    return transform(back, -(back @ matrix[..., :3, 3, None])[..., 0])
+
+
+def transform_from_pose(pose: ArrayLike, z: ArrayLike = 0.0) -> FloatArray:
+    """Transforms (..., 4, 4) of plane poses (..., 3) at height ``z`` metres."""
+    pose = np.asarray(pose, dtype=float)
+    height = np.broadcast_to(np.asarray(z, dtype=float), pose.shape[:-1])
+    return transform(
+        rotation_about((0.0, 0.0, 1.0), pose[..., 2]),
+        np.concatenate([pose[..., :2], height[..., None]], axis=-1),
+    )
+
+
+def pose_from_transform(matrix: FloatArray) -> FloatArray:
+    """The plane pose (..., 3) of transforms (..., 4, 4): position on the floor and heading of the x axis."""
+    yaw = np.arctan2(matrix[..., 1, 0], matrix[..., 0, 0])
+    return np.stack([matrix[..., 0, 3], matrix[..., 1, 3], yaw], axis=-1)
+
+
+def is_rigid(matrix: Any) -> bool:
+    """Whether a (4, 4) matrix is a proper rigid transform."""
+    rotation = np.asarray(matrix)[:3, :3]
+    return bool(
+        np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-6)
+        and np.linalg.det(rotation) > 0
+        and np.isfinite(matrix).all()
+    )

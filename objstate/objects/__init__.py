@@ -1,0 +1,1 @@
+"""Where is each object? One sample-based filter per object."""

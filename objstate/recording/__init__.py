@@ -1,0 +1,1 @@
+"""What objstate writes: logs, Parquet tables, paths, run summaries."""

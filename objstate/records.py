@@ -1,0 +1,126 @@
+"""What flows through objstate: frozen, batched records with integer nanoseconds.
+
+Frames follow REP-103 and REP-105, ranges REP-117. The robot drives on a level
+floor: its pose is ``(x, y, yaw)`` of ``base_link``, with the base on z = 0.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from objstate.geometry import BoolArray, FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Odometry:
+    """Where dead reckoning says the robot is."""
+
+    stamp_ns: int
+    pose: FloatArray  # (3,) x m, y m, yaw rad: base_link in odom
+
+
+@dataclass(frozen=True, eq=False)
+class Rays:
+    """Beams of one scan, each with its own origin, in ``base_link`` at the scan's stamp.
+
+    Mounting, tilt and the robot's motion during the sweep are already in them.
+    """
+
+    origins: FloatArray  # (n, 3) m
+    directions: FloatArray  # (n, 3) unit vectors
+
+    def __len__(self) -> int:
+        return len(self.origins)
+
+    def take(self, index: object) -> Rays:
+        """The beams that a NumPy index or mask selects."""
+        return Rays(self.origins[index], self.directions[index])  # type: ignore[index]
+
+
+@dataclass(frozen=True, eq=False)
+class Scan:
+    """One sweep of one laser.
+
+    Of the ranges, a finite one is a return; ``+inf`` is nothing up to ``range_max``;
+    ``nan`` was discarded (erroneous, or outside [range_min, range_max]).
+    """
+
+    stamp_ns: int  # of the first beam
+    laser: str  # frame of the laser
+    ranges: FloatArray  # (n,) m
+    rays: Rays  # (n,)
+    range_min: float  # m
+    range_max: float  # m
+    odometry: FloatArray | None = None  # (3,) odometry interpolated at stamp_ns, where known
+
+    def __len__(self) -> int:
+        return len(self.ranges)
+
+    @property
+    def valid(self) -> BoolArray:
+        """(n,) the beams that say anything: a return, or none up to range_max."""
+        return ~np.isnan(self.ranges)
+
+
+@dataclass(frozen=True, eq=False)
+class InitialPose:
+    """Where somebody says that the robot is, e.g. on ``/initialpose``."""
+
+    stamp_ns: int
+    mean: FloatArray  # (3,) x, y, yaw in map
+    covariance: FloatArray  # (3, 3)
+
+
+@dataclass(frozen=True, eq=False)
+class RobotBelief:
+    """Weighted samples of the robot's pose in the building's frame (``map``)."""
+
+    stamp_ns: int
+    poses: FloatArray  # (n, 3) x, y, yaw
+    weights: FloatArray  # (n,) sum to one
+
+
+@dataclass(frozen=True, eq=False)
+class GaussianRobotBelief:
+    """A recorded robot belief given by mean and covariance."""
+
+    stamp_ns: int
+    mean: FloatArray  # (3,) x, y, yaw in map
+    covariance: FloatArray  # (3, 3)
+
+
+Record = Odometry | Scan | InitialPose | RobotBelief | GaussianRobotBelief
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """The posterior of one coordinate of one object after one update."""
+
+    stamp_ns: int
+    object: str
+    coordinate: str  # angle rad | offset m | x m | y m | yaw rad
+    mean: float
+    std: float
+    lower: float  # central 90 % of the posterior
+    upper: float
+    observed: bool  # at least one beam of this scan bore on the object
+
+
+@dataclass(frozen=True)
+class TrueState:
+    """The true value of one coordinate of one object, from its stamp on."""
+
+    stamp_ns: int
+    object: str
+    coordinate: str
+    value: float
+
+
+@dataclass(frozen=True, eq=False)
+class Path:
+    """Robot poses over time, as a TUM file holds them."""
+
+    stamps_ns: np.ndarray = field(repr=False)  # (n,) int64
+    poses: FloatArray = field(repr=False)  # (n, 3) x, y, yaw in map

@@ -1,0 +1,1 @@
+"""Logs with known truth, from a building and a scene."""
