@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from objstate.geometry import BoolArray, FloatArray
+from objstate.geometry import BoolArray, FloatArray, IntArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,9 +34,9 @@ class Rays:
     def __len__(self) -> int:
         return len(self.origins)
 
-    def take(self, index: object) -> Rays:
+    def take(self, index: IntArray | BoolArray) -> Rays:
         """The beams that a NumPy index or mask selects."""
-        return Rays(self.origins[index], self.directions[index])  # type: ignore[index]
+        return Rays(self.origins[index], self.directions[index])
 
 
 @dataclass(frozen=True, eq=False)
