@@ -1,0 +1,21 @@
+# make run: estimate the sample log.   make test: check and test.   Both set up .venv first.
+PYTHON ?= $(firstword $(shell command -v python3.11 python3 python))
+BIN := .venv/bin
+
+.PHONY: run test
+
+run: .venv/.stamp
+	$(BIN)/objstate estimate logs/corridor.mcap --building models/corridor/corridor.urdf \
+		--truth logs/corridor.truth.csv --out out/corridor --overwrite
+
+test: .venv/.stamp
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy --strict objstate
+	$(BIN)/lint-imports
+	$(BIN)/pytest
+
+.venv/.stamp: pyproject.toml constraints.txt
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e .[dev]
+	touch $@
