@@ -1,0 +1,205 @@
+"""Tables of results: estimates as Parquet, true states as CSV."""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+import shutil
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from objstate.errors import ResultError, TruthError
+from objstate.records import Estimate, TrueState
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+    import polars as pl
+
+ESTIMATES = "estimates.parquet"
+COLUMNS = ("stamp", "object", "coordinate", "mean", "std", "lower", "upper", "observed")
+ROWS_IN_MEMORY = 100_000  # about 10 MB; more are spilled to disk, so that a long log stays flat
+
+TRUTH_COLUMNS = ("stamp", "object", "coordinate", "value")
+KNOWN_COORDINATES = ("angle", "offset", "x", "y", "yaw")
+INTEGER = re.compile(r"-?\d{1,18}|-?[1-8]\d{18}")  # nanoseconds that fit into 64 bits
+
+
+def estimate_schema() -> pl.Schema:
+    """Names and types of the columns of ``estimates.parquet``."""
+    import polars as pl
+
+    numbers = dict.fromkeys(("mean", "std", "lower", "upper"), pl.Float64())
+    return pl.Schema(
+        {"stamp": pl.Int64(), "object": pl.String(), "coordinate": pl.String()}
+        | numbers
+        | {"observed": pl.Boolean()}
+    )
+
+
+class EstimateWriter:
+    """Writes ``estimates.parquet`` into a result folder, row by row, in the order of writing.
+
+    Use it as a context manager: the file is there when the block has ended
+    without an error.
+    """
+
+    def __init__(self, folder: str | Path, rows_in_memory: int = ROWS_IN_MEMORY) -> None:
+        self.path = Path(folder) / ESTIMATES
+        self._parts = Path(folder) / f".{ESTIMATES}.parts"
+        self._rows_in_memory = rows_in_memory
+        self._columns: dict[str, list[Any]] = {name: [] for name in COLUMNS}
+        self._spilled: list[Path] = []
+        self._schema = estimate_schema()
+
+    def write(self, estimates: Iterable[Estimate]) -> None:
+        """Append one row for each estimate."""
+        names = [field.name for field in fields(Estimate)]
+        for estimate in estimates:
+            for column, name in zip(COLUMNS, names, strict=True):
+                self._columns[column].append(getattr(estimate, name))
+        self._spill_when_full()
+
+    def write_columns(self, columns: Mapping[str, Sequence[Any]]) -> None:
+        """Append rows given as equally long columns, named as in the file."""
+        lengths = {name: len(values) for name, values in columns.items()}
+        if set(columns) != set(COLUMNS) or len(set(lengths.values())) > 1:
+            raise ValueError(f"columns {lengths}; give equally long {', '.join(COLUMNS)}")
+        for name, values in columns.items():
+            self._columns[name].extend(values)
+        self._spill_when_full()
+
+    def __enter__(self) -> EstimateWriter:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        try:
+            if kind is None:
+                self._finish()
+        finally:
+            shutil.rmtree(self._parts, ignore_errors=True)
+
+    def _take(self) -> pl.DataFrame:
+        import polars as pl
+
+        frame = pl.DataFrame(self._columns, schema=self._schema)
+        self._columns = {name: [] for name in COLUMNS}
+        return frame
+
+    def _spill_when_full(self) -> None:
+        if len(self._columns["stamp"]) < self._rows_in_memory:
+            return
+        self._parts.mkdir(exist_ok=True)
+        part = self._parts / f"{len(self._spilled):06d}.parquet"
+        self._take().write_parquet(part)
+        self._spilled.append(part)
+
+    def _finish(self) -> None:
+        import polars as pl
+
+        rest = self._take()
+        if not self._spilled:
+            rest.write_parquet(self.path, row_group_size=ROWS_IN_MEMORY)
+            return
+        parts = pl.concat([pl.scan_parquet(self._spilled), rest.lazy()])
+        parts.sink_parquet(self.path, row_group_size=ROWS_IN_MEMORY, maintain_order=True)
+
+
+def read_estimates(folder: str | Path) -> pl.DataFrame:
+    """The estimates of a result folder. Raises ResultError where there are none."""
+    import polars as pl
+
+    path = Path(folder) / ESTIMATES
+    if not path.is_file():
+        raise ResultError(f"{folder} holds no {ESTIMATES}; make it with `objstate estimate`.")
+    try:
+        frame = pl.read_parquet(path)
+    except pl.exceptions.PolarsError as error:
+        raise ResultError(f"{path} is not a Parquet file that can be read: {error}.") from error
+    if frame.schema != estimate_schema():
+        raise ResultError(
+            f"{path} has the columns {dict(frame.schema)} instead of {dict(estimate_schema())}; "
+            "make it anew with `objstate estimate`."
+        )
+    return frame
+
+
+def write_truth(path: str | Path, rows: Iterable[TrueState]) -> None:
+    """Write true states as CSV ``stamp,object,coordinate,value``, stamps in nanoseconds."""
+    with Path(path).open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(TRUTH_COLUMNS)
+        for row in rows:
+            writer.writerow((row.stamp_ns, row.object, row.coordinate, float(row.value)))
+
+
+def read_truth(path: str | Path) -> list[TrueState]:
+    """The true states of a CSV, in the order of their stamps; each holds from its stamp on.
+
+    Raises TruthError, which names the line, for anything but
+    ``stamp,object,coordinate,value`` with whole nanoseconds and finite values.
+    """
+    try:
+        with Path(path).open(encoding="utf-8", newline="") as file:
+            rows = list(_truth_rows(csv.reader(file, strict=True), path))
+    except OSError as error:
+        raise TruthError(f"Can't read the truth {path}: {error.strerror}.") from error
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise TruthError(f"{path} is not a CSV file in UTF-8: {error}.") from error
+    _refuse_contradictions(rows, path)
+    return sorted(rows, key=lambda row: row.stamp_ns)
+
+
+def _truth_rows(lines: Iterator[list[str]], path: str | Path) -> Iterator[TrueState]:
+    expected = ",".join(TRUTH_COLUMNS)
+    header = [name.strip() for name in next(lines, [])]
+    if header != list(TRUTH_COLUMNS):
+        raise TruthError(f"{path}, line 1 reads '{','.join(header)}'; it must be '{expected}'.")
+    for number, fields_ in enumerate(lines, start=2):
+        if fields_:
+            yield _truth_row(fields_, f"{path}, line {number}")
+
+
+def _truth_row(row: list[str], where: str) -> TrueState:
+    if len(row) != len(TRUTH_COLUMNS):
+        raise TruthError(f"{where} has {len(row)} fields; give {','.join(TRUTH_COLUMNS)}.")
+    stamp, name, coordinate, value = (field.strip() for field in row)
+    if not INTEGER.fullmatch(stamp):
+        raise TruthError(f"{where}: the stamp '{stamp}' must be whole nanoseconds.")
+    if not name:
+        raise TruthError(f"{where} names no object; give its joint's name.")
+    if coordinate not in KNOWN_COORDINATES:
+        raise TruthError(
+            f"{where}: the coordinate '{coordinate}' must be one of {', '.join(KNOWN_COORDINATES)}."
+        )
+    return TrueState(int(stamp), name, coordinate, _finite(value, where))
+
+
+def _finite(value: str, where: str) -> float:
+    try:
+        number = float(value)
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
+        raise TruthError(f"{where}: the value '{value}' must be a finite number (rad or m).")
+    return number
+
+
+def _refuse_contradictions(rows: Iterable[TrueState], path: str | Path) -> None:
+    """Two values of one coordinate from the same stamp on can't both be true."""
+    values: dict[tuple[int, str, str], float] = {}
+    for row in rows:
+        key = (row.stamp_ns, row.object, row.coordinate)
+        if values.setdefault(key, row.value) != row.value:
+            raise TruthError(
+                f"{path} gives '{row.object}' two values of {row.coordinate} from "
+                f"{row.stamp_ns} on: {values[key]} and {row.value}; keep one."
+            )

@@ -1,0 +1,76 @@
+"""Robot paths in the TUM format: ``stamp tx ty tz qx qy qz qw`` a line, stamps in seconds."""
+
+from __future__ import annotations
+
+from decimal import Decimal, InvalidOperation
+from pathlib import Path
+
+import numpy as np
+
+from objstate.errors import TruthError
+from objstate.geometry import pose_from_transform, rotation_from_quaternion, transform
+from objstate.records import Path as RobotPath
+
+FIELDS = "stamp tx ty tz qx qy qz qw"
+
+
+def write_tum(path: str | Path, robot: RobotPath) -> None:
+    """Write plane poses, to the nanosecond and a tenth of a micrometre."""
+    with Path(path).open("w", encoding="ascii", newline="\n") as file:
+        file.write(f"# {FIELDS}\n")
+        for stamp, (x, y, yaw) in zip(robot.stamps_ns.tolist(), robot.poses, strict=True):
+            qz, qw = np.sin(yaw / 2), np.cos(yaw / 2)
+            file.write(f"{seconds(stamp)} {x:.7f} {y:.7f} 0 0 0 {qz:.9f} {qw:.9f}\n")
+
+
+def read_tum(path: str | Path) -> RobotPath:
+    """Read a path; stamps are exact to the nanosecond, height, roll and pitch are left out.
+
+    Raises TruthError for a file that can't be read, a line that isn't eight
+    numbers, or stamps that go back.
+    """
+    lines = _lines(Path(path))
+    rows = [
+        _row(text, f"{path}, line {number}")
+        for number, text in enumerate(lines, start=1)
+        if text.strip() and not text.lstrip().startswith("#")
+    ]
+    if not rows:
+        raise TruthError(f"{path} holds no poses; a line of it reads '{FIELDS}'.")
+    stamps = np.array([stamp for stamp, _ in rows], dtype=np.int64)
+    back = np.flatnonzero(np.diff(stamps) < 0)
+    if len(back):
+        stamp = seconds(int(stamps[back[0] + 1]))
+        raise TruthError(f"{path}: the stamps go back at {stamp}; sort the file by its stamps.")
+    return RobotPath(stamps, np.array([pose for _, pose in rows]))
+
+
+def seconds(stamp_ns: int) -> str:
+    """A stamp in seconds with nine decimals, exactly."""
+    whole, rest = divmod(abs(stamp_ns), 10**9)
+    return f"{'-' if stamp_ns < 0 else ''}{whole}.{rest:09d}"
+
+
+def _lines(path: Path) -> list[str]:
+    try:
+        return path.read_text(encoding="utf-8").splitlines()
+    except OSError as error:
+        raise TruthError(f"Can't read the path {path}: {error.strerror}.") from error
+    except UnicodeDecodeError as error:
+        raise TruthError(f"{path} is not text; a path is a TUM file: '{FIELDS}'.") from error
+
+
+def _row(text: str, where: str) -> tuple[int, np.ndarray]:
+    """Stamp in nanoseconds and pose (3,) of one line."""
+    fields = text.split()
+    if len(fields) != 8:
+        raise TruthError(f"{where} has {len(fields)} fields; give eight: '{FIELDS}'.")
+    try:
+        stamp = round(Decimal(fields[0]) * 10**9)
+        x, y, z, *quaternion = (float(field) for field in fields[1:])
+        matrix = transform(rotation_from_quaternion(*quaternion), [x, y, z])
+    except (InvalidOperation, ValueError, OverflowError) as error:
+        raise TruthError(f"{where}: '{text}' is not a pose; give '{FIELDS}'.") from error
+    if not np.isfinite(matrix).all() or abs(stamp) >= 2**63:
+        raise TruthError(f"{where}: '{text}' is not finite; give '{FIELDS}'.")
+    return stamp, pose_from_transform(matrix)
