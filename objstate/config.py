@@ -7,16 +7,230 @@ known one.
 
 from __future__ import annotations
 
-from typing import Annotated
+from difflib import get_close_matches
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import Annotated, Any, Literal, TypeVar, get_args
 
-from pydantic import BaseModel, ConfigDict, Field
+import yaml
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-Positive = Annotated[float, Field(gt=0)]
-NonNegative = Annotated[float, Field(ge=0)]
+from objstate.errors import SettingsError
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Share = Annotated[float, Field(ge=0, le=1)]
+Count = Annotated[int, Field(ge=1)]
 
 
 class Strict(BaseModel):
     """A group of settings: unknown keys are refused, values never change."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
+
+
+class BeamModelSettings(Strict):
+    """p(d | d-hat), the likelihood of one measured range given the expected one.
+
+    The four shares are normalized to one; AMCL's names and meanings.
+    """
+
+    model: Literal["mixture", "gaussian"] = "mixture"  # gaussian: the paper's
+    z_hit: NonNegative = 0.85
+    z_short: NonNegative = 0.05
+    z_max: NonNegative = 0.05
+    z_rand: NonNegative = 0.05
+    sigma_hit: Positive = 0.04  # m
+    lambda_short: NonNegative = 0.5  # 1/m
+
+    @model_validator(mode="after")
+    def _some_share(self) -> BeamModelSettings:
+        if self.z_hit <= 0:
+            raise ValueError("z_hit must be above 0: without it no range tells anything")
+        return self
+
+
+class LocalizationSettings(Strict):
+    """Monte Carlo localization: where is the robot?"""
+
+    min_particles: Count = 500
+    max_particles: Count = 2000
+    global_particles: Count = 40_000  # at the start from anywhere
+    pf_err: Positive = 0.05  # largest error between true and estimated distribution (KLD)
+    pf_z: Positive = 2.33  # upper standard normal quantile of holding pf_err: 2.33 is 0.99
+    bin_xy: Positive = 0.10  # m, cells in which KLD sampling counts
+    bin_yaw_deg: Positive = 5.0
+    resample_below: Share = 0.5  # of the samples; resample when the effective number falls below
+    alpha1: NonNegative = 0.05  # rotation noise from rotation
+    alpha2: NonNegative = 0.05  # rotation noise from translation, rad^2 per m^2
+    alpha3: NonNegative = 0.05  # translation noise from translation
+    alpha4: NonNegative = 0.05  # translation noise from rotation, m^2 per rad^2
+    update_min_d: Positive = 0.10  # m of driving for which the alphas are meant
+    update_min_a: Positive = 0.10  # rad of turning for which the alphas are meant
+    max_beams: Count = 90  # of one scan, evenly spread
+    tempering: Share = 0.3  # exponent on the likelihood of a scan
+    initial_xy_std: NonNegative = 0.3  # m, of a start pose given without deviations
+    initial_yaw_std_deg: NonNegative = 10.0
+    object_states: Count = 7  # of each uncertain object that a beam is averaged over
+
+    @model_validator(mode="after")
+    def _ordered(self) -> LocalizationSettings:
+        if self.min_particles > self.max_particles:
+            raise ValueError(
+                f"min_particles ({self.min_particles}) is above max_particles "
+                f"({self.max_particles})"
+            )
+        return self
+
+
+class ObjectUpdateSettings(Strict):
+    """When and with what readings the objects' beliefs are updated."""
+
+    max_distance: Positive = 3.5  # m from the robot (section 4.1 of the paper)
+    robot_samples: Count = 50  # of the robot belief, drawn for each update
+    tempering: Share = 0.3  # exponent on the likelihood of a scan
+    schedule: Literal["alternate", "beams", "lasers"] = "alternate"
+    localization_lasers: tuple[str, ...] = ()  # for schedule lasers: frames that localize
+
+
+class Dynamics(Strict):
+    """p(s | t, s'): an object stays, drifts a little, and is now and then moved by somebody."""
+
+    moves_per_hour: NonNegative = 1.0
+    drift_deg: NonNegative = 0.0  # standard deviation after one second, grows with sqrt(t)
+    drift_m: NonNegative = 0.0
+
+
+class DoorSettings(Strict):
+    """A hinged or sliding door: one degree of freedom between limits."""
+
+    object_class: Literal["door"] = Field("door", alias="class")
+    prior: Literal["uniform", "gaussian"] = "uniform"
+    prior_mean_deg: float | None = None  # hinged; default: as the model shows it
+    prior_mean_m: float | None = None  # sliding
+    prior_std_deg: Positive = 10.0
+    prior_std_m: Positive = 0.1
+    dynamics: Dynamics = Dynamics(moves_per_hour=2.0, drift_deg=0.2, drift_m=0.003)
+    resolution_deg: Positive = 0.5  # spacing of the sampled angles
+    resolution_m: Positive = 0.005
+
+
+class FurnitureSettings(Strict):
+    """Something that stands on the floor: three degrees of freedom around a place."""
+
+    object_class: Literal["furniture"] = Field("furniture", alias="class")
+    prior: Literal["gaussian", "uniform"] = "gaussian"
+    prior_std_m: Positive = 0.2  # gaussian: deviation; uniform: half the width
+    prior_std_deg: Positive = 15.0
+    dynamics: Dynamics = Dynamics(moves_per_hour=0.1, drift_deg=0.1, drift_m=0.001)
+    samples: Count = 400
+
+
+ObjectSettings = DoorSettings | FurnitureSettings
+
+
+class ObjectRule(Strict):
+    """Settings of the objects whose names match a pattern; later rules win."""
+
+    match: str  # shell-style: * ? [..]
+    object_class: Literal["door", "furniture"] | None = Field(None, alias="class")
+    prior: Literal["uniform", "gaussian"] | None = None
+    prior_mean_deg: float | None = None
+    prior_mean_m: float | None = None
+    prior_std_deg: Positive | None = None
+    prior_std_m: Positive | None = None
+    dynamics: Dynamics | None = None
+    resolution_deg: Positive | None = None
+    resolution_m: Positive | None = None
+    samples: Count | None = None
+
+
+class Settings(Strict):
+    """All settings of one run."""
+
+    beam_model: BeamModelSettings = BeamModelSettings()
+    localization: LocalizationSettings = LocalizationSettings()
+    object_updates: ObjectUpdateSettings = ObjectUpdateSettings()
+    objects: tuple[ObjectRule, ...] = ()
+
+    def for_object(self, name: str, default_class: Literal["door", "furniture"]) -> ObjectSettings:
+        """The settings of one object: its class's defaults under the rules that match its name.
+
+        Raises SettingsError where a rule sets what the object's class doesn't have.
+        """
+        chosen: dict[str, Any] = {"class": default_class}
+        for rule in self.objects:
+            if fnmatchcase(name, rule.match):
+                chosen |= rule.model_dump(by_alias=True, exclude_unset=True, exclude={"match"})
+        if chosen["class"] != default_class:
+            raise SettingsError(
+                f"Object '{name}' is a {default_class} by its joint, but the settings call it a "
+                f"{chosen['class']}; change the joint's type or the rule's class."
+            )
+        model = DoorSettings if default_class == "door" else FurnitureSettings
+        return parse_strict(model, chosen, f"settings of object '{name}'")
+
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+def load_settings(path: Path | None) -> Settings:
+    """Settings from a YAML file, or the defaults without one.
+
+    Raises SettingsError naming the file, the key and the cure.
+    """
+    if path is None:
+        return Settings()
+    return parse_strict(Settings, load_yaml(path), str(path))
+
+
+def load_yaml(path: Path) -> Any:
+    """A YAML file's content; an empty file is an empty mapping. Raises SettingsError."""
+    try:
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise SettingsError(f"Can't read {path}: {error.strerror}.") from error
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise SettingsError(f"{path} is not valid YAML: {error}") from error
+    return {} if content is None else content
+
+
+def parse_strict(model: type[Model], data: Any, where: str) -> Model:
+    """``data`` as a ``model``; SettingsError with every fault, each with its place and cure."""
+    try:
+        return model.model_validate(data)
+    except ValidationError as error:
+        faults = [_fault(model, dict(item)) for item in error.errors()]
+        raise SettingsError(f"{where}: " + "; ".join(faults)) from error
+
+
+def _fault(model: type[BaseModel], item: dict[str, Any]) -> str:
+    place = ".".join(str(part) for part in item["loc"])
+    if item["type"] != "extra_forbidden":
+        message = str(item["msg"]).removeprefix("Value error, ")
+        return f"{place}: {message}" if place else message
+    known = _keys_at(model, item["loc"][:-1])
+    near = get_close_matches(str(item["loc"][-1]), known, n=1)
+    cure = f"did you mean '{near[0]}'?" if near else f"known are {', '.join(sorted(known))}"
+    return f"unknown key '{place}'; {cure}"
+
+
+def _keys_at(model: type[BaseModel], loc: tuple[str | int, ...]) -> list[str]:
+    """The keys that the group at ``loc`` inside ``model`` knows."""
+    groups = [model]
+    for part in loc:
+        fields = [
+            field
+            for group in groups
+            for name, field in group.model_fields.items()
+            if part in (name, field.alias)
+        ]
+        groups = [g for field in fields for g in _models_in(field.annotation)] or groups
+    return [f.alias or name for group in groups for name, f in group.model_fields.items()]
+
+
+def _models_in(annotation: Any) -> list[type[BaseModel]]:
+    """Every settings group that an annotation mentions, e.g. in ``list[Group] | None``."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [found for part in get_args(annotation) for found in _models_in(part)]
