@@ -1,1 +1,16 @@
 """Errors against truth, and whether the intervals hold it."""
+
+from objstate.evaluation.evaluation import CoordinateErrors, Evaluation, evaluate, evaluate_states
+from objstate.evaluation.robot import RobotErrors, compare_paths
+from objstate.evaluation.summary import Distances, StateErrors
+
+__all__ = [
+    "CoordinateErrors",
+    "Distances",
+    "Evaluation",
+    "RobotErrors",
+    "StateErrors",
+    "compare_paths",
+    "evaluate",
+    "evaluate_states",
+]

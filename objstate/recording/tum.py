@@ -11,6 +11,7 @@ from objstate.errors import TruthError
 from objstate.geometry import pose_from_transform, rotation_from_quaternion, transform
 from objstate.records import Path as RobotPath
 
+TRAJECTORY = "trajectory.tum"  # in a result folder: the estimated path
 FIELDS = "stamp tx ty tz qx qy qz qw"
 
 

@@ -1,0 +1,133 @@
+"""A result folder against the truth."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from objstate.errors import TruthError
+from objstate.evaluation.robot import RobotErrors, compare_paths
+from objstate.evaluation.states import (
+    Comparison,
+    Coordinate,
+    compare,
+    observed_posteriors,
+    true_courses,
+)
+from objstate.evaluation.summary import StateErrors, summarize_states, unit_of
+from objstate.recording.tables import read_estimates, read_truth
+from objstate.recording.tum import TRAJECTORY, read_tum
+from objstate.records import TrueState
+
+if TYPE_CHECKING:
+    import polars as pl
+
+NAMES_SHOWN = 5  # so many names tell which building a table is about
+
+
+@dataclass(frozen=True)
+class CoordinateErrors:
+    """Errors of one coordinate, of one object or of all objects that have it."""
+
+    object: str | None  # None: all objects together
+    coordinate: str
+    unit: str  # rad or m
+    updates: StateErrors | None  # over all updates that observed the object
+    final: StateErrors | None  # over the last one before each change of state and before the end
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """How well a run's estimates and its path agree with the truth."""
+
+    objects: tuple[CoordinateErrors, ...]
+    overall: tuple[CoordinateErrors, ...]  # one for each kind of coordinate
+    without_truth: tuple[str, ...]  # objects that were estimated, but whose truth is unknown
+    never_observed: tuple[str, ...]  # objects with truth and estimates, none of which saw them
+    never_estimated: tuple[str, ...]  # objects with truth and no estimate
+    robot: RobotErrors | None
+
+    def to_dict(self) -> dict[str, Any]:
+        """The same as plain dictionaries and lists, for JSON; rad and m."""
+        return asdict(self)
+
+
+def evaluate(folder: str | Path, truth: str | Path, path: str | Path | None = None) -> Evaluation:
+    """Compare the result in ``folder`` with true states (CSV) and, if given, the true path (TUM).
+
+    An object is evaluated at the updates that observed it, from the first stamp of
+    its truth on. Raises ResultError for a folder that holds no result and
+    TruthError for a truth that can't be used or has no object of the result.
+    """
+    estimates = read_estimates(folder)
+    evaluation = evaluate_states(estimates, read_truth(truth), source=str(truth))
+    if path is None:
+        return evaluation
+    robot = compare_paths(read_tum(Path(folder) / TRAJECTORY), read_tum(path))
+    return replace(evaluation, robot=robot)
+
+
+def evaluate_states(
+    estimates: pl.DataFrame, truth: Iterable[TrueState], *, source: str = "The truth"
+) -> Evaluation:
+    """The errors of estimates (columns as in ``estimates.parquet``) against true states.
+
+    Raises TruthError where they share no coordinate of any object.
+    """
+    estimated = set(estimates.select("object", "coordinate").unique().rows())
+    courses = true_courses(truth)
+    if estimated.isdisjoint(courses):
+        raise TruthError(
+            f"{source} has no object of this result: it knows {_listed(courses)}, the result "
+            f"has {_listed(estimated)}; use the truth of the same building."
+        )
+    compared = {
+        key: compare(key[1], posteriors, courses[key])
+        for key, posteriors in observed_posteriors(estimates).items()
+        if key in courses
+    }
+    known, true, observed = (_objects(keys) for keys in (estimated, courses, compared))
+    return Evaluation(
+        objects=tuple(_errors(*key, [compared[key]]) for key in sorted(compared)),
+        overall=_overall(compared),
+        without_truth=tuple(sorted(known - true)),
+        never_observed=tuple(sorted((known & true) - observed)),
+        never_estimated=tuple(sorted(true - known)),
+        robot=None,
+    )
+
+
+def _overall(compared: Mapping[Coordinate, Comparison]) -> tuple[CoordinateErrors, ...]:
+    """All objects together, one entry for each kind of coordinate."""
+    kinds = sorted({coordinate for _, coordinate in compared})
+    return tuple(
+        _errors(None, kind, [part for (_, own), part in compared.items() if own == kind])
+        for kind in kinds
+    )
+
+
+def _errors(name: str | None, coordinate: str, parts: Sequence[Comparison]) -> CoordinateErrors:
+    errors = np.concatenate([part.errors for part in parts])
+    inside = np.concatenate([part.inside for part in parts])
+    final = np.concatenate([part.final for part in parts])
+    return CoordinateErrors(
+        object=name,
+        coordinate=coordinate,
+        unit=unit_of(coordinate),
+        updates=summarize_states(coordinate, errors, inside),
+        final=summarize_states(coordinate, errors[final], inside[final]),
+    )
+
+
+def _objects(keys: Iterable[Coordinate]) -> set[str]:
+    return {name for name, _ in keys}
+
+
+def _listed(keys: Iterable[Coordinate]) -> str:
+    names = sorted(_objects(keys))
+    more = ["..."] if len(names) > NAMES_SHOWN else []
+    return ", ".join([*names[:NAMES_SHOWN], *more]) or "none"

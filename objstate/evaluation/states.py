@@ -1,0 +1,117 @@
+"""Estimates of one coordinate beside its true values."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from objstate.evaluation.summary import ROTATIONS
+from objstate.geometry import BoolArray, FloatArray, IntArray, wrap
+from objstate.records import TrueState
+
+if TYPE_CHECKING:
+    import polars as pl
+
+Coordinate = tuple[str, str]  # the names of an object and of one coordinate of its state
+
+# A true state that lasts at least so long is one in which the object stands; shorter ones
+# are the steps of a swing, whose end is not a final state.
+STANDING_NS = 1_000_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class Posteriors:
+    """What was estimated of one coordinate of one object, at the updates that observed it."""
+
+    stamps_ns: IntArray  # (n,) ascending
+    means: FloatArray  # (n,)
+    lowers: FloatArray  # (n,) central 90 %
+    uppers: FloatArray  # (n,)
+
+
+@dataclass(frozen=True, eq=False)
+class TrueCourse:
+    """The true value of one coordinate of one object over time: a step function."""
+
+    stamps_ns: IntArray  # (k,) ascending: when each value begins
+    values: FloatArray  # (k,)
+
+    @staticmethod
+    def of(rows: Sequence[TrueState]) -> TrueCourse:
+        """The course that one coordinate's rows tell, in time order; repeated values are merged."""
+        stamps = np.array([row.stamp_ns for row in rows], dtype=np.int64)
+        values = np.array([row.value for row in rows])
+        changes = np.concatenate([[True], values[1:] != values[:-1]])
+        return TrueCourse(stamps[changes], values[changes])
+
+    def period(self, stamps_ns: IntArray) -> IntArray:
+        """(n,) index of the value that holds at each stamp; -1 before the first."""
+        return np.searchsorted(self.stamps_ns, stamps_ns, side="right") - 1
+
+    @property
+    def standing(self) -> BoolArray:
+        """(k,) the values that last long enough to be a state in which the object stands."""
+        return np.append(np.diff(self.stamps_ns) >= STANDING_NS, True)
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Errors of the updates of one coordinate whose true value is known."""
+
+    errors: FloatArray  # (n,) estimate minus truth; rotations wrapped
+    inside: BoolArray  # (n,) the truth lies inside the 90 % interval
+    final: BoolArray  # (n,) the last update before the state changes or the log ends
+
+
+def observed_posteriors(estimates: pl.DataFrame) -> dict[Coordinate, Posteriors]:
+    """The rows of ``estimates.parquet`` that observed something, by coordinate."""
+    observed = estimates.filter("observed").sort("stamp", maintain_order=True)
+    parts = observed.partition_by("object", "coordinate", as_dict=True)
+    return {
+        (name, coordinate): Posteriors(
+            *(part[column].to_numpy() for column in ("stamp", "mean", "lower", "upper"))
+        )
+        for (name, coordinate), part in parts.items()
+    }
+
+
+def true_courses(truth: Iterable[TrueState]) -> dict[Coordinate, TrueCourse]:
+    """The course of each coordinate that true states, in time order, tell of."""
+    rows: dict[Coordinate, list[TrueState]] = defaultdict(list)
+    for row in truth:
+        rows[row.object, row.coordinate].append(row)
+    return {key: TrueCourse.of(group) for key, group in rows.items()}
+
+
+def compare(coordinate: str, posteriors: Posteriors, truth: TrueCourse) -> Comparison:
+    """Estimates beside the truth; those before the first true value are left out."""
+    period = truth.period(posteriors.stamps_ns)
+    known = period >= 0
+    period = period[known]
+    true = truth.values[period]
+    off = posteriors.means[known] - true
+    return Comparison(
+        errors=wrap(off) if coordinate in ROTATIONS else off,
+        inside=_inside(coordinate, true, posteriors.lowers[known], posteriors.uppers[known]),
+        final=_last_of_each(period) & truth.standing[period],
+    )
+
+
+def _inside(
+    coordinate: str, values: FloatArray, lowers: FloatArray, uppers: FloatArray
+) -> BoolArray:
+    """(n,) whether each value lies in its interval; on the circle in any turn of it."""
+    if coordinate not in ROTATIONS:
+        return (lowers <= values) & (values <= uppers)
+    uppers = np.where(uppers < lowers, uppers + 2 * np.pi, uppers)  # an upper bound that wrapped
+    turned = values + 2 * np.pi * np.array([[-1], [0], [1]])
+    return np.asarray(((lowers <= turned) & (turned <= uppers)).any(axis=0))
+
+
+def _last_of_each(period: IntArray) -> BoolArray:
+    """(n,) the last entry of each run of equal numbers in an ascending sequence."""
+    return np.append(period[1:] != period[:-1], True)[: len(period)]

@@ -1,0 +1,56 @@
+"""A result folder against its truth, from file to file."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from objstate.errors import ResultError, TruthError
+from objstate.evaluation import evaluate
+from objstate.recording.tables import EstimateWriter, write_truth
+from objstate.recording.tum import TRAJECTORY, write_tum
+from objstate.records import Estimate, TrueState
+from objstate.records import Path as RobotPath
+
+
+@pytest.fixture
+def result(tmp_path: Path) -> Path:
+    """A result with one door, 0.1 rad beside its truth, and a path 0.5 m beside the true one."""
+    stamps = np.array([0, 400_000_000, 800_000_000])
+    with EstimateWriter(tmp_path) as writer:
+        writer.write(Estimate(int(t), "door", "angle", 0.6, 0.1, 0.4, 0.8, True) for t in stamps)
+    write_truth(tmp_path / "truth.csv", [TrueState(0, "door", "angle", 0.5)])
+    write_tum(tmp_path / TRAJECTORY, RobotPath(stamps, np.array([[0.0, 0.5, 0.0]] * 3)))
+    write_tum(tmp_path / "true.tum", RobotPath(stamps, np.zeros((3, 3))))
+    return tmp_path
+
+
+def test_a_result_is_evaluated_from_its_files(result: Path) -> None:
+    evaluation = evaluate(result, result / "truth.csv", result / "true.tum")
+    (door,) = evaluation.objects
+    assert door.updates is not None
+    assert door.updates.mean == pytest.approx(0.1)
+    assert door.updates.coverage == 1.0
+    assert evaluation.robot is not None
+    assert evaluation.robot.position.mean == pytest.approx(0.5)
+
+
+def test_without_a_path_the_robot_is_not_evaluated(result: Path) -> None:
+    assert evaluate(result, result / "truth.csv").robot is None
+
+
+def test_an_evaluation_is_json(result: Path) -> None:
+    evaluation = evaluate(result, result / "truth.csv", result / "true.tum")
+    text = json.dumps(evaluation.to_dict(), allow_nan=False)
+    assert json.loads(text)["objects"][0]["final"]["count"] == 1
+
+
+def test_a_folder_without_estimates_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ResultError, match=r"estimates\.parquet"):
+        evaluate(tmp_path, tmp_path / "truth.csv")
+
+
+def test_a_missing_truth_is_refused_by_name(result: Path) -> None:
+    with pytest.raises(TruthError, match=r"nowhere\.csv"):
+        evaluate(result, result / "nowhere.csv")
