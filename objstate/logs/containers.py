@@ -1,0 +1,143 @@
+"""Opening recorded files: the reader is chosen by what a file holds, not by its name."""
+
+from __future__ import annotations
+
+import gzip
+import heapq
+import zlib
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from operator import attrgetter
+from pathlib import Path
+
+from objstate.errors import LogError
+from objstate.logs.carmen import CarmenFile, is_carmen
+from objstate.logs.definitions import MessageType
+from objstate.logs.mcap import MAGIC as MCAP_MAGIC
+from objstate.logs.mcap import McapFile
+from objstate.logs.messages import Container, Message
+from objstate.logs.notices import Notices
+from objstate.logs.rosbag1 import MAGIC as ROSBAG1_MAGIC
+from objstate.logs.rosbag1 import Rosbag1File
+from objstate.logs.rosbag2 import ZstdFile, storage_files
+from objstate.logs.sqlite import MAGIC as SQLITE_MAGIC
+from objstate.logs.sqlite import SqliteFile
+
+ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
+GZIP_MAGIC = b"\x1f\x8b"
+
+# bytes looked at to tell a CARMEN log, which is text, by its lines
+HEAD = 65536
+
+READERS: dict[bytes, Callable[[Path, Notices], Container]] = {
+    MCAP_MAGIC: McapFile,
+    ROSBAG1_MAGIC: Rosbag1File,
+    SQLITE_MAGIC: SqliteFile,
+    ZSTD_MAGIC: lambda path, notices: ZstdFile(path, notices, _open_file),
+}
+
+Paths = Path | str | Sequence[Path | str]
+
+
+class Messages:
+    """The messages of one drive, recorded in one part or several, in recorded order.
+
+    Every iteration reads from the beginning.
+    """
+
+    def __init__(
+        self, paths: Sequence[Path], topics: Collection[str] | None, notices: Notices
+    ) -> None:
+        self._notices = notices
+        self._chosen = topics
+        self._files = [file for path in paths for file in _files(path, notices)]
+        self._parts = [_open_file(file, notices) for file in self._files]
+
+    @property
+    def warnings(self) -> list[str]:
+        """What is wrong with the files, as far as they have been read."""
+        return self._notices.listed()
+
+    @property
+    def share(self) -> float:
+        """How much of the files the latest iteration has read, 0..1."""
+        sizes = [file.stat().st_size for file in self._files]
+        done = sum(part.share * size for part, size in zip(self._parts, sizes, strict=True))
+        return done / max(sum(sizes), 1)
+
+    def topics(self) -> Mapping[str, MessageType]:
+        """Message types by topic."""
+        return {
+            topic: message_type
+            for part in self._parts
+            for topic, message_type in part.topics().items()
+            if self._chosen is None or topic in self._chosen
+        }
+
+    def messages(self, topics: Collection[str] | None = None) -> Iterator[Message]:
+        """The messages, all or those of some topics."""
+        wanted = self._chosen if topics is None else topics
+        parts = [part.messages(wanted) for part in self._parts]
+        return heapq.merge(*parts, key=attrgetter("recorded_ns"))
+
+    def __iter__(self) -> Iterator[Message]:
+        return self.messages()
+
+
+def open_messages(
+    paths: Paths, topics: Collection[str] | None = None, notices: Notices | None = None
+) -> Messages:
+    """Open recorded files or bag folders as one stream of undecoded messages.
+
+    Raises LogError for a path that is missing, empty or of no known format.
+    """
+    return Messages(as_paths(paths), topics, notices or Notices())
+
+
+def as_paths(paths: Paths) -> list[Path]:
+    """One path or several, as a list."""
+    if isinstance(paths, str | Path):
+        return [Path(paths)]
+    if not paths:
+        raise LogError("No log was named; name a file or a bag's folder.")
+    return [Path(path) for path in paths]
+
+
+def _files(path: Path, notices: Notices) -> list[Path]:
+    if not path.exists():
+        raise LogError(f"There is no log at {path}; check the path.")
+    return storage_files(path, notices) if path.is_dir() else [path]
+
+
+def _open_file(path: Path, notices: Notices) -> Container:
+    head = _head(path)
+    if not head:
+        raise LogError(f"{path} is empty; the recording never began, or the copy failed.")
+    for magic, reader in READERS.items():
+        if head.startswith(magic):
+            return reader(path, notices)
+    if is_carmen(_unzipped_head(path) if head.startswith(GZIP_MAGIC) else head):
+        return CarmenFile(path, notices)
+    if head.startswith(b"#ROSBAG V"):
+        version = head.split(b"\n")[0][8:].decode(errors="replace")
+        raise LogError(f"{path} is a bag of version {version}; run `rosbag fix` to make it 2.0.")
+    raise LogError(
+        f"{path} is no log that objstate knows: neither MCAP, rosbag1, rosbag2 nor CARMEN. "
+        "If it is another format, convert it to MCAP."
+    )
+
+
+def _head(path: Path) -> bytes:
+    try:
+        with path.open("rb") as file:
+            return file.read(HEAD)
+    except OSError as error:
+        raise LogError(f"{path} can't be read: {error.strerror}.") from error
+
+
+def _unzipped_head(path: Path) -> bytes:
+    """The first line or so of a gzip file; as much as there is if it is damaged."""
+    try:
+        with gzip.open(path, "rb") as file:
+            return file.read1(HEAD)
+    except (EOFError, zlib.error, gzip.BadGzipFile):
+        return b""

@@ -1,0 +1,179 @@
+"""What a message's bytes mean: type definitions, decoding, and ROS 1 to ROS 2.
+
+A log's own definition rules; where it carries none, the ROS distributions' do. Two
+logs may define one type differently, so every definition has a type store to itself.
+Everything is decoded as ROS 2: a ROS 1 message is rewritten as CDR first.
+"""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+from functools import cache, cached_property
+from typing import TYPE_CHECKING, Any
+
+from objstate.errors import LogError
+
+if TYPE_CHECKING:
+    from rosbags.interfaces.typing import Typesdict
+    from rosbags.typesys.store import Typestore
+
+CDR = "cdr"
+ROS1 = "ros1"
+
+MSG = "ros2msg"
+IDL = "ros2idl"
+
+HEADER = "std_msgs/msg/Header"
+
+# Not part of any ROS distribution's common interfaces (Nav2 defines it).
+PARTICLE_CLOUD = """std_msgs/Header header
+nav2_msgs/Particle[] particles
+================================================================================
+MSG: nav2_msgs/Particle
+geometry_msgs/Pose pose
+float64 weight
+"""
+
+
+@dataclass(frozen=True)
+class MessageType:
+    """A message type as one log defines it.
+
+    ``wire`` is how its messages are serialized, ``"cdr"`` or ``"ros1"``. ``text`` is the
+    definition that the log carries, in ``language`` (``"ros2msg"``, also for ROS 1, or
+    ``"ros2idl"``); empty where it carries none.
+    """
+
+    name: str  # ROS 2 style: sensor_msgs/msg/LaserScan
+    wire: str = CDR
+    text: str = ""
+    language: str = MSG
+
+    @cached_property
+    def definition(self) -> str:
+        """The ROS 2 ``.msg`` text with all dependencies, as MCAP's ``ros2msg`` schema has it.
+
+        Raises LogError where neither the log nor any ROS distribution defines the type.
+        """
+        if self.text and self.wire == CDR and self.language == MSG:
+            return self.text
+        return self._store.generate_msgdef(self.name, ros_version=2)[0]
+
+    def cdr(self, data: bytes) -> bytes:
+        """A message's bytes as ROS 2 CDR. Raises LogError for bytes that don't fit the type."""
+        if self.wire == CDR:
+            return data
+        store = self._store
+        try:
+            return bytes(store.ros1_to_cdr(data, self.name))
+        except _decoding_errors() as error:
+            raise self._damaged(error) from error
+
+    def decode(self, data: bytes) -> Any:
+        """A message as an object with the type's fields (ROS 2 names; arrays as NumPy's).
+
+        Raises LogError for bytes that don't fit the type.
+        """
+        cdr, store = self.cdr(data), self._store
+        try:
+            return store.deserialize_cdr(cdr, self.name)
+        except _decoding_errors() as error:
+            raise self._damaged(error) from error
+
+    def encode(self, message: object) -> bytes:
+        """The CDR bytes of a message object of this type."""
+        return bytes(self._store.serialize_cdr(message, self.name))
+
+    def create(self, name: str, /, **fields: Any) -> Any:
+        """A message object of this type or of one that it depends on."""
+        return self._store.types[name](**fields)
+
+    def _damaged(self, error: Exception) -> LogError:
+        return LogError(f"A message of type {self.name} can't be decoded: {error}")
+
+    @cached_property
+    def _store(self) -> Typestore:
+        return _store(self)
+
+
+def _decoding_errors() -> tuple[type[Exception], ...]:
+    from rosbags.serde import SerdeError
+
+    return SerdeError, struct.error, ValueError, IndexError, KeyError, AssertionError
+
+
+@cache
+def _store(message_type: MessageType) -> Typestore:
+    """A type store for one definition. Cached: a log has few definitions, but many messages."""
+    from rosbags.typesys import Stores, get_typestore
+
+    own = _own_types(message_type)
+    standard = _standard_types(message_type.wire)
+    if message_type.wire == ROS1:
+        # ROS 2 headers have no ``seq``; the conversion to CDR leaves it out.
+        own.pop(HEADER, None)
+    types = own | {name: standard[name] for name in standard.keys() - own.keys()}
+    if message_type.name not in types:
+        raise LogError(
+            f"The log does not define the type {message_type.name}, and it is not a standard "
+            "one: record it as MCAP or rosbag1, which carry definitions."
+        )
+    store = get_typestore(Stores.EMPTY)
+    store.register(_closure(message_type.name, types))
+    return store
+
+
+def _own_types(message_type: MessageType) -> Typesdict:
+    from rosbags.typesys import TypesysError, get_types_from_idl, get_types_from_msg
+
+    if not message_type.text:
+        return {}
+    try:
+        if message_type.language == IDL:
+            return get_types_from_idl(message_type.text)
+        return get_types_from_msg(message_type.text, message_type.name)
+    except (TypesysError, ValueError, KeyError, IndexError) as error:
+        raise LogError(
+            f"The log's definition of {message_type.name} can't be parsed: {error}"
+        ) from error
+
+
+@cache
+def _standard_types(wire: str) -> Typesdict:
+    """What ROS defines, with a ROS 2 header in either case."""
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    ros2 = get_typestore(Stores.LATEST).fielddefs
+    particles = get_types_from_msg(PARTICLE_CLOUD, "nav2_msgs/msg/ParticleCloud")
+    if wire == CDR:
+        return dict(ros2) | particles
+    ros1 = get_typestore(Stores.ROS1_NOETIC).fielddefs
+    tf = {"tf2_msgs/msg/TFMessage": ros2["tf2_msgs/msg/TFMessage"]}
+    return tf | particles | dict(ros1) | {HEADER: ros2[HEADER]}
+
+
+def _closure(name: str, types: Typesdict) -> Typesdict:
+    """The type and all that it depends on."""
+    needed: Typesdict = {}
+    waiting = [name]
+    while waiting:
+        current = waiting.pop()
+        if current in needed:
+            continue
+        if current not in types:
+            raise LogError(f"The definition of {name} lacks the type {current}, which it uses.")
+        needed[current] = types[current]
+        waiting += [n for _, field in types[current][1] for n in _named(field)]
+    return needed
+
+
+def _named(field: Any) -> list[str]:
+    from rosbags.interfaces import Nodetype
+
+    kind, detail = field
+    if kind == Nodetype.NAME:
+        return [detail]
+    if kind in (Nodetype.ARRAY, Nodetype.SEQUENCE):
+        return _named(detail[0])
+    return []

@@ -1,0 +1,194 @@
+"""MCAP, with ROS 2 and ROS 1 messages; https://mcap.dev/spec.
+
+Read from front to back without the index, so that a file that is cut off or has no
+summary reads like any other, and damage costs no more than the chunk that it is in.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Collection, Iterator, Mapping
+from pathlib import Path
+from typing import BinaryIO
+
+from objstate.errors import LogError
+from objstate.logs.decompression import decompress
+from objstate.logs.definitions import CDR, IDL, MSG, ROS1, MessageType
+from objstate.logs.messages import Message
+from objstate.logs.notices import Notices
+
+MAGIC = b"\x89MCAP0\r\n"
+
+FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, DATA_END = 0x02, 0x03, 0x04, 0x05, 0x06, 0x0F
+
+RECORD_HEADER = struct.Struct("<BQ")  # opcode, length
+MESSAGE_HEADER = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
+CHUNK_HEADER = struct.Struct("<QQQI")  # start time, end time, uncompressed size, CRC
+FOOTER_BODY = struct.Struct("<QQI")  # summary start, summary offset start, CRC
+
+# bytes; a longer record is a damaged length, not data
+LONGEST_RECORD = 4 * 2**30
+
+
+class McapFile:
+    """An MCAP file. Its other channels (JSON, protobuf, images) are left alone."""
+
+    def __init__(self, path: Path, notices: Notices) -> None:
+        self.path = path
+        self._notices = notices
+        self._size = max(path.stat().st_size, 1)
+        self._position = 0
+        self._languages: dict[int, tuple[str, str, str]] = {}  # schema: name, language, text
+        self._channels: dict[int, tuple[str, MessageType]] = {}
+
+    @property
+    def share(self) -> float:
+        """How much of the file the latest iteration has read, 0..1."""
+        return min(self._position / self._size, 1.0)
+
+    def topics(self) -> Mapping[str, MessageType]:
+        """Message types by topic: from the summary, else by reading the file through."""
+        self._learn_from_summary()
+        if not self._channels:
+            silent = McapFile(self.path, Notices())
+            for _ in silent.messages(topics=()):
+                pass
+            self._channels |= silent._channels
+        return dict(self._channels.values())
+
+    def messages(self, topics: Collection[str] | None = None) -> Iterator[Message]:
+        """Messages in the file's order, all or those of some topics."""
+        with self.path.open("rb") as file:
+            file.seek(len(MAGIC))
+            for opcode, body in self._records(file):
+                self._position = file.tell()
+                if opcode == CHUNK:
+                    for inner, part in self._chunk(body):
+                        yield from self._message(inner, part, topics)
+                elif opcode in (DATA_END, FOOTER):
+                    return
+                else:
+                    yield from self._message(opcode, body, topics)
+        self._notices.add(
+            f"{self.path.name} is cut off after {self._position} bytes: what precedes is used"
+        )
+
+    def _records(self, file: BinaryIO) -> Iterator[tuple[int, bytes]]:
+        """Records of the file; the last may be a cut chunk, of which there is a part."""
+        while len(header := file.read(RECORD_HEADER.size)) == RECORD_HEADER.size:
+            opcode, length = RECORD_HEADER.unpack(header)
+            if length > LONGEST_RECORD:
+                return
+            body = file.read(length)
+            if len(body) < length and opcode != CHUNK:
+                return
+            yield opcode, body
+
+    def _chunk(self, body: bytes) -> Iterator[tuple[int, bytes]]:
+        try:
+            start, end, _, crc = CHUNK_HEADER.unpack_from(body)
+            method, at = _string(body, CHUNK_HEADER.size)
+            (length,) = struct.unpack_from("<Q", body, at)
+        except (struct.error, UnicodeDecodeError):
+            return
+        packed = body[at + 8 : at + 8 + length]
+        is_whole = len(packed) == length
+        data, damage = decompress(method, packed)
+        if is_whole and (damage or (crc and zlib.crc32(data) != crc)):
+            self._notices.add(
+                f"{self.path.name}: a chunk of {(end - start) / 1e9:.1f} s from "
+                f"{start / 1e9:.3f} s on is damaged ({damage or 'wrong checksum'}): skipped"
+            )
+            return
+        yield from _records_within(data)
+
+    def _message(
+        self, opcode: int, body: bytes, topics: Collection[str] | None
+    ) -> Iterator[Message]:
+        if opcode == MESSAGE and len(body) >= MESSAGE_HEADER.size:
+            channel, _, log_time, _ = MESSAGE_HEADER.unpack_from(body)
+            if channel in self._channels:
+                topic, message_type = self._channels[channel]
+                if topics is None or topic in topics:
+                    yield Message(topic, message_type, log_time, body[MESSAGE_HEADER.size :])
+        else:
+            self._learn(opcode, body)
+
+    def _learn(self, opcode: int, body: bytes) -> None:
+        """Take note of a schema or a channel; channels of no ROS message are left out."""
+        if opcode not in (SCHEMA, CHANNEL):
+            return
+        try:
+            if opcode == SCHEMA:
+                self._learn_schema(body)
+            else:
+                self._learn_channel(body)
+        except (struct.error, UnicodeDecodeError):
+            self._notices.add(f"{self.path.name}: a damaged description of a channel was skipped")
+
+    def _learn_schema(self, body: bytes) -> None:
+        (number,) = struct.unpack_from("<H", body)
+        name, at = _string(body, 2)
+        language, at = _string(body, at)
+        text, _ = _string(body, at)
+        self._languages[number] = (name, language, text)
+
+    def _learn_channel(self, body: bytes) -> None:
+        number, schema = struct.unpack_from("<HH", body)
+        topic, at = _string(body, 4)
+        encoding, _ = _string(body, at)
+        if encoding not in (CDR, ROS1) or schema not in self._languages:
+            return
+        name, language, text = self._languages[schema]
+        if language in LANGUAGES:
+            ros2_name = _ros2_name(name)
+            self._channels[number] = (
+                topic,
+                MessageType(ros2_name, encoding, text, LANGUAGES[language]),
+            )
+
+    def _learn_from_summary(self) -> None:
+        tail = RECORD_HEADER.size + FOOTER_BODY.size + len(MAGIC)
+        if self._size < tail + len(MAGIC):
+            return
+        with self.path.open("rb") as file:
+            file.seek(-tail, 2)
+            end = file.read()
+            opcode, _ = RECORD_HEADER.unpack_from(end)
+            start, _, _ = FOOTER_BODY.unpack_from(end, RECORD_HEADER.size)
+            if not end.endswith(MAGIC) or opcode != FOOTER or not 0 < start < self._size:
+                return
+            file.seek(start)
+            for opcode, body in self._records(file):
+                self._learn(opcode, body)
+
+
+# MCAP's names of schema languages; a schema without one leaves it to the ROS distributions
+LANGUAGES = {"ros2msg": MSG, "ros1msg": MSG, "ros2idl": IDL, "": MSG}
+
+
+def _records_within(data: bytes) -> Iterator[tuple[int, bytes]]:
+    """The complete records in a chunk's data."""
+    at = 0
+    while at + RECORD_HEADER.size <= len(data):
+        opcode, length = RECORD_HEADER.unpack_from(data, at)
+        at += RECORD_HEADER.size
+        if at + length > len(data):
+            return
+        yield opcode, data[at : at + length]
+        at += length
+
+
+def _string(body: bytes, at: int) -> tuple[str, int]:
+    """A string with its length before it, and where it ends."""
+    (length,) = struct.unpack_from("<I", body, at)
+    return body[at + 4 : at + 4 + length].decode(), at + 4 + length
+
+
+def _ros2_name(name: str) -> str:
+    """``sensor_msgs/LaserScan`` as ROS 2 names it."""
+    package, _, short = name.partition("/")
+    if not short:
+        raise LogError(f"An MCAP schema is named '{name}', which is no ROS type.")
+    return name if "/msg/" in name else f"{package}/msg/{short}"

@@ -1,0 +1,179 @@
+"""rosbag format 2.0, the bags of ROS 1; http://wiki.ros.org/Bags/Format/2.0.
+
+Read from front to back without the index: a bag that was never closed, or is cut
+short, has none.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Collection, Iterator, Mapping
+from pathlib import Path
+from typing import BinaryIO
+
+from objstate.logs.decompression import decompress
+from objstate.logs.definitions import ROS1, MessageType
+from objstate.logs.messages import Message
+from objstate.logs.notices import Notices
+
+MAGIC = b"#ROSBAG V2.0\n"
+
+MESSAGE, BAG_HEADER, INDEX, CHUNK, CHUNK_INFO, CONNECTION = 2, 3, 4, 5, 6, 7
+
+UINT32 = struct.Struct("<I")
+TIME = struct.Struct("<II")  # seconds, nanoseconds
+
+# bytes; a longer record is a damaged length, not data
+LONGEST_RECORD = 2**31
+
+Header = dict[bytes, bytes]
+
+
+class Rosbag1File:
+    """A bag of ROS 1; chunks plain, bz2 or lz4."""
+
+    def __init__(self, path: Path, notices: Notices) -> None:
+        self.path = path
+        self._notices = notices
+        self._size = max(path.stat().st_size, 1)
+        self._position = 0
+        self._connections: dict[bytes, tuple[str, MessageType]] = {}
+
+    @property
+    def share(self) -> float:
+        """How much of the file the latest iteration has read, 0..1."""
+        return min(self._position / self._size, 1.0)
+
+    def topics(self) -> Mapping[str, MessageType]:
+        """Message types by topic: from the index, else by reading the bag through."""
+        self._learn_from_index()
+        if not self._connections:
+            silent = Rosbag1File(self.path, Notices())
+            for _ in silent.messages(topics=()):
+                pass
+            self._connections |= silent._connections
+        return dict(self._connections.values())
+
+    def messages(self, topics: Collection[str] | None = None) -> Iterator[Message]:
+        """Messages in the bag's order, all or those of some topics."""
+        with self.path.open("rb") as file:
+            file.seek(len(MAGIC))
+            has_index = False
+            for header, data, is_whole in _records(file):
+                self._position = file.tell()
+                kind = _kind(header)
+                has_index |= kind == CHUNK_INFO
+                if kind == CHUNK:
+                    for inner, part in self._chunk(header, data, is_whole):
+                        yield from self._message(inner, part, topics)
+                elif is_whole:
+                    yield from self._message(header, data, topics)
+        if not has_index or self._position < self._size:
+            self._notices.add(
+                f"{self.path.name} has no index or is cut off (read up to byte "
+                f"{self._position} of {self._size}): what is there is used"
+            )
+
+    def _chunk(self, header: Header, data: bytes, is_whole: bool) -> Iterator[tuple[Header, bytes]]:
+        method = header.get(b"compression", b"none").decode(errors="replace")
+        plain, damage = decompress(method, data)
+        if damage and is_whole:
+            self._notices.add(
+                f"{self.path.name}: the chunk before byte {self._position} has {damage}: "
+                "what precedes the damage is used"
+            )
+        yield from _records_within(plain)
+
+    def _message(
+        self, header: Header, data: bytes, topics: Collection[str] | None
+    ) -> Iterator[Message]:
+        kind = _kind(header)
+        if kind == CONNECTION:
+            self._learn(header, data)
+        elif kind == MESSAGE and header.get(b"conn") in self._connections:
+            topic, message_type = self._connections[header[b"conn"]]
+            if (topics is None or topic in topics) and len(header.get(b"time", b"")) == TIME.size:
+                seconds, nanoseconds = TIME.unpack(header[b"time"])
+                yield Message(topic, message_type, seconds * 10**9 + nanoseconds, data)
+
+    def _learn(self, header: Header, data: bytes) -> None:
+        connection = _fields(data)
+        if b"conn" not in header or not {b"type", b"message_definition"} <= connection.keys():
+            self._notices.add(f"{self.path.name}: a damaged description of a topic was skipped")
+            return
+        topic = header.get(b"topic", connection.get(b"topic", b"")).decode(errors="replace")
+        package, _, short = connection[b"type"].decode(errors="replace").partition("/")
+        text = connection[b"message_definition"].decode(errors="replace")
+        name = f"{package}/msg/{short}"
+        self._connections[header[b"conn"]] = (topic, MessageType(name, ROS1, text))
+
+    def _learn_from_index(self) -> None:
+        with self.path.open("rb") as file:
+            file.seek(len(MAGIC))
+            header, _, _ = next(_records(file), ({}, b"", False))
+            index = int.from_bytes(header.get(b"index_pos", b""), "little")
+            if _kind(header) != BAG_HEADER or not 0 < index < self._size:
+                return
+            file.seek(index)
+            for header, data, is_whole in _records(file):
+                if is_whole and _kind(header) == CONNECTION:
+                    self._learn(header, data)
+
+
+def _records(file: BinaryIO) -> Iterator[tuple[Header, bytes, bool]]:
+    """Header and data of each record, and whether all of the data is there."""
+    while True:
+        header = _block(file)
+        if header is None or len(size := file.read(UINT32.size)) < UINT32.size:
+            return
+        (length,) = UINT32.unpack(size)
+        if length > LONGEST_RECORD:
+            return
+        data = file.read(length)
+        yield _fields(header), data, len(data) == length
+        if len(data) < length:
+            return
+
+
+def _block(file: BinaryIO) -> bytes | None:
+    size = file.read(UINT32.size)
+    if len(size) < UINT32.size:
+        return None
+    (length,) = UINT32.unpack(size)
+    if length > LONGEST_RECORD:
+        return None
+    block = file.read(length)
+    return block if len(block) == length else None
+
+
+def _records_within(data: bytes) -> Iterator[tuple[Header, bytes]]:
+    """The complete records in a chunk's data."""
+    at = 0
+    while at + UINT32.size <= len(data):
+        (header_length,) = UINT32.unpack_from(data, at)
+        start = at + UINT32.size + header_length
+        if start + UINT32.size > len(data):
+            return
+        (length,) = UINT32.unpack_from(data, start)
+        end = start + UINT32.size + length
+        if end > len(data):
+            return
+        yield _fields(data[at + UINT32.size : start]), data[start + UINT32.size : end]
+        at = end
+
+
+def _fields(block: bytes) -> Header:
+    """``name=value`` fields, each with its length before it; a damaged rest is left out."""
+    fields: Header = {}
+    at = 0
+    while at + UINT32.size <= len(block):
+        (length,) = UINT32.unpack_from(block, at)
+        at += UINT32.size
+        name, _, value = block[at : at + length].partition(b"=")
+        fields[name] = value
+        at += length
+    return fields
+
+
+def _kind(header: Header) -> int:
+    return int.from_bytes(header.get(b"op", b""), "little")
