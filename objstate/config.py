@@ -167,8 +167,10 @@ class Settings(Strict):
                 f"Object '{name}' is a {default_class} by its joint, but the settings call it a "
                 f"{chosen['class']}; change the joint's type or the rule's class."
             )
-        model = DoorSettings if default_class == "door" else FurnitureSettings
-        return parse_strict(model, chosen, f"settings of object '{name}'")
+        where = f"settings of object '{name}'"
+        if default_class == "door":
+            return parse_strict(DoorSettings, chosen, where)
+        return parse_strict(FurnitureSettings, chosen, where)
 
 
 Model = TypeVar("Model", bound=BaseModel)

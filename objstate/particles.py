@@ -1,0 +1,100 @@
+"""Weighted samples: weights in log space, resampling, quantiles, entropy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from objstate.errors import ObjstateError
+from objstate.geometry import FloatArray, IntArray
+
+
+class ImpossibleEvidenceError(ObjstateError):
+    """Every sample has likelihood zero: the evidence contradicts the whole belief."""
+
+
+@dataclass(frozen=True, eq=False)
+class Weights:
+    """Normalized importance weights, held as logarithms. A value: operations return new ones."""
+
+    log: FloatArray  # (n,) logarithms; the weights sum to one
+
+    @staticmethod
+    def uniform(count: int) -> Weights:
+        return Weights(np.full(count, -np.log(count)))
+
+    @staticmethod
+    def of(weights: FloatArray) -> Weights:
+        """From non-negative weights of any sum. Raises ValueError when none is positive."""
+        total = float(np.sum(weights))
+        if not (np.isfinite(total) and total > 0 and (weights >= 0).all()):
+            raise ValueError("weights must be non-negative, finite and not all zero")
+        with np.errstate(divide="ignore"):
+            return Weights(np.log(weights / total))
+
+    def __len__(self) -> int:
+        return len(self.log)
+
+    @cached_property
+    def values(self) -> FloatArray:
+        """(n,) the weights themselves."""
+        weights = np.exp(self.log)
+        return np.asarray(weights / weights.sum())
+
+    @property
+    def effective_size(self) -> float:
+        """Kish's effective number of samples, between 1 and n."""
+        return float(1.0 / np.sum(self.values**2))
+
+    def reweight(self, log_likelihood: FloatArray) -> tuple[Weights, float]:
+        """The weights after evidence (n,), and the log evidence ``log sum_i w_i p(o | i)``.
+
+        Raises ImpossibleEvidenceError when no sample could have produced the evidence.
+        """
+        log = self.log + log_likelihood
+        top = float(np.max(log))
+        if not np.isfinite(top):
+            raise ImpossibleEvidenceError(
+                "No sample of the belief can explain the reading; give the beam model a share "
+                "of random readings (z_rand above 0)."
+            )
+        evidence = top + float(np.log(np.sum(np.exp(log - top))))
+        return Weights(log - evidence), evidence
+
+
+def systematic(weights: Weights, count: int, rng: np.random.Generator) -> IntArray:
+    """Indices (count,) of a systematic (low-variance) resampling, in ascending order.
+
+    Each sample is drawn ``count`` times its weight on average, never off by one or more.
+    """
+    edges = np.cumsum(weights.values)
+    edges[-1] = 1.0
+    combs = (rng.random() + np.arange(count)) / count
+    return np.searchsorted(edges, combs, side="right").clip(max=len(weights) - 1)
+
+
+def quantiles(values: FloatArray, weights: FloatArray, shares: FloatArray) -> FloatArray:
+    """Weighted quantiles: each sample's mass is centred on it, and the CDF is linear between.
+
+    ``values`` (n,), ``weights`` (n,) summing to one, ``shares`` (q,) in [0, 1]; returns (q,).
+    """
+    order = np.argsort(values, kind="stable")
+    mass = weights[order]
+    return np.interp(shares, np.cumsum(mass) - mass / 2, values[order])
+
+
+def kld_sample_size(occupied_bins: int, pf_err: float, pf_z: float) -> int:
+    """Samples needed for KL error below ``pf_err`` with quantile ``pf_z`` (Fox 2003, eq. 7)."""
+    if occupied_bins < 2:
+        return 1
+    freedom = occupied_bins - 1
+    part = 2.0 / (9.0 * freedom)
+    return int(np.ceil(freedom / (2.0 * pf_err) * (1.0 - part + np.sqrt(part) * pf_z) ** 3))
+
+
+def entropy(weights: FloatArray) -> float:
+    """Shannon entropy of discrete weights (n,) in nats."""
+    positive = weights[weights > 0]
+    return float(-np.sum(positive * np.log(positive)))

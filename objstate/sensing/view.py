@@ -1,0 +1,203 @@
+"""What one scan can tell: functions of robot poses and object states, conditioned on its readings."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from objstate.building.model import Building
+from objstate.geometry import BoolArray, FloatArray
+from objstate.records import Rays, Scan
+from objstate.sensing.beam_model import BeamModel
+from objstate.sensing.expected import ExpectedRanges
+from objstate.sensing.level import LevelOutlines, Sweep
+
+
+@dataclass(frozen=True, eq=False)
+class UncertainObject:
+    """Where an object may be, as far as a scan's other readers need to know."""
+
+    name: str
+    states: FloatArray  # (k, d)
+    shares: FloatArray  # (k,) sum to one
+
+
+class ScanView(Protocol):
+    """One scan's beams, against any robot poses (p, 3) and object states (s, d)."""
+
+    def walls(self, poses: FloatArray) -> FloatArray:
+        """Expected ranges (p, n) m of the fixed walls."""
+
+    def object(self, name: str, states: FloatArray, poses: FloatArray) -> FloatArray:
+        """Expected ranges (p, s, n) m of one object alone."""
+
+    def pose_log_likelihood(
+        self, poses: FloatArray, objects: Sequence[UncertainObject]
+    ) -> FloatArray:
+        """log p(o | l) (p,), each beam averaged over where the objects may be."""
+
+    def object_log_likelihood(
+        self, name: str, states: FloatArray, poses: FloatArray, background: FloatArray
+    ) -> tuple[FloatArray, BoolArray]:
+        """log p(o | s, l) - log p(o | object absent, l) (p, s), and which beams (n,) bear on it.
+
+        ``background`` (p, n) are the expected ranges of everything else.
+        """
+
+
+class Sensing:
+    """Turns scans into views: outlines for level lasers, Embree for all others."""
+
+    def __init__(self, building: Building, beam_model: BeamModel) -> None:
+        self._outlines = LevelOutlines(building)
+        self._expected = ExpectedRanges(building)
+        self._beam_model = beam_model
+
+    def view(self, scan: Scan, beams: BoolArray | None = None) -> ScanView:
+        """The view of a scan's valid beams, or of those that ``beams`` (n,) selects."""
+        chosen = scan.valid if beams is None else scan.valid & beams
+        rays, measured = scan.rays.take(chosen), scan.ranges[chosen]
+        sweep = Sweep.of(rays) if self._outlines.hold else None
+        if sweep is None:
+            return MeshView(self._expected, rays, measured, self._beam_model, scan.range_max)
+        return LevelView(self._outlines, sweep, measured, self._beam_model, scan.range_max)
+
+
+class MeshView:
+    """Any mounting, any geometry: every beam is cast against the triangles."""
+
+    def __init__(
+        self,
+        expected: ExpectedRanges,
+        rays: Rays,
+        measured: FloatArray,
+        beam_model: BeamModel,
+        range_max: float,
+    ) -> None:
+        self._expected = expected
+        self._rays = rays
+        self._measured = measured
+        self._log_likelihood = beam_model(measured, range_max)
+        self._range_max = range_max
+        self._near = 4.0 * beam_model.settings.sigma_hit
+
+    def walls(self, poses: FloatArray) -> FloatArray:
+        return self._expected.walls(poses, self._rays)
+
+    def object(self, name: str, states: FloatArray, poses: FloatArray) -> FloatArray:
+        return self._expected.object(name, states, poses, self._rays)
+
+    def pose_log_likelihood(
+        self, poses: FloatArray, objects: Sequence[UncertainObject]
+    ) -> FloatArray:
+        background = self.walls(poses)
+        likelihood = np.exp(self._log_likelihood(background))
+        for item in objects:
+            alone = self.object(item.name, item.states, poses)
+            kept = np.where(
+                alone < background[:, None],
+                np.exp(self._log_likelihood(alone)),
+                likelihood[:, None],
+            )
+            likelihood = np.einsum("s,psn->pn", item.shares, kept)
+        with np.errstate(divide="ignore"):
+            return np.asarray(np.log(likelihood).sum(axis=1))
+
+    def object_log_likelihood(
+        self, name: str, states: FloatArray, poses: FloatArray, background: FloatArray
+    ) -> tuple[FloatArray, BoolArray]:
+        alone = self.object(name, states, poses)
+        touched = (alone < background[:, None]) & (alone < self._range_max)
+        without = self._log_likelihood(background)[:, None]
+        change = np.where(touched, self._log_likelihood(alone) - without, 0.0)
+        bears = (touched & (self._measured > alone - self._near)).any(axis=(0, 1))
+        return change.sum(axis=2), np.asarray(bears)
+
+
+class LevelView:
+    """A level sweep against outlines, by compiled loops."""
+
+    def __init__(
+        self,
+        outlines: LevelOutlines,
+        sweep: Sweep,
+        measured: FloatArray,
+        beam_model: BeamModel,
+        range_max: float,
+    ) -> None:
+        self._outlines = outlines
+        self._sweep = sweep
+        self._beams = sweep.beams(measured)
+        self._measured = self._beams[:, -1].copy()
+        self._model = beam_model.parameters(range_max)
+        self._range_max = range_max
+
+    def _nothing(self, *shape: int) -> FloatArray:
+        return np.full((*shape, len(self._beams)), np.inf)
+
+    def _cast(self, outline: FloatArray, placements: FloatArray, poses: FloatArray) -> FloatArray:
+        from objstate.sensing import kernels
+
+        out = self._nothing(len(poses), len(placements))
+        kernels.cast(poses, placements, outline, self._beams, self._sweep.centre, out)
+        return out
+
+    def _sorted_walls(self, poses: FloatArray) -> FloatArray:
+        middle, reach = poses[:, :2].mean(axis=0), self._range_max
+        outline = self._outlines.walls_near(self._sweep.height, middle, poses, reach)
+        return self._cast(outline, np.zeros((1, 3)), poses)[:, 0]
+
+    def walls(self, poses: FloatArray) -> FloatArray:
+        return self._sweep.unsorted(self._sorted_walls(poses))
+
+    def object(self, name: str, states: FloatArray, poses: FloatArray) -> FloatArray:
+        outline = self._outlines.of_object(name, self._sweep.height)
+        placements = self._outlines.placements(name, states)
+        return self._sweep.unsorted(self._cast(outline, placements, poses))
+
+    def pose_log_likelihood(
+        self, poses: FloatArray, objects: Sequence[UncertainObject]
+    ) -> FloatArray:
+        from objstate.sensing import kernels
+
+        background = self._sorted_walls(poses)
+        logs = np.empty_like(background)
+        kernels.log_likelihoods(self._measured, background, self._model, logs)
+        likelihood = np.exp(logs)
+        for item in objects:
+            kernels.mix_object(
+                poses,
+                self._outlines.placements(item.name, item.states),
+                item.shares,
+                self._outlines.of_object(item.name, self._sweep.height),
+                background,
+                self._beams,
+                self._sweep.centre,
+                self._model,
+                likelihood,
+            )
+        with np.errstate(divide="ignore"):
+            return np.asarray(np.log(likelihood).sum(axis=1))
+
+    def object_log_likelihood(
+        self, name: str, states: FloatArray, poses: FloatArray, background: FloatArray
+    ) -> tuple[FloatArray, BoolArray]:
+        from objstate.sensing import kernels
+
+        change = np.empty((len(poses), len(states)))
+        bears = np.zeros(len(self._beams), dtype=bool)
+        kernels.object_log_likelihood(
+            poses,
+            self._outlines.placements(name, states),
+            self._outlines.of_object(name, self._sweep.height),
+            np.ascontiguousarray(background[:, self._sweep.order]),
+            self._beams,
+            self._sweep.centre,
+            self._model,
+            change,
+            bears,
+        )
+        return change, self._sweep.unsorted(bears)
