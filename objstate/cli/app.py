@@ -1,0 +1,63 @@
+"""The commands and what stands above them: ``objstate --version``, ``objstate --help``."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from objstate.cli import building, convert, estimate, evaluate, inspect, simulate
+from objstate.cli.console import print_text
+from objstate.cli.options import help_when_alone
+
+HELP = """Which doors are open, how far, how sure are we, and where did the furniture go?
+
+objstate takes a robot's recorded log and a model of the building in which doors and furniture
+are movable joints, and estimates the state of every object at every moment.
+"""
+
+EXAMPLES = """\b
+First steps:
+  objstate inspect drive.mcap
+  objstate inspect office.urdf
+  objstate estimate drive.mcap --building office.urdf --out out/drive
+"""
+
+app = typer.Typer(
+    help=HELP,
+    epilog=EXAMPLES,
+    add_completion=False,
+    invoke_without_command=True,
+    rich_markup_mode=None,  # plain help: quick, and the same in a pipe
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+def _print_version(asked: bool) -> None:
+    if asked:
+        from importlib.metadata import version
+
+        print_text(f"objstate {version('objstate')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _start(
+    context: typer.Context,
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_print_version, is_eager=True, help="Print the version."
+        ),
+    ] = False,
+) -> None:
+    help_when_alone(context)
+
+
+app.command(epilog=estimate.EXAMPLES)(estimate.estimate)
+app.command(epilog=inspect.EXAMPLES)(inspect.inspect)
+app.command(epilog=evaluate.EXAMPLES)(evaluate.evaluate)
+app.command(epilog=simulate.EXAMPLES)(simulate.simulate)
+app.command(epilog=convert.EXAMPLES)(convert.convert)
+app.add_typer(building.app, name="building")

@@ -1,0 +1,79 @@
+"""The one place where an error becomes a message and an exit code."""
+
+from __future__ import annotations
+
+import errno
+import os
+import sys
+import traceback
+from collections.abc import Sequence
+
+from typer import Abort
+from typer.exceptions import TyperException
+
+from objstate.cli.app import app
+from objstate.errors import ObjstateError
+
+FINE = 0
+USER_ERROR = 1
+BUG = 70  # EX_SOFTWARE of sysexits.h
+INTERRUPTED = 130  # 128 + SIGINT, as shells report it
+
+CURES = {
+    errno.ENOENT: "check the path",
+    errno.EACCES: "check the permissions",
+    errno.EPERM: "check the permissions",
+    errno.EISDIR: "give a file instead",
+    errno.ENOTDIR: "a part of the path is a file",
+    errno.ENOSPC: "free some space, or write elsewhere",
+    errno.EROFS: "write elsewhere",
+}
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command that ``arguments`` (default: those of the process) ask for.
+
+    Returns the exit code: 0 fine, 1 the user's error, told on stderr; 130 after
+    Ctrl-C; 70 for a bug, with its traceback.
+    """
+    try:
+        return app(args=arguments, prog_name="objstate", standalone_mode=False) or FINE
+    except TyperException as error:
+        return _refuse(_usage(error))
+    except ObjstateError as error:
+        return _refuse(str(error))
+    except BrokenPipeError:  # e.g. `objstate inspect LOG | head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return FINE
+    except OSError as error:
+        return _refuse(_system(error))
+    except (Abort, KeyboardInterrupt):
+        return INTERRUPTED
+    except Exception:
+        traceback.print_exc()
+        _tell("this is a bug in objstate, not in your input; please report the lines above.")
+        return BUG
+
+
+def _refuse(message: str) -> int:
+    _tell(message)
+    return USER_ERROR
+
+
+def _tell(message: str) -> None:
+    print(f"error: {message}", file=sys.stderr)
+
+
+def _usage(error: TyperException) -> str:
+    """What is wrong with the arguments, and where to read about them."""
+    context = getattr(error, "ctx", None)
+    command = context.command_path if context is not None else "objstate"
+    return f"{error.format_message()}\nTry '{command} --help'."
+
+
+def _system(error: OSError) -> str:
+    if error.strerror is None:
+        return str(error)
+    cure = CURES.get(error.errno or 0)
+    place = "" if error.filename is None else f"{error.filename}: "
+    return place + error.strerror + (f"; {cure}." if cure else ".")

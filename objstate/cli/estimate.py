@@ -1,0 +1,7 @@
+"""``objstate estimate``"""
+
+EXAMPLES = ""
+
+
+def estimate() -> None:
+    "x"

@@ -1,0 +1,65 @@
+"""What people type as option values: poses, mountings, topics."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from objstate.errors import SettingsError
+
+if TYPE_CHECKING:
+    from objstate.geometry import FloatArray
+
+POSE = "X,Y,YAW (m, m, rad; or YAW in degrees as in 90deg)"
+MOUNT = "FRAME=x,y,z,roll,pitch,yaw (m and rad; or angles in degrees as in 180deg)"
+
+
+def parse_pose(text: str) -> FloatArray:
+    """The pose (3,) that ``--initial-pose`` gives. Raises SettingsError."""
+    import numpy as np
+
+    try:
+        x, y, yaw = text.split(",")
+        return np.array([_finite(x), _finite(y), _angle(yaw)])
+    except ValueError as error:
+        raise SettingsError(f"--initial-pose '{text}' is not a pose; give {POSE}.") from error
+
+
+def parse_mounts(texts: Sequence[str]) -> dict[str, FloatArray]:
+    """Transforms (4, 4), laser in ``base_link``, by frame, of all ``--mount``. Raises SettingsError."""
+    return dict(_mount(text) for text in texts)
+
+
+def split_topics(texts: Sequence[str]) -> list[str] | None:
+    """The topics that ``--topics`` name, repeated or with commas; None where there are none."""
+    topics = [topic.strip() for text in texts for topic in text.split(",") if topic.strip()]
+    return topics or None
+
+
+def _mount(text: str) -> tuple[str, FloatArray]:
+    from objstate.geometry import rotation_from_rpy, transform
+
+    frame, _, numbers = text.partition("=")
+    try:
+        x, y, z, roll, pitch, yaw = numbers.split(",")
+        rotation = rotation_from_rpy(_angle(roll), _angle(pitch), _angle(yaw))
+        mount = transform(rotation, [_finite(x), _finite(y), _finite(z)])
+    except ValueError as error:
+        raise SettingsError(f"--mount '{text}' is not a mounting; give {MOUNT}.") from error
+    if not frame.strip():
+        raise SettingsError(f"--mount '{text}' names no frame; give {MOUNT}.")
+    return frame.strip(), mount
+
+
+def _angle(text: str) -> float:
+    """Radians, or degrees where the text ends in ``deg``. Raises ValueError."""
+    number = text.strip().removesuffix("deg")
+    return math.radians(_finite(number)) if text.strip().endswith("deg") else _finite(number)
+
+
+def _finite(text: str) -> float:
+    value = float(text)
+    if not math.isfinite(value):
+        raise ValueError(f"{text} is not finite")
+    return value

@@ -1,0 +1,44 @@
+"""A progress bar on stderr: the share of the log done, and the speed relative to real time."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from objstate.cli.console import error_console
+
+Report = Callable[[float, float], None]  # share done from 0 to 1, seconds of the log done
+
+
+@contextmanager
+def progress_bar(label: str, quiet: bool) -> Iterator[Report | None]:
+    """A bar to report to; None where nobody would see it: quiet, or stderr is no terminal."""
+    if quiet or not sys.stderr.isatty():
+        yield None
+        return
+    from rich.progress import (
+        BarColumn,
+        Progress,
+        TaskProgressColumn,
+        TextColumn,
+        TimeRemainingColumn,
+    )
+
+    begin = time.monotonic()
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TaskProgressColumn(),
+        TextColumn("{task.fields[speed]}"),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=error_console(), transient=True) as bar:
+        task = bar.add_task(label, total=1.0, speed="")
+
+        def report(share: float, log_seconds: float) -> None:
+            speed = log_seconds / max(time.monotonic() - begin, 1e-3)
+            bar.update(task, completed=share, speed=f"{speed:.0f} x real time")
+
+        yield report
