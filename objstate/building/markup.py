@@ -1,0 +1,99 @@
+"""XML elements that know the file and line they stand in, so that errors can say where."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from xml.parsers import expat
+
+from objstate.errors import BuildingError
+
+
+@dataclass(frozen=True, eq=False)
+class Element:
+    """One XML element."""
+
+    tag: str
+    attributes: Mapping[str, str]
+    where: str  # "office.urdf, line 12"
+    children: list[Element] = field(default_factory=list)
+
+    def all(self, tag: str) -> list[Element]:
+        """The direct children of this tag, in order."""
+        return [child for child in self.children if child.tag == tag]
+
+    def first(self, tag: str) -> Element | None:
+        """The first direct child of this tag, if any."""
+        return next((child for child in self.children if child.tag == tag), None)
+
+    def need(self, tag: str) -> Element:
+        """The first direct child of this tag; BuildingError if there is none."""
+        child = self.first(tag)
+        if child is None:
+            raise BuildingError(f"<{self.tag}> holds no <{tag}> in {self.where}; add one.")
+        return child
+
+    def text(self, name: str) -> str:
+        """A non-empty attribute; BuildingError if it is missing."""
+        value = self.attributes.get(name, "").strip()
+        if not value:
+            raise BuildingError(f'<{self.tag}> has no {name} in {self.where}; add {name}="...".')
+        return value
+
+    def numbers(self, name: str, default: tuple[float, ...]) -> tuple[float, ...]:
+        """As many finite numbers as ``default`` has, separated by blanks; ``default`` if absent."""
+        if name not in self.attributes:
+            return default
+        words = self.attributes[name].split()
+        try:
+            values = tuple(float(word) for word in words)
+        except ValueError:
+            values = ()
+        if len(values) != len(default) or not all(map(math.isfinite, values)):
+            raise BuildingError(
+                f'<{self.tag} {name}="{self.attributes[name]}"> in {self.where} must hold '
+                f'{len(default)} finite number(s), e.g. {name}="{" ".join(map(str, default))}".'
+            )
+        return values
+
+    def positive(self, name: str, count: int = 1) -> tuple[float, ...]:
+        """A required attribute of ``count`` numbers, each above zero."""
+        self.text(name)
+        values = self.numbers(name, (1.0,) * count)
+        if min(values) <= 0:
+            raise BuildingError(
+                f'<{self.tag} {name}="{self.attributes[name]}"> in {self.where} has no extent; '
+                "give metres above zero."
+            )
+        return values
+
+
+def read_xml(path: Path) -> Element:
+    """The root element of an XML file. Raises BuildingError if it can't be read or parsed."""
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise BuildingError(
+            f"{path} can't be read ({error.strerror or error}); check the path."
+        ) from error
+    parser = expat.ParserCreate()
+    top: list[Element] = []
+    opened: list[Element] = []
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        where = f"{path.name}, line {parser.CurrentLineNumber}"
+        element = Element(tag, attributes, where)
+        (opened[-1].children if opened else top).append(element)
+        opened.append(element)
+
+    parser.StartElementHandler = start
+    parser.EndElementHandler = lambda _: opened.pop()
+    try:
+        parser.Parse(content, True)
+    except (expat.ExpatError, LookupError, ValueError) as error:
+        raise BuildingError(
+            f"{path} is not well-formed XML: {error} (line {parser.CurrentLineNumber}); mend it there."
+        ) from error
+    return top[0]
