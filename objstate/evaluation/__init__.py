@@ -1,6 +1,7 @@
 """Errors against truth, and whether the intervals hold it."""
 
 from objstate.evaluation.evaluation import CoordinateErrors, Evaluation, evaluate, evaluate_states
+from objstate.evaluation.latest import LatestState, latest_states
 from objstate.evaluation.robot import RobotErrors, compare_paths
 from objstate.evaluation.summary import Distances, StateErrors
 
@@ -8,9 +9,11 @@ __all__ = [
     "CoordinateErrors",
     "Distances",
     "Evaluation",
+    "LatestState",
     "RobotErrors",
     "StateErrors",
     "compare_paths",
     "evaluate",
     "evaluate_states",
+    "latest_states",
 ]

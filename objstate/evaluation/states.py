@@ -48,6 +48,11 @@ class TrueCourse:
         changes = np.concatenate([[True], values[1:] != values[:-1]])
         return TrueCourse(stamps[changes], values[changes])
 
+    def value_at(self, stamp_ns: int) -> float | None:
+        """The value that holds at a stamp; None before the first."""
+        period = int(np.searchsorted(self.stamps_ns, stamp_ns, side="right")) - 1
+        return None if period < 0 else float(self.values[period])
+
     def period(self, stamps_ns: IntArray) -> IntArray:
         """(n,) index of the value that holds at each stamp; -1 before the first."""
         return np.searchsorted(self.stamps_ns, stamps_ns, side="right") - 1
@@ -93,12 +98,17 @@ def compare(coordinate: str, posteriors: Posteriors, truth: TrueCourse) -> Compa
     known = period >= 0
     period = period[known]
     true = truth.values[period]
-    off = posteriors.means[known] - true
     return Comparison(
-        errors=wrap(off) if coordinate in ROTATIONS else off,
+        errors=error(coordinate, posteriors.means[known], true),
         inside=_inside(coordinate, true, posteriors.lowers[known], posteriors.uppers[known]),
         final=_last_of_each(period) & truth.standing[period],
     )
+
+
+def error(coordinate: str, estimate: FloatArray, truth: FloatArray) -> FloatArray:
+    """Estimate minus truth; rotations the short way round."""
+    off = estimate - truth
+    return wrap(off) if coordinate in ROTATIONS else off
 
 
 def _inside(

@@ -1,0 +1,47 @@
+"""What a run knows of each object in the end."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from objstate.evaluation.states import Coordinate, TrueCourse, error, true_courses
+from objstate.records import Estimate, TrueState
+
+if TYPE_CHECKING:
+    import polars as pl
+
+
+@dataclass(frozen=True)
+class LatestState:
+    """The last estimate of one coordinate that a scan bore on, or the last of all where none did."""
+
+    estimate: Estimate
+    truth: float | None  # at the estimate's stamp, where known
+    error: float | None  # estimate minus truth; rotations wrapped
+
+
+def latest_states(estimates: pl.DataFrame, truth: Iterable[TrueState] = ()) -> list[LatestState]:
+    """The latest state of every coordinate of every object, by object's name.
+
+    ``estimates`` has the columns of ``estimates.parquet``; ``truth`` is in time order.
+    """
+    last = (
+        estimates.sort("observed", "stamp", maintain_order=True)
+        .unique(["object", "coordinate"], keep="last", maintain_order=True)
+        .sort("object", maintain_order=True)
+    )
+    courses = true_courses(truth)
+    return [_latest(Estimate(*row), courses) for row in last.iter_rows()]
+
+
+def _latest(estimate: Estimate, courses: Mapping[Coordinate, TrueCourse]) -> LatestState:
+    course = courses.get((estimate.object, estimate.coordinate))
+    truth = None if course is None else course.value_at(estimate.stamp_ns)
+    if truth is None:
+        return LatestState(estimate, None, None)
+    off = error(estimate.coordinate, np.array(estimate.mean), np.array(truth))
+    return LatestState(estimate, truth, float(off))
