@@ -54,11 +54,12 @@ class McapLog:
 
     def write(
         self, topic: str, type_name: str, recorded_ns: int, cdr: bytes, definition: str | None
-    ) -> None:
+    ) -> bool:
         channel = self._channels.get((topic, type_name))
         if channel is None:
             channel = self._add_channel(topic, type_name, definition)
         self._writer.add_message(channel, recorded_ns, cdr, publish_time=recorded_ns)
+        return True
 
     def _add_channel(self, topic: str, type_name: str, definition: str | None) -> int:
         if type_name not in self._schemas:
@@ -84,7 +85,7 @@ class Bag1Log:
 
     def write(
         self, topic: str, type_name: str, recorded_ns: int, cdr: bytes, definition: str | None
-    ) -> None:
+    ) -> bool:
         if not FIRST_NS <= recorded_ns <= LAST_NS:
             raise ResultError(
                 f"{topic} has a message of time {recorded_ns} ns, which a ROS 1 bag can't hold; "
@@ -94,6 +95,7 @@ class Bag1Log:
         if connection is None:
             connection = self._add_connection(topic, type_name, definition)
         self._bag.write(connection, recorded_ns, ros1_bytes(type_name, definition, cdr))
+        return True
 
     def _add_connection(self, topic: str, type_name: str, definition: str | None) -> Connection:
         connection = self._bag.add_connection(
@@ -119,11 +121,12 @@ class Bag2Log:
 
     def write(
         self, topic: str, type_name: str, recorded_ns: int, cdr: bytes, definition: str | None
-    ) -> None:
+    ) -> bool:
         connection = self._connections.get((topic, type_name))
         if connection is None:
             connection = self._add_connection(topic, type_name, definition)
         self._bag.write(connection, recorded_ns, cdr)
+        return True
 
     def _add_connection(self, topic: str, type_name: str, definition: str | None) -> Connection:
         connection = self._bag.add_connection(

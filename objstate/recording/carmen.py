@@ -1,14 +1,14 @@
 """Logs as CARMEN text: odometry and level lasers, nothing else.
 
-A laser that looks straight ahead with 180 or 360 beams over half a turn is
-written as FLASER, one that looks straight back as RLASER, and one other as
-ROBOTLASER1. The heights of the lasers are lost: the format has no word for them.
+The format knows two lasers, on the robot's axis, one that looks ahead and one that
+looks back: FLASER and RLASER where the beams cover half a turn in steps of 1 or 0.5
+degrees, else ROBOTLASER1 and ROBOTLASER2, which tell their bearings. Heights are lost.
 """
 
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,21 +32,46 @@ LASER = "sensor_msgs/msg/LaserScan"
 ODOMETRY = "nav_msgs/msg/Odometry"
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
 
+WHEEL_ODOMETRY = "/wheel_odom"  # beside corrected poses: ODOM lines only, no part of a laser line
 HALF_TURN_BEAMS = {180: 1.0, 181: 1.0, 360: 0.5, 361: 0.5}  # beams of a FLASER: degrees between
-STRAIGHT_RAD = 1e-3  # a laser that is off the robot's axis by less looks straight
-ON_AXIS_M = 1e-3
-LEVEL_RAD = np.radians(0.5)  # a laser that tilts by more is not a level one
-NO_RETURN_M = 81.91  # what CARMEN's lasers read where nothing is hit
+BEARING_TOLERANCE = 1e-3  # rad; bearings that are off by less are a FLASER's
+ON_AXIS = 1e-3  # m; a laser farther from the robot's axis has no word
+LEVEL = np.radians(0.5)  # a laser that tilts by more is not a level one
+NO_RETURN = 81.91  # m; what a SICK laser reads where nothing is hit
 HOST = "objstate"
+KNOWN = (LASER, ODOMETRY, TRANSFORMS)
 
 
 @dataclass(frozen=True)
-class _Reading:
-    """A scan that waits for the odometry on both sides of it."""
+class Side:
+    """One of the two lasers that the format knows."""
+
+    yaw: float  # rad
+    half_turn_word: str
+    word: str
+    offset_parameter: str
+    max_parameter: str
+
+
+FRONT = Side(0.0, "FLASER", "ROBOTLASER1", "robot_frontlaser_offset", "robot_front_laser_max")
+REAR = Side(np.pi, "RLASER", "ROBOTLASER2", "robot_rearlaser_offset", "robot_rear_laser_max")
+
+
+@dataclass(frozen=True, eq=False)
+class Laser:
+    """How a laser frame appears in the file."""
+
+    side: Side
+    offset: float  # m along the robot's axis
+    turn: float  # rad, what the mounting adds to the bearings seen from that side
+
+
+@dataclass(frozen=True, eq=False)
+class TimedPose:
+    """Where odometry says the robot was."""
 
     stamp_ns: int
-    frame: str
-    scan: Any
+    pose: FloatArray  # (3,)
 
 
 class CarmenLog:
@@ -55,37 +80,37 @@ class CarmenLog:
     def __init__(self, file: IO[str]) -> None:
         self._file = file
         self._mounts: dict[str, tuple[str, FloatArray]] = {}  # child: parent, (4, 4)
+        self._lasers: dict[str, Laser] = {}  # by frame
         self._base = "base_link"
-        self._words: dict[str, str] = {}  # laser frame: FLASER, RLASER or ROBOTLASER1
-        self._odometry: tuple[int, FloatArray] | None = None
-        self._waiting: deque[_Reading] = deque()
+        self._odometry_topic: str | None = None
+        self._has_wheel_odometry = False
+        self._before: TimedPose | None = None  # the last two of the odometry
+        self._after: TimedPose | None = None
+        self._waiting: deque[Any] = deque()  # scans newer than the odometry
         self._dropped: Counter[str] = Counter()
         self.warnings: list[str] = []
 
     def refusal(self, type_name: str, definition: str | None) -> str | None:
-        if type_name in (LASER, ODOMETRY, TRANSFORMS):
-            return None
-        return "CARMEN holds only planar lasers and odometry"
+        return None if type_name in KNOWN else "CARMEN holds only planar lasers and odometry"
 
     def write(
         self, topic: str, type_name: str, recorded_ns: int, cdr: bytes, definition: str | None
-    ) -> None:
+    ) -> bool:
         message: Any = ros2_types(type_name, definition).deserialize_cdr(cdr, type_name)
         if type_name == ODOMETRY:
-            self._add_odometry(message)
-        elif type_name == LASER:
-            self._add_scan(message)
-        elif topic == "/tf_static":
-            self._add_mounts(message)
-        else:
-            self._dropped[f"transforms of {topic}, which CARMEN has no word for"] += 1
+            return self._add_odometry(topic, message)
+        if type_name == LASER:
+            return self._add_scan(message)
+        self._add_mounts(message)
+        return True
 
     def finish(self) -> None:
         """Count what still waits for odometry, and say what was left out."""
         self._dropped["scans after the last odometry"] += len(self._waiting)
-        if self._words:
+        if self._lasers:
             self.warnings.append(
-                "CARMEN keeps no heights of lasers; give them with --mount when reading."
+                "CARMEN keeps of all transforms only where lasers are mounted along the robot's "
+                "axis; give their heights with --mount when reading."
             )
         self.warnings += [
             f"{count} {what}: left out." for what, count in sorted(self._dropped.items()) if count
@@ -93,35 +118,58 @@ class CarmenLog:
 
     def _add_mounts(self, message: Any) -> None:
         for item in message.transforms:
-            self._mounts[item.child_frame_id.lstrip("/")] = (
-                item.header.frame_id.lstrip("/"),
+            self._mounts[_frame(item.child_frame_id)] = (
+                _frame(item.header.frame_id),
                 _matrix(item.transform.translation, item.transform.rotation),
             )
 
-    def _add_odometry(self, message: Any) -> None:
-        self._base = message.child_frame_id.lstrip("/") or self._base
-        stamp = _stamp(message.header)
-        place = message.pose.pose
-        pose = pose_from_transform(_matrix(place.position, place.orientation))
-        while self._waiting and self._waiting[0].stamp_ns <= stamp:
-            self._write_scan(self._waiting.popleft(), stamp, pose)
-        self._odometry = (stamp, pose)
-        speed = message.twist.twist
-        self._line(
-            "ODOM", _numbers([*pose, speed.linear.x, speed.angular.z, 0.0], 6), stamp_ns=stamp
+    def _add_odometry(self, topic: str, message: Any) -> bool:
+        place, speed = message.pose.pose, message.twist.twist
+        now = TimedPose(
+            _stamp(message.header),
+            pose_from_transform(_matrix(place.position, place.orientation)),
         )
+        if topic == WHEEL_ODOMETRY:
+            self._has_wheel_odometry = True
+            self._write_odometry(now, speed)
+            return True
+        self._odometry_topic = self._odometry_topic or topic
+        if topic != self._odometry_topic:
+            self._dropped[f"messages of {topic}, a second odometry"] += 1
+            return False
+        self._base = _frame(message.child_frame_id) or self._base
+        self._before, self._after = self._after, now
+        self._write_ready_scans()
+        if not self._has_wheel_odometry:
+            self._write_odometry(now, speed)
+        return True
 
-    def _add_scan(self, scan: Any) -> None:
-        frame = scan.header.frame_id.lstrip("/")
+    def _add_scan(self, scan: Any) -> bool:
+        frame = _frame(scan.header.frame_id)
+        if frame not in self._lasers and not self._introduce(frame, scan):
+            return False
+        self._waiting.append(scan)
+        self._write_ready_scans()
+        return True
+
+    def _introduce(self, frame: str, scan: Any) -> bool:
+        """Find the word for a laser that is new, and write where it is; False if it has none."""
         mount = self._mount(frame)
         if mount is None:
             self._dropped[f"scans of '{frame}', whose mounting is not known by then"] += 1
-        elif not _is_level(mount):
-            self._dropped[f"scans of '{frame}', which isn't level"] += 1
-        elif self._word(frame, mount, scan) is None:
-            self._dropped[f"scans of '{frame}', for which CARMEN has no third word"] += 1
-        else:
-            self._waiting.append(_Reading(_stamp(scan.header), frame, scan))
+            return False
+        fault = _unfit(mount)
+        if fault:
+            self._dropped[f"scans of '{frame}', which {fault}"] += 1
+            return False
+        laser = _laser(pose_from_transform(mount))
+        if laser.side in (other.side for other in self._lasers.values()):
+            self._dropped[f"scans of '{frame}', a second laser on its side"] += 1
+            return False
+        self._lasers[frame] = laser
+        self._file.write(f"PARAM {laser.side.offset_parameter} {laser.offset:.6f}\n")
+        self._file.write(f"PARAM {laser.side.max_parameter} {scan.range_max:.4f}\n")
+        return True
 
     def _mount(self, frame: str) -> FloatArray | None:
         """(4, 4) the laser on the robot, along the chain of fixed transforms."""
@@ -133,47 +181,42 @@ class CarmenLog:
             matrix = step @ matrix
         return matrix
 
-    def _word(self, frame: str, mount: FloatArray, scan: Any) -> str | None:
-        """The word that this laser's lines begin with; PARAM lines tell the first time where it is."""
-        if frame in self._words:
-            return self._words[frame]
-        word = _word_for(pose_from_transform(mount), scan)
-        if word in self._words.values():
-            word = "ROBOTLASER1"
-        if word in self._words.values():
-            return None
-        self._words[frame] = word
-        side = {"FLASER": "front", "RLASER": "rear"}.get(word)
-        if side is not None:
-            self._line(f"PARAM robot_{side}laser_offset", f"{mount[0, 3]:.6f}")
-            self._line(f"PARAM robot_{side}_laser_max", f"{scan.range_max:.4f}")
-        return word
-
-    def _write_scan(self, reading: _Reading, stamp: int, pose: FloatArray) -> None:
-        """One line for a scan, with the odometry interpolated to its time."""
-        if self._odometry is None or reading.stamp_ns < self._odometry[0]:
-            if reading.stamp_ns < stamp:
+    def _write_ready_scans(self) -> None:
+        """Write the scans whose time the odometry has reached, with their place in it."""
+        while (
+            self._waiting
+            and self._after
+            and _stamp(self._waiting[0].header) <= self._after.stamp_ns
+        ):
+            scan = self._waiting.popleft()
+            robot = _interpolate(self._before, self._after, _stamp(scan.header))
+            if robot is None:
                 self._dropped["scans before the odometry"] += 1
-                return
-            robot = pose
-        else:
-            before, from_pose = self._odometry
-            share = (reading.stamp_ns - before) / max(stamp - before, 1)
-            robot = interpolate_pose(from_pose, pose, share)
-        mount = self._mount(reading.frame)
-        assert mount is not None  # checked when the scan came
-        laser = compose(robot, pose_from_transform(mount))
-        word = self._words[reading.frame]
-        ranges = _ranges(reading.scan)
-        if word == "ROBOTLASER1":
-            self._line(word, _robotlaser(reading.scan, ranges, laser, robot), reading.stamp_ns)
-            return
-        body = f"{len(ranges)} {_numbers(ranges, 3)} {_numbers([*laser, *robot], 6)}"
-        self._line(word, body, reading.stamp_ns)
+            else:
+                self._write_scan(scan, robot)
 
-    def _line(self, word: str, body: str, stamp_ns: int | None = None) -> None:
-        times = "" if stamp_ns is None else f" {seconds(stamp_ns)} {HOST} {seconds(stamp_ns)}"
-        self._file.write(f"{word} {body}{times}\n")
+    def _write_scan(self, scan: Any, robot: FloatArray) -> None:
+        laser = self._lasers[_frame(scan.header.frame_id)]
+        placed = np.array([laser.offset, 0.0, laser.side.yaw])
+        poses = _numbers([*compose(robot, placed), *robot], 6)
+        ranges = _ranges(scan)
+        readings = f"{len(ranges)} {_numbers(ranges, 3)}"
+        if _is_half_turn(scan, laser.turn):
+            self._line(laser.side.half_turn_word, f"{readings} {poses}", _stamp(scan.header))
+            return
+        # type 0, accuracy 1 cm, remission mode 0; no remissions; speeds and distances not known
+        span = scan.angle_increment * (len(ranges) - 1)
+        head = [scan.angle_min + laser.turn, span, scan.angle_increment, scan.range_max, 0.01]
+        body = f"0 {_numbers(head, 9)} 0 {readings} 0 {poses} 0 0 0 0 0"
+        self._line(laser.side.word, body, _stamp(scan.header))
+
+    def _write_odometry(self, now: TimedPose, speed: Any) -> None:
+        values = [*now.pose, speed.linear.x, speed.angular.z, 0.0]
+        self._line("ODOM", _numbers(values, 6), now.stamp_ns)
+
+    def _line(self, word: str, body: str, stamp_ns: int) -> None:
+        time = seconds(stamp_ns)
+        self._file.write(f"{word} {body} {time} {HOST} {time}\n")
 
 
 @contextmanager
@@ -183,6 +226,10 @@ def write_carmen(path: Path) -> Iterator[CarmenLog]:
         log = CarmenLog(file)
         yield log
         log.finish()
+
+
+def _frame(name: str) -> str:
+    return name.lstrip("/")
 
 
 def _stamp(header: Any) -> int:
@@ -195,46 +242,47 @@ def _matrix(position: Any, q: Any) -> FloatArray:
     )
 
 
-def _is_level(mount: FloatArray) -> bool:
-    """Upright and level; a laser upside down would count its beams the other way."""
-    return bool(mount[2, 2] >= np.cos(LEVEL_RAD))
+def _unfit(mount: FloatArray) -> str | None:
+    """Why no CARMEN laser is mounted like that, or None."""
+    if mount[2, 2] < np.cos(LEVEL):
+        return "isn't level"
+    if abs(mount[1, 3]) > ON_AXIS:
+        return "isn't on the robot's axis"
+    return None
 
 
-def _word_for(mount: FloatArray, scan: Any) -> str:
-    """FLASER and RLASER where their fixed layout fits the laser, else ROBOTLASER1."""
+def _laser(mount: FloatArray) -> Laser:
+    """The side to which a laser at ``mount`` (3,) looks, and what its bearings lack."""
+    side = FRONT if abs(wrap(mount[2])) <= np.pi / 2 else REAR
+    return Laser(side, float(mount[0]), float(wrap(mount[2] - side.yaw)))
+
+
+def _interpolate(before: TimedPose | None, after: TimedPose, stamp: int) -> FloatArray | None:
+    """The pose at a time between two; None for a time before both."""
+    if stamp == after.stamp_ns:
+        return after.pose
+    if before is None or stamp < before.stamp_ns:
+        return None
+    share = (stamp - before.stamp_ns) / (after.stamp_ns - before.stamp_ns)
+    return interpolate_pose(before.pose, after.pose, share)
+
+
+def _is_half_turn(scan: Any, turn: float) -> bool:
+    """Whether the beams are where a reader of FLASER expects them."""
     step = HALF_TURN_BEAMS.get(len(scan.ranges))
-    half_turn = (
-        step is not None
-        and abs(scan.angle_min + np.pi / 2) < STRAIGHT_RAD
-        and abs(np.degrees(scan.angle_increment) - step) * len(scan.ranges)
-        < np.degrees(STRAIGHT_RAD)
-    )
-    if half_turn and abs(mount[1]) < ON_AXIS_M:
-        if abs(mount[2]) < STRAIGHT_RAD:
-            return "FLASER"
-        if abs(wrap(mount[2] - np.pi)) < STRAIGHT_RAD:
-            return "RLASER"
-    return "ROBOTLASER1"
+    if step is None:
+        return False
+    first = scan.angle_min + turn + np.pi / 2
+    widening = (scan.angle_increment - np.radians(step)) * len(scan.ranges)
+    return bool(max(abs(first), abs(widening)) < BEARING_TOLERANCE)
 
 
 def _ranges(scan: Any) -> FloatArray:
-    """Ranges as CARMEN has them: 0 for what is no reading, the laser's own "nothing" for none."""
+    """Ranges as CARMEN has them: 0 for what is no reading, SICK's number for no return."""
     ranges = np.asarray(scan.ranges, dtype=float)
-    nothing = max(NO_RETURN_M, float(scan.range_max))
+    nothing = max(NO_RETURN, float(scan.range_max))
     return np.where(np.isposinf(ranges), nothing, np.where(np.isfinite(ranges), ranges, 0.0))
 
 
-def _robotlaser(scan: Any, ranges: FloatArray, laser: FloatArray, robot: FloatArray) -> str:
-    """The body of a ROBOTLASER1 line: configuration, readings, no remissions, poses, velocities."""
-    span = float(scan.angle_increment) * (len(ranges) - 1)
-    laser_type, accuracy, remission_mode = 0, 0.01, 0
-    head = [scan.angle_min, span, scan.angle_increment, scan.range_max, accuracy]
-    tail = "0 0 0 0 0"  # speeds, safety distances, turn axis: not known
-    return (
-        f"{laser_type} {_numbers(head, 9)} {remission_mode} {len(ranges)} {_numbers(ranges, 3)} "
-        f"0 {_numbers([*laser, *robot], 6)} {tail}"
-    )
-
-
-def _numbers(values: Any, decimals: int) -> str:
+def _numbers(values: Iterable[float], decimals: int) -> str:
     return " ".join(f"{value:.{decimals}f}" for value in values)

@@ -24,8 +24,8 @@ class FormatWriter(Protocol):
 
     def write(
         self, topic: str, type_name: str, recorded_ns: int, cdr: bytes, definition: str | None
-    ) -> None:
-        """Append one message, in the order of recording."""
+    ) -> bool:
+        """Append one message, in the order of recording; False if it was left out."""
 
 
 FORMATS: dict[str, Callable[[Path], AbstractContextManager[FormatWriter]]] = {
@@ -68,14 +68,15 @@ class LogWriter:
         recorded_ns: int,
         message: Any,
         definition: str | None = None,
-    ) -> None:
+    ) -> bool:
         """Append a message: CDR bytes, or a message object of a standard type.
 
         ``definition`` is the text that the type's own log carries, for types that
-        are not standard.
+        are not standard. False if the format has no word for this message; the
+        warnings say why.
         """
         cdr = bytes(message) if _is_bytes(message) else to_cdr(type_name, message)
-        self._log.write(topic, type_name, recorded_ns, cdr, definition)
+        return self._log.write(topic, type_name, recorded_ns, cdr, definition)
 
 
 @contextmanager
