@@ -1,0 +1,87 @@
+"""The project's frame: what is shipped, what is pinned, what the command line costs."""
+
+import re
+import subprocess
+import sys
+import tomllib
+import zipfile
+from importlib.metadata import distribution, requires, version
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+ROOT = Path(__file__).parents[1]
+
+# Modules that take long to load; the command line needs none of them to show its help.
+HEAVY = {"numpy", "scipy", "numba", "polars", "trimesh", "shapely", "rosbags", "embreex", "PIL"}
+
+
+@pytest.fixture(scope="module")
+def pins() -> dict[str, str]:
+    lines = (ROOT / "constraints.txt").read_text().splitlines()
+    pairs = [line.split("==") for line in lines if not line.startswith("#")]
+    return dict(pairs)
+
+
+def needed(name: str, extra: str = "", seen: frozenset[str] = frozenset()) -> frozenset[str]:
+    """All distributions that ``name`` needs here, dependencies of dependencies included."""
+    for text in requires(name) or []:
+        requirement = Requirement(text)
+        marker = requirement.marker
+        own = canonicalize_name(requirement.name)
+        if own in seen or (marker is not None and not marker.evaluate({"extra": extra})):
+            continue
+        seen = needed(own, seen=seen | {own})
+    return seen
+
+
+def test_the_wheel_holds_only_the_package(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(tmp_path)]
+    subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
+    (wheel,) = tmp_path.glob("*.whl")
+    names = zipfile.ZipFile(wheel).namelist()
+    info = f"objstate-{version('objstate')}.dist-info"
+    assert {name.split("/")[0] for name in names} == {"objstate", info}
+    assert "objstate/py.typed" in names
+    assert f"{info}/licenses/LICENSE" in names
+
+
+def test_every_dependency_is_pinned(pins: dict[str, str]) -> None:
+    assert needed("objstate", extra="dev") - pins.keys() == set()
+
+
+def test_constraints_are_pins_and_nothing_else(pins: dict[str, str]) -> None:
+    assert all(re.fullmatch(r"[a-z0-9-]+", name) for name in pins)
+    assert all(re.fullmatch(r"[0-9][0-9a-z.]*", pinned) for pinned in pins.values())
+
+
+def test_pins_meet_the_lower_bounds(pins: dict[str, str]) -> None:
+    bounds = [Requirement(text) for text in requires("objstate") or []]
+    wrong = [
+        str(bound)
+        for bound in bounds
+        if not bound.specifier.contains(pins[canonicalize_name(bound.name)])
+    ]
+    assert wrong == []
+
+
+def test_the_version_is_one() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    changelog = (ROOT / "CHANGELOG.md").read_text()
+    assert project["version"] == distribution("objstate").version
+    assert f"## {project['version']}" in changelog
+
+
+def test_help_loads_nothing_heavy() -> None:
+    script = (
+        "import sys; from objstate.cli import main; main(['--help']); "
+        "main(['estimate', '--help']); print(*sys.modules, file=sys.stderr)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], check=True, capture_output=True, text=True
+    )
+    loaded = {name.split(".")[0] for name in done.stderr.split()}
+    assert loaded & HEAVY == set()
+    assert "objstate" in loaded
