@@ -61,6 +61,9 @@ class LocalizationSettings(Strict):
     bin_xy: Positive = 0.10  # m, cells in which KLD sampling counts
     bin_yaw_deg: Positive = 5.0
     resample_below: Share = 0.5  # of the samples; resample when the effective number falls below
+    kernel_width: NonNegative = (
+        0.5  # of the kernel that spreads resampled copies; 1 is optimal for a Gaussian
+    )
     alpha1: NonNegative = 0.05  # rotation noise from rotation
     alpha2: NonNegative = 0.05  # rotation noise from translation, rad^2 per m^2
     alpha3: NonNegative = 0.05  # translation noise from translation
@@ -89,6 +92,7 @@ class ObjectUpdateSettings(Strict):
     max_distance: Positive = 3.5  # m from the robot (section 4.1 of the paper)
     robot_samples: Count = 50  # of the robot belief, drawn for each update
     tempering: Share = 0.3  # exponent on the likelihood of a scan
+    max_position_std: Positive = 0.5  # m; with a robot belief wider than this no object is updated
     schedule: Literal["alternate", "beams", "lasers"] = "alternate"
     localization_lasers: tuple[str, ...] = ()  # for schedule lasers: frames that localize
 

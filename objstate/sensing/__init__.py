@@ -1,1 +1,7 @@
 """What each beam should read, and how likely it is to read what it read."""
+
+from objstate.sensing.beam_model import BeamModel
+from objstate.sensing.expected import ExpectedRanges, cast_from
+from objstate.sensing.view import ScanView, Sensing, UncertainObject
+
+__all__ = ["BeamModel", "ExpectedRanges", "ScanView", "Sensing", "UncertainObject", "cast_from"]

@@ -31,6 +31,11 @@ class BeamModel:
         tail = [s.sigma_hit, s.lambda_short, range_max, gaussian]
         return np.concatenate([shares / shares.sum(), tail])
 
+    def blurred(self, blur: float) -> BeamModel:
+        """The model with ``sigma_hit`` widened by ``blur`` m, as variances add."""
+        sigma = float(np.hypot(self.settings.sigma_hit, blur))
+        return BeamModel(self.settings.model_copy(update={"sigma_hit": sigma}))
+
     def __call__(
         self, measured: FloatArray, range_max: float
     ) -> Callable[[FloatArray], FloatArray]:

@@ -35,9 +35,12 @@ class ScanView(Protocol):
         """Expected ranges (p, s, n) m of one object alone."""
 
     def pose_log_likelihood(
-        self, poses: FloatArray, objects: Sequence[UncertainObject]
+        self, poses: FloatArray, blur: float, objects: Sequence[UncertainObject]
     ) -> FloatArray:
-        """log p(o | l) (p,), each beam averaged over where the objects may be."""
+        """log p(o | l) (p,), each beam averaged over where the objects may be.
+
+        ``blur`` m is added to the beam model's ``sigma_hit``, as variances add.
+        """
 
     def object_log_likelihood(
         self, name: str, states: FloatArray, poses: FloatArray, background: FloatArray
@@ -80,6 +83,7 @@ class MeshView:
         self._expected = expected
         self._rays = rays
         self._measured = measured
+        self._beam_model = beam_model
         self._log_likelihood = beam_model(measured, range_max)
         self._range_max = range_max
         self._near = 4.0 * beam_model.settings.sigma_hit
@@ -91,15 +95,16 @@ class MeshView:
         return self._expected.object(name, states, poses, self._rays)
 
     def pose_log_likelihood(
-        self, poses: FloatArray, objects: Sequence[UncertainObject]
+        self, poses: FloatArray, blur: float, objects: Sequence[UncertainObject]
     ) -> FloatArray:
+        log_likelihood = self._beam_model.blurred(blur)(self._measured, self._range_max)
         background = self.walls(poses)
-        likelihood = np.exp(self._log_likelihood(background))
+        likelihood = np.exp(log_likelihood(background))
         for item in objects:
             alone = self.object(item.name, item.states, poses)
             kept = np.where(
                 alone < background[:, None],
-                np.exp(self._log_likelihood(alone)),
+                np.exp(log_likelihood(alone)),
                 likelihood[:, None],
             )
             likelihood = np.einsum("s,psn->pn", item.shares, kept)
@@ -132,7 +137,7 @@ class LevelView:
         self._sweep = sweep
         self._beams = sweep.beams(measured)
         self._measured = self._beams[:, -1].copy()
-        self._model = beam_model.parameters(range_max)
+        self._beam_model = beam_model
         self._range_max = range_max
 
     def _nothing(self, *shape: int) -> FloatArray:
@@ -159,13 +164,14 @@ class LevelView:
         return self._sweep.unsorted(self._cast(outline, placements, poses))
 
     def pose_log_likelihood(
-        self, poses: FloatArray, objects: Sequence[UncertainObject]
+        self, poses: FloatArray, blur: float, objects: Sequence[UncertainObject]
     ) -> FloatArray:
         from objstate.sensing import kernels
 
+        model = self._beam_model.blurred(blur).parameters(self._range_max)
         background = self._sorted_walls(poses)
         logs = np.empty_like(background)
-        kernels.log_likelihoods(self._measured, background, self._model, logs)
+        kernels.log_likelihoods(self._measured, background, model, logs)
         likelihood = np.exp(logs)
         for item in objects:
             kernels.mix_object(
@@ -176,7 +182,7 @@ class LevelView:
                 background,
                 self._beams,
                 self._sweep.centre,
-                self._model,
+                model,
                 likelihood,
             )
         with np.errstate(divide="ignore"):
@@ -196,7 +202,7 @@ class LevelView:
             np.ascontiguousarray(background[:, self._sweep.order]),
             self._beams,
             self._sweep.centre,
-            self._model,
+            self._beam_model.parameters(self._range_max),
             change,
             bears,
         )

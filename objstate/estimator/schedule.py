@@ -1,0 +1,45 @@
+"""Which readings localize the robot and which observe the objects.
+
+The paper keeps the two beliefs apart as marginals, so no reading may serve both
+(section 2.2): it alternates between scans. Several lasers, or every other beam,
+can be shared out as well.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from objstate.config import ObjectUpdateSettings
+from objstate.geometry import BoolArray
+from objstate.records import Scan
+
+
+class Schedule:
+    """Shares a stream of scans out between localization and objects."""
+
+    def __init__(self, settings: ObjectUpdateSettings) -> None:
+        self._settings = settings
+        self._seen: dict[str, int] = {}  # scans of each laser so far: k of Table 1
+
+    def share_out(self, scan: Scan) -> tuple[BoolArray, BoolArray]:
+        """The beams (n,) that localize and those (n,) that observe objects."""
+        k = self._seen.get(scan.laser, 0)
+        self._seen[scan.laser] = k + 1
+        localizes = np.zeros(len(scan), dtype=bool)
+        if self._settings.schedule == "beams":
+            localizes[k % 2 :: 2] = True
+        elif self._settings.schedule == "lasers":
+            localizes[:] = scan.laser in self._settings.localization_lasers
+        else:
+            localizes[:] = k % 2 == 0
+        return scan.valid & localizes, scan.valid & ~localizes
+
+
+def evenly_spread(beams: BoolArray, most: int) -> BoolArray:
+    """At most ``most`` of the chosen beams (n,), evenly spread among them."""
+    chosen = np.flatnonzero(beams)
+    if len(chosen) <= most:
+        return beams
+    kept = np.zeros_like(beams)
+    kept[chosen[np.linspace(0, len(chosen) - 1, most).round().astype(int)]] = True
+    return kept

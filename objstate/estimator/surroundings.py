@@ -1,0 +1,100 @@
+"""Which objects a scan may see, and with which beams, before any ray is cast.
+
+Every object stays within a circle about its place, whatever its state: about the
+hinge of a door, the middle of a sliding door's way, the believed place of furniture.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from objstate.building.model import Building, Kind, MovableObject
+from objstate.geometry import BoolArray, FloatArray, transform_from_pose
+from objstate.localization import PoseBelief
+from objstate.objects import ObjectBelief
+from objstate.records import Rays
+from objstate.sensing import cast_from
+
+SPREAD_SIGMAS = 3.0  # how far samples of a belief stray from its mean
+
+
+class Surroundings:
+    """The circles in which a building's objects can be, kept up as beliefs move."""
+
+    def __init__(self, building: Building) -> None:
+        self.names = tuple(building.objects)
+        self._index = {name: k for k, name in enumerate(self.names)}
+        circles = [_circle_of_states(item, item_states(item)) for item in building.objects.values()]
+        self._circles = np.array(circles).reshape(-1, 3)  # x, y, radius
+
+    def follow(self, name: str, belief: ObjectBelief) -> None:
+        """Let a piece of furniture's circle follow its belief."""
+        if belief.item.kind is Kind.PLANAR:
+            strayed = SPREAD_SIGMAS * float(np.hypot(belief.std[0], belief.std[1]))
+            radius = _reach(belief.item) + strayed
+            self._circles[self._index[name]] = [*belief.mean[:2], radius]
+
+    def within(self, robot: PoseBelief, distance: float) -> list[str]:
+        """Names of the objects whose circles come within ``distance`` m of the robot."""
+        x, y, radius = self._circles.T
+        gap = np.hypot(x - robot.mean[0], y - robot.mean[1]) - radius
+        return [self.names[k] for k in np.flatnonzero(gap <= distance)]
+
+    def entries(self, names: Iterable[str], robot: PoseBelief, rays: Rays) -> FloatArray:
+        """Range (m, n) at which each beam enters each named object's circle; inf where it passes by.
+
+        The circles are widened by what the robot's own uncertainty may shift them.
+        """
+        chosen = self._circles[[self._index[name] for name in names]].reshape(-1, 3)
+        origins, directions = cast_from(transform_from_pose(robot.mean), rays)
+        to_x = chosen[:, 0, None] - origins[:, 0]
+        to_y = chosen[:, 1, None] - origins[:, 1]
+        yaw_std = float(np.sqrt(robot.covariance[2, 2]))
+        margin = SPREAD_SIGMAS * (robot.position_std + yaw_std * np.hypot(to_x, to_y))
+        radius = chosen[:, 2, None] + margin
+        level = np.hypot(directions[:, 0], directions[:, 1]).clip(min=1e-9)
+        along = (to_x * directions[:, 0] + to_y * directions[:, 1]) / level
+        aside = to_x**2 + to_y**2 - along**2
+        half = np.sqrt((radius**2 - aside).clip(min=0.0))
+        hit = (aside <= radius**2) & (along + half > 0.0)
+        return np.where(hit, (along - half).clip(min=0.0) / level, np.inf)
+
+    def beams_towards(self, name: str, robot: PoseBelief, rays: Rays) -> BoolArray:
+        """The beams (n,) that may touch an object in one of its states (section 3)."""
+        return np.asarray(np.isfinite(self.entries([name], robot, rays)[0]))
+
+    def in_sight(
+        self, names: Iterable[str], robot: PoseBelief, rays: Rays, walls: FloatArray
+    ) -> list[str]:
+        """Those named objects that some beam may reach before it meets a wall at range (n,)."""
+        names = list(names)
+        entries = self.entries(names, robot, rays)
+        slack = SPREAD_SIGMAS * robot.position_std
+        return [
+            name
+            for name, entry in zip(names, entries, strict=True)
+            if (entry < walls + slack).any()
+        ]
+
+
+def item_states(item: MovableObject) -> FloatArray:
+    """States (k, d) between which an object moves: its limits, or where it should stand."""
+    if item.kind is Kind.PLANAR:
+        return item.home[None]
+    return np.array([[item.lower], [item.upper]])
+
+
+def _circle_of_states(item: MovableObject, states: FloatArray) -> tuple[float, float, float]:
+    places = item.transforms(states)[:, :2, 3]
+    middle = places.mean(axis=0)
+    strayed = float(np.hypot(*(places - middle).T).max())
+    return float(middle[0]), float(middle[1]), _reach(item) + strayed
+
+
+def _reach(item: MovableObject) -> float:
+    """Largest distance of the object's mesh from its own origin, m."""
+    if len(item.mesh.vertices) == 0:
+        return 0.0
+    return float(np.linalg.norm(item.mesh.vertices, axis=1).max())

@@ -1,0 +1,58 @@
+"""The robot belief p(l): weighted samples of the robot's pose."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from objstate.geometry import (
+    FloatArray,
+    compose,
+    weighted_pose_covariance,
+    weighted_pose_mean,
+)
+from objstate.particles import Weights, systematic
+
+
+@dataclass(frozen=True, eq=False)
+class PoseBelief:
+    """Weighted samples of ``base_link`` in the building's frame."""
+
+    poses: FloatArray  # (n, 3) x m, y m, yaw rad
+    weights: Weights  # (n,)
+
+    @staticmethod
+    def gaussian(
+        mean: FloatArray, covariance: FloatArray, count: int, rng: np.random.Generator
+    ) -> PoseBelief:
+        """Equally weighted samples of a Gaussian with mean (3,) and covariance (3, 3)."""
+        poses = rng.multivariate_normal(mean, covariance, size=count, method="eigh")
+        return PoseBelief(poses, Weights.uniform(count))
+
+    @cached_property
+    def mean(self) -> FloatArray:
+        """(3,) the yaw is a circular mean."""
+        return weighted_pose_mean(self.poses, self.weights.values)
+
+    @cached_property
+    def covariance(self) -> FloatArray:
+        """(3, 3) of x, y, yaw about the mean."""
+        return weighted_pose_covariance(self.poses, self.weights.values)
+
+    @property
+    def position_std(self) -> float:
+        """Root of the larger eigenvalue of the position's covariance, m."""
+        return float(np.sqrt(max(np.linalg.eigvalsh(self.covariance[:2, :2])[-1], 0.0)))
+
+    def moved(self, step: FloatArray) -> PoseBelief:
+        """Every sample moved by the same step (3,) in its own frame."""
+        return PoseBelief(compose(self.poses, step), self.weights)
+
+    def thinned(self, count: int, rng: np.random.Generator) -> PoseBelief:
+        """``count`` equally weighted samples that stand for the belief, or itself where smaller."""
+        if len(self.weights) <= count:
+            return self
+        chosen = systematic(self.weights, count, rng)
+        return PoseBelief(self.poses[chosen], Weights.uniform(count))

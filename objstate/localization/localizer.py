@@ -1,0 +1,112 @@
+"""Monte Carlo localization: prediction by odometry, correction by scans, adaptive sample size."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from objstate.config import LocalizationSettings
+from objstate.geometry import FloatArray, wrap
+from objstate.localization.belief import PoseBelief
+from objstate.localization.motion import sample_motion
+from objstate.particles import Weights, kld_sample_size, systematic
+
+# poses (n, 3), and a standard deviation in m by which ranges are blurred, to log p(o | l) (n,)
+PoseLogLikelihood = Callable[[FloatArray, float], FloatArray]
+
+LEVER = 3.0  # m; a turn of the robot moves what it sees at this distance
+
+
+@dataclass(frozen=True)
+class Localizer:
+    """The two steps of Monte Carlo localization, as functions of a belief."""
+
+    settings: LocalizationSettings
+
+    @property
+    def told_covariance(self) -> FloatArray:
+        """(3, 3) of a start pose that comes without one."""
+        s = self.settings
+        std = np.array([s.initial_xy_std, s.initial_xy_std, np.radians(s.initial_yaw_std_deg)])
+        return np.diag(std**2)
+
+    def start(
+        self, mean: FloatArray, covariance: FloatArray, rng: np.random.Generator
+    ) -> PoseBelief:
+        """The belief of somebody who was told a pose (3,) with a covariance (3, 3)."""
+        return PoseBelief.gaussian(mean, covariance, self.settings.max_particles, rng)
+
+    def start_anywhere(
+        self, lower: FloatArray, upper: FloatArray, rng: np.random.Generator
+    ) -> PoseBelief:
+        """The belief of a robot anywhere in the rectangle from ``lower`` (2,) to ``upper`` (2,)."""
+        count = self.settings.global_particles
+        low, high = np.array([*lower, -np.pi]), np.array([*upper, np.pi])
+        return PoseBelief(rng.uniform(low, high, (count, 3)), Weights.uniform(count))
+
+    def predict(self, belief: PoseBelief, step: FloatArray, rng: np.random.Generator) -> PoseBelief:
+        """p(l | a), eq. (7): the belief after the odometry moved by ``step`` (3,)."""
+        if not step.any():
+            return belief
+        return PoseBelief(sample_motion(belief.poses, step, self.settings, rng), belief.weights)
+
+    def correct(
+        self, belief: PoseBelief, log_likelihood: PoseLogLikelihood, rng: np.random.Generator
+    ) -> PoseBelief:
+        """p(l | o), eq. (6): the belief after a scan, resampled where few samples carry it.
+
+        Each sample stands for its surroundings: the likelihood is blurred by half the
+        distance between samples, which matters only while they are sparse.
+        """
+        blur = self._spacing(belief) / 2.0
+        evidence = self.settings.tempering * log_likelihood(belief.poses, blur)
+        weights, _ = belief.weights.reweight(evidence)
+        corrected = PoseBelief(belief.poses, weights)
+        if weights.effective_size >= self.settings.resample_below * len(weights):
+            return corrected
+        return self._resample(corrected, rng)
+
+    def _resample(self, belief: PoseBelief, rng: np.random.Generator) -> PoseBelief:
+        """Systematic resampling to the size that KLD sampling asks for (Fox 2003).
+
+        Copies are spread by a small kernel (regularized particle filter, Musso,
+        Oudjane and Le Gland 2001), so that a robot that stands still keeps a
+        belief rather than copies of one sample.
+        """
+        s = self.settings
+        most = max(s.max_particles, len(belief.weights) // 2)
+        trial = belief.poses[systematic(belief.weights, most, rng)]
+        needed = kld_sample_size(self._occupied(trial), s.pf_err, s.pf_z)
+        count = int(np.clip(needed, s.min_particles, most))
+        poses = belief.poses[systematic(belief.weights, count, rng)]
+        jittered = poses + rng.standard_normal(poses.shape) @ self._kernel(belief, count).T
+        jittered[:, 2] = wrap(jittered[:, 2])
+        return PoseBelief(jittered, Weights.uniform(count))
+
+    def _kernel(self, belief: PoseBelief, count: int) -> FloatArray:
+        """Square root (3, 3) of the covariance of the kernel around each of ``count`` samples."""
+        values, vectors = np.linalg.eigh(belief.covariance)
+        root = vectors * np.sqrt(values.clip(min=0.0))
+        root *= self.settings.kernel_width * count ** (-1.0 / 7.0)  # the optimal order in 3-D
+        widest = np.abs(root).sum(axis=1) / self._bin
+        return np.asarray(root / max(1.0, float(widest.max())))
+
+    @property
+    def _bin(self) -> FloatArray:
+        """(3,) sizes of the KLD grid's cells."""
+        s = self.settings
+        return np.array([s.bin_xy, s.bin_xy, np.radians(s.bin_yaw_deg)])
+
+    def _occupied(self, poses: FloatArray) -> int:
+        """How many cells of the KLD grid hold a sample."""
+        return len(np.unique(np.floor(poses / self._bin).astype(np.int64), axis=0))
+
+    def _spacing(self, belief: PoseBelief) -> float:
+        """Distance in m between neighbouring samples, a turn counted at ``LEVER``."""
+        scale = np.array([1.0, 1.0, LEVER])
+        cells = self._occupied(belief.poses) * float(np.prod(self._bin * scale))
+        covariance = belief.covariance * np.outer(scale, scale)
+        cloud = 4.0 / 3.0 * np.pi * float(np.sqrt(max(np.linalg.det(covariance), 0.0)))
+        return float(np.cbrt(min(cells, cloud) / len(belief.weights)))

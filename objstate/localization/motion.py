@@ -1,0 +1,39 @@
+"""The odometry motion model p(l | a, l'): eq. (7), with AMCL's alphas.
+
+A step of odometry is an arc: half of its turn before and half after the
+translation. Noise has the deviations of AMCL's model (Thrun, Burgard and Fox
+2005, table 5.6) when the step is as long as ``update_min_d`` or turns as far as
+``update_min_a``; for shorter steps its variance is in proportion to their
+length. So the spread after a drive doesn't depend on the odometry's rate.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from objstate.config import LocalizationSettings
+from objstate.geometry import FloatArray, wrap
+
+
+def sample_motion(
+    poses: FloatArray, step: FloatArray, settings: LocalizationSettings, rng: np.random.Generator
+) -> FloatArray:
+    """Poses (n, 3) after the odometry moved by ``step`` (3,) in the robot's frame, with noise."""
+    s = settings
+    translation, rotation = float(np.hypot(step[0], step[1])), abs(float(step[2]))
+    driven = translation * max(translation, s.update_min_d)  # m^2
+    turned = rotation * max(rotation, s.update_min_a)  # rad^2
+    half_turn_std = np.sqrt((s.alpha1 * turned + s.alpha2 * driven) / 2.0)
+    length_std = np.sqrt(s.alpha3 * driven + s.alpha4 * turned)
+    noise = rng.standard_normal((3, len(poses)))
+    before, after = half_turn_std * noise[0], half_turn_std * noise[1]
+    heading = poses[:, 2] + before
+    direction = heading + np.arctan2(step[1], step[0])
+    length = translation + length_std * noise[2]
+    return np.column_stack(
+        [
+            poses[:, 0] + length * np.cos(direction),
+            poses[:, 1] + length * np.sin(direction),
+            wrap(heading + step[2] + after),
+        ]
+    )

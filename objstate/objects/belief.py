@@ -1,0 +1,121 @@
+"""The object belief p(s): weighted samples over an object's state, and what they say."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from objstate.building.model import Kind, MovableObject
+from objstate.geometry import BoolArray, FloatArray, circular_mean, wrap
+from objstate.particles import Weights, quantiles
+from objstate.records import Estimate
+from objstate.sensing import UncertainObject
+
+CENTRAL = 0.9  # the share of the posterior between lower and upper
+SETTLED_ANGLE = np.radians(5.0)  # rad; a state known better than this stands for the belief
+SETTLED_LENGTH = 0.05  # m
+LENGTHS = ("offset", "x", "y")
+
+
+@dataclass(frozen=True, eq=False)
+class ObjectBelief:
+    """Weighted samples of one object's state. A value: updates return new ones."""
+
+    item: MovableObject
+    states: FloatArray  # (n, d)
+    weights: Weights  # (n,)
+    cell: FloatArray  # (d,) width of what one sample stands for; zero for free samples
+    stamp_ns: int | None = None  # the moment of the belief; None before the first
+    last_observed_ns: int | None = None
+
+    @property
+    def wraps(self) -> BoolArray:
+        """(d,) which coordinates are directions, on which -pi and pi are one."""
+        if self.item.kind is Kind.PLANAR:
+            return np.array([False, False, True])
+        return np.array([self.item.wraps])
+
+    def with_weights(self, weights: Weights) -> ObjectBelief:
+        return replace(self, weights=weights)
+
+    def with_samples(self, states: FloatArray, weights: Weights) -> ObjectBelief:
+        return replace(self, states=states, weights=weights)
+
+    @cached_property
+    def mean(self) -> FloatArray:
+        """(d,) directions by circular mean."""
+        values = self.weights.values
+        return np.array(
+            [
+                circular_mean(column, values) if wraps else values @ column
+                for column, wraps in zip(self.states.T, self.wraps, strict=True)
+            ]
+        )
+
+    @cached_property
+    def deviations(self) -> FloatArray:
+        """(n, d) samples from the mean; directions the short way round."""
+        off = self.states - self.mean
+        return np.asarray(np.where(self.wraps, wrap(off), off))
+
+    @cached_property
+    def std(self) -> FloatArray:
+        """(d,) standard deviations, the width of a sample's cell included."""
+        return np.asarray(np.sqrt(self.weights.values @ self.deviations**2 + self.cell**2 / 12.0))
+
+    def interval(self, share: float = CENTRAL) -> tuple[FloatArray, FloatArray]:
+        """Lower and upper bounds (d,) of the central ``share`` of the posterior.
+
+        A direction's bounds lie around its mean and may pass pi.
+        """
+        tails = np.array([(1.0 - share) / 2.0, (1.0 + share) / 2.0])
+        off = np.array([self._quantiles(k, tails) for k in range(self.states.shape[1])])  # (d, 2)
+        return self.mean + off[:, 0], self.mean + off[:, 1]
+
+    def _quantiles(self, coordinate: int, shares: FloatArray) -> FloatArray:
+        values, weights = self.deviations[:, coordinate], self.weights.values
+        width = self.cell[coordinate]
+        if width == 0.0:
+            return quantiles(values, weights, shares)
+        order = np.argsort(values, kind="stable")  # each cell's mass is spread over its width
+        edges = np.append(values[order] - width / 2, values[order[-1]] + width / 2)
+        filled = np.concatenate([[0.0], np.cumsum(weights[order])])
+        return np.interp(shares, filled, edges)
+
+    @cached_property
+    def settled(self) -> bool:
+        """Whether the state is known well enough that its mean can stand in a scene."""
+        limits = [
+            SETTLED_LENGTH if name in LENGTHS else SETTLED_ANGLE for name in self.item.coordinates
+        ]
+        return bool((self.std <= limits).all())
+
+    def represented_by(self, name: str, count: int) -> UncertainObject:
+        """A few states that stand for the belief: its mean where settled, else an even comb."""
+        if self.settled:
+            return UncertainObject(name, self.mean[None], np.ones(1))
+        comb = (np.arange(count) + 0.5) / count
+        chosen = np.searchsorted(np.cumsum(self.weights.values), comb)
+        states = self.states[chosen.clip(max=len(self.states) - 1)]
+        return UncertainObject(name, states, np.full(count, 1.0 / count))
+
+    def estimates(self, observed: bool) -> list[Estimate]:
+        """The belief as rows for people and programs, one for each coordinate."""
+        if self.stamp_ns is None:
+            raise ValueError("a belief without a moment has no estimates")
+        lower, upper = self.interval()
+        return [
+            Estimate(
+                stamp_ns=self.stamp_ns,
+                object=self.item.name,
+                coordinate=coordinate,
+                mean=float(self.mean[k]),
+                std=float(self.std[k]),
+                lower=float(lower[k]),
+                upper=float(upper[k]),
+                observed=observed,
+            )
+            for k, coordinate in enumerate(self.item.coordinates)
+        ]
