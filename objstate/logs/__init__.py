@@ -1,6 +1,7 @@
 """Recorded logs in, records out: MCAP, rosbag1, rosbag2, CARMEN."""
 
 from objstate.logs.containers import Messages, open_messages
+from objstate.logs.log import Log, open_log
 from objstate.logs.messages import Message
 
-__all__ = ["Message", "Messages", "open_messages"]
+__all__ = ["Log", "Message", "Messages", "open_log", "open_messages"]

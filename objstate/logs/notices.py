@@ -2,20 +2,42 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 
 class Notices:
     """Collects sentences and counts repeats."""
 
     def __init__(self) -> None:
-        self._counts: dict[str, int] = {}
+        self._facts: Counter[str] = Counter()
+        self.dropped: Counter[str] = Counter()  # what was dropped and why
+        self._is_muted = False
 
     def add(self, fact: str) -> None:
-        """Note a fact: a sentence in the singular, e.g. ``"Scan without odometry: dropped"``."""
-        self._counts[fact] = self._counts.get(fact, 0) + 1
+        """Note a fact: a sentence in the singular, e.g. ``"run.mcap is cut off"``."""
+        if not self._is_muted:
+            self._facts[fact] += 1
+
+    def drop(self, what: str, why: str) -> None:
+        """Note that something was left out: ``drop("Scan", "before any odometry")``."""
+        fact = f"{what} dropped: {why}"
+        self.add(fact)
+        if not self._is_muted:
+            self.dropped[fact] += 1
+
+    @contextmanager
+    def muted(self) -> Iterator[None]:
+        """While looking ahead, note nothing: it will be noted when it is read in its turn."""
+        was_muted, self._is_muted = self._is_muted, True
+        try:
+            yield
+        finally:
+            self._is_muted = was_muted
 
     def listed(self) -> list[str]:
         """The facts in the order in which they first came up."""
         return [
-            fact if count == 1 else f"{fact} ({count} times)"
-            for fact, count in self._counts.items()
+            fact if count == 1 else f"{fact} ({count} times)" for fact, count in self._facts.items()
         ]

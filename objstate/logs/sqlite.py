@@ -61,21 +61,22 @@ class SqliteFile:
 
     def _readable_rows(self, database: sqlite3.Connection) -> Iterator[tuple[int, int, bytes]]:
         """All rows of the messages' table; where reading fails, on from the next that can be read."""
-        self._last_row, step = 0, 0
+        last, step = 0, 0
         while True:
             rows = database.execute(
                 "SELECT id, topic_id, timestamp, data FROM messages WHERE id > ? ORDER BY id",
-                (self._last_row + step,),
+                (last + step,),
             )
             try:
                 for row, topic, recorded_ns, data in rows:
-                    self._last_row, step = row, 0
+                    last, step = row, 0
+                    self._last_row = last
                     yield topic, recorded_ns, bytes(data)
                 return
             except sqlite3.Error as error:
                 if not step:
                     self._notices.add(
-                        f"{self.path.name} is damaged after message {self._last_row} ({error}): "
+                        f"{self.path.name} is damaged after message {last} ({error}): "
                         "what can be read is used"
                     )
                 step = max(1, 2 * step)

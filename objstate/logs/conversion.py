@@ -1,0 +1,193 @@
+"""From ROS messages to records, or to what becomes records once odometry is known."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from objstate.errors import LogError
+from objstate.geometry import FloatArray, compose, pose_from_transform
+from objstate.logs.beliefs import (
+    gaussian_belief,
+    initial_pose,
+    is_in_map,
+    particle_cloud_belief,
+    plane_pose,
+    pose_array_belief,
+)
+from objstate.logs.containers import Messages
+from objstate.logs.frames import BASE, FrameTree, Mountings, frame_name, odometry_root
+from objstate.logs.messages import Message
+from objstate.logs.notices import Notices
+from objstate.logs.ordering import Arrival, Item
+from objstate.logs.roles import Roles
+from objstate.logs.scans import BeamGeometry, sweep_from
+from objstate.logs.survey import read_tf_until, survey
+from objstate.records import GaussianRobotBelief, InitialPose, Odometry, RobotBelief
+
+# ns; header times that shift so far against the recording times are a clock set anew
+CLOCK_JUMP_NS = 1_000_000_000
+
+Belief = InitialPose | RobotBelief | GaussianRobotBelief
+Handler = Callable[[Message, Any], Iterable[Item]]
+
+
+class Converter:
+    """Turns the messages of one log into items, in the order in which they were recorded.
+
+    Raises LogError at once where a laser's mounting, or odometry in tf, is nowhere in the log.
+    """
+
+    def __init__(
+        self,
+        messages: Messages,
+        roles: Roles,
+        mounts: Mapping[str, FloatArray],
+        notices: Notices,
+    ) -> None:
+        self._messages = messages
+        self._roles = roles
+        self._notices = notices
+        self._tree = FrameTree()
+        self._mountings = Mountings(self._tree, mounts, notices)
+        self._geometry = BeamGeometry()
+        self._clock_offsets: dict[str, int] = {}
+        self._look_ahead()
+        self._handlers = self._handlers_by_topic()
+
+    def arrivals(self) -> Iterator[Arrival]:
+        """All items of the log; damaged messages are dropped with a notice."""
+        for message in self._messages.messages(self._handlers.keys()):
+            try:
+                decoded = message.decode()
+            except LogError as error:
+                self._notices.drop(f"Message on {message.topic}", str(error))
+                continue
+            for item in self._handlers[message.topic](message, decoded):
+                yield Arrival(item, message.recorded_ns)
+
+    def _look_ahead(self) -> None:
+        with self._notices.muted():
+            found = survey(self._messages, self._roles, self._tree)
+            self._duplicates = {} if self._roles.are_chosen else found.duplicates()
+            self._child = found.odometry_child
+            self._odometry_edge = self._find_odometry_in_tf()
+            for topic, laser in found.laser_frames.items():
+                if topic not in self._duplicates:
+                    self._find_mounting(laser)
+        for topic, used in self._duplicates.items():
+            self._notices.add(
+                f"{topic} comes from the same laser as {used} and is left out; "
+                "--topics chooses otherwise"
+            )
+
+    def _find_odometry_in_tf(self) -> tuple[str, str] | None:
+        """Odometry frame and robot frame in tf; None where there is an odometry topic."""
+        if self._roles.odometry is not None:
+            return None
+        read_tf_until(
+            lambda: odometry_root(self._tree) is not None, self._messages, self._roles, self._tree
+        )
+        edge = odometry_root(self._tree)
+        if edge is None:
+            frames = ", ".join(self._tree.frames) or "none"
+            raise LogError(
+                "The log has no odometry: no nav_msgs/Odometry, and tf has no frame 'odom' above "
+                f"'{BASE}' (its frames: {frames}). Record /odom or /tf."
+            )
+        self._child = edge[1]
+        return edge
+
+    @property
+    def _base(self) -> str:
+        return self._mountings.base(self._child or BASE)
+
+    def _find_mounting(self, laser: str) -> FloatArray:
+        with self._notices.muted():
+            read_tf_until(
+                lambda: self._mountings.is_known(laser, self._base),
+                self._messages,
+                self._roles,
+                self._tree,
+            )
+        return self._mountings.mounting(laser, self._base)
+
+    def _handlers_by_topic(self) -> dict[str, Handler]:
+        roles = self._roles
+        handlers: dict[str, Handler] = {}
+        handlers |= dict.fromkeys(roles.lasers - self._duplicates.keys(), self._sweeps)
+        handlers |= dict.fromkeys(roles.tf, self._transforms)
+        if roles.odometry is not None:
+            handlers[roles.odometry] = self._odometry
+        for topics, convert in (
+            (roles.initial_poses, initial_pose),
+            (roles.gaussian_beliefs, gaussian_belief),
+            (roles.pose_arrays, pose_array_belief),
+            (roles.particle_clouds, particle_cloud_belief),
+        ):
+            handlers |= dict.fromkeys(topics, partial(self._beliefs, convert))
+        return handlers
+
+    def _sweeps(self, message: Message, scan: Any) -> Iterator[Item]:
+        laser = frame_name(scan.header.frame_id)
+        mounting = self._find_mounting(laser)
+        stamp_ns = self._stamp_ns(message, scan.header.stamp)
+        sweep = sweep_from(scan, stamp_ns, laser, mounting, self._geometry, self._notices)
+        if sweep is not None:
+            yield sweep
+
+    def _odometry(self, message: Message, odometry: Any) -> Iterator[Item]:
+        if self._child is None:
+            self._child = frame_name(odometry.child_frame_id) or BASE
+        try:
+            pose = np.array(plane_pose(odometry.pose.pose))
+        except ValueError as error:
+            self._notices.drop("Odometry", str(error))
+            return
+        base = self._mountings.base_in(self._child)
+        stamp_ns = self._stamp_ns(message, odometry.header.stamp)
+        yield Odometry(stamp_ns, pose if base is None else compose(pose, base))
+
+    def _transforms(self, message: Message, tf: Any) -> Iterator[Item]:
+        for stamped in tf.transforms:
+            child = self._tree.update(stamped)
+            if self._odometry_edge and self._tree.parent(child) == self._odometry_edge[0]:
+                yield from self._odometry_from_tf(message, stamped)
+
+    def _odometry_from_tf(self, message: Message, stamped: Any) -> Iterator[Item]:
+        assert self._odometry_edge is not None
+        try:
+            in_odom = self._tree.pose_of(self._base, self._odometry_edge[0])
+        except ValueError as error:
+            self._notices.drop("Odometry", str(error))
+            return
+        stamp_ns = self._stamp_ns(message, stamped.header.stamp)
+        yield Odometry(stamp_ns, pose_from_transform(in_odom))
+
+    def _beliefs(
+        self, convert: Callable[[Any, int], Belief], message: Message, decoded: Any
+    ) -> Iterator[Item]:
+        if not is_in_map(decoded, message.topic, self._notices):
+            return
+        try:
+            yield convert(decoded, self._stamp_ns(message, decoded.header.stamp))
+        except ValueError as error:
+            self._notices.drop(f"Belief on {message.topic}", str(error))
+
+    def _stamp_ns(self, message: Message, stamp: Any) -> int:
+        """The header's time; where it is zero, the recorder's."""
+        stamp_ns = int(stamp.sec * 10**9 + stamp.nanosec)
+        if stamp_ns == 0:
+            self._notices.add(f"{message.topic} has no header times: recording times are used")
+            return message.recorded_ns
+        offset = message.recorded_ns - stamp_ns
+        if abs(offset - self._clock_offsets.get(message.topic, offset)) > CLOCK_JUMP_NS:
+            self._notices.add(
+                f"Header times of {message.topic} jump by more than {CLOCK_JUMP_NS / 1e9:g} s "
+                "against the recording times"
+            )
+        self._clock_offsets[message.topic] = offset
+        return stamp_ns

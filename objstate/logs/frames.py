@@ -1,0 +1,172 @@
+"""tf: how frames hang together, and where the lasers are mounted.
+
+Frames follow REP-105. Records speak of ``base_link`` standing on the floor (z = 0). Where
+tf knows ``base_footprint``, the floor is its height, and lasers keep their true height
+above it; else ``base_link`` itself is taken to be on the floor.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from objstate.errors import LogError
+from objstate.geometry import (
+    FloatArray,
+    invert,
+    is_rigid,
+    pose_from_transform,
+    rotation_from_quaternion,
+    transform,
+)
+from objstate.logs.notices import Notices
+
+BASE = "base_link"
+FLOOR = "base_footprint"
+ODOMETRY_FRAMES = ("odom", "odom_combined")
+
+# m and sines of angles; a smaller change of a mounting is jitter of its publisher
+SAME_MOUNTING = 1e-3
+
+Edge = tuple[str, tuple[float, ...]]  # parent, (x, y, z, qx, qy, qz, qw)
+
+
+def frame_name(frame: str) -> str:
+    """A frame's name without the slash that ROS 1 allowed in front."""
+    return frame.lstrip("/")
+
+
+class FrameTree:
+    """The latest transform of every frame in its parent."""
+
+    def __init__(self) -> None:
+        self._edges: dict[str, Edge] = {}
+
+    def update(self, stamped: Any) -> str:
+        """Take a ``geometry_msgs/TransformStamped``; returns the child's name."""
+        child = frame_name(stamped.child_frame_id)
+        at, turn = stamped.transform.translation, stamped.transform.rotation
+        numbers = (at.x, at.y, at.z, turn.x, turn.y, turn.z, turn.w)
+        self._edges[child] = (frame_name(stamped.header.frame_id), numbers)
+        return child
+
+    @property
+    def frames(self) -> list[str]:
+        """All frames, sorted."""
+        return sorted(self._edges.keys() | {parent for parent, _ in self._edges.values()})
+
+    def parent(self, frame: str) -> str | None:
+        """The frame in which ``frame`` is given, if any."""
+        edge = self._edges.get(frame)
+        return edge[0] if edge else None
+
+    def ancestors(self, frame: str) -> list[str]:
+        """The frame itself, its parent, and so on to the root."""
+        line = [frame]
+        while (parent := self.parent(line[-1])) is not None and parent not in line:
+            line.append(parent)
+        return line
+
+    def are_connected(self, a: str, b: str) -> bool:
+        """Whether tf leads from one frame to the other."""
+        return a == b or bool(set(self.ancestors(a)) & set(self.ancestors(b)))
+
+    def pose_of(self, frame: str, reference: str) -> FloatArray:
+        """Transform (4, 4) of ``frame`` in ``reference``; they must be connected."""
+        up, up_reference = self.ancestors(frame), self.ancestors(reference)
+        common = next(name for name in up if name in up_reference)
+        return invert(self._down(reference, common)) @ self._down(frame, common)
+
+    def _down(self, frame: str, ancestor: str) -> FloatArray:
+        matrix = np.eye(4)
+        while frame != ancestor:
+            frame, (x, y, z, *turn) = self._edges[frame]
+            matrix = transform(rotation_from_quaternion(*turn), (x, y, z)) @ matrix
+        return matrix
+
+
+class Mountings:
+    """Where each laser is on the robot, and which frame the robot's pose is about."""
+
+    def __init__(self, tree: FrameTree, mounts: Mapping[str, FloatArray], notices: Notices) -> None:
+        self.tree = tree
+        self._given = {frame_name(frame): _checked(frame, m) for frame, m in mounts.items()}
+        self._notices = notices
+        self._known: dict[str, FloatArray] = {}
+
+    def base(self, odometry_child: str) -> str:
+        """The frame that the records call ``base_link``: that one, where tf leads to it."""
+        if self.tree.are_connected(odometry_child, BASE):
+            return BASE
+        if odometry_child == FLOOR and BASE in self.tree.frames:
+            self._notices.add(f"tf does not join {FLOOR} and {BASE}: they are taken as one")
+            return BASE
+        return odometry_child
+
+    def base_in(self, odometry_child: str) -> FloatArray | None:
+        """The base's plane pose (3,) in the odometry's child frame; None where they are one."""
+        base = self.base(odometry_child)
+        if base == odometry_child or not self.tree.are_connected(base, odometry_child):
+            return None
+        return pose_from_transform(self.tree.pose_of(base, odometry_child))
+
+    def is_known(self, laser: str, base: str) -> bool:
+        """Whether the laser's mounting is given, or can be had from tf."""
+        return laser in self._given or self.tree.are_connected(laser, base)
+
+    def mounting(self, laser: str, base: str) -> FloatArray:
+        """Transform (4, 4) of the laser in the base on the floor.
+
+        The same array is returned for as long as the mounting stays the same. Raises
+        LogError where nothing tells it.
+        """
+        if laser in self._given:
+            return self._given[laser]
+        if not self.is_known(laser, base):
+            raise LogError(self._unknown(laser, base))
+        try:
+            current = self.lift(base) @ self.tree.pose_of(laser, base)
+        except ValueError as error:
+            raise LogError(f"tf gives no usable mounting for {laser}: {error}") from error
+        known = self._known.setdefault(laser, current)
+        if known is current or np.allclose(known, current, rtol=0, atol=SAME_MOUNTING):
+            return known
+        self._notices.add(f"The mounting of {laser} changes during the log; tf is followed")
+        self._known[laser] = current
+        return current
+
+    def lift(self, base: str) -> FloatArray:
+        """Transform (4, 4) of the base in the frame below it on the floor: its height.
+
+        The tilt that some robots publish from their inertial unit is left out: the floor is level.
+        """
+        if not self.tree.are_connected(FLOOR, base):
+            return np.eye(4)
+        height = self.tree.pose_of(base, FLOOR)[2, 3]
+        return transform(np.eye(3), (0.0, 0.0, height))
+
+    def _unknown(self, laser: str, base: str) -> str:
+        known = ", ".join(self.tree.frames) or "none at all"
+        return (
+            f"Nothing in the log tells where the laser '{laser}' is mounted on '{base}' (tf knows "
+            f"of frames: {known}). Supply it with --mount {laser}=x,y,z,roll,pitch,yaw "
+            "(metres and radians), or leave this laser out with --topics."
+        )
+
+
+def odometry_root(tree: FrameTree) -> tuple[str, str] | None:
+    """The odometry frame in tf and the robot's frame below it, where there are such."""
+    for robot in (BASE, FLOOR):
+        for frame in tree.ancestors(robot)[1:]:
+            if frame.rpartition("/")[2] in ODOMETRY_FRAMES:
+                return frame, robot
+    return None
+
+
+def _checked(frame: str, matrix: FloatArray) -> FloatArray:
+    array = np.asarray(matrix, dtype=float)
+    if array.shape != (4, 4) or not is_rigid(array):
+        raise LogError(f"The mounting given for '{frame}' is no rigid transform (4, 4).")
+    return array

@@ -1,0 +1,119 @@
+"""From a recorded log to records in time order, in one pass."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection, Iterable, Iterator, Mapping
+
+from objstate.errors import LogError
+from objstate.geometry import FloatArray
+from objstate.logs.containers import Messages, Paths, as_paths
+from objstate.logs.conversion import Converter
+from objstate.logs.notices import Notices
+from objstate.logs.odometry import place_in_odometry
+from objstate.logs.ordering import in_time_order
+from objstate.logs.roles import find_roles
+from objstate.records import Odometry, Record, Scan
+
+# s; a time from here on (the year 1973) is one of the calendar, a smaller one counts from
+# the log's start
+EPOCH_FROM = 1e8
+
+
+class Log:
+    """One drive's records in time order, to be iterated over."""
+
+    def __init__(
+        self,
+        messages: Messages,
+        topics: Collection[str] | None,
+        mounts: Mapping[str, FloatArray],
+        span: tuple[float | None, float | None],
+        notices: Notices,
+    ) -> None:
+        self._messages = messages
+        self._mounts = mounts
+        self._span = span
+        self._notices = notices
+        self._passed: Counter[str] = Counter()
+        types = {topic: kind.name for topic, kind in messages.topics().items()}
+        self._roles = find_roles(types, topics, notices)
+
+    def __iter__(self) -> Iterator[Record]:
+        """The records. Raises LogError where no scan can be used, in the end at the latest."""
+        converter = Converter(self._messages, self._roles, self._mounts, self._notices)
+        items = in_time_order(converter.arrivals(), self._notices)
+        records = place_in_odometry(items, self._notices)
+        for record in _within(records, *self._span):
+            self._passed[type(record).__name__] += 1
+            yield record
+        if not self._passed[Scan.__name__]:
+            raise LogError(self._no_scans())
+
+    @property
+    def warnings(self) -> list[str]:
+        """What its user should know, each fact once; grows while the log is read."""
+        return self._notices.listed()
+
+    @property
+    def share(self) -> float:
+        """Share of the log read so far, 0..1."""
+        return self._messages.share
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Records so far by class name, and what was dropped by the reason."""
+        return dict(self._passed) | dict(self._notices.dropped)
+
+    def _no_scans(self) -> str:
+        reasons = "; ".join(self.warnings)
+        span = "" if self._span == (None, None) else " between the start and the end asked for"
+        return (
+            f"The log holds no scan that can be used{span}. "
+            f"{reasons or 'Record laser scans and odometry'}."
+        )
+
+
+def open_log(
+    paths: Paths,
+    topics: Collection[str] | None = None,
+    mounts: Mapping[str, FloatArray] | None = None,
+    start: float | None = None,
+    end: float | None = None,
+) -> Log:
+    """Open a recorded drive, of one file or bag folder or of several parts.
+
+    ``topics`` restricts what is read; tf is read in any case. ``mounts`` gives, or
+    overrides, transforms (4, 4) of lasers in ``base_link`` by frame. ``start`` and ``end``
+    are seconds from the log's start, or of the calendar from 1e8 on. The log starts with its
+    first odometry or scan.
+
+    Raises LogError for a path that is missing or of no known format, for a topic that isn't
+    there or of no use, and for a log without scans or odometry.
+    """
+    notices = Notices()
+    messages = Messages(as_paths(paths), None, notices)
+    return Log(messages, topics, mounts or {}, (start, end), notices)
+
+
+def _within(records: Iterable[Record], start: float | None, end: float | None) -> Iterator[Record]:
+    origin_ns: int | None = None
+    for record in records:
+        if origin_ns is None and isinstance(record, Odometry | Scan):
+            origin_ns = record.stamp_ns
+        if start is not None and _is_before(record, start, origin_ns):
+            continue
+        if end is not None and not _is_before(record, end, origin_ns, or_at=True):
+            return
+        yield record
+
+
+def _is_before(record: Record, seconds: float, origin_ns: int | None, or_at: bool = False) -> bool:
+    """Whether a record comes before a time, given from the origin or of the calendar."""
+    if seconds >= EPOCH_FROM:
+        limit_ns = round(seconds * 1e9)
+    elif origin_ns is None:
+        return seconds > 0  # a belief from before the log's start
+    else:
+        limit_ns = origin_ns + round(seconds * 1e9)
+    return record.stamp_ns < limit_ns or (or_at and record.stamp_ns == limit_ns)

@@ -1,0 +1,144 @@
+"""The robot's odometry over time, and scans placed in it."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections import deque
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from objstate.geometry import FloatArray, IntArray, interpolate_pose, wrap
+from objstate.logs.notices import Notices
+from objstate.logs.ordering import Item
+from objstate.logs.scans import Sweep
+from objstate.records import Odometry, Record, Scan
+
+# ns; so long a scan waits for odometry, and so far odometry is carried on without news
+WAIT_NS = 1_000_000_000
+
+# ns; stretch over which the last velocity is taken, since close stamps give a poor one
+VELOCITY_NS = 100_000_000
+
+# m/s and rad/s; no robot in a building is faster, so odometry that is has jumped
+FASTEST = 5.0
+FASTEST_TURN = 12.0
+# m and rad; a smaller step between two close stamps is not told as a jump
+SMALLEST_JUMP = 0.2
+
+
+class Track:
+    """The latest stretch of odometry."""
+
+    def __init__(self) -> None:
+        self._stamps: list[int] = []
+        self._poses: list[FloatArray] = []
+
+    @property
+    def first_ns(self) -> int | None:
+        """The oldest stamp that is kept."""
+        return self._stamps[0] if self._stamps else None
+
+    @property
+    def last_ns(self) -> int | None:
+        """The latest stamp."""
+        return self._stamps[-1] if self._stamps else None
+
+    @property
+    def last_pose(self) -> FloatArray:
+        """The latest pose (3,)."""
+        return self._poses[-1]
+
+    def append(self, odometry: Odometry) -> None:
+        """Take odometry with a later stamp than all before."""
+        self._stamps.append(odometry.stamp_ns)
+        self._poses.append(odometry.pose)
+
+    def forget_before(self, stamp_ns: int) -> None:
+        """Keep only what is needed for times from ``stamp_ns`` on."""
+        needed_from = max(bisect_right(self._stamps, stamp_ns - VELOCITY_NS) - 1, 0)
+        del self._stamps[:needed_from], self._poses[:needed_from]
+
+    def at(self, times_ns: IntArray) -> FloatArray:
+        """Poses (n, 3) at ``times_ns`` (n,): interpolated, or carried on at the last velocity."""
+        if len(self._stamps) == 1:
+            return np.repeat(self._poses[0][None], len(times_ns), axis=0)
+        origin = self._stamps[0]
+        stamps, poses = np.array(self._stamps) - origin, np.array(self._poses)
+        times = times_ns - origin
+        start = np.clip(np.searchsorted(stamps, times, side="right") - 1, 0, len(stamps) - 2)
+        end = start + 1
+        is_beyond = times > stamps[-1]
+        if is_beyond.any():
+            early = np.searchsorted(stamps, stamps[-1] - VELOCITY_NS, side="right") - 1
+            start[is_beyond] = max(early, 0)
+        share = (times - stamps[start]) / (stamps[end] - stamps[start])
+        return interpolate_pose(poses[start], poses[end], share)
+
+
+def place_in_odometry(items: Iterable[Item], notices: Notices) -> Iterator[Record]:
+    """Records in time order: each scan waits for odometry at or after its last beam.
+
+    A scan before any odometry, or without any within a second, is dropped with a notice.
+    """
+    track = Track()
+    held: deque[Item] = deque()
+    for item in items:
+        if isinstance(item, Odometry) and not _extends(track, item, notices):
+            continue
+        held.append(item)
+        while held and _is_ready(held[0], track, now_ns=item.stamp_ns):
+            yield from _placed(held.popleft(), track, notices)
+    for item in held:
+        yield from _placed(item, track, notices)
+
+
+def _extends(track: Track, odometry: Odometry, notices: Notices) -> bool:
+    """Take odometry into the track; not where its stamp is there already."""
+    if track.last_ns is None:
+        track.append(odometry)
+        return True
+    elapsed = (odometry.stamp_ns - track.last_ns) * 1e-9
+    if elapsed <= 0:
+        if not np.array_equal(odometry.pose, track.last_pose):
+            notices.drop("Odometry", "a second one of the same stamp")
+        return False
+    step = odometry.pose - track.last_pose
+    distance, turn = float(np.hypot(step[0], step[1])), abs(float(wrap(step[2])))
+    if (distance > max(SMALLEST_JUMP, FASTEST * elapsed)) or (
+        turn > max(SMALLEST_JUMP, FASTEST_TURN * elapsed)
+    ):
+        notices.add("Odometry jumps farther than a robot can move")
+    track.append(odometry)
+    return True
+
+
+def _is_ready(item: Item, track: Track, now_ns: int) -> bool:
+    if not isinstance(item, Sweep):
+        return True
+    known_to = track.last_ns
+    return (known_to is not None and known_to >= item.end_ns) or now_ns - item.end_ns > WAIT_NS
+
+
+def _placed(item: Item, track: Track, notices: Notices) -> Iterator[Record]:
+    if not isinstance(item, Sweep):
+        yield item
+        return
+    scan = _scan(item, track, notices)
+    if scan is not None:
+        yield scan
+        track.forget_before(item.stamp_ns)
+
+
+def _scan(sweep: Sweep, track: Track, notices: Notices) -> Scan | None:
+    if track.first_ns is None or track.last_ns is None or track.first_ns > sweep.stamp_ns:
+        notices.drop("Scan", "before any odometry")
+        return None
+    if sweep.end_ns - track.last_ns > WAIT_NS:
+        notices.drop("Scan", f"no odometry within {WAIT_NS / 1e9:g} s")
+        return None
+    if sweep.end_ns > track.last_ns:
+        notices.add("Scan after the last odometry: its pose is carried on at the last velocity")
+    if sweep.beam_interval_ns == 0:
+        return sweep.scan(track.at(np.array([sweep.stamp_ns])))
+    return sweep.scan(track.at(sweep.beam_times_ns()))

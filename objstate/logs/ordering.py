@@ -1,0 +1,67 @@
+"""Putting what was recorded into the order in which it happened, over a small window."""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from itertools import count
+
+from objstate.logs.notices import Notices
+from objstate.logs.scans import Sweep
+from objstate.records import GaussianRobotBelief, InitialPose, Odometry, RobotBelief
+
+# ns; recorders and transports delay a message against others by less than this
+WINDOW_NS = 1_000_000_000
+
+# items; what is held back where recording times don't advance
+MOST_HELD = 10_000
+
+Item = Odometry | Sweep | InitialPose | RobotBelief | GaussianRobotBelief
+
+# At one stamp, what is believed comes before what moved, and that before what was seen.
+RANKS: dict[type, int] = {
+    InitialPose: 0,
+    RobotBelief: 0,
+    GaussianRobotBelief: 0,
+    Odometry: 1,
+    Sweep: 2,
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Arrival:
+    """Something that happened at ``item.stamp_ns``, with the time at which it was recorded."""
+
+    item: Item
+    recorded_ns: int
+
+
+def in_time_order(
+    arrivals: Iterable[Arrival], notices: Notices, window_ns: int = WINDOW_NS
+) -> Iterator[Item]:
+    """The items by stamp. Each waits for ``window_ns`` of recording time before it leaves.
+
+    A stamp far in the future does not hold others up; what arrives after later items
+    have left is dropped with a notice.
+    """
+    held: list[tuple[int, int, int, Arrival]] = []
+    number = count()
+    now_ns = left_ns = -(2**63)
+    for arrival in arrivals:
+        item = arrival.item
+        if item.stamp_ns < left_ns:
+            notices.drop(
+                type(item).__name__.replace("Sweep", "Scan"),
+                f"more than {window_ns / 1e9:g} s behind others in the log",
+            )
+            continue
+        now_ns = max(now_ns, arrival.recorded_ns)
+        heapq.heappush(held, (item.stamp_ns, RANKS[type(item)], next(number), arrival))
+        while now_ns - held[0][3].recorded_ns >= window_ns or len(held) > MOST_HELD:
+            left_ns, _, _, first = heapq.heappop(held)
+            yield first.item
+            if not held:
+                break
+    while held:
+        yield heapq.heappop(held)[3].item

@@ -1,0 +1,120 @@
+"""What each topic of a log is good for, found by message type."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+
+from objstate.errors import LogError
+from objstate.logs.notices import Notices
+
+LASER_SCAN = "sensor_msgs/msg/LaserScan"
+ODOMETRY = "nav_msgs/msg/Odometry"
+TF = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
+POSE_WITH_COVARIANCE = "geometry_msgs/msg/PoseWithCovarianceStamped"
+POSE_ARRAY = "geometry_msgs/msg/PoseArray"
+PARTICLE_CLOUD = "nav2_msgs/msg/ParticleCloud"
+
+USED_TYPES = {LASER_SCAN, ODOMETRY, *TF, POSE_WITH_COVARIANCE, POSE_ARRAY, PARTICLE_CLOUD}
+
+# how localization packages call the topic of their samples
+CLOUD_NAMES = ("particlecloud", "particle_cloud", "particles")
+
+
+@dataclass(frozen=True)
+class Roles:
+    """The topics that records are made from."""
+
+    lasers: frozenset[str]
+    odometry: str | None  # None: odometry comes from tf
+    tf: frozenset[str]
+    initial_poses: frozenset[str]
+    gaussian_beliefs: frozenset[str]
+    pose_arrays: frozenset[str]
+    particle_clouds: frozenset[str]
+    are_chosen: bool  # by the user, not found by type
+
+    @property
+    def telling(self) -> frozenset[str]:
+        """The topics that tell of frames."""
+        odometry = {self.odometry} if self.odometry else set()
+        return self.lasers | self.tf | odometry
+
+
+def find_roles(types: Mapping[str, str], chosen: Collection[str] | None, notices: Notices) -> Roles:
+    """Roles by the topics' types, among the ``chosen`` ones if any; tf is always read.
+
+    Raises LogError where a chosen topic is not in the log or of no use, where no topic
+    holds scans, and where neither odometry nor tf is there.
+    """
+    if chosen is not None:
+        _check_chosen(chosen, types)
+    usable = {t: name for t, name in types.items() if chosen is None or t in chosen}
+    lasers = _of_type(usable, LASER_SCAN)
+    if not lasers:
+        raise LogError(f"No topic holds laser scans ({LASER_SCAN}). {_listed(types)}")
+    tf = frozenset(topic for topic, name in types.items() if name in TF)
+    odometry = _odometry_topic(_of_type(usable, ODOMETRY), notices)
+    if odometry is None and not tf:
+        raise LogError(
+            f"No topic holds odometry ({ODOMETRY}, or {TF[0]} with the frame 'odom'). "
+            f"{_listed(types)}"
+        )
+    with_covariance = _of_type(usable, POSE_WITH_COVARIANCE)
+    initial = frozenset(topic for topic in with_covariance if _last_name(topic) == "initialpose")
+    return Roles(
+        lasers=lasers,
+        odometry=odometry,
+        tf=tf,
+        initial_poses=initial,
+        gaussian_beliefs=with_covariance - initial,
+        pose_arrays=_belief_arrays(_of_type(usable, POSE_ARRAY), chosen),
+        particle_clouds=_of_type(usable, PARTICLE_CLOUD),
+        are_chosen=chosen is not None,
+    )
+
+
+def preferred(topics: Collection[str]) -> str:
+    """Of topics that hold the same data, the rawest: processing lengthens names."""
+    return min(topics, key=lambda topic: (len(topic), topic))
+
+
+def _check_chosen(chosen: Collection[str], types: Mapping[str, str]) -> None:
+    for topic in chosen:
+        if topic not in types:
+            raise LogError(f"The log has no topic '{topic}'. {_listed(types)}")
+        if types[topic] not in USED_TYPES:
+            raise LogError(
+                f"The topic '{topic}' is of type {types[topic]}, which is not used. "
+                f"{_listed(types)}"
+            )
+
+
+def _listed(types: Mapping[str, str]) -> str:
+    usable = sorted(f"{topic} ({name})" for topic, name in types.items() if name in USED_TYPES)
+    return f"Usable topics in the log: {', '.join(usable) or 'none'}."
+
+
+def _of_type(types: Mapping[str, str], wanted: str) -> frozenset[str]:
+    return frozenset(topic for topic, name in types.items() if name == wanted)
+
+
+def _odometry_topic(topics: frozenset[str], notices: Notices) -> str | None:
+    if len(topics) <= 1:
+        return next(iter(topics), None)
+    named = [topic for topic in topics if _last_name(topic) == "odom"]
+    best = preferred(named or topics)
+    if len(named) != 1:
+        others = ", ".join(sorted(topics - {best}))
+        notices.add(f"Odometry is taken from {best}, not from {others}; --topics chooses otherwise")
+    return best
+
+
+def _belief_arrays(topics: frozenset[str], chosen: Collection[str] | None) -> frozenset[str]:
+    if chosen is not None or len(topics) == 1:
+        return topics
+    return frozenset(topic for topic in topics if _last_name(topic) in CLOUD_NAMES)
+
+
+def _last_name(topic: str) -> str:
+    return topic.rpartition("/")[2]

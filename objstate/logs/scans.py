@@ -1,0 +1,172 @@
+"""sensor_msgs/LaserScan to beams on the robot, by REP-117 and REP-103.
+
+Ranges: ``+inf`` is no return, and so is a reading of exactly ``range_max``, which many
+drivers report in its stead. ``nan``, ``-inf`` and whatever lies outside
+[range_min, range_max] say nothing; neither does 0, with which some drivers mean no return
+and others an error.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from objstate.geometry import FloatArray, IntArray, between, rotation_about
+from objstate.logs.notices import Notices
+from objstate.records import Rays, Scan
+
+# s; no laser sweeps longer, so a larger time_increment is a driver's mistake
+LONGEST_SWEEP = 1.0
+
+# beams; drivers differ in whether the last angle is included
+COUNT_TOLERANCE = 1
+
+
+@dataclass(frozen=True, eq=False)
+class Sweep:
+    """A scan before the robot's motion during it is known."""
+
+    stamp_ns: int
+    laser: str
+    ranges: FloatArray  # (n,) m
+    rays: Rays  # (n,) in base_link, as if all beams were taken at once
+    range_min: float  # m
+    range_max: float  # m
+    beam_interval_ns: float
+
+    @property
+    def end_ns(self) -> int:
+        """When the last beam was taken."""
+        return self.stamp_ns + round(self.beam_interval_ns * (len(self.ranges) - 1))
+
+    def beam_times_ns(self) -> IntArray:
+        """(n,) when each beam was taken."""
+        since_ns = np.rint(self.beam_interval_ns * np.arange(len(self.ranges)))
+        return np.asarray(self.stamp_ns + since_ns.astype(np.int64))
+
+    def scan(self, poses: FloatArray) -> Scan:
+        """The scan when odometry was at ``poses``: (n, 3), one for each beam, or (1, 3) for all."""
+        return Scan(
+            stamp_ns=self.stamp_ns,
+            laser=self.laser,
+            ranges=self.ranges,
+            rays=moved_rays(self.rays, between(poses[0], poses)) if len(poses) > 1 else self.rays,
+            range_min=self.range_min,
+            range_max=self.range_max,
+            odometry=poses[0],
+        )
+
+
+def moved_rays(rays: Rays, motion: FloatArray) -> Rays:
+    """Beams (n,) cast while the robot moved by ``motion`` (n, 3) since the scan's stamp."""
+    if not motion.any():
+        return rays
+    turn = rotation_about((0.0, 0.0, 1.0), motion[:, 2])  # (n, 3, 3)
+    origins = np.einsum("nij,nj->ni", turn, rays.origins)
+    origins[:, :2] += motion[:, :2]
+    return Rays(origins, np.einsum("nij,nj->ni", turn, rays.directions))
+
+
+class BeamGeometry:
+    """Beams in ``base_link``, computed once for every laser and mounting."""
+
+    def __init__(self) -> None:
+        self._latest: dict[str, tuple[tuple[int, float, float], FloatArray, Rays]] = {}
+
+    def rays(
+        self, laser: str, count: int, angle_min: float, increment: float, mounting: FloatArray
+    ) -> Rays:
+        """``count`` beams of a laser mounted at ``mounting`` (4, 4)."""
+        shape = (count, angle_min, increment)
+        if laser in self._latest:
+            known_shape, known_mounting, rays = self._latest[laser]
+            if known_shape == shape and known_mounting is mounting:
+                return rays
+        bearings = angle_min + increment * np.arange(count)
+        level = np.stack([np.cos(bearings), np.sin(bearings), np.zeros(count)], axis=-1)
+        origins = np.tile(mounting[:3, 3], (count, 1))
+        rays = Rays(origins, level @ mounting[:3, :3].T)
+        self._latest[laser] = (shape, mounting, rays)
+        return rays
+
+
+def sweep_from(
+    message: Any,
+    stamp_ns: int,
+    laser: str,
+    mounting: FloatArray,
+    geometry: BeamGeometry,
+    notices: Notices,
+) -> Sweep | None:
+    """A sweep from a decoded ``LaserScan``; None, with a notice, where it can't be used."""
+    count = len(message.ranges)
+    if not _has_beams(message, count, laser, notices):
+        return None
+    ranges, range_min, range_max = clean_ranges(message, laser, notices)
+    rays = geometry.rays(laser, count, message.angle_min, message.angle_increment, mounting)
+    interval_ns = _beam_interval_ns(message, count, laser, notices)
+    return Sweep(stamp_ns, laser, ranges, rays, range_min, range_max, interval_ns)
+
+
+def clean_ranges(message: Any, laser: str, notices: Notices) -> tuple[FloatArray, float, float]:
+    """Ranges (n,) as records hold them, and the limits in which they count, all in metres."""
+    ranges = message.ranges.astype(np.float64)
+    range_min, range_max = float(message.range_min), float(message.range_max)
+    if not range_min >= 0:
+        range_min = 0.0
+    if not range_min < range_max < np.inf:
+        notices.add(
+            f"{laser} declares no usable range_max ({range_max:g}): its readings are kept, but "
+            "beams without a return say nothing"
+        )
+        ranges[~np.isfinite(ranges) | (ranges < range_min)] = np.nan
+        return ranges, range_min, _largest(ranges, range_min)
+    ranges[ranges == range_max] = np.inf
+    outside = (ranges < range_min) | ((ranges > range_max) & (ranges < np.inf))
+    ranges[outside] = np.nan
+    return ranges, range_min, range_max
+
+
+def declared_count(message: Any) -> int:
+    """How many beams the angles of a ``LaserScan`` announce; -1 where they make no sense."""
+    steps = float(message.angle_max - message.angle_min) / float(message.angle_increment or np.nan)
+    return round(steps) + 1 if np.isfinite(steps) else -1
+
+
+def disagrees(message: Any) -> bool:
+    """Whether a ``LaserScan`` has clearly more or fewer ranges than its angles announce."""
+    return abs(declared_count(message) - len(message.ranges)) > COUNT_TOLERANCE
+
+
+def _largest(ranges: FloatArray, otherwise: float) -> float:
+    finite = ranges[np.isfinite(ranges)]
+    return float(finite.max()) if len(finite) else otherwise
+
+
+def _has_beams(message: Any, count: int, laser: str, notices: Notices) -> bool:
+    if count == 0:
+        notices.drop("Scan", f"{laser} sent no ranges")
+        return False
+    usable = np.isfinite(message.angle_min) and np.isfinite(message.angle_increment)
+    if not usable or (message.angle_increment == 0 and count > 1):
+        notices.drop("Scan", f"{laser} sent unusable angles")
+        return False
+    if disagrees(message):
+        notices.add(
+            f"{laser} sent {count} ranges, but its angles announce {declared_count(message)}: "
+            "angle_min and angle_increment are trusted"
+        )
+    return True
+
+
+def _beam_interval_ns(message: Any, count: int, laser: str, notices: Notices) -> float:
+    interval = float(message.time_increment)
+    if 0 <= interval * count <= LONGEST_SWEEP:
+        return interval * 1e9
+    notices.add(
+        f"{laser} declares a time_increment of {interval:g} s, which can't be: its beams are "
+        "taken as simultaneous"
+    )
+    return 0.0

@@ -1,0 +1,86 @@
+"""A look ahead into a log: which lasers it has, and what tf says of them.
+
+Recorders deliver ``/tf_static`` some time after the first scans, and mountings on
+``/tf`` come as they may. So the first seconds are read before any record leaves, and
+where a mounting is still missing, tf is read on until it is found.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from objstate.errors import LogError
+from objstate.logs.containers import Messages
+from objstate.logs.frames import BASE, FrameTree, frame_name
+from objstate.logs.messages import Message
+from objstate.logs.roles import Roles, preferred
+
+# ns of recording; by then every sensor has spoken
+SURVEY_NS = 5_000_000_000
+
+
+@dataclass
+class Survey:
+    """What the beginning of a log tells."""
+
+    laser_frames: dict[str, str] = field(default_factory=dict)  # by topic
+    odometry_child: str | None = None  # the robot's frame in the odometry
+
+    def duplicates(self) -> dict[str, str]:
+        """Topics with the same scans as another, by the one to use: processed copies."""
+        same: dict[str, list[str]] = {}
+        for topic, frame in self.laser_frames.items():
+            same.setdefault(frame, []).append(topic)
+        return {
+            topic: preferred(topics)
+            for topics in same.values()
+            for topic in topics
+            if topic != preferred(topics)
+        }
+
+
+def survey(messages: Messages, roles: Roles, tree: FrameTree) -> Survey:
+    """Read the first seconds. What tf tells goes into ``tree``."""
+    found = Survey()
+    first_ns: int | None = None
+    for message in messages.messages(roles.telling):
+        first_ns = message.recorded_ns if first_ns is None else first_ns
+        if message.recorded_ns - first_ns > SURVEY_NS:
+            break
+        if message.topic in roles.tf:
+            _grow(tree, message)
+        elif (decoded := _decoded(message)) is None:
+            continue
+        elif message.topic in roles.lasers:
+            found.laser_frames.setdefault(message.topic, frame_name(decoded.header.frame_id))
+        elif message.topic == roles.odometry and found.odometry_child is None:
+            found.odometry_child = frame_name(decoded.child_frame_id) or BASE
+    return found
+
+
+def read_tf_until(
+    is_enough: Callable[[], bool], messages: Messages, roles: Roles, tree: FrameTree
+) -> None:
+    """Read tf, from the log's beginning to its end, until there is enough."""
+    if is_enough():
+        return
+    for message in messages.messages(roles.tf):
+        _grow(tree, message)
+        if is_enough():
+            return
+
+
+def _grow(tree: FrameTree, message: Message) -> None:
+    decoded = _decoded(message)
+    for stamped in decoded.transforms if decoded is not None else ():
+        tree.update(stamped)
+
+
+def _decoded(message: Message) -> Any | None:
+    """None where the message is damaged, which is told when it is read in its turn."""
+    try:
+        return message.decode()
+    except LogError:
+        return None
