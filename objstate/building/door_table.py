@@ -1,0 +1,115 @@
+"""The table of doors that goes with a map: where each hinge is and how its leaf turns."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from pathlib import Path
+
+import numpy as np
+
+from objstate.errors import BuildingError
+from objstate.geometry import FloatArray
+
+COLUMNS = (
+    "door",
+    "hinge_x",
+    "hinge_y",
+    "closed_bearing_deg",
+    "opens",
+    "width_m",
+    "upper_limit_deg",
+)
+SENSE = {"ccw": 1, "cw": -1}  # of opening, seen from above
+FULL_TURN = 360.0  # degrees
+
+
+@dataclass(frozen=True, eq=False)
+class Door:
+    """One hinged leaf as the table has it."""
+
+    name: str
+    hinge: FloatArray = field(repr=False)  # (2,) m in the map's frame
+    closed_bearing: float  # rad, from the hinge to the free edge when closed
+    sense: int  # 1 opens counter-clockwise seen from above, -1 clockwise
+    width: float  # m, from the hinge to the free edge
+    upper: float  # rad, the widest opening
+
+
+def read_doors(path: Path) -> list[Door]:
+    """The doors of a table. Raises BuildingError with the line for anything wrong in it."""
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is no UTF-8 text"
+        raise BuildingError(f"The door table {path} can't be read ({reason}); check it.") from error
+    rows = csv.DictReader(lines, skipinitialspace=True)
+    _check_columns(path, rows.fieldnames or ())
+    doors: dict[str, Door] = {}
+    for row in rows:
+        door = _read_door(row, f"{path}, line {rows.line_num}")
+        if door.name in doors:
+            raise BuildingError(
+                f"Door '{door.name}' stands in {path} a second time, in line {rows.line_num}; "
+                "give each leaf a name of its own."
+            )
+        doors[door.name] = door
+    return list(doors.values())
+
+
+def _check_columns(path: Path, found: Sequence[str]) -> None:
+    missing = [name for name in COLUMNS if name not in found]
+    unknown = [name for name in found if name not in COLUMNS]
+    if not missing and not unknown:
+        return
+    faults = [f"lacks the column '{name}'" for name in missing]
+    for name in unknown:
+        near = get_close_matches(str(name), missing or COLUMNS, n=1)
+        faults.append(f"has the unknown column '{name}'" + (f" (for '{near[0]}'?)" if near else ""))
+    raise BuildingError(
+        f"The door table {path} {' and '.join(faults)}; its first line must be {','.join(COLUMNS)}."
+    )
+
+
+def _read_door(row: dict[str, str | None], where: str) -> Door:
+    if None in row or None in row.values():
+        raise BuildingError(f"{where} must hold {len(COLUMNS)} values: {','.join(COLUMNS)}.")
+    name = (row["door"] or "").strip()
+    opens = (row["opens"] or "").strip().lower()
+    if not name:
+        raise BuildingError(f"{where} names no door; fill the column 'door'.")
+    if opens not in SENSE:
+        raise BuildingError(
+            f"{where}: door '{name}' opens '{opens}'; it must be ccw or cw, seen from above."
+        )
+    width, upper = _number(row, "width_m", where), _number(row, "upper_limit_deg", where)
+    if width <= 0:
+        raise BuildingError(f"{where}: door '{name}' is {width:g} m wide; give a width above 0.")
+    if not 0 < upper < FULL_TURN:
+        raise BuildingError(
+            f"{where}: door '{name}' opens up to {upper:g} degrees; "
+            "give an angle above 0 and below 360."
+        )
+    return Door(
+        name=name,
+        hinge=np.array([_number(row, "hinge_x", where), _number(row, "hinge_y", where)]),
+        closed_bearing=math.radians(_number(row, "closed_bearing_deg", where)),
+        sense=SENSE[opens],
+        width=width,
+        upper=math.radians(upper),
+    )
+
+
+def _number(row: dict[str, str | None], column: str, where: str) -> float:
+    try:
+        value = float(row[column] or "")
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise BuildingError(
+            f"{where}: '{row[column]}' in column '{column}' is no number; give one."
+        )
+    return value

@@ -1,0 +1,206 @@
+"""A building from what most robots have: an occupancy map, and a table of doors."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Literal
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+
+from objstate.building.contours import border_loops, straighten
+from objstate.building.door_table import Door, read_doors
+from objstate.building.model import Mesh
+from objstate.building.occupancy import read_map
+from objstate.building.swing import NEIGHBOURS, clear_leaves
+from objstate.errors import BuildingError
+from objstate.geometry import BoolArray, FloatArray
+
+Surface = Literal["edge", "centre"]
+Report = Callable[[str], None]  # told in sentences what was done
+
+INSET = {"edge": 0.0, "centre": 0.5}  # cells from the outer side of an occupied cell to its surface
+WALLS_FILE = "walls.stl"
+BOX_FACES = 12  # triangles of a box, the alternative for each cell
+
+
+def building_from_map(
+    map_yaml: str | Path,
+    doors_csv: str | Path | None,
+    out_dir: str | Path,
+    wall_height: float = 2.5,
+    *,
+    door_height: float = 2.0,
+    leaf_thickness: float = 0.04,
+    surface: Surface = "centre",
+    tolerance: float = 0.75,
+    min_cells: int = 3,
+    overwrite: bool = False,
+    report: Report | None = None,
+) -> Path:
+    """Write a building as URDF, with its walls beside it, and return the URDF's path.
+
+    The occupied cells of a ROS map become vertical faces ``wall_height`` metres high,
+    which miss the cells by at most ``tolerance`` cells. They stand on the ``edge`` of
+    the outermost occupied cells or run through their ``centre``. Blobs of fewer than
+    ``min_cells`` touching cells are speckle and left out. Each row of ``doors_csv``
+    becomes a door, and what the map shows of its leaf is cleared away.
+
+    Lengths are in metres. ``report`` is told what was cleared and what was made.
+    ``out_dir`` is written whole or not at all; it must not exist, unless it holds an
+    earlier such building and ``overwrite`` is set. Raises BuildingError.
+    """
+    out, name = Path(out_dir), Path(map_yaml).stem
+    _check_target(out, overwrite)
+    sizes = {"wall_height": wall_height, "door_height": door_height}
+    _check_positive({**sizes, "leaf_thickness": leaf_thickness, "tolerance": tolerance})
+    tell = report or (lambda _: None)
+    plan = read_map(Path(map_yaml))
+    doors = [] if doors_csv is None else read_doors(Path(doors_csv))
+    occupied = clear_leaves(plan, doors, leaf_thickness, tell)
+    occupied = _without_speckle(occupied, min_cells, tell)
+    loops = border_loops(occupied, INSET[surface])
+    walls = extrude([plan.to_building(straighten(loop, tolerance)) for loop in loops], wall_height)
+    tell(_balance(occupied, walls))
+    middle = np.array([*plan.origin[:2], 0.0])  # keeps the digits of a float32 file for the walls
+    leaf = (leaf_thickness, min(door_height, wall_height))
+    urdf = _urdf(name, middle, [_door_elements(door, *leaf) for door in doors])
+    _write(out, f"{name}.urdf", urdf, Mesh(walls.vertices - middle, walls.faces))
+    return out / f"{name}.urdf"
+
+
+def extrude(polygons: list[FloatArray], height: float) -> Mesh:
+    """Vertical faces from z = 0 to ``height`` on the edges of closed polygons (m, 2), each edge once.
+
+    There are no caps: a level laser never meets them.
+    """
+    if not polygons:
+        return Mesh.empty()
+    edges = np.concatenate([np.stack([p, np.roll(p, -1, axis=0)], axis=1) for p in polygons])
+    backwards = (edges[:, 0, 0] > edges[:, 1, 0]) | (
+        (edges[:, 0, 0] == edges[:, 1, 0]) & (edges[:, 0, 1] > edges[:, 1, 1])
+    )
+    edges = np.where(backwards[:, None, None], edges[:, ::-1], edges)
+    edges = np.unique(edges[np.any(edges[:, 0] != edges[:, 1], axis=1)], axis=0)
+    floor = edges.reshape(-1, 2)
+    count = len(floor)
+    vertices = np.vstack(
+        [np.column_stack([floor, np.full(count, z)]) for z in (0.0, height)],
+    )
+    start = np.arange(0, count, 2)
+    lower = np.column_stack([start, start + 1, start + 1 + count])
+    upper = np.column_stack([start, start + 1 + count, start + count])
+    return Mesh(vertices, np.concatenate([lower, upper]))
+
+
+def _balance(occupied: BoolArray, walls: Mesh) -> str:
+    cells = int(np.count_nonzero(occupied))
+    return (
+        f"{cells} occupied cells became walls of {len(walls.faces)} triangles "
+        f"(a box for each cell would have {BOX_FACES * cells})."
+    )
+
+
+def _without_speckle(occupied: BoolArray, min_cells: int, tell: Report) -> BoolArray:
+    """The occupied cells but for blobs of fewer than ``min_cells`` touching ones."""
+    from scipy.ndimage import label
+
+    blobs, count = label(occupied, NEIGHBOURS)
+    size = np.bincount(blobs.ravel(), minlength=count + 1)
+    kept = np.asarray(occupied & (size[blobs] >= min_cells), dtype=bool)
+    specks = int(np.count_nonzero(size[1:] < min_cells))
+    lost = int(np.count_nonzero(occupied & ~kept))
+    tell(f"{specks} specks of fewer than {min_cells} cells left out ({lost} cells).")
+    if not kept.any():
+        raise BuildingError(
+            f"No blob of the map's occupied cells has {min_cells} of them, so no wall is left; "
+            "lower min_cells."
+        )
+    return kept
+
+
+def _check_positive(sizes: dict[str, float]) -> None:
+    for name, value in sizes.items():
+        if not (np.isfinite(value) and value > 0):
+            raise BuildingError(f"{name} is {value:g}; it must be above 0.")
+
+
+def _urdf(name: str, middle: FloatArray, doors: list[str]) -> str:
+    walls = f"""\
+  <link name="walls">
+    <collision>
+      <origin xyz="{_numbers(middle)}"/>
+      <geometry><mesh filename="{WALLS_FILE}"/></geometry>
+    </collision>
+  </link>
+"""
+    parts = "".join([walls, *doors])
+    return f'<?xml version="1.0"?>\n<robot name={quoteattr(name)}>\n{parts}</robot>\n'
+
+
+def _door_elements(door: Door, thickness: float, height: float) -> str:
+    """The link and joint of one door: the leaf along x, the hinge at the joint's origin."""
+    middle = (door.width / 2, 0.0, height / 2)
+    return f"""\
+  <link name={quoteattr(f"{door.name}_leaf")}>
+    <collision>
+      <origin xyz="{_numbers(middle)}"/>
+      <geometry><box size="{_numbers((door.width, thickness, height))}"/></geometry>
+    </collision>
+  </link>
+  <joint name={quoteattr(door.name)} type="revolute">
+    <parent link="walls"/>
+    <child link={quoteattr(f"{door.name}_leaf")}/>
+    <origin xyz="{_numbers((*door.hinge, 0.0))}" rpy="{_numbers((0, 0, door.closed_bearing))}"/>
+    <axis xyz="0 0 {door.sense}"/>
+    <limit lower="0" upper="{door.upper:.9g}" effort="0" velocity="0"/>
+  </joint>
+"""
+
+
+def _numbers(values: FloatArray | tuple[float, ...]) -> str:
+    return " ".join(f"{float(value):.9g}" for value in values)
+
+
+def _check_target(out: Path, overwrite: bool) -> None:
+    if not out.exists():
+        return
+    if not overwrite:
+        raise BuildingError(f"{out} exists already; choose another folder or overwrite it.")
+    if not out.is_dir() or not _holds_only_a_building(out):
+        raise BuildingError(
+            f"{out} holds more than a building made from a map, so it is not overwritten; "
+            "choose another folder."
+        )
+
+
+def _holds_only_a_building(folder: Path) -> bool:
+    return all(
+        path.is_file() and (path.suffix == ".urdf" or path.name == WALLS_FILE)
+        for path in folder.iterdir()
+    )
+
+
+def _write(out: Path, urdf_name: str, urdf: str, walls: Mesh) -> None:
+    """Both files in a new folder beside ``out``, which then takes its place."""
+    import trimesh
+
+    shape = trimesh.Trimesh(walls.vertices, walls.faces, process=False)
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=out.parent, prefix=f".{out.name}.") as scratch:
+            made, former = Path(scratch, "new"), Path(scratch, "former")
+            made.mkdir()
+            (made / urdf_name).write_text(urdf, encoding="utf-8")
+            shape.export(made / WALLS_FILE)
+            if out.exists():
+                shutil.move(out, former)
+            made.rename(out)
+    except OSError as error:
+        raise BuildingError(
+            f"The building can't be written to {out} ({error.strerror or error}); "
+            "choose another folder."
+        ) from error

@@ -1,0 +1,132 @@
+"""ROS occupancy maps: a picture of the floor plan and a YAML file that says where it lies.
+
+Source: the map_server and nav2_map_server documentation of the map format.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+import yaml
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from objstate.errors import BuildingError
+from objstate.geometry import BoolArray, FloatArray, compose
+
+RAW_FULL = 100  # what a cell that is surely occupied holds in mode raw; above is unknown
+OPAQUE = 1.0
+SAMPLE = "image, resolution, origin, negate, occupied_thresh and free_thresh, as map_saver writes"
+
+Share = Annotated[float, Field(ge=0, le=1)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+
+
+class MapFile(BaseModel):
+    """The YAML file of a map. Keys that map servers add are let pass."""
+
+    model_config = ConfigDict(extra="ignore", frozen=True)
+
+    image: str
+    resolution: Annotated[float, Field(gt=0, allow_inf_nan=False)]  # m per cell
+    origin: tuple[Finite, Finite, Finite]  # x m, y m, yaw rad of the lower left corner
+    negate: bool = False
+    occupied_thresh: Share = 0.65
+    free_thresh: Share = 0.25
+    mode: Literal["trinary", "scale", "raw"] = "trinary"
+
+
+@dataclass(frozen=True, eq=False)
+class OccupancyMap:
+    """Which cells of the floor are occupied. Cell [row, column] counts from the lower left."""
+
+    occupied: BoolArray = field(repr=False)  # (rows, columns)
+    resolution: float  # m
+    origin: FloatArray  # (3,) pose of the lower left corner in the building
+
+    def to_building(self, cells: FloatArray) -> FloatArray:
+        """Points (n, 2) m in the building from points (n, 2) in cells: column, row; corners whole."""
+        flat = np.column_stack([cells * self.resolution, np.zeros(len(cells))])
+        return compose(self.origin, flat)[:, :2]
+
+
+def read_map(path: Path) -> OccupancyMap:
+    """A ROS occupancy map. Raises BuildingError if the YAML or the image can't be used."""
+    header = _read_header(path)
+    occupied = _occupied(_read_image(path, header), header)
+    if not occupied.any():
+        raise BuildingError(
+            f"The map {path} has no occupied cell; check 'negate' ({header.negate}), 'mode' "
+            f"({header.mode}) and 'occupied_thresh' ({header.occupied_thresh:g})."
+        )
+    return OccupancyMap(occupied[::-1], header.resolution, np.array(header.origin))
+
+
+def _read_header(path: Path) -> MapFile:
+    try:
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise BuildingError(
+            f"The map {path} can't be read ({error.strerror}); check the path."
+        ) from error
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise BuildingError(
+            f"The map {path} is not valid YAML ({error}); give the .yaml file that lies beside "
+            "the map's image."
+        ) from error
+    try:
+        return MapFile.model_validate(content)
+    except ValidationError as error:
+        faults = "; ".join(_fault(dict(item)) for item in error.errors())
+        raise BuildingError(
+            f"The map {path} can't be used: {faults}; it needs {SAMPLE}."
+        ) from error
+
+
+def _fault(item: dict[str, Any]) -> str:
+    place = ".".join(map(str, item["loc"]))
+    if item["type"] == "missing":
+        return f"the key '{place}' is missing"
+    return f"'{place}': {item['msg']}" if place else str(item["msg"])
+
+
+def _read_image(path: Path, header: MapFile) -> FloatArray:
+    """(rows, columns, 2) the share of white and the opacity of each pixel, top row first."""
+    from PIL import Image, UnidentifiedImageError
+
+    image_path = path.parent / header.image
+    try:
+        with Image.open(image_path) as opened:
+            image = opened.convert("RGBA" if opened.mode in ("P", "1") else opened.mode)
+            pixels = np.asarray(image, dtype=float)
+    except FileNotFoundError as error:
+        raise BuildingError(
+            f"The map {path} names the image '{header.image}', but {image_path} does not exist; "
+            "correct 'image' or put the file there."
+        ) from error
+    except (OSError, UnidentifiedImageError, ValueError, Image.DecompressionBombError) as error:
+        raise BuildingError(
+            f"The image {image_path} of the map {path} can't be read ({error}); "
+            "save it again as PGM or PNG."
+        ) from error
+    pixels /= np.iinfo(np.uint16).max if image.mode.startswith("I") else np.iinfo(np.uint8).max
+    if pixels.ndim == 2:
+        return np.stack([pixels, np.full_like(pixels, OPAQUE)], axis=-1)
+    has_alpha = image.mode in ("LA", "RGBA")
+    white = pixels[..., :-1] if has_alpha else pixels
+    alpha = pixels[..., -1] if has_alpha else np.full(pixels.shape[:2], OPAQUE)
+    return np.stack([white.mean(axis=-1), alpha], axis=-1)
+
+
+def _occupied(image: FloatArray, header: MapFile) -> BoolArray:
+    """(rows, columns) the cells that are surely occupied; unknown ones are not."""
+    white, alpha = image[..., 0], image[..., 1]
+    if header.mode == "raw":
+        percent = np.round(white * np.iinfo(np.uint8).max)
+        known = percent <= RAW_FULL
+        return np.asarray(known & (percent / RAW_FULL > header.occupied_thresh))
+    occupancy = white if header.negate else 1.0 - white
+    shown = alpha == OPAQUE if header.mode == "scale" else np.full(alpha.shape, fill_value=True)
+    return np.asarray(shown & (occupancy > header.occupied_thresh))

@@ -1,0 +1,130 @@
+"""Clearing a door's leaf out of a map that was recorded with the door in it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from objstate.building.door_table import Door
+from objstate.building.occupancy import OccupancyMap
+from objstate.geometry import BoolArray, FloatArray, IntArray
+
+SMEAR = 1.5  # cells by which a leaf in a map may stray from where the table has it
+TAIL = 0.3  # m beyond the leaf's free edge in which a wall that runs on must show
+TAIL_SHARE = 0.5  # of the tail's length that must be occupied to count as a wall
+CELL_MIDDLE = np.array([0.5, 0.5])  # cells
+NEIGHBOURS = np.ones((3, 3))  # cells that touch at a corner belong together
+
+
+@dataclass(frozen=True, eq=False)
+class Swing:
+    """What of a map lies in the swing area of one door."""
+
+    door: Door
+    leaf: BoolArray = field(repr=False)  # (rows, columns) occupied cells that are the leaf
+    kept: int  # occupied cells of a wall along the widest opening, left standing
+
+
+def clear_leaves(
+    plan: OccupancyMap, doors: list[Door], thickness: float, tell: Callable[[str], None]
+) -> BoolArray:
+    """The map's occupied cells (rows, columns) without the leaves; ``tell`` hears the counts."""
+    cleared = plan.occupied.copy()
+    for door in doors:
+        swing = find_leaf(plan, door, thickness)
+        cleared &= ~swing.leaf
+        count = np.count_nonzero(swing.leaf)
+        kept = f", {swing.kept} kept as a wall behind the open leaf" if swing.kept else ""
+        tell(f"Door '{door.name}': {count} cells cleared from its swing area{kept}.")
+    return cleared
+
+
+def find_leaf(plan: OccupancyMap, door: Door, thickness: float) -> Swing:
+    """The cells of a door's leaf, wherever between its limits the map shows it.
+
+    Within the leaf's width of the hinge these are leaf:
+
+    - everything inside the sector, where nothing else can stand;
+    - everything about the closed leaf, within ``tolerance`` to either side: the wall
+      that it closes ends at the hinge and begins again at the free edge;
+    - but along the widest opening a leaf may stand against a wall. There, a line of
+      cells that runs on beyond the free edge is that wall and stays.
+
+    Blobs that begin there and reach no farther than ``tolerance`` past the widest
+    opening, or ``TAIL`` past the free edge, are leaf as well. What reaches farther is
+    a wall. ``tolerance`` is half the leaf's thickness and the smear of the map; cells
+    so near to the hinge are the jamb and stay.
+    """
+    tolerance = thickness / 2 + SMEAR * plan.resolution
+    rows, columns = np.nonzero(plan.occupied)
+    cells = plan.to_building(np.column_stack([columns, rows]) + CELL_MIDDLE)
+    turn, reach = _polar(cells - door.hinge, door)
+    along, aside = _beside(turn, reach)
+    closed = (along > tolerance) & (along <= door.width) & (np.abs(aside) <= tolerance)
+    along, aside = _beside(turn - door.upper, reach)
+    free = (reach > tolerance) & (reach <= door.width + tolerance)
+    open_wide = free & (along > 0) & (np.abs(aside) <= tolerance)
+    wall = open_wide & ~closed & _on_wall_beyond(along, aside, door.width + tolerance, plan)
+    within = (turn >= 0) & (turn <= door.upper)
+    leaf = closed | (free & within & ~wall)
+    past_limit = open_wide & ~wall & ~leaf
+    past_edge = within & (reach > door.width + tolerance) & (reach <= door.width + TAIL)
+    remnants = _Cells(plan.occupied.shape, rows, columns).blobs_inside(
+        past_limit | past_edge, among=~leaf & (reach > tolerance), touching=leaf | past_limit
+    )
+    found = np.zeros_like(plan.occupied)
+    found[rows, columns] = leaf | remnants
+    return Swing(door, found, int(np.count_nonzero(wall)))
+
+
+def _polar(offsets: FloatArray, door: Door) -> tuple[FloatArray, FloatArray]:
+    """Opening angle (n,) rad in [-half the closed rest, ...) and distance (n,) m from the hinge."""
+    bearing = np.arctan2(offsets[:, 1], offsets[:, 0])
+    turn = door.sense * (bearing - door.closed_bearing)
+    spare = (2 * np.pi - door.upper) / 2  # angles behind the door are split between its two limits
+    return (turn + spare) % (2 * np.pi) - spare, np.linalg.norm(offsets, axis=1)
+
+
+def _beside(turn: FloatArray, reach: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Where points (n,) lie along a ray from the hinge and beside it, m, by their turn from it."""
+    return reach * np.cos(turn), reach * np.sin(turn)
+
+
+def _on_wall_beyond(
+    along: FloatArray, aside: FloatArray, end: float, plan: OccupancyMap
+) -> BoolArray:
+    """(n,) the cells in line with a wall that is there beyond the leaf's free ``end``; often none."""
+    smear = SMEAR * plan.resolution
+    tail = (along > end) & (along <= end + TAIL) & (np.abs(aside) <= 2 * smear)
+    filled = len(np.unique(np.floor((along[tail] - end) / plan.resolution)))
+    if filled * plan.resolution < TAIL_SHARE * TAIL:
+        return np.zeros(len(along), dtype=bool)
+    return np.asarray(np.abs(aside - np.median(aside[tail])) <= smear)
+
+
+@dataclass(frozen=True, eq=False)
+class _Cells:
+    """Some cells of a grid; each mask below is over them."""
+
+    shape: tuple[int, ...]
+    rows: IntArray  # (n,)
+    columns: IntArray  # (n,)
+
+    def blobs_inside(self, region: BoolArray, among: BoolArray, touching: BoolArray) -> BoolArray:
+        """(n,) the blobs of ``among`` that lie wholly in a region and touch or hold some cells."""
+        from scipy.ndimage import binary_dilation, label
+
+        blobs, count = label(self._grid(among), NEIGHBOURS)
+        blob = blobs[self.rows, self.columns]
+        chosen = np.zeros(count + 1, dtype=bool)
+        near = binary_dilation(self._grid(touching), NEIGHBOURS)
+        chosen[blob[near[self.rows, self.columns]]] = True
+        chosen[blob[among & ~region]] = False
+        return np.asarray(among & chosen[blob], dtype=bool)
+
+    def _grid(self, mask: BoolArray) -> BoolArray:
+        grid = np.zeros(self.shape, dtype=bool)
+        grid[self.rows[mask], self.columns[mask]] = True
+        return grid
