@@ -144,10 +144,10 @@ class Converter:
             self._child = frame_name(odometry.child_frame_id) or BASE
         try:
             pose = np.array(plane_pose(odometry.pose.pose))
+            base = self._mountings.base_in(self._child)
         except ValueError as error:
             self._notices.drop("Odometry", str(error))
             return
-        base = self._mountings.base_in(self._child)
         stamp_ns = self._stamp_ns(message, odometry.header.stamp)
         yield Odometry(stamp_ns, pose if base is None else compose(pose, base))
 

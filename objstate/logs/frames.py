@@ -27,10 +27,12 @@ BASE = "base_link"
 FLOOR = "base_footprint"
 ODOMETRY_FRAMES = ("odom", "odom_combined")
 
-# m and sines of angles; a smaller change of a mounting is jitter of its publisher
-SAME_MOUNTING = 1e-3
+# m and sines of angles; a smaller change of a mounting is jitter of its publisher, and far
+# below what a laser can tell
+SAME_MOUNTING = 5e-3
 
 Edge = tuple[str, tuple[float, ...]]  # parent, (x, y, z, qx, qy, qz, qw)
+Path = tuple[tuple[Edge, ...], tuple[Edge, ...]]  # edges up from two frames to where they meet
 
 
 def frame_name(frame: str) -> str:
@@ -73,18 +75,32 @@ class FrameTree:
         """Whether tf leads from one frame to the other."""
         return a == b or bool(set(self.ancestors(a)) & set(self.ancestors(b)))
 
-    def pose_of(self, frame: str, reference: str) -> FloatArray:
-        """Transform (4, 4) of ``frame`` in ``reference``; they must be connected."""
+    def path(self, frame: str, reference: str) -> Path:
+        """The edges up from a frame, and up from another, to where they meet."""
         up, up_reference = self.ancestors(frame), self.ancestors(reference)
         common = next(name for name in up if name in up_reference)
-        return invert(self._down(reference, common)) @ self._down(frame, common)
+        return (
+            tuple(self._edges[name] for name in up[: up.index(common)]),
+            tuple(self._edges[name] for name in up_reference[: up_reference.index(common)]),
+        )
 
-    def _down(self, frame: str, ancestor: str) -> FloatArray:
-        matrix = np.eye(4)
-        while frame != ancestor:
-            frame, (x, y, z, *turn) = self._edges[frame]
-            matrix = transform(rotation_from_quaternion(*turn), (x, y, z)) @ matrix
-        return matrix
+    def pose_of(self, frame: str, reference: str) -> FloatArray:
+        """Transform (4, 4) of ``frame`` in ``reference``; they must be connected.
+
+        Raises ValueError where a position or an orientation in between is none.
+        """
+        edges, reference_edges = self.path(frame, reference)
+        return invert(_product(reference_edges)) @ _product(edges)
+
+
+def _product(edges: tuple[Edge, ...]) -> FloatArray:
+    """The first frame's transform (4, 4) in the last one's parent."""
+    matrix = np.eye(4)
+    for parent, (x, y, z, *turn) in edges:
+        if not np.isfinite((x, y, z)).all():
+            raise ValueError(f"a position in '{parent}' is not finite")
+        matrix = transform(rotation_from_quaternion(*turn), (x, y, z)) @ matrix
+    return matrix
 
 
 class Mountings:
@@ -94,7 +110,8 @@ class Mountings:
         self.tree = tree
         self._given = {frame_name(frame): _checked(frame, m) for frame, m in mounts.items()}
         self._notices = notices
-        self._known: dict[str, FloatArray] = {}
+        self._known: dict[str, tuple[Path, FloatArray]] = {}
+        self._lifts: dict[str, FloatArray] = {}
 
     def base(self, odometry_child: str) -> str:
         """The frame that the records call ``base_link``: that one, where tf leads to it."""
@@ -126,26 +143,31 @@ class Mountings:
             return self._given[laser]
         if not self.is_known(laser, base):
             raise LogError(self._unknown(laser, base))
+        edges = self.tree.path(laser, base)
+        known = self._known.get(laser)
+        if known is not None and known[0] == edges:
+            return known[1]
         try:
             current = self.lift(base) @ self.tree.pose_of(laser, base)
         except ValueError as error:
             raise LogError(f"tf gives no usable mounting for {laser}: {error}") from error
-        known = self._known.setdefault(laser, current)
-        if known is current or np.allclose(known, current, rtol=0, atol=SAME_MOUNTING):
-            return known
-        self._notices.add(f"The mounting of {laser} changes during the log; tf is followed")
-        self._known[laser] = current
+        if known is not None:
+            if np.allclose(known[1], current, rtol=0, atol=SAME_MOUNTING):
+                current = known[1]
+            else:
+                self._notices.add(f"The mounting of {laser} changes during the log; tf is followed")
+        self._known[laser] = edges, current
         return current
 
     def lift(self, base: str) -> FloatArray:
         """Transform (4, 4) of the base in the frame below it on the floor: its height.
 
-        The tilt that some robots publish from their inertial unit is left out: the floor is level.
+        Taken once: robots that publish how they tilt and bounce still drive on a level floor.
         """
-        if not self.tree.are_connected(FLOOR, base):
-            return np.eye(4)
-        height = self.tree.pose_of(base, FLOOR)[2, 3]
-        return transform(np.eye(3), (0.0, 0.0, height))
+        if base not in self._lifts and self.tree.are_connected(FLOOR, base):
+            height = self.tree.pose_of(base, FLOOR)[2, 3]
+            self._lifts[base] = transform(np.eye(3), (0.0, 0.0, height))
+        return self._lifts.get(base, np.eye(4))
 
     def _unknown(self, laser: str, base: str) -> str:
         known = ", ".join(self.tree.frames) or "none at all"
