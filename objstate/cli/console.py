@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import logging
 import sys
 from collections.abc import Iterable
+from functools import cache
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -35,8 +37,17 @@ def print_warnings(warnings: Iterable[str], quiet: bool) -> None:
             print(f"warning: {warning}", file=sys.stderr)
 
 
+@cache
 def error_console() -> Console:
-    """The terminal behind stderr, for what moves: the progress bar and the log of --verbose."""
+    """The terminal behind stderr; one, so that a log line doesn't break the progress bar."""
     from rich.console import Console
 
     return Console(stderr=True, highlight=False)
+
+
+def log_to_terminal() -> None:
+    """Show on stderr what the library logs, as --verbose asks."""
+    from rich.logging import RichHandler
+
+    handler = RichHandler(console=error_console(), show_path=False)
+    logging.basicConfig(level=logging.INFO, format="%(message)s", handlers=[handler])

@@ -23,7 +23,8 @@ def convert(
     log_format: Annotated[
         str | None,
         typer.Option(
-            "--format", help="mcap, bag, rosbag2 or carmen. Default: by the ending of OUT."
+            "--format",
+            help="mcap, bag, rosbag2, rosbag2-mcap or carmen. Default: by the ending of OUT.",
         ),
     ] = None,
     overwrite: Overwrite = False,

@@ -68,7 +68,8 @@ def _usage(error: TyperException) -> str:
     """What is wrong with the arguments, and where to read about them."""
     context = getattr(error, "ctx", None)
     command = context.command_path if context is not None else "objstate"
-    return f"{error.format_message()}\nTry '{command} --help'."
+    message = error.format_message().replace("Value error, ", "")  # a word of pydantic's
+    return f"{message}\nTry '{command} --help'."
 
 
 def _system(error: OSError) -> str:

@@ -1,7 +1,134 @@
 """``objstate estimate``"""
 
-EXAMPLES = ""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from objstate.cli.console import log_to_terminal, print_table, print_text, print_warnings
+from objstate.cli.error_tables import robot_table
+from objstate.cli.options import Overwrite, Quiet
+from objstate.cli.parsing import MOUNT, POSE, parse_mounts, parse_pose, split_topics
+from objstate.cli.progress import progress_bar
+from objstate.cli.state_table import state_table
+
+if TYPE_CHECKING:
+    from objstate.records import Path as RobotPath
+    from objstate.records import TrueState
+    from objstate.run import RunResult
+
+EXAMPLES = """\b
+Examples:
+  objstate estimate logs/corridor.mcap --building models/corridor/corridor.urdf \\
+      --out out/corridor
+  objstate estimate part1.bag part2.bag --building office.urdf --out out/office \\
+      --initial-pose 3.2,-1,90deg --mount laser=0.25,0,0.3,0,0,0
+\b
+DIR gets:
+  estimates.parquet  every object's state after every update: mean, deviation, 90 % interval
+  trajectory.tum     the robot's path
+  run.json           settings, counts, timings, warnings
+"""
 
 
-def estimate() -> None:
-    "x"
+def estimate(
+    logs: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="LOG...", help="A log or bag folder; several are one drive in parts."
+        ),
+    ],
+    building: Annotated[
+        Path, typer.Option(metavar="URDF", help="The building; its joints are the objects.")
+    ],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="The folder to write.")],
+    config: Annotated[
+        Path | None, typer.Option(metavar="YAML", help="Settings. Default: built in.")
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Of all random numbers; same seed, same result.")] = 0,
+    belief: Annotated[
+        Literal["own", "recorded"],
+        typer.Option(help="Localize the robot here, or take the belief that the log holds."),
+    ] = "own",
+    initial_pose: Annotated[
+        str | None, typer.Option(metavar="X,Y,YAW", help=f"Where the robot starts: {POSE}.")
+    ] = None,
+    global_start: Annotated[
+        bool, typer.Option("--global", help="The robot may start anywhere in the building.")
+    ] = False,
+    start: Annotated[
+        float | None,
+        typer.Option("--from", metavar="T", help="Seconds from the log's start, or since 1970."),
+    ] = None,
+    end: Annotated[float | None, typer.Option("--to", metavar="T", help="Likewise.")] = None,
+    topics: Annotated[
+        list[str] | None,
+        typer.Option(metavar="TOPIC", help="Read only these; repeat, or separate by commas."),
+    ] = None,
+    mount: Annotated[
+        list[str] | None,
+        typer.Option(metavar="FRAME=...", help=f"Where a laser is mounted: {MOUNT}. Repeatable."),
+    ] = None,
+    truth: Annotated[
+        Path | None, typer.Option(metavar="CSV", help="True states, to show beside the estimates.")
+    ] = None,
+    path: Annotated[
+        Path | None, typer.Option(metavar="TUM", help="The robot's true path, to compare with.")
+    ] = None,
+    overwrite: Overwrite = False,
+    quiet: Quiet = False,
+    verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Tell what is done.")] = False,
+) -> None:
+    """Estimate the state of every object in a building from a log.
+
+    The robot's start is --initial-pose, or /initialpose in the log, or --global.
+    """
+    from objstate.config import load_settings
+    from objstate.recording.tables import read_truth
+    from objstate.recording.tum import read_tum
+    from objstate.run import RunOptions, estimate_log
+
+    if verbose:
+        log_to_terminal()
+    true_states = None if truth is None else read_truth(truth)
+    true_path = None if path is None else read_tum(path)
+    options = RunOptions(
+        settings=load_settings(config),
+        seed=seed,
+        belief=belief,
+        initial_pose=None if initial_pose is None else parse_pose(initial_pose),
+        global_start=global_start,
+        start=start,
+        end=end,
+        topics=split_topics(topics or []),
+        mounts=parse_mounts(mount or []),
+    )
+    with progress_bar("Estimating", quiet) as report:
+        result = estimate_log(logs, building, out, options, overwrite=overwrite, on_progress=report)
+    print_warnings(result.warnings, quiet)
+    _print(result, true_states, true_path)
+
+
+def _print(
+    result: RunResult, true_states: list[TrueState] | None, true_path: RobotPath | None
+) -> None:
+    from objstate.evaluation import compare_paths, latest_states
+    from objstate.recording.tables import read_estimates
+    from objstate.recording.tum import TRAJECTORY, read_tum
+    from objstate.run import FILES
+
+    states = latest_states(read_estimates(result.folder), true_states or ())
+    if states:
+        print_table(state_table(states, result.begin_ns, with_truth=true_states is not None))
+    unseen = sorted(set(result.objects) - {state.estimate.object for state in states})
+    if unseen:
+        print_text(f"Never near: {', '.join(unseen)}")
+    if true_path is not None:
+        print_table(robot_table(compare_paths(read_tum(result.folder / TRAJECTORY), true_path)))
+    print_text(
+        f"{result.log_seconds:.0f} s of log in {result.elapsed_seconds:.1f} s, "
+        f"{result.log_seconds / result.elapsed_seconds:.0f} x real time."
+    )
+    print_text(f"Written: {', '.join(str(result.folder / name) for name in FILES)}")

@@ -21,7 +21,7 @@ def simulate(
     scene: Annotated[Path, typer.Argument(metavar="SCENE", help="The scene, YAML.")],
     out: Annotated[Path, typer.Option(metavar="DIR", help="The folder to write.")],
     log_format: Annotated[
-        str, typer.Option("--format", help="mcap, bag, rosbag2 or carmen.")
+        str, typer.Option("--format", help="mcap, bag, rosbag2, rosbag2-mcap or carmen.")
     ] = "mcap",
     seed: Annotated[int | None, typer.Option(help="Instead of the scene's seed.")] = None,
     overwrite: Overwrite = False,

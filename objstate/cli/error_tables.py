@@ -1,0 +1,59 @@
+"""The tables of an evaluation."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from objstate.cli.tables import new_table, percent
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from objstate.evaluation import CoordinateErrors, Distances, RobotErrors, StateErrors
+
+UNITS = {"rad": ("deg", 180 / math.pi), "m": ("cm", 100.0)}  # as people read errors
+
+LEGEND = (
+    "Absolute errors; bias is estimate minus truth. <5, <10: % of errors of at most 5 and\n"
+    "10 deg or cm. in 90%: % of truths inside the 90 % intervals."
+)
+
+
+def errors_table(
+    title: str, entries: Iterable[tuple[CoordinateErrors, StateErrors | None]]
+) -> Table:
+    """Errors of each coordinate of each object, and of all; what has no errors is left out."""
+    numbers = ("n", "mean", "median", "p90", "bias", "<5", "<10", "in 90%")
+    table = new_table(title, ("object", "state"), numbers)
+    for entry, errors in entries:
+        if errors is not None:
+            table.add_row(entry.object or "all", *_cells(entry, errors))
+    return table
+
+
+def robot_table(robot: RobotErrors) -> Table:
+    """The robot's own error."""
+    title = f"The robot itself, {robot.count} poses"
+    table = new_table(title, ("error",), ("mean", "median", "p90", "at the end"))
+    table.add_row("position (m)", *_distances(robot.position, 1.0, decimals=3))
+    table.add_row("yaw (deg)", *_distances(robot.yaw, 180 / math.pi, decimals=2))
+    return table
+
+
+def _cells(entry: CoordinateErrors, errors: StateErrors) -> list[str]:
+    unit, factor = UNITS[entry.unit]
+    lengths = (errors.mean, errors.median, errors.p90, errors.bias)
+    shares = (errors.within_near, errors.within_far, errors.coverage)
+    return [
+        f"{entry.coordinate} ({unit})",
+        str(errors.count),
+        *(f"{factor * length:.1f}" for length in lengths),
+        *map(percent, shares),
+    ]
+
+
+def _distances(distances: Distances, factor: float, decimals: int) -> list[str]:
+    figures = (distances.mean, distances.median, distances.p90, distances.end)
+    return [f"{factor * figure:.{decimals}f}" for figure in figures]

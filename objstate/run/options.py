@@ -1,0 +1,42 @@
+"""How a run is to go."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+
+from objstate.config import Settings
+from objstate.geometry import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class RunOptions:
+    """Everything that decides a result besides the log and the building."""
+
+    settings: Settings = field(default_factory=Settings)
+    seed: int = 0
+    belief: Literal["own", "recorded"] = "own"  # localize, or take the belief that the log holds
+    initial_pose: FloatArray | None = None  # (3,) instead of the log's own
+    global_start: bool = False  # the robot may be anywhere at first
+    start: float | None = None  # s from the log's start, or of the calendar
+    end: float | None = None
+    topics: Collection[str] | None = None  # read only these
+    mounts: Mapping[str, FloatArray] = field(default_factory=dict)  # (4, 4) laser in base_link
+
+    def to_dict(self) -> dict[str, Any]:
+        """The same in words that JSON has."""
+        pose = None if self.initial_pose is None else np.asarray(self.initial_pose).tolist()
+        return {
+            "settings": self.settings.model_dump(mode="json", by_alias=True),
+            "seed": self.seed,
+            "belief": self.belief,
+            "initial_pose": pose,
+            "global_start": self.global_start,
+            "start": self.start,
+            "end": self.end,
+            "topics": None if self.topics is None else sorted(self.topics),
+            "mounts": {frame: mount.tolist() for frame, mount in self.mounts.items()},
+        }

@@ -1,0 +1,200 @@
+"""From a recorded log to a result folder, in one pass."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from objstate.building import load_building
+from objstate.building.model import Building
+from objstate.errors import LogError
+from objstate.estimator import Estimator
+from objstate.geometry import FloatArray
+from objstate.logs import Log, open_log
+from objstate.recording.results import result_folder
+from objstate.recording.summary import SUMMARY, write_summary
+from objstate.recording.tables import ESTIMATES, EstimateWriter
+from objstate.recording.tum import TRAJECTORY, write_tum
+from objstate.records import GaussianRobotBelief, RobotBelief, Scan
+from objstate.records import Path as RobotPath
+from objstate.run.inputs import describe_building, describe_log
+from objstate.run.options import RunOptions
+
+FILES = (ESTIMATES, TRAJECTORY, SUMMARY)  # what a result folder holds
+
+RECORDED_BELIEFS = (RobotBelief.__name__, GaussianRobotBelief.__name__)
+
+Progress = Callable[[float, float], None]  # share of the log done from 0 to 1, seconds of it done
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class RunResult:
+    """What a run came to; the estimates themselves are in ``folder``."""
+
+    folder: Path
+    objects: tuple[str, ...]  # all that the building has
+    begin_ns: int  # stamp of the first record
+    log_seconds: float
+    elapsed_seconds: float
+    counts: Mapping[str, int]
+    warnings: tuple[str, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """What ``run.json`` says of the outcome."""
+        return {
+            "version": version("objstate"),
+            "objects": list(self.objects),
+            "begin_ns": self.begin_ns,
+            "timings": {
+                "log_seconds": self.log_seconds,
+                "elapsed_seconds": self.elapsed_seconds,
+            },
+            "counts": dict(self.counts),
+            "warnings": list(self.warnings),
+        }
+
+
+@dataclass
+class _Drive:
+    """What is gathered while the records go by."""
+
+    begin_ns: int = 0
+    end_ns: int = 0
+    scans: int = 0
+    rows: int = 0
+    stamps_ns: list[int] = field(default_factory=list)
+    poses: list[FloatArray] = field(default_factory=list)
+
+    @property
+    def seconds(self) -> float:
+        return (self.end_ns - self.begin_ns) / 1e9
+
+    @property
+    def path(self) -> RobotPath:
+        return RobotPath(
+            np.array(self.stamps_ns, dtype=np.int64), np.array(self.poses).reshape(-1, 3)
+        )
+
+
+def estimate_log(
+    logs: Sequence[str | Path],
+    building: str | Path,
+    out: str | Path,
+    options: RunOptions | None = None,
+    *,
+    overwrite: bool = False,
+    on_progress: Progress | None = None,
+) -> RunResult:
+    """Estimate every object's state from one drive, recorded in one or several logs.
+
+    Writes ``estimates.parquet``, ``trajectory.tum`` and ``run.json`` into the new
+    folder ``out``, whole or not at all. Raises ResultError, BuildingError,
+    SettingsError or LogError.
+    """
+    began = time.monotonic()
+    options = options or RunOptions()
+    log_paths, urdf = [Path(log) for log in logs], Path(building)
+    with result_folder(out, overwrite=overwrite) as folder:
+        model = load_building(urdf)
+        logger.info("%s: %d movable objects", urdf, len(model.objects))
+        estimator = _estimator(model, options)
+        log = open_log(
+            log_paths,
+            topics=options.topics,
+            mounts=options.mounts,
+            start=options.start,
+            end=options.end,
+        )
+        drive = _drive_through(log, estimator, folder, on_progress)
+        logger.info("%d scans gave %d estimates", drive.scans, drive.rows)
+        _check_robot(drive, log, options)
+        write_tum(folder / TRAJECTORY, drive.path)
+        result = RunResult(
+            folder=Path(out),
+            objects=tuple(model.objects),
+            begin_ns=drive.begin_ns,
+            log_seconds=drive.seconds,
+            elapsed_seconds=time.monotonic() - began,
+            counts=log.counts | {"estimates": drive.rows, "poses": len(drive.poses)},
+            warnings=(*log.warnings, *estimator.warnings, *_doubts(drive, estimator)),
+        )
+        inputs = {
+            "logs": [file for path in log_paths for file in describe_log(path)],
+            "building": describe_building(urdf, model),
+        }
+        write_summary(folder, result.to_dict() | {"options": options.to_dict(), "inputs": inputs})
+    return result
+
+
+def _estimator(building: Building, options: RunOptions) -> Estimator:
+    return Estimator(
+        building,
+        options.settings,
+        seed=options.seed,
+        initial_pose=options.initial_pose,
+        global_start=options.global_start,
+        belief=options.belief,
+    )
+
+
+def _drive_through(
+    log: Log, estimator: Estimator, folder: Path, on_progress: Progress | None
+) -> _Drive:
+    """Feed every record to the estimator; write what it makes of them."""
+    drive = _Drive()
+    with EstimateWriter(folder) as writer:
+        for record in log:
+            drive.begin_ns = drive.begin_ns or record.stamp_ns
+            drive.end_ns = record.stamp_ns
+            estimates = estimator.feed(record)
+            writer.write(estimates)
+            drive.rows += len(estimates)
+            if not isinstance(record, Scan):
+                continue
+            drive.scans += 1
+            if estimator.robot is not None:
+                drive.stamps_ns.append(record.stamp_ns)
+                drive.poses.append(estimator.robot.mean)
+            if on_progress is not None:
+                on_progress(log.share, drive.seconds)
+    return drive
+
+
+def _check_robot(drive: _Drive, log: Log, options: RunOptions) -> None:
+    """Raise LogError where nothing told where the robot is."""
+    if options.belief == "recorded" and not any(kind in log.counts for kind in RECORDED_BELIEFS):
+        raise LogError(
+            "The log holds no robot belief (a PoseArray, ParticleCloud or "
+            "PoseWithCovarianceStamped); localize with --belief own."
+        )
+    if not drive.poses:
+        raise LogError(
+            "Nothing says where the robot starts: the log holds no /initialpose; "
+            "give --initial-pose X,Y,YAW, or --global."
+        )
+
+
+def _doubts(drive: _Drive, estimator: Estimator) -> list[str]:
+    """What of the outcome should make its user wonder."""
+    doubts = []
+    if estimator.scans_without_pose:
+        doubts.append(
+            f"{estimator.scans_without_pose} of {drive.scans} scans were left out: they come before "
+            "anything says where the robot is."
+        )
+    if not estimator.objects:
+        doubts.append("The building has no movable objects; only the robot's path was estimated.")
+    elif not drive.rows:
+        doubts.append(
+            "No scan was near an object. Is this the building of the log, and the start right?"
+        )
+    return doubts
