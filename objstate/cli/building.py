@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -33,7 +33,19 @@ def from_map(
     doors: Annotated[
         Path | None, typer.Option(metavar="CSV", help="The doors; without it, walls only.")
     ] = None,
-    wall_height: Annotated[float, typer.Option(help="Height of walls and doors, m.")] = 2.5,
+    wall_height: Annotated[float, typer.Option(help="Height of the walls, m.")] = 2.5,
+    door_height: Annotated[float, typer.Option(help="Height of the doors, m.")] = 2.0,
+    leaf_thickness: Annotated[float, typer.Option(help="Of the doors' leaves, m.")] = 0.04,
+    surface: Annotated[
+        Literal["edge", "centre"],
+        typer.Option(help="Where in the outermost occupied cells the walls' surface lies."),
+    ] = "centre",
+    tolerance: Annotated[
+        float, typer.Option(help="How far walls may pass the cells, in cells.")
+    ] = 0.75,
+    min_cells: Annotated[
+        int, typer.Option(help="Blobs of fewer occupied cells are speckle, and left out.")
+    ] = 3,
     overwrite: Overwrite = False,
 ) -> None:
     """A building from a map and a table of doors.
@@ -43,5 +55,17 @@ def from_map(
     """
     from objstate.building import building_from_map
 
-    urdf = building_from_map(map_yaml, doors, out, wall_height=wall_height, overwrite=overwrite)
+    urdf = building_from_map(
+        map_yaml,
+        doors,
+        out,
+        wall_height,
+        door_height=door_height,
+        leaf_thickness=leaf_thickness,
+        surface=surface,
+        tolerance=tolerance,
+        min_cells=min_cells,
+        overwrite=overwrite,
+        report=print_text,
+    )
     print_text(f"Written: {urdf}")

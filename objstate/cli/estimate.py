@@ -9,8 +9,8 @@ import typer
 
 from objstate.cli.console import log_to_terminal, print_table, print_text, print_warnings
 from objstate.cli.error_tables import robot_table
-from objstate.cli.options import Overwrite, Quiet
-from objstate.cli.parsing import MOUNT, POSE, parse_mounts, parse_pose, split_topics
+from objstate.cli.options import Mounts, Overwrite, Quiet
+from objstate.cli.parsing import POSE, parse_mounts, parse_pose, split_topics
 from objstate.cli.progress import progress_bar
 from objstate.cli.state_table import state_table
 
@@ -67,10 +67,7 @@ def estimate(
         list[str] | None,
         typer.Option(metavar="TOPIC", help="Read only these; repeat, or separate by commas."),
     ] = None,
-    mount: Annotated[
-        list[str] | None,
-        typer.Option(metavar="FRAME=...", help=f"Where a laser is mounted: {MOUNT}. Repeatable."),
-    ] = None,
+    mount: Mounts = None,
     truth: Annotated[
         Path | None, typer.Option(metavar="CSV", help="True states, to show beside the estimates.")
     ] = None,

@@ -6,8 +6,16 @@ from typing import Annotated
 
 import typer
 
+from objstate.cli.parsing import MOUNT
+
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace an existing result.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar, no warnings.")]
+Mounts = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--mount", metavar="FRAME=...", help=f"Where a laser is mounted: {MOUNT}. Repeatable."
+    ),
+]
 
 
 def help_when_alone(context: typer.Context) -> None:

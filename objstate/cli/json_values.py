@@ -1,0 +1,30 @@
+"""Summaries as values that JSON has words for."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from enum import Enum
+from pathlib import Path
+from typing import Any
+
+
+def json_values(value: Any) -> Any:
+    """Dataclasses as objects, arrays as lists, numbers that aren't finite as null."""
+    match value:
+        case bool() | int() | str() | None:
+            return value
+        case float():
+            return value if math.isfinite(value) else None
+        case Enum():
+            return json_values(value.value)
+        case Path():
+            return str(value)
+        case Mapping():
+            return {str(key): json_values(inner) for key, inner in value.items()}
+        case list() | tuple() | set() | frozenset():
+            return [json_values(inner) for inner in value]
+    if is_dataclass(value):
+        return {each.name: json_values(getattr(value, each.name)) for each in fields(value)}
+    return json_values(value.tolist())  # an array or scalar of NumPy
