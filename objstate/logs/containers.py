@@ -11,6 +11,7 @@ from pathlib import Path
 
 from objstate.errors import LogError
 from objstate.logs.carmen import CarmenFile, is_carmen
+from objstate.logs.decompression import ZSTD_MAGIC
 from objstate.logs.definitions import MessageType
 from objstate.logs.mcap import MAGIC as MCAP_MAGIC
 from objstate.logs.mcap import McapFile
@@ -22,7 +23,6 @@ from objstate.logs.rosbag2 import ZstdFile, storage_files
 from objstate.logs.sqlite import MAGIC as SQLITE_MAGIC
 from objstate.logs.sqlite import SqliteFile
 
-ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 GZIP_MAGIC = b"\x1f\x8b"
 
 # bytes looked at to tell a CARMEN log, which is text, by its lines

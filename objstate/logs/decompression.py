@@ -8,6 +8,11 @@ from typing import Any
 
 from objstate.errors import LogError
 
+ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
+
+# bytes fed at a time: so much compressed data before a damaged place may be lost
+STEP = 4096
+
 
 def decompress(method: str, data: bytes) -> tuple[bytes, str]:
     """The readable beginning of compressed ``data``, and what ended it early (empty: nothing did).
@@ -30,8 +35,12 @@ def decompress(method: str, data: bytes) -> tuple[bytes, str]:
     return b"".join(out), ""
 
 
-# bytes fed at a time: so much compressed data before a damaged place may be lost
-STEP = 4096
+def unpack_message(data: bytes) -> bytes:
+    """A message that rosbag2 may have compressed on its own; its readable beginning if damaged.
+
+    CDR begins with a zero, so the two can't be mistaken for each other.
+    """
+    return decompress("zstd", data)[0] if data.startswith(ZSTD_MAGIC) else data
 
 
 def _bz2() -> Callable[[bytes], bytes]:

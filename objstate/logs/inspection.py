@@ -16,7 +16,7 @@ from objstate.logs.frames import BASE, FrameTree, Mountings, frame_name, odometr
 from objstate.logs.log import open_log
 from objstate.logs.messages import Message
 from objstate.logs.notices import Notices
-from objstate.logs.roles import LASER_SCAN, ODOMETRY, TF
+from objstate.logs.roles import LASER_SCAN, ODOMETRY, TF, odometry_topic
 from objstate.logs.scans import clean_ranges
 
 # s; header times this far off the recording times are told: the clocks differ
@@ -153,8 +153,8 @@ class _Clock:
             )
         if self.silences:
             found.append(
-                f"{topic}: silent {self.silences} times for more than {LONGEST_SILENCE:g} s, the "
-                f"longest {self.longest_silence:.1f} s"
+                f"{topic}: gaps of more than {LONGEST_SILENCE:g} s: {self.silences}, the longest "
+                f"{self.longest_silence:.1f} s"
             )
         offset = self.offset_sum / self.count if self.count else 0.0
         if abs(offset) > LARGEST_OFFSET:
@@ -248,9 +248,9 @@ class _Survey:
         )
 
     def odometry(self) -> str | None:
-        sources = [topic for topic, name in sorted(self._types.items()) if name == ODOMETRY]
-        if sources:
-            return ", ".join(sources)
+        topics = [topic for topic, name in self._types.items() if name == ODOMETRY]
+        if topics:
+            return odometry_topic(topics, Notices())
         edge = odometry_root(self.tree)
         return f"tf from {edge[0]} to {edge[1]}" if edge else None
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from objstate.errors import LogError
-from objstate.logs.decompression import decompress
+from objstate.logs.decompression import decompress, unpack_message
 from objstate.logs.definitions import CDR, IDL, MSG, ROS1, MessageType
 from objstate.logs.messages import Message
 from objstate.logs.notices import Notices
@@ -67,6 +67,7 @@ class McapFile:
                     for inner, part in self._chunk(body):
                         yield from self._message(inner, part, topics)
                 elif opcode in (DATA_END, FOOTER):
+                    self._position = self._size  # what follows is the index
                     return
                 else:
                     yield from self._message(opcode, body, topics)
@@ -111,7 +112,8 @@ class McapFile:
             if channel in self._channels:
                 topic, message_type = self._channels[channel]
                 if topics is None or topic in topics:
-                    yield Message(topic, message_type, log_time, body[MESSAGE_HEADER.size :])
+                    data = unpack_message(body[MESSAGE_HEADER.size :])
+                    yield Message(topic, message_type, log_time, data)
         else:
             self._learn(opcode, body)
 

@@ -54,7 +54,7 @@ def find_roles(types: Mapping[str, str], chosen: Collection[str] | None, notices
     if not lasers:
         raise LogError(f"No topic holds laser scans ({LASER_SCAN}). {_listed(types)}")
     tf = frozenset(topic for topic, name in types.items() if name in TF)
-    odometry = _odometry_topic(_of_type(usable, ODOMETRY), notices)
+    odometry = odometry_topic(_of_type(usable, ODOMETRY), notices)
     if odometry is None and not tf:
         raise LogError(
             f"No topic holds odometry ({ODOMETRY}, or {TF[0]} with the frame 'odom'). "
@@ -72,6 +72,18 @@ def find_roles(types: Mapping[str, str], chosen: Collection[str] | None, notices
         particle_clouds=_of_type(usable, PARTICLE_CLOUD),
         are_chosen=chosen is not None,
     )
+
+
+def odometry_topic(topics: Collection[str], notices: Notices) -> str | None:
+    """Of several odometry topics the one called ``odom``, else the rawest, with a notice."""
+    if len(topics) <= 1:
+        return next(iter(topics), None)
+    named = [topic for topic in topics if _last_name(topic) == "odom"]
+    best = preferred(named or topics)
+    if len(named) != 1:
+        others = ", ".join(sorted(set(topics) - {best}))
+        notices.add(f"Odometry is taken from {best}, not from {others}; --topics chooses otherwise")
+    return best
 
 
 def preferred(topics: Collection[str]) -> str:
@@ -97,17 +109,6 @@ def _listed(types: Mapping[str, str]) -> str:
 
 def _of_type(types: Mapping[str, str], wanted: str) -> frozenset[str]:
     return frozenset(topic for topic, name in types.items() if name == wanted)
-
-
-def _odometry_topic(topics: frozenset[str], notices: Notices) -> str | None:
-    if len(topics) <= 1:
-        return next(iter(topics), None)
-    named = [topic for topic in topics if _last_name(topic) == "odom"]
-    best = preferred(named or topics)
-    if len(named) != 1:
-        others = ", ".join(sorted(topics - {best}))
-        notices.add(f"Odometry is taken from {best}, not from {others}; --topics chooses otherwise")
-    return best
 
 
 def _belief_arrays(topics: frozenset[str], chosen: Collection[str] | None) -> frozenset[str]:

@@ -12,15 +12,12 @@ from contextlib import closing
 from pathlib import Path
 
 from objstate.errors import LogError
-from objstate.logs.decompression import decompress
+from objstate.logs.decompression import unpack_message
 from objstate.logs.definitions import CDR, MSG, MessageType
 from objstate.logs.messages import Message
 from objstate.logs.notices import Notices
 
 MAGIC = b"SQLite format 3\x00"
-
-# first bytes of a message that the recorder compressed on its own; CDR begins with 0
-ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 
 # rows; no bag has more, so a search for readable rows beyond a damaged page ends there
 MOST_ROWS = 2**40
@@ -57,7 +54,7 @@ class SqliteFile:
             for number, recorded_ns, data in self._readable_rows(database):
                 if number in wanted:
                     topic, message_type = wanted[number]
-                    yield Message(topic, message_type, recorded_ns, self._plain(data))
+                    yield Message(topic, message_type, recorded_ns, unpack_message(data))
 
     def _readable_rows(self, database: sqlite3.Connection) -> Iterator[tuple[int, int, bytes]]:
         """All rows of the messages' table; where reading fails, on from the next that can be read."""
@@ -82,14 +79,6 @@ class SqliteFile:
                 step = max(1, 2 * step)
                 if step > MOST_ROWS:
                     return
-
-    def _plain(self, data: bytes) -> bytes:
-        if not data.startswith(ZSTD_MAGIC):
-            return data
-        plain, damage = decompress("zstd", data)
-        if damage:
-            self._notices.add(f"{self.path.name}: a message has {damage}")
-        return plain
 
     def _topics(self, database: sqlite3.Connection) -> dict[int, tuple[str, MessageType]]:
         try:

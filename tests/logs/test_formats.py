@@ -1,0 +1,93 @@
+"""Whatever the format, the same drive gives the same messages and records."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mcap.writer import CompressionType
+
+from objstate.logs import open_log, open_messages
+from objstate.records import Scan
+
+WRITERS = {
+    "mcap": lambda drive, path: drive.mcap(path / "a.mcap"),
+    "mcap-zstd": lambda drive, path: drive.mcap(path / "a", compression=CompressionType.ZSTD),
+    "mcap-lz4": lambda drive, path: drive.mcap(path / "a", compression=CompressionType.LZ4),
+    "mcap-unchunked": lambda drive, path: drive.mcap(path / "a", use_chunking=False),
+    "mcap-without-summary": lambda drive, path: drive.mcap(
+        path / "a", use_summary_offsets=False, use_statistics=False, repeat_channels=False
+    ),
+    "mcap-ros1": lambda drive, path: drive.mcap(path / "a.mcap", wire="ros1"),
+    "mcap-with-json": lambda drive, path: drive.mcap(path / "a.mcap", extra_json=True),
+    "bag1": lambda drive, path: drive.bag1(path / "a.bag"),
+    "bag1-bz2": lambda drive, path: drive.bag1(path / "a.bag", "bz2"),
+    "bag1-lz4": lambda drive, path: drive.bag1(path / "a.bag", "lz4"),
+    "sqlite3": lambda drive, path: drive.bag2(path / "a"),
+    "sqlite3-bare": lambda drive, path: drive.bag2(path / "a") / "a.db3",
+    "sqlite3-zstd-file": lambda drive, path: drive.bag2(path / "a", compression="FILE"),
+    "sqlite3-zstd-message": lambda drive, path: drive.bag2(path / "a", compression="MESSAGE"),
+    "rosbag2-mcap-zstd-message": lambda drive, path: drive.bag2(path / "a", "MCAP", "MESSAGE"),
+    "rosbag2-mcap-zstd-file": lambda drive, path: drive.bag2(path / "a", "MCAP", "FILE"),
+    "rosbag2-mcap": lambda drive, path: drive.bag2(path / "a", "MCAP"),
+}
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_every_format_gives_the_same_messages(name: str, drive, tmp_path: Path) -> None:
+    path = WRITERS[name](drive.straight(), tmp_path)
+    messages = open_messages(path)
+    read = [(m.topic, m.type, m.recorded_ns, m.cdr()) for m in messages]
+    assert read == drive.cdr()
+    assert messages.warnings == []
+    assert messages.share == 1.0
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_every_format_tells_its_topics_and_types(name: str, drive, tmp_path: Path) -> None:
+    topics = open_messages(WRITERS[name](drive.straight(), tmp_path)).topics()
+    assert {topic: kind.name for topic, kind in topics.items()} == {
+        topic: kind for topic, kind, _, _ in drive.messages
+    }
+    assert "float32 range_max" in topics["/scan"].definition
+    assert "uint32 seq" not in topics["/scan"].definition
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_every_format_gives_the_same_records(name: str, drive, tmp_path: Path) -> None:
+    log = open_log(WRITERS[name](drive.straight(), tmp_path))
+    records = list(log)
+    stamps = [record.stamp_ns for record in records]
+    assert stamps == sorted(stamps)
+    assert log.counts == {"Odometry": 61, "Scan": 16}
+    assert log.warnings == []
+    scan = next(record for record in reversed(records) if isinstance(record, Scan))
+    np.testing.assert_allclose(scan.odometry, [3.0, 0.0, 0.0], atol=1e-9)
+    np.testing.assert_allclose(scan.rays.origins, np.tile([0.2, 0.0, 0.3], (3, 1)), atol=1e-12)
+
+
+def test_parts_of_a_drive_are_read_as_one(new_drive, tmp_path: Path) -> None:
+    whole = new_drive().straight().messages
+    parts = [new_drive(whole[:40]), new_drive(whole[40:])]
+    paths = [part.bag1(tmp_path / f"{i}.bag") for i, part in enumerate(parts)]
+    for order in (paths, paths[::-1]):
+        log = open_log(order)
+        assert sum(1 for _ in log) == 77
+        assert log.warnings == []
+
+
+def test_topics_recorded_apart_are_merged(new_drive, tmp_path: Path) -> None:
+    whole = new_drive().straight().messages
+    lasers = new_drive([m for m in whole if m[0] == "/scan"]).mcap(tmp_path / "lasers.mcap")
+    others = new_drive([m for m in whole if m[0] != "/scan"]).bag1(tmp_path / "others.bag")
+    log = open_log([lasers, others])
+    assert sum(isinstance(record, Scan) for record in log) == 16
+
+
+def test_iterating_again_reads_again(drive, tmp_path: Path) -> None:
+    messages = open_messages(drive.straight().mcap(tmp_path / "a.mcap"))
+    assert list(messages) == list(messages) != []
+
+
+def test_only_the_asked_topics_are_read(drive, tmp_path: Path) -> None:
+    path = drive.straight().bag1(tmp_path / "a.bag")
+    assert {m.topic for m in open_messages(path, ["/scan"])} == {"/scan"}
