@@ -15,8 +15,9 @@ import numpy as np
 
 from objstate.geometry import BoolArray, FloatArray, IntArray
 
-CORNER = 1.0  # cells: two fitted lines meet in a corner if they cross so near to where they join
+CORNER = 1.0  # cells from where two stretches join within which they meet in a corner
 FOLD = 1.0  # cells by which a straight stretch may run back beyond its own ends
+ENOUGH = 5  # points of a stretch from which on its two ends can be spared
 HEADINGS = np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])  # east, north, west, south
 INWARD = np.roll(HEADINGS, -1, axis=0)  # occupied cells lie on the left
 
@@ -81,6 +82,7 @@ def straighten(loop: FloatArray, tolerance: float) -> FloatArray:
     """
     loop = _from_far_corner(loop)
     stretches = _merge(_split(loop, tolerance), tolerance)
+    stretches = _merge(_settle(stretches, tolerance), tolerance)
     lines = [Line.through(stretch) for stretch in stretches]
     corners: list[FloatArray] = []
     for index, line in enumerate(lines):
@@ -97,7 +99,9 @@ class Line:
     along: FloatArray = field(repr=False)  # (2,) unit vector, the way the points go
 
     @staticmethod
-    def through(points: FloatArray) -> Line:
+    def through(stretch: FloatArray) -> Line:
+        """The line of a stretch of border; its ends, which cut a corner, don't count."""
+        points = _without_ends(stretch)
         middle = points.mean(axis=0)
         x, y = (points - middle).T
         angle = np.arctan2(2 * (x @ y), x @ x - y @ y) / 2
@@ -162,16 +166,51 @@ def _merge(stretches: list[FloatArray], tolerance: float) -> list[FloatArray]:
     return merged
 
 
+def _settle(stretches: list[FloatArray], tolerance: float) -> list[FloatArray]:
+    """The same points with each joint moved to where two lines fit its two neighbours best."""
+    settled = [stretches[0]]
+    for stretch in stretches[1:]:
+        both = np.concatenate([settled[-1], stretch])
+        cut = _best_cut(both)
+        halves = [both[:cut], both[cut:]]
+        if all(_is_straight(half, tolerance) for half in halves):
+            settled[-1:] = halves
+        else:
+            settled.append(stretch)
+    return settled
+
+
+def _best_cut(points: FloatArray) -> int:
+    """Where to cut points (n, 2) in two so that two lines leave the least squared distance."""
+    centred = points - points.mean(axis=0)
+    x, y = centred.T
+    sums = np.cumsum(np.column_stack([np.ones(len(x)), x, y, x * x, y * y, x * y]), axis=0)
+    before, after = sums[:-1], sums[-1] - sums[:-1]
+    return int(np.argmin(_squares_off_line(before) + _squares_off_line(after))) + 1
+
+
+def _squares_off_line(sums: FloatArray) -> FloatArray:
+    """(n,) squared distances from the best line, from sums (n, 6) of 1, x, y, xx, yy, xy."""
+    count, x, y, xx, yy, xy = sums.T
+    xx, yy, xy = xx - x * x / count, yy - y * y / count, xy - x * y / count
+    return np.asarray((xx + yy - np.hypot(xx - yy, 2 * xy)) / 2)  # the lesser eigenvalue
+
+
 def _is_straight(stretch: FloatArray, tolerance: float) -> bool:
     """Whether points (n, 2) lie within tolerance of one line and don't turn back along it."""
     if len(stretch) <= 2:
         return True
     line = Line.through(stretch)
     off = stretch - line.middle
-    aside = off[:, 0] * line.along[1] - off[:, 1] * line.along[0]
     ahead = off @ line.along
     folds = max(ahead[0] - ahead.min(), ahead.max() - ahead[-1]) > FOLD
-    return not folds and float(np.abs(aside).max()) <= tolerance
+    aside = np.abs(off[:, 0] * line.along[1] - off[:, 1] * line.along[0])
+    strays = max(aside[0], aside[-1]) > CORNER or _without_ends(aside).max() > tolerance
+    return not (folds or strays)
+
+
+def _without_ends(stretch: FloatArray) -> FloatArray:
+    return stretch[1:-1] if len(stretch) >= ENOUGH else stretch
 
 
 def _distance_to_chord(stretch: FloatArray) -> FloatArray:

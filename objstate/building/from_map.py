@@ -45,8 +45,8 @@ def building_from_map(
 
     The occupied cells of a ROS map become vertical faces ``wall_height`` metres high,
     which miss the cells by at most ``tolerance`` cells. They stand on the ``edge`` of
-    the outermost occupied cells or run through their ``centre``. Blobs of fewer than
-    ``min_cells`` touching cells are speckle and left out. Each row of ``doors_csv``
+    the outermost occupied cells or run through their ``centre`` (where a lone cell has
+    no extent). Blobs of fewer than ``min_cells`` touching cells are speckle and left out. Each row of ``doors_csv``
     becomes a door, and what the map shows of its leaf is cleared away.
 
     Lengths are in metres. ``report`` is told what was cleared and what was made.

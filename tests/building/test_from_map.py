@@ -1,0 +1,286 @@
+"""A map and a table of doors become a building that looks like the map, leaves aside."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from objstate.building import building_from_map, load_building, outline
+from objstate.errors import BuildingError
+from objstate.geometry import BoolArray, FloatArray
+
+DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
+FREE, OCCUPIED, UNKNOWN = 254, 0, 205
+RESOLUTION = 0.05
+HEADER = "door,hinge_x,hinge_y,closed_bearing_deg,opens,width_m,upper_limit_deg\n"
+HEIGHT = 0.3  # m, of the laser
+
+
+def plan() -> np.ndarray:
+    """Pixels of a corridor 6 m by 2 m whose upper wall has a doorway from x = 2 to 3 m."""
+    image = np.full((60, 120), FREE, dtype=np.uint8)
+    image[[10, 50], :] = OCCUPIED
+    image[10, 40:60] = FREE
+    return image
+
+
+def save(folder: Path, pixels: np.ndarray, suffix: str = "pgm", **keys: object) -> Path:
+    Image.fromarray(pixels).save(folder / f"plan.{suffix}")
+    entries = {
+        "image": f"plan.{suffix}",
+        "resolution": RESOLUTION,
+        "origin": [0.0, 0.0, 0.0],
+        "negate": 0,
+        "occupied_thresh": 0.65,
+        "free_thresh": 0.196,
+    } | keys
+    path = folder / "plan.yaml"
+    path.write_text("".join(f"{k}: {v}\n" for k, v in entries.items() if v is not None))
+    return path
+
+
+def table(folder: Path, *rows: str) -> Path:
+    path = folder / "doors.csv"
+    path.write_text(HEADER + "".join(f"{row}\n" for row in rows))
+    return path
+
+
+def wall_segments(urdf: Path) -> FloatArray:
+    return outline(load_building(urdf).walls, HEIGHT)
+
+
+def distance_to_walls(urdf: Path, points: list[tuple[float, float]]) -> list[float]:
+    from shapely import MultiLineString, Point
+
+    walls = MultiLineString(list(wall_segments(urdf)))
+    return [walls.distance(Point(point)) for point in points]
+
+
+def test_a_corridor_becomes_a_few_faces_at_its_place(tmp_path: Path) -> None:
+    urdf = building_from_map(save(tmp_path, plan()), None, tmp_path / "out", wall_height=3.0)
+    building = load_building(urdf)
+    assert urdf == tmp_path / "out" / "plan.urdf"
+    assert not building.objects
+    assert len(building.walls.faces) < 30
+    assert np.ptp(building.walls.vertices[:, 2]) == pytest.approx(3.0)
+    on, off = distance_to_walls(urdf, [(1.0, 2.475), (1.0, 1.5)])
+    assert on < 1e-3
+    assert off == pytest.approx(0.975, abs=1e-3)
+
+
+def test_the_surface_is_the_edge_or_the_centre_of_the_cells(tmp_path: Path) -> None:
+    source = save(tmp_path, plan())
+    ys = {}
+    for surface in ("edge", "centre"):
+        urdf = building_from_map(source, None, tmp_path / surface, surface=surface)
+        ys[surface] = np.unique(np.round(wall_segments(urdf)[..., 1], 4)).tolist()
+    assert ys == {"edge": [0.45, 0.5, 2.45, 2.5], "centre": [0.475, 2.475]}
+
+
+def test_the_origin_s_yaw_turns_the_map_about_its_corner(tmp_path: Path) -> None:
+    source = save(tmp_path, plan(), origin=[10.0, -5.0, np.pi / 2])
+    urdf = building_from_map(source, None, tmp_path / "out")
+    (on,) = distance_to_walls(urdf, [(10.0 - 2.475, -5.0 + 1.0)])
+    assert on < 1e-3
+
+
+def test_a_door_hangs_at_its_hinge_and_opens_its_way(tmp_path: Path) -> None:
+    doors = table(tmp_path, "left,2.0,2.475,0,ccw,0.95,110", "right,3,2.475,180,cw,0.5,90")
+    building = load_building(building_from_map(save(tmp_path, plan()), doors, tmp_path / "out"))
+    for name, state, tip in (
+        ("left", 0.0, (2.95, 2.475)),
+        ("left", np.pi / 2, (2.0, 3.425)),
+        ("right", 0.0, (2.5, 2.475)),
+        ("right", np.pi / 2, (3.0, 2.975)),
+    ):
+        door = building[name]
+        width = door.mesh.vertices[:, 0].max()
+        at = door.transforms(np.array([[state]]))[0] @ [width, 0, 0, 1]
+        np.testing.assert_allclose(at[:2], tip, atol=1e-9)
+    assert building["left"].upper == pytest.approx(np.radians(110))
+    np.testing.assert_allclose(np.ptp(building["left"].mesh.vertices, axis=0), [0.95, 0.04, 2.0])
+
+
+def draw(image: np.ndarray, start: tuple[float, float], end: tuple[float, float]) -> BoolArray:
+    """Occupy the cells on a line in metres; returns which."""
+    steps = np.linspace(start, end, 200)
+    columns = np.floor(steps[:, 0] / RESOLUTION).astype(int)
+    rows = len(image) - 1 - np.floor(steps[:, 1] / RESOLUTION).astype(int)
+    drawn = np.zeros(image.shape, dtype=bool)
+    drawn[rows, columns] = True
+    image[drawn] = OCCUPIED
+    return drawn
+
+
+@pytest.mark.parametrize("opening", [0, 20, 45, 80, 110])
+def test_a_leaf_baked_in_at_any_angle_is_cleared_and_the_walls_stay(
+    tmp_path: Path, opening: float
+) -> None:
+    image, turn = plan(), np.radians(opening)
+    image = np.pad(image, ((20, 0), (0, 0)), constant_values=FREE)  # a metre more above
+    tip = (2.0 + 0.95 * np.cos(turn), 2.475 + 0.95 * np.sin(turn))
+    draw(image, (2.0, 2.475), tip)
+    doors = table(tmp_path, "door,2.0,2.475,0,ccw,0.95,110")
+    heard: list[str] = []
+    urdf = building_from_map(save(tmp_path, image), doors, tmp_path / "out", report=heard.append)
+    middle = (2.0 + 0.6 * np.cos(turn), 2.475 + 0.6 * np.sin(turn))
+    cleared, left, right = distance_to_walls(urdf, [middle, (1.9, 2.475), (3.1, 2.475)])
+    assert cleared > 0.3
+    assert left < 1e-3
+    assert right < 1e-3
+    assert any("Door 'door'" in line and "cleared" in line for line in heard)
+
+
+def test_a_wall_behind_the_open_leaf_is_kept(tmp_path: Path) -> None:
+    image = np.pad(plan(), ((40, 0), (0, 0)), constant_values=FREE)
+    draw(image, (2.0, 2.475), (2.0, 4.4))  # a partition at 90 degrees, where the leaf stops
+    doors = table(tmp_path, "door,2.0,2.475,0,ccw,0.95,90")
+    heard: list[str] = []
+    urdf = building_from_map(save(tmp_path, image), doors, tmp_path / "out", report=heard.append)
+    (near,) = distance_to_walls(urdf, [(2.025, 3.0)])
+    assert near < 0.03
+    assert any("kept as a wall" in line for line in heard)
+
+
+def test_a_wall_that_ends_at_the_swing_area_is_kept(tmp_path: Path) -> None:
+    image = np.pad(plan(), ((40, 0), (0, 0)), constant_values=FREE)
+    draw(image, (0.5, 3.0), (1.96, 3.0))  # meets the open leaf at a right angle from outside
+    doors = table(tmp_path, "door,2.0,2.475,0,ccw,0.95,90")
+    urdf = building_from_map(save(tmp_path, image), doors, tmp_path / "out")
+    (near,) = distance_to_walls(urdf, [(1.9, 3.0)])
+    assert near < 0.05
+
+
+def test_speckle_goes_and_is_counted(tmp_path: Path) -> None:
+    image = plan()
+    image[30, 20] = image[30, 60] = image[30, 61] = OCCUPIED
+    heard: list[str] = []
+    urdf = building_from_map(save(tmp_path, image), None, tmp_path / "out", report=heard.append)
+    assert min(distance_to_walls(urdf, [(1.0, 1.5), (3.0, 1.5)])) > 0.9
+    assert "2 specks of fewer than 3 cells left out (3 cells)." in heard
+    kept = building_from_map(
+        save(tmp_path, image), None, tmp_path / "all", surface="edge", min_cells=1
+    )
+    assert max(distance_to_walls(kept, [(1.025, 1.475), (3.05, 1.475)])) <= 0.025 + 1e-6
+
+
+@pytest.mark.parametrize(
+    ("change", "keys"),
+    [
+        (lambda image: image, {}),
+        (lambda image: 255 - image, {"negate": 1}),
+        (lambda image: np.where(image == 0, 100, 0).astype(np.uint8), {"mode": "raw"}),
+        (lambda image: image, {"mode": "scale"}),
+        (lambda image: np.repeat(image[..., None], 3, axis=2), {}),
+        (lambda image: np.dstack([image] * 3 + [np.full_like(image, 255)]), {"mode": "scale"}),
+    ],
+)
+def test_every_way_of_writing_a_map_gives_the_same_walls(
+    tmp_path: Path, change: object, keys: dict[str, object]
+) -> None:
+    image = plan()
+    image[20:30, 70:80] = UNKNOWN
+    source = save(tmp_path, change(image), suffix="png", **keys)  # type: ignore[operator]
+    urdf = building_from_map(source, None, tmp_path / "out")
+    plain = building_from_map(save(tmp_path, plan()), None, tmp_path / "plain")
+    np.testing.assert_allclose(wall_segments(urdf), wall_segments(plain))
+
+
+def test_plain_text_pgm_is_read(tmp_path: Path) -> None:
+    source = save(tmp_path, plan())
+    pixels = "\n".join(" ".join(map(str, row)) for row in plan())
+    (tmp_path / "plan.pgm").write_text(f"P2\n# by hand\n120 60\n255\n{pixels}\n")
+    walls = wall_segments(building_from_map(source, None, tmp_path / "out"))
+    plain = building_from_map(save(tmp_path, plan()), None, tmp_path / "plain")
+    np.testing.assert_allclose(walls, wall_segments(plain))
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ({"resolution": None}, "key 'resolution' is missing"),
+        ({"resolution": 0}, "'resolution'"),
+        ({"origin": "[0, 0]"}, "'origin"),
+        ({"image": "other.pgm"}, "does not exist"),
+        ({"image": "plan.yaml"}, "can't be read"),
+        ({"mode": "colour"}, "'mode'"),
+        ({"negate": 1, "occupied_thresh": 1.0}, "no occupied cell"),
+    ],
+)
+def test_maps_that_cannot_be_used_are_refused(
+    tmp_path: Path, keys: dict[str, object], message: str
+) -> None:
+    with pytest.raises(BuildingError, match=message):
+        building_from_map(save(tmp_path, plan(), **keys), None, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("", "lacks the column 'door'"),
+        (HEADER.replace("width_m", "width"), r"unknown column 'width' \(for 'width_m'\?\)"),
+        (HEADER + "a,1,2,0,left,0.9,90\n", "line 2: door 'a' opens 'left'"),
+        (HEADER + "a,1,2,0,cw,0.9,90\na,1,2,0,cw,0.9,90\n", "second time, in line 3"),
+        (HEADER + "a,1,x,0,cw,0.9,90\n", "'x' in column 'hinge_y'"),
+        (HEADER + "a,1,nan,0,cw,0.9,90\n", "'nan' in column 'hinge_y'"),
+        (HEADER + "a,1,2,0,cw,0.9\n", "line 2 must hold 7 values"),
+        (HEADER + "a,1,2,0,cw,0.9,90,7\n", "line 2 must hold 7 values"),
+        (HEADER + ",1,2,0,cw,0.9,90\n", "names no door"),
+        (HEADER + "a,1,2,0,cw,-0.9,90\n", "width above 0"),
+        (HEADER + "a,1,2,0,cw,0.9,0\n", "angle above 0"),
+    ],
+)
+def test_door_tables_that_cannot_be_used_are_refused(
+    tmp_path: Path, content: str, message: str
+) -> None:
+    (tmp_path / "doors.csv").write_text(content)
+    with pytest.raises(BuildingError, match=message):
+        building_from_map(save(tmp_path, plan()), tmp_path / "doors.csv", tmp_path / "out")
+
+
+def test_an_empty_table_gives_walls_alone(tmp_path: Path) -> None:
+    urdf = building_from_map(save(tmp_path, plan()), table(tmp_path), tmp_path / "out")
+    assert not load_building(urdf).objects
+
+
+def test_only_an_earlier_building_is_overwritten_and_only_when_asked(tmp_path: Path) -> None:
+    source, out = save(tmp_path, plan()), tmp_path / "out"
+    building_from_map(source, None, out)
+    with pytest.raises(BuildingError, match="exists already"):
+        building_from_map(source, None, out)
+    building_from_map(source, None, out, wall_height=1.0, overwrite=True)
+    assert np.ptp(load_building(out / "plan.urdf").walls.vertices[:, 2]) == pytest.approx(1.0)
+    (out / "thesis.tex").write_text("years of work")
+    with pytest.raises(BuildingError, match="holds more than a building"):
+        building_from_map(source, None, out, overwrite=True)
+    assert (out / "thesis.tex").exists()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["out", "plan.pgm", "plan.yaml"]
+
+
+def test_door_names_need_no_care_in_the_urdf(tmp_path: Path) -> None:
+    doors = table(tmp_path, '"Smith & Sons\' <back>",2.0,2.475,0,ccw,0.95,110')
+    building = load_building(building_from_map(save(tmp_path, plan()), doors, tmp_path / "out"))
+    assert list(building.objects) == ["Smith & Sons' <back>"]
+
+
+@pytest.mark.parametrize(
+    ("source", "doors", "cells"),
+    [
+        ("wean-hall/wean.yaml", "wean-hall/doors.csv", 6373),
+        ("olin-ac109-neato/ac109_1.yaml", None, 2025),
+        ("olin-mac-tb4/mac_1st_floor_final.yaml", None, 16069),
+    ],
+)
+def test_recorded_maps_become_light_buildings(
+    tmp_path: Path, source: str, doors: str | None, cells: int
+) -> None:
+    if not (DATA / source).exists():
+        pytest.skip(f"the recorded map {DATA / source} is not here")
+    urdf = building_from_map(DATA / source, doors and DATA / doors, tmp_path / "out")
+    building = load_building(urdf)
+    assert len(building.objects) == (3 if doors else 0)
+    assert len(building.walls.faces) < cells  # a box for each cell would have twelve times as many
