@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import logging
+import os
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from typing import TYPE_CHECKING
 
@@ -19,7 +21,8 @@ PIPE_WIDTH = 200
 
 def print_text(text: str) -> None:
     """A result, to stdout, as it is."""
-    print(text)
+    with _reader_may_leave():
+        print(text)
 
 
 def print_table(table: Table) -> None:
@@ -27,7 +30,18 @@ def print_table(table: Table) -> None:
     from rich.console import Console
 
     width = None if sys.stdout.isatty() else PIPE_WIDTH
-    Console(width=width, highlight=False).print(table)
+    with _reader_may_leave():
+        Console(width=width, highlight=False).print(table)
+
+
+@contextmanager
+def _reader_may_leave() -> Iterator[None]:
+    """A pipe whose reader has seen enough, as in ``objstate inspect LOG | head``, is no error."""
+    try:
+        yield
+        sys.stdout.flush()
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def print_warnings(warnings: Iterable[str], quiet: bool) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import os
 import sys
 import traceback
 from collections.abc import Sequence
@@ -42,9 +41,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _refuse(_usage(error))
     except ObjstateError as error:
         return _refuse(str(error))
-    except BrokenPipeError:  # e.g. `objstate inspect LOG | head`
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return FINE
     except OSError as error:
         return _refuse(_system(error))
     except (Abort, KeyboardInterrupt):

@@ -10,6 +10,7 @@ import typer
 
 from objstate.cli.console import print_table, print_text
 from objstate.cli.error_tables import LEGEND, errors_table, robot_table
+from objstate.errors import ResultError
 
 if TYPE_CHECKING:
     from objstate.evaluation import Evaluation
@@ -44,8 +45,17 @@ def evaluate(
 
     evaluation = evaluate_result(folder, truth, path)
     if json_file is not None:
-        json_file.write_text(json.dumps(evaluation.to_dict(), indent=2) + "\n", encoding="utf-8")
+        _write_json(json_file, evaluation)
     _print(evaluation)
+
+
+def _write_json(file: Path, evaluation: Evaluation) -> None:
+    try:
+        file.write_text(json.dumps(evaluation.to_dict(), indent=2) + "\n", encoding="utf-8")
+    except OSError as error:
+        raise ResultError(
+            f"Can't write {file}: {error.strerror}; choose another place for --json."
+        ) from error
 
 
 def _print(evaluation: Evaluation) -> None:

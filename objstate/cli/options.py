@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from objstate.cli.console import print_text
 from objstate.cli.parsing import MOUNT
 
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace an existing result.")]
@@ -21,4 +22,4 @@ Mounts = Annotated[
 def help_when_alone(context: typer.Context) -> None:
     """Show the help of a group of commands that is called without one."""
     if context.invoked_subcommand is None:
-        typer.echo(context.get_help())
+        print_text(context.get_help())

@@ -1,0 +1,50 @@
+"""What people type as option values."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from objstate.cli.parsing import parse_mounts, parse_pose, split_topics
+from objstate.errors import SettingsError
+from objstate.geometry import rpy_from_rotation
+
+numbers = st.floats(-100, 100)
+
+
+@given(x=numbers, y=numbers, yaw=st.floats(-3, 3))
+def test_a_pose_round_trips(x: float, y: float, yaw: float) -> None:
+    np.testing.assert_array_equal(parse_pose(f"{x},{y},{yaw}"), [x, y, yaw])
+
+
+def test_a_yaw_may_be_given_in_degrees() -> None:
+    np.testing.assert_allclose(parse_pose(" 1, -2.5, -90deg"), [1, -2.5, -np.pi / 2])
+
+
+@pytest.mark.parametrize(
+    "text", ["", "1,2", "1,2,3,4", "1,2,north", "1,2,nan", "1,inf,0", "1deg,2,3"]
+)
+def test_a_pose_that_is_none_is_refused_with_the_form(text: str) -> None:
+    with pytest.raises(SettingsError, match=r"--initial-pose .* give X,Y,YAW"):
+        parse_pose(text)
+
+
+def test_a_mounting_is_a_transform_by_frame() -> None:
+    mounts = parse_mounts(["front=0.25,0,0.3,180deg,0,0.5", "rear=0,0,0,0,0,0"])
+    assert set(mounts) == {"front", "rear"}
+    np.testing.assert_allclose(mounts["front"][:3, 3], [0.25, 0, 0.3])
+    np.testing.assert_allclose(
+        np.abs(rpy_from_rotation(mounts["front"][:3, :3])), [np.pi, 0, 0.5], atol=1e-12
+    )
+    np.testing.assert_array_equal(mounts["rear"], np.eye(4))
+
+
+@pytest.mark.parametrize("text", ["front", "=0,0,0,0,0,0", "front=0,0,0", "front=0,0,0,a,0,0"])
+def test_a_mounting_that_is_none_is_refused_with_the_form(text: str) -> None:
+    with pytest.raises(SettingsError, match=r"--mount .* give FRAME=x,y,z,roll,pitch,yaw"):
+        parse_mounts([text])
+
+
+def test_topics_may_be_repeated_or_separated_by_commas() -> None:
+    assert split_topics(["/scan,/odom", " /tf "]) == ["/scan", "/odom", "/tf"]
+    assert split_topics([]) is None
