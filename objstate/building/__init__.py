@@ -2,6 +2,14 @@
 
 from objstate.building.assembly import load_building
 from objstate.building.from_map import building_from_map
+from objstate.building.inspection import BuildingSummary, ObjectSummary, inspect_building
 from objstate.building.outline import outline
 
-__all__ = ["building_from_map", "load_building", "outline"]
+__all__ = [
+    "BuildingSummary",
+    "ObjectSummary",
+    "building_from_map",
+    "inspect_building",
+    "load_building",
+    "outline",
+]

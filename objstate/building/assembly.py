@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from objstate.building.model import Building, Mesh, MovableObject
+from objstate.building.model import Building, Kind, Mesh, MovableObject
 from objstate.building.shapes import Shape
 from objstate.building.urdf import Description, Joint, Part, Refuse, read_description
 from objstate.errors import BuildingError
@@ -40,17 +40,16 @@ def assemble(description: Description, refuse: Refuse) -> Building:
     """
     tree = _tree(description, refuse)
     mesh_of = _sharing_mesher()
-    walls, objects = Mesh.empty(), {}
-    try:
-        walls = mesh_of(tree.walls)
-    except BuildingError as error:
-        refuse(error)
-    for placed in tree.movable:
+
+    def mesh_or_none(parts: list[Part]) -> Mesh:
         try:
-            objects[placed.joint.name] = _movable(placed, mesh_of(placed.parts))
+            return mesh_of(parts)
         except BuildingError as error:
             refuse(error)
-    return Building(description.name, walls, objects, description.path)
+            return Mesh.empty()
+
+    objects = {placed.joint.name: _movable(placed, mesh_or_none) for placed in tree.movable}
+    return Building(description.name, mesh_or_none(tree.walls), objects, description.path)
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +57,7 @@ class _Placed:
     """A movable joint, its frame in the building, and the parts that move with it."""
 
     joint: Joint
+    kind: Kind
     origin: FloatArray  # (4, 4)
     parts: list[Part] = field(default_factory=list)  # in the moving link's frame
 
@@ -68,18 +68,16 @@ class _Tree:
     movable: list[_Placed] = field(default_factory=list)
 
 
-def _movable(placed: _Placed, mesh: Mesh) -> MovableObject:
-    joint = placed.joint
-    assert joint.kind is not None
+def _movable(placed: _Placed, mesh_of: Callable[[list[Part]], Mesh]) -> MovableObject:
     return MovableObject(
-        name=joint.name,
-        kind=joint.kind,
+        name=placed.joint.name,
+        kind=placed.kind,
         origin=placed.origin,
-        axis=joint.axis,
-        lower=joint.limits[0],
-        upper=joint.limits[1],
-        mesh=mesh,
-        wraps=joint.wraps,
+        axis=placed.joint.axis,
+        lower=placed.joint.limits[0],
+        upper=placed.joint.limits[1],
+        mesh=mesh_of(placed.parts),
+        wraps=placed.joint.wraps,
     )
 
 
@@ -98,7 +96,7 @@ def _tree(description: Description, refuse: Refuse) -> _Tree:
             if joint.kind is None:
                 pending.append((joint.child, origin, carrier))
             elif carrier is None:
-                placed = _Placed(joint, origin)
+                placed = _Placed(joint, joint.kind, origin)
                 tree.movable.append(placed)
                 pending.append((joint.child, np.eye(4), placed))
             else:

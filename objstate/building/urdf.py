@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
@@ -84,13 +85,13 @@ class Description:
 def read_description(path: Path, refuse: Refuse) -> Description:
     """The links and joints of a URDF file.
 
-    Each error in one link or joint goes to ``refuse``; if that returns, the
-    element is left out. Raises BuildingError where no URDF can be read at all.
+    Each error in a link or joint goes to ``refuse``; if that returns, what is wrong
+    is left out. Raises BuildingError where no URDF can be read at all.
     """
     robot = read_xml(path)
     _check_is_urdf(robot, path)
-    links = _named(robot.all("link"), lambda element: read_link(element, path), refuse)
-    joints = _named(robot.all("joint"), read_joint, refuse)
+    links = _named(robot.all("link"), lambda element: read_link(element, path, refuse), refuse)
+    joints = _named(robot.all("joint"), lambda element: read_joint(element, refuse), refuse)
     return Description(robot.attributes.get("name") or path.stem, path, links, joints)
 
 
@@ -133,13 +134,24 @@ def _named(elements: list[Element], read: Callable[[Element], T], refuse: Refuse
     return found
 
 
-def read_link(element: Element, urdf: Path) -> Link:
+def _otherwise(read: Callable[[], T], instead: T, refuse: Refuse) -> T:
+    """What ``read`` gives; if it fails and ``refuse`` returns, ``instead``."""
+    try:
+        return read()
+    except BuildingError as error:
+        refuse(error)
+        return instead
+
+
+def read_link(element: Element, urdf: Path, refuse: Refuse) -> Link:
     """A link with its shapes."""
     bodies = element.all("collision") or element.all("visual")
-    parts = tuple(
-        Part(_read_shape(body.need("geometry"), urdf), _read_origin(body)) for body in bodies
-    )
-    return Link(element.text("name"), parts)
+    parts = [_otherwise(partial(_read_part, body, urdf), None, refuse) for body in bodies]
+    return Link(element.text("name"), tuple(part for part in parts if part))
+
+
+def _read_part(body: Element, urdf: Path) -> Part | None:
+    return Part(_read_shape(body.need("geometry"), urdf), _read_origin(body))
 
 
 def _read_shape(geometry: Element, urdf: Path) -> Shape:
@@ -176,18 +188,18 @@ def _read_origin(element: Element) -> FloatArray:
     return transform(rotation_from_rpy(*origin.numbers("rpy", zero)), origin.numbers("xyz", zero))
 
 
-def read_joint(element: Element) -> Joint:
+def read_joint(element: Element, refuse: Refuse) -> Joint:
     """A joint with its limits checked."""
-    name, kind = element.text("name"), _read_kind(element)
+    kind = _otherwise(lambda: _read_kind(element), None, refuse)
     return Joint(
-        name=name,
+        name=element.text("name"),
         kind=kind,
         parent=element.need("parent").text("link"),
         child=element.need("child").text("link"),
-        origin=_read_origin(element),
-        axis=_read_axis(element, kind),
-        limits=_read_limits(element, kind),
-        wraps=element.attributes["type"] == "continuous",
+        origin=_otherwise(lambda: _read_origin(element), np.eye(4), refuse),
+        axis=_otherwise(lambda: _read_axis(element, kind), np.array(UP), refuse),
+        limits=_otherwise(lambda: _read_limits(element, kind), NOT_MOVING, refuse),
+        wraps=element.attributes.get("type") == "continuous",
         where=element.where,
     )
 
