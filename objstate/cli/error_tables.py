@@ -49,7 +49,7 @@ def _cells(entry: CoordinateErrors, errors: StateErrors) -> list[str]:
     return [
         f"{entry.coordinate} ({unit})",
         str(errors.count),
-        *(f"{factor * length:.1f}" for length in lengths),
+        *(f"{factor * length:z.1f}" for length in lengths),
         *map(percent, shares),
     ]
 

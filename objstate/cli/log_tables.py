@@ -46,8 +46,8 @@ def _mounting_table(lasers: Sequence[LaserSummary]) -> Table:
 def _mounting(laser: LaserSummary) -> list[str]:
     if laser.xyz is None or laser.rpy_deg is None:
         return ["?"] * len(MOUNTING)
-    lengths = [f"{value + 0.0:.3f}" for value in laser.xyz]
-    return lengths + [f"{value + 0.0:.1f}" for value in laser.rpy_deg]
+    lengths = [f"{value:z.3f}" for value in laser.xyz]
+    return lengths + [f"{value:z.1f}" for value in laser.rpy_deg]
 
 
 def _scan_table(lasers: Sequence[LaserSummary]) -> Table:

@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from objstate.cli.console import print_text
-from objstate.cli.options import Overwrite
+from objstate.cli.console import print_text, print_warnings
+from objstate.cli.options import Overwrite, Quiet
 
 EXAMPLES = """\b
 Examples:
@@ -25,6 +25,7 @@ def simulate(
     ] = "mcap",
     seed: Annotated[int | None, typer.Option(help="Instead of the scene's seed.")] = None,
     overwrite: Overwrite = False,
+    quiet: Quiet = False,
 ) -> None:
     """Make a log with known truth from a building and a scene.
 
@@ -34,6 +35,7 @@ def simulate(
     from objstate.simulation import simulate as simulate_scene
 
     result = simulate_scene(scene, out, format=log_format, seed=seed, overwrite=overwrite)
+    print_warnings(result.warnings, quiet)
     for topic, count in sorted(result.counts.items()):
         print_text(f"{count:8d}  {topic}")
     print_text(f"Written: {result.log} ({result.duration_s:.0f} s), with truth.csv and path.tum")

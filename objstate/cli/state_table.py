@@ -40,7 +40,7 @@ def _cells(state: LatestState, begin_ns: int, with_truth: bool) -> list[str]:
     unit, factor, decimals = UNITS[estimate.coordinate]
 
     def figure(value: float | None) -> str:
-        return "-" if value is None else f"{factor * value:.{decimals}f}"
+        return "-" if value is None else f"{factor * value:z.{decimals}f}"
 
     seen = f"{(estimate.stamp_ns - begin_ns) / 1e9:.1f}" if estimate.observed else "never"
     return [

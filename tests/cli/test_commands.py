@@ -1,0 +1,214 @@
+"""The commands on real input: a room with a door, simulated, and all that can be done with it."""
+
+import json
+from pathlib import Path
+
+import polars as pl
+import pytest
+
+from objstate.cli import main
+
+ROOM = """
+<robot name="room">
+  <link name="map">
+    <collision><origin xyz="2 -2 1"/><geometry><box size="8 0.1 2"/></geometry></collision>
+    <collision><origin xyz="-2 0 1"/><geometry><box size="0.1 4 2"/></geometry></collision>
+    <collision><origin xyz="6 0 1"/><geometry><box size="0.1 4 2"/></geometry></collision>
+    <collision><origin xyz="0 2 1"/><geometry><box size="4 0.1 2"/></geometry></collision>
+    <collision><origin xyz="4.45 2 1"/><geometry><box size="3.1 0.1 2"/></geometry></collision>
+    <collision><origin xyz="2 4 1"/><geometry><box size="8 0.1 2"/></geometry></collision>
+  </link>
+  <link name="leaf">
+    <collision><origin xyz="0.45 0 1"/><geometry><box size="0.9 0.04 2"/></geometry></collision>
+  </link>
+  <joint name="office_door" type="revolute">
+    <parent link="map"/><child link="leaf"/>
+    <origin xyz="2 2 0"/><axis xyz="0 0 -1"/>
+    <limit lower="0" upper="1.6" effort="0" velocity="0"/>
+  </joint>
+</robot>
+"""
+
+SCENE = """
+building: room.urdf
+route: {waypoints: [{x: 1.0, y: 0.0, pause: 0.5}, {x: 3.0, y: 0.3, pause: 0.5}]}
+lasers: [{frame: laser, rate: 10.0, range_max: 10.0}]
+objects: [{name: office_door, initial: 0.6}]
+"""
+
+
+@pytest.fixture(scope="module")
+def drive(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a building and a simulated drive through it."""
+    folder = tmp_path_factory.mktemp("drive")
+    (folder / "room.urdf").write_text(ROOM)
+    (folder / "room.scene.yaml").write_text(SCENE)
+    assert main(["simulate", str(folder / "room.scene.yaml"), "--out", str(folder / "log")]) == 0
+    return folder
+
+
+@pytest.fixture(scope="module")
+def estimated(drive: Path) -> Path:
+    """The result of the drive's estimation."""
+    result = drive / "result"
+    building, log = drive / "room.urdf", drive / "log" / "log.mcap"
+    assert main(["estimate", str(log), "--building", str(building), "--out", str(result)]) == 0
+    return result
+
+
+def words(text: str, first: str) -> list[str]:
+    """The words of the line that begins with ``first``."""
+    return next(line.split() for line in text.splitlines() if line.split()[:1] == [first])
+
+
+def test_estimate_finds_the_door_and_shows_it_beside_the_truth(run, drive: Path) -> None:
+    log = drive / "log"
+    outcome = run(
+        "estimate", log / "log.mcap", "--building", drive / "room.urdf", "--out", drive / "shown",
+        "--truth", log / "truth.csv", "--path", log / "path.tum",
+    )  # fmt: skip
+    assert outcome.code == 0
+    name, state, unit, angle, lower, _, upper, true, error, seen = words(outcome.out, "office_door")
+    assert (name, state, unit) == ("office_door", "angle", "(deg)")
+    assert float(true) == pytest.approx(34.4)  # 0.6 rad
+    assert abs(float(error)) < 5
+    assert float(lower) <= float(angle) <= float(upper)
+    assert float(seen) > 1
+    assert float(words(outcome.out, "position")[2]) < 0.2
+    assert str(drive / "shown" / "estimates.parquet") in outcome.out
+
+
+def test_a_result_holds_what_the_formats_say(estimated: Path) -> None:
+    frame = pl.read_parquet(estimated / "estimates.parquet")
+    assert frame.columns == [
+        "stamp", "object", "coordinate", "mean", "std", "lower", "upper", "observed",
+    ]  # fmt: skip
+    assert frame["object"].unique().to_list() == ["office_door"]
+    summary = json.loads((estimated / "run.json").read_text())
+    assert summary["options"]["seed"] == 0
+    assert summary["options"]["settings"]["beam_model"]["sigma_hit"] > 0
+    assert len(summary["inputs"]["logs"][0]["sha256"]) == 64
+    assert summary["counts"]["estimates"] == len(frame)
+    assert summary["objects"] == ["office_door"]
+    poses = (estimated / "trajectory.tum").read_text().splitlines()[1:]
+    assert len(poses) == summary["counts"]["Scan"] == summary["counts"]["poses"]
+
+
+def test_the_same_seed_gives_the_same_bytes(run, drive: Path, estimated: Path) -> None:
+    again = drive / "again"
+    log, building = drive / "log" / "log.mcap", drive / "room.urdf"
+    assert run("estimate", log, "--building", building, "--out", again).code == 0
+    for name in ("estimates.parquet", "trajectory.tum"):
+        assert (again / name).read_bytes() == (estimated / name).read_bytes()
+
+
+def test_an_existing_result_is_replaced_only_when_asked(run, drive: Path, estimated: Path) -> None:
+    before = (estimated / "run.json").read_bytes()
+    log, building = drive / "log" / "log.mcap", drive / "room.urdf"
+    outcome = run("estimate", log, "--building", building, "--out", estimated)
+    assert outcome.code == 1
+    assert "--overwrite" in outcome.err
+    assert (estimated / "run.json").read_bytes() == before
+
+
+def test_a_failed_run_leaves_nothing_behind(run, drive: Path) -> None:
+    log, building, out = drive / "log" / "log.mcap", drive / "room.urdf", drive / "failed"
+    outcome = run("estimate", log, "--building", building, "--out", out, "--belief", "recorded")
+    assert outcome.code == 1
+    assert "--belief own" in outcome.err
+    assert not out.exists()
+    assert not list(drive.glob(".failed*"))
+
+
+@pytest.mark.parametrize(
+    ("options", "cure"),
+    [
+        (["--initial-pose", "1,2"], "X,Y,YAW"),
+        (["--initial-pose", "1,0,0", "--global"], "exclude each other"),
+        (["--topics", "/scna"], "/scan"),
+        (["--mount", "laser=1"], "FRAME=x,y,z,roll,pitch,yaw"),
+        (["--from", "1000"], "start and the end"),
+        (["--config", "{config}"], "sigma_hit"),
+        (["--truth", "{scene}"], "stamp,object,coordinate,value"),
+        (["--belief", "recrded"], "recorded"),
+    ],
+)
+def test_a_wrong_option_is_refused_with_its_cure(
+    run, drive: Path, options: list[str], cure: str
+) -> None:
+    config = drive / "settings.yaml"
+    config.write_text("beam_model: {sigma_hitt: 0.1}\n")
+    given = [each.format(config=config, scene=drive / "room.scene.yaml") for each in options]
+    log, building, out = drive / "log" / "log.mcap", drive / "room.urdf", drive / "refused"
+    outcome = run("estimate", log, "--building", building, "--out", out, *given)
+    assert outcome.code == 1
+    assert outcome.err.startswith("error: ")
+    assert cure in outcome.err
+    assert not out.exists()
+
+
+def test_the_start_may_be_given_in_degrees_and_part_of_the_log_be_taken(run, drive: Path) -> None:
+    log, out = drive / "log" / "log.mcap", drive / "part"
+    outcome = run(
+        "estimate", log, "--building", drive / "room.urdf", "--out", out,
+        "--initial-pose", "1,0,8.5deg", "--to", "1.05", "--seed", "3", "--quiet",
+    )  # fmt: skip
+    assert (outcome.code, outcome.err) == (0, "")
+    options = json.loads((out / "run.json").read_text())["options"]
+    assert options["initial_pose"] == pytest.approx([1, 0, 0.148353])
+    assert (options["seed"], options["end"]) == (3, 1.05)
+    assert len((out / "trajectory.tum").read_text().splitlines()) - 1 in (10, 11)
+
+
+def test_evaluate_prints_errors_and_writes_them(run, drive: Path, estimated: Path) -> None:
+    figures = drive / "errors.json"
+    log = drive / "log"
+    outcome = run(
+        "evaluate", estimated, "--truth", log / "truth.csv", "--path", log / "path.tum",
+        "--json", figures,
+    )  # fmt: skip
+    assert outcome.code == 0
+    name, state, unit, count, mean, *_ = words(outcome.out, "office_door")
+    assert (name, state, unit, count) == ("office_door", "angle", "(deg)", "1")
+    written = json.loads(figures.read_text())
+    (door,) = written["objects"]
+    assert f"{door['final']['mean'] * 57.29578:.1f}" == mean
+    assert written["robot"]["position"]["end"] < 0.2
+
+
+def test_evaluate_names_the_file_it_cannot_write(run, drive: Path, estimated: Path) -> None:
+    truth = drive / "log" / "truth.csv"
+    outcome = run("evaluate", estimated, "--truth", truth, "--json", drive)
+    assert outcome.code == 1
+    assert str(drive) in outcome.err
+    assert "--json" in outcome.err
+
+
+def test_inspect_shows_a_log(run, drive: Path) -> None:
+    outcome = run("inspect", drive / "log" / "log.mcap")
+    assert outcome.code == 0
+    topic, kind, *_ = words(outcome.out, "/scan")
+    assert (topic, kind) == ("/scan", "sensor_msgs/msg/LaserScan")
+    assert words(outcome.out, "laser") == ["laser", "0.000", "0.000", "0.300", "0.0", "0.0", "0.0"]
+
+
+def test_inspect_shows_the_same_to_programs(run, drive: Path) -> None:
+    shown = json.loads(run("inspect", drive / "log" / "log.mcap", "--json").out)
+    (laser,) = shown["lasers"]
+    assert (laser["frame"], laser["beams"]) == ("laser", [181])
+    assert {topic["name"] for topic in shown["topics"]} >= {"/scan", "/odom", "/tf_static"}
+
+
+def test_convert_keeps_every_message(run, drive: Path) -> None:
+    log, bag = drive / "log" / "log.mcap", drive / "log.bag"
+    outcome = run("convert", log, bag)
+    assert outcome.code == 0
+    before, after = (json.loads(run("inspect", path, "--json").out) for path in (log, bag))
+    for key in ("name", "count"):
+        assert [t[key] for t in before["topics"]] == [t[key] for t in after["topics"]]
+
+
+def test_an_unknown_format_is_refused_with_the_known(run, drive: Path) -> None:
+    outcome = run("convert", drive / "log" / "log.mcap", drive / "x", "--format", "mcapp")
+    assert outcome.code == 1
+    assert "rosbag2" in outcome.err

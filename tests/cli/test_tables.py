@@ -1,0 +1,100 @@
+"""Tables that stay readable on a narrow terminal."""
+
+import math
+
+import pytest
+from rich.console import Console
+
+from objstate.cli.error_tables import errors_table, robot_table
+from objstate.cli.json_values import json_values
+from objstate.cli.log_tables import describe_log
+from objstate.cli.state_table import state_table
+from objstate.evaluation import CoordinateErrors, Distances, LatestState, RobotErrors, StateErrors
+from objstate.logs import LaserSummary, LogSummary, TopicSummary
+from objstate.records import Estimate
+
+LONG_NAME = "building_4/floor_2/west_wing/door_to_the_meeting_room"
+STAMP = 1_600_000_000_000_000_000
+
+
+def at_80_columns(*parts: object) -> str:
+    console = Console(width=80, highlight=False)
+    with console.capture() as capture:
+        console.print(*parts, sep="\n")
+    return capture.get()
+
+
+def state(coordinate: str, value: float, observed: bool = True) -> LatestState:
+    estimate = Estimate(
+        STAMP, LONG_NAME, coordinate, value, 0.1, value - 0.125, value + 0.125, observed
+    )
+    return LatestState(estimate, value - 0.01, 0.01)
+
+
+def test_no_figure_of_an_estimate_is_cut_off() -> None:
+    begin = STAMP - 12345_600_000_000
+    table = state_table([state("angle", math.pi), state("x", 1234.5)], begin, with_truth=True)
+    shown = at_80_columns(table)
+    for figure in ("180.0", "172.8 to 187.2", "1234.500", "1234.375 to 1234.625", "12345.6"):
+        assert figure in shown
+    assert "…" not in shown
+
+
+def test_degrees_and_metres_have_their_own_decimals() -> None:
+    shown = at_80_columns(state_table([state("yaw", -1e-9), state("y", 0.0004)], STAMP, False))
+    assert " 0.0 " in shown
+    assert " 0.000 " in shown
+    assert "-0.0 " not in shown
+
+
+def test_what_was_never_observed_says_so() -> None:
+    assert "never" in at_80_columns(state_table([state("angle", 0.0, False)], STAMP, False))
+
+
+@pytest.mark.parametrize(("unit", "figure"), [("rad", "57.3"), ("m", "100.0")])
+def test_no_figure_of_an_evaluation_is_cut_off(unit: str, figure: str) -> None:
+    errors = StateErrors(123456, -1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0)
+    entry = CoordinateErrors(LONG_NAME, "offset", unit, errors, None)
+    shown = at_80_columns(errors_table("Final", [(entry, errors), (entry, None)]))
+    assert shown.count(figure) == 4
+    assert "123456" in shown
+    assert "…" not in shown
+
+
+def test_the_robots_table_turns_radians_into_degrees() -> None:
+    ones = Distances(1.0, 1.0, 1.0, 1.0)
+    shown = at_80_columns(robot_table(RobotErrors(7, ones, ones)))
+    assert shown.count("1.000") == 4
+    assert shown.count("57.30") == 4
+
+
+def test_no_figure_of_a_log_is_cut_off() -> None:
+    laser = LaserSummary(
+        frame=LONG_NAME,
+        topics=("/scan",),
+        xyz=(-0.1234, 0.0, 12.5),
+        rpy_deg=(-180.0, 0.04, 179.96),
+        beams=(180, 1081),
+        angle_min_deg=-135.0,
+        angle_max_deg=135.0,
+        range_min=0.02,
+        range_max=81.83,
+        returns=0.975,
+        no_returns=0.02,
+        discarded=0.005,
+    )
+    nowhere = LaserSummary(**{**vars(laser), "frame": "lost", "xyz": None, "rpy_deg": None})
+    topic = TopicSummary("/" + LONG_NAME, "geometry_msgs/msg/PoseWithCovarianceStamped", 10**7, 5.0)
+    summary = LogSummary(
+        ("a.mcap",), 0, 10**9, (topic,), ("base",), "/odom", (laser, nowhere), {"Scan": 3}, ()
+    )
+    shown = at_80_columns(*describe_log(summary))
+    for figure in ("-0.123", "-180.0", "180 to 1081", "-135 to 135", "0.02 to 81.83", "10000000"):
+        assert figure in shown
+    assert shown.count("?") == 6
+    assert "…" not in shown
+
+
+def test_numbers_that_json_has_no_word_for_become_null() -> None:
+    shown = json_values({"range": math.inf, "of": Distances(math.nan, 0.5, 1.0, 2.0)})
+    assert shown == {"range": None, "of": {"mean": None, "median": 0.5, "p90": 1.0, "end": 2.0}}
