@@ -93,7 +93,7 @@ class ObjectUpdateSettings(Strict):
     robot_samples: Count = 50  # of the robot belief, drawn for each update
     tempering: Share = 0.3  # exponent on the likelihood of a scan
     max_position_std: Positive = 0.5  # m; with a robot belief wider than this no object is updated
-    schedule: Literal["alternate", "beams", "lasers"] = "alternate"
+    schedule: Literal["beams", "alternate", "lasers"] = "beams"
     localization_lasers: tuple[str, ...] = ()  # for schedule lasers: frames that localize
 
 

@@ -154,23 +154,17 @@ class Estimator:
         """p(s_i | o_k) <- sum over l of p(o_k | s_i, l) p(s_i) p(l) / p(o_k | l)."""
         rng = self._object_rngs[name]
         belief = self._predicted(name, self._objects[name], scan.stamp_ns, rng)
-        towards = self._surroundings.beams_towards(name, robot, scan.rays)
-        view = self._sensing.view(scan, beams & towards)
-        evidence = ScanEvidence(
-            name=name,
-            view=view,
-            poses=robot.poses,
-            robot_weights=robot.weights,
-            background=self._background(name, view, robot),
-            tempering=self.settings.object_updates.tempering,
-        )
-        updated = self._filters[name].update(belief, evidence.of, rng)
+        towards = beams & self._surroundings.beams_towards(name, robot, scan.rays)
+        updated = belief
+        if towards.any():
+            evidence = self._evidence(name, self._sensing.view(scan, towards), robot)
+            updated = self._filters[name].update(belief, evidence, rng)
         observed = updated is not belief
         if observed:
-            belief = replace(updated, last_observed_ns=scan.stamp_ns)
-        self._objects[name] = belief
-        self._surroundings.follow(name, belief)
-        return belief.estimates(observed)
+            updated = replace(updated, last_observed_ns=scan.stamp_ns)
+        self._objects[name] = updated
+        self._surroundings.follow(name, updated)
+        return updated.estimates(observed)
 
     # --- what the steps need --------------------------------------------------------
 
@@ -194,6 +188,16 @@ class Estimator:
         walls = view.walls(robot.mean[None])[0]
         seen = self._surroundings.in_sight(near, robot, rays, walls)
         return [self._objects[name].represented_by(name, states) for name in seen]
+
+    def _evidence(self, name: str, view: ScanView, robot: PoseBelief) -> ScanEvidence:
+        return ScanEvidence(
+            name=name,
+            view=view,
+            poses=robot.poses,
+            robot_weights=robot.weights,
+            background=self._background(name, view, robot),
+            tempering=self.settings.object_updates.tempering,
+        )
 
     def _background(self, name: str, view: ScanView, robot: PoseBelief) -> FloatArray:
         """Expected ranges (l, n) of the walls and of the other objects whose state is known."""

@@ -101,12 +101,17 @@ class Localizer:
 
     def _occupied(self, poses: FloatArray) -> int:
         """How many cells of the KLD grid hold a sample."""
-        return len(np.unique(np.floor(poses / self._bin).astype(np.int64), axis=0))
+        cells = np.floor(poses / self._bin).astype(np.int64)
+        cells -= cells.min(axis=0)
+        x_cells, y_cells, _ = cells.max(axis=0) + 1
+        return len(np.unique(cells[:, 0] + x_cells * (cells[:, 1] + y_cells * cells[:, 2])))
 
     def _spacing(self, belief: PoseBelief) -> float:
         """Distance in m between neighbouring samples, a turn counted at ``LEVER``."""
         scale = np.array([1.0, 1.0, LEVER])
-        cells = self._occupied(belief.poses) * float(np.prod(self._bin * scale))
         covariance = belief.covariance * np.outer(scale, scale)
-        cloud = 4.0 / 3.0 * np.pi * float(np.sqrt(max(np.linalg.det(covariance), 0.0)))
-        return float(np.cbrt(min(cells, cloud) / len(belief.weights)))
+        volume = 4.0 / 3.0 * np.pi * float(np.sqrt(max(np.linalg.det(covariance), 0.0)))
+        cell = float(np.prod(self._bin * scale))
+        if volume > cell:  # several clouds may stand far apart, with nothing between
+            volume = min(volume, cell * self._occupied(belief.poses))
+        return float(np.cbrt(volume / len(belief.weights)))

@@ -49,7 +49,7 @@ class ObjectBelief:
         values = self.weights.values
         return np.array(
             [
-                circular_mean(column, values) if wraps else values @ column
+                circular_mean(column, values) if wraps else float(values @ column)
                 for column, wraps in zip(self.states.T, self.wraps, strict=True)
             ]
         )
@@ -82,7 +82,7 @@ class ObjectBelief:
         order = np.argsort(values, kind="stable")  # each cell's mass is spread over its width
         edges = np.append(values[order] - width / 2, values[order[-1]] + width / 2)
         filled = np.concatenate([[0.0], np.cumsum(weights[order])])
-        return np.interp(shares, filled, edges)
+        return np.asarray(np.interp(shares, filled, edges))
 
     @cached_property
     def settled(self) -> bool:

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 from objstate.geometry import BoolArray, FloatArray
 from objstate.objects.bayes import marginal_log_likelihood
-from objstate.objects.belief import ObjectBelief
 from objstate.particles import Weights
 from objstate.sensing import ScanView
 
@@ -22,10 +21,16 @@ class ScanEvidence:
     background: FloatArray  # (l, n) m, expected ranges of everything else
     tempering: float  # exponent on p(o | s, l)
 
-    def of(self, belief: ObjectBelief) -> tuple[FloatArray, BoolArray]:
-        """Log-likelihood (s,) of the belief's samples, and the beams (n,) that bear on the object."""
+    def cast(self, states: FloatArray) -> tuple[FloatArray, BoolArray]:
+        """Tempered log p(o | s, l) (l, s), each row up to a constant, of states (s, d).
+
+        Also the beams (n,) that bear on the object in some of these states.
+        """
         change, bears = self.view.object_log_likelihood(
-            self.name, belief.states, self.poses, self.background
+            self.name, states, self.poses, self.background
         )
-        tempered = self.tempering * change
-        return marginal_log_likelihood(tempered, belief.weights, self.robot_weights), bears
+        return self.tempering * change, bears
+
+    def integrated(self, log_likelihood: FloatArray, weights: Weights) -> FloatArray:
+        """Log-likelihood (s,) of states with weights (s,), integrated over the robot belief."""
+        return marginal_log_likelihood(log_likelihood, weights, self.robot_weights)

@@ -16,15 +16,16 @@ import numpy as np
 
 from objstate.building.model import Kind, MovableObject
 from objstate.config import DoorSettings, FurnitureSettings, ObjectSettings, Settings
-from objstate.geometry import BoolArray, FloatArray, wrap
+from objstate.geometry import FloatArray, IntArray, wrap
 from objstate.objects.belief import ObjectBelief
+from objstate.objects.evidence import ScanEvidence
 from objstate.particles import Weights, systematic
 
-# the log-likelihood (n,) of a belief's samples, and which beams bear on the object
-Evidence = Callable[[ObjectBelief], tuple[FloatArray, BoolArray]]
 SECONDS_PER_HOUR = 3600.0
 RESAMPLE_BELOW = 0.5  # of the samples; resample when the effective number falls below
 SHRINK = 0.95  # by which samples draw towards their mean before the kernel spreads them
+NEGLIGIBLE = 1e-4  # weight, relative to the largest, below which a state is cast only coarsely
+COARSE = 8  # every so many states are cast whatever their weight
 STEP_PRECISION = 12  # halvings in the search for the largest step
 
 
@@ -40,7 +41,7 @@ class ObjectFilter(Protocol):
         """Eq. (5): the belief ``seconds`` later, by the dynamics p(s | t, s')."""
 
     def update(
-        self, belief: ObjectBelief, evidence: Evidence, rng: np.random.Generator
+        self, belief: ObjectBelief, evidence: ScanEvidence, rng: np.random.Generator
     ) -> ObjectBelief:
         """The belief after a scan; itself where no beam bears on the object."""
 
@@ -126,11 +127,19 @@ class LatticeFilter:
         return np.asarray(convolve1d(weights, kernel, mode=mode))
 
     def update(
-        self, belief: ObjectBelief, evidence: Evidence, rng: np.random.Generator
+        self, belief: ObjectBelief, evidence: ScanEvidence, rng: np.random.Generator
     ) -> ObjectBelief:
-        log_likelihood, bears = evidence(belief)
+        """Bayes' rule on the lattice, which is cast finely only where the belief has weight.
+
+        Between the states that are cast, the log-likelihood is linear.
+        """
+        chosen = _worth_casting(belief.weights)
+        cast, bears = evidence.cast(belief.states[chosen])
         if not bears.any():
             return belief
+        log_likelihood = evidence.integrated(
+            _interpolated(cast, chosen, len(belief.states)), belief.weights
+        )
         return belief.with_weights(belief.weights.reweight(log_likelihood)[0])
 
 
@@ -168,7 +177,7 @@ class SampleFilter:
         return belief.with_samples(states, belief.weights)
 
     def update(
-        self, belief: ObjectBelief, evidence: Evidence, rng: np.random.Generator
+        self, belief: ObjectBelief, evidence: ScanEvidence, rng: np.random.Generator
     ) -> ObjectBelief:
         """Take the evidence in by steps, each so large that enough samples survive.
 
@@ -177,9 +186,10 @@ class SampleFilter:
         """
         remaining = 1.0
         while remaining > 0.0:
-            log_likelihood, bears = evidence(belief)
+            cast, bears = evidence.cast(belief.states)
             if not bears.any():
                 return belief
+            log_likelihood = evidence.integrated(cast, belief.weights)
             step = _largest_step(belief.weights, log_likelihood, remaining)
             weights, _ = belief.weights.reweight(step * log_likelihood)
             belief = belief.with_weights(weights)
@@ -198,6 +208,24 @@ class SampleFilter:
         states = belief.mean + SHRINK * chosen + np.sqrt(1.0 - SHRINK**2) * noise
         states[:, 2] = wrap(states[:, 2])
         return belief.with_samples(states, Weights.uniform(count))
+
+
+def _worth_casting(weights: Weights) -> IntArray:
+    """Indices of the states with weight, and of a coarse comb over all the others."""
+    heavy = weights.log > weights.log.max() + np.log(NEGLIGIBLE)
+    heavy[::COARSE] = True
+    heavy[-1] = True
+    return np.flatnonzero(heavy)
+
+
+def _interpolated(values: FloatArray, known: IntArray, count: int) -> FloatArray:
+    """Values (l, k) at ascending indices ``known`` (k,), linearly filled in to (l, count)."""
+    if len(known) == count:
+        return values
+    place = np.interp(np.arange(count), known, np.arange(len(known)))
+    left = np.minimum(place.astype(np.int64), len(known) - 2)
+    share = place - left
+    return np.asarray(values[:, left] * (1.0 - share) + values[:, left + 1] * share)
 
 
 def _largest_step(weights: Weights, log_likelihood: FloatArray, most: float) -> float:

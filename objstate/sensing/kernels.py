@@ -1,14 +1,15 @@
 """The loops over robot samples, states, segments and beams, compiled.
 
 Everything here is level: a laser that sweeps a horizontal plane sees walls and
-objects as outlines, lists of segments. A segment is projected onto the range of
-beams that it covers, and each of those keeps the nearest hit. Beams are sorted
-by bearing in the robot's frame and may each have an origin of their own.
+objects as outlines, lists of segments ``(ax, ay, bx, by)``. A segment is projected
+onto the range of beams that it covers, and each of those keeps the nearest hit.
+So the work for a scan grows with its beams, not with beams times segments.
 
-Rays are given as columns of one array, so that a kernel takes few arguments:
-``beams`` (n, 6): bearing, direction x and y, origin x and y relative to the
-sweep's centre, measured range. ``sweep`` (3,): centre x and y in the robot's
-frame, and the largest distance of an origin from it.
+Bearings are compared as pseudo-angles, which grow with the bearing from -2 at -pi
+to 2 at pi and need no trigonometry. ``beams`` (6, n) holds a row for each of the
+constants below, sorted by bearing in the robot's frame; ``index`` finds the first
+beam at or after a bearing; ``sweep`` (3,) is the centre of the beams' origins in
+the robot's frame and the largest distance of an origin from it.
 """
 
 from __future__ import annotations
@@ -18,61 +19,71 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from objstate.geometry import BoolArray, FloatArray
+from objstate.geometry import BoolArray, FloatArray, IntArray
 
 BEARING, DIRECTION_X, DIRECTION_Y, ORIGIN_X, ORIGIN_Y, MEASURED = range(6)
 CENTRE_X, CENTRE_Y, SPREAD = range(3)
 Z_HIT, Z_SHORT, Z_MAX, Z_RAND, SIGMA_HIT, LAMBDA_SHORT, RANGE_MAX, GAUSSIAN = range(8)
 
-SLACK = 1e-9  # m or rad by which a beam may pass an end of a segment and still hit it
+SLACK = 1e-9  # m, or pseudo-angle, by which a beam may pass an end of a segment and still hit
 FAR_SIGMAS = 8.0  # beyond it the Gaussian is zero beside any share of random readings
+NEAR_SIGMAS = 4.0  # a range shorter than this many sigmas before an object was stopped by another
+LEAST_DENSITY = 1e-300  # of the pure Gaussian, which has no floor of its own
+SMALL, LARGE = 1e-200, 1e200  # products of densities are kept between these
 
 _compile = njit(cache=True, nogil=True, error_model="numpy")
 
 
 @_compile
-def log_likelihood(measured: float, expected: float, model: FloatArray) -> Any:
-    """log p(d | d-hat) of one beam: AMCL's four-part mixture, or the paper's Gaussian.
+def pseudo_angle(x: float, y: float) -> Any:
+    """A number that grows with the bearing of (x, y): -2 at -pi, 0 at 0, 2 at pi."""
+    t = abs(y) / (abs(x) + abs(y))
+    if x < 0.0:
+        t = 2.0 - t
+    return -t if y < 0.0 else t
+
+
+@_compile
+def density(measured: float, expected: float, model: FloatArray) -> Any:
+    """p(d | d-hat) of one beam: AMCL's four-part mixture, or the paper's Gaussian.
 
     A missing return (inf) is an event of its own, with a probability and no density.
     """
-    range_max = model[RANGE_MAX]
+    sigma, range_max = model[SIGMA_HIT], model[RANGE_MAX]
+    peak = model[Z_HIT] / (sigma * np.sqrt(2.0 * np.pi))
     if model[GAUSSIAN] > 0.0:
-        off = (min(measured, range_max) - min(expected, range_max)) / model[SIGMA_HIT]
-        return -0.5 * off * off - np.log(model[SIGMA_HIT] * np.sqrt(2.0 * np.pi))
+        off = (min(measured, range_max) - min(expected, range_max)) / sigma
+        return max(peak * np.exp(-0.5 * off * off), LEAST_DENSITY)
     if measured == np.inf:
-        return np.log(model[Z_MAX] + (model[Z_HIT] if expected >= range_max else 0.0))
+        return model[Z_MAX] + (model[Z_HIT] if expected >= range_max else 0.0)
     p = model[Z_RAND] / range_max
-    off = abs(measured - expected) / model[SIGMA_HIT]
+    off = abs(measured - expected) / sigma
     if off < FAR_SIGMAS:
-        peak = model[Z_HIT] / (model[SIGMA_HIT] * np.sqrt(2.0 * np.pi))
         p += peak * np.exp(-0.5 * off * off)
     if measured < expected:
         p += model[Z_SHORT] * model[LAMBDA_SHORT] * np.exp(-model[LAMBDA_SHORT] * measured)
-    return np.log(p)
+    return p
 
 
 @_compile
 def log_likelihoods(
     measured: FloatArray, expected: FloatArray, model: FloatArray, out: FloatArray
 ) -> None:
-    """log p(d_i | d-hat_i) of each beam: measured (n,), expected (m, n), out (m, n)."""
+    """Log p(d_i | d-hat_i) of each beam: measured (n,), expected (m, n), out (m, n)."""
     for row in range(expected.shape[0]):
         for i in range(expected.shape[1]):
-            out[row, i] = log_likelihood(measured[i], expected[row, i], model)
+            out[row, i] = np.log(density(measured[i], expected[row, i], model))
 
 
 @_compile
-def _first_at_or_after(bearing: float, beams: FloatArray) -> int:
-    """Index of the first beam whose bearing is not below ``bearing``."""
-    low, high = 0, beams.shape[0]
-    while low < high:
-        middle = (low + high) // 2
-        if beams[middle, BEARING] < bearing:
-            low = middle + 1
-        else:
-            high = middle
-    return low
+def _first_at_or_after(bearing: float, beams: FloatArray, index: IntArray) -> Any:
+    """The first beam whose pseudo-angle is not below ``bearing``."""
+    count, cells = beams.shape[1], index.shape[0] - 1
+    cell = int((bearing + 2.0) * cells / 4.0)
+    i = index[min(max(cell, 0), cells)]
+    while i < count and beams[BEARING, i] < bearing:
+        i += 1
+    return i
 
 
 @_compile
@@ -84,14 +95,22 @@ def _hit(
     ex: float,
     ey: float,
     beams: FloatArray,
+    spread: float,
     nearest: FloatArray,
 ) -> None:
     """Let beams first..last keep the nearer of what they have and the segment from a along e."""
+    if spread == 0.0:  # the beams between the bearings of a segment's ends are those that hit it
+        cross = ax * ey - ay * ex
+        for i in range(first, last):
+            distance = cross / (beams[DIRECTION_X, i] * ey - beams[DIRECTION_Y, i] * ex)
+            if 0.0 <= distance < nearest[i]:
+                nearest[i] = distance
+        return
     slack = SLACK / (abs(ex) + abs(ey))
     for i in range(first, last):
-        dx, dy = beams[i, DIRECTION_X], beams[i, DIRECTION_Y]
+        dx, dy = beams[DIRECTION_X, i], beams[DIRECTION_Y, i]
         turn = dx * ey - dy * ex
-        fx, fy = ax - beams[i, ORIGIN_X], ay - beams[i, ORIGIN_Y]
+        fx, fy = ax - beams[ORIGIN_X, i], ay - beams[ORIGIN_Y, i]
         distance = (fx * ey - fy * ex) / turn
         along = (fx * dy - fy * dx) / turn
         if -slack <= along <= 1.0 + slack and 0.0 <= distance < nearest[i]:
@@ -105,58 +124,69 @@ def _project(
     bx: float,
     by: float,
     beams: FloatArray,
+    index: IntArray,
     spread: float,
     nearest: FloatArray,
-) -> tuple[int, int]:
+) -> Any:
     """Project one segment, given relative to the sweep's centre; return the beams it may touch.
 
     The returned bounds (first, last) cover all touched beams; where the segment
     lies across the bearing of pi they are those of the whole sweep.
     """
-    count = beams.shape[0]
+    count = beams.shape[1]
     ex, ey = bx - ax, by - ay
     cross = ax * by - ay * bx
-    length_squared = ex * ex + ey * ey
-    if length_squared == 0.0:
-        return count, 0
-    along = min(max(-(ax * ex + ay * ey) / length_squared, 0.0), 1.0)
-    gap = np.sqrt((ax + along * ex) ** 2 + (ay + along * ey) ** 2)
-    if gap <= spread + SLACK:
-        _hit(0, count, ax, ay, ex, ey, beams, nearest)
-        return 0, count
-    start, end = np.arctan2(ay, ax), np.arctan2(by, bx)
     if cross < 0.0:
-        start, end = end, start
+        ax, ay, bx, by, ex, ey = bx, by, ax, ay, -ex, -ey
+    elif cross == 0.0 and spread == 0.0:  # seen from its end, a segment has no width
+        return count, 0
     margin = SLACK
     if spread > 0.0:  # origins off the centre see the ends at other bearings
-        margin += np.arcsin(spread / gap)
+        length_squared = ex * ex + ey * ey
+        if length_squared == 0.0:
+            return count, 0
+        along = min(max(-(ax * ex + ay * ey) / length_squared, 0.0), 1.0)
+        gap = np.sqrt((ax + along * ex) ** 2 + (ay + along * ey) ** 2)
+        if gap <= spread + SLACK:
+            _hit(0, count, ax, ay, ex, ey, beams, spread, nearest)
+            return 0, count
+        margin += np.arcsin(spread / gap)  # a pseudo-angle grows no faster than its angle
+    start, end = pseudo_angle(ax, ay), pseudo_angle(bx, by)
+    if end < start:
+        end += 4.0
     start, end = start - margin, end + margin
-    if start < -np.pi or end > np.pi or end < start:
-        if start < -np.pi:
-            start += 2.0 * np.pi
-        if end > np.pi:
-            end -= 2.0 * np.pi
-        _hit(_first_at_or_after(start, beams), count, ax, ay, ex, ey, beams, nearest)
-        _hit(0, _first_at_or_after(end, beams), ax, ay, ex, ey, beams, nearest)
+    if end - start >= 4.0:
+        _hit(0, count, ax, ay, ex, ey, beams, spread, nearest)
         return 0, count
-    first, last = _first_at_or_after(start, beams), _first_at_or_after(end, beams)
-    _hit(first, last, ax, ay, ex, ey, beams, nearest)
+    if start < -2.0:
+        start, end = start + 4.0, end + 4.0
+    if end > 2.0:
+        first = _first_at_or_after(start, beams, index)
+        last = _first_at_or_after(end - 4.0, beams, index)
+        _hit(first, count, ax, ay, ex, ey, beams, spread, nearest)
+        _hit(0, last, ax, ay, ex, ey, beams, spread, nearest)
+        return 0, count
+    first, last = _first_at_or_after(start, beams, index), _first_at_or_after(end, beams, index)
+    _hit(first, last, ax, ay, ex, ey, beams, spread, nearest)
     return first, last
 
 
 @_compile
 def _project_outline(
+    pose: FloatArray,
+    placement: FloatArray,
     outline: FloatArray,
-    cos: float,
-    sin: float,
-    x: float,
-    y: float,
     beams: FloatArray,
-    spread: float,
+    index: IntArray,
+    sweep: FloatArray,
     nearest: FloatArray,
-) -> tuple[int, int]:
-    """Project an outline (k, 4) that is turned by an angle and moved; beams it may touch."""
-    first, last = beams.shape[0], 0
+) -> Any:
+    """Project an outline (k, 4) that stands at a placement, seen from a pose; beams it may touch."""
+    cos, sin = np.cos(pose[2]), np.sin(pose[2])
+    dx, dy = placement[0] - pose[0], placement[1] - pose[1]
+    x, y = cos * dx + sin * dy - sweep[CENTRE_X], -sin * dx + cos * dy - sweep[CENTRE_Y]
+    cos, sin = np.cos(placement[2] - pose[2]), np.sin(placement[2] - pose[2])
+    first, last = beams.shape[1], 0
     for k in range(outline.shape[0]):
         ax, ay, bx, by = outline[k, 0], outline[k, 1], outline[k, 2], outline[k, 3]
         begin, end = _project(
@@ -165,27 +195,12 @@ def _project_outline(
             x + cos * bx - sin * by,
             y + sin * bx + cos * by,
             beams,
-            spread,
+            index,
+            sweep[SPREAD],
             nearest,
         )
         first, last = min(first, begin), max(last, end)
     return first, last
-
-
-@_compile
-def _into_sweep(
-    pose: FloatArray, placement: FloatArray, sweep: FloatArray
-) -> tuple[float, float, float, float]:
-    """Placement (x, y, yaw) in the building seen from the sweep's centre: cos, sin, x, y."""
-    cos, sin = np.cos(pose[2]), np.sin(pose[2])
-    dx, dy = placement[0] - pose[0], placement[1] - pose[1]
-    turn = placement[2] - pose[2]
-    return (
-        np.cos(turn),
-        np.sin(turn),
-        cos * dx + sin * dy - sweep[CENTRE_X],
-        -sin * dx + cos * dy - sweep[CENTRE_Y],
-    )
 
 
 @_compile
@@ -194,6 +209,7 @@ def cast(
     placements: FloatArray,
     outline: FloatArray,
     beams: FloatArray,
+    index: IntArray,
     sweep: FloatArray,
     out: FloatArray,
 ) -> None:
@@ -203,8 +219,7 @@ def cast(
     """
     for p in range(poses.shape[0]):
         for s in range(placements.shape[0]):
-            cos, sin, x, y = _into_sweep(poses[p], placements[s], sweep)
-            _project_outline(outline, cos, sin, x, y, beams, sweep[SPREAD], out[p, s])
+            _project_outline(poses[p], placements[s], outline, beams, index, sweep, out[p, s])
 
 
 @_compile
@@ -214,6 +229,7 @@ def object_log_likelihood(
     outline: FloatArray,
     background: FloatArray,
     beams: FloatArray,
+    index: IntArray,
     sweep: FloatArray,
     model: FloatArray,
     out: FloatArray,
@@ -226,66 +242,91 @@ def object_log_likelihood(
     Burgard 2001) and are left out. ``bears`` (n,) is set where a beam touches the
     object in some state and isn't stopped before reaching it.
     """
-    count = beams.shape[0]
+    count = beams.shape[1]
     nearest = np.full(count, np.inf)
     without = np.empty(count)
-    near = FAR_SIGMAS / 2.0 * model[SIGMA_HIT]
+    near = NEAR_SIGMAS * model[SIGMA_HIT]
     for p in range(poses.shape[0]):
-        without[:] = np.nan
+        without[:] = 0.0
         for s in range(placements.shape[0]):
-            cos, sin, x, y = _into_sweep(poses[p], placements[s], sweep)
-            first, last = _project_outline(outline, cos, sin, x, y, beams, sweep[SPREAD], nearest)
-            change = 0.0
+            first, last = _project_outline(
+                poses[p], placements[s], outline, beams, index, sweep, nearest
+            )
+            change, product = 0.0, 1.0
             for i in range(first, last):
                 expected = nearest[i]
                 nearest[i] = np.inf
                 if expected >= background[p, i] or expected >= model[RANGE_MAX]:
                     continue
-                measured = beams[i, MEASURED]
-                if np.isnan(without[i]):
-                    without[i] = log_likelihood(measured, background[p, i], model)
-                change += log_likelihood(measured, expected, model) - without[i]
+                measured = beams[MEASURED, i]
+                if without[i] == 0.0:
+                    without[i] = density(measured, background[p, i], model)
+                product *= density(measured, expected, model) / without[i]
+                if product < SMALL or product > LARGE:
+                    change += np.log(product)
+                    product = 1.0
                 bears[i] |= measured > expected - near
-            out[p, s] = change
+            out[p, s] = change + np.log(product)
 
 
 @_compile
-def mix_object(
+def pose_log_likelihood(
     poses: FloatArray,
+    walls: FloatArray,
+    outlines: FloatArray,
+    outline_ends: IntArray,
     placements: FloatArray,
+    placement_ends: IntArray,
     shares: FloatArray,
-    outline: FloatArray,
-    background: FloatArray,
     beams: FloatArray,
+    index: IntArray,
     sweep: FloatArray,
     model: FloatArray,
-    likelihood: FloatArray,
+    out: FloatArray,
 ) -> None:
-    """Average the likelihood (p, n) of each beam over an object's uncertain placement.
+    """Log p(o | l) ``out`` (p,), each beam averaged over where uncertain objects may be.
 
-    ``shares`` (s,) are the weights of ``placements`` (s, 3). Where the object in a
-    placement is nearer than the background (p, n), it is what the beam should
-    read; else the beam keeps the likelihood it had.
+    Object j has the rows of ``outlines`` up to ``outline_ends[j]`` and may stand at
+    the ``placements`` up to ``placement_ends[j]``, with weights ``shares``. Where it is
+    nearer than the ``walls`` (k, 4), it is what the beam should read; else the beam
+    keeps the likelihood it had.
     """
-    count = beams.shape[0]
-    nearest = np.full(count, np.inf)
-    mixed = np.empty(count)
-    kept = np.empty(count)
+    count = beams.shape[1]
+    nearest = np.empty(count)
+    alone = np.full(count, np.inf)
+    likelihood = np.empty(count)
+    mixed = np.zeros(count)
+    kept = np.ones(count)
+    fixed = np.zeros(3)
     for p in range(poses.shape[0]):
-        mixed[:] = 0.0
-        kept[:] = 1.0
-        touched_first, touched_last = count, 0
-        for s in range(placements.shape[0]):
-            cos, sin, x, y = _into_sweep(poses[p], placements[s], sweep)
-            first, last = _project_outline(outline, cos, sin, x, y, beams, sweep[SPREAD], nearest)
-            for i in range(first, last):
-                expected = nearest[i]
-                nearest[i] = np.inf
-                if expected < background[p, i]:
-                    mixed[i] += shares[s] * np.exp(
-                        log_likelihood(beams[i, MEASURED], expected, model)
-                    )
-                    kept[i] -= shares[s]
-            touched_first, touched_last = min(touched_first, first), max(touched_last, last)
-        for i in range(touched_first, touched_last):
-            likelihood[p, i] = max(kept[i], 0.0) * likelihood[p, i] + mixed[i]
+        nearest[:] = np.inf
+        _project_outline(poses[p], fixed, walls, beams, index, sweep, nearest)
+        for i in range(count):
+            likelihood[i] = density(beams[MEASURED, i], nearest[i], model)
+        outline_start, placement_start = 0, 0
+        for j in range(outline_ends.shape[0]):
+            outline = outlines[outline_start : outline_ends[j]]
+            begin, end = count, 0
+            for s in range(placement_start, placement_ends[j]):
+                first, last = _project_outline(
+                    poses[p], placements[s], outline, beams, index, sweep, alone
+                )
+                begin, end = min(begin, first), max(end, last)
+                for i in range(first, last):
+                    expected = alone[i]
+                    alone[i] = np.inf
+                    if expected < nearest[i]:
+                        mixed[i] += shares[s] * density(beams[MEASURED, i], expected, model)
+                        kept[i] -= shares[s]
+            for i in range(begin, end):
+                likelihood[i] = max(kept[i], 0.0) * likelihood[i] + mixed[i]
+                mixed[i] = 0.0
+                kept[i] = 1.0
+            outline_start, placement_start = outline_ends[j], placement_ends[j]
+        total, product = 0.0, 1.0
+        for i in range(count):
+            product *= likelihood[i]
+            if product < SMALL or product > LARGE:
+                total += np.log(product)
+                product = 1.0
+        out[p] = total + np.log(product)

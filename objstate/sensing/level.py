@@ -15,13 +15,14 @@ from numpy.typing import NDArray
 
 from objstate.building.model import Building, Kind, MovableObject
 from objstate.building.outline import outline
-from objstate.geometry import FloatArray, IntArray, wrap
+from objstate.geometry import FloatArray, IntArray
 from objstate.records import Rays
 
 T = TypeVar("T", bound=np.generic)
 
 LEVEL = 1e-6  # rad or relative: a laser or an axis tilted by less counts as level or upright
 SAME_HEIGHT = 1e-6  # m
+INDEX_STEPS = 2  # of a sweep's index, for each beam
 STRIDE = 2.0  # m the robot moves before the walls near it are looked up again
 
 
@@ -31,7 +32,8 @@ class Sweep:
 
     height: float  # m above the floor
     order: IntArray  # (n,) the scan's beams by bearing
-    columns: FloatArray  # (n, 5) bearing, direction, origin relative to the centre; sorted
+    rows: FloatArray  # (5, n) pseudo-angle, direction, origin relative to the centre; sorted
+    index: IntArray  # (m + 1,) first beam at or after each of m even steps of the pseudo-angle
     centre: FloatArray  # (3,) x, y in the robot's frame, m; largest distance of an origin
 
     @staticmethod
@@ -41,24 +43,51 @@ class Sweep:
             return None
         if np.ptp(rays.origins[:, 2]) > SAME_HEIGHT:
             return None
-        bearing = wrap(np.arctan2(rays.directions[:, 1], rays.directions[:, 0]))
+        bearing = pseudo_angles(rays.directions)
         order = np.argsort(bearing, kind="stable")
-        origin = rays.origins[order, :2]
+        bearing, origin = bearing[order], rays.origins[order, :2]
         centre = (origin.min(axis=0) + origin.max(axis=0)) / 2
         offset = origin - centre
-        columns = np.column_stack([bearing[order], rays.directions[order, :2], offset])
-        spread = float(np.hypot(offset[:, 0], offset[:, 1]).max())
-        return Sweep(float(rays.origins[0, 2]), order, columns, np.array([*centre, spread]))
+        steps = np.linspace(-2.0, 2.0, INDEX_STEPS * len(rays) + 1)
+        return Sweep(
+            height=float(rays.origins[0, 2]),
+            order=order,
+            rows=np.vstack([bearing, rays.directions[order, :2].T, offset.T]),
+            index=np.searchsorted(bearing, steps),
+            centre=np.array([*centre, np.hypot(*offset.T).max()]),
+        )
 
     def beams(self, measured: FloatArray) -> FloatArray:
-        """(n, 6) the sorted beams with their measured ranges (n,), as the kernels take them."""
-        return np.ascontiguousarray(np.column_stack([self.columns, measured[self.order]]))
+        """(6, n) the sorted beams with their measured ranges (n,), as the kernels take them."""
+        return np.ascontiguousarray(np.vstack([self.rows, measured[self.order]]))
 
     def unsorted(self, values: NDArray[T]) -> NDArray[T]:
         """Values (..., n) of sorted beams in the scan's own order."""
         out = np.empty_like(values)
         out[..., self.order] = values
         return out
+
+
+def pseudo_angles(directions: FloatArray) -> FloatArray:
+    """Numbers (n,) in [-2, 2] that grow with the bearings of directions (n, 2 or 3)."""
+    x, y = directions[:, 0], directions[:, 1]
+    quarter = np.abs(y) / (np.abs(x) + np.abs(y))
+    half = np.where(x < 0.0, 2.0 - quarter, quarter)
+    return np.asarray(np.where(y < 0.0, -half, half))
+
+
+@dataclass(frozen=True, eq=False)
+class Neighbourhood:
+    """The wall segments about a place, kept while the robot stays near."""
+
+    middle: FloatArray  # (2,)
+    radius: float  # m
+    segments: FloatArray  # (k, 4)
+
+    def covers(self, middle: FloatArray, radius: float) -> bool:
+        """Whether it holds all segments within ``radius`` m of ``middle`` (2,), and not many more."""
+        slack = self.radius - radius
+        return bool(np.hypot(*(middle - self.middle)) <= slack <= 2.0 * STRIDE)
 
 
 class LevelOutlines:
@@ -68,22 +97,19 @@ class LevelOutlines:
         self._building = building
         self.hold = all(moves_in_plane(item) for item in building.objects.values())
         self._walls = cache(lambda height: _flat(outline(building.walls, height)))
-        self._near: tuple[float, FloatArray, float, FloatArray] | None = None
+        self._neighbourhoods: dict[float, Neighbourhood] = {}
 
-    def walls_near(
-        self, height: float, middle: FloatArray, poses: FloatArray, reach: float
-    ) -> FloatArray:
-        """Wall segments (k, 4) within ``reach`` m of any robot pose (p, 3) about ``middle`` (2,)."""
-        spread = float(np.hypot(*(poses[:, :2] - middle).T).max())
-        if self._near is not None:
-            known_height, centre, radius, segments = self._near
-            if known_height == height and np.hypot(*(middle - centre)) + spread + reach <= radius:
-                return segments
-        walls = self._walls(height)
-        radius = reach + spread + STRIDE
-        segments = np.ascontiguousarray(walls[_distance(walls, middle) <= radius])
-        self._near = (height, middle, radius, segments)
-        return segments
+    def walls_near(self, height: float, poses: FloatArray, reach: float) -> FloatArray:
+        """Wall segments (k, 4) that lie within ``reach`` m of some robot pose (p, 3), and some more."""
+        middle = poses[:, :2].mean(axis=0)
+        needed = reach + float(np.hypot(*(poses[:, :2] - middle).T).max())
+        known = self._neighbourhoods.get(height)
+        if known is None or not known.covers(middle, needed):
+            walls = self._walls(height)
+            chosen = walls[_distance(walls, middle) <= needed + STRIDE]
+            known = Neighbourhood(middle, needed + STRIDE, np.ascontiguousarray(chosen))
+            self._neighbourhoods[height] = known
+        return known.segments
 
     @cache  # noqa: B019 - lives as long as the outlines it belongs to
     def of_object(self, name: str, height: float) -> FloatArray:
@@ -109,11 +135,17 @@ def moves_in_plane(item: MovableObject) -> bool:
 
 
 def _placements(item: MovableObject, states: FloatArray) -> FloatArray:
-    home = item.transforms(item.home[None])[0]
-    moved = item.transforms(states)
-    turned = moved[:, :3, :3] @ home[:3, :3].T
-    yaw = np.arctan2(turned[:, 1, 0], turned[:, 0, 0])
-    return np.ascontiguousarray(np.column_stack([moved[:, :2, 3], yaw]))
+    """Positions and turns (s, 3) of the link's frame against the home state."""
+    if item.kind is Kind.PLANAR:
+        return np.ascontiguousarray(states - np.array([0.0, 0.0, item.home[2]]))
+    axis, out = item.origin[:3, :3] @ item.axis, np.empty((len(states), 3))
+    if item.kind is Kind.HINGED:
+        out[:, :2] = item.origin[:2, 3]
+        out[:, 2] = np.sign(axis[2]) * (states[:, 0] - item.home[0])
+    else:
+        out[:, :2] = item.origin[:2, 3] + states * axis[:2]
+        out[:, 2] = 0.0
+    return out
 
 
 def _flat(segments: FloatArray) -> FloatArray:

@@ -136,57 +136,39 @@ class LevelView:
         self._outlines = outlines
         self._sweep = sweep
         self._beams = sweep.beams(measured)
-        self._measured = self._beams[:, -1].copy()
         self._beam_model = beam_model
         self._range_max = range_max
 
-    def _nothing(self, *shape: int) -> FloatArray:
-        return np.full((*shape, len(self._beams)), np.inf)
-
-    def _cast(self, outline: FloatArray, placements: FloatArray, poses: FloatArray) -> FloatArray:
-        from objstate.sensing import kernels
-
-        out = self._nothing(len(poses), len(placements))
-        kernels.cast(poses, placements, outline, self._beams, self._sweep.centre, out)
-        return out
-
-    def _sorted_walls(self, poses: FloatArray) -> FloatArray:
-        middle, reach = poses[:, :2].mean(axis=0), self._range_max
-        outline = self._outlines.walls_near(self._sweep.height, middle, poses, reach)
-        return self._cast(outline, np.zeros((1, 3)), poses)[:, 0]
-
     def walls(self, poses: FloatArray) -> FloatArray:
-        return self._sweep.unsorted(self._sorted_walls(poses))
+        return self._cast(self._walls_near(poses), np.zeros((1, 3)), poses)[:, 0]
 
     def object(self, name: str, states: FloatArray, poses: FloatArray) -> FloatArray:
         outline = self._outlines.of_object(name, self._sweep.height)
-        placements = self._outlines.placements(name, states)
-        return self._sweep.unsorted(self._cast(outline, placements, poses))
+        return self._cast(outline, self._outlines.placements(name, states), poses)
 
     def pose_log_likelihood(
         self, poses: FloatArray, blur: float, objects: Sequence[UncertainObject]
     ) -> FloatArray:
         from objstate.sensing import kernels
 
-        model = self._beam_model.blurred(blur).parameters(self._range_max)
-        background = self._sorted_walls(poses)
-        logs = np.empty_like(background)
-        kernels.log_likelihoods(self._measured, background, model, logs)
-        likelihood = np.exp(logs)
-        for item in objects:
-            kernels.mix_object(
-                poses,
-                self._outlines.placements(item.name, item.states),
-                item.shares,
-                self._outlines.of_object(item.name, self._sweep.height),
-                background,
-                self._beams,
-                self._sweep.centre,
-                model,
-                likelihood,
-            )
-        with np.errstate(divide="ignore"):
-            return np.asarray(np.log(likelihood).sum(axis=1))
+        outlines = [self._outlines.of_object(each.name, self._sweep.height) for each in objects]
+        places = [self._outlines.placements(each.name, each.states) for each in objects]
+        out = np.empty(len(poses))
+        kernels.pose_log_likelihood(
+            poses,
+            self._walls_near(poses),
+            np.concatenate([np.empty((0, 4)), *outlines]),
+            np.cumsum([len(each) for each in outlines], dtype=np.int64),
+            np.concatenate([np.empty((0, 3)), *places]),
+            np.cumsum([len(each) for each in places], dtype=np.int64),
+            np.concatenate([np.empty(0), *(each.shares for each in objects)]),
+            self._beams,
+            self._sweep.index,
+            self._sweep.centre,
+            self._beam_model.blurred(blur).parameters(self._range_max),
+            out,
+        )
+        return out
 
     def object_log_likelihood(
         self, name: str, states: FloatArray, poses: FloatArray, background: FloatArray
@@ -194,16 +176,29 @@ class LevelView:
         from objstate.sensing import kernels
 
         change = np.empty((len(poses), len(states)))
-        bears = np.zeros(len(self._beams), dtype=bool)
+        bears = np.zeros(self._beams.shape[1], dtype=bool)
         kernels.object_log_likelihood(
             poses,
             self._outlines.placements(name, states),
             self._outlines.of_object(name, self._sweep.height),
             np.ascontiguousarray(background[:, self._sweep.order]),
             self._beams,
+            self._sweep.index,
             self._sweep.centre,
             self._beam_model.parameters(self._range_max),
             change,
             bears,
         )
         return change, self._sweep.unsorted(bears)
+
+    def _walls_near(self, poses: FloatArray) -> FloatArray:
+        return self._outlines.walls_near(self._sweep.height, poses, self._range_max)
+
+    def _cast(self, outline: FloatArray, placements: FloatArray, poses: FloatArray) -> FloatArray:
+        from objstate.sensing import kernels
+
+        out = np.full((len(poses), len(placements), self._beams.shape[1]), np.inf)
+        kernels.cast(
+            poses, placements, outline, self._beams, self._sweep.index, self._sweep.centre, out
+        )
+        return self._sweep.unsorted(out)
