@@ -15,14 +15,18 @@ from objstate.building.contours import border_loops, straighten
 from objstate.building.door_table import Door, read_doors
 from objstate.building.model import Mesh
 from objstate.building.occupancy import read_map
-from objstate.building.swing import NEIGHBOURS, clear_leaves
+from objstate.building.speckle import without_pinholes, without_specks
+from objstate.building.swing import clear_leaves
 from objstate.errors import BuildingError
 from objstate.geometry import BoolArray, FloatArray
 
 Surface = Literal["edge", "centre"]
 Report = Callable[[str], None]  # told in sentences what was done
 
-INSET = {"edge": 0.0, "centre": 0.5}  # cells from the outer side of an occupied cell to its surface
+# Cells from the outer side of an occupied cell to the wall's face. A laser marks the cell that
+# its hits fall in, so on average they lie at the centre: in a corridor mapped at 5 cm, the ranges
+# of 660 registered scans exceed the expected ones by 14 mm (median) with "centre", 44 with "edge".
+INSET = {"edge": 0.0, "centre": 0.5}
 WALLS_FILE = "walls.stl"
 BOX_FACES = 12  # triangles of a box, the alternative for each cell
 
@@ -61,7 +65,8 @@ def building_from_map(
     plan = read_map(Path(map_yaml))
     doors = [] if doors_csv is None else read_doors(Path(doors_csv))
     occupied = clear_leaves(plan, doors, leaf_thickness, tell)
-    occupied = _without_speckle(occupied, min_cells, tell)
+    occupied = without_specks(occupied, min_cells, tell)
+    occupied = without_pinholes(occupied, plan.resolution)
     loops = border_loops(occupied, INSET[surface])
     walls = extrude([plan.to_building(straighten(loop, tolerance)) for loop in loops], wall_height)
     tell(_balance(occupied, walls))
@@ -102,24 +107,6 @@ def _balance(occupied: BoolArray, walls: Mesh) -> str:
         f"{cells} occupied cells became walls of {len(walls.faces)} triangles "
         f"(a box for each cell would have {BOX_FACES * cells})."
     )
-
-
-def _without_speckle(occupied: BoolArray, min_cells: int, tell: Report) -> BoolArray:
-    """The occupied cells but for blobs of fewer than ``min_cells`` touching ones."""
-    from scipy.ndimage import label
-
-    blobs, count = label(occupied, NEIGHBOURS)
-    size = np.bincount(blobs.ravel(), minlength=count + 1)
-    kept = np.asarray(occupied & (size[blobs] >= min_cells), dtype=bool)
-    specks = int(np.count_nonzero(size[1:] < min_cells))
-    lost = int(np.count_nonzero(occupied & ~kept))
-    tell(f"{specks} specks of fewer than {min_cells} cells left out ({lost} cells).")
-    if not kept.any():
-        raise BuildingError(
-            f"No blob of the map's occupied cells has {min_cells} of them, so no wall is left; "
-            "lower min_cells."
-        )
-    return kept
 
 
 def _check_positive(sizes: dict[str, float]) -> None:

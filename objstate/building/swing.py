@@ -9,13 +9,13 @@ import numpy as np
 
 from objstate.building.door_table import Door
 from objstate.building.occupancy import OccupancyMap
+from objstate.building.speckle import NEIGHBOURS
 from objstate.geometry import BoolArray, FloatArray, IntArray
 
 SMEAR = 1.5  # cells by which a leaf in a map may stray from where the table has it
 TAIL = 0.3  # m beyond the leaf's free edge in which a wall that runs on must show
 TAIL_SHARE = 0.5  # of the tail's length that must be occupied to count as a wall
 CELL_MIDDLE = np.array([0.5, 0.5])  # cells
-NEIGHBOURS = np.ones((3, 3))  # cells that touch at a corner belong together
 
 
 @dataclass(frozen=True, eq=False)
