@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from objstate.cli.building_tables import describe_building
 from objstate.cli.console import print_table, print_text
 from objstate.cli.json_values import json_values
 from objstate.cli.log_tables import describe_log
 from objstate.cli.options import Mounts
 from objstate.cli.parsing import parse_mounts
+from objstate.errors import BuildingError
+
+if TYPE_CHECKING:
+    from rich.table import Table
 
 EXAMPLES = """\b
 Examples:
@@ -22,6 +27,10 @@ Examples:
   objstate inspect office.urdf --json
 """
 
+BUILDING_ENDINGS = (".urdf", ".xacro")
+BYTES_TO_TELL = 256  # so many from a file's start show whether it is XML
+BYTE_ORDER_MARK = b"\xef\xbb\xbf"
+
 
 def inspect(
     paths: Annotated[
@@ -29,27 +38,58 @@ def inspect(
         typer.Argument(metavar="LOG...|URDF", help="A log, a drive's logs, or a building."),
     ],
     mount: Mounts = None,
+    height: Annotated[float, typer.Option(help="Of the laser above a building's floor, m.")] = 0.3,
     as_json: Annotated[bool, typer.Option("--json", help="The same for programs.")] = False,
 ) -> None:
     """Show what is in a log or a building, and what is wrong with it.
 
-    Which of both it is shows in the content, not in the name.
+    Which of both it is shows in the content. Problems that are found are no failure.
     """
+    if any(map(_is_building, paths)):
+        _inspect_building(paths, height, as_json)
+    else:
+        _inspect_log(paths, mount or [], as_json)
+
+
+def _inspect_log(paths: Sequence[Path], mounts: Sequence[str], as_json: bool) -> None:
     from objstate.logs import inspect_log
 
-    summary = inspect_log(paths, mounts=parse_mounts(mount or []))
+    summary = inspect_log(paths, mounts=parse_mounts(mounts))
+    _print(summary, describe_log(summary), summary.problems, as_json)
+
+
+def _inspect_building(paths: Sequence[Path], height: float, as_json: bool) -> None:
+    from objstate.building import inspect_building
+
+    if len(paths) > 1:
+        raise BuildingError(
+            f"{', '.join(map(str, paths))}: give one building alone, or logs alone."
+        )
+    summary = inspect_building(paths[0], height)
+    _print(summary, describe_building(summary), summary.problems, as_json)
+
+
+def _is_building(path: Path) -> bool:
+    """Whether a file is XML by its first bytes, or called a building."""
+    if not path.is_file():
+        return path.suffix in BUILDING_ENDINGS
+    with path.open("rb") as file:
+        start = file.read(BYTES_TO_TELL)
+    is_xml = start.removeprefix(BYTE_ORDER_MARK).lstrip().startswith(b"<")
+    return is_xml or path.suffix in BUILDING_ENDINGS
+
+
+def _print(
+    summary: Any, description: Iterable[str | Table], problems: Sequence[str], as_json: bool
+) -> None:
     if as_json:
         print_text(json.dumps(json_values(summary), indent=2))
         return
-    for part in describe_log(summary):
+    for part in description:
         if isinstance(part, str):
             print_text(part)
         else:
             print_table(part)
-    _print_problems(summary.problems)
-
-
-def _print_problems(problems: Sequence[str]) -> None:
     print_text("Problems:" if problems else "No problems found.")
     for problem in problems:
         print_text(f"- {problem}")

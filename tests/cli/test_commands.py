@@ -1,12 +1,19 @@
 """The commands on real input: a room with a door, simulated, and all that can be done with it."""
 
 import json
+import os
+import pty
+import subprocess
+import sys
+from contextlib import suppress
 from pathlib import Path
 
 import polars as pl
 import pytest
 
 from objstate.cli import main
+
+ROOT = Path(__file__).parents[2]
 
 ROOM = """
 <robot name="room">
@@ -212,3 +219,78 @@ def test_an_unknown_format_is_refused_with_the_known(run, drive: Path) -> None:
     outcome = run("convert", drive / "log" / "log.mcap", drive / "x", "--format", "mcapp")
     assert outcome.code == 1
     assert "rosbag2" in outcome.err
+
+
+def test_inspect_shows_a_building(run, drive: Path) -> None:
+    outcome = run("inspect", drive / "room.urdf")
+    assert outcome.code == 0
+    name, kind, x, y, *states = words(outcome.out, "office_door")
+    assert (name, kind, x, y) == ("office_door", "hinged", "2.00", "2.00")
+    assert states[:4] == ["0", "to", "92", "deg"]
+
+
+def test_a_building_is_known_by_its_content(run, drive: Path) -> None:
+    unnamed = drive / "room"
+    unnamed.write_text(ROOM)
+    shown = json.loads(run("inspect", unnamed, "--json").out)
+    assert [item["name"] for item in shown["objects"]] == ["office_door"]
+
+
+def test_problems_found_are_no_failure(run, drive: Path) -> None:
+    endless = drive / "endless.urdf"
+    endless.write_text(ROOM.replace('<limit lower="0" upper="1.6" effort="0" velocity="0"/>', ""))
+    outcome = run("inspect", endless)
+    assert outcome.code == 0
+    assert "limit" in outcome.out.partition("Problems:")[2]
+
+
+def test_buildings_are_inspected_one_by_one(run, drive: Path) -> None:
+    outcome = run("inspect", drive / "room.urdf", drive / "log" / "log.mcap")
+    assert outcome.code == 1
+    assert "alone" in outcome.err
+
+
+def test_a_map_becomes_a_building_that_tells_what_was_done(run, tmp_path: Path) -> None:
+    rows = ["0 " * 40] * 2 + ["0 0 " + "254 " * 36 + "0 0"] * 36 + ["0 " * 40] * 2
+    (tmp_path / "map.pgm").write_text("P2\n40 40\n255\n" + "\n".join(rows) + "\n")
+    (tmp_path / "map.yaml").write_text(
+        "image: map.pgm\nresolution: 0.1\norigin: [0, 0, 0]\nnegate: 0\n"
+        "occupied_thresh: 0.65\nfree_thresh: 0.196\n"
+    )
+    (tmp_path / "doors.csv").write_text(
+        "door,hinge_x,hinge_y,closed_bearing_deg,opens,width_m,upper_limit_deg\n"
+        "exit,1.0,3.85,0,cw,0.9,90\n"
+    )
+    outcome = run(
+        "building", "from-map", tmp_path / "map.yaml", "--doors", tmp_path / "doors.csv",
+        "--out", tmp_path / "made",
+    )  # fmt: skip
+    assert outcome.code == 0
+    assert "exit" in outcome.out
+    urdf = outcome.out.rpartition("Written: ")[2].strip()
+    shown = json.loads(run("inspect", urdf, "--json").out)
+    assert [item["name"] for item in shown["objects"]] == ["exit"]
+
+
+def test_a_terminal_sees_how_far_the_run_is_and_a_pipe_does_not(drive: Path) -> None:
+    arguments = [
+        sys.executable, ROOT / "cli.py", "estimate", drive / "log" / "log.mcap",
+        "--building", drive / "room.urdf", "--out", drive / "watched", "--overwrite",
+    ]  # fmt: skip
+    assert b"x real time" in stderr_of_a_terminal(arguments)
+    piped = subprocess.run(arguments, capture_output=True, check=True)
+    assert piped.stderr == b""
+
+
+def stderr_of_a_terminal(arguments: list[object]) -> bytes:
+    """What a program writes to stderr when that is a terminal."""
+    ours, theirs = pty.openpty()
+    with subprocess.Popen(arguments, stdout=subprocess.DEVNULL, stderr=theirs) as process:
+        os.close(theirs)
+        seen = b""
+        with suppress(OSError):  # Linux reports the end of a terminal as an error
+            while part := os.read(ours, 4096):
+                seen += part
+    os.close(ours)
+    assert process.returncode == 0
+    return seen
