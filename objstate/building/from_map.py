@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import shutil
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Literal
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
 from objstate.building.contours import border_loops, straighten
-from objstate.building.door_table import Door, read_doors
+from objstate.building.door_table import read_doors
 from objstate.building.model import Mesh
 from objstate.building.occupancy import read_map
 from objstate.building.speckle import without_pinholes, without_specks
 from objstate.building.swing import clear_leaves
+from objstate.building.writing import check_target, write_building
 from objstate.errors import BuildingError
 from objstate.geometry import BoolArray, FloatArray
 
@@ -27,7 +25,6 @@ Report = Callable[[str], None]  # told in sentences what was done
 # its hits fall in, so on average they lie at the centre: in a corridor mapped at 5 cm, the ranges
 # of 660 registered scans exceed the expected ones by 14 mm (median) with "centre", 44 with "edge".
 INSET = {"edge": 0.0, "centre": 0.5}
-WALLS_FILE = "walls.stl"
 BOX_FACES = 12  # triangles of a box, the alternative for each cell
 
 
@@ -48,33 +45,37 @@ def building_from_map(
     """Write a building as URDF, with its walls beside it, and return the URDF's path.
 
     The occupied cells of a ROS map become vertical faces ``wall_height`` metres high,
-    which miss the cells by at most ``tolerance`` cells. They stand on the ``edge`` of
-    the outermost occupied cells or run through their ``centre`` (where a lone cell has
-    no extent). Blobs of fewer than ``min_cells`` touching cells are speckle and left out. Each row of ``doors_csv``
-    becomes a door, and what the map shows of its leaf is cleared away.
+    which miss the cells by at most about ``tolerance`` cells. They stand on the ``edge``
+    of the outermost occupied cells or run through their ``centre`` (where a lone cell
+    has no extent). Blobs of fewer than ``min_cells`` touching cells are speckle and left
+    out. Each row of ``doors_csv`` becomes a door, and what the map shows of its leaf is
+    cleared away.
 
     Lengths are in metres. ``report`` is told what was cleared and what was made.
     ``out_dir`` is written whole or not at all; it must not exist, unless it holds an
     earlier such building and ``overwrite`` is set. Raises BuildingError.
     """
     out, name = Path(out_dir), Path(map_yaml).stem
-    _check_target(out, overwrite)
+    check_target(out, overwrite)
     sizes = {"wall_height": wall_height, "door_height": door_height}
     _check_positive({**sizes, "leaf_thickness": leaf_thickness, "tolerance": tolerance})
+    inset = _inset(surface)
     tell = report or (lambda _: None)
     plan = read_map(Path(map_yaml))
     doors = [] if doors_csv is None else read_doors(Path(doors_csv))
     occupied = clear_leaves(plan, doors, leaf_thickness, tell)
     occupied = without_specks(occupied, min_cells, tell)
     occupied = without_pinholes(occupied, plan.resolution)
-    loops = border_loops(occupied, INSET[surface])
+    loops = border_loops(occupied, inset)
     walls = extrude([plan.to_building(straighten(loop, tolerance)) for loop in loops], wall_height)
     tell(_balance(occupied, walls))
-    middle = np.array([*plan.origin[:2], 0.0])  # keeps the digits of a float32 file for the walls
-    leaf = (leaf_thickness, min(door_height, wall_height))
-    urdf = _urdf(name, middle, [_door_elements(door, *leaf) for door in doors])
-    _write(out, f"{name}.urdf", urdf, Mesh(walls.vertices - middle, walls.faces))
-    return out / f"{name}.urdf"
+    return write_building(out, name, walls, doors, leaf_thickness, min(door_height, wall_height))
+
+
+def _inset(surface: str) -> float:
+    if surface not in INSET:
+        raise BuildingError(f"surface is '{surface}'; it must be one of {', '.join(INSET)}.")
+    return INSET[surface]
 
 
 def extrude(polygons: list[FloatArray], height: float) -> Mesh:
@@ -113,81 +114,3 @@ def _check_positive(sizes: dict[str, float]) -> None:
     for name, value in sizes.items():
         if not (np.isfinite(value) and value > 0):
             raise BuildingError(f"{name} is {value:g}; it must be above 0.")
-
-
-def _urdf(name: str, middle: FloatArray, doors: list[str]) -> str:
-    walls = f"""\
-  <link name="walls">
-    <collision>
-      <origin xyz="{_numbers(middle)}"/>
-      <geometry><mesh filename="{WALLS_FILE}"/></geometry>
-    </collision>
-  </link>
-"""
-    parts = "".join([walls, *doors])
-    return f'<?xml version="1.0"?>\n<robot name={quoteattr(name)}>\n{parts}</robot>\n'
-
-
-def _door_elements(door: Door, thickness: float, height: float) -> str:
-    """The link and joint of one door: the leaf along x, the hinge at the joint's origin."""
-    middle = (door.width / 2, 0.0, height / 2)
-    return f"""\
-  <link name={quoteattr(f"{door.name}_leaf")}>
-    <collision>
-      <origin xyz="{_numbers(middle)}"/>
-      <geometry><box size="{_numbers((door.width, thickness, height))}"/></geometry>
-    </collision>
-  </link>
-  <joint name={quoteattr(door.name)} type="revolute">
-    <parent link="walls"/>
-    <child link={quoteattr(f"{door.name}_leaf")}/>
-    <origin xyz="{_numbers((*door.hinge, 0.0))}" rpy="{_numbers((0, 0, door.closed_bearing))}"/>
-    <axis xyz="0 0 {door.sense}"/>
-    <limit lower="0" upper="{door.upper:.9g}" effort="0" velocity="0"/>
-  </joint>
-"""
-
-
-def _numbers(values: FloatArray | tuple[float, ...]) -> str:
-    return " ".join(f"{float(value):.9g}" for value in values)
-
-
-def _check_target(out: Path, overwrite: bool) -> None:
-    if not out.exists():
-        return
-    if not overwrite:
-        raise BuildingError(f"{out} exists already; choose another folder or overwrite it.")
-    if not out.is_dir() or not _holds_only_a_building(out):
-        raise BuildingError(
-            f"{out} holds more than a building made from a map, so it is not overwritten; "
-            "choose another folder."
-        )
-
-
-def _holds_only_a_building(folder: Path) -> bool:
-    return all(
-        path.is_file() and (path.suffix == ".urdf" or path.name == WALLS_FILE)
-        for path in folder.iterdir()
-    )
-
-
-def _write(out: Path, urdf_name: str, urdf: str, walls: Mesh) -> None:
-    """Both files in a new folder beside ``out``, which then takes its place."""
-    import trimesh
-
-    shape = trimesh.Trimesh(walls.vertices, walls.faces, process=False)
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=out.parent, prefix=f".{out.name}.") as scratch:
-            made, former = Path(scratch, "new"), Path(scratch, "former")
-            made.mkdir()
-            (made / urdf_name).write_text(urdf, encoding="utf-8")
-            shape.export(made / WALLS_FILE)
-            if out.exists():
-                shutil.move(out, former)
-            made.rename(out)
-    except OSError as error:
-        raise BuildingError(
-            f"The building can't be written to {out} ({error.strerror or error}); "
-            "choose another folder."
-        ) from error

@@ -245,13 +245,14 @@ def _read_limits(element: Element, kind: Kind | None) -> tuple[float, float]:
 
 
 def _read_range(element: Element, kind: Kind) -> tuple[float, float]:
-    """Lower and upper limit; one that is absent is 0, as URDF has it, but not both."""
-    called, limit = f"{CALLED[kind]} '{element.text('name')}'", element.first("limit")
-    if limit is None or not {"lower", "upper"} & limit.attributes.keys():
-        raise BuildingError(
-            f"{called} has no upper limit in {element.where}; add {SAMPLE_LIMITS[kind]}."
-        )
+    """Lower and upper limit. One that is absent is 0, as URDF has it, where that leaves a range."""
+    called = f"{CALLED[kind]} '{element.text('name')}'"
+    limit = element.first("limit") or Element("limit", {}, element.where)
     (lower,), (upper,) = limit.numbers("lower", (0.0,)), limit.numbers("upper", (0.0,))
+    if "upper" not in limit.attributes and lower >= 0:
+        raise BuildingError(
+            f"{called} has no upper limit in {limit.where}; add {SAMPLE_LIMITS[kind]}."
+        )
     if lower > upper:
         raise BuildingError(
             f"{called} has its lower limit {lower:g} above its upper limit {upper:g} in "

@@ -154,6 +154,24 @@ def test_a_wall_that_ends_at_the_swing_area_is_kept(tmp_path: Path) -> None:
     assert near < 0.05
 
 
+@pytest.mark.parametrize("angle", [0.05, 0.4, 0.785, 1.2])
+def test_a_slanted_wall_is_followed_closely_and_without_bias(tmp_path: Path, angle: float) -> None:
+    along, aside = (
+        np.array([np.cos(angle), np.sin(angle)]),
+        np.array([-np.sin(angle), np.cos(angle)]),
+    )
+    row, column = np.mgrid[0:160, 0:160][:, ::-1] + 0.5
+    offset = np.stack([column, row], axis=-1) * RESOLUTION - [1.0, 1.0]
+    strip = (offset @ along > 0) & (offset @ along < 5) & (np.abs(offset @ aside) < 0.1)
+    source = save(tmp_path, np.where(strip, OCCUPIED, FREE).astype(np.uint8))
+    urdf = building_from_map(source, None, tmp_path / "out", surface="edge")
+    segments = wall_segments(urdf) - [1.0, 1.0]
+    sides = segments[np.ptp(segments @ along, axis=1) > 1.0] @ aside  # (k, 2) of both ends
+    assert len(sides) <= 4
+    assert np.abs(np.abs(sides) - 0.1).max() < 0.75 * RESOLUTION
+    assert abs(np.abs(sides).mean() - 0.1) < 0.25 * RESOLUTION
+
+
 def test_speckle_goes_and_is_counted(tmp_path: Path) -> None:
     image = plan()
     image[30, 20] = image[30, 60] = image[30, 61] = OCCUPIED
@@ -293,3 +311,18 @@ def test_recorded_maps_become_light_buildings(
     building = load_building(urdf)
     assert len(building.objects) == (3 if doors else 0)
     assert len(building.walls.faces) < most  # a box for each cell: 76 476, 24 300 and 192 828
+
+
+def test_lengths_and_surfaces_that_make_no_wall_are_refused(tmp_path: Path) -> None:
+    source = save(tmp_path, plan())
+    for wrong in ({"wall_height": 0.0}, {"tolerance": -1.0}, {"surface": "middle"}):
+        (name,) = wrong
+        with pytest.raises(BuildingError, match=name):
+            building_from_map(source, None, tmp_path / "out", **wrong)  # type: ignore[arg-type]
+
+
+def test_a_map_far_from_the_origin_keeps_its_digits(tmp_path: Path) -> None:
+    source = save(tmp_path, plan(), origin=[500_000.0, 5_000_000.0, 0.0])
+    urdf = building_from_map(source, None, tmp_path / "out")
+    (on,) = distance_to_walls(urdf, [(500_001.0, 5_000_002.475)])
+    assert on < 1e-5

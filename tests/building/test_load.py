@@ -26,6 +26,8 @@ HINGE = (
     '<limit lower="-0.1" upper="1.6"/></joint>'
 )
 
+NO_LIMIT = HINGE.replace('<limit lower="-0.1" upper="1.6"/>', "")
+
 
 def write(folder: Path, *elements: str) -> Path:
     path = folder / "office.urdf"
@@ -47,6 +49,12 @@ def test_a_wall_and_a_door_stand_where_the_urdf_puts_them(tmp_path: Path) -> Non
     closed, quarter = door.transforms(np.array([[0.0], [np.pi / 2]])) @ tip
     np.testing.assert_allclose(closed[:3], [1, 2.9, 1], atol=1e-12)
     np.testing.assert_allclose(quarter[:3], [0.1, 2, 1], atol=1e-12)
+
+
+def test_an_upper_limit_that_is_absent_is_zero_where_that_leaves_a_range(tmp_path: Path) -> None:
+    backward = NO_LIMIT.replace("</joint>", '<limit lower="-1.5"/></joint>')
+    door = load_building(write(tmp_path, WALL, LEAF, backward))["door"]
+    assert (door.lower, door.upper) == (-1.5, 0.0)
 
 
 def test_every_joint_type_becomes_its_kind(tmp_path: Path) -> None:
@@ -141,12 +149,19 @@ def test_mesh_paths_of_every_sort_are_found(
         load_building(write(package / "urdf", _mesh_link("package://nowhere/meshes/b.stl")))
 
 
-NO_LIMIT = HINGE.replace('<limit lower="-0.1" upper="1.6"/>', "")
 REFUSED = {
     "no limit": (
         (WALL, LEAF, NO_LIMIT),
         r"Door 'door' has no upper limit in office.urdf, line 5; "
         r'add <limit lower="0" upper="1.57"/>\.',
+    ),
+    "lower limit alone": (
+        (WALL, LEAF, NO_LIMIT.replace("</joint>", '<limit lower="0"/></joint>')),
+        "no upper limit",
+    ),
+    "effort alone": (
+        (WALL, LEAF, NO_LIMIT.replace("</joint>", '<limit effort="1" velocity="1"/></joint>')),
+        "no upper limit",
     ),
     "limits exchanged": (
         (WALL, LEAF, HINGE.replace('"1.6"', '"-1.6"')),

@@ -1,0 +1,112 @@
+"""Writing a building of walls and doors: a URDF, and the walls' mesh beside it."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from xml.sax.saxutils import quoteattr
+
+from objstate.building.door_table import Door
+from objstate.building.model import Mesh
+from objstate.errors import BuildingError
+from objstate.geometry import FloatArray
+
+WALLS_FILE = "walls.stl"
+
+
+def check_target(out: Path, overwrite: bool) -> None:
+    """Whether a building may be written to ``out``; BuildingError if anything else is there."""
+    if not out.exists():
+        return
+    if not overwrite:
+        raise BuildingError(f"{out} exists already; choose another folder or overwrite it.")
+    if not out.is_dir() or not _holds_only_a_building(out):
+        raise BuildingError(
+            f"{out} holds more than a building made from a map, so it is not overwritten; "
+            "choose another folder."
+        )
+
+
+def _holds_only_a_building(folder: Path) -> bool:
+    return all(
+        path.is_file() and (path.suffix == ".urdf" or path.name == WALLS_FILE)
+        for path in folder.iterdir()
+    )
+
+
+def write_building(
+    out: Path, name: str, walls: Mesh, doors: list[Door], thickness: float, height: float
+) -> Path:
+    """Write ``name``.urdf with its walls to the folder ``out``, whole or not at all.
+
+    The doors' leaves are boxes of ``thickness`` and ``height``, m. What ``out`` held
+    is replaced; ask ``check_target`` before. Raises BuildingError if it can't be written.
+    """
+    import trimesh
+
+    start = walls.vertices.min(axis=0)  # taken off, a float32 file keeps the walls' digits
+    shape = trimesh.Trimesh(walls.vertices - start, walls.faces, process=False)
+    urdf = _urdf(name, start, [_door_elements(door, thickness, height) for door in doors])
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=out.parent, prefix=f".{out.name}.") as scratch:
+            made, former = Path(scratch, "new"), Path(scratch, "former")
+            made.mkdir()
+            (made / f"{name}.urdf").write_text(urdf, encoding="utf-8")
+            shape.export(made / WALLS_FILE)
+            _replace(out, made, former)
+    except OSError as error:
+        raise BuildingError(
+            f"The building can't be written to {out} ({error.strerror or error}); "
+            "choose another folder."
+        ) from error
+    return out / f"{name}.urdf"
+
+
+def _replace(out: Path, made: Path, former: Path) -> None:
+    """Put ``made`` in the place of ``out``; what was there goes to ``former``, or back on failure."""
+    if out.exists():
+        out.rename(former)
+    try:
+        made.rename(out)
+    except OSError:
+        if former.exists():
+            former.rename(out)
+        raise
+
+
+def _urdf(name: str, start: FloatArray, doors: list[str]) -> str:
+    walls = f"""\
+  <link name="walls">
+    <collision>
+      <origin xyz="{_numbers(start)}"/>
+      <geometry><mesh filename="{WALLS_FILE}"/></geometry>
+    </collision>
+  </link>
+"""
+    parts = "".join([walls, *doors])
+    return f'<?xml version="1.0"?>\n<robot name={quoteattr(name)}>\n{parts}</robot>\n'
+
+
+def _door_elements(door: Door, thickness: float, height: float) -> str:
+    """The link and joint of one door: the leaf along x, the hinge at the joint's origin."""
+    middle = (door.width / 2, 0.0, height / 2)
+    return f"""\
+  <link name={quoteattr(f"{door.name}_leaf")}>
+    <collision>
+      <origin xyz="{_numbers(middle)}"/>
+      <geometry><box size="{_numbers((door.width, thickness, height))}"/></geometry>
+    </collision>
+  </link>
+  <joint name={quoteattr(door.name)} type="revolute">
+    <parent link="walls"/>
+    <child link={quoteattr(f"{door.name}_leaf")}/>
+    <origin xyz="{_numbers((*door.hinge, 0.0))}" rpy="{_numbers((0, 0, door.closed_bearing))}"/>
+    <axis xyz="0 0 {door.sense}"/>
+    <limit lower="0" upper="{door.upper:.12g}" effort="0" velocity="0"/>
+  </joint>
+"""
+
+
+def _numbers(values: FloatArray | tuple[float, ...]) -> str:
+    return " ".join(f"{float(value):.12g}" for value in values)
