@@ -10,7 +10,7 @@ import typer
 from objstate.cli.console import log_to_terminal, print_table, print_text, print_warnings
 from objstate.cli.error_tables import robot_table
 from objstate.cli.options import Mounts, Overwrite, Quiet
-from objstate.cli.parsing import POSE, parse_mounts, parse_pose, split_topics
+from objstate.cli.parsing import POSE, finite, parse_mounts, parse_pose, split_topics
 from objstate.cli.progress import progress_bar
 from objstate.cli.state_table import state_table
 
@@ -36,9 +36,7 @@ DIR gets:
 def estimate(
     logs: Annotated[
         list[Path],
-        typer.Argument(
-            metavar="LOG...", help="A log or bag folder; several are one drive in parts."
-        ),
+        typer.Argument(metavar="LOG", help="A log or bag folder; several are one drive in parts."),
     ],
     building: Annotated[
         Path, typer.Option(metavar="URDF", help="The building; its joints are the objects.")
@@ -47,7 +45,9 @@ def estimate(
     config: Annotated[
         Path | None, typer.Option(metavar="YAML", help="Settings. Default: built in.")
     ] = None,
-    seed: Annotated[int, typer.Option(help="Of all random numbers; same seed, same result.")] = 0,
+    seed: Annotated[
+        int, typer.Option(min=0, help="Of all random numbers; same seed, same result.")
+    ] = 0,
     belief: Annotated[
         Literal["own", "recorded"],
         typer.Option(help="Localize the robot here, or take the belief that the log holds."),
@@ -97,8 +97,8 @@ def estimate(
         belief=belief,
         initial_pose=None if initial_pose is None else parse_pose(initial_pose),
         global_start=global_start,
-        start=start,
-        end=end,
+        start=finite("--from", start),
+        end=finite("--to", end),
         topics=split_topics(topics or []),
         mounts=parse_mounts(mount or []),
     )

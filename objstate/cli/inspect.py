@@ -35,7 +35,7 @@ BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 def inspect(
     paths: Annotated[
         list[Path],
-        typer.Argument(metavar="LOG...|URDF", help="A log, a drive's logs, or a building."),
+        typer.Argument(metavar="LOG|URDF", help="A log, a drive's logs, or a building."),
     ],
     mount: Mounts = None,
     height: Annotated[float, typer.Option(help="Of the laser above a building's floor, m.")] = 0.3,

@@ -31,6 +31,13 @@ def parse_mounts(texts: Sequence[str]) -> dict[str, FloatArray]:
     return dict(_mount(text) for text in texts)
 
 
+def finite(option: str, value: float | None) -> float | None:
+    """The number that an option gives, if any. Raises SettingsError for nan and infinities."""
+    if value is not None and not math.isfinite(value):
+        raise SettingsError(f"{option} {value} must be a finite number.")
+    return value
+
+
 def split_topics(texts: Sequence[str]) -> list[str] | None:
     """The topics that ``--topics`` name, repeated or with commas; None where there are none."""
     topics = [topic.strip() for text in texts for topic in text.split(",") if topic.strip()]

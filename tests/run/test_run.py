@@ -1,0 +1,121 @@
+"""A whole run as library code."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from objstate.building import load_building
+from objstate.errors import LogError
+from objstate.recording.tum import read_tum
+from objstate.run import RunOptions, estimate_log
+from objstate.run.inputs import describe_building, describe_log
+from objstate.simulation import simulate
+
+WALLS = """
+<robot name="hall">
+  <link name="map">
+    <collision><origin xyz="2 2 1"/><geometry><box size="8 0.1 2"/></geometry></collision>
+    <collision><origin xyz="6 0 1"/><geometry><box size="0.1 4 2"/></geometry></collision>
+  </link>
+  {more}
+</robot>
+"""
+DOOR = """
+  <link name="leaf">
+    <collision><origin xyz="0.45 0 1"/><geometry><box size="{width} 0.04 2"/></geometry></collision>
+  </link>
+  <joint name="door" type="revolute">
+    <parent link="map"/><child link="leaf"/>
+    <origin xyz="{x} 0 0"/><axis xyz="0 0 1"/>
+    <limit lower="0" upper="1.5" effort="0" velocity="0"/>
+  </joint>
+"""
+SCENE = """
+building: hall.urdf
+route: {{waypoints: [{{x: 1.0, y: 0.0}}, {{x: 1.5, y: 0.0}}]}}
+initial_pose: {initial_pose}
+"""
+
+
+def hall(folder: Path, more: str = "") -> Path:
+    path = folder / "hall.urdf"
+    path.write_text(WALLS.format(more=more))
+    return path
+
+
+def recorded(folder: Path, initial_pose: str = "{}") -> Path:
+    scene = folder / "hall.scene.yaml"
+    scene.write_text(SCENE.format(initial_pose=initial_pose))
+    return simulate(scene, folder / "drive").log
+
+
+def test_a_building_without_objects_gives_the_path_and_says_so(tmp_path: Path) -> None:
+    building = hall(tmp_path)
+    log = recorded(tmp_path)
+    result = estimate_log([log], building, tmp_path / "out")
+    assert result.objects == ()
+    assert result.counts["estimates"] == 0
+    assert any("no movable objects" in warning for warning in result.warnings)
+    assert len(read_tum(tmp_path / "out" / "trajectory.tum").poses) == result.counts["poses"] > 0
+
+
+def test_objects_that_were_never_near_are_a_warning(tmp_path: Path) -> None:
+    building = hall(tmp_path, DOOR.format(x=500, width=0.9))
+    result = estimate_log([recorded(tmp_path)], building, tmp_path / "out")
+    assert any("No scan was near an object" in warning for warning in result.warnings)
+    written = json.loads((tmp_path / "out" / "run.json").read_text())
+    assert written["warnings"] == list(result.warnings)
+
+
+def test_without_a_start_the_cure_is_named(tmp_path: Path) -> None:
+    building = hall(tmp_path)
+    log = recorded(tmp_path, initial_pose="null")
+    with pytest.raises(LogError, match="--initial-pose X,Y,YAW, or --global"):
+        estimate_log([log], building, tmp_path / "out")
+    told = RunOptions(initial_pose=np.array([1.0, 0.0, 0.0]))
+    assert estimate_log([log], building, tmp_path / "out", told).counts["poses"] > 0
+
+
+def test_progress_grows_to_the_end(tmp_path: Path) -> None:
+    building = hall(tmp_path)
+    seen: list[tuple[float, float]] = []
+    result = estimate_log(
+        [recorded(tmp_path)], building, tmp_path / "out", on_progress=lambda *now: seen.append(now)
+    )
+    assert seen == sorted(seen)
+    assert len(seen) == result.counts["Scan"]
+    assert 0.0 <= seen[0][0] <= seen[-1][0] <= 1.0
+    assert seen[-1][1] == pytest.approx(result.log_seconds, abs=0.5)
+
+
+@pytest.mark.parametrize("change", [{"x": 3, "width": 0.9}, {"x": 2, "width": 0.8}])
+def test_the_digest_of_a_building_tells_other_geometry(
+    tmp_path: Path, change: dict[str, float]
+) -> None:
+    def digest(more: str) -> str:
+        path = hall(tmp_path, more)
+        return str(describe_building(path, load_building(path))["geometry_sha256"])
+
+    same = DOOR.format(x=2, width=0.9)
+    assert digest(same) == digest(same + "<!-- a remark -->")
+    assert digest(same) != digest(DOOR.format(**change))
+
+
+def test_every_file_of_a_bag_folder_is_described(tmp_path: Path) -> None:
+    (tmp_path / "bag").mkdir()
+    (tmp_path / "bag" / "b.db3").write_bytes(b"second")
+    (tmp_path / "bag" / "a.yaml").write_bytes(b"")
+    first, second = describe_log(tmp_path / "bag")
+    assert (Path(first["path"]).name, first["bytes"]) == ("a.yaml", 0)
+    assert first["sha256"].startswith("e3b0c44298fc1c14")  # of nothing
+    assert second["bytes"] == 6
+
+
+def test_options_are_json() -> None:
+    options = RunOptions(initial_pose=np.zeros(3), topics={"/b", "/a"}, mounts={"l": np.eye(4)})
+    told = json.loads(json.dumps(options.to_dict()))
+    assert told["initial_pose"] == [0, 0, 0]
+    assert told["topics"] == ["/a", "/b"]
+    assert told["mounts"]["l"][3] == [0, 0, 0, 1]
