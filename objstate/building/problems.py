@@ -81,16 +81,9 @@ def _object_problems(item: MovableObject, walls: FloatArray, height: float) -> l
             f"{name} is not cut by a laser {height:g} m above the floor and stays unseen; "
             "check its height and which way up its mesh is."
         ]
-    checks = {
-        Kind.HINGED: _hinge_problems,
-        Kind.SLIDING: _no_problems,
-        Kind.PLANAR: _stand_problems,
-    }
-    return checks[item.kind](item, home, walls)
-
-
-def _no_problems(item: MovableObject, home: FloatArray, walls: FloatArray) -> list[str]:
-    return []
+    if item.kind is Kind.HINGED:
+        return _hinge_problems(item, home, walls)
+    return _stand_problems(item, home, walls) if item.kind is Kind.PLANAR else []
 
 
 def _stand_problems(item: MovableObject, home: FloatArray, walls: FloatArray) -> list[str]:

@@ -126,6 +126,16 @@ def test_meshes_of_every_format_come_out_z_up_and_scaled(tmp_path: Path, suffix:
     np.testing.assert_allclose(np.ptp(walls.vertices, axis=0), [2, 0.4, 3], atol=1e-6)
 
 
+def test_parts_of_a_gltf_scene_stand_where_its_nodes_put_them(tmp_path: Path) -> None:
+    scene = trimesh.Scene([trimesh.creation.box((1, 1, 1))])
+    aside = trimesh.transformations.translation_matrix([5.0, 2.0, -3.0])  # y-up
+    scene.add_geometry(trimesh.creation.box((1, 1, 1)), transform=aside)
+    scene.export(tmp_path / "scene.glb")
+    walls = load_building(write(tmp_path, _mesh_link("scene.glb"))).walls
+    np.testing.assert_allclose(walls.vertices.max(axis=0), [5.5, 3.5, 2.5], atol=1e-6)
+    assert len(walls.faces) == 24
+
+
 def test_mesh_paths_of_every_sort_are_found(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
