@@ -64,13 +64,13 @@ def find_leaf(plan: OccupancyMap, door: Door, thickness: float) -> Swing:
     along, aside = _beside(turn, reach)
     closed = (along > tolerance) & (along <= door.width) & (np.abs(aside) <= tolerance)
     along, aside = _beside(turn - door.upper, reach)
-    free = (reach > tolerance) & (reach <= door.width + tolerance)
+    free = (reach > tolerance) & (reach <= door.width)
     open_wide = free & (along > 0) & (np.abs(aside) <= tolerance)
     wall = open_wide & ~closed & _on_wall_beyond(along, aside, door.width + tolerance, plan)
     within = (turn >= 0) & (turn <= door.upper)
     leaf = closed | (free & within & ~wall)
     past_limit = open_wide & ~wall & ~leaf
-    past_edge = within & (reach > door.width + tolerance) & (reach <= door.width + TAIL)
+    past_edge = within & (reach > door.width) & (reach <= door.width + TAIL)
     remnants = _Cells(plan.occupied.shape, rows, columns).blobs_inside(
         past_limit | past_edge, among=~leaf & (reach > tolerance), touching=leaf | past_limit
     )
@@ -80,10 +80,10 @@ def find_leaf(plan: OccupancyMap, door: Door, thickness: float) -> Swing:
 
 
 def _polar(offsets: FloatArray, door: Door) -> tuple[FloatArray, FloatArray]:
-    """Opening angle (n,) rad in [-half the closed rest, ...) and distance (n,) m from the hinge."""
+    """Opening angle (n,) rad, below 0 and above ``upper`` equally far, and distance (n,) m."""
     bearing = np.arctan2(offsets[:, 1], offsets[:, 0])
     turn = door.sense * (bearing - door.closed_bearing)
-    spare = (2 * np.pi - door.upper) / 2  # angles behind the door are split between its two limits
+    spare = (2 * np.pi - door.upper) / 2
     return (turn + spare) % (2 * np.pi) - spare, np.linalg.norm(offsets, axis=1)
 
 

@@ -127,7 +127,7 @@ def test_a_leaf_baked_in_at_any_angle_is_cleared_and_the_walls_stay(
     heard: list[str] = []
     urdf = building_from_map(save(tmp_path, image), doors, tmp_path / "out", report=heard.append)
     middle = (2.0 + 0.6 * np.cos(turn), 2.475 + 0.6 * np.sin(turn))
-    cleared, left, right = distance_to_walls(urdf, [middle, (1.9, 2.475), (3.1, 2.475)])
+    cleared, left, right = distance_to_walls(urdf, [middle, (1.9, 2.475), (3.025, 2.475)])
     assert cleared > 0.3
     assert left < 1e-3
     assert right < 1e-3
