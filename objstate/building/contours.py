@@ -17,17 +17,17 @@ from objstate.geometry import BoolArray, FloatArray, IntArray
 
 CORNER = 1.0  # cells from where two stretches join within which they meet in a corner
 FOLD = 1.0  # cells by which a straight stretch may run back beyond its own ends
+FACE = 6  # points, so cell sides, from which on a stretch is the face of a wall
 ENOUGH = 5  # points of a stretch from which on its two ends can be spared
 HEADINGS = np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])  # east, north, west, south
-INWARD = np.roll(HEADINGS, -1, axis=0)  # occupied cells lie on the left
 
 
-def border_loops(occupied: BoolArray, inset: float) -> list[FloatArray]:
+def border_loops(occupied: BoolArray) -> list[FloatArray]:
     """Closed loops (n, 2) around the occupied cells (rows, columns), in cells: column, row.
 
-    The points are the middles of the cell sides that face other cells, moved
-    ``inset`` cells inward: 0 is the cells' outer side, 0.5 their centres. Cells that
-    touch at a corner count as joined, so that no beam slips between them.
+    The points are the middles of the cell sides that face other cells; occupied cells
+    lie on the left. Cells that touch at a corner count as joined, so that no beam
+    slips between them.
     """
     grid = np.pad(occupied, 1)
     north_east, north_west = grid[1:, 1:], grid[1:, :-1]
@@ -42,7 +42,7 @@ def border_loops(occupied: BoolArray, inset: float) -> list[FloatArray]:
     )
     heading, y, x = np.nonzero(leaving)
     start = np.column_stack([x, y])
-    points = start + HEADINGS[heading] / 2 + inset * INWARD[heading]
+    points = start + HEADINGS[heading] / 2
     return [points[loop] for loop in _cycles(_following(heading, start, leaving.shape))]
 
 
@@ -74,20 +74,25 @@ def _cycles(following: IntArray) -> list[list[int]]:
     return cycles
 
 
-def straighten(loop: FloatArray, tolerance: float) -> FloatArray:
+def straighten(loop: FloatArray, tolerance: float, inset: float) -> FloatArray:
     """The corners (m, 2) of a closed polygon of few edges within ``tolerance`` of a loop (n, 2).
 
-    Both in cells. A wall that is one cell thick and without depth may come out as
-    two corners: an edge there and back.
+    Stretches of some length, the faces of walls, are moved inward by ``inset``; short
+    ones, the ends of walls and small things, stay where they are, lest gaps widen. All
+    in cells. A wall as thick as twice ``inset`` comes out as an edge there and back.
     """
     loop = _from_far_corner(loop)
     stretches = _merge(_split(loop, tolerance), tolerance)
     stretches = _merge(_settle(stretches, tolerance), tolerance)
-    lines = [Line.through(stretch) for stretch in stretches]
+    lines = [
+        Line.through(stretch).moved_left(inset if len(stretch) >= FACE else 0.0)
+        for stretch in stretches
+    ]
     corners: list[FloatArray] = []
     for index, line in enumerate(lines):
         after = (index + 1) % len(lines)
-        corners += _joint(stretches[index][-1], line, lines[after], stretches[after][0])
+        end, start = stretches[index][-1], stretches[after][0]
+        corners += _joint(end, line, lines[after], start, CORNER + inset)
     return np.array(corners)
 
 
@@ -109,6 +114,11 @@ class Line:
         backwards = along @ (points[-1] - points[0]) < 0
         return Line(middle, -along if backwards else along)
 
+    def moved_left(self, distance: float) -> Line:
+        """The parallel line, seen along it to the left."""
+        left = np.array([-self.along[1], self.along[0]])
+        return Line(self.middle + distance * left, self.along)
+
     def project(self, point: FloatArray) -> FloatArray:
         """The nearest point (2,) on the line."""
         return np.asarray(self.middle + self.along * (self.along @ (point - self.middle)))
@@ -123,10 +133,12 @@ class Line:
         return np.asarray(self.middle + reach * self.along)
 
 
-def _joint(end: FloatArray, line: Line, after: Line, start: FloatArray) -> list[FloatArray]:
-    """The corner of two lines that follow one another, or a short edge where they don't meet."""
+def _joint(
+    end: FloatArray, line: Line, after: Line, start: FloatArray, near: float
+) -> list[FloatArray]:
+    """The corner of two lines that follow one another, or a short edge if it isn't ``near``."""
     crossing = line.crossing(after)
-    if crossing is not None and np.linalg.norm(crossing - (end + start) / 2) <= CORNER:
+    if crossing is not None and np.linalg.norm(crossing - (end + start) / 2) <= near:
         return [crossing]
     return [line.project(end), after.project(start)]
 
