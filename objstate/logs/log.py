@@ -38,9 +38,12 @@ class Log:
         self._passed: Counter[str] = Counter()
         types = {topic: kind.name for topic, kind in messages.topics().items()}
         self._roles = find_roles(types, topics, notices)
+        notices.keep()
 
     def __iter__(self) -> Iterator[Record]:
         """The records. Raises LogError where no scan can be used, in the end at the latest."""
+        self._notices.rewind()
+        self._passed.clear()
         converter = Converter(self._messages, self._roles, self._mounts, self._notices)
         items = in_time_order(converter.arrivals(), self._notices)
         records = place_in_odometry(items, self._notices)

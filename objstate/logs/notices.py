@@ -14,6 +14,7 @@ class Notices:
         self._facts: Counter[str] = Counter()
         self.dropped: Counter[str] = Counter()  # what was dropped and why
         self._is_muted = False
+        self._lasting: Counter[str] = Counter()
 
     def add(self, fact: str) -> None:
         """Note a fact: a sentence in the singular, e.g. ``"run.mcap is cut off"``."""
@@ -26,6 +27,15 @@ class Notices:
         self.add(fact)
         if not self._is_muted:
             self.dropped[fact] += 1
+
+    def keep(self) -> None:
+        """From now on ``rewind`` goes back to what is noted so far."""
+        self._lasting = self._facts.copy()
+
+    def rewind(self) -> None:
+        """Forget what was noted since ``keep``: the log is read once more."""
+        self._facts = self._lasting.copy()
+        self.dropped.clear()
 
     @contextmanager
     def muted(self) -> Iterator[None]:

@@ -60,15 +60,20 @@ class SqliteFile:
         """All rows of the messages' table; where reading fails, on from the next that can be read."""
         last, step = 0, 0
         while True:
-            rows = database.execute(
-                "SELECT id, topic_id, timestamp, data FROM messages WHERE id > ? ORDER BY id",
-                (last + step,),
-            )
             try:
+                rows = database.execute(
+                    "SELECT id, topic_id, timestamp, data FROM messages WHERE id > ? ORDER BY id",
+                    (last + step,),
+                )
                 for row, topic, recorded_ns, data in rows:
+                    if not isinstance(row, int) or row <= last:
+                        continue  # a damaged index leads round in circles
                     last, step = row, 0
                     self._last_row = last
-                    yield topic, recorded_ns, bytes(data)
+                    if isinstance(recorded_ns, int) and isinstance(data, bytes):
+                        yield topic, recorded_ns, data
+                    else:
+                        self._notices.add(f"{self.path.name}: a damaged message was left out")
                 return
             except sqlite3.Error as error:
                 if not step:
@@ -110,9 +115,13 @@ class SqliteFile:
         has_wal = self.path.with_name(self.path.name + "-wal").exists()
         mode = "mode=ro" if has_wal else "mode=ro&immutable=1"
         try:
-            return sqlite3.connect(f"{self.path.resolve().as_uri()}?{mode}", uri=True)
+            database = sqlite3.connect(f"{self.path.resolve().as_uri()}?{mode}", uri=True)
+            # SQLite refuses a file that is shorter than its header says, except to those who
+            # might be about to repair it.
+            database.execute("PRAGMA writable_schema = ON")
         except sqlite3.Error as error:
             raise LogError(f"{self.path} can't be opened as a rosbag2 file: {error}") from error
+        return database
 
 
 def _definitions(database: sqlite3.Connection) -> dict[str, tuple[str, str]]:

@@ -1,0 +1,65 @@
+"""Inspecting a log tells what is in it and names what is wrong."""
+
+import math
+
+import numpy as np
+import pytest
+
+from objstate.errors import LogError
+from objstate.logs import inspect_log
+
+
+def test_a_sound_log_has_no_problems(drive, tmp_path) -> None:
+    summary = inspect_log(drive.straight().mcap(tmp_path / "a.mcap"))
+    assert summary.problems == ()
+    assert summary.duration_s == pytest.approx(3.0)
+    rates = {topic.name: (topic.count, topic.rate_hz) for topic in summary.topics}
+    assert rates["/odom"] == (61, pytest.approx(20.0))
+    assert rates["/scan"] == (16, pytest.approx(5.0))
+    assert summary.odometry == "/odom"
+    assert summary.frames == ("base_link", "laser")
+    (laser,) = summary.lasers
+    assert laser.xyz == pytest.approx((0.2, 0.0, 0.3))
+    assert laser.rpy_deg == pytest.approx((0.0, 0.0, 0.0))
+    assert laser.beams == (3,)
+    assert (laser.returns, laser.no_returns, laser.discarded) == (1.0, 0.0, 0.0)
+
+
+def test_shares_of_returns(drive, tmp_path) -> None:
+    drive.odometry(0).scan(0, (1.0, math.inf, math.nan, 0.0), frame="base_link").odometry(1)
+    (laser,) = inspect_log(drive.mcap(tmp_path / "a.mcap")).lasers
+    assert (laser.returns, laser.no_returns, laser.discarded) == (0.25, 0.25, 0.5)
+
+
+def test_a_log_that_cannot_be_used_is_still_inspected(drive, tmp_path) -> None:
+    summary = inspect_log(drive.odometry(0).scan(0, frame="sick").mcap(tmp_path / "a.mcap"))
+    (laser,) = summary.lasers
+    assert laser.xyz is None
+    assert any("--mount sick=" in problem for problem in summary.problems)
+    mounted = inspect_log(tmp_path / "a.mcap", mounts={"sick": np.eye(4)})
+    assert mounted.lasers[0].xyz == (0.0, 0.0, 0.0)
+
+
+def test_what_is_wrong_is_named(drive, tmp_path) -> None:
+    drive.tf(0, "base_link", "laser")
+    for step in range(20):
+        drive.odometry(step / 10, recorded=10 + step / 10)
+    drive.scan(0.5, recorded=10.6).scan(0.4, recorded=10.7)
+    drive.scan(0.6, (1.0,) * 9, recorded=10.8, angle_increment=1.0).scan(3.0, recorded=13)
+    summary = inspect_log(drive.mcap(tmp_path / "a.mcap"))
+    problems = "\n".join(summary.problems)
+    assert "/scan: 1 messages out of order, by up to 0.100 s" in problems
+    assert "/odom: header times are 10.0 s off the recording times" in problems
+    assert "/scan: gaps of more than 2 s: 1, the longest 2.4 s" in problems
+    assert "laser sent 9 ranges, but its angles announce 4" in problems
+
+
+def test_damage_is_a_problem(drive, tmp_path) -> None:
+    path = drive.straight().mcap(tmp_path / "a.mcap")
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    assert any("cut off" in problem for problem in inspect_log(path).problems)
+
+
+def test_an_empty_log_is_refused(new_drive, tmp_path) -> None:
+    with pytest.raises(LogError, match="holds no messages"):
+        inspect_log(new_drive().mcap(tmp_path / "a.mcap"))

@@ -1,0 +1,227 @@
+"""What becomes of the messages of a drive: frames, odometry, beliefs, and what can't be used."""
+
+import math
+
+import numpy as np
+import pytest
+
+from objstate.errors import LogError
+from objstate.geometry import rotation_from_rpy, transform
+from objstate.logs import open_log
+from objstate.records import GaussianRobotBelief, InitialPose, Odometry, RobotBelief, Scan
+
+
+def read(drive, tmp_path, **options):
+    log = open_log(drive.mcap(tmp_path / "log.mcap"), **options)
+    return list(log), log
+
+
+def of(kind, records):
+    return [record for record in records if isinstance(record, kind)]
+
+
+def test_a_mounting_through_several_frames_and_leading_slashes(drive, tmp_path) -> None:
+    drive.tf(0, "/base_link", "/mast", (0.1, 0, 0.5), yaw=math.pi / 2)
+    drive.tf(0, "mast", "laser", (0.2, 0, 0.1), roll=math.pi)
+    drive.odometry(0).scan(0, (1.0,), frame="/laser", angle_min=0.0).odometry(1)
+    records, _ = read(drive, tmp_path)
+    scan = of(Scan, records)[0]
+    assert scan.laser == "laser"
+    np.testing.assert_allclose(scan.rays.origins[0], [0.1, 0.2, 0.6], atol=1e-12)
+    np.testing.assert_allclose(scan.rays.directions[0], [0, 1, 0], atol=1e-12)
+
+
+def test_a_mounting_that_comes_after_the_first_scans_serves_them_too(drive, tmp_path) -> None:
+    for step in range(300):
+        drive.odometry(step / 10).scan(step / 10)
+    drive.tf(29.95, "base_link", "laser", (0.3, 0, 0))
+    records, _ = read(drive, tmp_path)
+    scans = of(Scan, records)
+    assert len(scans) == 300
+    assert all(scan.rays.origins[0, 0] == 0.3 for scan in scans)
+
+
+def test_a_laser_that_first_speaks_late_finds_its_mounting(drive, tmp_path) -> None:
+    drive.straight(12.0).scan(11.0, frame="rear", topic="/rear").odometry(12.1)
+    drive.tf(12.1, "base_link", "rear", (-0.3, 0, 0), yaw=math.pi)
+    records, _ = read(drive, tmp_path)
+    (rear,) = [scan for scan in of(Scan, records) if scan.laser == "rear"]
+    np.testing.assert_allclose(rear.rays.origins[0], [-0.3, 0, 0])
+
+
+def test_an_unknown_mounting_names_the_frame_and_the_cure(drive, tmp_path) -> None:
+    drive.odometry(0).scan(0, frame="sick").odometry(1)
+    with pytest.raises(LogError, match="--mount sick=x,y,z,roll,pitch,yaw"):
+        read(drive, tmp_path)
+
+
+def test_given_mounts_supply_and_override(drive, tmp_path) -> None:
+    drive.straight()
+    mount = transform(rotation_from_rpy(0, 0, 0), (9, 8, 7))
+    records, _ = read(drive, tmp_path, mounts={"/laser": mount})
+    np.testing.assert_array_equal(of(Scan, records)[0].rays.origins[0], [9, 8, 7])
+    with pytest.raises(LogError, match="rigid"):
+        read(drive, tmp_path, mounts={"laser": 2 * np.eye(4)})
+
+
+def test_a_laser_in_base_link_itself_needs_no_mounting(drive, tmp_path) -> None:
+    drive.odometry(0).scan(0, frame="base_link").odometry(1)
+    records, _ = read(drive, tmp_path)
+    np.testing.assert_array_equal(of(Scan, records)[0].rays.origins, 0)
+
+
+def test_odometry_of_base_footprint_is_carried_to_base_link(drive, tmp_path) -> None:
+    drive.tf(0, "base_footprint", "base_link", (0.1, 0, 0.05))
+    drive.tf(0, "base_link", "laser", (0.2, 0, 0.3))
+    drive.odometry(0, 1.0, 2.0, math.pi / 2, child="base_footprint").scan(0).odometry(
+        1, child="base_footprint"
+    )
+    records, _ = read(drive, tmp_path)
+    np.testing.assert_allclose(of(Odometry, records)[0].pose, [1.0, 2.1, math.pi / 2])
+    np.testing.assert_allclose(of(Scan, records)[0].rays.origins[0], [0.2, 0, 0.35])
+
+
+def test_odometry_comes_from_tf_where_there_is_no_topic(drive, tmp_path) -> None:
+    drive.tf(0, "base_footprint", "base_link", (0.1, 0, 0.0))
+    drive.tf(0, "base_link", "laser")
+    for step in range(21):
+        drive.tf(step / 20, "odom", "base_footprint", (step / 20, 0, 0), topic="/tf")
+        drive.tf(step / 20, "map", "odom", (5, 5, 0), topic="/tf")
+    drive.scan(0.525, recorded=1.0)
+    records, log = read(drive, tmp_path)
+    assert log.counts == {"Odometry": 21, "Scan": 1}
+    np.testing.assert_allclose(of(Scan, records)[0].odometry, [0.625, 0, 0])
+
+
+def test_without_any_odometry_the_error_says_so(drive, new_drive, tmp_path) -> None:
+    with pytest.raises(LogError, match="No topic holds odometry"):
+        read(drive.scan(0), tmp_path)
+    only_mounting = new_drive().tf(0, "base_link", "laser").scan(0)
+    with pytest.raises(LogError, match="no frame 'odom'"):
+        read(only_mounting, tmp_path)
+
+
+def test_without_scans_the_error_lists_what_there_is(drive, tmp_path) -> None:
+    with pytest.raises(LogError, match=r"No topic holds laser scans.*/odom \(nav_msgs"):
+        read(drive.odometry(0), tmp_path)
+
+
+def test_a_log_whose_scans_are_all_useless_is_an_error(drive, tmp_path) -> None:
+    drive.scan(0, frame="base_link").odometry(5)
+    with pytest.raises(LogError, match="before any odometry"):
+        read(drive, tmp_path)
+
+
+def test_chosen_topics_are_checked_and_obeyed(drive, tmp_path) -> None:
+    drive.straight().scan(2.9, topic="/other", frame="base_link").odometry(3.1, topic="/wheels")
+    with pytest.raises(LogError, match=r"no topic '/scam'.*Usable topics"):
+        read(drive, tmp_path, topics=["/scam"])
+    with pytest.raises(LogError, match="No topic holds laser scans"):
+        read(drive, tmp_path, topics=["/odom"])
+    records, _ = read(drive, tmp_path, topics=["/other", "/odom"])
+    assert {scan.laser for scan in of(Scan, records)} == {"base_link"}
+
+
+def test_a_topic_of_no_use_is_refused(drive, tmp_path) -> None:
+    kind = "std_msgs/msg/String"
+    from rosbags.typesys import Stores, get_typestore
+
+    text = get_typestore(Stores.ROS2_HUMBLE).types[kind](data="hello")
+    with pytest.raises(LogError, match="is of type std_msgs/msg/String"):
+        read(drive.straight().add("/chat", kind, 1.0, text), tmp_path, topics=["/chat"])
+
+
+def test_a_processed_copy_of_a_laser_is_left_out(drive, tmp_path) -> None:
+    for step in range(10):
+        drive.odometry(step / 10).scan(step / 10, frame="base_link")
+        drive.scan(step / 10, frame="base_link", topic="/scan_filtered")
+    records, log = read(drive, tmp_path)
+    assert len(of(Scan, records)) == 10
+    assert any("/scan_filtered comes from the same laser" in w for w in log.warnings)
+
+
+def test_two_lasers_are_both_read(drive, tmp_path) -> None:
+    drive.tf(0, "base_link", "rear", (-0.2, 0, 0), yaw=math.pi)
+    drive.straight()
+    for step in range(10):
+        drive.scan(2.5 + step / 20, topic="/rear", frame="rear", recorded=3.0)
+    records, _ = read(drive, tmp_path)
+    assert {scan.laser for scan in of(Scan, records)} == {"laser", "rear"}
+
+
+def test_zero_header_times_fall_back_to_the_recording_times(drive, tmp_path, start_ns) -> None:
+    drive.odometry(0).scan(None, frame="base_link", recorded=0.5).odometry(1)
+    records, log = read(drive, tmp_path)
+    assert of(Scan, records)[0].stamp_ns == start_ns + 500_000_000
+    assert any("/scan has no header times" in warning for warning in log.warnings)
+
+
+def test_a_clock_that_is_set_anew_is_told(drive, tmp_path) -> None:
+    drive.straight(2.0)
+    for step in range(20):
+        drive.odometry(100 + step / 20, recorded=2 + step / 20)
+    _, log = read(drive, tmp_path)
+    assert any("Header times of /odom jump" in warning for warning in log.warnings)
+
+
+def test_start_and_end_count_from_the_start_or_are_calendar_times(
+    drive, tmp_path, start_ns
+) -> None:
+    drive.straight(10.0)
+    for offset in (0.0, start_ns * 1e-9):
+        records, log = read(drive, tmp_path, start=2.0 + offset, end=4.0 + offset)
+        stamps = np.array([record.stamp_ns for record in records]) - start_ns
+        assert stamps.min() == 2e9
+        assert stamps.max() == 4e9
+        assert len(of(Scan, records)) == 11
+        assert log.counts == {"Odometry": 41, "Scan": 11}
+    with pytest.raises(LogError, match="between the start and the end"):
+        read(drive, tmp_path, start=100.0)
+
+
+def test_beliefs_of_every_kind(drive, tmp_path) -> None:
+    samples = [(1.0, 2.0, 0.5), (3.0, 4.0, -0.5)]
+    drive.straight()
+    drive.pose_with_covariance(0.0, 1.0, 2.0, 0.5, topic="/initialpose")
+    drive.pose_with_covariance(1.0, 1.0, 2.0, 0.5, topic="/amcl_pose", recorded=1.4)
+    drive.pose_array(2.0, samples)
+    drive.particle_cloud(2.5, samples, [1.0, 3.0])
+    drive.messages.sort(key=lambda message: message[2])
+    records, log = read(drive, tmp_path)
+    assert isinstance(records[0], InitialPose)
+    np.testing.assert_allclose(records[0].mean, [1.0, 2.0, 0.5])
+    np.testing.assert_array_equal(records[0].covariance, [[0, 1, 5], [6, 7, 11], [30, 31, 35]])
+    (gaussian,) = of(GaussianRobotBelief, records)
+    np.testing.assert_allclose(gaussian.mean, [1.0, 2.0, 0.5])
+    equal, weighted = of(RobotBelief, records)
+    np.testing.assert_allclose(equal.poses, samples)
+    np.testing.assert_allclose(equal.weights, [0.5, 0.5])
+    np.testing.assert_allclose(weighted.weights, [0.25, 0.75])
+    assert log.counts["InitialPose"] == 1
+
+
+def test_a_belief_in_another_frame_is_not_used_and_told(drive, tmp_path) -> None:
+    drive.straight().pose_with_covariance(1.0, 0, 0, 0, topic="/ekf", frame="odom")
+    records, log = read(drive, tmp_path)
+    assert not of(GaussianRobotBelief, records)
+    assert any("/ekf is in the frame 'odom'" in warning for warning in log.warnings)
+
+
+def test_of_several_pose_arrays_only_clouds_are_beliefs(drive, tmp_path) -> None:
+    drive.straight().pose_array(3.0, [(0, 0, 0)]).pose_array(3.0, [(9, 9, 9)], topic="/waypoints")
+    records, _ = read(drive, tmp_path)
+    (belief,) = of(RobotBelief, records)
+    np.testing.assert_array_equal(belief.poses, [[0, 0, 0]])
+
+
+def test_useless_poses_are_dropped_and_told(drive, tmp_path) -> None:
+    drive.straight().odometry(3.05, x=math.nan).pose_array(3.0, [])
+    _, log = read(drive, tmp_path)
+    assert log.counts["Odometry"] == 61
+    assert sum("dropped" in warning for warning in log.warnings) == 2
+
+
+def test_reading_twice_gives_the_same(drive, tmp_path) -> None:
+    log = open_log(drive.straight().mcap(tmp_path / "log.mcap"))
+    assert [r.stamp_ns for r in log] == [r.stamp_ns for r in log]
+    assert log.counts == {"Odometry": 61, "Scan": 16}
