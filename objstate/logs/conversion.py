@@ -154,8 +154,16 @@ class Converter:
     def _transforms(self, message: Message, tf: Any) -> Iterator[Item]:
         for stamped in tf.transforms:
             child = self._tree.update(stamped)
-            if self._odometry_edge and self._tree.parent(child) == self._odometry_edge[0]:
+            if self._moves_robot(child):
                 yield from self._odometry_from_tf(message, stamped)
+
+    def _moves_robot(self, child: str) -> bool:
+        """Whether this frame's transform is the robot's odometry."""
+        return (
+            self._odometry_edge is not None
+            and self._tree.parent(child) == self._odometry_edge[0]
+            and child in self._tree.ancestors(self._base)
+        )
 
     def _odometry_from_tf(self, message: Message, stamped: Any) -> Iterator[Item]:
         assert self._odometry_edge is not None

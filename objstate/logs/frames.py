@@ -164,10 +164,14 @@ class Mountings:
 
         Taken once: robots that publish how they tilt and bounce still drive on a level floor.
         """
-        if base not in self._lifts and self.tree.are_connected(FLOOR, base):
+        if base not in self._lifts and self._is_joined_to_floor(base):
             height = self.tree.pose_of(base, FLOOR)[2, 3]
             self._lifts[base] = transform(np.eye(3), (0.0, 0.0, height))
         return self._lifts.get(base, np.eye(4))
+
+    def _is_joined_to_floor(self, base: str) -> bool:
+        """Whether one hangs below the other; two that hang below odometry drift apart in height."""
+        return FLOOR in self.tree.ancestors(base) or base in self.tree.ancestors(FLOOR)
 
     def _unknown(self, laser: str, base: str) -> str:
         known = ", ".join(self.tree.frames) or "none at all"

@@ -87,6 +87,7 @@ def test_odometry_comes_from_tf_where_there_is_no_topic(drive, tmp_path) -> None
     for step in range(21):
         drive.tf(step / 20, "odom", "base_footprint", (step / 20, 0, 0), topic="/tf")
         drive.tf(step / 20, "map", "odom", (5, 5, 0), topic="/tf")
+        drive.tf(step / 20 + 0.01, "odom", "tag", (5, 5, 0), topic="/tf")
     drive.scan(0.525, recorded=1.0)
     records, log = read(drive, tmp_path)
     assert log.counts == {"Odometry": 21, "Scan": 1}
