@@ -5,8 +5,7 @@ from __future__ import annotations
 import logging
 import os
 import sys
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
 from functools import cache
 from typing import TYPE_CHECKING
 
@@ -21,24 +20,23 @@ PIPE_WIDTH = 200
 
 def print_text(text: str) -> None:
     """A result, to stdout, as it is."""
-    with _reader_may_leave():
-        print(text)
+    _write(text + "\n")
 
 
 def print_table(table: Table) -> None:
     """A table, to stdout; in a pipe as wide as it needs."""
     from rich.console import Console
 
-    width = None if sys.stdout.isatty() else PIPE_WIDTH
-    with _reader_may_leave():
-        Console(width=width, highlight=False).print(table)
+    console = Console(width=None if sys.stdout.isatty() else PIPE_WIDTH, highlight=False)
+    with console.capture() as capture:
+        console.print(table)
+    _write(capture.get())
 
 
-@contextmanager
-def _reader_may_leave() -> Iterator[None]:
-    """A pipe whose reader has seen enough, as in ``objstate inspect LOG | head``, is no error."""
+def _write(text: str) -> None:
+    """To stdout; a reader that has seen enough, as in ``objstate inspect LOG | head``, is no error."""
     try:
-        yield
+        sys.stdout.write(text)
         sys.stdout.flush()
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -202,6 +202,16 @@ def test_inspect_shows_a_log(run, drive: Path) -> None:
     assert words(outcome.out, "laser") == ["laser", "0.000", "0.000", "0.300", "0.0", "0.0", "0.0"]
 
 
+def test_a_reader_of_tables_may_leave_early(drive: Path) -> None:
+    command = [sys.executable, ROOT / "cli.py", "inspect", drive / "log" / "log.mcap"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline()
+        process.stdout.close()
+        _, err = process.communicate()
+    assert (process.returncode, err) == (0, b"")
+
+
 def test_inspect_shows_the_same_to_programs(run, drive: Path) -> None:
     shown = json.loads(run("inspect", drive / "log" / "log.mcap", "--json").out)
     (laser,) = shown["lasers"]
