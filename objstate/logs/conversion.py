@@ -59,7 +59,7 @@ class Converter:
         self._handlers = self._handlers_by_topic()
 
     def arrivals(self) -> Iterator[Arrival]:
-        """All items of the log; damaged messages are dropped with a notice."""
+        """All items of the log; messages that can't be decoded are dropped with a notice."""
         for message in self._messages.messages(self._handlers.keys()):
             try:
                 decoded = message.decode()

@@ -68,7 +68,7 @@ class MessageType:
         try:
             return bytes(store.ros1_to_cdr(data, self.name))
         except _decoding_errors() as error:
-            raise self._damaged(error) from error
+            raise self._damaged() from error
 
     def decode(self, data: bytes) -> Any:
         """A message as an object with the type's fields (ROS 2 names; arrays as NumPy's).
@@ -79,7 +79,7 @@ class MessageType:
         try:
             return store.deserialize_cdr(cdr, self.name)
         except _decoding_errors() as error:
-            raise self._damaged(error) from error
+            raise self._damaged() from error
 
     def encode(self, message: object) -> bytes:
         """The CDR bytes of a message object of this type."""
@@ -89,8 +89,8 @@ class MessageType:
         """A message object of this type or of one that it depends on."""
         return self._store.types[name](**fields)
 
-    def _damaged(self, error: Exception) -> LogError:
-        return LogError(f"A message of type {self.name} can't be decoded: {error}")
+    def _damaged(self) -> LogError:
+        return LogError(f"the message is damaged, or not as its type {self.name} is defined")
 
     @cached_property
     def _store(self) -> Typestore:

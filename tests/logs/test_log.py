@@ -226,3 +226,17 @@ def test_reading_twice_gives_the_same(drive, tmp_path) -> None:
     log = open_log(drive.straight().mcap(tmp_path / "log.mcap"))
     assert [r.stamp_ns for r in log] == [r.stamp_ns for r in log]
     assert log.counts == {"Odometry": 61, "Scan": 16}
+
+
+def test_messages_that_cannot_be_decoded_are_dropped_and_told_once(drive, tmp_path) -> None:
+    drive.straight()
+    cdr = drive.cdr
+    drive.cdr = lambda: [
+        (topic, kind, ns, data[:40] if topic == "/scan" and ns % 10**9 else data)
+        for topic, kind, ns, data in cdr()
+    ]
+    records, log = read(drive, tmp_path)
+    assert len(of(Scan, records)) == 4
+    (warning,) = log.warnings
+    assert "Message on /scan dropped" in warning
+    assert "(12 times)" in warning
