@@ -38,28 +38,25 @@ def convert(
     messages = open_messages(source)
     with open_log_writer(target, format, overwrite=overwrite) as writer:
         for message in messages:
-            reason = _refusal(message, writer)
-            if reason is not None:
+            try:
+                passed[message.topic] += _pass_on(message, writer)
+            except LogError as error:
+                reason = str(error).rstrip(".")
                 left_out[f"messages of {message.topic} ({message.type}): {reason}"] += 1
-            elif _pass_on(message, writer):
-                passed[message.topic] += 1
     lost = [f"{count} {what}." for what, count in sorted(left_out.items())]
     return ConversionResult(
-        dict(sorted(passed.items())), (*messages.warnings, *lost, *writer.warnings)
+        {topic: count for topic, count in sorted(passed.items()) if count},
+        (*messages.warnings, *lost, *writer.warnings),
     )
-
-
-def _refusal(message: Message, writer: LogWriter) -> str | None:
-    """Why a message can't come over, or None if it can."""
-    try:
-        message.cdr()
-        return writer.refusal(message.type, message.definition)
-    except LogError as error:
-        return str(error).rstrip(".")
 
 
 def _pass_on(message: Message, writer: LogWriter) -> bool:
-    """Write one message; False if the format has no word for just this one."""
-    return writer.write(
-        message.topic, message.type, message.recorded_ns, message.cdr(), message.definition
-    )
+    """Write one message; False if the format has no word for just this one.
+
+    Raises LogError where it is damaged, of unknown type, or of a type without a word.
+    """
+    definition = message.definition
+    refusal = writer.refusal(message.type, definition)
+    if refusal is not None:
+        raise LogError(refusal)
+    return writer.write(message.topic, message.type, message.recorded_ns, message.cdr(), definition)

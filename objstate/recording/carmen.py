@@ -16,6 +16,7 @@ from typing import IO, Any
 
 import numpy as np
 
+from objstate.errors import LogError
 from objstate.geometry import (
     FloatArray,
     compose,
@@ -25,7 +26,7 @@ from objstate.geometry import (
     transform,
     wrap,
 )
-from objstate.recording.ros import ros2_types
+from objstate.recording.ros import decoded
 from objstate.recording.tum import seconds
 
 LASER = "sensor_msgs/msg/LaserScan"
@@ -96,7 +97,7 @@ class CarmenLog:
     def write(
         self, topic: str, type_name: str, recorded_ns: int, cdr: bytes, definition: str | None
     ) -> bool:
-        message: Any = ros2_types(type_name, definition).deserialize_cdr(cdr, type_name)
+        message = decoded(type_name, definition, cdr)
         if type_name == ODOMETRY:
             return self._add_odometry(topic, message)
         if type_name == LASER:
@@ -237,9 +238,11 @@ def _stamp(header: Any) -> int:
 
 
 def _matrix(position: Any, q: Any) -> FloatArray:
-    return transform(
-        rotation_from_quaternion(q.x, q.y, q.z, q.w), [position.x, position.y, position.z]
-    )
+    try:
+        rotation = rotation_from_quaternion(q.x, q.y, q.z, q.w)
+    except ValueError as error:
+        raise LogError(f"its {error}") from error
+    return transform(rotation, [position.x, position.y, position.z])
 
 
 def _unfit(mount: FloatArray) -> str | None:

@@ -6,8 +6,13 @@ log carries is preferred to the standard one, so that custom types pass through.
 
 from __future__ import annotations
 
+import struct
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 from typing import TYPE_CHECKING, Any
+
+from objstate.errors import LogError
 
 if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
@@ -53,13 +58,35 @@ def ros1_types(type_name: str, definition: str | None) -> Typestore:
     return _types(type_name, definition, ros1=True)
 
 
+def decoded(type_name: str, definition: str | None, cdr: bytes) -> Any:
+    """CDR bytes as a message object. Raises LogError where they don't fit the type."""
+    with _damage_named(type_name):
+        return ros2_types(type_name, definition).deserialize_cdr(cdr, type_name)
+
+
 def ros1_bytes(type_name: str, definition: str | None, cdr: bytes) -> bytes:
-    """CDR bytes in the encoding of ROS 1; `seq` of headers reads 0."""
+    """CDR bytes in the encoding of ROS 1; `seq` of headers reads 0.
+
+    Raises LogError where they don't fit the type.
+    """
     store = ros2_types(type_name, definition)
-    if cdr[:2] != LITTLE_ENDIAN_CDR:
-        message = store.deserialize_cdr(cdr, type_name)
-        cdr = bytes(store.serialize_cdr(message, type_name, little_endian=True))
-    return bytes(store.cdr_to_ros1(cdr, type_name))
+    with _damage_named(type_name):
+        if cdr[:2] != LITTLE_ENDIAN_CDR:
+            message = store.deserialize_cdr(cdr, type_name)
+            cdr = bytes(store.serialize_cdr(message, type_name, little_endian=True))
+        return bytes(store.cdr_to_ros1(cdr, type_name))
+
+
+@contextmanager
+def _damage_named(type_name: str) -> Iterator[None]:
+    from rosbags.serde import SerdeError
+
+    try:
+        yield
+    except (SerdeError, struct.error, ValueError, IndexError, AssertionError) as error:
+        raise LogError(
+            f"A message of type {type_name} is damaged ({error}); record it anew or leave it out."
+        ) from error
 
 
 def _types(type_name: str, definition: str | None, *, ros1: bool) -> Typestore:
