@@ -12,7 +12,6 @@ from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import BinaryIO
 
-from objstate.errors import LogError
 from objstate.logs.decompression import decompress, unpack_message
 from objstate.logs.definitions import CDR, IDL, MSG, ROS1, MessageType
 from objstate.logs.messages import Message
@@ -143,12 +142,9 @@ class McapFile:
         if encoding not in (CDR, ROS1) or schema not in self._languages:
             return
         name, language, text = self._languages[schema]
-        if language in LANGUAGES:
-            ros2_name = _ros2_name(name)
-            self._channels[number] = (
-                topic,
-                MessageType(ros2_name, encoding, text, LANGUAGES[language]),
-            )
+        if language in LANGUAGES and "/" in name:
+            message_type = MessageType(_ros2_name(name), encoding, text, LANGUAGES[language])
+            self._channels[number] = (topic, message_type)
 
     def _learn_from_summary(self) -> None:
         tail = RECORD_HEADER.size + FOOTER_BODY.size + len(MAGIC)
@@ -191,6 +187,4 @@ def _string(body: bytes, at: int) -> tuple[str, int]:
 def _ros2_name(name: str) -> str:
     """``sensor_msgs/LaserScan`` as ROS 2 names it."""
     package, _, short = name.partition("/")
-    if not short:
-        raise LogError(f"An MCAP schema is named '{name}', which is no ROS type.")
     return name if "/msg/" in name else f"{package}/msg/{short}"
