@@ -56,7 +56,7 @@ def drive(route: Route) -> Motion:
     rows = [_pause(start, first.pause)]
     run: list[_Piece] = []  # what is driven without standing between
     cut = 0.0  # m by which a rounded corner shortens the leg after it
-    for leg, next_leg in zip(legs, [*legs[1:], None], strict=True):
+    for leg, next_leg in zip(legs, [*legs[1:], None], strict=False):
         if not run:
             rows.append(_turn(rows[-1].end, leg.yaw, route))
         corner = _corner(leg, next_leg, route)
@@ -123,7 +123,7 @@ class _Corner:
         """The arc after ``leg``; none where the route goes straight on."""
         if self.turn == 0.0:
             return []
-        ways = _ways(abs(self.turn) * self.radius)
+        ways = _ways(abs(self.turn) * self.radius, STEP * min(1.0, self.radius))
         bow = (ways / self.radius)[:, None]
         ahead = np.array([np.cos(leg.yaw), np.sin(leg.yaw)])
         inward = np.array([-ahead[1], ahead[0]]) * np.sign(self.turn)
@@ -161,9 +161,9 @@ def _corner(leg: _Leg, next_leg: _Leg | None, route: Route) -> _Corner | None:
     return _Corner(turn, radius, radius * tangent, min(speed, route.turn_rate * radius))
 
 
-def _ways(length: float) -> FloatArray:
+def _ways(length: float, step: float = STEP) -> FloatArray:
     """Marks from 0 to ``length``, at most a step apart."""
-    return np.linspace(0.0, length, max(2, int(np.ceil(length / STEP)) + 1))
+    return np.linspace(0.0, length, max(2, int(np.ceil(length / step)) + 1))
 
 
 def _pause(pose: FloatArray, seconds: float) -> _Row:
