@@ -11,6 +11,7 @@ import numpy as np
 from objstate.building.model import Building
 from objstate.config import Settings
 from objstate.errors import SettingsError
+from objstate.estimator.backdrop import Backdrop
 from objstate.estimator.schedule import Schedule, evenly_spread
 from objstate.estimator.surroundings import Surroundings
 from objstate.geometry import BoolArray, FloatArray, between
@@ -95,9 +96,7 @@ class Estimator:
 
     def object_at(self, name: str, stamp_ns: int) -> ObjectBelief:
         """An object's belief predicted to a moment at or after its last update."""
-        belief = self._objects[name]
-        rng = np.random.default_rng([crc32(name.encode()), stamp_ns])
-        return self._predicted(name, belief, stamp_ns, rng)
+        return self._predicted(name, stamp_ns, np.random.default_rng([stamp_ns, 2]))
 
     def feed(self, record: Record) -> list[Estimate]:
         """Take one record in; what it changed in the objects' beliefs comes back."""
@@ -128,7 +127,7 @@ class Estimator:
             return []
         near = self._surroundings.within(self._robot, self.settings.object_updates.max_distance)
         robot = self._robot.thinned(self.settings.object_updates.robot_samples, self._rng)
-        return [row for name in near for row in self._observe(name, scan, observing, robot)]
+        return self._observe(near, scan, observing, robot)
 
     def _drive(self, pose: FloatArray) -> None:
         """p(l) <- integral of p(l | a, l') p(l'), for a new odometry reading a."""
@@ -149,32 +148,50 @@ class Estimator:
         )
 
     def _observe(
-        self, name: str, scan: Scan, beams: BoolArray, robot: PoseBelief
+        self, names: list[str], scan: Scan, beams: BoolArray, robot: PoseBelief
     ) -> list[Estimate]:
-        """p(s_i | o_k) <- sum over l of p(o_k | s_i, l) p(s_i) p(l) / p(o_k | l)."""
-        rng = self._object_rngs[name]
-        belief = self._predicted(name, self._objects[name], scan.stamp_ns, rng)
-        towards = beams & self._surroundings.beams_towards(name, robot, scan.rays)
-        updated = belief
-        if towards.any():
-            evidence = self._evidence(name, self._sensing.view(scan, towards), robot)
-            updated = self._filters[name].update(belief, evidence, rng)
-        observed = updated is not belief
-        if observed:
-            updated = replace(updated, last_observed_ns=scan.stamp_ns)
+        """For each object i near the robot: predict p(s_i), then integrate o_k into it."""
+        towards = self._surroundings.towards(names, robot, scan.rays) & beams
+        used = np.asarray(towards.any(axis=0))
+        for name in names:
+            self._objects[name] = self._predicted(name, scan.stamp_ns)
+        backdrop = Backdrop(self._sensing.view(scan, used), robot.poses, self._objects, names)
+        rows = []
+        for name, mask in zip(names, towards[:, used], strict=True):
+            observed = bool(mask.any()) and self._integrate(name, backdrop, mask, robot)
+            if observed:
+                self._objects[name] = replace(self._objects[name], last_observed_ns=scan.stamp_ns)
+                self._surroundings.follow(name, self._objects[name])
+            rows += self._objects[name].estimates(observed)
+        return rows
+
+    def _integrate(
+        self, name: str, backdrop: Backdrop, beams: BoolArray, robot: PoseBelief
+    ) -> bool:
+        """p(s_i | o_k) <- sum over l of p(o_k | s_i, l) p(s_i) p(l) / p(o_k | l); whether it told anything."""
+        evidence = ScanEvidence(
+            name=name,
+            view=backdrop.view.take(beams),
+            poses=robot.poses,
+            robot_weights=robot.weights,
+            background=backdrop.without(name)[:, beams],
+            tempering=self.settings.object_updates.tempering,
+        )
+        belief = self._objects[name]
+        updated = self._filters[name].update(belief, evidence, self._object_rngs[name])
         self._objects[name] = updated
-        self._surroundings.follow(name, updated)
-        return updated.estimates(observed)
+        return updated is not belief
 
     # --- what the steps need --------------------------------------------------------
 
     def _predicted(
-        self, name: str, belief: ObjectBelief, stamp_ns: int, rng: np.random.Generator
+        self, name: str, stamp_ns: int, rng: np.random.Generator | None = None
     ) -> ObjectBelief:
         """p(s_i) <- integral of p(s_i | t, s_i') p(s_i'), t the time since the last update."""
+        belief = self._objects[name]
         if belief.stamp_ns is not None and stamp_ns > belief.stamp_ns:
             seconds = (stamp_ns - belief.stamp_ns) / NANOSECONDS
-            belief = self._filters[name].predict(belief, seconds, rng)
+            belief = self._filters[name].predict(belief, seconds, rng or self._object_rngs[name])
         return replace(belief, stamp_ns=stamp_ns)
 
     def _scenery(
@@ -188,26 +205,6 @@ class Estimator:
         walls = view.walls(robot.mean[None])[0]
         seen = self._surroundings.in_sight(near, robot, rays, walls)
         return [self._objects[name].represented_by(name, states) for name in seen]
-
-    def _evidence(self, name: str, view: ScanView, robot: PoseBelief) -> ScanEvidence:
-        return ScanEvidence(
-            name=name,
-            view=view,
-            poses=robot.poses,
-            robot_weights=robot.weights,
-            background=self._background(name, view, robot),
-            tempering=self.settings.object_updates.tempering,
-        )
-
-    def _background(self, name: str, view: ScanView, robot: PoseBelief) -> FloatArray:
-        """Expected ranges (l, n) of the walls and of the other objects whose state is known."""
-        ranges = view.walls(robot.poses)
-        reach = self.settings.object_updates.max_distance
-        for other in self._surroundings.within(robot, reach):
-            if other != name and self._objects[other].settled:
-                mean = self._objects[other].mean[None]
-                ranges = np.minimum(ranges, view.object(other, mean, robot.poses)[:, 0])
-        return ranges
 
     def _knows_its_place(self, robot: PoseBelief) -> bool:
         return robot.position_std <= self.settings.object_updates.max_position_std

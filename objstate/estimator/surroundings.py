@@ -61,9 +61,9 @@ class Surroundings:
         hit = (aside <= radius**2) & (along + half > 0.0)
         return np.where(hit, (along - half).clip(min=0.0) / level, np.inf)
 
-    def beams_towards(self, name: str, robot: PoseBelief, rays: Rays) -> BoolArray:
-        """The beams (n,) that may touch an object in one of its states (section 3)."""
-        return np.asarray(np.isfinite(self.entries([name], robot, rays)[0]))
+    def towards(self, names: Iterable[str], robot: PoseBelief, rays: Rays) -> BoolArray:
+        """Which beams (m, n) may touch each named object in one of its states (section 3)."""
+        return np.asarray(np.isfinite(self.entries(names, robot, rays)))
 
     def in_sight(
         self, names: Iterable[str], robot: PoseBelief, rays: Rays, walls: FloatArray

@@ -223,6 +223,30 @@ def cast(
 
 
 @_compile
+def mark_seen(
+    poses: FloatArray,
+    outline: FloatArray,
+    beams: FloatArray,
+    index: IntArray,
+    sweep: FloatArray,
+    seen: BoolArray,
+) -> None:
+    """Set ``seen`` (k,) for the segments of an outline (k, 4) that some beam hits from some pose."""
+    fixed = np.zeros(3)
+    alone = np.full(beams.shape[1], np.inf)
+    for p in range(poses.shape[0]):
+        nearest = np.full(beams.shape[1], np.inf)
+        _project_outline(poses[p], fixed, outline, beams, index, sweep, nearest)
+        for k in range(outline.shape[0]):
+            first, last = _project_outline(
+                poses[p], fixed, outline[k : k + 1], beams, index, sweep, alone
+            )
+            for i in range(first, last):
+                seen[k] |= alone[i] <= nearest[i] and alone[i] < np.inf
+                alone[i] = np.inf
+
+
+@_compile
 def object_log_likelihood(
     poses: FloatArray,
     placements: FloatArray,

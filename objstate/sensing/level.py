@@ -6,8 +6,8 @@ that move in the floor plane. What a level sweep sees of them are segments.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cache
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
 from typing import TypeVar
 
 import numpy as np
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from objstate.building.model import Building, Kind, MovableObject
 from objstate.building.outline import outline
-from objstate.geometry import FloatArray, IntArray
+from objstate.geometry import BoolArray, FloatArray, IntArray, compose
 from objstate.records import Rays
 
 T = TypeVar("T", bound=np.generic)
@@ -23,7 +23,10 @@ T = TypeVar("T", bound=np.generic)
 LEVEL = 1e-6  # rad or relative: a laser or an axis tilted by less counts as level or upright
 SAME_HEIGHT = 1e-6  # m
 INDEX_STEPS = 2  # of a sweep's index, for each beam
-STRIDE = 2.0  # m the robot moves before the walls near it are looked up again
+STRIDE = 0.3  # m the robot moves before the walls in its sight are looked up again
+WIDEST_LOOK = 4.0  # m, sides of a rectangle from which sight is tried
+LOOK_SPACING = 0.25  # m between the places from which it is tried
+LOOKS = 720  # beams all round
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +36,6 @@ class Sweep:
     height: float  # m above the floor
     order: IntArray  # (n,) the scan's beams by bearing
     rows: FloatArray  # (5, n) pseudo-angle, direction, origin relative to the centre; sorted
-    index: IntArray  # (m + 1,) first beam at or after each of m even steps of the pseudo-angle
     centre: FloatArray  # (3,) x, y in the robot's frame, m; largest distance of an origin
 
     @staticmethod
@@ -48,14 +50,24 @@ class Sweep:
         bearing, origin = bearing[order], rays.origins[order, :2]
         centre = (origin.min(axis=0) + origin.max(axis=0)) / 2
         offset = origin - centre
-        steps = np.linspace(-2.0, 2.0, INDEX_STEPS * len(rays) + 1)
         return Sweep(
             height=float(rays.origins[0, 2]),
             order=order,
             rows=np.vstack([bearing, rays.directions[order, :2].T, offset.T]),
-            index=np.searchsorted(bearing, steps),
             centre=np.array([*centre, np.hypot(*offset.T).max()]),
         )
+
+    @cached_property
+    def index(self) -> IntArray:
+        """(m + 1,) first beam at or after each of m even steps of the pseudo-angle."""
+        steps = np.linspace(-2.0, 2.0, INDEX_STEPS * len(self.order) + 1)
+        return np.searchsorted(self.rows[0], steps)
+
+    def take(self, beams: BoolArray) -> Sweep:
+        """The sweep of some of the scan's beams (n,)."""
+        kept = beams[self.order]
+        order = (np.cumsum(beams) - 1)[self.order[kept]]
+        return replace(self, order=order, rows=self.rows[:, kept])
 
     def beams(self, measured: FloatArray) -> FloatArray:
         """(6, n) the sorted beams with their measured ranges (n,), as the kernels take them."""
@@ -78,16 +90,20 @@ def pseudo_angles(directions: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class Neighbourhood:
-    """The wall segments about a place, kept while the robot stays near."""
+    """The wall segments that matter to a laser inside a rectangle."""
 
-    middle: FloatArray  # (2,)
-    radius: float  # m
+    lower: FloatArray  # (2,) m
+    upper: FloatArray  # (2,) m
+    reach: float  # m
     segments: FloatArray  # (k, 4)
 
-    def covers(self, middle: FloatArray, radius: float) -> bool:
-        """Whether it holds all segments within ``radius`` m of ``middle`` (2,), and not many more."""
-        slack = self.radius - radius
-        return bool(np.hypot(*(middle - self.middle)) <= slack <= 2.0 * STRIDE)
+    def serves(self, lower: FloatArray, upper: FloatArray, reach: float) -> bool:
+        """Whether it holds for places between two corners (2,), and isn't far too large for them."""
+        if reach > self.reach:
+            return False
+        inside = (self.lower <= lower).all() and (upper <= self.upper).all()
+        waste = (self.upper - self.lower) - (upper - lower)
+        return bool(inside and (waste <= 4.0 * STRIDE).all())
 
 
 class LevelOutlines:
@@ -97,19 +113,32 @@ class LevelOutlines:
         self._building = building
         self.hold = all(moves_in_plane(item) for item in building.objects.values())
         self._walls = cache(lambda height: _flat(outline(building.walls, height)))
-        self._neighbourhoods: dict[float, Neighbourhood] = {}
+        self._neighbourhoods: dict[tuple[float, ...], Neighbourhood] = {}
 
-    def walls_near(self, height: float, poses: FloatArray, reach: float) -> FloatArray:
-        """Wall segments (k, 4) that lie within ``reach`` m of some robot pose (p, 3), and some more."""
-        middle = poses[:, :2].mean(axis=0)
-        needed = reach + float(np.hypot(*(poses[:, :2] - middle).T).max())
-        known = self._neighbourhoods.get(height)
-        if known is None or not known.covers(middle, needed):
-            walls = self._walls(height)
-            chosen = walls[_distance(walls, middle) <= needed + STRIDE]
-            known = Neighbourhood(middle, needed + STRIDE, np.ascontiguousarray(chosen))
-            self._neighbourhoods[height] = known
+    def walls_in_sight(self, sweep: Sweep, poses: FloatArray, reach: float) -> FloatArray:
+        """Wall segments (k, 4) that a sweep may see within ``reach`` m from robot poses (p, 3).
+
+        Sight is tried from a grid of places; from wider beliefs than ``WIDEST_LOOK``,
+        all segments in reach are given.
+        """
+        places = compose(poses, np.array([*sweep.centre[:2], 0.0]))[:, :2]
+        lower, upper = places.min(axis=0) - sweep.centre[2], places.max(axis=0) + sweep.centre[2]
+        laser = (sweep.height, *sweep.centre)
+        known = self._neighbourhoods.get(laser)
+        if known is None or not known.serves(lower, upper, reach):
+            known = self._neighbourhood(sweep.height, lower - STRIDE, upper + STRIDE, reach)
+            self._neighbourhoods[laser] = known
         return known.segments
+
+    def _neighbourhood(
+        self, height: float, lower: FloatArray, upper: FloatArray, reach: float
+    ) -> Neighbourhood:
+        walls, middle = self._walls(height), (lower + upper) / 2
+        radius = reach + float(np.hypot(*(upper - lower))) / 2
+        walls = walls[_distance(walls, middle) <= radius]
+        if (upper - lower).max() <= WIDEST_LOOK:
+            walls = walls[_seen(walls, lower, upper)]
+        return Neighbourhood(lower, upper, reach, np.ascontiguousarray(walls))
 
     @cache  # noqa: B019 - lives as long as the outlines it belongs to
     def of_object(self, name: str, height: float) -> FloatArray:
@@ -122,6 +151,26 @@ class LevelOutlines:
     def placements(self, name: str, states: FloatArray) -> FloatArray:
         """Positions and turns (s, 3), against the home state, of an object's outline in states (s, d)."""
         return _placements(self._building[name], states)
+
+
+def _seen(walls: FloatArray, lower: FloatArray, upper: FloatArray) -> BoolArray:
+    """Which wall segments (k,) are seen from somewhere in a rectangle."""
+    from objstate.sensing import kernels
+
+    bearings = np.linspace(-np.pi, np.pi, LOOKS, endpoint=False)
+    directions = np.column_stack([np.cos(bearings), np.sin(bearings), np.zeros(LOOKS)])
+    sweep = Sweep.of(Rays(np.zeros((LOOKS, 3)), directions))
+    assert sweep is not None
+    places = [
+        np.linspace(low, high, int(np.ceil((high - low) / LOOK_SPACING)) + 1)
+        for low, high in zip(lower, upper, strict=True)
+    ]
+    x, y = (grid.ravel() for grid in np.meshgrid(*places))
+    seen = np.zeros(len(walls), dtype=bool)
+    poses = np.column_stack([x, y, np.zeros(len(x))])
+    beams = sweep.beams(np.zeros(LOOKS))
+    kernels.mark_seen(poses, walls, beams, sweep.index, sweep.centre, seen)
+    return seen
 
 
 def moves_in_plane(item: MovableObject) -> bool:

@@ -28,6 +28,9 @@ class UncertainObject:
 class ScanView(Protocol):
     """One scan's beams, against any robot poses (p, 3) and object states (s, d)."""
 
+    def take(self, beams: BoolArray) -> ScanView:
+        """The view of some of its beams (n,)."""
+
     def walls(self, poses: FloatArray) -> FloatArray:
         """Expected ranges (p, n) m of the fixed walls."""
 
@@ -88,6 +91,10 @@ class MeshView:
         self._range_max = range_max
         self._near = 4.0 * beam_model.settings.sigma_hit
 
+    def take(self, beams: BoolArray) -> MeshView:
+        rays, measured = self._rays.take(beams), self._measured[beams]
+        return MeshView(self._expected, rays, measured, self._beam_model, self._range_max)
+
     def walls(self, poses: FloatArray) -> FloatArray:
         return self._expected.walls(poses, self._rays)
 
@@ -135,12 +142,17 @@ class LevelView:
     ) -> None:
         self._outlines = outlines
         self._sweep = sweep
+        self._measured = measured
         self._beams = sweep.beams(measured)
         self._beam_model = beam_model
         self._range_max = range_max
 
+    def take(self, beams: BoolArray) -> LevelView:
+        sweep, measured = self._sweep.take(beams), self._measured[beams]
+        return LevelView(self._outlines, sweep, measured, self._beam_model, self._range_max)
+
     def walls(self, poses: FloatArray) -> FloatArray:
-        return self._cast(self._walls_near(poses), np.zeros((1, 3)), poses)[:, 0]
+        return self._cast(self._walls(poses), np.zeros((1, 3)), poses)[:, 0]
 
     def object(self, name: str, states: FloatArray, poses: FloatArray) -> FloatArray:
         outline = self._outlines.of_object(name, self._sweep.height)
@@ -156,7 +168,7 @@ class LevelView:
         out = np.empty(len(poses))
         kernels.pose_log_likelihood(
             poses,
-            self._walls_near(poses),
+            self._walls(poses),
             np.concatenate([np.empty((0, 4)), *outlines]),
             np.cumsum([len(each) for each in outlines], dtype=np.int64),
             np.concatenate([np.empty((0, 3)), *places]),
@@ -191,8 +203,8 @@ class LevelView:
         )
         return change, self._sweep.unsorted(bears)
 
-    def _walls_near(self, poses: FloatArray) -> FloatArray:
-        return self._outlines.walls_near(self._sweep.height, poses, self._range_max)
+    def _walls(self, poses: FloatArray) -> FloatArray:
+        return self._outlines.walls_in_sight(self._sweep, poses, self._range_max)
 
     def _cast(self, outline: FloatArray, placements: FloatArray, poses: FloatArray) -> FloatArray:
         from objstate.sensing import kernels

@@ -1,0 +1,38 @@
+"""What a scan's beams read behind and beside an object: the walls and the other objects."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from objstate.geometry import FloatArray
+from objstate.objects import ObjectBelief
+from objstate.sensing import ScanView
+
+
+class Backdrop:
+    """Expected ranges (l, n) of a view from robot samples, each object left out in turn.
+
+    Of the objects, those whose state is known stand in the scene at their mean.
+    """
+
+    def __init__(
+        self,
+        view: ScanView,
+        poses: FloatArray,
+        beliefs: Mapping[str, ObjectBelief],
+        names: Iterable[str],
+    ) -> None:
+        self.view = view
+        self._walls = view.walls(poses)
+        self._objects = {
+            name: view.object(name, beliefs[name].mean[None], poses)[:, 0]
+            for name in names
+            if beliefs[name].settled
+        }
+
+    def without(self, name: str) -> FloatArray:
+        """Expected ranges (l, n) m of everything but one object."""
+        others = [ranges for other, ranges in self._objects.items() if other != name]
+        return np.asarray(np.minimum.reduce([self._walls, *others]))
