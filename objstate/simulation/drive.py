@@ -26,6 +26,7 @@ from objstate.recording.results import result_folder
 from objstate.recording.tables import write_truth
 from objstate.recording.tum import write_tum
 from objstate.records import Path as RobotPath
+from objstate.records import TrueState
 from objstate.sensing.embree import EmbreeCaster
 from objstate.simulation import messages
 from objstate.simulation.crowd import Crowd, boxes_mesh, walkers
@@ -123,7 +124,7 @@ class Simulation:
         ]
         return heapq.merge(*sources, key=lambda event: event.recorded_ns)
 
-    def truth(self) -> Iterator[Any]:
+    def truth(self) -> Iterator[TrueState]:
         """The objects' true states, in time order."""
         return true_states(self.history, self._stamp(0.0), self.scene.truth_step)
 
