@@ -1,0 +1,161 @@
+"""Settings are checked where they come in, and errors name the cure."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from objstate.config import DoorSettings, FurnitureSettings, Settings, load_settings
+from objstate.errors import SettingsError
+
+
+def loaded(folder: Path, text: str) -> Settings:
+    path = folder / "settings.yaml"
+    path.write_text(text, encoding="utf-8")
+    return load_settings(path)
+
+
+def refused(folder: Path, text: str) -> str:
+    with pytest.raises(SettingsError) as caught:
+        loaded(folder, text)
+    return str(caught.value)
+
+
+@pytest.mark.parametrize("text", ["", "# nothing but a remark\n", "{}", "objects: []"])
+def test_an_empty_file_gives_the_defaults(tmp_path: Path, text: str) -> None:
+    assert loaded(tmp_path, text) == load_settings(None) == Settings()
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "near"),
+    [
+        ("beam_modle: {}", "beam_modle", "beam_model"),
+        ("beam_model: {zhit: 0.5}", "beam_model.zhit", "z_hit"),
+        ("localization: {max_particle: 10}", "localization.max_particle", "max_particles"),
+        ("objects: [{match: a, dynamics: {moves_per_hours: 1}}]", "dynamics", "moves_per_hour"),
+        ("objects: [{match: a, resolution_degree: 1}]", "resolution_degree", "resolution_deg"),
+        ("objects: [{match: a, clas: door}]", "clas", "class"),
+    ],
+)
+def test_an_unknown_key_names_its_place_and_the_nearest_known(
+    tmp_path: Path, text: str, place: str, near: str
+) -> None:
+    message = refused(tmp_path, text)
+    assert place in message
+    assert f"did you mean '{near}'?" in message
+    assert "settings.yaml" in message
+
+
+def test_a_key_like_no_other_lists_the_known(tmp_path: Path) -> None:
+    message = refused(tmp_path, "beam_model: {qqqq: 1}")
+    assert "known are" in message
+    for key in ("z_hit", "sigma_hit", "lambda_short"):
+        assert key in message
+
+
+def test_all_faults_are_told_at_once(tmp_path: Path) -> None:
+    message = refused(tmp_path, "{beam_model: {sigma_hit: -1}, localization: {alpha9: 1}}")
+    assert "beam_model.sigma_hit" in message
+    assert "localization.alpha9" in message
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "beam_model: {sigma_hit: 0}",
+        "beam_model: {sigma_hit: .inf}",
+        "beam_model: {sigma_hit: .nan}",
+        "beam_model: {z_rand: -0.1}",
+        "beam_model: {z_hit: 0}",
+        "beam_model: {model: likelihood_field}",
+        "localization: {tempering: 1.5}",
+        "localization: {min_particles: 0}",
+        "localization: {max_beams: 2.5}",
+        "localization: {alpha1: many}",
+        "object_updates: {max_distance: -3.5}",
+        "object_updates: {schedule: sometimes}",
+        "objects: [{match: a, resolution_deg: 0}]",
+        "objects: [{class: door}]",
+        "objects: {match: a}",
+        "[1, 2]",
+        "just text",
+    ],
+)
+def test_values_out_of_range_or_of_another_kind_are_refused(tmp_path: Path, text: str) -> None:
+    assert "settings.yaml: " in refused(tmp_path, text)
+
+
+def test_more_particles_at_least_than_at_most_are_refused(tmp_path: Path) -> None:
+    message = refused(tmp_path, "localization: {min_particles: 50, max_particles: 20}")
+    assert "min_particles (50) is above max_particles (20)" in message
+
+
+@pytest.mark.parametrize("content", [b"a: [1,", b"a: \xff\xfe", b"a: {b: c"])
+def test_a_file_that_is_no_yaml_is_a_clear_error(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "broken.yaml"
+    path.write_bytes(content)
+    with pytest.raises(SettingsError, match=r"broken\.yaml is not valid YAML"):
+        load_settings(path)
+
+
+def test_a_missing_file_is_a_clear_error(tmp_path: Path) -> None:
+    with pytest.raises(SettingsError, match=r"nowhere\.yaml"):
+        load_settings(tmp_path / "nowhere.yaml")
+
+
+def test_settings_never_change() -> None:
+    with pytest.raises(ValueError, match="frozen"):
+        Settings().beam_model.z_hit = 0.1  # type: ignore[misc]
+
+
+def test_rules_match_by_pattern_and_later_ones_win(tmp_path: Path) -> None:
+    settings = loaded(
+        tmp_path,
+        """
+        objects:
+          - {match: "door_*", prior_std_deg: 5, resolution_deg: 2}
+          - {match: "door_0[12]", prior_std_deg: 7, prior: gaussian}
+          - {match: "door_02", prior_mean_deg: 80}
+        """,
+    )
+    first, second, third = (settings.for_object(f"door_0{k}", "door") for k in (1, 2, 3))
+    other = settings.for_object("gate", "door")
+    assert isinstance(first, DoorSettings)
+    assert isinstance(second, DoorSettings)
+    assert isinstance(third, DoorSettings)
+    assert (first.prior_std_deg, first.resolution_deg, first.prior) == (7, 2, "gaussian")
+    assert (second.prior_mean_deg, first.prior_mean_deg) == (80, None)
+    assert (third.prior_std_deg, third.prior) == (5, "uniform")
+    assert other == DoorSettings()
+
+
+def test_patterns_tell_capitals_apart(tmp_path: Path) -> None:
+    settings = loaded(tmp_path, "objects: [{match: 'Door*', resolution_deg: 2}]")
+    assert settings.for_object("door_01", "door") == DoorSettings()
+
+
+def test_what_a_rule_leaves_out_stays_as_an_earlier_one_set_it(tmp_path: Path) -> None:
+    rules = "objects: [{match: '*', dynamics: {drift_deg: 3}}, {match: a, resolution_deg: 1}]"
+    door = loaded(tmp_path, rules).for_object("a", "door")
+    assert isinstance(door, DoorSettings)
+    assert (door.dynamics.drift_deg, door.resolution_deg) == (3, 1)
+
+
+def test_furniture_has_furniture_settings(tmp_path: Path) -> None:
+    desk = loaded(tmp_path, "objects: [{match: desk, samples: 40}]").for_object("desk", "furniture")
+    assert isinstance(desk, FurnitureSettings)
+    assert (desk.samples, desk.prior) == (40, "gaussian")
+
+
+def test_a_rule_that_calls_furniture_a_door_is_an_error(tmp_path: Path) -> None:
+    settings = loaded(tmp_path, "objects: [{match: 'd*', class: door}]")
+    settings.for_object("door", "door")
+    with pytest.raises(SettingsError, match=r"'desk' is a furniture by its joint.*door"):
+        settings.for_object("desk", "furniture")
+
+
+def test_a_rule_that_sets_what_the_class_has_not_is_an_error(tmp_path: Path) -> None:
+    settings = loaded(tmp_path, "objects: [{match: desk, resolution_deg: 1}]")
+    with pytest.raises(SettingsError, match=r"object 'desk'.*resolution_deg"):
+        settings.for_object("desk", "furniture")
