@@ -24,12 +24,34 @@ class BeamModel:
     settings: BeamModelSettings
 
     def parameters(self, range_max: float) -> FloatArray:
-        """(8,) the model as the kernels take it, for a laser that sees up to ``range_max`` m."""
+        """(7,) the model as the kernels take it, for a laser that sees up to ``range_max`` m."""
         s = self.settings
+        hit, _, missing, random = self._shares
+        return np.array(
+            [
+                hit / (s.sigma_hit * np.sqrt(2.0 * np.pi)),
+                1.0 / s.sigma_hit,
+                random / range_max,
+                missing,
+                hit,
+                range_max,
+                float(s.model == "gaussian"),
+            ]
+        )
+
+    def short(self, measured: FloatArray) -> FloatArray:
+        """Densities (n,) of being stopped at measured ranges (n,) by something unexpected."""
+        rate = self.settings.lambda_short
+        return np.asarray(self._shares[1] * rate * np.exp(-rate * measured))
+
+    @property
+    def _shares(self) -> FloatArray:
+        """(4,) of hits, short readings, missing returns and random readings; they sum to one."""
+        s = self.settings
+        if s.model == "gaussian":
+            return np.array([1.0, 0.0, 0.0, 0.0])
         shares = np.array([s.z_hit, s.z_short, s.z_max, s.z_rand])
-        gaussian = float(s.model == "gaussian")
-        tail = [s.sigma_hit, s.lambda_short, range_max, gaussian]
-        return np.concatenate([shares / shares.sum(), tail])
+        return np.asarray(shares / shares.sum())
 
     def blurred(self, blur: float) -> BeamModel:
         """The model with ``sigma_hit`` widened by ``blur`` m, as variances add."""
@@ -42,12 +64,12 @@ class BeamModel:
         """Condition on measured ranges (n,): gives log p(d_i | d-hat_i) (..., n) of expected (..., n)."""
         from objstate.sensing import kernels
 
-        parameters = self.parameters(range_max)
+        parameters, short = self.parameters(range_max), self.short(measured)
 
         def log_likelihood(expected: FloatArray) -> FloatArray:
             rows = np.ascontiguousarray(expected, dtype=float).reshape(-1, len(measured))
             out = np.empty_like(rows)
-            kernels.log_likelihoods(np.ascontiguousarray(measured), rows, parameters, out)
+            kernels.log_likelihoods(np.ascontiguousarray(measured), short, rows, parameters, out)
             return out.reshape(expected.shape)
 
         return log_likelihood

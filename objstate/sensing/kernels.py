@@ -6,10 +6,11 @@ onto the range of beams that it covers, and each of those keeps the nearest hit.
 So the work for a scan grows with its beams, not with beams times segments.
 
 Bearings are compared as pseudo-angles, which grow with the bearing from -2 at -pi
-to 2 at pi and need no trigonometry. ``beams`` (6, n) holds a row for each of the
+to 2 at pi and need no trigonometry. ``beams`` (7, n) holds a row for each of the
 constants below, sorted by bearing in the robot's frame; ``index`` finds the first
 beam at or after a bearing; ``sweep`` (3,) is the centre of the beams' origins in
-the robot's frame and the largest distance of an origin from it.
+the robot's frame and the largest distance of an origin from it. Poses and
+placements come as (4,): x, y, cosine and sine of the yaw.
 """
 
 from __future__ import annotations
@@ -21,15 +22,19 @@ from numba import njit
 
 from objstate.geometry import BoolArray, FloatArray, IntArray
 
-BEARING, DIRECTION_X, DIRECTION_Y, ORIGIN_X, ORIGIN_Y, MEASURED = range(6)
+BEARING, DIRECTION_X, DIRECTION_Y, ORIGIN_X, ORIGIN_Y, MEASURED, SHORT = range(7)
 CENTRE_X, CENTRE_Y, SPREAD = range(3)
-Z_HIT, Z_SHORT, Z_MAX, Z_RAND, SIGMA_HIT, LAMBDA_SHORT, RANGE_MAX, GAUSSIAN = range(8)
+X, Y, COS, SIN = range(4)
+PEAK, PER_SIGMA, RANDOM, MISSING, HIT, RANGE_MAX, GAUSSIAN = range(7)
 
 SLACK = 1e-9  # m, or pseudo-angle, by which a beam may pass an end of a segment and still hit
 FAR_SIGMAS = 8.0  # beyond it the Gaussian is zero beside any share of random readings
+BELL_STEPS = 512  # of the tabulated bell for each sigma: off by less than 1e-6 of its height
 NEAR_SIGMAS = 4.0  # a range shorter than this many sigmas before an object was stopped by another
 LEAST_DENSITY = 1e-300  # of the pure Gaussian, which has no floor of its own
 SMALL, LARGE = 1e-200, 1e200  # products of densities are kept between these
+
+BELL = np.exp(-0.5 * (np.arange(FAR_SIGMAS * BELL_STEPS + 2) / BELL_STEPS) ** 2)
 
 _compile = njit(cache=True, nogil=True, error_model="numpy")
 
@@ -44,35 +49,41 @@ def pseudo_angle(x: float, y: float) -> Any:
 
 
 @_compile
-def density(measured: float, expected: float, model: FloatArray) -> Any:
+def density(measured: float, short: float, expected: float, model: FloatArray) -> Any:
     """p(d | d-hat) of one beam: AMCL's four-part mixture, or the paper's Gaussian.
 
+    ``short`` is the density of having been stopped at ``measured`` by something unexpected.
     A missing return (inf) is an event of its own, with a probability and no density.
     """
-    sigma, range_max = model[SIGMA_HIT], model[RANGE_MAX]
-    peak = model[Z_HIT] / (sigma * np.sqrt(2.0 * np.pi))
     if model[GAUSSIAN] > 0.0:
-        off = (min(measured, range_max) - min(expected, range_max)) / sigma
-        return max(peak * np.exp(-0.5 * off * off), LEAST_DENSITY)
+        range_max = model[RANGE_MAX]
+        off = (min(measured, range_max) - min(expected, range_max)) * model[PER_SIGMA]
+        return max(model[PEAK] * np.exp(-0.5 * off * off), LEAST_DENSITY)
     if measured == np.inf:
-        return model[Z_MAX] + (model[Z_HIT] if expected >= range_max else 0.0)
-    p = model[Z_RAND] / range_max
-    off = abs(measured - expected) / sigma
+        return model[MISSING] + (model[HIT] if expected >= model[RANGE_MAX] else 0.0)
+    p = model[RANDOM]
+    off = abs(measured - expected) * model[PER_SIGMA]
     if off < FAR_SIGMAS:
-        p += peak * np.exp(-0.5 * off * off)
+        step = off * BELL_STEPS
+        below = int(step)
+        p += model[PEAK] * (BELL[below] + (step - below) * (BELL[below + 1] - BELL[below]))
     if measured < expected:
-        p += model[Z_SHORT] * model[LAMBDA_SHORT] * np.exp(-model[LAMBDA_SHORT] * measured)
+        p += short
     return p
 
 
 @_compile
 def log_likelihoods(
-    measured: FloatArray, expected: FloatArray, model: FloatArray, out: FloatArray
+    measured: FloatArray,
+    short: FloatArray,
+    expected: FloatArray,
+    model: FloatArray,
+    out: FloatArray,
 ) -> None:
-    """Log p(d_i | d-hat_i) of each beam: measured (n,), expected (m, n), out (m, n)."""
+    """Log p(d_i | d-hat_i) of each beam: measured and short (n,), expected and out (m, n)."""
     for row in range(expected.shape[0]):
         for i in range(expected.shape[1]):
-            out[row, i] = np.log(density(measured[i], expected[row, i], model))
+            out[row, i] = np.log(density(measured[i], short[i], expected[row, i], model))
 
 
 @_compile
@@ -176,30 +187,37 @@ def _project_outline(
     pose: FloatArray,
     placement: FloatArray,
     outline: FloatArray,
+    convex: bool,
     beams: FloatArray,
     index: IntArray,
     sweep: FloatArray,
     nearest: FloatArray,
 ) -> Any:
-    """Project an outline (k, 4) that stands at a placement, seen from a pose; beams it may touch."""
-    cos, sin = np.cos(pose[2]), np.sin(pose[2])
-    dx, dy = placement[0] - pose[0], placement[1] - pose[1]
-    x, y = cos * dx + sin * dy - sweep[CENTRE_X], -sin * dx + cos * dy - sweep[CENTRE_Y]
-    cos, sin = np.cos(placement[2] - pose[2]), np.sin(placement[2] - pose[2])
+    """Project an outline (k, 4) that stands at a placement, seen from a pose; beams it may touch.
+
+    A convex outline runs clockwise; from outside, and from one place, only its near
+    side is seen.
+    """
+    dx, dy = placement[X] - pose[X], placement[Y] - pose[Y]
+    x = pose[COS] * dx + pose[SIN] * dy - sweep[CENTRE_X]
+    y = -pose[SIN] * dx + pose[COS] * dy - sweep[CENTRE_Y]
+    cos = placement[COS] * pose[COS] + placement[SIN] * pose[SIN]
+    sin = placement[SIN] * pose[COS] - placement[COS] * pose[SIN]
     first, last = beams.shape[1], 0
+    one_sided = convex and sweep[SPREAD] == 0.0
+    inside = one_sided
     for k in range(outline.shape[0]):
-        ax, ay, bx, by = outline[k, 0], outline[k, 1], outline[k, 2], outline[k, 3]
-        begin, end = _project(
-            x + cos * ax - sin * ay,
-            y + sin * ax + cos * ay,
-            x + cos * bx - sin * by,
-            y + sin * bx + cos * by,
-            beams,
-            index,
-            sweep[SPREAD],
-            nearest,
-        )
+        ax = x + cos * outline[k, 0] - sin * outline[k, 1]
+        ay = y + sin * outline[k, 0] + cos * outline[k, 1]
+        bx = x + cos * outline[k, 2] - sin * outline[k, 3]
+        by = y + sin * outline[k, 2] + cos * outline[k, 3]
+        if one_sided and ax * by - ay * bx <= 0.0:
+            continue
+        inside = False
+        begin, end = _project(ax, ay, bx, by, beams, index, sweep[SPREAD], nearest)
         first, last = min(first, begin), max(last, end)
+    if inside:
+        return _project_outline(pose, placement, outline, False, beams, index, sweep, nearest)
     return first, last
 
 
@@ -208,18 +226,21 @@ def cast(
     poses: FloatArray,
     placements: FloatArray,
     outline: FloatArray,
+    convex: bool,
     beams: FloatArray,
     index: IntArray,
     sweep: FloatArray,
     out: FloatArray,
 ) -> None:
-    """Ranges ``out`` (p, s, n) from poses (p, 3) to an outline (k, 4) in placements (s, 3).
+    """Ranges ``out`` (p, s, n) from poses (p, 4) to an outline (k, 4) in placements (s, 4).
 
     Each beam keeps what ``out`` held where that is nearer.
     """
     for p in range(poses.shape[0]):
         for s in range(placements.shape[0]):
-            _project_outline(poses[p], placements[s], outline, beams, index, sweep, out[p, s])
+            _project_outline(
+                poses[p], placements[s], outline, convex, beams, index, sweep, out[p, s]
+            )
 
 
 @_compile
@@ -232,14 +253,14 @@ def mark_seen(
     seen: BoolArray,
 ) -> None:
     """Set ``seen`` (k,) for the segments of an outline (k, 4) that some beam hits from some pose."""
-    fixed = np.zeros(3)
+    fixed = np.array([0.0, 0.0, 1.0, 0.0])
     alone = np.full(beams.shape[1], np.inf)
     for p in range(poses.shape[0]):
         nearest = np.full(beams.shape[1], np.inf)
-        _project_outline(poses[p], fixed, outline, beams, index, sweep, nearest)
+        _project_outline(poses[p], fixed, outline, False, beams, index, sweep, nearest)
         for k in range(outline.shape[0]):
             first, last = _project_outline(
-                poses[p], fixed, outline[k : k + 1], beams, index, sweep, alone
+                poses[p], fixed, outline[k : k + 1], False, beams, index, sweep, alone
             )
             for i in range(first, last):
                 seen[k] |= alone[i] <= nearest[i] and alone[i] < np.inf
@@ -251,6 +272,7 @@ def object_log_likelihood(
     poses: FloatArray,
     placements: FloatArray,
     outline: FloatArray,
+    convex: bool,
     background: FloatArray,
     beams: FloatArray,
     index: IntArray,
@@ -268,13 +290,13 @@ def object_log_likelihood(
     """
     count = beams.shape[1]
     nearest = np.full(count, np.inf)
-    without = np.empty(count)
-    near = NEAR_SIGMAS * model[SIGMA_HIT]
+    per_density = np.empty(count)  # of each beam without the object
+    near = NEAR_SIGMAS / model[PER_SIGMA]
     for p in range(poses.shape[0]):
-        without[:] = 0.0
+        per_density[:] = 0.0
         for s in range(placements.shape[0]):
             first, last = _project_outline(
-                poses[p], placements[s], outline, beams, index, sweep, nearest
+                poses[p], placements[s], outline, convex, beams, index, sweep, nearest
             )
             change, product = 0.0, 1.0
             for i in range(first, last):
@@ -282,10 +304,10 @@ def object_log_likelihood(
                 nearest[i] = np.inf
                 if expected >= background[p, i] or expected >= model[RANGE_MAX]:
                     continue
-                measured = beams[MEASURED, i]
-                if without[i] == 0.0:
-                    without[i] = density(measured, background[p, i], model)
-                product *= density(measured, expected, model) / without[i]
+                measured, short = beams[MEASURED, i], beams[SHORT, i]
+                if per_density[i] == 0.0:
+                    per_density[i] = 1.0 / density(measured, short, background[p, i], model)
+                product *= density(measured, short, expected, model) * per_density[i]
                 if product < SMALL or product > LARGE:
                     change += np.log(product)
                     product = 1.0
@@ -299,6 +321,7 @@ def pose_log_likelihood(
     walls: FloatArray,
     outlines: FloatArray,
     outline_ends: IntArray,
+    convex: BoolArray,
     placements: FloatArray,
     placement_ends: IntArray,
     shares: FloatArray,
@@ -310,8 +333,8 @@ def pose_log_likelihood(
 ) -> None:
     """Log p(o | l) ``out`` (p,), each beam averaged over where uncertain objects may be.
 
-    Object j has the rows of ``outlines`` up to ``outline_ends[j]`` and may stand at
-    the ``placements`` up to ``placement_ends[j]``, with weights ``shares``. Where it is
+    Object j has the rows of ``outlines`` up to ``outline_ends[j]``, is ``convex[j]`` or
+    not, and may stand at the ``placements`` up to ``placement_ends[j]``, with weights ``shares``. Where it is
     nearer than the ``walls`` (k, 4), it is what the beam should read; else the beam
     keeps the likelihood it had.
     """
@@ -321,26 +344,27 @@ def pose_log_likelihood(
     likelihood = np.empty(count)
     mixed = np.zeros(count)
     kept = np.ones(count)
-    fixed = np.zeros(3)
+    fixed = np.array([0.0, 0.0, 1.0, 0.0])
     for p in range(poses.shape[0]):
         nearest[:] = np.inf
-        _project_outline(poses[p], fixed, walls, beams, index, sweep, nearest)
+        _project_outline(poses[p], fixed, walls, False, beams, index, sweep, nearest)
         for i in range(count):
-            likelihood[i] = density(beams[MEASURED, i], nearest[i], model)
+            likelihood[i] = density(beams[MEASURED, i], beams[SHORT, i], nearest[i], model)
         outline_start, placement_start = 0, 0
         for j in range(outline_ends.shape[0]):
             outline = outlines[outline_start : outline_ends[j]]
             begin, end = count, 0
             for s in range(placement_start, placement_ends[j]):
                 first, last = _project_outline(
-                    poses[p], placements[s], outline, beams, index, sweep, alone
+                    poses[p], placements[s], outline, convex[j], beams, index, sweep, alone
                 )
                 begin, end = min(begin, first), max(end, last)
                 for i in range(first, last):
                     expected = alone[i]
                     alone[i] = np.inf
                     if expected < nearest[i]:
-                        mixed[i] += shares[s] * density(beams[MEASURED, i], expected, model)
+                        measured, short = beams[MEASURED, i], beams[SHORT, i]
+                        mixed[i] += shares[s] * density(measured, short, expected, model)
                         kept[i] -= shares[s]
             for i in range(begin, end):
                 likelihood[i] = max(kept[i], 0.0) * likelihood[i] + mixed[i]

@@ -23,6 +23,7 @@ T = TypeVar("T", bound=np.generic)
 LEVEL = 1e-6  # rad or relative: a laser or an axis tilted by less counts as level or upright
 SAME_HEIGHT = 1e-6  # m
 INDEX_STEPS = 2  # of a sweep's index, for each beam
+FLAT = 1e-9  # m^2 by which a corner may stick out of an outline that counts as convex
 STRIDE = 0.3  # m the robot moves before the walls in its sight are looked up again
 WIDEST_LOOK = 4.0  # m, sides of a rectangle from which sight is tried
 LOOK_SPACING = 0.25  # m between the places from which it is tried
@@ -69,15 +70,23 @@ class Sweep:
         order = (np.cumsum(beams) - 1)[self.order[kept]]
         return replace(self, order=order, rows=self.rows[:, kept])
 
-    def beams(self, measured: FloatArray) -> FloatArray:
-        """(6, n) the sorted beams with their measured ranges (n,), as the kernels take them."""
-        return np.ascontiguousarray(np.vstack([self.rows, measured[self.order]]))
+    def beams(self, measured: FloatArray, short: FloatArray) -> FloatArray:
+        """(7, n) the sorted beams as the kernels take them.
+
+        ``measured`` (n,) are the ranges, ``short`` (n,) their densities if stopped before the target.
+        """
+        return np.vstack([self.rows, measured[self.order], short[self.order]])
 
     def unsorted(self, values: NDArray[T]) -> NDArray[T]:
         """Values (..., n) of sorted beams in the scan's own order."""
         out = np.empty_like(values)
         out[..., self.order] = values
         return out
+
+
+def with_trigonometry(poses: FloatArray) -> FloatArray:
+    """Poses (n, 3) as the kernels take them (n, 4): x, y, cosine and sine of the yaw."""
+    return np.column_stack([poses[:, :2], np.cos(poses[:, 2]), np.sin(poses[:, 2])])
 
 
 def pseudo_angles(directions: FloatArray) -> FloatArray:
@@ -104,6 +113,14 @@ class Neighbourhood:
         inside = (self.lower <= lower).all() and (upper <= self.upper).all()
         waste = (self.upper - self.lower) - (upper - lower)
         return bool(inside and (waste <= 4.0 * STRIDE).all())
+
+
+@dataclass(frozen=True, eq=False)
+class ObjectOutline:
+    """What a level sweep sees of an object; clockwise if it is convex."""
+
+    segments: FloatArray  # (k, 4)
+    convex: bool
 
 
 class LevelOutlines:
@@ -141,12 +158,15 @@ class LevelOutlines:
         return Neighbourhood(lower, upper, reach, np.ascontiguousarray(walls))
 
     @cache  # noqa: B019 - lives as long as the outlines it belongs to
-    def of_object(self, name: str, height: float) -> FloatArray:
-        """Outline (k, 4) of an object at a height, about its origin in its home state."""
+    def of_object(self, name: str, height: float) -> ObjectOutline:
+        """Outline of an object at a height, about its origin in its home state."""
         item = self._building[name]
         home = item.transforms(item.home[None])[0]
-        segments = outline(item.mesh.moved(home), height)
-        return _flat(segments - home[:2, 3])
+        segments = outline(item.mesh.moved(home), height) - home[:2, 3]
+        clockwise = _clockwise(segments)
+        return ObjectOutline(
+            _flat(segments if clockwise is None else clockwise), clockwise is not None
+        )
 
     def placements(self, name: str, states: FloatArray) -> FloatArray:
         """Positions and turns (s, 3), against the home state, of an object's outline in states (s, d)."""
@@ -168,8 +188,8 @@ def _seen(walls: FloatArray, lower: FloatArray, upper: FloatArray) -> BoolArray:
     x, y = (grid.ravel() for grid in np.meshgrid(*places))
     seen = np.zeros(len(walls), dtype=bool)
     poses = np.column_stack([x, y, np.zeros(len(x))])
-    beams = sweep.beams(np.zeros(LOOKS))
-    kernels.mark_seen(poses, walls, beams, sweep.index, sweep.centre, seen)
+    beams = sweep.beams(np.zeros(LOOKS), np.zeros(LOOKS))
+    kernels.mark_seen(with_trigonometry(poses), walls, beams, sweep.index, sweep.centre, seen)
     return seen
 
 
@@ -195,6 +215,20 @@ def _placements(item: MovableObject, states: FloatArray) -> FloatArray:
         out[:, :2] = item.origin[:2, 3] + states * axis[:2]
         out[:, 2] = 0.0
     return out
+
+
+def _clockwise(segments: FloatArray) -> FloatArray | None:
+    """Segments (k, 2, 2) of a convex outline, each with the inside on its right; None if not convex."""
+    if len(segments) < 3:
+        return None
+    start, along = segments[:, 0], segments[:, 1] - segments[:, 0]
+    corners = segments.reshape(-1, 2)
+    to_corner = corners[None] - start[:, None]
+    side = along[:, None, 0] * to_corner[..., 1] - along[:, None, 1] * to_corner[..., 0]
+    left, right = (side >= -FLAT).all(axis=1), (side <= FLAT).all(axis=1)
+    if not (left | right).all():
+        return None
+    return np.asarray(np.where(np.asarray(right)[:, None, None], segments, segments[:, ::-1]))
 
 
 def _flat(segments: FloatArray) -> FloatArray:

@@ -13,7 +13,7 @@ from objstate.geometry import BoolArray, FloatArray
 from objstate.records import Rays, Scan
 from objstate.sensing.beam_model import BeamModel
 from objstate.sensing.expected import ExpectedRanges
-from objstate.sensing.level import LevelOutlines, Sweep
+from objstate.sensing.level import LevelOutlines, ObjectOutline, Sweep, with_trigonometry
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,7 +143,7 @@ class LevelView:
         self._outlines = outlines
         self._sweep = sweep
         self._measured = measured
-        self._beams = sweep.beams(measured)
+        self._beams = sweep.beams(measured, beam_model.short(measured))
         self._beam_model = beam_model
         self._range_max = range_max
 
@@ -152,7 +152,8 @@ class LevelView:
         return LevelView(self._outlines, sweep, measured, self._beam_model, self._range_max)
 
     def walls(self, poses: FloatArray) -> FloatArray:
-        return self._cast(self._walls(poses), np.zeros((1, 3)), poses)[:, 0]
+        walls = ObjectOutline(self._walls(poses), convex=False)
+        return self._cast(walls, np.zeros((1, 3)), poses)[:, 0]
 
     def object(self, name: str, states: FloatArray, poses: FloatArray) -> FloatArray:
         outline = self._outlines.of_object(name, self._sweep.height)
@@ -167,11 +168,12 @@ class LevelView:
         places = [self._outlines.placements(each.name, each.states) for each in objects]
         out = np.empty(len(poses))
         kernels.pose_log_likelihood(
-            poses,
+            with_trigonometry(poses),
             self._walls(poses),
-            np.concatenate([np.empty((0, 4)), *outlines]),
-            np.cumsum([len(each) for each in outlines], dtype=np.int64),
-            np.concatenate([np.empty((0, 3)), *places]),
+            np.concatenate([np.empty((0, 4)), *(each.segments for each in outlines)]),
+            np.cumsum([len(each.segments) for each in outlines], dtype=np.int64),
+            np.array([each.convex for each in outlines], dtype=bool),
+            with_trigonometry(np.concatenate([np.empty((0, 3)), *places])),
             np.cumsum([len(each) for each in places], dtype=np.int64),
             np.concatenate([np.empty(0), *(each.shares for each in objects)]),
             self._beams,
@@ -187,12 +189,14 @@ class LevelView:
     ) -> tuple[FloatArray, BoolArray]:
         from objstate.sensing import kernels
 
+        outline = self._outlines.of_object(name, self._sweep.height)
         change = np.empty((len(poses), len(states)))
         bears = np.zeros(self._beams.shape[1], dtype=bool)
         kernels.object_log_likelihood(
-            poses,
-            self._outlines.placements(name, states),
-            self._outlines.of_object(name, self._sweep.height),
+            with_trigonometry(poses),
+            with_trigonometry(self._outlines.placements(name, states)),
+            outline.segments,
+            outline.convex,
             np.ascontiguousarray(background[:, self._sweep.order]),
             self._beams,
             self._sweep.index,
@@ -206,11 +210,20 @@ class LevelView:
     def _walls(self, poses: FloatArray) -> FloatArray:
         return self._outlines.walls_in_sight(self._sweep, poses, self._range_max)
 
-    def _cast(self, outline: FloatArray, placements: FloatArray, poses: FloatArray) -> FloatArray:
+    def _cast(
+        self, outline: ObjectOutline, placements: FloatArray, poses: FloatArray
+    ) -> FloatArray:
         from objstate.sensing import kernels
 
         out = np.full((len(poses), len(placements), self._beams.shape[1]), np.inf)
         kernels.cast(
-            poses, placements, outline, self._beams, self._sweep.index, self._sweep.centre, out
+            with_trigonometry(poses),
+            with_trigonometry(placements),
+            outline.segments,
+            outline.convex,
+            self._beams,
+            self._sweep.index,
+            self._sweep.centre,
+            out,
         )
         return self._sweep.unsorted(out)
