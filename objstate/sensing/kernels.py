@@ -195,30 +195,30 @@ def _project_outline(
 ) -> Any:
     """Project an outline (k, 4) that stands at a placement, seen from a pose; beams it may touch.
 
-    A convex outline runs clockwise; from outside, and from one place, only its near
-    side is seen.
+    A convex outline runs clockwise; from one place outside, only its near side is seen.
     """
     dx, dy = placement[X] - pose[X], placement[Y] - pose[Y]
     x = pose[COS] * dx + pose[SIN] * dy - sweep[CENTRE_X]
     y = -pose[SIN] * dx + pose[COS] * dy - sweep[CENTRE_Y]
     cos = placement[COS] * pose[COS] + placement[SIN] * pose[SIN]
     sin = placement[SIN] * pose[COS] - placement[COS] * pose[SIN]
-    first, last = beams.shape[1], 0
     one_sided = convex and sweep[SPREAD] == 0.0
-    inside = one_sided
-    for k in range(outline.shape[0]):
-        ax = x + cos * outline[k, 0] - sin * outline[k, 1]
-        ay = y + sin * outline[k, 0] + cos * outline[k, 1]
-        bx = x + cos * outline[k, 2] - sin * outline[k, 3]
-        by = y + sin * outline[k, 2] + cos * outline[k, 3]
-        if one_sided and ax * by - ay * bx <= 0.0:
-            continue
-        inside = False
-        begin, end = _project(ax, ay, bx, by, beams, index, sweep[SPREAD], nearest)
-        first, last = min(first, begin), max(last, end)
-    if inside:
-        return _project_outline(pose, placement, outline, False, beams, index, sweep, nearest)
-    return first, last
+    first, last = beams.shape[1], 0
+    while True:
+        inside = one_sided
+        for k in range(outline.shape[0]):
+            ax = x + cos * outline[k, 0] - sin * outline[k, 1]
+            ay = y + sin * outline[k, 0] + cos * outline[k, 1]
+            bx = x + cos * outline[k, 2] - sin * outline[k, 3]
+            by = y + sin * outline[k, 2] + cos * outline[k, 3]
+            if one_sided and ax * by - ay * bx <= 0.0:
+                continue
+            inside = False
+            begin, end = _project(ax, ay, bx, by, beams, index, sweep[SPREAD], nearest)
+            first, last = min(first, begin), max(last, end)
+        if not inside:
+            return first, last
+        one_sided = False
 
 
 @_compile
