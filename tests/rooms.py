@@ -43,6 +43,17 @@ def enclosure(width: float, depth: float) -> Mesh:
     return Mesh.joined([wall(start, end) for start, end in sides])
 
 
+def fence(points: FloatArray) -> Mesh:
+    """Upright sheets without thickness between points (n, 2) and back to the first."""
+    count = len(points)
+    low = np.column_stack([points, np.zeros(count)])
+    vertices = np.concatenate([low, low + np.array([0.0, 0.0, WALL_HEIGHT])])
+    here, after = np.arange(count), (np.arange(count) + 1) % count
+    lower = np.column_stack([here, after, after + count])
+    upper = np.column_stack([here, after + count, here + count])
+    return Mesh(vertices, np.concatenate([lower, upper]))
+
+
 def door(
     name: str,
     x: float,

@@ -117,10 +117,13 @@ def _hit(
             if 0.0 <= distance < nearest[i]:
                 nearest[i] = distance
         return
-    slack = SLACK / (abs(ex) + abs(ey))
+    length = abs(ex) + abs(ey)
+    slack, parallel = SLACK / length, SLACK * length
     for i in range(first, last):
         dx, dy = beams[DIRECTION_X, i], beams[DIRECTION_Y, i]
         turn = dx * ey - dy * ex
+        if abs(turn) <= parallel:  # seen from its end, a segment has no width
+            continue
         fx, fy = ax - beams[ORIGIN_X, i], ay - beams[ORIGIN_Y, i]
         distance = (fx * ey - fy * ex) / turn
         along = (fx * dy - fy * dx) / turn
@@ -149,7 +152,7 @@ def _project(
     cross = ax * by - ay * bx
     if cross < 0.0:
         ax, ay, bx, by, ex, ey = bx, by, ax, ay, -ex, -ey
-    elif cross == 0.0 and spread == 0.0:  # seen from its end, a segment has no width
+    if spread == 0.0 and abs(cross) <= SLACK * (abs(ex) + abs(ey)):  # seen from its end: no width
         return count, 0
     margin = SLACK
     if spread > 0.0:  # origins off the centre see the ends at other bearings

@@ -1,0 +1,229 @@
+"""A level laser against outlines: the same ranges as Embree against triangles."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from objstate.building.model import Building, Mesh
+from objstate.config import BeamModelSettings
+from objstate.geometry import FloatArray, transform_from_pose
+from objstate.records import Rays
+from objstate.sensing import BeamModel, ScanView, Sensing, cast_from
+from objstate.sensing.level import Sweep
+from objstate.sensing.view import LevelView
+from tests.rooms import (
+    LASER_HEIGHT,
+    beams_at,
+    block,
+    building,
+    combined,
+    door,
+    enclosure,
+    fan,
+    fence,
+    placed,
+    scan_of,
+    sliding_door,
+    table,
+)
+from tests.sensing.casting import TOLERANCE, assert_as_embree
+
+FAR = 60.0  # m, farther than anything in these tests
+EXAMPLES = 40
+
+# places and turns, among them those where faces line up with beams
+metres = st.one_of(st.floats(-6.0, 6.0), st.sampled_from([-2.0, -0.5, 0.0, 1.0, 3.0]))
+sizes = st.one_of(st.floats(0.05, 3.0), st.sampled_from([0.5, 1.0]))
+turns = st.one_of(
+    st.floats(-np.pi, np.pi), st.sampled_from([0.0, np.pi / 4, np.pi / 2, np.pi, -np.pi / 2])
+)
+blocks = st.lists(st.tuples(metres, metres, sizes, sizes, turns), max_size=6)
+poses = st.tuples(metres, metres, turns).map(np.array)
+fans = st.builds(
+    fan, st.integers(1, 180), st.one_of(st.floats(0.1, 2 * np.pi), st.just(2 * np.pi)), turns
+)
+
+
+def level_view(place: Building, rays: Rays) -> ScanView:
+    scan = scan_of(np.full(len(rays), 1.0), rays, range_max=FAR)
+    view = Sensing(place, BeamModel(BeamModelSettings())).view(scan)
+    assert isinstance(view, LevelView)
+    return view
+
+
+def assert_walls_as_embree(place: Building, rays: Rays, robot: FloatArray) -> FloatArray:
+    found = level_view(place, rays).walls(robot[None])[0]
+    assert_as_embree(found, place.walls, *cast_from(transform_from_pose(robot), rays))
+    return found
+
+
+def room_of(boxes: list[tuple[float, ...]]) -> Building:
+    return building(Mesh.joined([enclosure(14.0, 13.0), *(block(*box) for box in boxes)]))
+
+
+def driven(rays: Rays, step: FloatArray) -> Rays:
+    """The beams of a sweep that lasts while the robot moves by a pose ``step`` (3,)."""
+    share = np.linspace(0.0, 1.0, len(rays))[:, None]
+    base = transform_from_pose(share * step)
+    origins = np.einsum("nij,nj->ni", base[:, :3, :3], rays.origins) + base[:, :3, 3]
+    return Rays(origins, np.einsum("nij,nj->ni", base[:, :3, :3], rays.directions))
+
+
+@settings(max_examples=EXAMPLES, deadline=None)
+@given(blocks, fans, poses)
+@example([(2.0, 0.5, 1.0, 1.0, 0.0)], fan(181), np.zeros(3))  # along a face
+@example([(2.0, 0.5, 1.0, 1.0, 0.3)], fan(9, 2 * np.pi), np.array([0.0, 0.0, 0.3]))
+@example([(-2.0, 0.0, 1.0, 1.0, 0.0)], fan(360, 2 * np.pi), np.zeros(3))  # across pi
+def test_walls_as_embree_sees_them(
+    boxes: list[tuple[float, ...]], rays: Rays, robot: FloatArray
+) -> None:
+    assert_walls_as_embree(room_of(boxes), rays, robot)
+
+
+@settings(max_examples=EXAMPLES, deadline=None)
+@given(blocks, fans, poses, st.tuples(st.floats(-0.8, 0.8), st.floats(-0.2, 0.2), turns))
+def test_a_sweep_while_driving_has_an_origin_for_each_beam(
+    boxes: list[tuple[float, ...]], rays: Rays, robot: FloatArray, step: tuple[float, float, float]
+) -> None:
+    assert_walls_as_embree(room_of(boxes), driven(rays, np.array(step)), robot)
+
+
+@settings(max_examples=20, deadline=None)
+@given(blocks, poses, st.tuples(metres, metres, turns), st.booleans())
+def test_a_laser_may_stand_anywhere_on_the_robot_and_upside_down(
+    boxes: list[tuple[float, ...]],
+    robot: FloatArray,
+    mount: tuple[float, float, float],
+    upside_down: bool,
+) -> None:
+    x, y, yaw = mount
+    frame = placed(x / 10, y / 10, 0.7, (np.pi if upside_down else 0.0, 0.0, yaw))
+    rays = beams_at(np.linspace(-2.0, 2.0, 120), frame)
+    assert_walls_as_embree(room_of(boxes), rays, robot)
+
+
+@settings(max_examples=EXAMPLES, deadline=None)
+@given(fans, poses, st.floats(-0.2, 2.0), st.floats(0.0, 0.9), poses, st.booleans())
+def test_objects_in_any_state_as_embree_sees_them(
+    rays: Rays,
+    robot: FloatArray,
+    angle: float,
+    offset: float,
+    stands: FloatArray,
+    drives: bool,
+) -> None:
+    rays = driven(rays, np.array([0.5, 0.1, 0.4])) if drives else rays
+    place = building(
+        Mesh.empty(),
+        door("door", 1.0, 0.5, 0.7, limits=(-0.2, 2.0)),
+        sliding_door("slide", -1.0, 2.0, 2.0),
+        table("table", 0.5, -1.0, 1.2),
+    )
+    states = {"door": np.array([angle]), "slide": np.array([offset]), "table": stands}
+    view = level_view(place, rays)
+    ends = cast_from(transform_from_pose(robot), rays)
+    for name, state in states.items():
+        found = view.object(name, state[None], robot[None])[0, 0]
+        assert_as_embree(found, combined(place, {name: state}), *ends)
+
+
+@settings(max_examples=EXAMPLES, deadline=None)
+@given(st.lists(st.floats(1.0, 6.0), min_size=5, max_size=30), st.floats(-3.0, 3.0), turns)
+def test_no_beam_slips_between_walls_that_touch(
+    distances: list[float], turn: float, yaw: float
+) -> None:
+    """Beams exactly through the corners of a closed fence end at the corners."""
+    bearings = turn + np.linspace(0.0, 2 * np.pi, len(distances), endpoint=False)
+    corners = np.array(distances)[:, None] * np.column_stack([np.cos(bearings), np.sin(bearings)])
+    robot = np.array([0.0, 0.0, yaw])
+    rays = beams_at(bearings - yaw, placed(0.0, 0.0, LASER_HEIGHT))
+    found = level_view(building(fence(corners)), rays).walls(robot[None])[0]
+    np.testing.assert_allclose(found, distances, atol=1e-6)
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.3, -2.1, np.pi])
+@pytest.mark.parametrize("drives", [False, True])
+def test_a_wall_seen_exactly_along_its_faces_is_no_nearer_than_its_end(
+    yaw: float, drives: bool
+) -> None:
+    """Rounding turns such faces to and fro by their last digit."""
+    along = np.array([np.cos(yaw), np.sin(yaw)])
+    around = yaw + np.concatenate([[0.0], np.linspace(-2e-9, 2e-9, 41)])
+    rays = beams_at(around, placed(0.0, 0.0, LASER_HEIGHT))
+    if drives:
+        rays = Rays(
+            rays.origins + np.linspace(0.0, 0.2, 42)[:, None] * [*along, 0.0], rays.directions
+        )
+    for start in np.random.default_rng(0).uniform(0.5, 3.0, 40):
+        sheet = building(fence(np.array([start, start + 1.5])[:, None] * along))
+        found = level_view(sheet, rays).walls(np.zeros((1, 3)))[0]
+        assert found.min() >= start - 0.2 * drives - TOLERANCE
+
+
+def test_many_poses_and_states_are_cast_as_one_by_one() -> None:
+    rng = np.random.default_rng(1)
+    place = building(enclosure(8.0, 6.0), table("table", 1.0, 0.5))
+    robots = rng.uniform([-3, -2, -3], [3, 2, 3], (5, 3))
+    states = rng.uniform([-2, -2, -3], [2, 2, 3], (4, 3))
+    view = level_view(place, fan(90, 2 * np.pi))
+    together = view.object("table", states, robots)
+    assert together.shape == (5, 4, 90)
+    for p, robot in enumerate(robots):
+        np.testing.assert_allclose(view.walls(robots)[p], view.walls(robot[None])[0], atol=1e-9)
+        for s, state in enumerate(states):
+            alone = view.object("table", state[None], robot[None])[0, 0]
+            np.testing.assert_array_equal(together[p, s], alone)
+
+
+def test_five_hundred_metres_away_the_ranges_are_the_same() -> None:
+    rng = np.random.default_rng(2)
+    boxes = [
+        (*rng.uniform(-5, 5, 2), *rng.uniform(0.2, 2, 2), rng.uniform(-3, 3)) for _ in range(6)
+    ]
+    away = np.array([500.0, -410.0])
+    here = Mesh.joined([enclosure(14.0, 13.0), *(block(*box) for box in boxes)])
+    there = Mesh(here.vertices + np.array([*away, 0.0]), here.faces)
+    rays, robot = fan(361, 2 * np.pi), np.array([0.3, -0.2, 0.4])
+    near = level_view(building(here), rays).walls(robot[None])
+    far = level_view(building(there), rays).walls(robot[None] + np.array([*away, 0.0]))
+    np.testing.assert_allclose(far, near, atol=TOLERANCE)
+
+
+def test_walls_stay_complete_while_the_robot_drives_on() -> None:
+    place = room_of([(2.0, 0.0, 0.5, 3.0, 0.2), (-3.0, 2.0, 1.0, 0.2, 1.0)])
+    rays = fan(120, 2 * np.pi)
+    scan = scan_of(np.full(120, 1.0), rays, range_max=4.0)
+    sensing = Sensing(place, BeamModel(BeamModelSettings()))
+    for x in np.linspace(-6.0, 6.0, 25):
+        robot = np.array([x, 0.4 * x, x])
+        found = sensing.view(scan).walls(robot[None])[0]
+        fresh = level_view(place, rays).walls(robot[None])[0]
+        np.testing.assert_allclose(found[fresh < 4.0], fresh[fresh < 4.0], atol=1e-9)
+        assert (found[fresh >= 4.0] >= 4.0).all()
+
+
+@pytest.mark.parametrize(
+    "rpy", [(0.02, 0.0, 0.0), (0.0, -0.02, 0.5), (np.pi, 0.01, 0.0), (np.pi / 2, 0.0, 0.0)]
+)
+def test_a_tilted_laser_has_no_level_sweep(rpy: tuple[float, float, float]) -> None:
+    assert Sweep.of(beams_at(np.linspace(-1.0, 1.0, 30), placed(0.1, 0.0, 0.3, rpy))) is None
+
+
+def test_neither_beams_at_several_heights_nor_no_beams_are_a_level_sweep() -> None:
+    two = Rays(np.array([[0, 0, 0.3], [0, 0, 0.4]]), np.array([[1.0, 0, 0], [0, 1.0, 0]]))
+    assert Sweep.of(two) is None
+    assert Sweep.of(two.take(np.array([], dtype=np.int64))) is None
+    assert Sweep.of(two.take(np.array([0]))) is not None
+
+
+@given(st.permutations(range(24)))
+@settings(max_examples=20, deadline=None)
+def test_ranges_come_back_in_the_order_of_the_scan(order: list[int]) -> None:
+    place = room_of([(2.0, 1.0, 1.0, 0.5, 0.2)])
+    rays, index = fan(24, 2 * np.pi - 0.1), np.array(order)
+    sorted_ranges = level_view(place, rays).walls(np.zeros((1, 3)))[0]
+    shuffled = level_view(place, rays.take(index)).walls(np.zeros((1, 3)))[0]
+    np.testing.assert_array_equal(shuffled, sorted_ranges[index])
