@@ -53,7 +53,7 @@ class BeamModelSettings(Strict):
 class LocalizationSettings(Strict):
     """Monte Carlo localization: where is the robot?"""
 
-    min_particles: Count = 500
+    min_particles: Count = 300
     max_particles: Count = 2000
     global_particles: Count = 40_000  # at the start from anywhere
     pf_err: Positive = 0.05  # largest error between true and estimated distribution (KLD)
@@ -70,11 +70,11 @@ class LocalizationSettings(Strict):
     alpha4: NonNegative = 0.05  # translation noise from rotation, m^2 per rad^2
     update_min_d: Positive = 0.10  # m of driving for which the alphas are meant
     update_min_a: Positive = 0.10  # rad of turning for which the alphas are meant
-    max_beams: Count = 90  # of one scan, evenly spread
-    tempering: Share = 0.3  # exponent on the likelihood of a scan
+    max_beams: Count = 60  # of one scan, evenly spread
+    tempering: Share = 0.2  # exponent on the likelihood of a scan
     initial_xy_std: NonNegative = 0.3  # m, of a start pose given without deviations
     initial_yaw_std_deg: NonNegative = 10.0
-    object_states: Count = 7  # of each uncertain object that a beam is averaged over
+    object_states: Count = 5  # of each uncertain object that a beam is averaged over
 
     @model_validator(mode="after")
     def _ordered(self) -> LocalizationSettings:
@@ -90,8 +90,8 @@ class ObjectUpdateSettings(Strict):
     """When and with what readings the objects' beliefs are updated."""
 
     max_distance: Positive = 3.5  # m from the robot (section 4.1 of the paper)
-    robot_samples: Count = 50  # of the robot belief, drawn for each update
-    tempering: Share = 0.3  # exponent on the likelihood of a scan
+    robot_samples: Count = 30  # of the robot belief, drawn for each update
+    tempering: Share = 0.2  # exponent on the likelihood of a scan
     max_position_std: Positive = 0.5  # m; with a robot belief wider than this no object is updated
     schedule: Literal["beams", "alternate", "lasers"] = "beams"
     localization_lasers: tuple[str, ...] = ()  # for schedule lasers: frames that localize
@@ -114,7 +114,7 @@ class DoorSettings(Strict):
     prior_mean_m: float | None = None  # sliding
     prior_std_deg: Positive = 10.0
     prior_std_m: Positive = 0.1
-    dynamics: Dynamics = Dynamics(moves_per_hour=2.0, drift_deg=0.2, drift_m=0.003)
+    dynamics: Dynamics = Dynamics(moves_per_hour=2.0, drift_deg=0.05, drift_m=0.001)
     resolution_deg: Positive = 0.5  # spacing of the sampled angles
     resolution_m: Positive = 0.005
 

@@ -41,10 +41,11 @@ class PoseBelief:
         """(3, 3) of x, y, yaw about the mean."""
         return weighted_pose_covariance(self.poses, self.weights.values)
 
-    @property
+    @cached_property
     def position_std(self) -> float:
         """Root of the larger eigenvalue of the position's covariance, m."""
-        return float(np.sqrt(max(np.linalg.eigvalsh(self.covariance[:2, :2])[-1], 0.0)))
+        (xx, xy), (_, yy) = self.covariance[:2, :2].tolist()
+        return float(np.sqrt((xx + yy) / 2 + np.hypot((xx - yy) / 2, xy)))
 
     def moved(self, step: FloatArray) -> PoseBelief:
         """Every sample moved by the same step (3,) in its own frame."""

@@ -77,8 +77,8 @@ class Localizer:
         """
         s = self.settings
         most = max(s.max_particles, len(belief.weights) // 2)
-        trial = belief.poses[systematic(belief.weights, most, rng)]
-        needed = kld_sample_size(self._occupied(trial), s.pf_err, s.pf_z)
+        survivors = belief.poses[systematic(belief.weights, len(belief.weights), rng)]
+        needed = kld_sample_size(self._occupied(survivors), s.pf_err, s.pf_z)
         count = int(np.clip(needed, s.min_particles, most))
         poses = belief.poses[systematic(belief.weights, count, rng)]
         jittered = poses + rng.standard_normal(poses.shape) @ self._kernel(belief, count).T

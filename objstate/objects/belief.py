@@ -9,6 +9,7 @@ import numpy as np
 
 from objstate.building.model import Kind, MovableObject
 from objstate.geometry import BoolArray, FloatArray, circular_mean, wrap
+from objstate.objects.passage import clear_widths
 from objstate.particles import Weights, quantiles
 from objstate.records import Estimate
 from objstate.sensing import UncertainObject
@@ -17,6 +18,32 @@ CENTRAL = 0.9  # the share of the posterior between lower and upper
 SETTLED_ANGLE = np.radians(5.0)  # rad; a state known better than this stands for the belief
 SETTLED_LENGTH = 0.05  # m
 LENGTHS = ("offset", "x", "y")
+
+
+@dataclass(frozen=True, eq=False)
+class Distribution:
+    """Weighted samples of one number."""
+
+    values: FloatArray  # (n,)
+    weights: FloatArray  # (n,) sum to one
+
+    @property
+    def mean(self) -> float:
+        return float(self.weights @ self.values)
+
+    @property
+    def std(self) -> float:
+        return float(np.sqrt(self.weights @ (self.values - self.mean) ** 2))
+
+    def interval(self, share: float = CENTRAL) -> tuple[float, float]:
+        """Lower and upper bound of the central ``share``."""
+        tails = np.array([(1.0 - share) / 2.0, (1.0 + share) / 2.0])
+        lower, upper = quantiles(self.values, self.weights, tails)
+        return float(lower), float(upper)
+
+    def probability_above(self, value: float) -> float:
+        """Probability of at least ``value``."""
+        return float(self.weights[self.values >= value].sum())
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,6 +110,18 @@ class ObjectBelief:
         edges = np.append(values[order] - width / 2, values[order[-1]] + width / 2)
         filled = np.concatenate([[0.0], np.cumsum(weights[order])])
         return np.asarray(np.interp(shares, filled, edges))
+
+    @cached_property
+    def clear_width(self) -> Distribution:
+        """The free passage that a door's leaf leaves, m. Raises BuildingError for furniture."""
+        return Distribution(clear_widths(self.item, self.states), self.weights.values)
+
+    def probability_clear(self, width: float) -> float:
+        """Probability that a passage of ``width`` m is free at a door.
+
+        Raises BuildingError for furniture.
+        """
+        return self.clear_width.probability_above(width)
 
     @cached_property
     def settled(self) -> bool:

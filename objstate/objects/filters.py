@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -62,7 +63,7 @@ class LatticeFilter:
     item: MovableObject
     settings: DoorSettings
 
-    @property
+    @cached_property
     def _states(self) -> FloatArray:
         """(n,) from limit to limit, so that a door at its stop lies on a sample."""
         s, hinged = self.settings, self.item.kind is Kind.HINGED
@@ -82,7 +83,7 @@ class LatticeFilter:
             cell=np.array([states[1] - states[0]]),
         )
 
-    @property
+    @cached_property
     def _prior_weights(self) -> FloatArray:
         states, s = self._states, self.settings
         if s.prior == "uniform":
@@ -112,19 +113,19 @@ class LatticeFilter:
         A walk reflects at the limits. Its variance is met exactly, by steps to the
         neighbours where it is below the spacing and by a Gaussian kernel where not.
         """
+        variance = float((std / (self._states[1] - self._states[0])) ** 2)
+        if variance < 1.0:
+            ends = (weights[-1:], weights[:1]) if self.item.wraps else (weights[:1], weights[-1:])
+            padded = np.concatenate([ends[0], weights, ends[1]])
+            return np.asarray(
+                (1.0 - variance) * weights + variance / 2.0 * (padded[:-2] + padded[2:])
+            )
         from scipy.ndimage import convolve1d
 
-        spacing = self._states[1] - self._states[0]
+        reach = min(int(np.ceil(4.0 * np.sqrt(variance))), len(weights))
+        kernel = np.exp(-0.5 * np.arange(-reach, reach + 1) ** 2 / variance)
         mode = "wrap" if self.item.wraps else "reflect"
-        variance = float((std / spacing) ** 2)
-        if variance < 1.0:
-            kernel = np.array([variance / 2.0, 1.0 - variance, variance / 2.0])
-        else:
-            reach = min(int(np.ceil(4.0 * np.sqrt(variance))), len(weights))
-            steps = np.arange(-reach, reach + 1)
-            kernel = np.exp(-0.5 * steps**2 / variance)
-            kernel /= kernel.sum()
-        return np.asarray(convolve1d(weights, kernel, mode=mode))
+        return np.asarray(convolve1d(weights, kernel / kernel.sum(), mode=mode))
 
     def update(
         self, belief: ObjectBelief, evidence: ScanEvidence, rng: np.random.Generator

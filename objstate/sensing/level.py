@@ -24,9 +24,9 @@ LEVEL = 1e-6  # rad or relative: a laser or an axis tilted by less counts as lev
 SAME_HEIGHT = 1e-6  # m
 INDEX_STEPS = 2  # of a sweep's index, for each beam
 FLAT = 1e-9  # m^2 by which a corner may stick out of an outline that counts as convex
-STRIDE = 0.3  # m the robot moves before the walls in its sight are looked up again
+STRIDE = 0.5  # m the robot moves before the walls in its sight are looked up again
 WIDEST_LOOK = 4.0  # m, sides of a rectangle from which sight is tried
-LOOK_SPACING = 0.25  # m between the places from which it is tried
+LOOK_SPACING = 0.4  # m between the places from which it is tried
 LOOKS = 720  # beams all round
 
 
@@ -61,7 +61,8 @@ class Sweep:
     @cached_property
     def index(self) -> IntArray:
         """(m + 1,) first beam at or after each of m even steps of the pseudo-angle."""
-        steps = np.linspace(-2.0, 2.0, INDEX_STEPS * len(self.order) + 1)
+        count = INDEX_STEPS * len(self.order)
+        steps = np.arange(count + 1) * (4.0 / count) - 2.0
         return np.searchsorted(self.rows[0], steps)
 
     def take(self, beams: BoolArray) -> Sweep:
@@ -86,7 +87,11 @@ class Sweep:
 
 def with_trigonometry(poses: FloatArray) -> FloatArray:
     """Poses (n, 3) as the kernels take them (n, 4): x, y, cosine and sine of the yaw."""
-    return np.column_stack([poses[:, :2], np.cos(poses[:, 2]), np.sin(poses[:, 2])])
+    out = np.empty((len(poses), 4))
+    out[:, :2] = poses[:, :2]
+    np.cos(poses[:, 2], out=out[:, 2])
+    np.sin(poses[:, 2], out=out[:, 3])
+    return out
 
 
 def pseudo_angles(directions: FloatArray) -> FloatArray:
