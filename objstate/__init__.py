@@ -10,7 +10,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from objstate.building import Building, MovableObject, load_building
+    from objstate.building import load_building
+    from objstate.building.model import Building, MovableObject
     from objstate.config import Settings, load_settings
     from objstate.errors import ObjstateError
     from objstate.estimator import Estimator
@@ -21,12 +22,12 @@ if TYPE_CHECKING:
     from objstate.run import estimate_log
 
 _HOMES = {
-    "Building": "objstate.building",
+    "Building": "objstate.building.model",
     "Distribution": "objstate.objects",
     "Estimate": "objstate.records",
     "Estimator": "objstate.estimator",
     "InitialPose": "objstate.records",
-    "MovableObject": "objstate.building",
+    "MovableObject": "objstate.building.model",
     "ObjectBelief": "objstate.objects",
     "ObjstateError": "objstate.errors",
     "Odometry": "objstate.records",

@@ -87,6 +87,11 @@ def table(
     return MovableObject(name, Kind.PLANAR, origin, np.array([0.0, 0.0, 1.0]), 0.0, 0.0, chest)
 
 
+def standing(name: str, mesh: Mesh) -> MovableObject:
+    """Anything that stands on the floor, at the origin of the building in its home state."""
+    return MovableObject(name, Kind.PLANAR, np.eye(4), np.array([0.0, 0.0, 1.0]), 0.0, 0.0, mesh)
+
+
 def building(walls: Mesh, *objects: MovableObject) -> Building:
     return Building("test", walls, {each.name: each for each in objects})
 

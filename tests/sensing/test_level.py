@@ -27,6 +27,7 @@ from tests.rooms import (
     placed,
     scan_of,
     sliding_door,
+    standing,
     table,
 )
 from tests.sensing.casting import TOLERANCE, assert_as_embree
@@ -54,14 +55,15 @@ def level_view(place: Building, rays: Rays) -> ScanView:
     return view
 
 
-def assert_walls_as_embree(place: Building, rays: Rays, robot: FloatArray) -> FloatArray:
-    found = level_view(place, rays).walls(robot[None])[0]
-    assert_as_embree(found, place.walls, *cast_from(transform_from_pose(robot), rays))
-    return found
+def assert_as_embree_sees(clutter: Mesh, rays: Rays, robot: FloatArray) -> None:
+    """Clutter is cast as an object: all of it, whereas of walls only those in sight are kept."""
+    view = level_view(building(Mesh.empty(), standing("clutter", clutter)), rays)
+    found = view.object("clutter", np.zeros((1, 3)), robot[None])[0, 0]
+    assert_as_embree(found, clutter, *cast_from(transform_from_pose(robot), rays))
 
 
-def room_of(boxes: list[tuple[float, ...]]) -> Building:
-    return building(Mesh.joined([enclosure(14.0, 13.0), *(block(*box) for box in boxes)]))
+def hall(boxes: list[tuple[float, ...]]) -> Mesh:
+    return Mesh.joined([enclosure(14.0, 13.0), *(block(*box) for box in boxes)])
 
 
 def driven(rays: Rays, step: FloatArray) -> Rays:
@@ -77,10 +79,10 @@ def driven(rays: Rays, step: FloatArray) -> Rays:
 @example([(2.0, 0.5, 1.0, 1.0, 0.0)], fan(181), np.zeros(3))  # along a face
 @example([(2.0, 0.5, 1.0, 1.0, 0.3)], fan(9, 2 * np.pi), np.array([0.0, 0.0, 0.3]))
 @example([(-2.0, 0.0, 1.0, 1.0, 0.0)], fan(360, 2 * np.pi), np.zeros(3))  # across pi
-def test_walls_as_embree_sees_them(
+def test_boxes_in_a_hall_as_embree_sees_them(
     boxes: list[tuple[float, ...]], rays: Rays, robot: FloatArray
 ) -> None:
-    assert_walls_as_embree(room_of(boxes), rays, robot)
+    assert_as_embree_sees(hall(boxes), rays, robot)
 
 
 @settings(max_examples=EXAMPLES, deadline=None)
@@ -88,7 +90,7 @@ def test_walls_as_embree_sees_them(
 def test_a_sweep_while_driving_has_an_origin_for_each_beam(
     boxes: list[tuple[float, ...]], rays: Rays, robot: FloatArray, step: tuple[float, float, float]
 ) -> None:
-    assert_walls_as_embree(room_of(boxes), driven(rays, np.array(step)), robot)
+    assert_as_embree_sees(hall(boxes), driven(rays, np.array(step)), robot)
 
 
 @settings(max_examples=20, deadline=None)
@@ -102,7 +104,7 @@ def test_a_laser_may_stand_anywhere_on_the_robot_and_upside_down(
     x, y, yaw = mount
     frame = placed(x / 10, y / 10, 0.7, (np.pi if upside_down else 0.0, 0.0, yaw))
     rays = beams_at(np.linspace(-2.0, 2.0, 120), frame)
-    assert_walls_as_embree(room_of(boxes), rays, robot)
+    assert_as_embree_sees(hall(boxes), rays, robot)
 
 
 @settings(max_examples=EXAMPLES, deadline=None)
@@ -163,6 +165,17 @@ def test_a_wall_seen_exactly_along_its_faces_is_no_nearer_than_its_end(
         assert found.min() >= start - 0.2 * drives - TOLERANCE
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_walls_of_a_room_as_embree_sees_them(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    boxes = [(*rng.uniform(-6, 6, 2), *rng.uniform(0.4, 2, 2), rng.uniform(-3, 3)) for _ in "1234"]
+    walls, rays = hall(boxes), fan(541, 1.5 * np.pi)
+    robots = rng.uniform([-6, -6, -3], [6, 6, 3], (5, 3))
+    found = level_view(building(walls), rays).walls(robots)
+    for robot, ranges in zip(robots, found, strict=True):
+        assert_as_embree(ranges, walls, *cast_from(transform_from_pose(robot), rays))
+
+
 def test_many_poses_and_states_are_cast_as_one_by_one() -> None:
     rng = np.random.default_rng(1)
     place = building(enclosure(8.0, 6.0), table("table", 1.0, 0.5))
@@ -193,7 +206,7 @@ def test_five_hundred_metres_away_the_ranges_are_the_same() -> None:
 
 
 def test_walls_stay_complete_while_the_robot_drives_on() -> None:
-    place = room_of([(2.0, 0.0, 0.5, 3.0, 0.2), (-3.0, 2.0, 1.0, 0.2, 1.0)])
+    place = building(hall([(2.0, 0.0, 0.5, 3.0, 0.2), (-3.0, 2.0, 1.0, 0.2, 1.0)]))
     rays = fan(120, 2 * np.pi)
     scan = scan_of(np.full(120, 1.0), rays, range_max=4.0)
     sensing = Sensing(place, BeamModel(BeamModelSettings()))
@@ -222,7 +235,7 @@ def test_neither_beams_at_several_heights_nor_no_beams_are_a_level_sweep() -> No
 @given(st.permutations(range(24)))
 @settings(max_examples=20, deadline=None)
 def test_ranges_come_back_in_the_order_of_the_scan(order: list[int]) -> None:
-    place = room_of([(2.0, 1.0, 1.0, 0.5, 0.2)])
+    place = building(hall([(2.0, 1.0, 1.0, 0.5, 0.2)]))
     rays, index = fan(24, 2 * np.pi - 0.1), np.array(order)
     sorted_ranges = level_view(place, rays).walls(np.zeros((1, 3)))[0]
     shuffled = level_view(place, rays.take(index)).walls(np.zeros((1, 3)))[0]
