@@ -20,8 +20,8 @@ from objstate.evaluation import compare_paths, latest_states
 from objstate.logs import inspect_log, open_log, open_messages
 from objstate.recording.tables import read_estimates
 from objstate.recording.tum import TRAJECTORY, read_tum
-from objstate.records import Scan
 from objstate.records import Path as RobotPath
+from objstate.records import Scan
 from objstate.run import RunOptions, estimate_log
 from objstate.sensing.expected import ExpectedRanges
 
