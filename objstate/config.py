@@ -61,15 +61,16 @@ class LocalizationSettings(Strict):
     bin_xy: Positive = 0.10  # m, cells in which KLD sampling counts
     bin_yaw_deg: Positive = 5.0
     resample_below: Share = 0.5  # of the samples; resample when the effective number falls below
+    least_effective: Share = 0.1  # of the samples; the exponent falls until so many stay effective
     kernel_width: NonNegative = (
         0.5  # of the kernel that spreads resampled copies; 1 is optimal for a Gaussian
     )
-    alpha1: NonNegative = 0.05  # rotation noise from rotation
-    alpha2: NonNegative = 0.05  # rotation noise from translation, rad^2 per m^2
-    alpha3: NonNegative = 0.05  # translation noise from translation
-    alpha4: NonNegative = 0.05  # translation noise from rotation, m^2 per rad^2
-    update_min_d: Positive = 0.10  # m of driving for which the alphas are meant
-    update_min_a: Positive = 0.10  # rad of turning for which the alphas are meant
+    alpha1: NonNegative = 0.02  # rotation noise from rotation
+    alpha2: NonNegative = 0.02  # rotation noise from translation, rad^2 per m^2
+    alpha3: NonNegative = 0.02  # translation noise from translation
+    alpha4: NonNegative = 0.02  # translation noise from rotation, m^2 per rad^2
+    update_min_d: Positive = 0.25  # m; the alphas are meant for steps of this length
+    update_min_a: Positive = 0.2  # rad; or for turns of this angle
     max_beams: Count = 60  # of one scan, evenly spread
     tempering: Share = 0.2  # exponent on the likelihood of a scan
     initial_xy_std: NonNegative = 0.3  # m, of a start pose given without deviations

@@ -10,6 +10,8 @@ import numpy as np
 from objstate.errors import ObjstateError
 from objstate.geometry import FloatArray, IntArray
 
+STEP_PRECISION = 12  # halvings in the search for the largest step
+
 
 class ImpossibleEvidenceError(ObjstateError):
     """Every sample has likelihood zero: the evidence contradicts the whole belief."""
@@ -62,6 +64,28 @@ class Weights:
             )
         evidence = top + float(np.log(np.sum(np.exp(log - top))))
         return Weights(log - evidence), evidence
+
+
+def largest_step(
+    weights: Weights, log_likelihood: FloatArray, most: float, least_effective: float
+) -> float:
+    """The largest exponent up to ``most`` on a likelihood (n,) that leaves enough effective samples.
+
+    Enough are ``least_effective`` (of samples, or of what is effective already, if
+    fewer). It is always above zero, so that repeated steps come to an end.
+    """
+    needed = min(least_effective, weights.effective_size)
+
+    def enough(step: float) -> bool:
+        return weights.reweight(step * log_likelihood)[0].effective_size >= needed
+
+    if enough(most):
+        return most
+    low, high = 0.0, most
+    for _ in range(STEP_PRECISION):
+        middle = (low + high) / 2.0
+        low, high = (middle, high) if enough(middle) else (low, middle)
+    return high
 
 
 def systematic(weights: Weights, count: int, rng: np.random.Generator) -> IntArray:

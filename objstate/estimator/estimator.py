@@ -81,6 +81,7 @@ class Estimator:
         for name, prior in self._objects.items():
             self._surroundings.follow(name, prior)
         self._odometry: FloatArray | None = None
+        self._corrected_at: FloatArray | None = None  # odometry at the last correction
         self._start_is_told = initial_pose is not None or global_start
         self._robot = self._start(initial_pose, global_start)
 
@@ -121,8 +122,9 @@ class Estimator:
         localizing, observing = self._schedule.share_out(scan)
         if not self._localizes_itself:
             localizing, observing = np.zeros_like(localizing), scan.valid
-        if localizing.any():
+        if localizing.any() and self._tells_something_new(self._robot):
             self._robot = self._localize(self._robot, scan, localizing)
+            self._corrected_at = self._odometry
         if not observing.any() or not self._knows_its_place(self._robot):
             return []
         near = self._surroundings.within(self._robot, self.settings.object_updates.max_distance)
@@ -205,6 +207,16 @@ class Estimator:
         walls = view.walls(robot.mean[None])[0]
         seen = self._surroundings.in_sight(near, robot, rays, walls)
         return [self._objects[name].represented_by(name, states) for name in seen]
+
+    def _tells_something_new(self, robot: PoseBelief) -> bool:
+        """Whether a scan may be taken in: a robot that is lost must have moved since the last.
+
+        Scans from one place repeat each other's errors, and would settle on a wrong one.
+        """
+        if self._knows_its_place(robot) or self._corrected_at is None or self._odometry is None:
+            return True
+        step, s = between(self._corrected_at, self._odometry), self.settings.localization
+        return bool(np.hypot(*step[:2]) >= s.update_min_d or abs(step[2]) >= s.update_min_a)
 
     def _knows_its_place(self, robot: PoseBelief) -> bool:
         return robot.position_std <= self.settings.object_updates.max_position_std

@@ -11,7 +11,7 @@ from objstate.config import LocalizationSettings
 from objstate.geometry import FloatArray, wrap
 from objstate.localization.belief import PoseBelief
 from objstate.localization.motion import sample_motion
-from objstate.particles import Weights, kld_sample_size, systematic
+from objstate.particles import Weights, kld_sample_size, largest_step, systematic
 
 # poses (n, 3), and a standard deviation in m by which ranges are blurred, to log p(o | l) (n,)
 PoseLogLikelihood = Callable[[FloatArray, float], FloatArray]
@@ -58,11 +58,14 @@ class Localizer:
         """p(l | o), eq. (6): the belief after a scan, resampled where few samples carry it.
 
         Each sample stands for its surroundings: the likelihood is blurred by half the
-        distance between samples, which matters only while they are sparse.
+        distance between samples, and no more of it is taken than leaves enough
+        samples effective. Both matter only while samples are sparse.
         """
-        blur = self._spacing(belief) / 2.0
-        evidence = self.settings.tempering * log_likelihood(belief.poses, blur)
-        weights, _ = belief.weights.reweight(evidence)
+        s = self.settings
+        evidence = log_likelihood(belief.poses, self._spacing(belief) / 2.0)
+        enough = s.least_effective * len(belief.weights)
+        step = largest_step(belief.weights, evidence, s.tempering, enough)
+        weights, _ = belief.weights.reweight(step * evidence)
         corrected = PoseBelief(belief.poses, weights)
         if weights.effective_size >= self.settings.resample_below * len(weights):
             return corrected

@@ -20,14 +20,13 @@ from objstate.config import DoorSettings, FurnitureSettings, ObjectSettings, Set
 from objstate.geometry import FloatArray, IntArray, wrap
 from objstate.objects.belief import ObjectBelief
 from objstate.objects.evidence import ScanEvidence
-from objstate.particles import Weights, systematic
+from objstate.particles import Weights, largest_step, systematic
 
 SECONDS_PER_HOUR = 3600.0
 RESAMPLE_BELOW = 0.5  # of the samples; resample when the effective number falls below
 SHRINK = 0.95  # by which samples draw towards their mean before the kernel spreads them
 NEGLIGIBLE = 1e-4  # weight, relative to the largest, below which a state is cast only coarsely
 COARSE = 8  # every so many states are cast whatever their weight
-STEP_PRECISION = 12  # halvings in the search for the largest step
 
 
 class ObjectFilter(Protocol):
@@ -191,7 +190,8 @@ class SampleFilter:
             if not bears.any():
                 return belief
             log_likelihood = evidence.integrated(cast, belief.weights)
-            step = _largest_step(belief.weights, log_likelihood, remaining)
+            enough = RESAMPLE_BELOW * belief.weights.effective_size
+            step = largest_step(belief.weights, log_likelihood, remaining, enough)
             weights, _ = belief.weights.reweight(step * log_likelihood)
             belief = belief.with_weights(weights)
             remaining -= step
@@ -227,22 +227,6 @@ def _interpolated(values: FloatArray, known: IntArray, count: int) -> FloatArray
     left = np.minimum(place.astype(np.int64), len(known) - 2)
     share = place - left
     return np.asarray(values[:, left] * (1.0 - share) + values[:, left + 1] * share)
-
-
-def _largest_step(weights: Weights, log_likelihood: FloatArray, most: float) -> float:
-    """The largest share of the evidence, up to ``most``, that leaves enough effective samples."""
-    needed = RESAMPLE_BELOW * weights.effective_size
-
-    def enough(step: float) -> bool:
-        return weights.reweight(step * log_likelihood)[0].effective_size >= needed
-
-    if enough(most):
-        return most
-    low, high = 0.0, most
-    for _ in range(STEP_PRECISION):
-        middle = (low + high) / 2.0
-        low, high = (middle, high) if enough(middle) else (low, middle)
-    return high
 
 
 def _unit_uniform(rng: np.random.Generator) -> Callable[[tuple[int, int]], FloatArray]:

@@ -42,7 +42,8 @@ class BeamModel:
     def short(self, measured: FloatArray) -> FloatArray:
         """Densities (n,) of being stopped at measured ranges (n,) by something unexpected."""
         rate = self.settings.lambda_short
-        return np.asarray(self._shares[1] * rate * np.exp(-rate * measured))
+        stopped = np.where(np.isinf(measured), 0.0, measured)  # a missing return was not
+        return np.asarray(self._shares[1] * rate * np.exp(-rate * stopped))
 
     @property
     def _shares(self) -> FloatArray:

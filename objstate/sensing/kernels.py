@@ -31,8 +31,8 @@ SLACK = 1e-9  # m, or pseudo-angle, by which a beam may pass an end of a segment
 FAR_SIGMAS = 8.0  # beyond it the Gaussian is zero beside any share of random readings
 BELL_STEPS = 512  # of the tabulated bell for each sigma: off by less than 1e-6 of its height
 NEAR_SIGMAS = 4.0  # a range shorter than this many sigmas before an object was stopped by another
-LEAST_DENSITY = 1e-300  # of the pure Gaussian, which has no floor of its own
-SMALL, LARGE = 1e-200, 1e200  # products of densities are kept between these
+LEAST_DENSITY = 1e-100  # of the pure Gaussian, which has no floor of its own (21 sigmas)
+SMALL, LARGE = 1e-200, 1e200  # products are kept between these: one density more is still a float
 
 BELL = np.exp(-0.5 * (np.arange(FAR_SIGMAS * BELL_STEPS + 2) / BELL_STEPS) ** 2)
 
