@@ -33,6 +33,7 @@ BELL_STEPS = 512  # of the tabulated bell for each sigma: off by less than 1e-6 
 NEAR_SIGMAS = 4.0  # a range shorter than this many sigmas before an object was stopped by another
 LEAST_DENSITY = 1e-100  # of the pure Gaussian, which has no floor of its own (21 sigmas)
 SMALL, LARGE = 1e-200, 1e200  # products are kept between these: one density more is still a float
+LEAST_SHARE = 1e-12  # what rounding may leave of one when all shares are taken away
 
 BELL = np.exp(-0.5 * (np.arange(FAR_SIGMAS * BELL_STEPS + 2) / BELL_STEPS) ** 2)
 
@@ -370,7 +371,8 @@ def pose_log_likelihood(
                         mixed[i] += shares[s] * density(measured, short, expected, model)
                         kept[i] -= shares[s]
             for i in range(begin, end):
-                likelihood[i] = max(kept[i], 0.0) * likelihood[i] + mixed[i]
+                rest = kept[i] if kept[i] > LEAST_SHARE else 0.0
+                likelihood[i] = rest * likelihood[i] + mixed[i]
                 mixed[i] = 0.0
                 kept[i] = 1.0
             outline_start, placement_start = outline_ends[j], placement_ends[j]
