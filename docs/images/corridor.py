@@ -15,6 +15,7 @@ import polars as pl
 from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle, Wedge
 
@@ -111,7 +112,7 @@ def name(axes: Axes, door: MovableObject, state: LatestState) -> None:
     axes.text(x, np.sign(y) * NAMES_AT, f"{number}: {angle:.0f}°", ha="center", va="center")
 
 
-def legend(figure: plt.Figure) -> None:
+def legend(figure: Figure) -> None:
     """What the colours mean."""
     figure.legend(
         handles=[
