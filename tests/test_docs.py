@@ -1,0 +1,128 @@
+"""docs/files.md lists exactly the keys that settings and scenes have, with their defaults."""
+
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from pydantic import BaseModel
+
+from objstate import config
+from objstate.building.door_table import COLUMNS as DOOR_COLUMNS
+from objstate.recording.tables import COLUMNS as ESTIMATE_COLUMNS
+from objstate.simulation import scene
+
+ROOT = Path(__file__).parents[1]
+FILES = ROOT / "docs" / "files.md"
+
+GROUPS = {
+    "`beam_model`": config.BeamModelSettings,
+    "`localization`": config.LocalizationSettings,
+    "`object_updates`": config.ObjectUpdateSettings,
+    "scene": scene.Scene,
+    "scene: `route`": scene.Route,
+    "scene: `odometry`": scene.OdometryNoise,
+    "scene: `lasers`": scene.Laser,
+    "scene: `objects`": scene.ObjectRule,
+    "scene: `people`": scene.People,
+    "scene: `boxes`": scene.Boxes,
+    "scene: `model_error`": scene.ModelError,
+    "scene: `initial_pose`": scene.InitialPose,
+    "scene: `belief`": scene.RecordedBelief,
+}
+
+
+def rows(heading: str) -> list[list[str]]:
+    """The cells of all table rows below a heading, without the tables' own headings."""
+    text = FILES.read_text(encoding="utf-8")
+    found = re.search(rf"^#+ {re.escape(heading)}$(.*?)(?=^#|\Z)", text, re.M | re.S)
+    assert found, f"no heading '{heading}' in {FILES}"
+    lines = [line for line in found[1].splitlines() if line.startswith("| `")]
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
+
+
+def listed(heading: str, column: int = 1) -> dict[str, str]:
+    """What one column says of each key."""
+    return {row[0].strip("`"): row[column] for row in rows(heading)}
+
+
+def defaults(model: type[BaseModel]) -> dict[str, Any]:
+    """The default of every key of a group, as YAML has it."""
+    fields = model.model_fields.items()
+    return {
+        field.alias or name: yaml.safe_load(yaml.safe_dump(plain(field.get_default())))
+        for name, field in fields
+    }
+
+
+def plain(value: Any) -> Any:
+    """Groups as mappings and tuples as lists."""
+    if isinstance(value, BaseModel):
+        return value.model_dump(mode="json")
+    if isinstance(value, tuple):
+        return [plain(each) for each in value]
+    return value if isinstance(value, int | float | str | bool | None) else str(value)
+
+
+def says(cell: str, default: Any) -> bool:
+    """Whether a table's cell gives a default; words instead of code point to another table."""
+    if cell.startswith("`"):
+        return bool(yaml.safe_load(cell.strip("`")) == default)
+    return isinstance(default, dict | list) or cell == "required"
+
+
+@pytest.mark.parametrize("heading", GROUPS)
+def test_every_key_is_listed_with_its_default(heading: str) -> None:
+    told, true = listed(heading), defaults(GROUPS[heading])
+    assert told.keys() == true.keys()
+    wrong = {key: (told[key], true[key]) for key in told if not says(told[key], true[key])}
+    assert wrong == {}
+
+
+def test_every_group_of_settings_is_listed() -> None:
+    groups = {f"`{name}`" for name in config.Settings.model_fields}
+    assert groups - GROUPS.keys() == {"`objects`"}
+
+
+@pytest.mark.parametrize(
+    ("column", "model"), [(1, config.DoorSettings), (2, config.FurnitureSettings)]
+)
+def test_every_key_of_objects_is_listed_with_its_default(
+    column: int, model: type[BaseModel]
+) -> None:
+    true = defaults(model)
+    true |= true.pop("dynamics")
+    told = {key: cell for key, cell in listed("`objects`", column).items() if key != "dynamics"}
+    assert {key for key, cell in told.items() if cell} == true.keys()
+    wrong = {key: (told[key], true[key]) for key in true if not says(told[key], true[key])}
+    assert wrong == {}
+
+
+def test_every_key_of_a_rule_is_listed() -> None:
+    told = listed("`objects`").keys() - config.Dynamics.model_fields.keys()
+    assert told | {"match"} == defaults(config.ObjectRule).keys()
+
+
+def test_the_example_is_understood() -> None:
+    (example,) = re.findall(r"```yaml\n(.*?)```", FILES.read_text(encoding="utf-8"), re.S)
+    settings = config.parse_strict(config.Settings, yaml.safe_load(example), "the example")
+    assert settings.localization.tempering != config.Settings().localization.tempering
+    assert settings.for_object("desk_1", "furniture").prior_std_m == 0.5
+
+
+def test_the_columns_of_tables_are_listed() -> None:
+    doors = " ".join(row[0] for row in rows("Door table: doors.csv"))
+    estimates = " ".join(row[0] for row in rows("Result folder"))
+    assert set(re.findall(r"`(\w+)`", doors)) == set(DOOR_COLUMNS)
+    assert set(re.findall(r"`(\w+)`", estimates)) == set(ESTIMATE_COLUMNS)
+
+
+@pytest.mark.parametrize(
+    "page",
+    [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))],
+    ids=lambda page: page.name,
+)
+def test_links_lead_somewhere(page: Path) -> None:
+    links = re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8"))
+    assert [link for link in links if not (page.parent / link).exists()] == []
