@@ -15,6 +15,7 @@ from objstate.particles import (
     Weights,
     entropy,
     kld_sample_size,
+    largest_step,
     quantiles,
     systematic,
 )
@@ -179,3 +180,25 @@ def test_entropy_lies_between_certainty_and_ignorance(given_weights: FloatArray)
 def test_entropy_at_its_bounds() -> None:
     assert entropy(np.array([0.0, 1.0, 0.0])) == 0.0
     assert entropy(np.full(8, 1 / 8)) == pytest.approx(3 * np.log(2))
+
+
+@given(st.integers(0, 1000), st.floats(0.01, 0.9), st.floats(0.1, 1.0))
+def test_the_largest_step_leaves_enough_effective_samples_and_no_more(
+    seed: int, share: float, most: float
+) -> None:
+    rng = np.random.default_rng(seed)
+    weights, evidence = Weights.uniform(100), rng.normal(0.0, 30.0, 100)
+    step = largest_step(weights, evidence, most, share * 100)
+    left = weights.reweight(step * evidence)[0].effective_size
+    assert 0.0 < step <= most
+    assert left >= 0.9 * min(share * 100, 100.0) or step < 1e-3
+    if step < most:
+        beyond = weights.reweight((step + 2e-3) * evidence)[0].effective_size
+        assert beyond <= share * 100
+
+
+def test_weak_evidence_is_taken_whole_and_steps_never_stop_short_of_zero() -> None:
+    weights = Weights.uniform(10)
+    assert largest_step(weights, np.linspace(0.0, 0.1, 10), 0.7, 5.0) == 0.7
+    overwhelming = np.where(np.arange(10) == 3, 0.0, -np.inf)
+    assert largest_step(weights, overwhelming, 1.0, 5.0) > 0.0
