@@ -75,6 +75,9 @@ class LocalizationSettings(Strict):
     tempering: Share = 0.2  # exponent on the likelihood of a scan
     initial_xy_std: NonNegative = 0.3  # m, of a start pose given without deviations
     initial_yaw_std_deg: NonNegative = 10.0
+    lost_above: Share = 0.12  # of returning beams that pass through walls: search the robot anew
+    lost_margin: Positive = 0.25  # m beyond a wall at which a return has passed through it
+    lost_after: Positive = 4.0  # s over which that share is averaged
     object_states: Count = 5  # of each uncertain object that a beam is averaged over
 
     @model_validator(mode="after")

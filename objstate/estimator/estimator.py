@@ -14,6 +14,7 @@ from objstate.errors import SettingsError
 from objstate.estimator.backdrop import Backdrop
 from objstate.estimator.schedule import Schedule, evenly_spread
 from objstate.estimator.surroundings import Surroundings
+from objstate.estimator.tracking import NANOSECONDS, Track, Trusted, share_through_walls
 from objstate.geometry import BoolArray, FloatArray, between
 from objstate.localization import Localizer, PoseBelief
 from objstate.objects import ObjectBelief, ScanEvidence, filter_for
@@ -27,9 +28,7 @@ from objstate.records import (
     RobotBelief,
     Scan,
 )
-from objstate.sensing import BeamModel, ScanView, Sensing, UncertainObject
-
-NANOSECONDS = 1e9
+from objstate.sensing import BeamModel, Sensing, UncertainObject
 
 
 class Estimator:
@@ -62,8 +61,12 @@ class Estimator:
         self.settings = settings or Settings()
         self.warnings: list[str] = []
         self.scans_without_pose = 0
+        self.lost: list[
+            tuple[int, int]
+        ] = []  # stretches, ns, after which the robot was found again
         self._localizes_itself = belief == "own"
         self._rng = np.random.default_rng([seed, 0])
+        self._search_rng = np.random.default_rng([seed, 2])
         self._object_rngs = {
             name: np.random.default_rng([seed, 1, crc32(name.encode())])
             for name in building.objects
@@ -81,14 +84,16 @@ class Estimator:
         for name, prior in self._objects.items():
             self._surroundings.follow(name, prior)
         self._odometry: FloatArray | None = None
-        self._corrected_at: FloatArray | None = None  # odometry at the last correction
         self._start_is_told = initial_pose is not None or global_start
-        self._robot = self._start(initial_pose, global_start)
+        start = self._start(initial_pose, global_start)
+        self._track = None if start is None else Track(start)
+        self._search: Track | None = None
+        self._trusted = Trusted(0, self.objects)
 
     @property
     def robot(self) -> PoseBelief | None:
         """p(l), the robot belief; None while nothing is known of the robot's pose."""
-        return self._robot
+        return None if self._track is None else self._track.belief
 
     @property
     def objects(self) -> dict[str, ObjectBelief]:
@@ -97,7 +102,7 @@ class Estimator:
 
     def object_at(self, name: str, stamp_ns: int) -> ObjectBelief:
         """An object's belief predicted to a moment at or after its last update."""
-        return self._predicted(name, stamp_ns, np.random.default_rng([stamp_ns, 2]))
+        return self._predicted(name, stamp_ns, np.random.default_rng(stamp_ns))
 
     def feed(self, record: Record) -> list[Estimate]:
         """Take one record in; what it changed in the objects' beliefs comes back."""
@@ -116,38 +121,57 @@ class Estimator:
         """The body of Table 1's loop, for new sensory input o_k."""
         if scan.odometry is not None:
             self._drive(scan.odometry)
-        if self._robot is None:
+        if self._track is None:
             self.scans_without_pose += 1
             return []
         localizing, observing = self._schedule.share_out(scan)
         if not self._localizes_itself:
             localizing, observing = np.zeros_like(localizing), scan.valid
-        if localizing.any() and self._tells_something_new(self._robot):
-            self._robot = self._localize(self._robot, scan, localizing)
-            self._corrected_at = self._odometry
-        if not observing.any() or not self._knows_its_place(self._robot):
+        if localizing.any():
+            self._track = self._localize(self._track, scan, localizing, self._rng)
+            self._doubt(self._track, scan, localizing)
+        robot = self._track.belief
+        if not observing.any() or not self._is_narrow(robot):
             return []
-        near = self._surroundings.within(self._robot, self.settings.object_updates.max_distance)
-        robot = self._robot.thinned(self.settings.object_updates.robot_samples, self._rng)
-        return self._observe(near, scan, observing, robot)
+        near = self._surroundings.within(robot, self.settings.object_updates.max_distance)
+        samples = robot.thinned(self.settings.object_updates.robot_samples, self._rng)
+        return self._observe(near, scan, observing, samples)
 
     def _drive(self, pose: FloatArray) -> None:
         """p(l) <- integral of p(l | a, l') p(l'), for a new odometry reading a."""
-        if self._robot is not None and self._odometry is not None and self._localizes_itself:
+        if self._odometry is not None:
             step = between(self._odometry, pose)
-            self._robot = self._localizer.predict(self._robot, step, self._rng)
-        elif self._robot is not None and self._odometry is not None:
-            self._robot = self._robot.moved(between(self._odometry, pose))
+            self._track = self._driven(self._track, step, self._rng)
+            self._search = self._driven(self._search, step, self._search_rng)
         self._odometry = pose
 
-    def _localize(self, robot: PoseBelief, scan: Scan, beams: BoolArray) -> PoseBelief:
+    def _driven(
+        self, track: Track | None, step: FloatArray, rng: np.random.Generator
+    ) -> Track | None:
+        if track is None:
+            return None
+        if not self._localizes_itself:
+            return replace(track, belief=track.belief.moved(step))
+        return replace(track, belief=self._localizer.predict(track.belief, step, rng))
+
+    def _localize(
+        self, track: Track, scan: Scan, beams: BoolArray, rng: np.random.Generator
+    ) -> Track:
         """p(l | o_k) <- alpha p(o_k | l) p(l)."""
-        beams = evenly_spread(beams, self.settings.localization.max_beams)
+        s, robot, objects = self.settings.localization, track.belief, []
+        beams = evenly_spread(beams, s.max_beams)
         view = self._sensing.view(scan, beams)
-        objects = self._scenery(robot, scan, beams, view)
-        return self._localizer.correct(
-            robot, lambda poses, blur: view.pose_log_likelihood(poses, blur, objects), self._rng
+        if self._is_narrow(robot):
+            walls = view.walls(robot.mean[None])[0]
+            through = share_through_walls(scan.ranges[beams], walls, s.lost_margin)
+            track = track.judged(through, scan.stamp_ns, s)
+            objects = self._scenery(robot, scan, beams, walls)
+        elif not track.moved_enough(self._odometry, s):
+            return track
+        corrected = self._localizer.correct(
+            robot, lambda poses, blur: view.pose_log_likelihood(poses, blur, objects), rng
         )
+        return track.corrected(corrected, scan.stamp_ns, self._odometry)
 
     def _observe(
         self, names: list[str], scan: Scan, beams: BoolArray, robot: PoseBelief
@@ -197,29 +221,44 @@ class Estimator:
         return replace(belief, stamp_ns=stamp_ns)
 
     def _scenery(
-        self, robot: PoseBelief, scan: Scan, beams: BoolArray, view: ScanView
+        self, robot: PoseBelief, scan: Scan, beams: BoolArray, walls: FloatArray
     ) -> list[UncertainObject]:
         """The objects that localization must reckon with, each where it may be."""
-        if not self._knows_its_place(robot):
-            return []
-        rays, states = scan.rays.take(beams), self.settings.localization.object_states
         near = self._surroundings.within(robot, scan.range_max)
-        walls = view.walls(robot.mean[None])[0]
-        seen = self._surroundings.in_sight(near, robot, rays, walls)
+        seen = self._surroundings.in_sight(near, robot, scan.rays.take(beams), walls)
+        states = self.settings.localization.object_states
         return [self._objects[name].represented_by(name, states) for name in seen]
 
-    def _tells_something_new(self, robot: PoseBelief) -> bool:
-        """Whether a scan may be taken in: a robot that is lost must have moved since the last.
-
-        Scans from one place repeat each other's errors, and would settle on a wrong one.
-        """
-        if self._knows_its_place(robot) or self._corrected_at is None or self._odometry is None:
-            return True
-        step, s = between(self._corrected_at, self._odometry), self.settings.localization
-        return bool(np.hypot(*step[:2]) >= s.update_min_d or abs(step[2]) >= s.update_min_a)
-
-    def _knows_its_place(self, robot: PoseBelief) -> bool:
+    def _is_narrow(self, robot: PoseBelief) -> bool:
         return robot.position_std <= self.settings.object_updates.max_position_std
+
+    # --- lost, and found again ------------------------------------------------------
+
+    def _doubt(self, track: Track, scan: Scan, beams: BoolArray) -> None:
+        """Search anew, beside the track, while too many beams pass through walls.
+
+        The track is given up only for one that fits twice as well; what objects were
+        believed to be since it last fitted is given up with it.
+        """
+        s = self.settings.localization
+        if track.misfit <= s.lost_above / 2.0:
+            self._trusted, self._search = Trusted(scan.stamp_ns, self.objects), None
+        elif track.misfit <= s.lost_above:
+            return
+        elif self._search is None or self._search.known_for(scan.stamp_ns) > 2.0 * s.lost_after:
+            self._search = Track(self._anywhere(self._search_rng))
+        else:
+            found = self._localize(self._search, scan, beams, self._search_rng)
+            self._search = found
+            if found.known_for(scan.stamp_ns) > s.lost_after and found.misfit < track.misfit / 2.0:
+                self._recover(found, scan.stamp_ns)
+
+    def _recover(self, found: Track, stamp_ns: int) -> None:
+        self.lost.append((self._trusted.stamp_ns, stamp_ns))
+        self._objects = dict(self._trusted.objects)
+        for name, belief in self._objects.items():
+            self._surroundings.follow(name, belief)
+        self._track, self._search = found, None
 
     # --- the robot's start ----------------------------------------------------------
 
@@ -228,18 +267,17 @@ class Estimator:
             raise SettingsError("--initial-pose and --global exclude each other; give one.")
         if pose is not None:
             return self._localizer.start(pose, self._localizer.told_covariance, self._rng)
-        if anywhere:
-            corners = self.building.walls.vertices[:, :2]
-            return self._localizer.start_anywhere(
-                corners.min(axis=0), corners.max(axis=0), self._rng
-            )
-        return None
+        return self._anywhere(self._rng) if anywhere else None
+
+    def _anywhere(self, rng: np.random.Generator) -> PoseBelief:
+        corners = self.building.walls.vertices[:, :2]
+        return self._localizer.start_anywhere(corners.min(axis=0), corners.max(axis=0), rng)
 
     def _be_told(self, record: InitialPose | GaussianRobotBelief | RobotBelief) -> None:
         """Take a pose belief from outside: as the start, or as the recorded belief."""
         is_start = isinstance(record, InitialPose)
         if self._localizes_itself and not is_start:
-            if self._robot is not None:
+            if self._track is not None:
                 return
             self.warnings.append(
                 "The log holds no /initialpose; localization started from its first recorded "
@@ -248,6 +286,7 @@ class Estimator:
         if is_start and self._start_is_told:
             return
         if isinstance(record, RobotBelief):
-            self._robot = PoseBelief(record.poses, Weights.of(record.weights))
+            belief = PoseBelief(record.poses, Weights.of(record.weights))
         else:
-            self._robot = self._localizer.start(record.mean, record.covariance, self._rng)
+            belief = self._localizer.start(record.mean, record.covariance, self._rng)
+        self._track, self._search = Track(belief), None

@@ -47,6 +47,7 @@ class RunResult:
     elapsed_seconds: float
     counts: Mapping[str, int]
     warnings: tuple[str, ...]
+    lost_ns: tuple[tuple[int, int], ...] = ()  # stretches in which the robot was lost
 
     def to_dict(self) -> dict[str, Any]:
         """What ``run.json`` says of the outcome."""
@@ -60,6 +61,7 @@ class RunResult:
             },
             "counts": dict(self.counts),
             "warnings": list(self.warnings),
+            "lost_ns": [list(stretch) for stretch in self.lost_ns],
         }
 
 
@@ -126,6 +128,7 @@ def estimate_log(
             elapsed_seconds=time.monotonic() - began,
             counts=log.counts | {"estimates": drive.rows, "poses": len(drive.poses)},
             warnings=(*log.warnings, *estimator.warnings, *_doubts(drive, estimator)),
+            lost_ns=tuple(estimator.lost),
         )
         inputs = {
             "logs": [file for path in log_paths for file in describe_log(path)],
@@ -190,6 +193,13 @@ def _doubts(drive: _Drive, estimator: Estimator) -> list[str]:
         doubts.append(
             f"{estimator.scans_without_pose} of {drive.scans} scans were left out: they come before "
             "anything says where the robot is."
+        )
+    for since, found in estimator.lost:
+        began, ended = ((stamp - drive.begin_ns) / 1e9 for stamp in (since, found))
+        doubts.append(
+            f"The robot was lost from {began:.0f} s to {ended:.0f} s of the log: beams passed through "
+            "walls until it was found in another place. What had been learnt of objects meanwhile "
+            "was dropped; estimates with these stamps are wrong."
         )
     if not estimator.objects:
         doubts.append("The building has no movable objects; only the robot's path was estimated.")
