@@ -16,6 +16,7 @@ from objstate.localization import PoseBelief
 from objstate.objects import ObjectBelief
 from objstate.records import Rays
 from objstate.sensing import cast_from
+from objstate.sensing.level import moves_in_plane
 
 SPREAD_SIGMAS = 3.0  # how far samples of a belief stray from its mean
 
@@ -94,7 +95,10 @@ def _circle_of_states(item: MovableObject, states: FloatArray) -> tuple[float, f
 
 
 def _reach(item: MovableObject) -> float:
-    """Largest distance of the object's mesh from its own origin, m."""
+    """Largest horizontal distance of the object's mesh from its own origin in any state, m."""
     if len(item.mesh.vertices) == 0:
         return 0.0
-    return float(np.linalg.norm(item.mesh.vertices, axis=1).max())
+    if not moves_in_plane(item):
+        return float(np.linalg.norm(item.mesh.vertices, axis=1).max())
+    turned = item.mesh.vertices @ item.transforms(item.home[None])[0, :3, :3].T
+    return float(np.hypot(turned[:, 0], turned[:, 1]).max())

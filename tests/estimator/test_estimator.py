@@ -1,0 +1,344 @@
+"""Whole drives along a small corridor, with known truth."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from objstate.building.model import Mesh
+from objstate.config import Settings
+from objstate.errors import SettingsError
+from objstate.estimator import Estimator
+from objstate.geometry import FloatArray, wrap
+from objstate.records import (
+    Estimate,
+    GaussianRobotBelief,
+    InitialPose,
+    Odometry,
+    Record,
+    RobotBelief,
+    Scan,
+)
+from tests.estimator.drives import START, START_NS, Drive, corridor, drive, truth
+from tests.rooms import block, building, fan, fence, placed, scan_of
+
+CORRIDOR = corridor()
+TOLD = np.diag([0.1, 0.1, 0.05]) ** 2
+SECONDS = 4.0  # of a short drive, past the first door
+
+
+@cache
+def long_drive(seed: int) -> Drive:
+    return drive(seed)
+
+
+@cache
+def short_drive() -> Drive:
+    return drive(0, SECONDS)
+
+
+def fed(estimator: Estimator, records: list[Record]) -> list[Estimate]:
+    return [row for record in records for row in estimator.feed(record)]
+
+
+def door_errors(rows: list[Estimate]) -> dict[str, float]:
+    """Degrees from the truth of each door's last observed estimate."""
+    last = {row.object: row for row in rows if row.observed}
+    return {
+        name: float(np.degrees(abs(last[name].mean - state[0]))) for name, state in truth().items()
+    }
+
+
+def as_told(drive: Drive, records: list[Record] | None = None) -> list[Record]:
+    told = InitialPose(START_NS - 1, START, TOLD)
+    return [told, *(drive.records if records is None else records)]
+
+
+# --- whole drives -------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_drive_finds_every_door_and_the_robot(seed: int) -> None:
+    driven = long_drive(seed)
+    estimator, rows, robot_errors = Estimator(CORRIDOR, seed=seed, initial_pose=START), [], []
+    for record in driven.records:
+        rows += estimator.feed(record)
+        if isinstance(record, Scan):
+            assert estimator.robot is not None
+            off = estimator.robot.mean - driven.poses[record.stamp_ns]
+            robot_errors.append(float(np.hypot(*off[:2])))
+    errors = door_errors(rows)
+    assert np.mean(list(errors.values())) < 1.5
+    assert max(errors.values()) < 4.0
+    settled = robot_errors[len(robot_errors) // 4 :]
+    assert np.mean(settled) < 0.03
+    assert estimator.scans_without_pose == 0
+    assert estimator.lost == []
+
+
+@pytest.mark.parametrize("schedule", ["beams", "alternate"])
+def test_either_schedule_finds_the_doors(schedule: str) -> None:
+    settings = Settings.model_validate({"object_updates": {"schedule": schedule}})
+    rows = fed(Estimator(CORRIDOR, settings, initial_pose=START), long_drive(1).records)
+    assert np.mean(list(door_errors(rows).values())) < 1.5
+
+
+def test_one_laser_localizes_while_another_observes() -> None:
+    lasers = {"front": fan(91), "rear": fan(91, towards=np.pi)}
+    driven = drive(2, lasers=lasers)
+    settings = Settings.model_validate(
+        {"object_updates": {"schedule": "lasers", "localization_lasers": ["rear"]}}
+    )
+    rows = fed(Estimator(CORRIDOR, settings, initial_pose=START), driven.records)
+    assert np.mean(list(door_errors(rows).values())) < 2.0
+
+
+@pytest.mark.parametrize("kind", ["samples", "gaussian"])
+def test_a_recorded_robot_belief_serves_in_place_of_localization(kind: str) -> None:
+    driven, rng = long_drive(0), np.random.default_rng(0)
+    records: list[Record] = []
+    for record in driven.records:
+        if isinstance(record, Scan):
+            records.append(recorded(kind, record.stamp_ns, driven.poses[record.stamp_ns], rng))
+        records.append(record)
+    estimator = Estimator(CORRIDOR, belief="recorded")
+    rows = fed(estimator, records)
+    assert np.mean(list(door_errors(rows).values())) < 2.0
+    assert estimator.scans_without_pose == 0
+    assert estimator.warnings == []
+
+
+def recorded(
+    kind: str, stamp_ns: int, pose: FloatArray, rng: np.random.Generator
+) -> RobotBelief | GaussianRobotBelief:
+    std = np.array([0.02, 0.02, 0.01])
+    if kind == "gaussian":
+        return GaussianRobotBelief(stamp_ns, pose, np.diag(std**2))
+    return RobotBelief(stamp_ns, pose + std * rng.standard_normal((100, 3)), np.full(100, 0.01))
+
+
+def test_between_recorded_beliefs_the_odometry_carries_on() -> None:
+    driven = short_drive()
+    first = RobotBelief(START_NS, np.tile(START, (50, 1)), np.full(50, 0.02))
+    estimator = Estimator(CORRIDOR, belief="recorded")
+    fed(estimator, [driven.records[0], first, *driven.records[1:]])
+    end = driven.poses[max(driven.poses)]
+    assert estimator.robot is not None
+    assert np.hypot(*(estimator.robot.mean - end)[:2]) < 0.15
+
+
+def test_a_tilted_laser_is_cast_against_triangles_and_finds_the_door() -> None:
+    tilted = fan(61, mount=placed(0.1, 0.0, 0.6, (0.03, -0.05, 0.0)))
+    driven = drive(0, SECONDS, lasers={"tilted": tilted})
+    estimator = Estimator(CORRIDOR, initial_pose=START)
+    fed(estimator, driven.records)
+    end = driven.poses[max(driven.poses)]
+    assert estimator.robot is not None
+    assert np.hypot(*(estimator.robot.mean - end)[:2]) < 0.1
+    belief = estimator.objects["a"]
+    assert belief.last_observed_ns is not None
+    assert np.degrees(abs(belief.mean[0] - truth()["a"][0])) < 2.0
+
+
+# --- the same and another -----------------------------------------------------------
+
+
+def test_the_same_seed_gives_the_same_estimates_to_the_last_bit() -> None:
+    one, two = (
+        fed(Estimator(CORRIDOR, seed=5, initial_pose=START), short_drive().records)
+        for _ in range(2)
+    )
+    assert one == two
+    assert len(one) > 0
+
+
+def test_another_seed_differs_but_agrees() -> None:
+    one, two = (
+        fed(Estimator(CORRIDOR, seed=seed, initial_pose=START), long_drive(0).records)
+        for seed in (5, 6)
+    )
+    assert one != two
+    for name, error in door_errors(one).items():
+        assert error == pytest.approx(door_errors(two)[name], abs=1.5)
+
+
+# --- the start ----------------------------------------------------------------------
+
+
+def test_scans_before_any_pose_are_counted_and_tell_nothing() -> None:
+    estimator, records = Estimator(CORRIDOR), short_drive().records
+    scans = sum(isinstance(record, Scan) for record in records)
+    assert fed(estimator, records) == []
+    assert estimator.scans_without_pose == scans > 0
+    assert estimator.robot is None
+    assert all(belief.stamp_ns is None for belief in estimator.objects.values())
+
+
+def test_a_pose_told_by_the_log_starts_the_robot_there() -> None:
+    estimator = Estimator(CORRIDOR)
+    rows = fed(estimator, as_told(short_drive()))
+    assert any(row.observed for row in rows)
+    end = short_drive().poses[max(short_drive().poses)]
+    assert estimator.robot is not None
+    assert np.hypot(*(estimator.robot.mean - end)[:2]) < 0.06
+
+
+def test_a_pose_told_by_the_caller_outranks_the_logs() -> None:
+    estimator = Estimator(CORRIDOR, initial_pose=START)
+    before = estimator.robot
+    estimator.feed(InitialPose(START_NS, START + 3.0, TOLD))
+    assert estimator.robot is before
+
+
+def test_a_robot_told_anew_is_where_it_was_told() -> None:
+    estimator = Estimator(CORRIDOR)
+    fed(estimator, as_told(short_drive()))
+    elsewhere = np.array([7.0, 0.2, 3.0])
+    estimator.feed(InitialPose(START_NS, elsewhere, TOLD / 100))
+    assert estimator.robot is not None
+    np.testing.assert_allclose(estimator.robot.mean[:2], elsewhere[:2], atol=0.01)
+
+
+def test_without_a_told_pose_the_first_recorded_belief_starts_localization_with_a_warning() -> None:
+    estimator = Estimator(CORRIDOR)
+    estimator.feed(GaussianRobotBelief(START_NS, START, TOLD))
+    estimator.feed(GaussianRobotBelief(START_NS + 1, START + 2.0, TOLD))
+    assert estimator.robot is not None
+    np.testing.assert_allclose(estimator.robot.mean, START, atol=0.02)
+    (warning,) = estimator.warnings
+    assert "no /initialpose" in warning
+
+
+def test_a_pose_and_anywhere_exclude_each_other() -> None:
+    with pytest.raises(SettingsError, match="exclude each other"):
+        Estimator(CORRIDOR, initial_pose=START, global_start=True)
+
+
+def test_a_pose_of_the_same_nanosecond_as_a_scan_may_come_before_or_after_it() -> None:
+    records = short_drive().records
+    first = next(k for k, record in enumerate(records) if isinstance(record, Scan))
+    told = InitialPose(records[first].stamp_ns, START, TOLD)
+    for place, missed in ((first, 0), (first + 1, 1)):
+        estimator = Estimator(CORRIDOR)
+        rows = fed(estimator, [*records[:place], told, *records[place:]])
+        assert estimator.scans_without_pose == missed
+        last = [row for row in rows if row.object == "a" and row.observed][-1]
+        assert np.degrees(abs(last.mean - truth()["a"][0])) < 2.0
+
+
+@pytest.mark.parametrize("scan_first", [True, False])
+def test_odometry_and_scan_of_one_nanosecond_may_come_in_either_order(scan_first: bool) -> None:
+    records = list(short_drive().records)
+    if scan_first:
+        for k in range(len(records) - 1):
+            if isinstance(records[k], Odometry) and isinstance(records[k + 1], Scan):
+                records[k], records[k + 1] = records[k + 1], records[k]
+    estimator = Estimator(CORRIDOR, initial_pose=START)
+    fed(estimator, records)
+    end = short_drive().poses[max(short_drive().poses)]
+    assert estimator.robot is not None
+    assert np.hypot(*(estimator.robot.mean - end)[:2]) < 0.06
+
+
+# --- what comes back ----------------------------------------------------------------
+
+
+def test_rows_bear_the_stamps_of_their_scans() -> None:
+    estimator = Estimator(CORRIDOR, initial_pose=START)
+    told = 0
+    for record in short_drive().records:
+        rows = estimator.feed(record)
+        assert not rows or isinstance(record, Scan)
+        for row in rows:
+            told += 1
+            assert row.stamp_ns == record.stamp_ns
+            assert row.object in CORRIDOR.objects
+            assert row.coordinate == "angle"
+            assert row.lower <= row.mean <= row.upper
+            assert row.std > 0.0
+            belief = estimator.objects[row.object]
+            assert belief.stamp_ns == row.stamp_ns
+            assert (belief.last_observed_ns == row.stamp_ns) is row.observed
+    assert told > 0
+
+
+def test_objects_beyond_the_distance_are_not_touched() -> None:
+    settings = Settings.model_validate({"object_updates": {"max_distance": 1.0}})
+    estimator = Estimator(CORRIDOR, settings, initial_pose=START)
+    before = estimator.objects
+    rows = fed(estimator, short_drive().records)
+    assert {row.object for row in rows} == {"a"}
+    for name in ("b", "c", "d"):
+        assert estimator.objects[name] is before[name]
+
+
+def test_objects_given_out_are_not_changed_by_later_records() -> None:
+    estimator = Estimator(CORRIDOR, initial_pose=START)
+    records = short_drive().records
+    fed(estimator, records[: len(records) // 2])
+    held = estimator.objects
+    weights = {name: belief.weights.values.copy() for name, belief in held.items()}
+    fed(estimator, records[len(records) // 2 :])
+    for name, belief in held.items():
+        np.testing.assert_array_equal(belief.weights.values, weights[name])
+    assert estimator.objects["a"] is not held["a"]
+
+
+def test_a_scan_that_somebody_blocks_observes_nothing() -> None:
+    estimator, records = Estimator(CORRIDOR, initial_pose=START), short_drive().records
+    fed(estimator, records)
+    scan = next(record for record in reversed(records) if isinstance(record, Scan))
+    blocked = scan_of(np.full(len(scan), 0.2), scan.rays, scan.stamp_ns + 10**8)
+    seen = {name: belief.last_observed_ns for name, belief in estimator.objects.items()}
+    rows = estimator.feed(replace(blocked, odometry=scan.odometry))
+    assert rows
+    assert not any(row.observed for row in rows)
+    assert seen == {name: belief.last_observed_ns for name, belief in estimator.objects.items()}
+
+
+def test_scans_of_nothing_but_discarded_beams_change_no_robot_belief() -> None:
+    estimator = Estimator(CORRIDOR, initial_pose=START)
+    before = estimator.robot
+    rows = estimator.feed(scan_of(np.full(181, np.nan), fan(181), START_NS))
+    assert estimator.robot is before
+    assert not any(row.observed for row in rows)
+
+
+def test_an_object_asked_for_later_is_less_certain_and_the_asking_changes_nothing() -> None:
+    estimator = Estimator(CORRIDOR, initial_pose=START)
+    fed(estimator, short_drive().records)
+    now = estimator.objects["a"]
+    assert now.stamp_ns is not None
+    later = estimator.object_at("a", now.stamp_ns + 3600 * 10**9)
+    assert later.std[0] > 3.0 * now.std[0]
+    assert later.last_observed_ns == now.last_observed_ns
+    assert estimator.objects["a"] is now
+    again = estimator.object_at("a", now.stamp_ns + 3600 * 10**9)
+    np.testing.assert_array_equal(again.weights.values, later.weights.values)
+
+
+def test_an_uncertain_robot_updates_no_objects() -> None:
+    wide = InitialPose(START_NS - 1, START, np.diag([4.0, 4.0, 0.1]))
+    estimator = Estimator(CORRIDOR)
+    before = estimator.objects
+    assert fed(estimator, [wide, *short_drive().records[:2]]) == []
+    assert all(estimator.objects[name] is before[name] for name in before)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_robot_started_anywhere_in_a_hall_without_symmetry_finds_itself(seed: int) -> None:
+    sides = [(0.0, -3.0), (10.0, -3.0), (10.0, 2.0), (6.0, 3.0), (0.0, 3.0)]
+    hall = building(
+        Mesh.joined([fence(np.array(sides)), block(4.0, -1.5, 1.0, 2.0), block(1.5, 2.0, 0.6, 1.2)])
+    )
+    driven = drive(seed, place=hall, states={})
+    settings = Settings.model_validate({"localization": {"global_particles": 15_000}})
+    estimator = Estimator(hall, settings, seed=seed, global_start=True)
+    fed(estimator, driven.records)
+    end = driven.poses[max(driven.poses)]
+    assert estimator.robot is not None
+    assert np.hypot(*(estimator.robot.mean - end)[:2]) < 0.1
+    assert abs(wrap(estimator.robot.mean[2] - end[2])) < np.radians(3.0)
