@@ -57,7 +57,9 @@ def drive(scene: Path, seed: int) -> tuple[np.ndarray, np.ndarray, float, float]
         return errors, inside, robot.position.mean, speed
 
 
-def print_row(name: str, errors: np.ndarray, inside: np.ndarray, robot: float, speed: float) -> None:
+def print_row(
+    name: str, errors: np.ndarray, inside: np.ndarray, robot: float, speed: float
+) -> None:
     """One row of the table."""
     print(
         f"| {name} | {len(errors)} | {errors.mean():.2f} | {np.median(errors):.2f} | "

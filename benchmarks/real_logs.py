@@ -11,6 +11,7 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -25,7 +26,8 @@ from objstate.records import Scan
 from objstate.run import RunOptions, estimate_log
 from objstate.sensing.expected import ExpectedRanges
 
-DATA = Path(__file__).parents[2] / "shared" / "data"
+HERE = Path(__file__).parent
+DATA = HERE.parents[1] / "shared" / "data"
 THROUGH = 0.15  # m; a reading that much beyond the nearest wall says that the pose is wrong
 STRETCH_NS = 15_000_000_000  # over which such readings are counted
 
@@ -35,34 +37,38 @@ class Drive:
     """One log, one way of running it, and what is known of its outcome."""
 
     name: str
-    log: str
+    log: str  # this and the map as paths in DATA
     map: str | None = None  # none: the log is only read
-    doors: str | None = None
+    doors: Path | None = None
     options: RunOptions = field(default_factory=RunOptions)
     reference: str | None = None  # topic of recorded PoseStamped in the map's frame
 
 
-WEAN = {"map": "wean-hall/wean.yaml", "doors": "wean-hall/doors.csv"}
-NEATO = {
-    "log": "olin-ac109-neato/ac109_1_demo.bag",
-    "map": "olin-ac109-neato/ac109_1.yaml",
-    "reference": "/map_pose_continuous",
-}
-TB4 = {"log": "olin-mac-tb4/macfirst_floor_take_2", "map": "olin-mac-tb4/mac_1st_floor_final.yaml"}
-START_OF_RUN_1 = np.array([39.9, 41.5, -1.67])  # where its first scans fit the map
+WEAN = partial(Drive, map="wean-hall/wean.yaml", doors=DATA / "wean-hall" / "doors.csv")
+# the same doors, with hinges where the leaves of both runs meet
+WEAN_SEEN = partial(Drive, map="wean-hall/wean.yaml", doors=HERE / "wean_hall_doors.csv")
+NEATO = partial(
+    Drive,
+    log="olin-ac109-neato/ac109_1_demo.bag",
+    map="olin-ac109-neato/ac109_1.yaml",
+    reference="/map_pose_continuous",
+)
+FITTING_START = RunOptions(initial_pose=np.array([39.9, 41.5, -1.67]))  # of run 1
 
 DRIVES = (
-    Drive("wean-hall run 1", "wean-hall/run1.mcap", **WEAN),
+    WEAN("wean-hall run 1", "wean-hall/run1.mcap"),
+    WEAN("wean-hall run 1, fitting start", "wean-hall/run1.mcap", options=FITTING_START),
+    WEAN_SEEN("wean-hall run 1, moved hinges", "wean-hall/run1.mcap", options=FITTING_START),
+    WEAN("wean-hall run 2", "wean-hall/run2.mcap"),
+    WEAN_SEEN("wean-hall run 2, moved hinges", "wean-hall/run2.mcap"),
+    NEATO("olin-ac109-neato, own belief"),
+    NEATO("olin-ac109-neato, recorded belief", options=RunOptions(belief="recorded")),
     Drive(
-        "wean-hall run 1 with a start that fits",
-        "wean-hall/run1.mcap",
-        options=RunOptions(initial_pose=START_OF_RUN_1),
-        **WEAN,
+        "olin-mac-tb4, from anywhere",
+        "olin-mac-tb4/macfirst_floor_take_2",
+        map="olin-mac-tb4/mac_1st_floor_final.yaml",
+        options=RunOptions(global_start=True),
     ),
-    Drive("wean-hall run 2", "wean-hall/run2.mcap", **WEAN),
-    Drive("olin-ac109-neato own belief", **NEATO),
-    Drive("olin-ac109-neato recorded belief", options=RunOptions(belief="recorded"), **NEATO),
-    Drive("olin-mac-tb4 from anywhere", options=RunOptions(global_start=True), **TB4),
     Drive("birmingham-p3dx", "birmingham-p3dx/trace0.bag"),
     Drive("fr079", "fr079/freiburg-079-corrected.log.gz"),
 )
@@ -93,12 +99,14 @@ def localize(drive: Drive) -> Iterator[str]:
     """Estimate a log in the building that its map makes; what came of it."""
     assert drive.map is not None
     log = DATA / drive.log
-    doors = None if drive.doors is None else DATA / drive.doors
     with tempfile.TemporaryDirectory() as folder:
-        urdf = building_from_map(DATA / drive.map, doors, Path(folder) / "building")
+        urdf = building_from_map(DATA / drive.map, drive.doors, Path(folder) / "building")
         out = Path(folder) / "result"
         result = estimate_log([log], urdf, out, drive.options)
         yield f"{result.log_seconds:.0f} s of log in {result.elapsed_seconds:.1f} s"
+        for since, found in result.lost_ns:
+            stretch = [(stamp - result.begin_ns) / 1e9 for stamp in (since, found)]
+            yield f"lost from {stretch[0]:.0f} s to {stretch[1]:.0f} s"
         path = read_tum(out / TRAJECTORY)
         x, y, yaw = path.poses[-1]
         yield f"at the end: x {x:.2f} m, y {y:.2f} m, yaw {np.degrees(yaw):.1f} deg"
