@@ -130,8 +130,13 @@ class FurnitureSettings(Strict):
     prior: Literal["gaussian", "uniform"] = "gaussian"
     prior_std_m: Positive = 0.2  # gaussian: deviation; uniform: half the width
     prior_std_deg: Positive = 15.0
-    dynamics: Dynamics = Dynamics(moves_per_hour=0.1, drift_deg=0.1, drift_m=0.001)
-    samples: Count = 400
+    dynamics: Dynamics = Dynamics(moves_per_hour=1.0, drift_deg=0.1, drift_m=0.001)
+    samples: Count = 200
+    first_samples: Count = 1000  # of the prior, until they are first resampled
+    scouts: Count = 50  # samples that look, at every scan, where the object may have been moved
+    scout_weight: Share = 1e-4  # of all scouts together, before the scan is taken in
+    nudge_m: Positive = 0.1  # how far from where it stood half of the scouts look; the others by the prior
+    nudge_deg: Positive = 20.0
 
 
 ObjectSettings = DoorSettings | FurnitureSettings
@@ -151,6 +156,11 @@ class ObjectRule(Strict):
     resolution_deg: Positive | None = None
     resolution_m: Positive | None = None
     samples: Count | None = None
+    first_samples: Count | None = None
+    scouts: Count | None = None
+    scout_weight: Share | None = None
+    nudge_m: Positive | None = None
+    nudge_deg: Positive | None = None
 
 
 class Settings(Strict):

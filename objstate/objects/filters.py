@@ -8,7 +8,6 @@ steps.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
@@ -17,13 +16,15 @@ import numpy as np
 
 from objstate.building.model import Kind, MovableObject
 from objstate.config import DoorSettings, FurnitureSettings, ObjectSettings, Settings
-from objstate.geometry import FloatArray, IntArray, wrap
+from objstate.geometry import FloatArray, IntArray, weighted_pose_mean, wrap
 from objstate.objects.belief import ObjectBelief
 from objstate.objects.evidence import ScanEvidence
 from objstate.particles import Weights, largest_step, systematic
 
 SECONDS_PER_HOUR = 3600.0
 RESAMPLE_BELOW = 0.5  # of the samples; resample when the effective number falls below
+MAJORITY = 0.5  # weight of scouts after a scan, above which the object counts as moved
+CARRY_ON = 0.2  # of a nudge, by which scouts spread about the best of them
 SHRINK = 0.95  # by which samples draw towards their mean before the kernel spreads them
 NEGLIGIBLE = 1e-4  # weight, relative to the largest, below which a state is cast only coarsely
 COARSE = 8  # every so many states are cast whatever their weight
@@ -145,35 +146,32 @@ class LatticeFilter:
 
 @dataclass(frozen=True)
 class SampleFilter:
-    """Furniture: free samples of x, y, yaw."""
+    """Furniture: free samples of x, y, yaw; the last of them are scouts that look for it elsewhere.
+
+    Scouts have little weight, and keep it: what speaks for another place can add up
+    over many scans before it wins.
+    """
 
     item: MovableObject
     settings: FurnitureSettings
 
     def prior(self, rng: np.random.Generator) -> ObjectBelief:
-        count = self.settings.samples
-        states = self._drawn(count, rng)
-        return ObjectBelief(self.item, states, Weights.uniform(count), cell=np.zeros(3))
-
-    def _drawn(self, count: int, rng: np.random.Generator) -> FloatArray:
-        """(count, 3) samples of the prior around the place where the object should stand."""
         s = self.settings
-        width = np.array([s.prior_std_m, s.prior_std_m, np.radians(s.prior_std_deg)])
-        draw = rng.standard_normal if s.prior == "gaussian" else _unit_uniform(rng)
-        states = self.item.home + width * draw((count, 3))
-        states[:, 2] = wrap(states[:, 2])
-        return states
+        states = self._of_prior(s.first_samples + s.scouts, rng)
+        weights = _two_parts(s.first_samples, s.scouts, s.scout_weight)
+        return ObjectBelief(self.item, states, weights, cell=np.zeros(3))
 
     def predict(
         self, belief: ObjectBelief, seconds: float, rng: np.random.Generator
     ) -> ObjectBelief:
+        """Every sample creeps, and is now and then moved to where the prior says."""
         dynamics = self.settings.dynamics
-        moved_share = 1.0 - np.exp(-dynamics.moves_per_hour * seconds / SECONDS_PER_HOUR)
         drift = np.array([dynamics.drift_m, dynamics.drift_m, np.radians(dynamics.drift_deg)])
         states = belief.states + drift * np.sqrt(seconds) * rng.standard_normal(belief.states.shape)
         states[:, 2] = wrap(states[:, 2])
-        moved = rng.random(len(states)) < moved_share
-        states[moved] = self._drawn(int(moved.sum()), rng)
+        moved = -np.expm1(-dynamics.moves_per_hour * seconds / SECONDS_PER_HOUR)
+        redrawn = rng.random(len(states)) < moved
+        states[redrawn] = self._of_prior(int(redrawn.sum()), rng)
         return belief.with_samples(states, belief.weights)
 
     def update(
@@ -192,23 +190,92 @@ class SampleFilter:
             log_likelihood = evidence.integrated(cast, belief.weights)
             enough = RESAMPLE_BELOW * belief.weights.effective_size
             step = largest_step(belief.weights, log_likelihood, remaining, enough)
-            weights, _ = belief.weights.reweight(step * log_likelihood)
-            belief = belief.with_weights(weights)
+            belief = belief.with_weights(belief.weights.reweight(step * log_likelihood)[0])
             remaining -= step
-            if weights.effective_size <= RESAMPLE_BELOW * len(weights):
-                belief = self._resampled(belief, rng)
+            belief = self._renewed(belief, remaining > 0.0, rng)
         return belief
 
-    def _resampled(self, belief: ObjectBelief, rng: np.random.Generator) -> ObjectBelief:
-        count = len(belief.weights)
-        chosen = belief.deviations[systematic(belief.weights, count, rng)]
-        covariance = (belief.weights.values[:, None] * belief.deviations).T @ belief.deviations
-        values, vectors = np.linalg.eigh(covariance)
-        root = vectors * np.sqrt(values.clip(min=0.0))
-        noise = rng.standard_normal(chosen.shape) @ root.T
-        states = belief.mean + SHRINK * chosen + np.sqrt(1.0 - SHRINK**2) * noise
+    def _renewed(
+        self, belief: ObjectBelief, resample: bool, rng: np.random.Generator
+    ) -> ObjectBelief:
+        """The samples resampled where few carry the belief, and half of the scouts sent out anew."""
+        s, values = self.settings, belief.weights.values
+        count = len(values) - s.scouts
+        share = float(values[count:].sum())
+        if share > MAJORITY:  # it was moved: the scouts that found it are the belief
+            states, weights = self._resampled(belief.states, values, rng)
+            share = s.scout_weight
+        else:
+            states, weights = belief.states[:count], values[:count] / values[:count].sum()
+            if resample or 1.0 / np.sum(weights**2) < RESAMPLE_BELOW * s.samples:
+                states, weights = self._resampled(states, weights, rng)
+        scouts = self._scouts(states, weights, belief.states[count:], values[count:], rng)
+        share = max(share, s.scout_weight)
+        joined = [(1.0 - share) * weights, np.full(s.scouts, share / s.scouts)]
+        return belief.with_samples(
+            np.concatenate([states, scouts]), Weights.of(np.concatenate(joined))
+        )
+
+    def _scouts(
+        self,
+        states: FloatArray,
+        weights: FloatArray,
+        scouts: FloatArray,
+        scout_weights: FloatArray,
+        rng: np.random.Generator,
+    ) -> FloatArray:
+        """Half of the scouts carry on about the best of them; the others start afresh.
+
+        Of those, half look near where the object stands, half where the prior says.
+        """
+        s = self.settings
+        nudge = np.array([s.nudge_m, s.nudge_m, np.radians(s.nudge_deg)])
+        carried, near = s.scouts // 2, s.scouts // 4
+        best = scouts[systematic(Weights.of(scout_weights), carried, rng)]
+        nearby = states[systematic(Weights.of(weights), near, rng)]
+        fresh = [
+            best + CARRY_ON * nudge * rng.standard_normal(best.shape),
+            nearby + nudge * rng.standard_normal(nearby.shape),
+            self._of_prior(s.scouts - carried - near, rng),
+        ]
+        out = np.concatenate(fresh)
+        out[:, 2] = wrap(out[:, 2])
+        return out
+
+    def _of_prior(self, count: int, rng: np.random.Generator) -> FloatArray:
+        """(count, 3) samples of the prior around the place where the object should stand."""
+        s = self.settings
+        width = np.array([s.prior_std_m, s.prior_std_m, np.radians(s.prior_std_deg)])
+        unit = (
+            rng.standard_normal((count, 3))
+            if s.prior == "gaussian"
+            else rng.uniform(-1.0, 1.0, (count, 3))
+        )
+        states = self.item.home + width * unit
         states[:, 2] = wrap(states[:, 2])
-        return belief.with_samples(states, Weights.uniform(count))
+        return states
+
+    def _resampled(
+        self, states: FloatArray, weights: FloatArray, rng: np.random.Generator
+    ) -> tuple[FloatArray, FloatArray]:
+        """States (samples, 3), spread by a kernel that keeps mean and covariance, equally weighted."""
+        count = self.settings.samples
+        mean = weighted_pose_mean(states, weights)
+        off = states - mean
+        off[:, 2] = wrap(off[:, 2])
+        values, vectors = np.linalg.eigh((weights[:, None] * off).T @ off)
+        root = vectors * np.sqrt(values.clip(min=0.0))
+        noise = rng.standard_normal((count, 3)) @ root.T
+        chosen = off[systematic(Weights.of(weights), count, rng)]
+        out = mean + SHRINK * chosen + np.sqrt(1.0 - SHRINK**2) * noise
+        out[:, 2] = wrap(out[:, 2])
+        return out, np.full(count, 1.0 / count)
+
+
+def _two_parts(count: int, scouts: int, scout_weight: float) -> Weights:
+    """Equal weights of ``count`` samples, and of the scouts that share ``scout_weight``."""
+    parts = [np.full(count, (1.0 - scout_weight) / count), np.full(scouts, scout_weight / scouts)]
+    return Weights.of(np.concatenate(parts))
 
 
 def _worth_casting(weights: Weights) -> IntArray:
@@ -227,7 +294,3 @@ def _interpolated(values: FloatArray, known: IntArray, count: int) -> FloatArray
     left = np.minimum(place.astype(np.int64), len(known) - 2)
     share = place - left
     return np.asarray(values[:, left] * (1.0 - share) + values[:, left + 1] * share)
-
-
-def _unit_uniform(rng: np.random.Generator) -> Callable[[tuple[int, int]], FloatArray]:
-    return lambda shape: rng.uniform(-1.0, 1.0, shape)

@@ -24,6 +24,7 @@ LEVEL = 1e-6  # rad or relative: a laser or an axis tilted by less counts as lev
 SAME_HEIGHT = 1e-6  # m
 INDEX_STEPS = 2  # of a sweep's index, for each beam
 FLAT = 1e-9  # m^2 by which a corner may stick out of an outline that counts as convex
+TOUCHING = 1e-6  # m within which ends of segments are one corner
 STRIDE = 0.5  # m the robot moves before the walls in its sight are looked up again
 WIDEST_LOOK = 4.0  # m, sides of a rectangle from which sight is tried
 LOOK_SPACING = 0.4  # m between the places from which it is tried
@@ -122,7 +123,7 @@ class Neighbourhood:
 
 @dataclass(frozen=True, eq=False)
 class ObjectOutline:
-    """What a level sweep sees of an object; clockwise if it is convex."""
+    """What a level sweep sees of an object; convex loops, such as table legs, run clockwise."""
 
     segments: FloatArray  # (k, 4)
     convex: bool
@@ -223,17 +224,29 @@ def _placements(item: MovableObject, states: FloatArray) -> FloatArray:
 
 
 def _clockwise(segments: FloatArray) -> FloatArray | None:
-    """Segments (k, 2, 2) of a convex outline, each with the inside on its right; None if not convex."""
-    if len(segments) < 3:
-        return None
-    start, along = segments[:, 0], segments[:, 1] - segments[:, 0]
-    corners = segments.reshape(-1, 2)
-    to_corner = corners[None] - start[:, None]
-    side = along[:, None, 0] * to_corner[..., 1] - along[:, None, 1] * to_corner[..., 0]
-    left, right = (side >= -FLAT).all(axis=1), (side <= FLAT).all(axis=1)
-    if not (left | right).all():
-        return None
-    return np.asarray(np.where(np.asarray(right)[:, None, None], segments, segments[:, ::-1]))
+    """Segments (k, 2, 2) of convex loops, each with the inside on its right; None if some loop isn't convex."""
+    out = segments.copy()
+    for loop in _loops(segments):
+        start, along = segments[loop, 0], segments[loop, 1] - segments[loop, 0]
+        to_corner = segments[loop].reshape(-1, 2)[None] - start[:, None]
+        side = along[:, None, 0] * to_corner[..., 1] - along[:, None, 1] * to_corner[..., 0]
+        left, right = (side >= -FLAT).all(axis=1), (side <= FLAT).all(axis=1)
+        if len(loop) < 3 or not np.all(left | right):
+            return None
+        out[loop] = np.where(np.asarray(right)[:, None, None], segments[loop], segments[loop, ::-1])
+    return out
+
+
+def _loops(segments: FloatArray) -> list[IntArray]:
+    """Indices of the segments (k, 2, 2) that hang together by their ends."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    _, corner = np.unique(np.round(segments.reshape(-1, 2) / TOUCHING), axis=0, return_inverse=True)
+    ends = corner.reshape(-1, 2)
+    links = coo_array((np.ones(len(ends)), ends.T), shape=(corner.max(initial=0) + 1,) * 2)
+    count, component = connected_components(links, directed=False)
+    return [np.flatnonzero(component[ends[:, 0]] == k) for k in range(count)]
 
 
 def _flat(segments: FloatArray) -> FloatArray:
