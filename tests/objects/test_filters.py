@@ -177,8 +177,9 @@ def test_furniture_last_seen_long_ago_may_be_anywhere_in_its_prior_again() -> No
     filter_ = SampleFilter(TABLE, FurnitureSettings(dynamics=Dynamics(moves_per_hour=1.0)))
     belief = knows(filter_, TABLE.home + 0.1)
     later = filter_.predict(belief, 20 * 3600.0, rng_of(1))
-    np.testing.assert_allclose(later.mean, TABLE.home, atol=0.05)
-    np.testing.assert_allclose(later.std, filter_.prior(rng_of(2)).std, rtol=0.15)
+    np.testing.assert_allclose(later.mean, TABLE.home, atol=0.15)
+    assert (later.std > 5.0 * belief.std).all()
+    np.testing.assert_allclose(later.std, filter_.prior(rng_of(2)).std, rtol=0.35)
 
 
 def test_furniture_drifts_with_the_root_of_time() -> None:
