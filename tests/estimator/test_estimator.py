@@ -23,7 +23,7 @@ from objstate.records import (
     Scan,
 )
 from tests.estimator.drives import START, START_NS, Drive, corridor, drive, truth
-from tests.rooms import block, building, fan, fence, placed, scan_of
+from tests.rooms import block, building, fan, fence, placed, scan_of, table
 
 CORRIDOR = corridor()
 TOLD = np.diag([0.1, 0.1, 0.05]) ** 2
@@ -297,6 +297,23 @@ def test_a_scan_that_somebody_blocks_observes_nothing() -> None:
     assert rows
     assert not any(row.observed for row in rows)
     assert seen == {name: belief.last_observed_ns for name, belief in estimator.objects.items()}
+
+
+def test_objects_behind_walls_and_closed_doors_are_not_observed() -> None:
+    """One stands behind the corridor's wall, one in the room behind the closed door 'a'."""
+    hidden = [table("walled", 1.3, 1.6, size=(0.4, 0.4)), table("shut", 2.95, 1.6, size=(0.4, 0.4))]
+    place = building(CORRIDOR.walls, *CORRIDOR.objects.values(), *hidden)
+    states = truth() | {each.name: each.home for each in hidden}
+    driven = drive(0, SECONDS, place=place, states=states)
+    stays = {"prior_std_m": 0.03, "nudge_m": 0.01, "dynamics": {"moves_per_hour": 0}}
+    rules = [{"match": each.name} | stays for each in hidden]
+    estimator = Estimator(place, Settings.model_validate({"objects": rules}), initial_pose=START)
+    rows = fed(estimator, driven.records)
+    assert {"a", "walled", "shut"} <= {row.object for row in rows}
+    assert estimator.objects["a"].settled
+    assert not any(row.observed for row in rows if row.object == "walled")
+    late = START_NS + 2 * 10**9  # when the door is known to be closed
+    assert not any(row.observed for row in rows if row.object == "shut" and row.stamp_ns > late)
 
 
 def test_scans_of_nothing_but_discarded_beams_change_no_robot_belief() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import assume, example, given, settings
@@ -135,10 +137,16 @@ def test_objects_in_any_state_as_embree_sees_them(
     place = building(
         Mesh.empty(),
         door("door", 1.0, 0.5, 0.7, limits=(-0.2, 2.0)),
+        replace(door("right", -1.0, -1.5, 2.7), axis=np.array([0.0, 0.0, -1.0])),
         sliding_door("slide", -1.0, 2.0, 2.0),
         table("table", 0.5, -1.0, 1.2),
     )
-    states = {"door": np.array([angle]), "slide": np.array([offset]), "table": stands}
+    states = {
+        "door": np.array([angle]),
+        "right": np.array([angle]),
+        "slide": np.array([offset]),
+        "table": stands,
+    }
     view = level_view(place, rays)
     ends = cast_from(transform_from_pose(robot), rays)
     for name, state in states.items():
