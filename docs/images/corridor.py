@@ -31,7 +31,7 @@ HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
 RESULT = ROOT / "out" / "corridor"
 LASER_HEIGHT = 0.3  # m
-MOMENTS = (14.4, 17.8, 19.2)  # s into the log, at which a stretch of the corridor is shown
+MOMENTS = (16.0, 17.8, 19.2)  # s into the log, at which a stretch of the corridor is shown
 STRETCH = ((9.8, 19.9), (-2.6, 2.6))  # m
 NAMES_AT = 2.95  # m from the corridor's middle
 
