@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -22,20 +23,20 @@ class BeamModel:
     """The beam likelihood of one set of settings."""
 
     settings: BeamModelSettings
+    blur: float = 0.0  # m, in addition to the settings' sigma_hit
 
     def parameters(self, range_max: float) -> FloatArray:
         """(7,) the model as the kernels take it, for a laser that sees up to ``range_max`` m."""
-        s = self.settings
         hit, _, missing, random = self._shares
         return np.array(
             [
-                hit / (s.sigma_hit * np.sqrt(2.0 * np.pi)),
-                1.0 / s.sigma_hit,
+                hit / (self.sigma_hit * np.sqrt(2.0 * np.pi)),
+                1.0 / self.sigma_hit,
                 random / range_max,
                 missing,
                 hit,
                 range_max,
-                float(s.model == "gaussian"),
+                float(self.settings.model == "gaussian"),
             ]
         )
 
@@ -45,7 +46,7 @@ class BeamModel:
         stopped = np.where(np.isinf(measured), 0.0, measured)  # a missing return was not
         return np.asarray(self._shares[1] * rate * np.exp(-rate * stopped))
 
-    @property
+    @cached_property
     def _shares(self) -> FloatArray:
         """(4,) of hits, short readings, missing returns and random readings; they sum to one."""
         s = self.settings
@@ -56,8 +57,12 @@ class BeamModel:
 
     def blurred(self, blur: float) -> BeamModel:
         """The model with ``sigma_hit`` widened by ``blur`` m, as variances add."""
-        sigma = float(np.hypot(self.settings.sigma_hit, blur))
-        return BeamModel(self.settings.model_copy(update={"sigma_hit": sigma}))
+        return BeamModel(self.settings, float(np.hypot(self.blur, blur)))
+
+    @property
+    def sigma_hit(self) -> float:
+        """Standard deviation of a hit, m, blur included."""
+        return float(np.hypot(self.settings.sigma_hit, self.blur))
 
     def __call__(
         self, measured: FloatArray, range_max: float

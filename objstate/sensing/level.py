@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from objstate.building.model import Building, Kind, MovableObject
 from objstate.building.outline import outline
-from objstate.geometry import BoolArray, FloatArray, IntArray, compose
+from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.records import Rays
 
 T = TypeVar("T", bound=np.generic)
@@ -136,7 +136,7 @@ class LevelOutlines:
         self._building = building
         self.hold = all(moves_in_plane(item) for item in building.objects.values())
         self._walls = cache(lambda height: _flat(outline(building.walls, height)))
-        self._neighbourhoods: dict[tuple[float, ...], Neighbourhood] = {}
+        self._neighbourhoods: dict[float, Neighbourhood] = {}
 
     def walls_in_sight(self, sweep: Sweep, poses: FloatArray, reach: float) -> FloatArray:
         """Wall segments (k, 4) that a sweep may see within ``reach`` m from robot poses (p, 3).
@@ -144,13 +144,13 @@ class LevelOutlines:
         Sight is tried from a grid of places; from wider beliefs than ``WIDEST_LOOK``,
         all segments in reach are given.
         """
-        places = compose(poses, np.array([*sweep.centre[:2], 0.0]))[:, :2]
-        lower, upper = places.min(axis=0) - sweep.centre[2], places.max(axis=0) + sweep.centre[2]
-        laser = (sweep.height, *sweep.centre)
-        known = self._neighbourhoods.get(laser)
+        off = sweep.centre[:2]
+        around = float(np.hypot(off[0], off[1]) + sweep.centre[2])
+        lower, upper = poses[:, :2].min(axis=0) - around, poses[:, :2].max(axis=0) + around
+        known = self._neighbourhoods.get(sweep.height)
         if known is None or not known.serves(lower, upper, reach):
             known = self._neighbourhood(sweep.height, lower - STRIDE, upper + STRIDE, reach)
-            self._neighbourhoods[laser] = known
+            self._neighbourhoods[sweep.height] = known
         return known.segments
 
     def _neighbourhood(

@@ -137,8 +137,12 @@ def test_nothing_up_to_range_max_is_evidence_against_a_wall_within(
 def test_blur_widens_as_variances_add(kind: str) -> None:
     narrow = BeamModel(BeamModelSettings(model=kind, sigma_hit=0.03))
     wide = narrow.blurred(0.04)
-    assert wide.settings.sigma_hit == pytest.approx(0.05)
-    assert narrow.blurred(0.0) == narrow
+    measured, same = np.linspace(2.5, 3.5, 50), BeamModelSettings(model=kind, sigma_hit=0.05)
+    np.testing.assert_allclose(
+        probabilities(wide, measured, 3.0), probabilities(BeamModel(same), measured, 3.0)
+    )
+    unchanged = probabilities(narrow.blurred(0.0), measured, 3.0)
+    np.testing.assert_array_equal(unchanged, probabilities(narrow, measured, 3.0))
     assert probability(wide, 3.0, 3.0) < probability(narrow, 3.0, 3.0)
     assert probability(wide, 3.15, 3.0) > probability(narrow, 3.15, 3.0)
 
