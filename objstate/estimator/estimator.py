@@ -14,7 +14,13 @@ from objstate.errors import SettingsError
 from objstate.estimator.backdrop import Backdrop
 from objstate.estimator.schedule import Schedule, evenly_spread
 from objstate.estimator.surroundings import Surroundings
-from objstate.estimator.tracking import NANOSECONDS, Track, Trusted, share_through_walls
+from objstate.estimator.tracking import (
+    NANOSECONDS,
+    Patience,
+    Track,
+    Trusted,
+    share_through_walls,
+)
 from objstate.geometry import BoolArray, FloatArray, between
 from objstate.localization import Localizer, PoseBelief
 from objstate.objects import ObjectBelief, ScanEvidence, filter_for
@@ -51,8 +57,8 @@ class Estimator:
         self,
         building: Building,
         settings: Settings | None = None,
-        *,
         seed: int = 0,
+        *,
         initial_pose: FloatArray | None = None,
         global_start: bool = False,
         belief: Literal["own", "recorded"] = "own",
@@ -89,6 +95,7 @@ class Estimator:
         self._track = None if start is None else Track(start)
         self._search: Track | None = None
         self._trusted = Trusted(0, self.objects)
+        self._patience = Patience(0, self.settings.localization.lost_after)
 
     @property
     def robot(self) -> PoseBelief | None:
@@ -240,18 +247,22 @@ class Estimator:
         The track is given up only for one that fits twice as well; what objects were
         believed to be since it last fitted is given up with it.
         """
-        s = self.settings.localization
+        s, now = self.settings.localization, scan.stamp_ns
         if track.misfit <= s.lost_above / 2.0:
-            self._trusted, self._search = Trusted(scan.stamp_ns, self.objects), None
+            self._trusted, self._search = Trusted(now, self.objects), None
+            self._patience = Patience(0, s.lost_after)
         elif track.misfit <= s.lost_above:
             return
-        elif self._search is None or self._search.known_for(scan.stamp_ns) > 2.0 * s.lost_after:
-            self._search = Track(self._anywhere(self._search_rng))
+        elif self._search is None:
+            if self._patience.is_over(now):
+                self._search = Track(self._anywhere(self._search_rng))
         else:
             found = self._localize(self._search, scan, beams, self._search_rng)
-            self._search = found
-            if found.known_for(scan.stamp_ns) > s.lost_after and found.misfit < track.misfit / 2.0:
-                self._recover(found, scan.stamp_ns)
+            known, self._search = found.known_for(now), found
+            if known > s.lost_after and found.misfit < track.misfit / 2.0:
+                self._recover(found, now)
+            elif known > 2.0 * s.lost_after:  # no better than the track
+                self._search, self._patience = None, self._patience.doubled(now)
 
     def _recover(self, found: Track, stamp_ns: int) -> None:
         self.lost.append((self._trusted.stamp_ns, stamp_ns))

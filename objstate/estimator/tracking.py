@@ -66,6 +66,20 @@ class Trusted:
     objects: Mapping[str, ObjectBelief]
 
 
+@dataclass(frozen=True)
+class Patience:
+    """When to search next: each search that finds nothing better doubles the wait for the next."""
+
+    until_ns: int
+    seconds: float
+
+    def is_over(self, stamp_ns: int) -> bool:
+        return stamp_ns >= self.until_ns
+
+    def doubled(self, stamp_ns: int) -> Patience:
+        return Patience(stamp_ns + int(2.0 * self.seconds * NANOSECONDS), 2.0 * self.seconds)
+
+
 def share_through_walls(measured: FloatArray, walls: FloatArray, margin: float) -> float:
     """Share of returning beams (n,) that measured more than ``margin`` m beyond the walls (n,)."""
     returns = np.isfinite(measured)
