@@ -29,6 +29,7 @@ STRIDE = 0.5  # m the robot moves before the walls in its sight are looked up ag
 WIDEST_LOOK = 4.0  # m, sides of a rectangle from which sight is tried
 LOOK_SPACING = 0.4  # m between the places from which it is tried
 LOOKS = 720  # beams all round
+GLIMPSES = np.array([0.02, 0.5, 0.98])  # shares of a segment's length at which it is looked at
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,23 +181,72 @@ class LevelOutlines:
 
 
 def _seen(walls: FloatArray, lower: FloatArray, upper: FloatArray) -> BoolArray:
-    """Which wall segments (k,) are seen from somewhere in a rectangle."""
+    """Which wall segments (k,) are seen from somewhere in a rectangle.
+
+    From each place of a grid, beams all round find what is large; then points on
+    each segment that isn't found yet are looked at, so that nothing small is missed.
+    """
     from objstate.sensing import kernels
 
+    places = _grid(lower, upper)
     bearings = np.linspace(-np.pi, np.pi, LOOKS, endpoint=False)
-    directions = np.column_stack([np.cos(bearings), np.sin(bearings), np.zeros(LOOKS)])
-    sweep = Sweep.of(Rays(np.zeros((LOOKS, 3)), directions))
-    assert sweep is not None
-    places = [
+    round_about = _sweep_towards(np.column_stack([np.cos(bearings), np.sin(bearings)]))
+    seen = np.zeros(len(walls), dtype=bool)
+    kernels.mark_seen(
+        with_trigonometry(places),
+        walls,
+        round_about.beams(np.zeros(LOOKS), np.zeros(LOOKS)),
+        round_about.index,
+        round_about.centre,
+        seen,
+    )
+    for place in places:
+        unseen = np.flatnonzero(~seen)
+        seen[unseen] = _glimpsed(walls[unseen], walls[seen], place)
+    return seen
+
+
+def _grid(lower: FloatArray, upper: FloatArray) -> FloatArray:
+    """Poses (m, 3) that look east, all over a rectangle, its corners included."""
+    sides = [
         np.linspace(low, high, int(np.ceil((high - low) / LOOK_SPACING)) + 1)
         for low, high in zip(lower, upper, strict=True)
     ]
-    x, y = (grid.ravel() for grid in np.meshgrid(*places))
-    seen = np.zeros(len(walls), dtype=bool)
-    poses = np.column_stack([x, y, np.zeros(len(x))])
-    beams = sweep.beams(np.zeros(LOOKS), np.zeros(LOOKS))
-    kernels.mark_seen(with_trigonometry(poses), walls, beams, sweep.index, sweep.centre, seen)
-    return seen
+    x, y = (grid.ravel() for grid in np.meshgrid(*sides))
+    return np.column_stack([x, y, np.zeros(len(x))])
+
+
+def _glimpsed(segments: FloatArray, screens: FloatArray, place: FloatArray) -> BoolArray:
+    """Which segments (k, 4) show some of their points past screens (m, 4), from a place (3,)."""
+    from objstate.sensing import kernels
+
+    if len(segments) == 0:
+        return np.zeros(0, dtype=bool)
+    start, along = segments[:, None, :2], segments[:, None, 2:] - segments[:, None, :2]
+    off = (start + GLIMPSES[:, None] * along - place[:2]).reshape(-1, 2)
+    distance = np.hypot(off[:, 0], off[:, 1]).clip(min=TOUCHING)
+    sweep = _sweep_towards(off / distance[:, None])
+    nearest = np.full((1, 1, len(off)), np.inf)
+    kernels.cast(
+        with_trigonometry(place[None]),
+        np.array([[0.0, 0.0, 1.0, 0.0]]),
+        screens,
+        False,
+        sweep.beams(np.zeros(len(off)), np.zeros(len(off))),
+        sweep.index,
+        sweep.centre,
+        nearest,
+    )
+    visible = distance <= sweep.unsorted(nearest[0, 0]) + TOUCHING
+    return np.asarray(visible.reshape(len(segments), -1).any(axis=1))
+
+
+def _sweep_towards(directions: FloatArray) -> Sweep:
+    """A sweep of beams from one place in directions (n, 2)."""
+    level = np.column_stack([directions, np.zeros(len(directions))])
+    sweep = Sweep.of(Rays(np.zeros_like(level), level))
+    assert sweep is not None
+    return sweep
 
 
 def moves_in_plane(item: MovableObject) -> bool:
