@@ -20,6 +20,7 @@ from objstate.errors import SettingsError
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Share = Annotated[float, Field(ge=0, le=1)]
+Exponent = Annotated[float, Field(gt=0, le=1)]
 Count = Annotated[int, Field(ge=1)]
 
 
@@ -72,7 +73,7 @@ class LocalizationSettings(Strict):
     update_min_d: Positive = 0.25  # m; the alphas are meant for steps of this length
     update_min_a: Positive = 0.2  # rad; or for turns of this angle
     max_beams: Count = 60  # of one scan, evenly spread
-    tempering: Share = 0.2  # exponent on the likelihood of a scan
+    tempering: Exponent = 0.2  # exponent on the likelihood of a scan
     initial_xy_std: NonNegative = 0.3  # m, of a start pose given without deviations
     initial_yaw_std_deg: NonNegative = 10.0
     lost_above: Share = 0.12  # of returning beams that pass through walls: search the robot anew
@@ -95,10 +96,16 @@ class ObjectUpdateSettings(Strict):
 
     max_distance: Positive = 3.5  # m from the robot (section 4.1 of the paper)
     robot_samples: Count = 30  # of the robot belief, drawn for each update
-    tempering: Share = 0.2  # exponent on the likelihood of a scan
+    tempering: Exponent = 0.2  # exponent on the likelihood of a scan
     max_position_std: Positive = 0.5  # m; with a robot belief wider than this no object is updated
     schedule: Literal["beams", "alternate", "lasers"] = "beams"
     localization_lasers: tuple[str, ...] = ()  # for schedule lasers: frames that localize
+
+    @model_validator(mode="after")
+    def _some_laser_localizes(self) -> ObjectUpdateSettings:
+        if self.schedule == "lasers" and not self.localization_lasers:
+            raise ValueError("schedule 'lasers' needs localization_lasers: frames that localize")
+        return self
 
 
 class Dynamics(Strict):
@@ -135,7 +142,9 @@ class FurnitureSettings(Strict):
     first_samples: Count = 1000  # of the prior, until they are first resampled
     scouts: Count = 50  # samples that look, at every scan, where the object may have been moved
     scout_weight: Share = 1e-4  # of all scouts together, before the scan is taken in
-    nudge_m: Positive = 0.1  # how far from where it stood half of the scouts look; the others by the prior
+    nudge_m: Positive = (
+        0.1  # how far from where it stood half of the scouts look; the others by the prior
+    )
     nudge_deg: Positive = 20.0
 
 
@@ -182,7 +191,7 @@ class Settings(Strict):
                 chosen |= rule.model_dump(by_alias=True, exclude_unset=True, exclude={"match"})
         if chosen["class"] != default_class:
             raise SettingsError(
-                f"Object '{name}' is a {default_class} by its joint, but the settings call it a "
+                f"Object '{name}' is of class {default_class} by its joint, but the settings say "
                 f"{chosen['class']}; change the joint's type or the rule's class."
             )
         where = f"settings of object '{name}'"

@@ -151,7 +151,7 @@ def test_furniture_has_furniture_settings(tmp_path: Path) -> None:
 def test_a_rule_that_calls_furniture_a_door_is_an_error(tmp_path: Path) -> None:
     settings = loaded(tmp_path, "objects: [{match: 'd*', class: door}]")
     settings.for_object("door", "door")
-    with pytest.raises(SettingsError, match=r"'desk' is a furniture by its joint.*door"):
+    with pytest.raises(SettingsError, match=r"'desk' is of class furniture by its joint.*door"):
         settings.for_object("desk", "furniture")
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from objstate.building.model import Building
 from objstate.config import Settings
-from objstate.errors import SettingsError
+from objstate.errors import LogError, SettingsError
 from objstate.estimator.backdrop import Backdrop
 from objstate.estimator.schedule import Schedule, evenly_spread
 from objstate.estimator.surroundings import Surroundings
@@ -67,6 +67,7 @@ class Estimator:
         self.settings = settings or Settings()
         self.warnings: list[str] = []
         self.scans_without_pose = 0
+        self.corrections = 0  # scans that localized the robot
         self.lost: list[
             tuple[int, int]
         ] = []  # stretches, ns, after which the robot was found again
@@ -90,6 +91,7 @@ class Estimator:
         for name, prior in self._objects.items():
             self._surroundings.follow(name, prior)
         self._odometry: FloatArray | None = None
+        self._now_ns = 0
         self._start_is_told = initial_pose is not None or global_start
         start = self._start(initial_pose, global_start)
         self._track = None if start is None else Track(start)
@@ -108,7 +110,13 @@ class Estimator:
         return dict(self._objects)
 
     def object_at(self, name: str, stamp_ns: int) -> ObjectBelief:
-        """An object's belief predicted to a moment at or after its last update."""
+        """An object's belief predicted to a moment at or after its last update.
+
+        Raises ValueError for an earlier moment.
+        """
+        known = self._objects[name].stamp_ns
+        if known is not None and stamp_ns < known:
+            raise ValueError(f"object '{name}' was updated after {stamp_ns} ns, at {known} ns")
         return self._predicted(name, stamp_ns, np.random.default_rng(stamp_ns))
 
     def feed(self, record: Record) -> list[Estimate]:
@@ -126,6 +134,12 @@ class Estimator:
 
     def _sense(self, scan: Scan) -> list[Estimate]:
         """The body of Table 1's loop, for new sensory input o_k."""
+        if scan.stamp_ns < self._now_ns:
+            raise LogError(
+                f"A scan of {scan.stamp_ns} ns came after one of {self._now_ns} ns; feed records "
+                "in time order, as open_log gives them."
+            )
+        self._now_ns = scan.stamp_ns
         if scan.odometry is not None:
             self._drive(scan.odometry)
         if self._track is None:
@@ -136,6 +150,7 @@ class Estimator:
             localizing, observing = np.zeros_like(localizing), scan.valid
         if localizing.any():
             self._track = self._localize(self._track, scan, localizing, self._rng)
+            self.corrections += 1
             self._doubt(self._track, scan, localizing)
         robot = self._track.belief
         if not observing.any() or not self._is_narrow(robot):

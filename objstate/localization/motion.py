@@ -3,8 +3,8 @@
 A step of odometry is an arc: half of its turn before and half after the
 translation. Noise has the deviations of AMCL's model (Thrun, Burgard and Fox
 2005, table 5.6) when the step is as long as ``update_min_d`` or turns as far as
-``update_min_a``; for shorter steps its variance is in proportion to their
-length. So the spread after a drive doesn't depend on the odometry's rate.
+``update_min_a``; for other steps its variance is in proportion to their length.
+So the spread after a drive doesn't depend on the odometry's rate.
 """
 
 from __future__ import annotations
@@ -21,8 +21,7 @@ def sample_motion(
     """Poses (n, 3) after the odometry moved by ``step`` (3,) in the robot's frame, with noise."""
     s = settings
     translation, rotation = float(np.hypot(step[0], step[1])), abs(float(step[2]))
-    driven = translation * max(translation, s.update_min_d)  # m^2
-    turned = rotation * max(rotation, s.update_min_a)  # rad^2
+    driven, turned = translation * s.update_min_d, rotation * s.update_min_a  # m^2, rad^2
     half_turn_std = np.sqrt((s.alpha1 * turned + s.alpha2 * driven) / 2.0)
     length_std = np.sqrt(s.alpha3 * driven + s.alpha4 * turned)
     noise = rng.standard_normal((3, len(poses)))

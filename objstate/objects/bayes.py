@@ -18,9 +18,15 @@ def marginal_log_likelihood(
     is normalized by p(o | l) = sum_s p(o | s, l) p(s), eq. (9), so that every one
     votes with its own weight, whatever it explains, eq. (8).
     """
-    joint = log_likelihood + weights.log
-    top = joint.max(axis=1, keepdims=True)
-    evidence = top + np.log(np.exp(joint - top).sum(axis=1, keepdims=True))
-    votes = log_likelihood - evidence + robot_weights.log[:, None]
-    top = votes.max(axis=0)
-    return np.asarray(top + np.log(np.exp(votes - top).sum(axis=0)))
+    evidence = _log_sum(log_likelihood + weights.log, axis=1)
+    able = np.isfinite(evidence)  # a robot sample from which no state is possible has no vote
+    votes = (log_likelihood[able] - evidence[able, None]) + robot_weights.log[able, None]
+    return _log_sum(votes, axis=0)
+
+
+def _log_sum(logs: FloatArray, axis: int) -> FloatArray:
+    """Log of the sum of exponentials along an axis; -inf where there is nothing to sum."""
+    top = logs.max(axis=axis, initial=-np.inf, keepdims=True)
+    top = np.where(np.isfinite(top), top, 0.0)
+    with np.errstate(divide="ignore"):
+        return np.asarray(np.log(np.exp(logs - top).sum(axis=axis)) + top.squeeze(axis))

@@ -99,7 +99,11 @@ class ObjectBelief:
         """
         tails = np.array([(1.0 - share) / 2.0, (1.0 + share) / 2.0])
         off = np.array([self._quantiles(k, tails) for k in range(self.states.shape[1])])  # (d, 2)
-        return self.mean + off[:, 0], self.mean + off[:, 1]
+        lower, upper = self.mean + off[:, 0], self.mean + off[:, 1]
+        if self.item.kind is Kind.PLANAR or self.item.wraps:
+            return lower, upper
+        limits = self.item.lower, self.item.upper  # a cell at a limit reaches beyond it
+        return lower.clip(*limits), upper.clip(*limits)
 
     def _quantiles(self, coordinate: int, shares: FloatArray) -> FloatArray:
         values, weights = self.deviations[:, coordinate], self.weights.values

@@ -127,7 +127,7 @@ def estimate_log(
             log_seconds=drive.seconds,
             elapsed_seconds=time.monotonic() - began,
             counts=log.counts | {"estimates": drive.rows, "poses": len(drive.poses)},
-            warnings=(*log.warnings, *estimator.warnings, *_doubts(drive, estimator)),
+            warnings=(*log.warnings, *estimator.warnings, *_doubts(drive, estimator, options)),
             lost_ns=tuple(estimator.lost),
         )
         inputs = {
@@ -186,13 +186,18 @@ def _check_robot(drive: _Drive, log: Log, options: RunOptions) -> None:
         )
 
 
-def _doubts(drive: _Drive, estimator: Estimator) -> list[str]:
+def _doubts(drive: _Drive, estimator: Estimator, options: RunOptions) -> list[str]:
     """What of the outcome should make its user wonder."""
     doubts = []
     if estimator.scans_without_pose:
         doubts.append(
             f"{estimator.scans_without_pose} of {drive.scans} scans were left out: they come before "
             "anything says where the robot is."
+        )
+    if options.belief == "own" and estimator.corrections == 0:
+        doubts.append(
+            "No scan localized the robot; its path is dead reckoning. Does localization_lasers "
+            "name the log's lasers?"
         )
     for since, found in estimator.lost:
         began, ended = ((stamp - drive.begin_ns) / 1e9 for stamp in (since, found))

@@ -34,10 +34,12 @@ class EmbreeCaster:
         """Distance (n,) m along rays from ``origins`` (n, 3) in unit ``directions`` (n, 3); inf where nothing is hit."""
         if self._scene is None:
             return np.full(len(origins), np.inf)
+        if origins.ndim != 2 or origins.shape[1] != 3 or origins.shape != directions.shape:
+            raise ValueError(
+                f"rays of shapes {origins.shape} and {directions.shape}; both must be (n, 3)"
+            )
         start = np.ascontiguousarray(origins - self._centre, dtype=np.float32)
         along = np.ascontiguousarray(directions, dtype=np.float32)
-        if start.ndim != 2 or start.shape[1] != 3 or start.shape != along.shape:
-            raise ValueError(f"rays of shapes {start.shape} and {along.shape}; both must be (n, 3)")
         hit = np.asarray(self._scene.run(start, along, query="DISTANCE"), dtype=float)
         hit[hit > MISS] = np.inf
         return hit
