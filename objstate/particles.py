@@ -10,7 +10,7 @@ import numpy as np
 from objstate.errors import ObjstateError
 from objstate.geometry import FloatArray, IntArray
 
-STEP_PRECISION = 12  # halvings in the search for the largest step
+STEP_PRECISION = 7  # halvings in the search for the largest step
 
 
 class ImpossibleEvidenceError(ObjstateError):

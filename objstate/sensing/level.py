@@ -184,7 +184,8 @@ def _seen(walls: FloatArray, lower: FloatArray, upper: FloatArray) -> BoolArray:
     """Which wall segments (k,) are seen from somewhere in a rectangle.
 
     From each place of a grid, beams all round find what is large; then points on
-    each segment that isn't found yet are looked at, so that nothing small is missed.
+    each segment that isn't found yet are looked at from the rectangle's middle and
+    corners, so that nothing small is missed.
     """
     from objstate.sensing import kernels
 
@@ -200,7 +201,8 @@ def _seen(walls: FloatArray, lower: FloatArray, upper: FloatArray) -> BoolArray:
         round_about.centre,
         seen,
     )
-    for place in places:
+    corners = np.array([lower, upper, [lower[0], upper[1]], [upper[0], lower[1]]])
+    for place in np.vstack([(lower + upper) / 2, corners]):
         unseen = np.flatnonzero(~seen)
         seen[unseen] = _glimpsed(walls[unseen], walls[seen], place)
     return seen
@@ -217,18 +219,18 @@ def _grid(lower: FloatArray, upper: FloatArray) -> FloatArray:
 
 
 def _glimpsed(segments: FloatArray, screens: FloatArray, place: FloatArray) -> BoolArray:
-    """Which segments (k, 4) show some of their points past screens (m, 4), from a place (3,)."""
+    """Which segments (k, 4) show some of their points past screens (m, 4), from a place (2,)."""
     from objstate.sensing import kernels
 
     if len(segments) == 0:
         return np.zeros(0, dtype=bool)
     start, along = segments[:, None, :2], segments[:, None, 2:] - segments[:, None, :2]
-    off = (start + GLIMPSES[:, None] * along - place[:2]).reshape(-1, 2)
+    off = (start + GLIMPSES[:, None] * along - place).reshape(-1, 2)
     distance = np.hypot(off[:, 0], off[:, 1]).clip(min=TOUCHING)
     sweep = _sweep_towards(off / distance[:, None])
     nearest = np.full((1, 1, len(off)), np.inf)
     kernels.cast(
-        with_trigonometry(place[None]),
+        np.array([[*place, 1.0, 0.0]]),
         np.array([[0.0, 0.0, 1.0, 0.0]]),
         screens,
         False,
