@@ -54,7 +54,7 @@ class BeamModelSettings(Strict):
 class LocalizationSettings(Strict):
     """Monte Carlo localization: where is the robot?"""
 
-    min_particles: Count = 300
+    min_particles: Count = 200
     max_particles: Count = 2000
     global_particles: Count = 40_000  # at the start from anywhere
     pf_err: Positive = 0.05  # largest error between true and estimated distribution (KLD)
@@ -95,7 +95,7 @@ class ObjectUpdateSettings(Strict):
     """When and with what readings the objects' beliefs are updated."""
 
     max_distance: Positive = 3.5  # m from the robot (section 4.1 of the paper)
-    robot_samples: Count = 30  # of the robot belief, drawn for each update
+    robot_samples: Count = 24  # of the robot belief, drawn for each update
     tempering: Exponent = 0.2  # exponent on the likelihood of a scan
     max_position_std: Positive = 0.5  # m; with a robot belief wider than this no object is updated
     schedule: Literal["beams", "alternate", "lasers"] = "beams"

@@ -291,14 +291,16 @@ def _clockwise(segments: FloatArray) -> FloatArray | None:
 
 def _loops(segments: FloatArray) -> list[IntArray]:
     """Indices of the segments (k, 2, 2) that hang together by their ends."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     _, corner = np.unique(np.round(segments.reshape(-1, 2) / TOUCHING), axis=0, return_inverse=True)
     ends = corner.reshape(-1, 2)
-    links = coo_array((np.ones(len(ends)), ends.T), shape=(corner.max(initial=0) + 1,) * 2)
-    count, component = connected_components(links, directed=False)
-    return [np.flatnonzero(component[ends[:, 0]] == k) for k in range(count)]
+    label = np.arange(corner.max(initial=-1) + 1)
+    while True:  # each corner takes the least label of its neighbours until none changes
+        least = label[ends].min(axis=1)
+        spread = label.copy()
+        np.minimum.at(spread, ends, least[:, None])
+        if np.array_equal(spread, label):
+            return [np.flatnonzero(label[ends[:, 0]] == name) for name in np.unique(label)]
+        label = spread
 
 
 def _flat(segments: FloatArray) -> FloatArray:
