@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -61,15 +62,24 @@ class Sensing:
         self._outlines = LevelOutlines(building)
         self._expected = ExpectedRanges(building)
         self._beam_model = beam_model
+        self._sweeps: WeakKeyDictionary[Rays, Sweep | None] = WeakKeyDictionary()
 
     def view(self, scan: Scan, beams: BoolArray | None = None) -> ScanView:
         """The view of a scan's valid beams, or of those that ``beams`` (n,) selects."""
         chosen = scan.valid if beams is None else scan.valid & beams
-        rays, measured = scan.rays.take(chosen), scan.ranges[chosen]
-        sweep = Sweep.of(rays) if self._outlines.hold else None
-        if sweep is None:
+        measured, sweep = scan.ranges[chosen], self._sweep(scan.rays)
+        if sweep is None or not len(measured):
+            rays = scan.rays.take(chosen)
             return MeshView(self._expected, rays, measured, self._beam_model, scan.range_max)
-        return LevelView(self._outlines, sweep, measured, self._beam_model, scan.range_max)
+        return LevelView(
+            self._outlines, sweep.take(chosen), measured, self._beam_model, scan.range_max
+        )
+
+    def _sweep(self, rays: Rays) -> Sweep | None:
+        """The level sweep of some rays, or None; the scans of a laser often share their rays."""
+        if rays not in self._sweeps:
+            self._sweeps[rays] = Sweep.of(rays) if self._outlines.hold else None
+        return self._sweeps[rays]
 
 
 class MeshView:
