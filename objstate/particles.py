@@ -10,7 +10,7 @@ import numpy as np
 from objstate.errors import ObjstateError
 from objstate.geometry import FloatArray, IntArray
 
-STEP_PRECISION = 7  # halvings in the search for the largest step
+STEP_PRECISION = 12  # halvings in the search for the largest step
 
 
 class ImpossibleEvidenceError(ObjstateError):
@@ -77,9 +77,11 @@ def largest_step(
     needed = min(least_effective, weights.effective_size)
 
     def enough(step: float) -> bool:
-        return weights.reweight(step * log_likelihood)[0].effective_size >= needed
+        log = weights.log + step * log_likelihood
+        unscaled = np.exp(log - log.max())
+        return bool(unscaled.sum() ** 2 >= needed * (unscaled @ unscaled))
 
-    if enough(most):
+    if not np.isfinite(log_likelihood.max()) or enough(most):
         return most
     low, high = 0.0, most
     for _ in range(STEP_PRECISION):
