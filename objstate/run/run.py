@@ -5,27 +5,26 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from objstate.building import load_building
 from objstate.building.model import Building
 from objstate.errors import LogError
 from objstate.estimator import Estimator
-from objstate.geometry import FloatArray
 from objstate.logs import Log, open_log
 from objstate.recording.results import result_folder
 from objstate.recording.summary import SUMMARY, write_summary
 from objstate.recording.tables import ESTIMATES, EstimateWriter
 from objstate.recording.tum import TRAJECTORY, write_tum
 from objstate.records import GaussianRobotBelief, RobotBelief, Scan
-from objstate.records import Path as RobotPath
+from objstate.run.doubts import doubts
+from objstate.run.drive import Drive
 from objstate.run.inputs import describe_building, describe_log
 from objstate.run.options import RunOptions
+from objstate.run.start import check_start
 
 FILES = (ESTIMATES, TRAJECTORY, SUMMARY)  # what a result folder holds
 
@@ -65,28 +64,6 @@ class RunResult:
         }
 
 
-@dataclass
-class _Drive:
-    """What is gathered while the records go by."""
-
-    begin_ns: int = 0
-    end_ns: int = 0
-    scans: int = 0
-    rows: int = 0
-    stamps_ns: list[int] = field(default_factory=list)
-    poses: list[FloatArray] = field(default_factory=list)
-
-    @property
-    def seconds(self) -> float:
-        return (self.end_ns - self.begin_ns) / 1e9
-
-    @property
-    def path(self) -> RobotPath:
-        return RobotPath(
-            np.array(self.stamps_ns, dtype=np.int64), np.array(self.poses).reshape(-1, 3)
-        )
-
-
 def estimate_log(
     logs: Sequence[str | Path],
     building: str | Path,
@@ -108,6 +85,7 @@ def estimate_log(
     with result_folder(out, overwrite=overwrite) as folder:
         model = load_building(urdf)
         logger.info("%s: %d movable objects", urdf, len(model.objects))
+        check_start(options, model)
         estimator = _estimator(model, options)
         log = open_log(
             log_paths,
@@ -117,7 +95,7 @@ def estimate_log(
             end=options.end,
         )
         drive = _drive_through(log, estimator, folder, on_progress)
-        logger.info("%d scans gave %d estimates", drive.scans, drive.rows)
+        logger.info("%d scans gave %d estimates", drive.scans, drive.estimates)
         _check_robot(drive, log, options)
         write_tum(folder / TRAJECTORY, drive.path)
         result = RunResult(
@@ -126,8 +104,8 @@ def estimate_log(
             begin_ns=drive.begin_ns,
             log_seconds=drive.seconds,
             elapsed_seconds=time.monotonic() - began,
-            counts=log.counts | {"estimates": drive.rows, "poses": len(drive.poses)},
-            warnings=(*log.warnings, *estimator.warnings, *_doubts(drive, estimator, options)),
+            counts=log.counts | {"estimates": drive.estimates, "poses": len(drive.poses)},
+            warnings=(*log.warnings, *estimator.warnings, *doubts(drive, estimator, options)),
             lost_ns=tuple(estimator.lost),
         )
         inputs = {
@@ -151,28 +129,20 @@ def _estimator(building: Building, options: RunOptions) -> Estimator:
 
 def _drive_through(
     log: Log, estimator: Estimator, folder: Path, on_progress: Progress | None
-) -> _Drive:
+) -> Drive:
     """Feed every record to the estimator; write what it makes of them."""
-    drive = _Drive()
+    drive = Drive()
     with EstimateWriter(folder) as writer:
         for record in log:
-            drive.begin_ns = drive.begin_ns or record.stamp_ns
-            drive.end_ns = record.stamp_ns
             estimates = estimator.feed(record)
             writer.write(estimates)
-            drive.rows += len(estimates)
-            if not isinstance(record, Scan):
-                continue
-            drive.scans += 1
-            if estimator.robot is not None:
-                drive.stamps_ns.append(record.stamp_ns)
-                drive.poses.append(estimator.robot.mean)
-            if on_progress is not None:
+            drive.note(record, estimator.robot, estimates)
+            if on_progress is not None and isinstance(record, Scan):
                 on_progress(log.share, drive.seconds)
     return drive
 
 
-def _check_robot(drive: _Drive, log: Log, options: RunOptions) -> None:
+def _check_robot(drive: Drive, log: Log, options: RunOptions) -> None:
     """Raise LogError where nothing told where the robot is."""
     if options.belief == "recorded" and not any(kind in log.counts for kind in RECORDED_BELIEFS):
         raise LogError(
@@ -181,35 +151,15 @@ def _check_robot(drive: _Drive, log: Log, options: RunOptions) -> None:
         )
     if not drive.poses:
         raise LogError(
-            "Nothing says where the robot starts: the log holds no /initialpose; "
+            f"Nothing says where the robot starts: {_where_no_start_is(options)}; "
             "give --initial-pose X,Y,YAW, or --global."
         )
 
 
-def _doubts(drive: _Drive, estimator: Estimator, options: RunOptions) -> list[str]:
-    """What of the outcome should make its user wonder."""
-    doubts = []
-    if estimator.scans_without_pose:
-        doubts.append(
-            f"{estimator.scans_without_pose} of {drive.scans} scans were left out: they come before "
-            "anything says where the robot is."
-        )
-    if options.belief == "own" and estimator.corrections == 0:
-        doubts.append(
-            "No scan localized the robot; its path is dead reckoning. Does localization_lasers "
-            "name the log's lasers?"
-        )
-    for since, found in estimator.lost:
-        began, ended = ((stamp - drive.begin_ns) / 1e9 for stamp in (since, found))
-        doubts.append(
-            f"The robot was lost from {began:.0f} s to {ended:.0f} s of the log: beams passed through "
-            "walls until it was found in another place. What had been learnt of objects meanwhile "
-            "was dropped; estimates with these stamps are wrong."
-        )
-    if not estimator.objects:
-        doubts.append("The building has no movable objects; only the robot's path was estimated.")
-    elif not drive.rows:
-        doubts.append(
-            "No scan was near an object. Is this the building of the log, and the start right?"
-        )
-    return doubts
+def _where_no_start_is(options: RunOptions) -> str:
+    """In what was read of the log there is no initial pose; what was not read may hold one."""
+    if options.topics is not None:
+        return "the topics that are read hold no /initialpose"
+    if options.start is not None:
+        return "the log holds no /initialpose from the asked start on"
+    return "the log holds no /initialpose"

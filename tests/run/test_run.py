@@ -2,12 +2,15 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from objstate.building import load_building
-from objstate.errors import LogError
+from objstate.config import ObjectRule, Settings
+from objstate.errors import BuildingError, LogError, SettingsError
+from objstate.geometry import transform
 from objstate.recording.tum import read_tum
 from objstate.run import RunOptions, estimate_log
 from objstate.run.inputs import describe_building, describe_log
@@ -76,6 +79,78 @@ def test_without_a_start_the_cure_is_named(tmp_path: Path) -> None:
         estimate_log([log], building, tmp_path / "out")
     told = RunOptions(initial_pose=np.array([1.0, 0.0, 0.0]))
     assert estimate_log([log], building, tmp_path / "out", told).counts["poses"] > 0
+
+
+@pytest.mark.parametrize(
+    ("pose", "doubt"), [([2.0, 0.0, 0.0], False), ([2.0, 30.0, 0.0], True), ([-9.0, 0, 0], True)]
+)
+def test_a_start_outside_the_building_is_doubted(
+    tmp_path: Path, pose: list[float], doubt: bool
+) -> None:
+    building = hall(tmp_path)
+    told = RunOptions(initial_pose=np.array(pose))
+    result = estimate_log([recorded(tmp_path)], building, tmp_path / "out", told)
+    assert any("outside the building" in warning for warning in result.warnings) == doubt
+
+
+@pytest.mark.parametrize("x", [1e5, -1e300])
+def test_a_start_far_beyond_the_building_is_refused(tmp_path: Path, x: float) -> None:
+    building = hall(tmp_path)
+    told = RunOptions(initial_pose=np.array([x, 0.0, 0.0]))
+    with pytest.raises(SettingsError, match="away from the building"):
+        estimate_log([recorded(tmp_path)], building, tmp_path / "out", told)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_rule_for_no_object_is_doubted(tmp_path: Path) -> None:
+    building = hall(tmp_path, DOOR.format(x=2, width=0.9))
+    rules = (ObjectRule(match="dor*"), ObjectRule(match="do?r"))
+    told = RunOptions(settings=Settings(objects=rules))
+    warnings = estimate_log([recorded(tmp_path)], building, tmp_path / "out", told).warnings
+    assert [rule.match for rule in rules if any(f"'{rule.match}'" in w for w in warnings)] == [
+        "dor*"
+    ]
+
+
+@pytest.mark.parametrize(("frame", "height", "doubt"), [("laser", 0.3, None),
+    ("laser", 0.0, "0 m above the floor"), ("lasr", 0.3, "--mount names 'lasr'")])  # fmt: skip
+def test_a_mounting_that_cannot_be_is_doubted(
+    tmp_path: Path, frame: str, height: float, doubt: str | None
+) -> None:
+    building = hall(tmp_path)
+    log = recorded(tmp_path)
+    told = RunOptions(mounts={frame: transform(np.eye(3), [0.0, 0.0, height])})
+    warnings = estimate_log([log], building, tmp_path / "out", told).warnings
+    doubts = [warning for warning in warnings if "mount" in warning]
+    assert [doubt in warning for warning in doubts] == [True] * (doubt is not None)
+
+
+def test_objects_that_no_beam_bore_on_are_a_warning(tmp_path: Path) -> None:
+    low = DOOR.format(x=2, width=0.9).replace(" 0.04 2", " 0.04 0.2")
+    building = hall(tmp_path, low.replace("0.45 0 1", "0.45 0 0.1"))
+    result = estimate_log([recorded(tmp_path)], building, tmp_path / "out")
+    assert result.counts["estimates"] > 0
+    assert any("no beam bore" in warning for warning in result.warnings)
+
+
+@pytest.mark.parametrize(
+    ("narrowed", "where"),
+    [({"start": 0.3}, "from the asked start on"), ({"topics": ["/scan", "/odom"]}, "topics")],
+)
+def test_a_start_that_was_left_out_is_told_so(
+    tmp_path: Path, narrowed: dict[str, Any], where: str
+) -> None:
+    building = hall(tmp_path)
+    with pytest.raises(LogError, match=where):
+        estimate_log([recorded(tmp_path)], building, tmp_path / "out", RunOptions(**narrowed))
+
+
+def test_nowhere_to_search_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "bare.urdf").write_text('<robot name="bare"><link name="map"/></robot>')
+    hall(tmp_path)
+    told = RunOptions(global_start=True)
+    with pytest.raises(BuildingError, match="needs walls"):
+        estimate_log([recorded(tmp_path)], tmp_path / "bare.urdf", tmp_path / "out", told)
 
 
 def test_progress_grows_to_the_end(tmp_path: Path) -> None:

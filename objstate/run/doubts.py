@@ -1,0 +1,95 @@
+"""What of a run, though nothing failed, should make its user wonder."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from fnmatch import fnmatchcase
+
+from objstate.building.model import Building
+from objstate.estimator import Estimator
+from objstate.run.drive import Drive
+from objstate.run.options import RunOptions
+from objstate.run.start import start_outside
+
+NAMES_SHOWN = 5  # so many names tell what the others are like
+
+
+def doubts(drive: Drive, estimator: Estimator, options: RunOptions) -> list[str]:
+    """Sentences for ``warnings``, each with what may be wrong and where to look."""
+    building = estimator.building
+    return [
+        *_of_rules(building, options),
+        *_of_lasers(drive, building, options),
+        *_of_path(drive, estimator, options),
+        *_of_objects(drive, building),
+    ]
+
+
+def _of_rules(building: Building, options: RunOptions) -> Iterator[str]:
+    for rule in options.settings.objects:
+        if not any(fnmatchcase(name, rule.match) for name in building.objects):
+            yield (
+                f"The settings' rule for '{rule.match}' matches no object; the building has "
+                f"{_some(building.objects)}."
+            )
+
+
+def _of_lasers(drive: Drive, building: Building, options: RunOptions) -> Iterator[str]:
+    for frame in options.mounts:
+        if frame not in drive.heights:
+            yield (
+                f"--mount names '{frame}', but no scan of it was read; there are scans of "
+                f"{_some(drive.heights)}."
+            )
+    if not len(building.walls.vertices):
+        return
+    heights = building.walls.vertices[:, 2]
+    floor, top = float(heights.min()), float(heights.max())
+    for frame, height in drive.heights.items():
+        if not floor < height < top:
+            yield (
+                f"The laser '{frame}' is mounted {height:g} m above the floor, but the walls reach "
+                f"from {floor:.2f} to {top:.2f} m; give its height with --mount."
+            )
+
+
+def _of_path(drive: Drive, estimator: Estimator, options: RunOptions) -> Iterator[str]:
+    outside = start_outside(drive.poses[0], estimator.building)
+    if outside is not None:
+        yield outside
+    if estimator.scans_without_pose:
+        yield (
+            f"{estimator.scans_without_pose} of {drive.scans} scans were left out: they come before "
+            "anything says where the robot is."
+        )
+    if options.belief == "own" and estimator.corrections == 0:
+        yield (
+            "No scan localized the robot; its path is dead reckoning. Does localization_lasers "
+            "name the log's lasers?"
+        )
+    if options.belief == "own" and not len(estimator.building.walls.faces):
+        yield "The building has no walls that could tell where the robot is; give its root link some."
+    for since, found in estimator.lost:
+        began, ended = ((stamp - drive.begin_ns) / 1e9 for stamp in (since, found))
+        yield (
+            f"The robot was lost from {began:.0f} s to {ended:.0f} s of the log: beams passed through "
+            "walls until it was found in another place. What had been learnt of objects meanwhile "
+            "was dropped; estimates with these stamps are wrong."
+        )
+
+
+def _of_objects(drive: Drive, building: Building) -> Iterator[str]:
+    if not building.objects:
+        yield "The building has no movable objects; only the robot's path was estimated."
+    elif not drive.estimates:
+        yield "No scan was near an object. Is this the building of the log, and the start right?"
+    elif not drive.observed:
+        yield (
+            "The robot passed objects, but no beam bore on any of them; their states are what was "
+            "assumed before. Do the lasers see them at their height?"
+        )
+
+
+def _some(names: Collection[str]) -> str:
+    shown = list(names)[:NAMES_SHOWN]
+    return ", ".join([*shown, "..."] if len(names) > NAMES_SHOWN else shown) or "none"

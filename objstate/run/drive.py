@@ -1,0 +1,53 @@
+"""What is gathered of a drive while its records go by."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from objstate.geometry import FloatArray
+from objstate.localization import PoseBelief
+from objstate.records import Estimate, Path, Record, Scan
+
+
+@dataclass
+class Drive:
+    """One drive as far as it has gone."""
+
+    begin_ns: int = 0
+    end_ns: int = 0
+    scans: int = 0
+    estimates: int = 0
+    observed: int = 0  # estimates of objects on which a beam bore
+    heights: dict[str, float] = field(default_factory=dict)  # m above the floor, by laser
+    stamps_ns: list[int] = field(default_factory=list)  # of the poses
+    poses: list[FloatArray] = field(default_factory=list)  # (3,) at each scan
+
+    def note(self, record: Record, robot: PoseBelief | None, estimates: Sequence[Estimate]) -> None:
+        """Take note of a record and of what is believed after it."""
+        self.begin_ns = self.begin_ns or record.stamp_ns
+        self.end_ns = record.stamp_ns
+        self.estimates += len(estimates)
+        self.observed += sum(estimate.observed for estimate in estimates)
+        if isinstance(record, Scan):
+            self._note_scan(record, robot)
+
+    @property
+    def seconds(self) -> float:
+        """How long it has lasted."""
+        return (self.end_ns - self.begin_ns) / 1e9
+
+    @property
+    def path(self) -> Path:
+        """The robot's pose at each scan, from where it is known on."""
+        return Path(np.array(self.stamps_ns, dtype=np.int64), np.array(self.poses).reshape(-1, 3))
+
+    def _note_scan(self, scan: Scan, robot: PoseBelief | None) -> None:
+        self.scans += 1
+        if scan.laser not in self.heights and len(scan):
+            self.heights[scan.laser] = float(scan.rays.origins[0, 2])
+        if robot is not None:
+            self.stamps_ns.append(scan.stamp_ns)
+            self.poses.append(robot.mean)

@@ -1,0 +1,64 @@
+"""Where the robot starts, held against where the building stands."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from objstate.building.model import Building
+from objstate.errors import BuildingError, SettingsError
+from objstate.geometry import FloatArray
+from objstate.run.options import RunOptions
+
+# m from the walls; no laser reaches so far, so a start beyond is a slip of the pen
+FARTHEST_START = 1000.0
+
+
+def check_start(options: RunOptions, building: Building) -> None:
+    """Refuse a start from which nothing can be localized.
+
+    Raises SettingsError for a pose far from the building, BuildingError where there
+    is no building to search.
+    """
+    if options.global_start and not len(building.walls.vertices):
+        raise BuildingError(
+            "--global needs walls to search between, and the building has none; give "
+            "--initial-pose X,Y,YAW, or the root link some walls."
+        )
+    pose = options.initial_pose
+    if pose is not None and _distance(pose, building) > FARTHEST_START:
+        raise SettingsError(
+            f"The start {_place(pose)} is more than {FARTHEST_START:g} m away from the building, "
+            f"{_span(building)}; give --initial-pose in metres, in the building's frame."
+        )
+
+
+def start_outside(pose: FloatArray, building: Building) -> str | None:
+    """A sentence that says so where a pose (3,) lies outside of the building's walls."""
+    if _distance(pose, building) == 0.0:
+        return None
+    return (
+        f"The robot starts at {_place(pose)}, outside the building, {_span(building)}. Is the start "
+        "given in the building's frame?"
+    )
+
+
+def _distance(pose: FloatArray, building: Building) -> float:
+    """How far, m, along x or y a pose lies outside the walls' bounding box; 0 inside, or without walls."""
+    if not len(building.walls.vertices):
+        return 0.0
+    low, high = _corners(building)
+    return float(np.max(np.maximum(low - pose[:2], pose[:2] - high).clip(min=0.0)))
+
+
+def _corners(building: Building) -> tuple[FloatArray, FloatArray]:
+    corners = building.walls.vertices[:, :2]
+    return corners.min(axis=0), corners.max(axis=0)
+
+
+def _span(building: Building) -> str:
+    low, high = _corners(building)
+    return f"whose walls reach from {_place(low)} to {_place(high)}"
+
+
+def _place(point: FloatArray) -> str:
+    return f"({point[0]:.6g}, {point[1]:.6g}) m"
