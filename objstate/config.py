@@ -72,7 +72,7 @@ class LocalizationSettings(Strict):
     alpha4: NonNegative = 0.02  # translation noise from rotation, m^2 per rad^2
     update_min_d: Positive = 0.25  # m; the alphas are meant for steps of this length
     update_min_a: Positive = 0.2  # rad; or for turns of this angle
-    max_beams: Count = 60  # of one scan, evenly spread
+    max_beams: Count = 48  # of one scan, evenly spread
     tempering: Exponent = 0.2  # exponent on the likelihood of a scan
     initial_xy_std: NonNegative = 0.3  # m, of a start pose given without deviations
     initial_yaw_std_deg: NonNegative = 10.0
@@ -95,7 +95,7 @@ class ObjectUpdateSettings(Strict):
     """When and with what readings the objects' beliefs are updated."""
 
     max_distance: Positive = 3.5  # m from the robot (section 4.1 of the paper)
-    robot_samples: Count = 24  # of the robot belief, drawn for each update
+    robot_samples: Count = 20  # of the robot belief, drawn for each update
     tempering: Exponent = 0.2  # exponent on the likelihood of a scan
     max_position_std: Positive = 0.5  # m; with a robot belief wider than this no object is updated
     schedule: Literal["beams", "alternate", "lasers"] = "beams"

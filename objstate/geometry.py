@@ -149,11 +149,14 @@ def invert(matrix: FloatArray) -> FloatArray:
 def transform_from_pose(pose: ArrayLike, z: ArrayLike = 0.0) -> FloatArray:
     """Transforms (..., 4, 4) of plane poses (..., 3) at height ``z`` metres."""
     pose = np.asarray(pose, dtype=float)
-    height = np.broadcast_to(np.asarray(z, dtype=float), pose.shape[:-1])
-    return transform(
-        rotation_about((0.0, 0.0, 1.0), pose[..., 2]),
-        np.concatenate([pose[..., :2], height[..., None]], axis=-1),
-    )
+    out = np.zeros((*pose.shape[:-1], 4, 4))
+    out[..., 0, 0] = out[..., 1, 1] = np.cos(pose[..., 2])
+    out[..., 1, 0] = np.sin(pose[..., 2])
+    out[..., 0, 1] = -out[..., 1, 0]
+    out[..., :2, 3] = pose[..., :2]
+    out[..., 2, 3] = z
+    out[..., 2, 2] = out[..., 3, 3] = 1.0
+    return out
 
 
 def pose_from_transform(matrix: FloatArray) -> FloatArray:

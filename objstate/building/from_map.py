@@ -26,6 +26,7 @@ Report = Callable[[str], None]  # told in sentences what was done
 # of 660 registered scans exceed the expected ones by 11 mm (median) with "centre", 44 with "edge".
 INSET = {"edge": 0.0, "centre": 0.5}
 BOX_FACES = 12  # triangles of a box, the alternative for each cell
+LARGEST_SIZE = 1000.0  # m or cells; a larger size is a slip of the pen, or in another unit
 
 
 def building_from_map(
@@ -58,7 +59,9 @@ def building_from_map(
     out, name = Path(out_dir), Path(map_yaml).stem
     check_target(out, overwrite)
     sizes = {"wall_height": wall_height, "door_height": door_height}
-    _check_positive({**sizes, "leaf_thickness": leaf_thickness, "tolerance": tolerance})
+    _check_sizes({**sizes, "leaf_thickness": leaf_thickness, "tolerance": tolerance})
+    if min_cells < 0:
+        raise BuildingError(f"min_cells is {min_cells}; it must be 0 or more.")
     inset = _inset(surface)
     tell = report or (lambda _: None)
     plan = read_map(Path(map_yaml))
@@ -110,7 +113,9 @@ def _balance(occupied: BoolArray, walls: Mesh) -> str:
     )
 
 
-def _check_positive(sizes: dict[str, float]) -> None:
+def _check_sizes(sizes: dict[str, float]) -> None:
     for name, value in sizes.items():
-        if not (np.isfinite(value) and value > 0):
-            raise BuildingError(f"{name} is {value:g}; it must be above 0.")
+        if not 0 < value <= LARGEST_SIZE:
+            raise BuildingError(
+                f"{name} is {value:g}; it must be above 0, and {LARGEST_SIZE:g} at most."
+            )

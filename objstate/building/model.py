@@ -78,7 +78,7 @@ class MovableObject:
     def coordinates(self) -> tuple[str, ...]:
         return COORDINATES[self.kind]
 
-    @property
+    @cached_property
     def home(self) -> FloatArray:
         """(d,) the state in which the model shows the object: joint at zero, or nearest to it."""
         if self.kind is Kind.PLANAR:

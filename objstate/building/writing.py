@@ -19,19 +19,21 @@ def check_target(out: Path, overwrite: bool) -> None:
     if not out.exists():
         return
     if not overwrite:
-        raise BuildingError(f"{out} exists already; choose another folder or overwrite it.")
-    if not out.is_dir() or not _holds_only_a_building(out):
+        raise BuildingError(f"{out} exists already; choose another folder, or add --overwrite.")
+    if not out.is_dir() or not _is_replaceable(out):
         raise BuildingError(
-            f"{out} holds more than a building made from a map, so it is not overwritten; "
-            "choose another folder."
+            f"{out} is not just a building made from a map, so it won't be overwritten; "
+            "choose another folder, or move it away."
         )
 
 
-def _holds_only_a_building(folder: Path) -> bool:
-    return all(
-        path.is_file() and (path.suffix == ".urdf" or path.name == WALLS_FILE)
-        for path in folder.iterdir()
-    )
+def _is_replaceable(folder: Path) -> bool:
+    """Whether a folder is empty, or holds one URDF and its walls."""
+    files = list(folder.iterdir())
+    if not files:
+        return True
+    models = [path for path in files if path.suffix == ".urdf"]
+    return len(files) == 2 and len(models) == 1 and (folder / WALLS_FILE) in files
 
 
 def write_building(

@@ -24,7 +24,7 @@ def describe_building(summary: BuildingSummary) -> Iterator[str | Table]:
         f"At {summary.height:g} m above the floor: {summary.outline_segments} stretches of wall, "
         f"{summary.outline_length:.1f} m in all"
     )
-    yield _object_table(summary)
+    yield _object_table(summary) if summary.objects else "No movable objects."
 
 
 def _object_table(summary: BuildingSummary) -> Table:

@@ -43,7 +43,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _refuse(str(error))
     except OSError as error:
         return _refuse(_system(error))
+    except MemoryError:
+        return _refuse("out of memory; ask for fewer samples, or a coarser resolution.")
     except (Abort, KeyboardInterrupt):
+        print("interrupted", file=sys.stderr)
         return INTERRUPTED
     except Exception:
         traceback.print_exc()

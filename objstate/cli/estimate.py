@@ -10,7 +10,7 @@ import typer
 from objstate.cli.console import log_to_terminal, print_table, print_text, print_warnings
 from objstate.cli.error_tables import robot_table
 from objstate.cli.options import Mounts, Overwrite, Quiet
-from objstate.cli.parsing import POSE, finite, parse_mounts, parse_pose, split_topics
+from objstate.cli.parsing import POSE, check_span, parse_mounts, parse_pose, split_topics
 from objstate.cli.progress import progress_bar
 from objstate.cli.state_table import state_table
 
@@ -89,6 +89,7 @@ def estimate(
 
     if verbose:
         log_to_terminal()
+    check_span(start, end)
     true_states = None if truth is None else read_truth(truth)
     true_path = None if path is None else read_tum(path)
     options = RunOptions(
@@ -97,15 +98,22 @@ def estimate(
         belief=belief,
         initial_pose=None if initial_pose is None else parse_pose(initial_pose),
         global_start=global_start,
-        start=finite("--from", start),
-        end=finite("--to", end),
+        start=start,
+        end=end,
         topics=split_topics(topics or []),
         mounts=parse_mounts(mount or []),
     )
     with progress_bar("Estimating", quiet) as report:
         result = estimate_log(logs, building, out, options, overwrite=overwrite, on_progress=report)
-    print_warnings(result.warnings, quiet)
+    print_warnings((*result.warnings, *_doubts_of_truth(result, true_states)), quiet)
     _print(result, true_states, true_path)
+
+
+def _doubts_of_truth(result: RunResult, true_states: list[TrueState] | None) -> list[str]:
+    """Whether the truth is that of another building."""
+    if true_states is None or {state.object for state in true_states} & set(result.objects):
+        return []
+    return ["The truth names none of the building's objects. Is it that of another building?"]
 
 
 def _print(
@@ -122,10 +130,10 @@ def _print(
     unseen = sorted(set(result.objects) - {state.estimate.object for state in states})
     if unseen:
         print_text(f"Never near: {', '.join(unseen)}")
-    if true_path is not None:
-        print_table(robot_table(compare_paths(read_tum(result.folder / TRAJECTORY), true_path)))
     print_text(
         f"{result.log_seconds:.0f} s of log in {result.elapsed_seconds:.1f} s, "
         f"{result.log_seconds / result.elapsed_seconds:.0f} x real time."
     )
     print_text(f"Written: {', '.join(str(result.folder / name) for name in FILES)}")
+    if true_path is not None:  # last, as it may fail where the paths share no time
+        print_table(robot_table(compare_paths(read_tum(result.folder / TRAJECTORY), true_path)))

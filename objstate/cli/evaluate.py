@@ -60,15 +60,19 @@ def _write_json(file: Path, evaluation: Evaluation) -> None:
 
 def _print(evaluation: Evaluation) -> None:
     entries = (*evaluation.objects, *evaluation.overall)
-    final = ((entry, entry.final) for entry in entries)
-    updates = ((entry, entry.updates) for entry in entries)
-    print_table(errors_table("When last observed, before each change and at the end", final))
-    print_table(errors_table("At every update that observed the object", updates))
-    print_text(LEGEND)
+    if any(entry.updates for entry in entries):
+        final = ((entry, entry.final) for entry in entries)
+        updates = ((entry, entry.updates) for entry in entries)
+        print_table(errors_table("When last observed, before each change and at the end", final))
+        print_table(errors_table("At every update that observed the object", updates))
+        print_text(LEGEND)
+    else:
+        print_text("No object was observed while its true state is known.")
     if evaluation.robot is not None:
         print_table(robot_table(evaluation.robot))
     _print_names("Without truth", evaluation.without_truth)
     _print_names("Never observed", evaluation.never_observed)
+    _print_names("Observed only before the truth begins", evaluation.before_truth)
     _print_names("Never estimated", evaluation.never_estimated)
 
 

@@ -14,7 +14,7 @@ from objstate.cli.console import print_table, print_text
 from objstate.cli.json_values import json_values
 from objstate.cli.log_tables import describe_log
 from objstate.cli.options import Mounts
-from objstate.cli.parsing import parse_mounts
+from objstate.cli.parsing import check_height, parse_mounts
 from objstate.errors import BuildingError
 
 if TYPE_CHECKING:
@@ -61,6 +61,7 @@ def _inspect_log(paths: Sequence[Path], mounts: Sequence[str], as_json: bool) ->
 def _inspect_building(paths: Sequence[Path], height: float, as_json: bool) -> None:
     from objstate.building import inspect_building
 
+    check_height(height)
     if len(paths) > 1:
         raise BuildingError(
             f"{', '.join(map(str, paths))}: give one building alone, or logs alone."

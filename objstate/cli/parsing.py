@@ -31,11 +31,24 @@ def parse_mounts(texts: Sequence[str]) -> dict[str, FloatArray]:
     return dict(_mount(text) for text in texts)
 
 
-def finite(option: str, value: float | None) -> float | None:
-    """The number that an option gives, if any. Raises SettingsError for nan and infinities."""
-    if value is not None and not math.isfinite(value):
-        raise SettingsError(f"{option} {value} must be a finite number.")
-    return value
+def check_span(start: float | None, end: float | None) -> None:
+    """Raises SettingsError unless ``--from`` and ``--to``, where given, leave something between them."""
+    from objstate.logs.log import EPOCH_FROM
+
+    for option, value in (("--from", start), ("--to", end)):
+        if value is not None and not math.isfinite(value):
+            raise SettingsError(f"{option} {value} must be a finite number.")
+    if start is None or end is None:
+        return
+    on_one_clock = (start >= EPOCH_FROM) == (end >= EPOCH_FROM)
+    if on_one_clock and start >= end:
+        raise SettingsError(f"--from {start:.15g} must come before --to {end:.15g}.")
+
+
+def check_height(height: float) -> None:
+    """Raises SettingsError for a ``--height`` that is none."""
+    if not math.isfinite(height):
+        raise SettingsError(f"--height {height} must be a finite number of metres.")
 
 
 def split_topics(texts: Sequence[str]) -> list[str] | None:

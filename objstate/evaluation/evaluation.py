@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from objstate.errors import TruthError
+from objstate.errors import ResultError, TruthError
 from objstate.evaluation.robot import RobotErrors, compare_paths
 from objstate.evaluation.states import (
     Comparison,
@@ -48,6 +48,7 @@ class Evaluation:
     overall: tuple[CoordinateErrors, ...]  # one for each kind of coordinate
     without_truth: tuple[str, ...]  # objects that were estimated, but whose truth is unknown
     never_observed: tuple[str, ...]  # objects with truth and estimates, none of which saw them
+    before_truth: tuple[str, ...]  # objects that were observed, but only before their truth begins
     never_estimated: tuple[str, ...]  # objects with truth and no estimate
     robot: RobotErrors | None
 
@@ -76,14 +77,17 @@ def evaluate_states(
 ) -> Evaluation:
     """The errors of estimates (columns as in ``estimates.parquet``) against true states.
 
-    Raises TruthError where they share no coordinate of any object.
+    Raises TruthError where they share no coordinate of any object, and ResultError where
+    there are no estimates.
     """
     estimated = set(estimates.select("object", "coordinate").unique().rows())
     courses = true_courses(truth)
+    if not estimated:
+        raise ResultError("The result holds no estimates: no scan was near an object.")
     if estimated.isdisjoint(courses):
         raise TruthError(
-            f"{source} has no object of this result: it knows {_listed(courses)}, the result "
-            f"has {_listed(estimated)}; use the truth of the same building."
+            f"{source} tells nothing of this result's objects: it knows {_listed(courses)}, the "
+            f"result has {_listed(estimated)}; use the truth of the same building."
         )
     compared = {
         key: compare(key[1], posteriors, courses[key])
@@ -91,11 +95,13 @@ def evaluate_states(
         if key in courses
     }
     known, true, observed = (_objects(keys) for keys in (estimated, courses, compared))
+    in_time = _objects(key for key, comparison in compared.items() if len(comparison.errors))
     return Evaluation(
         objects=tuple(_errors(*key, [compared[key]]) for key in sorted(compared)),
         overall=_overall(compared),
         without_truth=tuple(sorted(known - true)),
         never_observed=tuple(sorted((known & true) - observed)),
+        before_truth=tuple(sorted(observed - in_time)),
         never_estimated=tuple(sorted(true - known)),
         robot=None,
     )
@@ -128,6 +134,6 @@ def _objects(keys: Iterable[Coordinate]) -> set[str]:
 
 
 def _listed(keys: Iterable[Coordinate]) -> str:
-    names = sorted(_objects(keys))
+    names = sorted(f"{name} ({coordinate})" for name, coordinate in keys)
     more = ["..."] if len(names) > NAMES_SHOWN else []
     return ", ".join([*names[:NAMES_SHOWN], *more]) or "none"

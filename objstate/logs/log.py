@@ -70,11 +70,12 @@ class Log:
 
     def _no_scans(self) -> str:
         reasons = "; ".join(self.warnings)
-        span = "" if self._span == (None, None) else " between the start and the end asked for"
-        return (
-            f"The log holds no scan that can be used{span}. "
-            f"{reasons or 'Record laser scans and odometry'}."
-        )
+        if self._span == (None, None):
+            span, cure = "", "Record laser scans and odometry"
+        else:
+            span = " between the start and the end asked for"
+            cure = "See with `objstate inspect` from when to when it goes"
+        return f"The log holds no scan that can be used{span}. {reasons or cure}."
 
 
 def open_log(

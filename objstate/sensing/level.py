@@ -27,8 +27,8 @@ FLAT = 1e-9  # m^2 by which a corner may stick out of an outline that counts as 
 TOUCHING = 1e-6  # m within which ends of segments are one corner
 STRIDE = 0.5  # m the robot moves before the walls in its sight are looked up again
 WIDEST_LOOK = 4.0  # m, sides of a rectangle from which sight is tried
-LOOK_SPACING = 0.4  # m between the places from which it is tried
-LOOKS = 720  # beams all round
+LOOK_SPACING = 0.5  # m between the places from which it is tried
+LOOKS = 360  # beams all round
 GLIMPSES = np.array([0.02, 0.5, 0.98])  # shares of a segment's length at which it is looked at
 
 
