@@ -36,7 +36,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Ctrl-C; 70 for a bug, with its traceback.
     """
     try:
-        return app(args=arguments, prog_name="objstate", standalone_mode=False) or FINE
+        code = app(args=arguments, prog_name="objstate", standalone_mode=False) or FINE
+        return _interrupted() if code == INTERRUPTED else code
     except TyperException as error:
         return _refuse(_usage(error))
     except ObjstateError as error:
@@ -46,8 +47,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except MemoryError:
         return _refuse("out of memory; ask for fewer samples, or a coarser resolution.")
     except (Abort, KeyboardInterrupt):
-        print("interrupted", file=sys.stderr)
-        return INTERRUPTED
+        return _interrupted()
     except Exception:
         traceback.print_exc()
         _tell("this is a bug in objstate, not in your input; please report the lines above.")
@@ -57,6 +57,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _refuse(message: str) -> int:
     _tell(message)
     return USER_ERROR
+
+
+def _interrupted() -> int:
+    print("interrupted", file=sys.stderr)
+    return INTERRUPTED
 
 
 def _tell(message: str) -> None:

@@ -277,15 +277,24 @@ def test_an_empty_table_gives_walls_alone(tmp_path: Path) -> None:
 def test_only_an_earlier_building_is_overwritten_and_only_when_asked(tmp_path: Path) -> None:
     source, out = save(tmp_path, plan()), tmp_path / "out"
     building_from_map(source, None, out)
-    with pytest.raises(BuildingError, match="exists already"):
+    with pytest.raises(BuildingError, match=r"exists already.*--overwrite"):
         building_from_map(source, None, out)
     building_from_map(source, None, out, wall_height=1.0, overwrite=True)
     assert np.ptp(load_building(out / "plan.urdf").walls.vertices[:, 2]) == pytest.approx(1.0)
     (out / "thesis.tex").write_text("years of work")
-    with pytest.raises(BuildingError, match="holds more than a building"):
+    with pytest.raises(BuildingError, match="is not just a building"):
         building_from_map(source, None, out, overwrite=True)
     assert (out / "thesis.tex").exists()
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["out", "plan.pgm", "plan.yaml"]
+    own = tmp_path / "own"
+    own.mkdir()
+    for name in ("plan.urdf", "drawn_by_hand.urdf"):
+        (own / name).write_text("<robot/>")
+    with pytest.raises(BuildingError, match="is not just a building"):
+        building_from_map(source, None, own, overwrite=True)
+    assert len(list(own.iterdir())) == 2
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "out", "own", "plan.pgm", "plan.yaml",
+    ]  # fmt: skip
 
 
 def test_door_names_need_no_care_in_the_urdf(tmp_path: Path) -> None:
@@ -315,7 +324,14 @@ def test_recorded_maps_become_light_buildings(
 
 def test_lengths_and_surfaces_that_make_no_wall_are_refused(tmp_path: Path) -> None:
     source = save(tmp_path, plan())
-    for wrong in ({"wall_height": 0.0}, {"tolerance": -1.0}, {"surface": "middle"}):
+    for wrong in (
+        {"wall_height": 0.0},
+        {"wall_height": float("nan")},
+        {"door_height": 1e300},
+        {"tolerance": -1.0},
+        {"min_cells": -1},
+        {"surface": "middle"},
+    ):
         (name,) = wrong
         with pytest.raises(BuildingError, match=name):
             building_from_map(source, None, tmp_path / "out", **wrong)  # type: ignore[arg-type]

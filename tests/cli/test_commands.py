@@ -118,6 +118,53 @@ def test_an_existing_result_is_replaced_only_when_asked(run, drive: Path, estima
     assert (estimated / "run.json").read_bytes() == before
 
 
+def test_a_truth_of_another_building_is_doubted(run, drive: Path) -> None:
+    truth = drive / "other.csv"
+    truth.write_text("stamp,object,coordinate,value\n0,garage_door,angle,0\n")
+    outcome = run(
+        "estimate", drive / "log" / "log.mcap", "--building", drive / "room.urdf",
+        "--out", drive / "doubted", "--truth", truth, "--to", "1",
+    )  # fmt: skip
+    assert outcome.code == 0
+    assert "truth names none" in outcome.err
+
+
+def test_a_path_of_another_log_is_an_error_after_the_result(run, drive: Path) -> None:
+    path = drive / "other.tum"
+    path.write_text("1 0 0 0 0 0 0 1\n2 0 0 0 0 0 0 1\n")
+    outcome = run(
+        "estimate", drive / "log" / "log.mcap", "--building", drive / "room.urdf",
+        "--out", drive / "pathless", "--path", path, "--to", "1",
+    )  # fmt: skip
+    assert outcome.code == 1
+    assert "use the path of the same log" in outcome.err
+    assert "Written: " in outcome.out
+
+
+def test_evaluate_prints_no_empty_tables(run, drive: Path, estimated: Path) -> None:
+    truth = drive / "late.csv"
+    truth.write_text("stamp,object,coordinate,value\n1700000000000000000,office_door,angle,0.6\n")
+    outcome = run("evaluate", estimated, "--truth", truth)
+    assert outcome.code == 0
+    assert outcome.out == (
+        "No object was observed while its true state is known.\n"
+        "Observed only before the truth begins: office_door\n"
+    )
+
+
+def test_a_building_without_objects_is_shown_without_a_table(run, tmp_path: Path) -> None:
+    (tmp_path / "walls.urdf").write_text(ROOM.partition('<link name="leaf">')[0] + "</robot>")
+    outcome = run("inspect", tmp_path / "walls.urdf")
+    assert outcome.code == 0
+    assert outcome.out.splitlines()[-2:] == ["No movable objects.", "No problems found."]
+
+
+def test_a_height_that_is_none_is_refused(run, drive: Path) -> None:
+    outcome = run("inspect", drive / "room.urdf", "--height", "nan")
+    assert outcome.code == 1
+    assert "--height" in outcome.err
+
+
 def test_a_failed_run_leaves_nothing_behind(run, drive: Path) -> None:
     log, building, out = drive / "log" / "log.mcap", drive / "room.urdf", drive / "failed"
     outcome = run("estimate", log, "--building", building, "--out", out, "--belief", "recorded")

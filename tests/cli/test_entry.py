@@ -83,7 +83,18 @@ def test_ctrl_c_is_130(run, monkeypatch: pytest.MonkeyPatch) -> None:
         raise KeyboardInterrupt
 
     monkeypatch.setattr("objstate.logs.inspect_log", interrupted)
-    assert run("inspect", "x.mcap").code == 130
+    outcome = run("inspect", "x.mcap")
+    assert (outcome.code, outcome.out, outcome.err) == (130, "", "interrupted\n")
+
+
+def test_too_much_for_the_memory_is_no_bug(run, monkeypatch: pytest.MonkeyPatch) -> None:
+    def greedy(*_: object, **__: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr("objstate.logs.inspect_log", greedy)
+    outcome = run("inspect", "x.mcap")
+    assert outcome.code == 1
+    assert "fewer samples" in outcome.err
 
 
 def test_a_system_error_is_told_with_its_path_and_cure(

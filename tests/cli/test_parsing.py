@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from objstate.cli.parsing import parse_mounts, parse_pose, split_topics
+from objstate.cli.parsing import check_span, parse_mounts, parse_pose, split_topics
 from objstate.errors import SettingsError
 from objstate.geometry import rpy_from_rotation
 
@@ -43,6 +43,31 @@ def test_a_mounting_is_a_transform_by_frame() -> None:
 def test_a_mounting_that_is_none_is_refused_with_the_form(text: str) -> None:
     with pytest.raises(SettingsError, match=r"--mount .* give FRAME=x,y,z,roll,pitch,yaw"):
         parse_mounts([text])
+
+
+@pytest.mark.parametrize(
+    ("start", "end"),
+    [(None, None), (0.0, None), (None, -1.0), (3.0, 4.0), (5.0, 1.6e9), (1.6e9, 1.6e9 + 1)],
+)
+def test_a_span_may_be_open_and_on_two_clocks(start: float | None, end: float | None) -> None:
+    check_span(start, end)
+
+
+@pytest.mark.parametrize(
+    ("start", "end", "message"),
+    [
+        (4.0, 3.0, "--from 4 must come before --to 3"),
+        (4.0, 4.0, "--from 4 must come before --to 4"),
+        (1.6e9 + 1, 1.6e9, "--from 1600000001 must come before --to 1600000000"),
+        (np.nan, None, "--from nan must be a finite number"),
+        (None, np.inf, "--to inf must be a finite number"),
+    ],
+)
+def test_a_span_that_holds_nothing_is_refused(
+    start: float | None, end: float | None, message: str
+) -> None:
+    with pytest.raises(SettingsError, match=message):
+        check_span(start, end)
 
 
 def test_topics_may_be_repeated_or_separated_by_commas() -> None:

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from objstate.errors import TruthError
+from objstate.errors import ResultError, TruthError
 from objstate.evaluation import evaluate_states
 from objstate.evaluation.states import Posteriors, TrueCourse, compare
 from objstate.records import TrueState
@@ -154,6 +154,25 @@ def test_objects_that_cannot_be_compared_are_named() -> None:
     assert [entry.object for entry in evaluation.objects] == ["a"]
 
 
+def test_what_was_observed_only_before_its_truth_begins_is_named() -> None:
+    estimates = rows((1, "a", "angle", 0.1, 0.2, True), (1, "b", "angle", 0.1, 0.2, True))
+    known = truth((0, "a", "angle", 0.0), (2, "b", "angle", 0.0))
+    evaluation = evaluate_states(estimates, known)
+    assert evaluation.before_truth == ("b",)
+    assert evaluation.never_observed == ()
+
+
+def test_a_result_without_estimates_is_refused() -> None:
+    with pytest.raises(ResultError, match="holds no estimates"):
+        evaluate_states(rows(), truth((0, "door", "angle", 0.0)))
+
+
+def test_a_truth_of_other_coordinates_is_refused_with_both() -> None:
+    estimates = rows((1, "door", "angle", 0.0, 0.1, True))
+    with pytest.raises(TruthError, match=r"knows door \(x\), the result has door \(angle\)"):
+        evaluate_states(estimates, truth((0, "door", "x", 0.0)))
+
+
 def test_overall_joins_all_objects_of_a_kind() -> None:
     estimates = rows((1, "a", "angle", 0.1, 0.2, True), (1, "b", "angle", 0.3, 0.2, True))
     known = truth((0, "a", "angle", 0.0), (0, "b", "angle", 0.0))
@@ -165,5 +184,5 @@ def test_overall_joins_all_objects_of_a_kind() -> None:
 
 def test_a_truth_of_another_building_is_refused() -> None:
     estimates = rows((1, "door", "angle", 0.0, 0.1, True))
-    with pytest.raises(TruthError, match=r"knows gate, the result has door"):
+    with pytest.raises(TruthError, match=r"knows gate \(angle\), the result has door \(angle\)"):
         evaluate_states(estimates, truth((0, "gate", "angle", 0.0)))
