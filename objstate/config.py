@@ -202,6 +202,12 @@ class Settings(Strict):
 
 Model = TypeVar("Model", bound=BaseModel)
 
+SHAPES = {  # what YAML calls the shapes that pydantic names by Python's types
+    "model_type": "must be a group of keys, as in 'key: value'",
+    "tuple_type": "must be a list, as in '[first, second]'",
+    "missing": "is required",
+}
+
 
 def load_settings(path: Path | None) -> Settings:
     """Settings from a YAML file, or the defaults without one.
@@ -236,7 +242,7 @@ def parse_strict(model: type[Model], data: Any, where: str) -> Model:
 def _fault(model: type[BaseModel], item: dict[str, Any]) -> str:
     place = ".".join(str(part) for part in item["loc"])
     if item["type"] != "extra_forbidden":
-        message = str(item["msg"]).removeprefix("Value error, ")
+        message = SHAPES.get(item["type"], str(item["msg"]).removeprefix("Value error, "))
         return f"{place}: {message}" if place else message
     known = _keys_at(model, item["loc"][:-1])
     near = get_close_matches(str(item["loc"][-1]), known, n=1)

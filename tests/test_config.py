@@ -54,6 +54,19 @@ def test_a_key_like_no_other_lists_the_known(tmp_path: Path) -> None:
         assert key in message
 
 
+@pytest.mark.parametrize(
+    ("text", "cure"),
+    [
+        ("[1, 2]", "must be a group of keys"),
+        ("localization: 3", "localization: must be a group of keys"),
+        ("objects: {match: a}", "objects: must be a list"),
+        ("objects: [{samples: 3}]", "objects.0.match: is required"),
+    ],
+)
+def test_a_wrong_shape_is_told_in_words_of_yaml(tmp_path: Path, text: str, cure: str) -> None:
+    assert cure in refused(tmp_path, text)
+
+
 def test_all_faults_are_told_at_once(tmp_path: Path) -> None:
     message = refused(tmp_path, "{beam_model: {sigma_hit: -1}, localization: {alpha9: 1}}")
     assert "beam_model.sigma_hit" in message

@@ -89,6 +89,8 @@ def _fault(item: dict[str, Any]) -> str:
     place = ".".join(map(str, item["loc"]))
     if item["type"] == "missing":
         return f"the key '{place}' is missing"
+    if item["type"] == "model_type":
+        return "it is no group of keys"
     return f"'{place}': {item['msg']}" if place else str(item["msg"])
 
 

@@ -21,13 +21,12 @@ if TYPE_CHECKING:
 
 EXAMPLES = """\b
 Examples:
-  objstate estimate logs/corridor.mcap --building models/corridor/corridor.urdf \\
-      --out out/corridor
-  objstate estimate part1.bag part2.bag --building office.urdf --out out/office \\
+  objstate estimate drive.mcap --building office.urdf --out out/drive
+  objstate estimate part1.bag part2.bag --building office.urdf --out out/b \\
       --initial-pose 3.2,-1,90deg --mount laser=0.25,0,0.3,0,0,0
 \b
 DIR gets:
-  estimates.parquet  every object's state after every update: mean, deviation, 90 % interval
+  estimates.parquet  every state after every update, with its 90 % interval
   trajectory.tum     the robot's path
   run.json           settings, counts, timings, warnings
 """
@@ -46,7 +45,8 @@ def estimate(
         Path | None, typer.Option(metavar="YAML", help="Settings. Default: built in.")
     ] = None,
     seed: Annotated[
-        int, typer.Option(min=0, help="Of all random numbers; same seed, same result.")
+        int,
+        typer.Option(metavar="N", min=0, help="Of all random numbers; same seed, same result."),
     ] = 0,
     belief: Annotated[
         Literal["own", "recorded"],
@@ -60,9 +60,13 @@ def estimate(
     ] = False,
     start: Annotated[
         float | None,
-        typer.Option("--from", metavar="T", help="Seconds from the log's start, or since 1970."),
+        typer.Option(
+            "--from", metavar="T", help="Begin there: seconds from the log's start, or since 1970."
+        ),
     ] = None,
-    end: Annotated[float | None, typer.Option("--to", metavar="T", help="Likewise.")] = None,
+    end: Annotated[
+        float | None, typer.Option("--to", metavar="T", help="End there, likewise.")
+    ] = None,
     topics: Annotated[
         list[str] | None,
         typer.Option(metavar="TOPIC", help="Read only these; repeat, or separate by commas."),

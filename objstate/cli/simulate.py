@@ -23,7 +23,9 @@ def simulate(
     log_format: Annotated[
         str, typer.Option("--format", help="mcap, bag, rosbag2, rosbag2-mcap or carmen.")
     ] = "mcap",
-    seed: Annotated[int | None, typer.Option(min=0, help="Instead of the scene's seed.")] = None,
+    seed: Annotated[
+        int | None, typer.Option(metavar="N", min=0, help="Instead of the scene's seed.")
+    ] = None,
     overwrite: Overwrite = False,
     quiet: Quiet = False,
 ) -> None:

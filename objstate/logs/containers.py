@@ -50,6 +50,7 @@ class Messages:
         self._notices = notices
         self._chosen = topics
         self._files = [file for path in paths for file in _files(path, notices)]
+        _refuse_twice(self._files)
         self._parts = [_open_file(file, notices) for file in self._files]
 
     @property
@@ -106,6 +107,15 @@ def _files(path: Path, notices: Notices) -> list[Path]:
     if not path.exists():
         raise LogError(f"There is no log at {path}; check the path.")
     return storage_files(path, notices) if path.is_dir() else [path]
+
+
+def _refuse_twice(files: Sequence[Path]) -> None:
+    """A part that is named twice would count twice as evidence. Raises LogError."""
+    known: set[Path] = set()
+    for file in files:
+        if file.resolve() in known:
+            raise LogError(f"{file} is named twice; name each part of a drive once.")
+        known.add(file.resolve())
 
 
 def _open_file(path: Path, notices: Notices) -> Container:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from mcap.writer import CompressionType
 
+from objstate.errors import LogError
 from objstate.logs import open_log, open_messages
 from objstate.records import Scan
 
@@ -73,6 +74,12 @@ def test_parts_of_a_drive_are_read_as_one(new_drive, tmp_path: Path) -> None:
         log = open_log(order)
         assert sum(1 for _ in log) == 77
         assert log.warnings == []
+
+
+def test_a_part_that_is_named_twice_is_refused(drive, tmp_path: Path) -> None:
+    bag = drive.straight().bag2(tmp_path / "a")
+    with pytest.raises(LogError, match="named twice"):
+        open_log([bag, bag / "a.db3"])
 
 
 def test_topics_recorded_apart_are_merged(new_drive, tmp_path: Path) -> None:
