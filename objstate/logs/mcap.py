@@ -60,16 +60,19 @@ class McapFile:
         """Messages in the file's order, all or those of some topics."""
         with self.path.open("rb") as file:
             file.seek(len(MAGIC))
+            self._position = start = len(MAGIC)
             for opcode, body in self._records(file):
-                self._position = file.tell()
+                end = file.tell()
                 if opcode == CHUNK:
-                    for inner, part in self._chunk(body):
+                    for inner, part, done in self._chunk(body):
+                        self._position = start + round(done * (end - start))
                         yield from self._message(inner, part, topics)
                 elif opcode in (DATA_END, FOOTER):
                     self._position = self._size  # what follows is the index
                     return
                 else:
                     yield from self._message(opcode, body, topics)
+                self._position = start = end
         self._notices.add(
             f"{self.path.name} is cut off after {self._position} bytes: what precedes is used"
         )
@@ -85,7 +88,8 @@ class McapFile:
                 return
             yield opcode, body
 
-    def _chunk(self, body: bytes) -> Iterator[tuple[int, bytes]]:
+    def _chunk(self, body: bytes) -> Iterator[tuple[int, bytes, float]]:
+        """The records in a chunk, each with the share of the chunk up to its end."""
         try:
             start, end, _, crc = CHUNK_HEADER.unpack_from(body)
             method, at = _string(body, CHUNK_HEADER.size)
@@ -166,16 +170,16 @@ class McapFile:
 LANGUAGES = {"ros2msg": MSG, "ros1msg": MSG, "ros2idl": IDL, "": MSG}
 
 
-def _records_within(data: bytes) -> Iterator[tuple[int, bytes]]:
-    """The complete records in a chunk's data."""
+def _records_within(data: bytes) -> Iterator[tuple[int, bytes, float]]:
+    """The complete records in a chunk's data, each with the share of the data up to its end."""
     at = 0
     while at + RECORD_HEADER.size <= len(data):
         opcode, length = RECORD_HEADER.unpack_from(data, at)
         at += RECORD_HEADER.size
         if at + length > len(data):
             return
-        yield opcode, data[at : at + length]
         at += length
+        yield opcode, data[at - length : at], at / len(data)
 
 
 def _string(body: bytes, at: int) -> tuple[str, int]:

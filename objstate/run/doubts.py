@@ -48,8 +48,8 @@ def _of_lasers(drive: Drive, building: Building, options: RunOptions) -> Iterato
     for frame, height in drive.heights.items():
         if not floor < height < top:
             yield (
-                f"The laser '{frame}' is mounted {height:g} m above the floor, but the walls reach "
-                f"from {floor:.2f} to {top:.2f} m; give its height with --mount."
+                f"The laser '{frame}' is mounted at a height of {height:g} m, where it meets no "
+                f"wall: they reach from {floor:.2f} to {top:.2f} m. Give its height with --mount."
             )
 
 

@@ -61,4 +61,5 @@ def _span(building: Building) -> str:
 
 
 def _place(point: FloatArray) -> str:
-    return f"({point[0]:.6g}, {point[1]:.6g}) m"
+    x, y = (round(float(value), 2) for value in point[:2])  # centimetres
+    return f"({x:.8g}, {y:.8g}) m"

@@ -76,6 +76,14 @@ def test_parts_of_a_drive_are_read_as_one(new_drive, tmp_path: Path) -> None:
         assert log.warnings == []
 
 
+def test_the_share_read_grows_within_a_chunk(drive, tmp_path: Path) -> None:
+    messages = open_messages(drive.straight().mcap(tmp_path / "a.mcap"))  # a single chunk
+    for _ in range(2):
+        shares = [messages.share for _ in messages]
+        assert shares == sorted(shares)
+        assert len(set(shares)) > len(shares) / 2
+
+
 def test_a_part_that_is_named_twice_is_refused(drive, tmp_path: Path) -> None:
     bag = drive.straight().bag2(tmp_path / "a")
     with pytest.raises(LogError, match="named twice"):

@@ -113,7 +113,7 @@ def test_a_rule_for_no_object_is_doubted(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("frame", "height", "doubt"), [("laser", 0.3, None),
-    ("laser", 0.0, "0 m above the floor"), ("lasr", 0.3, "--mount names 'lasr'")])  # fmt: skip
+    ("laser", 0.0, "at a height of 0 m"), ("lasr", 0.3, "--mount names 'lasr'")])  # fmt: skip
 def test_a_mounting_that_cannot_be_is_doubted(
     tmp_path: Path, frame: str, height: float, doubt: str | None
 ) -> None:
