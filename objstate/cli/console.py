@@ -33,6 +33,13 @@ def print_table(table: Table) -> None:
     _write(capture.get())
 
 
+def print_names(label: str, names: Iterable[str]) -> None:
+    """What is true of some objects, to stdout; nothing where there are none."""
+    listed = ", ".join(sorted(names))
+    if listed:
+        print_text(f"{label}: {listed}")
+
+
 def _write(text: str) -> None:
     """To stdout; a reader that has seen enough, as in ``objstate inspect LOG | head``, is no error."""
     try:

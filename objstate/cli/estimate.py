@@ -7,7 +7,13 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from objstate.cli.console import log_to_terminal, print_table, print_text, print_warnings
+from objstate.cli.console import (
+    log_to_terminal,
+    print_names,
+    print_table,
+    print_text,
+    print_warnings,
+)
 from objstate.cli.error_tables import robot_table
 from objstate.cli.options import Mounts, Overwrite, Quiet
 from objstate.cli.parsing import POSE, check_span, parse_mounts, parse_pose, split_topics
@@ -128,12 +134,13 @@ def _print(
     from objstate.recording.tum import TRAJECTORY, read_tum
     from objstate.run import FILES
 
-    states = latest_states(read_estimates(result.folder), true_states or ())
+    estimates = read_estimates(result.folder)
+    states = latest_states(estimates, true_states or (), result.lost_ns)
     if states:
         print_table(state_table(states, result.begin_ns, with_truth=true_states is not None))
-    unseen = sorted(set(result.objects) - {state.estimate.object for state in states})
-    if unseen:
-        print_text(f"Never near: {', '.join(unseen)}")
+    known, near = {state.estimate.object for state in states}, set(estimates["object"])
+    print_names("Never near", set(result.objects) - near)
+    print_names("Near only while the robot was lost", near - known)
     print_text(
         f"{result.log_seconds:.0f} s of log in {result.elapsed_seconds:.1f} s, "
         f"{result.log_seconds / result.elapsed_seconds:.0f} x real time."

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from objstate.cli.console import print_table, print_text
+from objstate.cli.console import print_names, print_table, print_text
 from objstate.cli.error_tables import LEGEND, errors_table, robot_table
 from objstate.errors import ResultError
 
@@ -70,12 +70,7 @@ def _print(evaluation: Evaluation) -> None:
         print_text("No object was observed while its true state is known.")
     if evaluation.robot is not None:
         print_table(robot_table(evaluation.robot))
-    _print_names("Without truth", evaluation.without_truth)
-    _print_names("Never observed", evaluation.never_observed)
-    _print_names("Observed only before the truth begins", evaluation.before_truth)
-    _print_names("Never estimated", evaluation.never_estimated)
-
-
-def _print_names(label: str, names: tuple[str, ...]) -> None:
-    if names:
-        print_text(f"{label}: {', '.join(names)}")
+    print_names("Without truth", evaluation.without_truth)
+    print_names("Never observed", evaluation.never_observed)
+    print_names("Observed only before the truth begins", evaluation.before_truth)
+    print_names("Never estimated", evaluation.never_estimated)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from objstate.errors import ResultError, TruthError
+from objstate.evaluation.lost import Stretches, read_lost
 from objstate.evaluation.robot import RobotErrors, compare_paths
 from objstate.evaluation.states import (
     Comparison,
@@ -37,7 +38,7 @@ class CoordinateErrors:
     coordinate: str
     unit: str  # rad or m
     updates: StateErrors | None  # over all updates that observed the object
-    final: StateErrors | None  # over the last one before each change of state and before the end
+    final: StateErrors | None  # over the last one before each change and the end that stood
 
 
 @dataclass(frozen=True)
@@ -61,11 +62,13 @@ def evaluate(folder: str | Path, truth: str | Path, path: str | Path | None = No
     """Compare the result in ``folder`` with true states (CSV) and, if given, the true path (TUM).
 
     An object is evaluated at the updates that observed it, from the first stamp of
-    its truth on. Raises ResultError for a folder that holds no result and
+    its truth on; what was taken back because the robot was lost counts among the
+    updates, but not as final. Raises ResultError for a folder that holds no result and
     TruthError for a truth that can't be used or has no object of the result.
     """
     estimates = read_estimates(folder)
-    evaluation = evaluate_states(estimates, read_truth(truth), source=str(truth))
+    lost = read_lost(folder)
+    evaluation = evaluate_states(estimates, read_truth(truth), lost, source=str(truth))
     if path is None:
         return evaluation
     robot = compare_paths(read_tum(Path(folder) / TRAJECTORY), read_tum(path))
@@ -73,7 +76,11 @@ def evaluate(folder: str | Path, truth: str | Path, path: str | Path | None = No
 
 
 def evaluate_states(
-    estimates: pl.DataFrame, truth: Iterable[TrueState], *, source: str = "The truth"
+    estimates: pl.DataFrame,
+    truth: Iterable[TrueState],
+    lost: Stretches = (),
+    *,
+    source: str = "The truth",
 ) -> Evaluation:
     """The errors of estimates (columns as in ``estimates.parquet``) against true states.
 
@@ -90,7 +97,7 @@ def evaluate_states(
             f"result has {_listed(estimated)}; use the truth of the same building."
         )
     compared = {
-        key: compare(key[1], posteriors, courses[key])
+        key: compare(key[1], posteriors, courses[key], lost)
         for key, posteriors in observed_posteriors(estimates).items()
         if key in courses
     }

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from objstate.evaluation.lost import Stretches, within
 from objstate.evaluation.states import Coordinate, TrueCourse, error, true_courses
 from objstate.records import Estimate, TrueState
 
@@ -24,13 +25,18 @@ class LatestState:
     error: float | None  # estimate minus truth; rotations wrapped
 
 
-def latest_states(estimates: pl.DataFrame, truth: Iterable[TrueState] = ()) -> list[LatestState]:
+def latest_states(
+    estimates: pl.DataFrame, truth: Iterable[TrueState] = (), lost: Stretches = ()
+) -> list[LatestState]:
     """The latest state of every coordinate of every object, by object's name.
 
     ``estimates`` has the columns of ``estimates.parquet``; ``truth`` is in time order.
+    What was estimated while the robot was ``lost`` was taken back, and doesn't count.
     """
+    taken_back = within(estimates["stamp"].to_numpy(), lost)
     last = (
-        estimates.sort("observed", "stamp", maintain_order=True)
+        estimates.filter(~taken_back)
+        .sort("observed", "stamp", maintain_order=True)
         .unique(["object", "coordinate"], keep="last", maintain_order=True)
         .sort("object", maintain_order=True)
     )

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from objstate.evaluation.lost import Stretches, within
 from objstate.evaluation.summary import ROTATIONS
 from objstate.geometry import BoolArray, FloatArray, IntArray, wrap
 from objstate.records import TrueState
@@ -69,7 +70,7 @@ class Comparison:
 
     errors: FloatArray  # (n,) estimate minus truth; rotations wrapped
     inside: BoolArray  # (n,) the truth lies inside the 90 % interval
-    final: BoolArray  # (n,) the last update before the state changes or the log ends
+    final: BoolArray  # (n,) the last update before the state changes or the log ends that stood
 
 
 def observed_posteriors(estimates: pl.DataFrame) -> dict[Coordinate, Posteriors]:
@@ -92,16 +93,22 @@ def true_courses(truth: Iterable[TrueState]) -> dict[Coordinate, TrueCourse]:
     return {key: TrueCourse.of(group) for key, group in rows.items()}
 
 
-def compare(coordinate: str, posteriors: Posteriors, truth: TrueCourse) -> Comparison:
-    """Estimates beside the truth; those before the first true value are left out."""
+def compare(
+    coordinate: str, posteriors: Posteriors, truth: TrueCourse, lost: Stretches = ()
+) -> Comparison:
+    """Estimates beside the truth; those before the first true value are left out.
+
+    Those made while the robot was ``lost`` were taken back, so that none of them is final.
+    """
     period = truth.period(posteriors.stamps_ns)
     known = period >= 0
     period = period[known]
+    stood = ~within(posteriors.stamps_ns[known], lost)
     true = truth.values[period]
     return Comparison(
         errors=error(coordinate, posteriors.means[known], true),
         inside=_inside(coordinate, true, posteriors.lowers[known], posteriors.uppers[known]),
-        final=_last_of_each(period) & truth.standing[period],
+        final=_last_of_each(period, stood) & truth.standing[period],
     )
 
 
@@ -122,6 +129,9 @@ def _inside(
     return np.asarray(((lowers <= turned) & (turned <= uppers)).any(axis=0))
 
 
-def _last_of_each(period: IntArray) -> BoolArray:
-    """(n,) the last entry of each run of equal numbers in an ascending sequence."""
-    return np.append(period[1:] != period[:-1], True)[: len(period)]
+def _last_of_each(period: IntArray, chosen: BoolArray) -> BoolArray:
+    """(n,) the last chosen entry of each run of equal numbers in an ascending sequence."""
+    numbers = period[chosen]
+    last = np.zeros(len(period), dtype=bool)
+    last[chosen] = np.append(numbers[1:] != numbers[:-1], True)[: len(numbers)]
+    return last

@@ -8,6 +8,7 @@ import pytest
 
 from objstate.errors import ResultError, TruthError
 from objstate.evaluation import evaluate
+from objstate.recording.summary import write_summary
 from objstate.recording.tables import EstimateWriter, write_truth
 from objstate.recording.tum import TRAJECTORY, write_tum
 from objstate.records import Estimate, TrueState
@@ -21,6 +22,7 @@ def result(tmp_path: Path) -> Path:
     with EstimateWriter(tmp_path) as writer:
         writer.write(Estimate(int(t), "door", "angle", 0.6, 0.1, 0.4, 0.8, True) for t in stamps)
     write_truth(tmp_path / "truth.csv", [TrueState(0, "door", "angle", 0.5)])
+    write_summary(tmp_path, {"lost_ns": []})
     write_tum(tmp_path / TRAJECTORY, RobotPath(stamps, np.array([[0.0, 0.5, 0.0]] * 3)))
     write_tum(tmp_path / "true.tum", RobotPath(stamps, np.zeros((3, 3))))
     return tmp_path
@@ -44,6 +46,23 @@ def test_an_evaluation_is_json(result: Path) -> None:
     evaluation = evaluate(result, result / "truth.csv", result / "true.tum")
     text = json.dumps(evaluation.to_dict(), allow_nan=False)
     assert json.loads(text)["objects"][0]["final"]["count"] == 1
+
+
+def test_what_was_taken_back_is_never_final(result: Path) -> None:
+    write_summary(result, {"lost_ns": [[400_000_000, 800_000_001]]})
+    (door,) = evaluate(result, result / "truth.csv").objects
+    assert door.updates is not None
+    assert door.final is not None
+    assert (door.updates.count, door.final.count) == (3, 1)
+    write_summary(result, {"lost_ns": [[0, 800_000_001]]})
+    (door,) = evaluate(result, result / "truth.csv").objects
+    assert door.final is None
+
+
+def test_a_result_that_does_not_say_when_it_was_lost_is_refused(result: Path) -> None:
+    write_summary(result, {})
+    with pytest.raises(ResultError, match="lost_ns"):
+        evaluate(result, result / "truth.csv")
 
 
 def test_a_folder_without_estimates_is_refused(tmp_path: Path) -> None:

@@ -29,6 +29,15 @@ def test_an_object_never_observed_shows_its_last_estimate() -> None:
     assert door.estimate.stamp_ns == 2
 
 
+def test_what_was_taken_back_because_the_robot_was_lost_does_not_count() -> None:
+    rows = frame(*(angle(stamp, "a", stamp / 10, True) for stamp in (1, 2, 3, 4)))
+    (door,) = latest_states(rows, lost=[(3, 4), (4, 9)])
+    assert door.estimate.stamp_ns == 2
+    (door,) = latest_states(rows, lost=[(1, 4)])
+    assert door.estimate.stamp_ns == 4
+    assert latest_states(rows, lost=[(0, 9)]) == []
+
+
 def test_truth_is_that_of_the_stamp_and_the_error_wraps() -> None:
     truth = [TrueState(0, "a", "angle", -3.1), TrueState(5, "a", "angle", 1.0)]
     (door,) = latest_states(frame(angle(3, "a", 3.1, True)), truth)
