@@ -42,7 +42,7 @@ def drive(scene: Path, seed: int) -> tuple[np.ndarray, np.ndarray, float, float]
         result = estimate_log([simulated.log], building, Path(folder) / "result", None)
         states = [
             each
-            for each in latest_states(read_estimates(result.folder), truth)
+            for each in latest_states(read_estimates(result.folder), truth, result.lost_ns)
             if each.error is not None and each.estimate.observed
         ]
         robot = compare_paths(

@@ -111,7 +111,7 @@ def localize(drive: Drive) -> Iterator[str]:
         x, y, yaw = path.poses[-1]
         yield f"at the end: x {x:.2f} m, y {y:.2f} m, yaw {np.degrees(yaw):.1f} deg"
         yield from fit(log, urdf, path)
-        for state in latest_states(read_estimates(out)):
+        for state in latest_states(read_estimates(out), lost=result.lost_ns):
             e = state.estimate
             mean, lower, upper = np.degrees([e.mean, e.lower, e.upper])
             yield f"{e.object}: {mean:.1f} deg ({lower:.1f} to {upper:.1f})"
