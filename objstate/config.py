@@ -40,8 +40,8 @@ class BeamModelSettings(Strict):
     z_hit: NonNegative = 0.85
     z_short: NonNegative = 0.05
     z_max: NonNegative = 0.05
-    z_rand: NonNegative = 0.05
-    sigma_hit: Positive = 0.04  # m
+    z_rand: NonNegative = 0.15
+    sigma_hit: Positive = 0.06  # m
     lambda_short: NonNegative = 0.5  # 1/m
 
     @model_validator(mode="after")
@@ -73,7 +73,7 @@ class LocalizationSettings(Strict):
     update_min_d: Positive = 0.25  # m; the alphas are meant for steps of this length
     update_min_a: Positive = 0.2  # rad; or for turns of this angle
     max_beams: Count = 48  # of one scan, evenly spread
-    tempering: Exponent = 0.2  # exponent on the likelihood of a scan
+    tempering: Exponent = 0.1  # exponent on the likelihood of a scan
     initial_xy_std: NonNegative = 0.3  # m, of a start pose given without deviations
     initial_yaw_std_deg: NonNegative = 10.0
     lost_above: Share = 0.12  # of returning beams that pass through walls: search the robot anew

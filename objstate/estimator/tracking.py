@@ -81,8 +81,16 @@ class Patience:
 
 
 def share_through_walls(measured: FloatArray, walls: FloatArray, margin: float) -> float:
-    """Share of returning beams (n,) that measured more than ``margin`` m beyond the walls (n,)."""
+    """Share of returning beams (n,) that measured more than ``margin`` m beyond the walls (n,).
+
+    Beams stand in the order of their bearings. The farthest wall of a beam and its
+    two neighbours counts, since beside a corner, or along a wall, a small turn of
+    the robot moves the expected range far.
+    """
     returns = np.isfinite(measured)
     if not returns.any():
         return 0.0
-    return float(np.mean(measured[returns] > walls[returns] + margin))
+    farthest = walls.copy()
+    farthest[1:] = np.maximum(farthest[1:], walls[:-1])
+    farthest[:-1] = np.maximum(farthest[:-1], walls[1:])
+    return float(np.mean(measured[returns] > farthest[returns] + margin))
