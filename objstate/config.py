@@ -22,6 +22,8 @@ NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Share = Annotated[float, Field(ge=0, le=1)]
 Exponent = Annotated[float, Field(gt=0, le=1)]
 Count = Annotated[int, Field(ge=1)]
+ResolutionDeg = Annotated[float, Field(ge=0.01, le=30)]
+ResolutionM = Annotated[float, Field(ge=0.0001, le=0.2)]
 
 
 class Strict(BaseModel):
@@ -126,8 +128,8 @@ class DoorSettings(Strict):
     prior_std_deg: Positive = 10.0
     prior_std_m: Positive = 0.1
     dynamics: Dynamics = Dynamics(moves_per_hour=2.0, drift_deg=0.05, drift_m=0.001)
-    resolution_deg: Positive = 0.5  # spacing of the sampled angles
-    resolution_m: Positive = 0.005
+    resolution_deg: ResolutionDeg = 0.5  # spacing of the sampled angles
+    resolution_m: ResolutionM = 0.005
 
 
 class FurnitureSettings(Strict):
@@ -162,8 +164,8 @@ class ObjectRule(Strict):
     prior_std_deg: Positive | None = None
     prior_std_m: Positive | None = None
     dynamics: Dynamics | None = None
-    resolution_deg: Positive | None = None
-    resolution_m: Positive | None = None
+    resolution_deg: ResolutionDeg | None = None
+    resolution_m: ResolutionM | None = None
     samples: Count | None = None
     first_samples: Count | None = None
     scouts: Count | None = None
