@@ -68,9 +68,7 @@ class Estimator:
         self.warnings: list[str] = []
         self.scans_without_pose = 0
         self.corrections = 0  # scans that localized the robot
-        self.lost: list[
-            tuple[int, int]
-        ] = []  # stretches, ns, after which the robot was found again
+        self.lost: list[tuple[int, int]] = []  # ns, stretches in which the robot was lost
         self._localizes_itself = belief == "own"
         self._rng = np.random.default_rng([seed, 0])
         self._search_rng = np.random.default_rng([seed, 2])
