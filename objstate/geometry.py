@@ -76,6 +76,12 @@ def weighted_pose_covariance(poses: FloatArray, weights: FloatArray) -> FloatArr
     return np.asarray((weights[:, None] * off).T @ off)
 
 
+def square_root(covariance: FloatArray) -> FloatArray:
+    """A matrix ``root`` (d, d) with ``root @ root.T == covariance``, which may be singular."""
+    values, vectors = np.linalg.eigh(covariance)
+    return np.asarray(vectors * np.sqrt(values.clip(min=0.0)))
+
+
 def rotation_about(axis: ArrayLike, angles: ArrayLike) -> FloatArray:
     """Rotation matrices (..., 3, 3) by ``angles`` (...) about one unit ``axis`` (3,) (Rodrigues)."""
     x, y, z = np.asarray(axis, dtype=float)

@@ -27,14 +27,15 @@ class Surroundings:
     def __init__(self, building: Building) -> None:
         self.names = tuple(building.objects)
         self._index = {name: k for k, name in enumerate(self.names)}
-        circles = [_circle_of_states(item, item_states(item)) for item in building.objects.values()]
+        self._reach = {name: _reach(item) for name, item in building.objects.items()}
+        circles = [_circle(item, self._reach[name]) for name, item in building.objects.items()]
         self._circles = np.array(circles).reshape(-1, 3)  # x, y, radius
 
     def follow(self, name: str, belief: ObjectBelief) -> None:
         """Let a piece of furniture's circle follow its belief."""
         if belief.item.kind is Kind.PLANAR:
             strayed = SPREAD_SIGMAS * float(np.hypot(belief.std[0], belief.std[1]))
-            radius = _reach(belief.item) + strayed
+            radius = self._reach[name] + strayed
             self._circles[self._index[name]] = [*belief.mean[:2], radius]
 
     def within(self, robot: PoseBelief, distance: float) -> list[str]:
@@ -87,11 +88,12 @@ def item_states(item: MovableObject) -> FloatArray:
     return np.array([[item.lower], [item.upper]])
 
 
-def _circle_of_states(item: MovableObject, states: FloatArray) -> tuple[float, float, float]:
-    places = item.transforms(states)[:, :2, 3]
+def _circle(item: MovableObject, reach: float) -> tuple[float, float, float]:
+    """Middle and radius of the circle that holds an object of some reach in all its states."""
+    places = item.transforms(item_states(item))[:, :2, 3]
     middle = places.mean(axis=0)
     strayed = float(np.hypot(*(places - middle).T).max())
-    return float(middle[0]), float(middle[1]), _reach(item) + strayed
+    return float(middle[0]), float(middle[1]), reach + strayed
 
 
 def _reach(item: MovableObject) -> float:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from objstate.config import LocalizationSettings
-from objstate.geometry import FloatArray, wrap
+from objstate.geometry import FloatArray, square_root, wrap
 from objstate.localization.belief import PoseBelief
 from objstate.localization.motion import sample_motion
 from objstate.particles import Weights, kld_sample_size, largest_step, systematic
@@ -90,9 +90,8 @@ class Localizer:
 
     def _kernel(self, belief: PoseBelief, count: int) -> FloatArray:
         """Square root (3, 3) of the covariance of the kernel around each of ``count`` samples."""
-        values, vectors = np.linalg.eigh(belief.covariance)
-        root = vectors * np.sqrt(values.clip(min=0.0))
-        root *= self.settings.kernel_width * count ** (-1.0 / 7.0)  # the optimal order in 3-D
+        width = self.settings.kernel_width * count ** (-1.0 / 7.0)  # the optimal order in 3-D
+        root = width * square_root(belief.covariance)
         widest = np.abs(root).sum(axis=1) / self._bin
         return np.asarray(root / max(1.0, float(widest.max())))
 

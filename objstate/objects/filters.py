@@ -16,7 +16,7 @@ import numpy as np
 
 from objstate.building.model import Kind, MovableObject
 from objstate.config import DoorSettings, FurnitureSettings, ObjectSettings, Settings
-from objstate.geometry import FloatArray, IntArray, weighted_pose_mean, wrap
+from objstate.geometry import FloatArray, IntArray, square_root, weighted_pose_mean, wrap
 from objstate.objects.belief import ObjectBelief
 from objstate.objects.evidence import ScanEvidence
 from objstate.particles import Weights, largest_step, systematic
@@ -158,7 +158,8 @@ class SampleFilter:
     def prior(self, rng: np.random.Generator) -> ObjectBelief:
         s = self.settings
         states = self._of_prior(s.first_samples + s.scouts, rng)
-        weights = _two_parts(s.first_samples, s.scouts, s.scout_weight)
+        equal = np.full(s.first_samples, 1.0 / s.first_samples)
+        weights = _joined(equal, s.scouts, s.scout_weight)
         return ObjectBelief(self.item, states, weights, cell=np.zeros(3))
 
     def predict(
@@ -211,9 +212,8 @@ class SampleFilter:
                 states, weights = self._resampled(states, weights, rng)
         scouts = self._scouts(states, weights, belief.states[count:], values[count:], rng)
         share = max(share, s.scout_weight)
-        joined = [(1.0 - share) * weights, np.full(s.scouts, share / s.scouts)]
         return belief.with_samples(
-            np.concatenate([states, scouts]), Weights.of(np.concatenate(joined))
+            np.concatenate([states, scouts]), _joined(weights, s.scouts, share)
         )
 
     def _scouts(
@@ -263,19 +263,16 @@ class SampleFilter:
         mean = weighted_pose_mean(states, weights)
         off = states - mean
         off[:, 2] = wrap(off[:, 2])
-        values, vectors = np.linalg.eigh((weights[:, None] * off).T @ off)
-        root = vectors * np.sqrt(values.clip(min=0.0))
-        noise = rng.standard_normal((count, 3)) @ root.T
+        noise = rng.standard_normal((count, 3)) @ square_root((weights[:, None] * off).T @ off).T
         chosen = off[systematic(Weights.of(weights), count, rng)]
         out = mean + SHRINK * chosen + np.sqrt(1.0 - SHRINK**2) * noise
         out[:, 2] = wrap(out[:, 2])
         return out, np.full(count, 1.0 / count)
 
 
-def _two_parts(count: int, scouts: int, scout_weight: float) -> Weights:
-    """Equal weights of ``count`` samples, and of the scouts that share ``scout_weight``."""
-    parts = [np.full(count, (1.0 - scout_weight) / count), np.full(scouts, scout_weight / scouts)]
-    return Weights.of(np.concatenate(parts))
+def _joined(weights: FloatArray, scouts: int, share: float) -> Weights:
+    """Weights of samples (n,), which sum to one, and of the scouts behind them, who have ``share``."""
+    return Weights.of(np.append((1.0 - share) * weights, np.full(scouts, share / scouts)))
 
 
 def _worth_casting(weights: Weights) -> IntArray:
