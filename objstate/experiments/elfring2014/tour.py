@@ -1,0 +1,34 @@
+"""The fixed path along all objects."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from objstate.geometry import FloatArray, IntArray
+
+
+def shortest_tour(places: FloatArray) -> IntArray:
+    """A short round trip (n,) through places (n, 2): the nearest next, then untangled by 2-opt."""
+    distance = np.linalg.norm(places[:, None] - places, axis=2)
+    order = [0]
+    while len(order) < len(places):
+        left = [k for k in range(len(places)) if k not in order]
+        order.append(min(left, key=lambda k: distance[order[-1], k]))
+    return np.array(_untangled(order, distance))
+
+
+def _untangled(order: list[int], distance: FloatArray) -> list[int]:
+    """The tour with stretches turned round as long as that makes it shorter."""
+    count, improved = len(order), True
+    while improved:
+        improved = False
+        for start in range(count - 1):
+            for end in range(start + 1, count):
+                turned = order[:start] + order[start : end + 1][::-1] + order[end + 1 :]
+                if _length(turned, distance) < _length(order, distance) - 1e-9:
+                    order, improved = turned, True
+    return order
+
+
+def _length(order: list[int], distance: FloatArray) -> float:
+    return float(distance[order, np.roll(order, -1)].sum())
