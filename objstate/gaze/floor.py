@@ -66,6 +66,13 @@ class Floor:
         return np.asarray(self.clearance > self.settings.robot_radius)
 
     @cached_property
+    def pieces(self) -> IntArray:
+        """(cells,) number of the connected piece of free floor that each cell is in; 0 for none."""
+        from scipy.ndimage import label
+
+        return np.asarray(label(self.free, np.ones((3, 3)))[0].reshape(-1), dtype=np.int64)
+
+    @cached_property
     def places(self) -> FloatArray:
         """(cells, 2) m, middles of all cells, row by row."""
         rows, columns = np.indices(self.free.shape)

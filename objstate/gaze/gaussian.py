@@ -7,6 +7,7 @@ coordinates are independent, so a covariance is its diagonal (section 7, Elfring
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
@@ -14,13 +15,15 @@ from objstate.gaze.entropy import diagonal_entropy
 from objstate.gaze.sensors import Sensor
 from objstate.geometry import BoolArray, FloatArray, IntArray
 
+Counting = Literal["every update", "at the end"]
+
 
 @dataclass(frozen=True, eq=False)
 class PointBeliefs:
     """Gaussian beliefs of several objects' positions. A value: steps return new ones."""
 
-    means: FloatArray  # (n, 2) m
-    variances: FloatArray  # (n, 2) m^2
+    means: FloatArray  # (n, d) m; the first two are on the floor
+    variances: FloatArray  # (n, d) m^2
     drift: FloatArray  # (n,) m^2, variance that a time step adds
 
     def predicted(self) -> PointBeliefs:
@@ -28,7 +31,7 @@ class PointBeliefs:
         return replace(self, variances=self.variances + self.drift[:, None])
 
     def updated(self, measured: BoolArray, positions: FloatArray, noise: float) -> PointBeliefs:
-        """After measuring some objects (n,) at ``positions`` (n, 2), each with variance ``noise``."""
+        """After measuring some objects (n,) at ``positions`` (n, d), each with variance ``noise``."""
         share = np.where(measured[:, None], self.variances / (self.variances + noise), 0.0)
         means = self.means + share * (positions - self.means)
         return replace(self, means=means, variances=(1.0 - share) * self.variances)
@@ -39,16 +42,19 @@ class PointBeliefs:
         return diagonal_entropy(self.variances)
 
 
-MODE = 0
 def gains_along(
-    beliefs: PointBeliefs, ways: FloatArray, lengths: IntArray, sensor: Sensor
+    beliefs: PointBeliefs,
+    ways: FloatArray,
+    lengths: IntArray,
+    sensor: Sensor,
+    counting: Counting = "every update",
 ) -> FloatArray:
     """Expected information gain (a,) in nats of each of some ways (section 5.2).
 
     ``ways`` (a, k, 3) are poses, one a time step, of which the first ``lengths`` (a,) count. At
     each one the beliefs are predicted, and what is in view is updated by a fake measurement
-    at its mean with the sensor's variance. A way's gain is the sum of the gains, eq. (6), of all
-    its updates.
+    at its mean with the sensor's variance. A way's gain is the sum of the gains, eq. (6), of
+    ``every update``, or by how much less entropy is left ``at the end`` than without any.
     """
     from objstate.gaze.kernels import gains_along as kernel
 
@@ -63,8 +69,8 @@ def gains_along(
         sensor.range_max,
         sensor.field_of_view,
         sensor.sigma**2,
+        counting == "at the end",
         out,
-        MODE,
     )
     return out
 
@@ -72,7 +78,7 @@ def gains_along(
 def straight_ways(
     start: FloatArray, goals: FloatArray, stride: float
 ) -> tuple[FloatArray, IntArray]:
-    """Poses (a, k, 3), one a time step, straight from ``start`` (2,) to each goal (a, 2), and how many.
+    """Poses (a, k, 3), one a time step, straight from ``start`` (2,) to goals (a, 2); how many (a,).
 
     ``stride`` m is driven in a time step; a way ends in the goal and has at least one pose.
     """

@@ -11,7 +11,7 @@ from objstate.geometry import FloatArray, IntArray
 @njit(cache=True, nogil=True)
 def gains_along(
     means: FloatArray,  # (n, 2)
-    variances: FloatArray,  # (n, 2)
+    variances: FloatArray,  # (n, d)
     drift: FloatArray,  # (n,)
     ways: FloatArray,  # (a, k, 3)
     lengths: IntArray,  # (a,)
@@ -19,19 +19,16 @@ def gains_along(
     range_max: float,
     field_of_view: float,
     noise: float,
+    at_the_end: bool,
     out: FloatArray,  # (a,)
-    mode: int = 0,
 ) -> None:
-    """Sum of the entropy drops of all updates along each way, nats."""
+    """The gains that ``gaussian.gains_along`` describes, nats."""
     for a in range(len(ways)):
-        log_shares = 0.0
+        gain = 0.0
         for n in range(len(means)):
-            first, second = variances[n, 0], variances[n, 1]
-            if mode == 3 and n != a: continue
-            once = False
+            spread = variances[n].copy()
             for k in range(lengths[a]):
-                first += drift[n]
-                second += drift[n]
+                spread += drift[n]
                 dx, dy = means[n, 0] - ways[a, k, 0], means[n, 1] - ways[a, k, 1]
                 distance = np.sqrt(dx * dx + dy * dy)
                 if distance < range_min or distance > range_max:
@@ -39,12 +36,11 @@ def gains_along(
                 turn = (np.arctan2(dy, dx) - ways[a, k, 2] + np.pi) % (2.0 * np.pi) - np.pi
                 if abs(turn) > field_of_view / 2.0:
                     continue
-                if once and mode == 4: continue
-                once = True
-                if mode in (0, 3, 4): log_shares += np.log((1.0 + first / noise) * (1.0 + second / noise))
-                first *= noise / (first + noise)
-                second *= noise / (second + noise)
-            f0 = variances[n, 0] + drift[n]*lengths[a]
-            if mode == 1: log_shares += 2*np.log(f0/first)
-            if mode == 2: log_shares += 2*np.log(variances[n,0]/first)
-        out[a] = 0.5 * log_shares
+                for d in range(len(spread)):
+                    if not at_the_end:
+                        gain += 0.5 * np.log(1.0 + spread[d] / noise)
+                    spread[d] *= noise / (spread[d] + noise)
+            if at_the_end:
+                unseen = variances[n] + lengths[a] * drift[n]
+                gain += 0.5 * np.log(unseen / spread).sum()
+        out[a] = gain

@@ -37,24 +37,26 @@ def viewpoints(
     walls: EmbreeCaster,
     height: float,
     settings: ViewpointSettings,
-) -> FloatArray:
-    """Poses (k, 3) from which to look at an object, no more than the settings' ``places``.
+    piece: int,
+) -> tuple[FloatArray, IntArray]:
+    """Poses (k, 3) from which to look at an object, no more than the settings' ``places``, and cells.
 
-    They stand on the free floor, see the object's middle past the walls at ``height`` m,
+    They stand in one connected ``piece`` of the free floor, see the object's middle past the walls at ``height`` m,
     face it, and are as far from one another as can be.
     """
     s, middle = settings, middle_of(belief)
     off = floor.places - middle
     distance = np.hypot(off[:, 0], off[:, 1])
-    ring = floor.free.reshape(-1) & (distance >= s.nearest) & (distance <= s.farthest)
+    ring = (floor.pieces == piece) & (distance >= s.nearest) & (distance <= s.farthest)
     cells = np.flatnonzero(ring)
     cells = cells[_in_sight(floor.places[cells], middle, walls, height)]
     if not len(cells):
-        return np.zeros((0, 3))
+        return np.zeros((0, 3)), cells
     first = int(np.abs(distance[cells] - s.preferred).argmin())
-    chosen = floor.places[cells[_far_apart(floor.places[cells], first, s.places)]]
-    towards = middle - chosen
-    return np.column_stack([chosen, np.arctan2(towards[:, 1], towards[:, 0])])
+    chosen = cells[_far_apart(floor.places[cells], first, s.places)]
+    towards = middle - floor.places[chosen]
+    yaw = np.arctan2(towards[:, 1], towards[:, 0])
+    return np.column_stack([floor.places[chosen], yaw]), chosen
 
 
 def _in_sight(

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from objstate.building.model import Building, Kind
 from objstate.config import Positive, Settings, Strict
 from objstate.errors import SettingsError
-from objstate.gaze.entropy import belief_entropy
 from objstate.gaze.floor import Floor, FloorSettings, Ways, length_of
 from objstate.gaze.laser import LaserLooks, Look, LookSettings
 from objstate.gaze.sensors import Sensor
@@ -62,6 +61,7 @@ class Coordinator:
         sensors: the robot's lasers.
         settings: every constant of the choice.
         estimation: the estimator's settings, whose beam model says what readings tell.
+        floor: where the robot may drive; by default wherever walls leave room.
     """
 
     def __init__(
@@ -70,13 +70,14 @@ class Coordinator:
         sensors: Sequence[Sensor],
         settings: CoordinatorSettings | None = None,
         estimation: Settings | None = None,
+        floor: Floor | None = None,
     ) -> None:
         s = settings or CoordinatorSettings()
         if not sensors:
             raise SettingsError("A robot without a sensor can't look at anything; give one.")
         self.settings = s
         self.building = building
-        self.floor = Floor.of(building, s.floor)
+        self.floor = floor or Floor.of(building, s.floor)
         self.sensors = {each.name: each for each in sensors}
         estimation = estimation or Settings()
         self._reach = estimation.object_updates.max_distance
@@ -84,7 +85,7 @@ class Coordinator:
             each.name: LaserLooks(building, each, estimation, s.looks) for each in sensors
         }
         self._walls = EmbreeCaster(building.walls)
-        self._viewpoints: dict[tuple[object, ...], FloatArray] = {}
+        self._viewpoints: dict[tuple[object, ...], tuple[FloatArray, IntArray]] = {}
         self._known: dict[tuple[object, ...], Look | None] = {}
 
     def actions(
@@ -119,8 +120,9 @@ class Coordinator:
         belief = scene.beliefs[name]
         found = []
         for sensor in self.sensors.values():
-            for pose in self._places(belief, sensor):
-                way = ways.to(self.floor.nearest(pose[:2]))
+            piece = int(self.floor.pieces[ways.start])
+            for pose, cell in zip(*self.places(belief, sensor, piece), strict=True):
+                way = ways.to(int(cell))
                 if way is not None:
                     found.append(self._action(scene, name, sensor, pose, way))
         return found
@@ -155,13 +157,16 @@ class Coordinator:
         heading = np.rint(np.arctan2(ahead[:, 1], ahead[:, 0]) / turn) * turn
         return np.vstack([np.column_stack([raster, wrap(heading)]), pose])
 
-    def _places(self, belief: ObjectBelief, sensor: Sensor) -> FloatArray:
-        key: tuple[object, ...] = (belief.item.name, sensor.name)
+    def places(
+        self, belief: ObjectBelief, sensor: Sensor, piece: int
+    ) -> tuple[FloatArray, IntArray]:
+        """Poses (k, 3) from which to look at an object, and their cells (k,) of the floor."""
+        key: tuple[object, ...] = (belief.item.name, sensor.name, piece)
         if belief.item.kind is Kind.PLANAR:
             key += tuple(np.rint(belief.mean[:2] / ROOM).tolist())
         if key not in self._viewpoints:
             self._viewpoints[key] = viewpoints(
-                belief, self.floor, self._walls, sensor.height, self.settings.viewpoints
+                belief, self.floor, self._walls, sensor.height, self.settings.viewpoints, piece
             )
         return self._viewpoints[key]
 

@@ -7,22 +7,24 @@ from typing import Literal
 
 import numpy as np
 
-from objstate.gaze.sensors import ALL_ROUND, Sensor
+from objstate.gaze.gaussian import Counting
+from objstate.gaze.sensors import Sensor
 
 Strategy = Literal["coordinator", "fixed path"]
+KINECT = np.radians(57.0)  # rad, the horizontal field of view of the sensor that inspired the paper's
 
 
 @dataclass(frozen=True)
 class Assumptions:
     """What section 7 doesn't say. The defaults come nearest to the counts that it gives."""
 
-    speed: float = 0.75  # m/s
-    step: float = 1.0  # s, of the filters, the sensor and the decisions
-    field_of_view: float = ALL_ROUND  # rad
-    order: Literal["shortest", "random"] = "shortest"  # of the fixed path
-    stop_at: float = 0.0  # m before an object, where an action ends
-    replans: bool = False
-    updates_when_idle: bool = True  # whether a robot that waits updates what it sees
+    speed: float = 1.3  # m/s; with it the fixed path takes as many actions as the paper's
+    step: float = 0.5  # s, of the filters, the sensor and the decisions
+    field_of_view: float = KINECT  # rad
+    order: Literal["random", "shortest"] = "random"  # of the fixed path, along the objects
+    coordinates: int = 2  # of an object's position
+    counting: Counting = "every update"  # what of a way counts as its gain
+    updates_when_idle: bool = False  # whether a robot that waits updates what it sees
 
 
 @dataclass(frozen=True)
@@ -55,3 +57,8 @@ class Setup:
     @property
     def steps(self) -> int:
         return round(self.duration / self.assumptions.step)
+
+    @property
+    def stride(self) -> float:
+        """m, driven in a time step."""
+        return self.assumptions.speed * self.assumptions.step

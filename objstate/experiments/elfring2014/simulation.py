@@ -7,10 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from objstate.experiments.elfring2014.setup import Setup
-from objstate.experiments.elfring2014.tour import shortest_tour
-from objstate.gaze.gaussian import PointBeliefs, gains_along, straight_ways
+from objstate.experiments.elfring2014.strategies import strategy
+from objstate.gaze.gaussian import PointBeliefs
 from objstate.geometry import FloatArray, IntArray
-from objstate.maintenance.choice import ChoiceSettings, best, costs, utilities
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,66 +39,39 @@ class Course:
 
 
 def simulate(setup: Setup, seed: int) -> Course:
-    """One run. The same seed gives every strategy the same room."""
-    room = np.random.default_rng([seed, 0])
+    """One run. The same seed gives every strategy the same room, start and readings."""
+    room, readings = (np.random.default_rng([seed, subject]) for subject in range(2))
     truth = room.uniform(0.0, setup.room, (setup.objects, 2))
-    drift = room.uniform(0.0, setup.largest_drift, setup.objects)
-    robot, readings = room.uniform(0.0, setup.room, 2), np.random.default_rng([seed, 1])
-    measured = _readings(truth, setup, readings)
-    beliefs = PointBeliefs(measured, np.full_like(truth, setup.noise), drift)
-    choose = _chooser(setup, truth, np.random.default_rng([seed, 2]))
-    sensor, entropies, places = setup.sensor, [], [robot]
+    pose = np.append(room.uniform(0.0, setup.room, 2), 0.0)
+    beliefs = _first_beliefs(setup, truth, room)
+    choose = strategy(setup, truth, np.random.default_rng([seed, 2]))
+    sensor, way, entropies, places = setup.sensor, np.empty((0, 3)), [], [pose[:2]]
     updates, approaches = (np.zeros(setup.objects, dtype=np.int64) for _ in range(2))
-    pose, way, target = np.append(robot, 0.0), np.empty((0, 3)), None
     for _ in range(setup.steps):
-        if not len(way) or (setup.assumptions.replans and setup.strategy == "coordinator"):
-            was = target if len(way) else None
-            target, way = choose(beliefs, pose)
-            if target is not None and target != was:
-                approaches[target] += 1
-        beliefs = beliefs.predicted()
-        if idle := not len(way):
-            seen = np.zeros(setup.objects, dtype=bool)
-        else:
+        if not len(way) and (chosen := choose(beliefs, pose[:2])):
+            target, way = chosen
+            approaches[target] += 1
+        looks = bool(len(way)) or setup.assumptions.updates_when_idle
+        if len(way):
             pose, way = way[0], way[1:]
-        if not idle or setup.assumptions.updates_when_idle:
-            seen = sensor.sees(pose, truth)
-        beliefs = beliefs.updated(seen, _readings(truth, setup, readings), setup.noise)
+        seen = sensor.sees(pose, truth) & looks
+        measured = _measured(setup, truth, readings)
+        beliefs = beliefs.predicted().updated(seen, measured, setup.noise)
         updates += seen
         entropies.append(beliefs.entropies)
         places.append(pose[:2])
     return Course(np.array(entropies), np.array(places), truth, updates, approaches)
 
 
-def _readings(truth, setup, rng):
-    return truth + np.sqrt(setup.noise) * rng.standard_normal(truth.shape)
+def _first_beliefs(setup: Setup, truth: FloatArray, rng: np.random.Generator) -> PointBeliefs:
+    """As after one measurement of each object."""
+    means = _measured(setup, truth, rng)
+    drift = rng.uniform(0.0, setup.largest_drift, setup.objects)
+    return PointBeliefs(means, np.full_like(means, setup.noise), drift)
 
 
-def _goals(setup, pose, means):
-    off = means - pose[:2]
-    d = np.hypot(off[:, 0], off[:, 1])
-    share = np.clip((d - setup.assumptions.stop_at), 0.0, None) / np.where(d > 0, d, 1)
-    return pose[:2] + share[:, None] * off
-
-
-def _chooser(setup, truth, rng):
-    stride = setup.assumptions.speed * setup.assumptions.step
-    if setup.strategy == "fixed path":
-        order = shortest_tour(truth) if setup.assumptions.order == "shortest" else rng.permutation(len(truth))
-        state = {"k": 0}
-        def fixed(beliefs, pose):
-            target = int(order[state["k"] % len(order)])
-            state["k"] += 1
-            ways, lengths = straight_ways(pose[:2], _goals(setup, pose, truth)[target][None], stride)
-            return target, ways[0]
-        return fixed
-    s = ChoiceSettings(gain_threshold=setup.gain_threshold, gain_norm=setup.gain_norm, cost_weight=setup.cost_weight, cost_scale=setup.room)
-    sensor = setup.sensor
-    def coordinate(beliefs, pose):
-        goals = _goals(setup, pose, beliefs.means)
-        ways, lengths = straight_ways(pose[:2], goals, stride)
-        gains = gains_along(beliefs, ways, lengths, sensor)
-        d = np.hypot(*(goals - pose[:2]).T)
-        k = best(gains, utilities(gains, costs(d, s), s), s)
-        return (None, np.empty((0, 3))) if k is None else (k, ways[k, : lengths[k]])
-    return coordinate
+def _measured(setup: Setup, truth: FloatArray, rng: np.random.Generator) -> FloatArray:
+    """Readings (n, d) of all positions; beyond the floor's two coordinates objects are at zero."""
+    positions = np.zeros((setup.objects, setup.assumptions.coordinates))
+    positions[:, :2] = truth
+    return np.asarray(positions + np.sqrt(setup.noise) * rng.standard_normal(positions.shape))
