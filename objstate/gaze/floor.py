@@ -16,7 +16,7 @@ from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.objects import ObjectBelief
 
 NEIGHBOURS = ((1, 0), (0, 1), (1, 1), (1, -1))  # half of a cell's eight; the others mirror them
-UNREACHABLE = -9999  # SciPy's predecessor of cells that no way leads to
+NODE = 0.6  # m, side of the squares of which one cell stands for all
 
 
 class FloorSettings(Strict):
@@ -110,6 +110,23 @@ class Floor:
     def _doorway_width(self) -> float:
         return self.settings.resolution
 
+    @cached_property
+    def nodes(self) -> IntArray:
+        """(cells,) for each free cell the roomiest one near it, in the same piece; -1 for others.
+
+        What is seen from a cell is about what is seen from its node.
+        """
+        rows, columns = np.indices(self.free.shape) // round(NODE / self.settings.resolution)
+        block = (rows * (columns.max() + 1) + columns).reshape(-1)
+        cells = np.flatnonzero(self.pieces)
+        order = np.lexsort((-self.clearance.reshape(-1)[cells], self.pieces[cells], block[cells]))
+        cells = cells[order]
+        starts = np.diff(block[cells], prepend=-1) != 0
+        starts |= np.diff(self.pieces[cells], prepend=-1) != 0
+        out = np.full(self.free.size, -1, dtype=np.int64)
+        out[cells] = cells[starts][np.cumsum(starts) - 1]
+        return out
+
     def ways_from(self, place: FloatArray, beliefs: Mapping[str, ObjectBelief]) -> Ways:
         """Cheapest ways from a place (2,) to everywhere, doors and furniture as believed.
 
@@ -158,11 +175,25 @@ class Floor:
 
     def _occupied(self, belief: ObjectBelief) -> IntArray:
         """The cells in which the robot would touch furniture at its mean."""
-        corners = _outline_from_above(belief.item)
-        place = belief.item.transforms(belief.mean[None])[0]
-        footprint = corners @ place[:2, :2].T + place[:2, 3]
-        near = np.flatnonzero(_inside(self.places, footprint, self.settings.robot_radius))
-        return near
+        item, margin = belief.item, self.settings.robot_radius
+        place = item.transforms(belief.mean[None])[0]
+        footprint = self._outlines[item.name] @ place[:2, :2].T + place[:2, 3]
+        near = self._within(footprint.min(axis=0) - margin, footprint.max(axis=0) + margin)
+        return near[_inside(self.places[near], footprint, margin)]
+
+    def _within(self, lower: FloatArray, upper: FloatArray) -> IntArray:
+        """Numbers of the cells between two corners (2,)."""
+        low = np.ceil((lower - self.origin) / self.settings.resolution).astype(np.int64).clip(min=0)
+        high = np.floor((upper - self.origin) / self.settings.resolution).astype(np.int64) + 1
+        rows, columns = self.free.shape
+        inside = np.arange(rows)[low[1] : high[1], None] * columns
+        return np.asarray(inside + np.arange(columns)[None, low[0] : high[0]]).reshape(-1)
+
+    @cached_property
+    def _outlines(self) -> dict[str, FloatArray]:
+        """By piece of furniture, its convex outline (k, 2) in its own frame."""
+        items = self.building.objects.values()
+        return {each.name: _outline_from_above(each) for each in items if each.kind is Kind.PLANAR}
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,14 +205,14 @@ class Ways:
     costs: FloatArray = field(repr=False)  # (cells,) m, tolls included; inf where none leads
     before: IntArray = field(repr=False)  # (cells,) the cell before each on its way
 
-    def to(self, cell: int) -> FloatArray | None:
-        """The way (k, 2) from the start to a cell, both included; None where there is none."""
+    def to(self, cell: int) -> IntArray | None:
+        """Cells (k,) of the way from the start to a cell, both included; None where there is none."""
         if not np.isfinite(self.costs[cell]):
             return None
         cells = [cell]
         while cells[-1] != self.start:
             cells.append(int(self.before[cells[-1]]))
-        return np.asarray(self.floor.places[cells[::-1]])
+        return np.array(cells[::-1])
 
 
 def leaf_ends(item: MovableObject) -> tuple[FloatArray, FloatArray]:

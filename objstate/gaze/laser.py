@@ -22,7 +22,7 @@ from objstate.records import Scan
 from objstate.sensing import BeamModel, ExpectedRanges, ScanView, Sensing
 
 FAKES = 8  # states of a door's belief, each with an equal share, at which readings are faked
-TEMPLATES = 32  # states of a door, evenly spread, at which readings are simulated
+TEMPLATES = 16  # states of a door, evenly spread, at which readings are simulated
 NUDGE = np.array([0.05, 0.05, 0.05])  # m, m, rad by which furniture is shifted to see what changes
 FORWARD = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 0], [1, 0, 1], [0, 1, 1]], dtype=float)
 
@@ -30,20 +30,21 @@ FORWARD = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 0], [1, 0, 1], [0, 1
 class LookSettings(Strict):
     """What a look from one place consists of."""
 
-    scans: NonNegative = 5.0  # taken while the robot looks
+    scans: NonNegative = 5.0  # taken where the robot stops to look
+    scans_on_way: NonNegative = 1.0  # taken of one object from about one place as it drives by
     beams_share: Share = 0.5  # of the beams of a scan that observe objects
     robot_std: NonNegative = 0.03  # m, by which an uncertain robot pose blurs ranges
 
 
 @dataclass(frozen=True, eq=False)
 class DoorLook:
-    """Log-likelihoods of all a door's states, were its readings those of some state."""
+    """Log-likelihoods of all a door's states, were the readings of a scan those of some state."""
 
     chosen: IntArray = field(repr=False)  # (k,) numbers of the states whose readings are simulated
     log_likelihood: FloatArray = field(repr=False)  # (k, s)
 
-    def gain(self, belief: ObjectBelief) -> float:
-        """Expected information gain, nats: the mean entropy drop over what the door may be.
+    def gain(self, belief: ObjectBelief, scans: float) -> float:
+        """Expected information gain of some scans, nats: the mean over what the door may be.
 
         A state between two simulated ones takes the readings of the nearer, shifted.
         """
@@ -53,7 +54,7 @@ class DoorLook:
         nearest = np.abs(self.chosen[None] - fakes[:, None]).argmin(axis=1)
         shift = fakes - self.chosen[nearest]
         states = (np.arange(len(prior)) - shift[:, None]).clip(0, len(prior) - 1)
-        shifted = self.log_likelihood[nearest[:, None], states]
+        shifted = scans * self.log_likelihood[nearest[:, None], states]
         posterior = prior * np.exp(shifted - shifted.max(axis=1, keepdims=True))
         posterior /= posterior.sum(axis=1, keepdims=True)
         return float(_entropies(prior[None])[0] - _entropies(posterior).mean())
@@ -61,14 +62,14 @@ class DoorLook:
 
 @dataclass(frozen=True, eq=False)
 class FurnitureLook:
-    """The information (3, 3) that readings of furniture at its estimated place would hold."""
+    """The information (3, 3) that a scan of furniture at its estimated place would hold."""
 
     information: FloatArray
 
-    def gain(self, belief: ObjectBelief) -> float:
-        """Expected information gain, nats: of a Gaussian with the belief's covariance."""
+    def gain(self, belief: ObjectBelief, scans: float) -> float:
+        """Expected information gain of some scans, nats: of a Gaussian of the belief's covariance."""
         before = sample_covariance(belief.deviations, belief.weights.values)
-        after = np.linalg.inv(np.linalg.inv(before) + self.information)
+        after = np.linalg.inv(np.linalg.inv(before) + scans * self.information)
         return float(gaussian_entropy(before) - gaussian_entropy(after))
 
 
@@ -89,7 +90,7 @@ class LaserLooks:
         model = BeamModel(s.beam_model)
         self.sensor = sensor
         self._model = model.blurred(looks.robot_std)
-        self._exponent = s.object_updates.tempering * looks.scans * looks.beams_share
+        self._exponent = s.object_updates.tempering * looks.beams_share
         self._expected = ExpectedRanges(building)
         rays = sensor.rays()
         nothing = np.full(len(rays), np.inf)

@@ -1,0 +1,41 @@
+"""What to look at next: gain against cost, what plans ask for, and what came of it (Elfring et al. 2014)."""
+
+from objstate.maintenance.choice import ChoiceSettings
+from objstate.maintenance.coordinator import Action, Coordinator, CoordinatorSettings
+from objstate.maintenance.tasks import Outcome, VerificationTask, outcome, scattered, tasks
+from objstate.maintenance.triggers import (
+    TABLE_1,
+    Plan,
+    Situation,
+    Trigger,
+    all_of,
+    any_of,
+    before,
+    entropy_above,
+    named,
+    older_than,
+    unless,
+)
+
+__all__ = [
+    "TABLE_1",
+    "Action",
+    "ChoiceSettings",
+    "Coordinator",
+    "CoordinatorSettings",
+    "Outcome",
+    "Plan",
+    "Situation",
+    "Trigger",
+    "VerificationTask",
+    "all_of",
+    "any_of",
+    "before",
+    "entropy_above",
+    "named",
+    "older_than",
+    "outcome",
+    "scattered",
+    "tasks",
+    "unless",
+]

@@ -51,7 +51,7 @@ class Office:
         """The building with its doors walled up: where a robot can drive that enters no room."""
         doors = [each for each in self.building.objects.values() if each.kind is not Kind.PLANAR]
         leaves = [each.mesh.moved(each.transforms(each.home[None])[0]) for each in doors]
-        return Building("office", Mesh.joined([self.building.walls, *leaves]), {})
+        return Building("office", Mesh.joined([self.building.walls, *leaves]), self.building.objects)
 
 
 def office(rng: np.random.Generator) -> Office:
