@@ -7,27 +7,10 @@ import pytest
 
 from objstate.config import DoorSettings, ObjectRule, Settings
 from objstate.errors import WorldError
-from objstate.objects import ObjectBelief, filter_for
-from objstate.particles import Weights, entropy
+from objstate.objects import filter_for
+from objstate.particles import entropy
 from objstate.world import World
-from tests.rooms import door, table
-
-SECOND = 10**9
-HOUR = 3600 * SECOND
-DOOR, DESK = door("door", 0.0, 0.0), table("desk", 3.0, 1.0)
-OBJECTS = {"door": DOOR, "desk": DESK}
-
-
-def at_angle(angle: float, stamp_ns: int, std: float = 0.02) -> ObjectBelief:
-    prior = filter_for(DOOR, Settings()).prior(np.random.default_rng(0))
-    weights = np.exp(-0.5 * ((prior.states[:, 0] - angle) / std) ** 2)
-    return replace(prior.with_weights(Weights.of(weights)), stamp_ns=stamp_ns)
-
-
-def desk_at(x: float, stamp_ns: int, count: int = 250) -> ObjectBelief:
-    rng = np.random.default_rng(1)
-    states = np.array([x, 1.0, 0.0]) + 0.02 * rng.standard_normal((count, 3))
-    return ObjectBelief(DESK, states, Weights.uniform(count), np.zeros(3), stamp_ns)
+from tests.world.examples import DOOR, HOUR, OBJECTS, SECOND, at_angle, desk_at
 
 
 def test_a_new_world_believes_the_priors() -> None:
