@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
+import json
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from objstate.building.digest import geometry_digest
 from objstate.building.model import Building
+from objstate.run.options import RunOptions
 
 
 def describe_log(log: Path) -> list[dict[str, Any]]:
@@ -19,6 +21,16 @@ def describe_log(log: Path) -> list[dict[str, Any]]:
 def describe_building(urdf: Path, building: Building) -> dict[str, Any]:
     """The same of a URDF, and a digest of all geometry, in which its mesh files count too."""
     return _describe_file(urdf) | {"geometry_sha256": geometry_digest(building)}
+
+
+def log_identity(files: Sequence[Mapping[str, Any]], options: RunOptions) -> str:
+    """A digest of what was read: of the files' contents, in any order, and of the part of them."""
+    part = {
+        "files": sorted(file["sha256"] for file in files),
+        "span": [options.start, options.end],
+        "topics": None if options.topics is None else sorted(options.topics),
+    }
+    return hashlib.sha256(json.dumps(part, sort_keys=True).encode()).hexdigest()
 
 
 def _files(log: Path) -> Iterator[Path]:
