@@ -47,6 +47,11 @@ class WorldStore:
         """Where it is, without a password."""
         return str(self._database.location)
 
+    def building(self) -> str:
+        """The name of the building that it is of. Raises WorldError."""
+        with self._database.reading() as connection:
+            return str(connection.execute(select(WORLD.c.building)).scalar_one())
+
     def load(
         self,
         settings: Settings | None = None,

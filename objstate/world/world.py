@@ -9,11 +9,13 @@ from functools import cached_property
 from zlib import crc32
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from objstate.building.model import Kind, MovableObject
 from objstate.config import Settings
 from objstate.errors import WorldError
 from objstate.objects import ObjectBelief, ObjectFilter, filter_for
+from objstate.world.blocking import Blockage, blocked
 from objstate.world.fitting import fitted
 
 NANOSECONDS = 1e9
@@ -78,6 +80,12 @@ class World:
     def history(self, name: str) -> tuple[ObjectBelief, ...]:
         """What was learnt of an object, in time order. Raises WorldError for an unknown one."""
         return self.histories.get(self._known(name), ())
+
+    def blocked(
+        self, path: ArrayLike, robot_radius: float, stamp_ns: int | None = None
+    ) -> Blockage:
+        """``Snapshot.blocked`` at a moment, by default the latest at which anything was learnt."""
+        return self.at(stamp_ns).blocked(path, robot_radius)
 
     def belief(self, name: str, stamp_ns: int) -> ObjectBelief:
         """What is believed of one object at a moment. Raises WorldError for an unknown one.
@@ -148,3 +156,10 @@ class Snapshot:
     def beliefs(self) -> dict[str, ObjectBelief]:
         """The beliefs of all objects by name."""
         return {name: self[name] for name in self}
+
+    def blocked(self, path: ArrayLike, robot_radius: float) -> Blockage:
+        """How probably a round robot on a polyline (n, 2) m meets something movable, and what.
+
+        Raises WorldError for a path or a radius that is none.
+        """
+        return blocked(self.beliefs, path, robot_radius)

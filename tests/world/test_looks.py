@@ -1,5 +1,7 @@
 """A drive leaves the last belief of each look, some of a long one, and none made while lost."""
 
+from itertools import pairwise
+
 from objstate.world.looks import LOOK_ENDS_NS, LOOK_LASTS_NS, Looks
 from tests.world.examples import SECOND, at_angle, desk_at
 
@@ -15,16 +17,16 @@ def kept_at(looks: Looks) -> list[int]:
 
 def test_the_last_belief_of_each_look_is_kept() -> None:
     looks = Looks(0)
-    seen(looks, [*range(0, 4), *range(50, 53), 100])
+    seen(looks, [*range(4), *range(50, 53), 100])
     assert kept_at(looks) == [3, 52, 100]
 
 
 def test_a_long_look_leaves_more() -> None:
     looks, lasts = Looks(0), LOOK_LASTS_NS // SECOND
-    seen(looks, range(0, 10 * lasts))
+    seen(looks, range(10 * lasts))
     stamps = kept_at(looks)
     assert len(stamps) == 10
-    assert max(b - a for a, b in zip(stamps, stamps[1:], strict=False)) <= lasts
+    assert max(b - a for a, b in pairwise(stamps)) <= lasts
     assert stamps[-1] == 10 * lasts - 1
 
 
@@ -37,7 +39,7 @@ def test_objects_are_kept_apart() -> None:
 
 def test_what_was_learnt_while_lost_is_taken_back() -> None:
     looks = Looks(0)
-    seen(looks, [*range(0, 4), *range(50, 60)], angle=0.5)
+    seen(looks, [*range(4), *range(50, 60)], angle=0.5)
     seen(looks, range(60, 200), angle=1.5)  # the robot is not where it thinks
     looks.take_back(60 * SECOND, [at_angle(0.5, 59 * SECOND)])
     assert kept_at(looks) == [3, 59]
@@ -51,3 +53,11 @@ def test_what_was_known_before_the_drive_is_not_the_drives() -> None:
     seen(looks, [105])
     looks.take_back(104 * SECOND, [at_angle(0.5, 99 * SECOND)])
     assert looks.beliefs == []
+
+
+def test_of_a_look_in_which_the_door_moves_both_sides_are_kept() -> None:
+    looks = Looks(0)
+    seen(looks, range(10), angle=0.2)
+    seen(looks, range(10, 20), angle=1.2)
+    assert kept_at(looks) == [9, 10, 19]
+    assert [round(b.mean[0], 1) for b in looks.beliefs] == [0.2, 1.2, 1.2]
