@@ -6,7 +6,17 @@ from typing import Annotated
 
 import typer
 
-from objstate.cli import building, convert, estimate, evaluate, inspect, reproduce, simulate
+from objstate.cli import (
+    building,
+    convert,
+    estimate,
+    evaluate,
+    inspect,
+    next,  # noqa: A004 - the module of a command
+    reproduce,
+    simulate,
+    world,
+)
 from objstate.cli.console import print_text
 from objstate.cli.options import help_when_alone
 
@@ -61,4 +71,6 @@ app.command(epilog=evaluate.EXAMPLES)(evaluate.evaluate)
 app.command(epilog=simulate.EXAMPLES)(simulate.simulate)
 app.command(epilog=convert.EXAMPLES)(convert.convert)
 app.add_typer(building.app, name="building")
+app.command("next", epilog=next.EXAMPLES)(next.next_)
 app.add_typer(reproduce.app, name="reproduce")
+app.add_typer(world.app, name="world")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Literal
 from zlib import crc32
@@ -48,9 +49,12 @@ class Estimator:
         global_start: the robot may be anywhere in the building.
         belief: ``own`` localizes by odometry and scans; ``recorded`` takes the robot
             belief that the log holds, as in the paper's experiments.
+        beliefs: of objects known from before, by name, instead of their priors; on the
+            samples that these settings give, as ``World.at`` returns them.
 
     Raises:
         SettingsError: settings that contradict each other or an object's joint.
+        BuildingError: beliefs of an object that the building doesn't have.
     """
 
     def __init__(
@@ -62,6 +66,7 @@ class Estimator:
         initial_pose: FloatArray | None = None,
         global_start: bool = False,
         belief: Literal["own", "recorded"] = "own",
+        beliefs: Mapping[str, ObjectBelief] | None = None,
     ) -> None:
         self.building = building
         self.settings = settings or Settings()
@@ -86,6 +91,7 @@ class Estimator:
         self._objects = {
             name: each.prior(self._object_rngs[name]) for name, each in self._filters.items()
         }
+        self._objects |= {building[name].name: known for name, known in (beliefs or {}).items()}
         for name, prior in self._objects.items():
             self._surroundings.follow(name, prior)
         self._odometry: FloatArray | None = None

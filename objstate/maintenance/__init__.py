@@ -2,7 +2,7 @@
 
 from objstate.maintenance.choice import ChoiceSettings
 from objstate.maintenance.coordinator import Action, Coordinator, CoordinatorSettings
-from objstate.maintenance.tasks import Outcome, VerificationTask, outcome, scattered, tasks
+from objstate.maintenance.tasks import Outcome, VerificationTask, next_tasks, outcome, scattered
 from objstate.maintenance.triggers import (
     TABLE_1,
     Plan,
@@ -34,8 +34,8 @@ __all__ = [
     "entropy_above",
     "named",
     "older_than",
+    "next_tasks",
     "outcome",
     "scattered",
-    "tasks",
     "unless",
 ]

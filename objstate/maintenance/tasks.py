@@ -9,6 +9,7 @@ from enum import Enum
 import numpy as np
 
 from objstate.building.model import Kind
+from objstate.errors import SettingsError
 from objstate.gaze.floor import Floor
 from objstate.geometry import FloatArray, wrap
 from objstate.maintenance.coordinator import Action, Coordinator
@@ -44,29 +45,29 @@ class Outcome(Enum):
     HIDDEN = "hidden"  # it couldn't be seen: nothing was learnt
 
 
-def tasks(
+def next_tasks(
     coordinator: Coordinator,
+    ranked: Sequence[Action],
     beliefs: Mapping[str, ObjectBelief],
-    at: FloatArray,
     now_ns: int,
     *,
     plans: Sequence[Plan] = (),
     trigger: Trigger = TABLE_1,
-    may_drive: bool = True,
 ) -> list[VerificationTask]:
-    """What to verify now: what plans ask for, in their order, then the most useful action.
+    """What to verify now, of ranked actions: what plans ask for, in their order, then the best.
 
     The set V of eqs. (11) and (12). What a trigger asks for is done whatever it gains, by
-    the most useful of its actions.
+    the most useful of its actions. Raises SettingsError for a plan with an unknown object.
     """
-    ranked = coordinator.actions(beliefs, at, may_drive=may_drive)
     found = []
     for plan in plans:
-        belief = beliefs.get(plan.object)
-        if belief is None or not trigger(Situation(belief, now_ns, plan)):
-            continue
-        for_it = [action for action in ranked if action.object == plan.object]
-        found += [VerificationTask.of(each, belief, f"before: {plan}") for each in for_it[:1]]
+        if plan.object not in beliefs:
+            known = ", ".join(sorted(beliefs)) or "none"
+            raise SettingsError(f"'{plan}': there is no such object; there are {known}.")
+        belief = beliefs[plan.object]
+        if trigger(Situation(belief, now_ns, plan)):
+            for_it = [action for action in ranked if action.object == plan.object]
+            found += [VerificationTask.of(each, belief, f"before: {plan}") for each in for_it[:1]]
     useful = coordinator.best(ranked)
     if useful is not None:
         found.append(VerificationTask.of(useful, beliefs[useful.object], why(useful)))

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
 from importlib.metadata import version
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -19,12 +20,21 @@ from objstate.recording.results import result_folder
 from objstate.recording.summary import SUMMARY, write_summary
 from objstate.recording.tables import ESTIMATES, EstimateWriter
 from objstate.recording.tum import TRAJECTORY, write_tum
-from objstate.records import GaussianRobotBelief, RobotBelief, Scan
+from objstate.records import (
+    Estimate,
+    GaussianRobotBelief,
+    Odometry,
+    Record,
+    RobotBelief,
+    Scan,
+)
 from objstate.run.doubts import doubts
 from objstate.run.drive import Drive
-from objstate.run.inputs import describe_building, describe_log
+from objstate.run.inputs import describe_building, describe_log, log_identity
+from objstate.run.memory import Memory, WorldUse
 from objstate.run.options import RunOptions
 from objstate.run.start import check_start
+from objstate.world.looks import Looks
 
 FILES = (ESTIMATES, TRAJECTORY, SUMMARY)  # what a result folder holds
 
@@ -47,6 +57,7 @@ class RunResult:
     counts: Mapping[str, int]
     warnings: tuple[str, ...]
     lost_ns: tuple[tuple[int, int], ...] = ()  # stretches in which the robot was lost
+    world: WorldUse | None = None  # where one took part
 
     def to_dict(self) -> dict[str, Any]:
         """What ``run.json`` says of the outcome."""
@@ -61,6 +72,7 @@ class RunResult:
             "counts": dict(self.counts),
             "warnings": list(self.warnings),
             "lost_ns": [list(stretch) for stretch in self.lost_ns],
+            "world": None if self.world is None else asdict(self.world),
         }
 
 
@@ -70,14 +82,17 @@ def estimate_log(
     out: str | Path,
     options: RunOptions | None = None,
     *,
+    world: str | Path | None = None,
     overwrite: bool = False,
     on_progress: Progress | None = None,
 ) -> RunResult:
     """Estimate every object's state from one drive, recorded in one or several logs.
 
     Writes ``estimates.parquet``, ``trajectory.tum`` and ``run.json`` into the new
-    folder ``out``, whole or not at all. Raises ResultError, BuildingError,
-    SettingsError or LogError.
+    folder ``out``, whole or not at all. With a ``world``, a path or a PostgreSQL URL, it
+    starts from what that believed when the log begins, and adds what the drive taught,
+    once for each log. Raises ResultError, BuildingError, SettingsError, LogError or
+    WorldError.
     """
     began = time.monotonic()
     options = options or RunOptions()
@@ -86,7 +101,6 @@ def estimate_log(
         model = load_building(urdf)
         logger.info("%s: %d movable objects", urdf, len(model.objects))
         check_start(options, model)
-        estimator = _estimator(model, options)
         log = open_log(
             log_paths,
             topics=options.topics,
@@ -94,10 +108,17 @@ def estimate_log(
             start=options.start,
             end=options.end,
         )
-        drive = _drive_through(log, estimator, folder, on_progress)
+        records, begin_ns = _begun(log)
+        memory = None if world is None else Memory.opened(world, model, options.settings, begin_ns)
+        estimator = _estimator(model, options, memory)
+        looks = Looks(begin_ns)
+        drive = _drive_through(log, records, estimator, looks, folder, on_progress)
         logger.info("%d scans gave %d estimates", drive.scans, drive.estimates)
         _check_robot(drive, log, options)
         write_tum(folder / TRAJECTORY, drive.path)
+        files = [file for path in log_paths for file in describe_log(path)]
+        inputs = {"logs": files, "building": describe_building(urdf, model)}
+        identity, settings = log_identity(files, options), options.settings
         result = RunResult(
             folder=Path(out),
             objects=tuple(model.objects),
@@ -107,16 +128,23 @@ def estimate_log(
             counts=log.counts | {"estimates": drive.estimates, "poses": len(drive.poses)},
             warnings=(*log.warnings, *estimator.warnings, *doubts(drive, estimator, options)),
             lost_ns=tuple(estimator.lost),
+            world=None if memory is None else memory.keep(looks, drive.end_ns, identity, settings),
         )
-        inputs = {
-            "logs": [file for path in log_paths for file in describe_log(path)],
-            "building": describe_building(urdf, model),
-        }
         write_summary(folder, result.to_dict() | {"options": options.to_dict(), "inputs": inputs})
     return result
 
 
-def _estimator(building: Building, options: RunOptions) -> Estimator:
+def _begun(log: Log) -> tuple[Iterator[Record], int]:
+    """The log's records, and the stamp of the first that tells the time of the drive."""
+    records, head = iter(log), []
+    for record in records:
+        head.append(record)
+        if isinstance(record, Odometry | Scan):
+            break
+    return chain(head, records), head[-1].stamp_ns
+
+
+def _estimator(building: Building, options: RunOptions, memory: Memory | None) -> Estimator:
     return Estimator(
         building,
         options.settings,
@@ -124,22 +152,39 @@ def _estimator(building: Building, options: RunOptions) -> Estimator:
         initial_pose=options.initial_pose,
         global_start=options.global_start,
         belief=options.belief,
+        beliefs=None if memory is None else memory.known,
     )
 
 
 def _drive_through(
-    log: Log, estimator: Estimator, folder: Path, on_progress: Progress | None
+    log: Log,
+    records: Iterator[Record],
+    estimator: Estimator,
+    looks: Looks,
+    folder: Path,
+    on_progress: Progress | None,
 ) -> Drive:
     """Feed every record to the estimator; write what it makes of them."""
     drive = Drive()
     with EstimateWriter(folder) as writer:
-        for record in log:
+        for record in records:
+            times_lost = len(estimator.lost)
             estimates = estimator.feed(record)
             writer.write(estimates)
+            if len(estimator.lost) > times_lost:
+                looks.take_back(estimator.lost[-1][0], estimator.objects.values())
+            _note_looks(looks, estimator, estimates)
             drive.note(record, estimator.robot, estimates)
             if on_progress is not None and isinstance(record, Scan):
                 on_progress(log.share, drive.seconds)
     return drive
+
+
+def _note_looks(looks: Looks, estimator: Estimator, estimates: Sequence[Estimate]) -> None:
+    observed = {estimate.object for estimate in estimates if estimate.observed}
+    if observed:
+        objects = estimator.objects
+        looks.note(objects[name] for name in sorted(observed))
 
 
 def _check_robot(drive: Drive, log: Log, options: RunOptions) -> None:

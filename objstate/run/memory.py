@@ -1,0 +1,59 @@
+"""What a run takes from a world at its start, and what it gives to it in the end."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from objstate.building.model import Building
+from objstate.config import Settings
+from objstate.objects import ObjectBelief
+from objstate.world.looks import Looks
+
+if TYPE_CHECKING:
+    from objstate.world.store import WorldStore
+
+
+@dataclass(frozen=True)
+class WorldUse:
+    """How a world took part in a run."""
+
+    location: str
+    known: int  # objects of which it knew something when the log began
+    added: int  # beliefs that it learnt
+    had_the_log: bool  # so that nothing was added
+
+
+@dataclass(frozen=True, eq=False)
+class Memory:
+    """A world as one run uses it."""
+
+    store: WorldStore
+    begin_ns: int
+    known: dict[str, ObjectBelief]  # of objects seen before, propagated to the log's start
+
+    @staticmethod
+    def opened(
+        location: str | Path, building: Building, settings: Settings, begin_ns: int
+    ) -> Memory:
+        """What the world believes when the log begins. Raises WorldError."""
+        from objstate.world.store import open_store
+
+        store = open_store(location, building)
+        world = store.load(
+            settings, objects=building.objects, since_ns=begin_ns, before_ns=begin_ns
+        )
+        then = world.at(begin_ns)
+        return Memory(store, begin_ns, {name: then[name] for name in world.histories})
+
+    def keep(self, looks: Looks, end_ns: int, digest: str, settings: Settings) -> WorldUse:
+        """Add what the drive taught, unless the world has its log. Raises WorldError."""
+        from objstate.world.store import DriveEntry
+
+        beliefs = looks.beliefs
+        entry = DriveEntry(digest, self.begin_ns, end_ns, settings)
+        is_new = self.store.add(entry, beliefs)
+        return WorldUse(
+            self.store.location, len(self.known), len(beliefs) if is_new else 0, not is_new
+        )
