@@ -120,8 +120,8 @@ def _words(tasks: list[VerificationTask], actions: list[Action]) -> dict[str, An
             {
                 **_action_words(task.action),
                 "why": task.reason,
-                "lower": task.lower.tolist(),
-                "upper": task.upper.tolist(),
+                "lower": task.expected.lower.tolist(),
+                "upper": task.expected.upper.tolist(),
             }
             for task in tasks
         ],

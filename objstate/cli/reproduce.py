@@ -6,8 +6,10 @@ import typer
 
 from objstate.cli.options import help_when_alone
 from objstate.cli.reproduce_elfring2014 import elfring2014
+from objstate.cli.reproduce_maintenance import maintenance
 
 app = typer.Typer(
     help="Repeat the papers' experiments.", invoke_without_command=True, callback=help_when_alone
 )
 app.command()(elfring2014)
+app.command()(maintenance)

@@ -37,7 +37,9 @@ def elfring2014(
 
     (found,) = paper.reproduce([paper.Assumptions()], runs, processes)
     print_table(_sweep("Sweep of IG_thr (Fig. 4)", "IG_thr", found.thresholds, found.benchmark))
-    print_table(_sweep("Sweep of alpha, IG_thr 8 (Fig. 6)", "alpha", found.weights, found.benchmark))
+    print_table(
+        _sweep("Sweep of alpha, IG_thr 8 (Fig. 6)", "alpha", found.weights, found.benchmark)
+    )
     print_table(_claims(paper.claims(found)))
     if alternative_runs:
         sets = list(paper.ALTERNATIVES.values())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from objstate.errors import SettingsError
 
@@ -27,7 +27,7 @@ def parse_sensor(text: str) -> Sensor:
 
     name, _, rest = text.partition(":")
     try:
-        given = dict(_pair(part) for part in rest.split(",") if part.strip())
+        given: dict[str, Any] = dict(_pair(part) for part in rest.split(",") if part.strip())
         sensor = Sensor(name.strip(), **given)
     except ValueError as error:
         raise SettingsError(f"--sensor '{text}' is no sensor; give {SENSOR}.") from error

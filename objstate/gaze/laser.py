@@ -70,7 +70,8 @@ class FurnitureLook:
         """Expected information gain of some scans, nats: of a Gaussian of the belief's covariance."""
         before = sample_covariance(belief.deviations, belief.weights.values)
         after = np.linalg.inv(np.linalg.inv(before) + scans * self.information)
-        return float(gaussian_entropy(before) - gaussian_entropy(after))
+        drop = gaussian_entropy(before) - gaussian_entropy(np.asarray(after))
+        return float(drop)
 
 
 Look = DoorLook | FurnitureLook
@@ -120,7 +121,7 @@ class LaserLooks:
         nearest = self._expected.walls(pose[None], self._scan.rays)[0]
         for name, state in others.items():
             nearest = np.minimum(nearest, self._view.object(name, state[None], pose[None])[0, 0])
-        return nearest
+        return np.asarray(nearest)
 
     def _told(self, expected: FloatArray, fakes: IntArray) -> FloatArray:
         """Tempered log-likelihood (k, s) of states with ranges (s, n), by the readings of some."""

@@ -2,7 +2,14 @@
 
 from objstate.maintenance.choice import ChoiceSettings
 from objstate.maintenance.coordinator import Action, Coordinator, CoordinatorSettings
-from objstate.maintenance.tasks import Outcome, VerificationTask, next_tasks, outcome, scattered
+from objstate.maintenance.tasks import (
+    Expectation,
+    Outcome,
+    VerificationTask,
+    next_tasks,
+    outcome,
+    scattered,
+)
 from objstate.maintenance.triggers import (
     TABLE_1,
     Plan,
@@ -23,6 +30,7 @@ __all__ = [
     "ChoiceSettings",
     "Coordinator",
     "CoordinatorSettings",
+    "Expectation",
     "Outcome",
     "Plan",
     "Situation",
@@ -33,8 +41,8 @@ __all__ = [
     "before",
     "entropy_above",
     "named",
-    "older_than",
     "next_tasks",
+    "older_than",
     "outcome",
     "scattered",
     "unless",

@@ -22,18 +22,33 @@ MAJORITY = 0.5  # of the belief, that decides whether an object is where it was 
 
 
 @dataclass(frozen=True, eq=False)
+class Expectation:
+    """Where an object is believed to be: the region to look in."""
+
+    object: str
+    lower: FloatArray  # (d,) the region that holds 95 % of each coordinate
+    upper: FloatArray  # (d,)
+
+    @staticmethod
+    def of(belief: ObjectBelief) -> Expectation:
+        return Expectation(belief.item.name, *belief.interval(REGION))
+
+    def share_inside(self, belief: ObjectBelief) -> float:
+        """The probability that the object is in the region."""
+        middle, half = (self.lower + self.upper) / 2.0, (self.upper - self.lower) / 2.0
+        off = belief.states - middle
+        off = np.where(belief.wraps, wrap(off), off)
+        inside = (np.abs(off) <= half + belief.cell / 2.0).all(axis=1)
+        return float(belief.weights.values[inside].sum())
+
+
+@dataclass(frozen=True, eq=False)
 class VerificationTask:
     """Look for an object where it is believed to be."""
 
     action: Action
-    lower: FloatArray  # (d,) the region that holds 95 % of each coordinate
-    upper: FloatArray  # (d,)
+    expected: Expectation
     reason: str
-
-    @staticmethod
-    def of(action: Action, belief: ObjectBelief, reason: str) -> VerificationTask:
-        lower, upper = belief.interval(REGION)
-        return VerificationTask(action, lower, upper, reason)
 
 
 class Outcome(Enum):
@@ -67,10 +82,12 @@ def next_tasks(
         belief = beliefs[plan.object]
         if trigger(Situation(belief, now_ns, plan)):
             for_it = [action for action in ranked if action.object == plan.object]
-            found += [VerificationTask.of(each, belief, f"before: {plan}") for each in for_it[:1]]
+            expected, why_now = Expectation.of(belief), f"before: {plan}"
+            found += [VerificationTask(each, expected, why_now) for each in for_it[:1]]
     useful = coordinator.best(ranked)
     if useful is not None:
-        found.append(VerificationTask.of(useful, beliefs[useful.object], why(useful)))
+        expected = Expectation.of(beliefs[useful.object])
+        found.append(VerificationTask(useful, expected, why(useful)))
     return found
 
 
@@ -84,27 +101,18 @@ def why(action: Action) -> str:
     return f"{own}, {sum(gain for _, gain in others):.1f} of {len(others)} others on the way"
 
 
-def outcome(task: VerificationTask, before: ObjectBelief, after: ObjectBelief) -> Outcome:
-    """What the readings since ``before`` made of a task.
+def outcome(expected: Expectation, before: ObjectBelief, after: ObjectBelief) -> Outcome:
+    """What the readings between two beliefs made of what was expected.
 
-    Raises ValueError for beliefs of another object than the task's.
+    Raises ValueError for beliefs of another object.
     """
-    if {before.item.name, after.item.name} != {task.action.object}:
-        raise ValueError(f"the task is about '{task.action.object}'")
+    if {before.item.name, after.item.name} != {expected.object}:
+        raise ValueError(f"'{expected.object}' was expected")
     if after.last_observed_ns is None or after.last_observed_ns == before.last_observed_ns:
         return Outcome.HIDDEN
-    if _share_inside(task, after) >= MAJORITY:
+    if expected.share_inside(after) >= MAJORITY:
         return Outcome.CONFIRMED
     return Outcome.MOVED if after.settled else Outcome.LOST
-
-
-def _share_inside(task: VerificationTask, belief: ObjectBelief) -> float:
-    """The probability that an object is in the region of a task."""
-    middle, half = (task.lower + task.upper) / 2.0, (task.upper - task.lower) / 2.0
-    off = belief.states - middle
-    off = np.where(belief.wraps, wrap(off), off)
-    inside = (np.abs(off) <= half + belief.cell / 2.0).all(axis=1)
-    return float(belief.weights.values[inside].sum())
 
 
 def scattered(belief: ObjectBelief, floor: Floor, rng: np.random.Generator) -> ObjectBelief:

@@ -11,7 +11,9 @@ from objstate.gaze.gaussian import Counting
 from objstate.gaze.sensors import Sensor
 
 Strategy = Literal["coordinator", "fixed path"]
-KINECT = np.radians(57.0)  # rad, the horizontal field of view of the sensor that inspired the paper's
+KINECT = np.radians(
+    57.0
+)  # rad, the horizontal field of view of the sensor that inspired the paper's
 
 
 @dataclass(frozen=True)

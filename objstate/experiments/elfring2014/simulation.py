@@ -8,6 +8,7 @@ import numpy as np
 
 from objstate.experiments.elfring2014.setup import Setup
 from objstate.experiments.elfring2014.strategies import strategy
+from objstate.gaze.entropy import diagonal_entropy
 from objstate.gaze.gaussian import PointBeliefs
 from objstate.geometry import FloatArray, IntArray
 
@@ -40,38 +41,37 @@ class Course:
 
 def simulate(setup: Setup, seed: int) -> Course:
     """One run. The same seed gives every strategy the same room, start and readings."""
-    room, readings = (np.random.default_rng([seed, subject]) for subject in range(2))
+    room, noise = (np.random.default_rng([seed, subject]) for subject in range(2))
     truth = room.uniform(0.0, setup.room, (setup.objects, 2))
     pose = np.append(room.uniform(0.0, setup.room, 2), 0.0)
-    beliefs = _first_beliefs(setup, truth, room)
+    drift = room.uniform(0.0, setup.largest_drift, setup.objects)
+    first, *readings = _readings(setup, truth, noise)
+    beliefs = PointBeliefs(first, np.full_like(first, setup.noise), drift)
     choose = strategy(setup, truth, np.random.default_rng([seed, 2]))
-    sensor, way, entropies, places = setup.sensor, np.empty((0, 3)), [], [pose[:2]]
+    sensor, way, variances, places = setup.sensor, np.empty((0, 3)), [], [pose[:2]]
     updates, approaches = (np.zeros(setup.objects, dtype=np.int64) for _ in range(2))
-    for _ in range(setup.steps):
+    for measured in readings:
         if not len(way) and (chosen := choose(beliefs, pose[:2])):
             target, way = chosen
             approaches[target] += 1
-        looks = bool(len(way)) or setup.assumptions.updates_when_idle
-        if len(way):
-            pose, way = way[0], way[1:]
-        seen = sensor.sees(pose, truth) & looks
-        measured = _measured(setup, truth, readings)
-        beliefs = beliefs.predicted().updated(seen, measured, setup.noise)
-        updates += seen
-        entropies.append(beliefs.entropies)
+        beliefs = beliefs.predicted()
+        if len(way) or setup.assumptions.updates_when_idle:
+            pose, way = (way[0], way[1:]) if len(way) else (pose, way)
+            seen = sensor.sees(pose, truth)
+            beliefs = beliefs.updated(seen, measured, setup.noise)
+            updates += seen
+        variances.append(beliefs.variances)
         places.append(pose[:2])
-    return Course(np.array(entropies), np.array(places), truth, updates, approaches)
+    entropies = diagonal_entropy(np.array(variances))
+    return Course(entropies, np.array(places), truth, updates, approaches)
 
 
-def _first_beliefs(setup: Setup, truth: FloatArray, rng: np.random.Generator) -> PointBeliefs:
-    """As after one measurement of each object."""
-    means = _measured(setup, truth, rng)
-    drift = rng.uniform(0.0, setup.largest_drift, setup.objects)
-    return PointBeliefs(means, np.full_like(means, setup.noise), drift)
+def _readings(setup: Setup, truth: FloatArray, rng: np.random.Generator) -> FloatArray:
+    """Measured positions (t + 1, n, d); beyond the floor's two coordinates objects are at zero.
 
-
-def _measured(setup: Setup, truth: FloatArray, rng: np.random.Generator) -> FloatArray:
-    """Readings (n, d) of all positions; beyond the floor's two coordinates objects are at zero."""
+    The first of them are what the beliefs begin with.
+    """
     positions = np.zeros((setup.objects, setup.assumptions.coordinates))
     positions[:, :2] = truth
-    return np.asarray(positions + np.sqrt(setup.noise) * rng.standard_normal(positions.shape))
+    spread = rng.standard_normal((setup.steps + 1, *positions.shape))
+    return np.asarray(positions + np.sqrt(setup.noise) * spread)

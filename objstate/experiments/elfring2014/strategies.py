@@ -8,9 +8,9 @@ from itertools import cycle
 import numpy as np
 
 from objstate.experiments.elfring2014.setup import Setup
-from objstate.experiments.elfring2014.tour import shortest_tour
+from objstate.experiments.tours import shortest_tour
 from objstate.gaze.gaussian import PointBeliefs, gains_along, straight_ways
-from objstate.geometry import FloatArray
+from objstate.geometry import FloatArray, IntArray
 from objstate.maintenance.choice import ChoiceSettings, best, costs, utilities
 
 # beliefs and the robot's place (2,) to an object's number and the poses (k, 3) of the way
@@ -22,11 +22,13 @@ def strategy(setup: Setup, truth: FloatArray, rng: np.random.Generator) -> Choos
     """The strategy of a set-up, for objects that stand at ``truth`` (n, 2)."""
     if setup.strategy == "coordinator":
         return _coordinator(setup)
-    in_turn = setup.assumptions.order == "shortest"
-    return _fixed_path(setup, truth, shortest_tour(truth) if in_turn else rng.permutation(len(truth)))
+    if setup.assumptions.order == "shortest":
+        distance = np.linalg.norm(truth[:, None] - truth, axis=2)
+        return _fixed_path(setup, truth, shortest_tour(distance))
+    return _fixed_path(setup, truth, rng.permutation(len(truth)))
 
 
-def _fixed_path(setup: Setup, truth: FloatArray, order: FloatArray) -> Choose:
+def _fixed_path(setup: Setup, truth: FloatArray, order: IntArray) -> Choose:
     """Along all objects, over and over again."""
     targets = cycle(order.tolist())
 

@@ -11,9 +11,10 @@ import numpy as np
 from objstate.building.model import Kind
 from objstate.experiments.office_day.office import Office
 from objstate.experiments.office_day.robot import Robot
-from objstate.experiments.office_day.strategies import Choose, Goal, Moment
+from objstate.experiments.office_day.strategies import Choose, Moment
 from objstate.gaze.entropy import belief_entropy
 from objstate.geometry import FloatArray
+from objstate.maintenance import Expectation, outcome
 from objstate.objects import ObjectBelief, ObjectFilter, filter_for
 from objstate.simulation.states import StateHistory
 
@@ -32,12 +33,12 @@ class Day:
     driven: FloatArray = field(repr=False)  # (t,) m until then
     predicted: FloatArray = field(repr=False)  # (k,) nats, of each task
     realized: FloatArray = field(repr=False)  # (k,) nats
-    tasks: int
+    outcomes: dict[str, int]  # of the tasks
     lost: int  # stretches in which the robot was lost
 
     @property
-    def distance(self) -> float:
-        return float(self.driven[-1])
+    def tasks(self) -> int:
+        return sum(self.outcomes.values())
 
 
 def run_day(
@@ -47,7 +48,10 @@ def run_day(
     filters = {
         name: filter_for(item, place.settings) for name, item in place.building.objects.items()
     }
-    rows, predicted, realized, tasks = [], [], [], 0
+    rows: list[tuple[float, ...]] = []
+    predicted: list[float] = []
+    realized: list[float] = []
+    outcomes: Counter[str] = Counter()
     while robot.time < hours * 3600.0:
         while len(rows) * SAMPLE_EVERY <= robot.time:
             rows.append(_judged(robot, day))
@@ -58,14 +62,22 @@ def run_day(
             continue
         before = robot.time
         robot.drive(goal.way, goal.pose)
-        tasks += 1
+        task = Expectation.of(beliefs[goal.object])
+        outcomes[outcome(task, beliefs[goal.object], robot.beliefs()[goal.object]).value] += 1
         if goal.gains is not None:
             seconds = robot.time - before
             predicted.append(sum(goal.gains.values()))
             realized.append(_realized(filters, beliefs, robot, seconds))
-    columns = np.array(rows).T
+    times, entropies, right, driven = np.array(rows).T
     return Day(
-        *columns, np.array(predicted), np.array(realized), tasks, len(robot.estimator.lost)
+        times=times,
+        entropies=entropies,
+        right=right,
+        driven=driven,
+        predicted=np.array(predicted),
+        realized=np.array(realized),
+        outcomes=dict(sorted(outcomes.items())),
+        lost=len(robot.estimator.lost),
     )
 
 

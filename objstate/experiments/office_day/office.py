@@ -51,12 +51,16 @@ class Office:
         """The building with its doors walled up: where a robot can drive that enters no room."""
         doors = [each for each in self.building.objects.values() if each.kind is not Kind.PLANAR]
         leaves = [each.mesh.moved(each.transforms(each.home[None])[0]) for each in doors]
-        return Building("office", Mesh.joined([self.building.walls, *leaves]), self.building.objects)
+        return Building(
+            "office", Mesh.joined([self.building.walls, *leaves]), self.building.objects
+        )
 
 
 def office(rng: np.random.Generator) -> Office:
     """Two corridors with rooms on their outer sides, and a hall with furniture between them."""
-    walls, objects, rates = [], [], {}
+    walls: list[Mesh] = []
+    objects: list[MovableObject] = []
+    rates: dict[str, float] = {}
     inner = HALL / 2 + CORRIDOR  # m from the middle to the corridors' outer walls
     for side in (1.0, -1.0):
         hinges = _hinges(rng)
@@ -80,9 +84,7 @@ def office(rng: np.random.Generator) -> Office:
     )
 
 
-def working_day(
-    place: Office, hours: float, rng: np.random.Generator
-) -> dict[str, StateHistory]:
+def working_day(place: Office, hours: float, rng: np.random.Generator) -> dict[str, StateHistory]:
     """The true states of a day: everything is moved now and then, to where priors say."""
     return {
         name: _history(item, place.rates[name], hours, rng)
@@ -145,7 +147,9 @@ def _screens() -> list[Mesh]:
         for side in (1.0, -1.0)
         for stretch in stretches
     ]
-    pillars = [_block((x, x + 0.4), (y, y + 0.4)) for x, y in ((10.2, 0.8), (22.0, -1.2), (31.0, 0.3))]
+    pillars = [
+        _block((x, x + 0.4), (y, y + 0.4)) for x, y in ((10.2, 0.8), (22.0, -1.2), (31.0, 0.3))
+    ]
     return screens + pillars
 
 
@@ -153,7 +157,9 @@ def _door(name: str, hinge: float, side: float, inner: float, hinge_west: bool) 
     """A leaf on the corridor's wall that opens into its room."""
     x = hinge + 0.01 if hinge_west else hinge + LEAF[0] + 0.01
     turn = side if hinge_west else -side  # seen from above
-    leaf = Box(tuple(LEAF)).mesh().moved(transform(np.eye(3), [LEAF[0] / 2, -turn * LEAF[1] / 2, 1.0]))
+    leaf = (
+        Box(tuple(LEAF)).mesh().moved(transform(np.eye(3), [LEAF[0] / 2, -turn * LEAF[1] / 2, 1.0]))
+    )
     facing = rotation_about(UP, 0.0 if hinge_west else np.pi)
     origin = transform(facing, [x, side * (inner + WALL), 0.0])
     return MovableObject(name, Kind.HINGED, origin, turn * UP, 0.0, LIMIT, leaf)

@@ -7,6 +7,7 @@ still or drives blind. That leaves out most scans of a working day, not what the
 from __future__ import annotations
 
 from collections.abc import Mapping
+
 import numpy as np
 
 from objstate.building.model import Mesh
@@ -44,9 +45,7 @@ class Robot:
         self.time = 0.0  # s
         self.pose = start  # (3,) where it really is
         self.driven = 0.0  # m
-        self.estimator = Estimator(
-            place.building, place.settings, seed, initial_pose=start
-        )
+        self.estimator = Estimator(place.building, place.settings, seed, initial_pose=start)
         self._odometry = np.zeros(3)
         self._sensor = sensor
         self._laser = Laser(
@@ -110,8 +109,9 @@ class Robot:
     def _noisy(self, step: FloatArray, length: float, turn: float) -> FloatArray:
         """A step (3,) as the wheels measure it, in the terms of the simulated drives."""
         noise = ODOMETRY
-        stretch = noise.translation_scale + noise.translation_noise * self._rng.standard_normal() / max(
-            np.sqrt(length), 1e-3
+        stretch = (
+            noise.translation_scale
+            + noise.translation_noise * self._rng.standard_normal() / max(np.sqrt(length), 1e-3)
         )
         std = np.sqrt(noise.rotation_noise**2 * turn + noise.drift_noise**2 * length)
         twist = noise.rotation_scale * step[2] + std * self._rng.standard_normal()

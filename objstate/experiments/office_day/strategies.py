@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from objstate.experiments.elfring2014.tour import shortest_tour
+from objstate.experiments.tours import shortest_tour
 from objstate.gaze.floor import Ways, length_of
 from objstate.geometry import FloatArray
 from objstate.maintenance import Coordinator
@@ -56,24 +56,40 @@ def coordinated(coordinator: Coordinator) -> Choose:
 
 
 def fixed_round(coordinator: Coordinator, pause: float) -> Choose:
-    """All objects in the order of a short round trip; a round begins ``pause`` s after the last did."""
-    names = list(coordinator.building.objects)
-    items = coordinator.building.objects.values()
-    homes = np.array([each.transforms(each.home[None])[0, :2, 3] for each in items])
-    tour, left, started = shortest_tour(homes), list[str](), -np.inf
+    """All objects in the order of a short round trip; a round begins ``pause`` s after the last did.
+
+    What has been seen in passing since the round began is passed over.
+    """
+    tour, left, started = list[str](), list[str](), -np.inf
 
     def choose(moment: Moment) -> Goal | None:
         nonlocal started
         if not left:
             if moment.time - started < pause:
                 return None
+            if not tour:
+                tour.extend(_round_trip(coordinator, moment))
             started = moment.time
-            first = int(np.linalg.norm(homes[tour] - moment.at[:2], axis=1).argmin())
-            left.extend(names[k] for k in np.roll(tour, -first))
+            left.extend(tour)
+        while left and moment.age(left[0]) < moment.time - started:
+            left.pop(0)
+        if not left:
+            return None
         ways = coordinator.floor.ways_from(moment.at[:2], moment.beliefs)
         return _nearest(coordinator, moment, ways, left.pop(0))
 
     return choose
+
+
+def _round_trip(coordinator: Coordinator, moment: Moment) -> list[str]:
+    """Names of all objects that the robot can look at, in the order of a short round trip."""
+    here = coordinator.floor.ways_from(moment.at[:2], moment.beliefs)
+    goals = [_nearest(coordinator, moment, here, name) for name in moment.beliefs]
+    reached = [goal for goal in goals if goal is not None]
+    cells = [coordinator.floor.nearest(goal.pose[:2]) for goal in reached]
+    places = coordinator.floor.places[cells]
+    ways = [coordinator.floor.ways_from(place, moment.beliefs).costs[cells] for place in places]
+    return [reached[k].object for k in shortest_tour(np.array(ways))]
 
 
 def oldest_first(coordinator: Coordinator, age: float) -> Choose:

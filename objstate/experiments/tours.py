@@ -1,4 +1,4 @@
-"""The fixed path along all objects."""
+"""A fixed path along all objects."""
 
 from __future__ import annotations
 
@@ -7,12 +7,11 @@ import numpy as np
 from objstate.geometry import FloatArray, IntArray
 
 
-def shortest_tour(places: FloatArray) -> IntArray:
-    """A short round trip (n,) through places (n, 2): the nearest next, then untangled by 2-opt."""
-    distance = np.linalg.norm(places[:, None] - places, axis=2)
+def shortest_tour(distance: FloatArray) -> IntArray:
+    """A short round trip (n,) by distances (n, n): the nearest next, then untangled by 2-opt."""
     order = [0]
-    while len(order) < len(places):
-        left = [k for k in range(len(places)) if k not in order]
+    while len(order) < len(distance):
+        left = [k for k in range(len(distance)) if k not in order]
         order.append(min(left, key=lambda k: distance[order[-1], k]))
     return np.array(_untangled(order, distance))
 
