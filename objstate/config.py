@@ -56,7 +56,7 @@ class BeamModelSettings(Strict):
 class LocalizationSettings(Strict):
     """Monte Carlo localization: where is the robot?"""
 
-    min_particles: Count = 200
+    min_particles: Count = 100
     max_particles: Count = 2000
     global_particles: Count = 40_000  # at the start from anywhere
     pf_err: Positive = 0.05  # largest error between true and estimated distribution (KLD)

@@ -168,8 +168,8 @@ class LatticeFilter:
 
         belief = believed.belief
         chosen, whole = _worth_casting(belief.weights.values)
-        log_likelihood, bears = evidence.cast_shifted(
-            belief.states[chosen], self._normals[chosen], whole
+        log_likelihood, bears = evidence.cast(
+            belief.states[chosen], whole, self._normals[chosen]
         )
         if not bears.any():
             return None
@@ -236,7 +236,7 @@ class SampleFilter:
         robot = evidence.robot_weights.values
         log_evidence, remaining = np.zeros(len(robot)), 1.0
         while remaining > 0.0:
-            cast, bears = evidence.cast(believed.belief.states)
+            cast, bears = evidence.cast(believed.belief.states, self._whole(believed.belief))
             if not bears.any():
                 return None
             weights = believed.belief.weights
@@ -274,22 +274,34 @@ class SampleFilter:
         ancestors = np.arange(count)
         if share > MAJORITY:  # it was moved: the scouts that found it are the belief
             states, weights, ancestors = self._resampled(belief.states, values, rng)
-            share = s.scout_weight
+            share = 0.0
         else:
             states, weights = belief.states[:count], values[:count] / values[:count].sum()
             if resample or 1.0 / np.sum(weights**2) < RESAMPLE_BELOW * s.samples:
                 states, weights, ancestors = self._resampled(states, weights, rng)
-        scouts = self._scouts(
-            states, weights, belief.states[count:], values[count:], rng
+        scouts = self._scouts(states, weights, belief.states[count:], values[count:], rng)
+        carried = s.scouts // 2
+        joined = Weights.of(
+            np.concatenate(
+                [
+                    (1.0 - share) * weights,
+                    np.full(carried, share / carried),
+                    np.full(s.scouts - carried, s.scout_weight / (s.scouts - carried)),
+                ]
+            )
         )
-        share = max(share, s.scout_weight)
-        joined = _joined(weights, s.scouts, share)
-        ratio = believed.given[:, ancestors] / values[ancestors]
+        ratio = believed.given[:, ancestors] / np.maximum(values[ancestors], TINY)
         given = joined.values * np.concatenate([ratio, np.ones((len(ratio), s.scouts))], axis=1)
         return ConditionalBelief(
             belief.with_samples(np.concatenate([states, scouts]), joined),
             given / given.sum(axis=1, keepdims=True),
         )
+
+    def _whole(self, belief: ObjectBelief) -> BoolArray:
+        """Which samples (n,) differ for each robot sample: none while the object's place is open."""
+        whole = np.full(len(belief.states), belief.settled)
+        whole[-self.settings.scouts :] = False
+        return whole
 
     def _scouts(
         self,
@@ -306,16 +318,36 @@ class SampleFilter:
         s = self.settings
         nudge = np.array([s.nudge_m, s.nudge_m, np.radians(s.nudge_deg)])
         carried, near = s.scouts // 2, s.scouts // 4
-        best = scouts[systematic(Weights.of(scout_weights), carried, rng)]
+        best = scouts[systematic(Weights.of(scout_weights + TINY), carried, rng)]
         nearby = states[systematic(Weights.of(weights), near, rng)]
+        on = best + CARRY_ON * nudge * rng.standard_normal(best.shape)
+        before, after = (self._new_place_density(each, states[0], nudge) for each in (best, on))
+        kept = after >= rng.random(carried) * before  # Metropolis: evidence alone leads them on
         fresh = [
-            best + CARRY_ON * nudge * rng.standard_normal(best.shape),
+            np.where(kept[:, None], on, best),
             nearby + nudge * rng.standard_normal(nearby.shape),
             self._of_prior(s.scouts - carried - near, rng),
         ]
         out = np.concatenate(fresh)
         out[:, 2] = wrap(out[:, 2])
         return out
+
+    def _new_place_density(
+        self, states: FloatArray, place: FloatArray, nudge: FloatArray
+    ) -> FloatArray:
+        """Density (n,), up to a factor, of states to which an object at a place (3,) is moved."""
+        s = self.settings
+        width = np.array([s.prior_std_m, s.prior_std_m, np.radians(s.prior_std_deg)])
+        densities = []
+        for middle, scale in ((self.item.home, width), (place, nudge)):
+            off = states - middle
+            off[:, 2] = wrap(off[:, 2])
+            densities.append(np.exp(-0.5 * ((off / scale) ** 2).sum(axis=1)) / scale.prod())
+        if s.prior == "uniform":
+            off = np.abs(states - self.item.home)
+            off[:, 2] = np.abs(wrap(off[:, 2]))
+            densities[0] = (off <= width).all(axis=1) / (8.0 * width.prod())
+        return np.asarray(densities[0] + densities[1])
 
     def _of_prior(self, count: int, rng: np.random.Generator) -> FloatArray:
         """(count, 3) samples of the prior around the place where the object should stand."""

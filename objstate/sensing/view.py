@@ -26,6 +26,18 @@ class UncertainObject:
     shares: FloatArray  # (k,) sum to one
 
 
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """How the states of an object are compared: against what, from where, and how much it counts."""
+
+    background: FloatArray  # (p, n) m, expected ranges of everything else
+    tempering: float = 1.0  # exponent on the likelihood
+    shift_std: float = 0.0  # m by which the whole object may stand off its place
+    normals: FloatArray | None = None  # (s, 2) along which; unit vectors in the building
+    whole: BoolArray | None = None  # (s,) states cast from every pose
+    few: IntArray | None = None  # the poses from which all others are cast, and averaged
+
+
 class ScanView(Protocol):
     """One scan's beams, against any robot poses (p, 3) and object states (s, d)."""
 
@@ -50,30 +62,9 @@ class ScanView(Protocol):
         """
 
     def object_log_likelihood(
-        self, name: str, states: FloatArray, poses: FloatArray, background: FloatArray
+        self, name: str, states: FloatArray, poses: FloatArray, comparison: Comparison
     ) -> tuple[FloatArray, BoolArray]:
-        """log p(o | s, l) - log p(o | object absent, l) (p, s), and which beams (n,) bear on it.
-
-        ``background`` (p, n) are the expected ranges of everything else.
-        """
-
-    def shifted_log_likelihood(
-        self,
-        name: str,
-        states: FloatArray,
-        normals: FloatArray,
-        shift_std: float,
-        poses: FloatArray,
-        background: FloatArray,
-        whole: BoolArray,
-        few: IntArray,
-        tempering: float,
-    ) -> tuple[FloatArray, BoolArray]:
-        """The same with an exponent, averaged over a shift of the object along ``normals`` (s, 2).
-
-        The shift is unknown, with a standard deviation of ``shift_std`` m. States that
-        aren't ``whole`` (s,) are cast from the poses ``few`` alone and averaged.
-        """
+        """log p(o | s, l) - log p(o | object absent, l) (p, s), and which beams (n,) bear on it."""
 
 
 class Sensing:
@@ -153,30 +144,15 @@ class MeshView:
             return np.asarray(np.log(likelihood).sum(axis=1))
 
     def object_log_likelihood(
-        self, name: str, states: FloatArray, poses: FloatArray, background: FloatArray
+        self, name: str, states: FloatArray, poses: FloatArray, comparison: Comparison
     ) -> tuple[FloatArray, BoolArray]:
+        background = comparison.background
         alone = self.object(name, states, poses)
         touched = (alone < background[:, None]) & (alone < self._range_max)
         without = self._log_likelihood(background)[:, None]
         change = np.where(touched, self._log_likelihood(alone) - without, 0.0)
         bears = (touched & (self._measured > alone - self._near)).any(axis=(0, 1))
-        return change.sum(axis=2), np.asarray(bears)
-
-
-    def shifted_log_likelihood(
-        self,
-        name: str,
-        states: FloatArray,
-        normals: FloatArray,
-        shift_std: float,
-        poses: FloatArray,
-        background: FloatArray,
-        whole: BoolArray,
-        few: IntArray,
-        tempering: float,
-    ) -> tuple[FloatArray, BoolArray]:
-        change, bears = self.object_log_likelihood(name, states, poses, background)
-        return tempering * change, bears
+        return comparison.tempering * change.sum(axis=2), np.asarray(bears)
 
 
 class LevelView:
@@ -239,61 +215,29 @@ class LevelView:
         return out
 
     def object_log_likelihood(
-        self, name: str, states: FloatArray, poses: FloatArray, background: FloatArray
+        self, name: str, states: FloatArray, poses: FloatArray, comparison: Comparison
     ) -> tuple[FloatArray, BoolArray]:
         from objstate.sensing import kernels
 
         outline = self._outlines.of_object(name, self._sweep.height)
-        change = np.empty((len(poses), len(states)))
+        normals, whole, few = comparison.normals, comparison.whole, comparison.few
+        out = np.empty((len(poses), len(states)))
         bears = np.zeros(self._beams.shape[1], dtype=bool)
         kernels.object_log_likelihood(
             with_trigonometry(poses),
             with_trigonometry(self._outlines.placements(name, states)),
+            np.zeros((len(states), 2)) if normals is None else normals,
+            np.ones(len(states), dtype=bool) if whole is None else whole,
+            np.arange(len(poses)) if few is None else few,
             outline.segments,
             outline.convex,
-            np.ascontiguousarray(background[:, self._sweep.order]),
+            np.ascontiguousarray(comparison.background[:, self._sweep.order]),
             self._beams,
             self._sweep.index,
             self._sweep.centre,
             self._beam_model.parameters(self._range_max),
-            change,
-            bears,
-        )
-        return change, self._sweep.unsorted(bears)
-
-    def shifted_log_likelihood(
-        self,
-        name: str,
-        states: FloatArray,
-        normals: FloatArray,
-        shift_std: float,
-        poses: FloatArray,
-        background: FloatArray,
-        whole: BoolArray,
-        few: IntArray,
-        tempering: float,
-    ) -> tuple[FloatArray, BoolArray]:
-        from objstate.sensing import kernels
-
-        outline = self._outlines.of_object(name, self._sweep.height)
-        placements = with_trigonometry(self._outlines.placements(name, states))
-        out = np.empty((len(poses), len(states)))
-        bears = np.zeros(self._beams.shape[1], dtype=bool)
-        kernels.shifted_log_likelihood(
-            with_trigonometry(poses),
-            placements,
-            normals,
-            whole,
-            few,
-            outline.segments,
-            outline.convex,
-            np.ascontiguousarray(background[:, self._sweep.order]),
-            self._beams,
-            self._sweep.index,
-            self._sweep.centre,
-            self._beam_model.parameters(self._range_max),
-            shift_std,
-            tempering,
+            comparison.shift_std,
+            comparison.tempering,
             out,
             bears,
         )
