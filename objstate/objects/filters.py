@@ -270,7 +270,8 @@ class SampleFilter:
         belief = believed.belief
         s, values = self.settings, belief.weights.values
         count = len(values) - s.scouts
-        share = float(values[count:].sum())
+        elsewhere = np.where(self._is_elsewhere(belief), values[count:], 0.0)
+        share = float(elsewhere.sum())
         ancestors = np.arange(count)
         if share > MAJORITY:  # it was moved: the scouts that found it are the belief
             states, weights, ancestors = self._resampled(belief.states, values, rng)
@@ -279,7 +280,7 @@ class SampleFilter:
             states, weights = belief.states[:count], values[:count] / values[:count].sum()
             if resample or 1.0 / np.sum(weights**2) < RESAMPLE_BELOW * s.samples:
                 states, weights, ancestors = self._resampled(states, weights, rng)
-        scouts = self._scouts(states, weights, belief.states[count:], values[count:], rng)
+        scouts = self._scouts(states, weights, belief.states[count:], elsewhere, rng)
         carried = s.scouts // 2
         joined = Weights.of(
             np.concatenate(
@@ -303,6 +304,20 @@ class SampleFilter:
         whole[-self.settings.scouts :] = False
         return whole
 
+    def _is_elsewhere(self, belief: ObjectBelief) -> BoolArray:
+        """Which scouts (k,) have left where the samples are; the others only know the same."""
+        count = len(belief.states) - self.settings.scouts
+        off = belief.states[count:] - weighted_pose_mean(
+            belief.states[:count], belief.weights.values[:count]
+        )
+        off[:, 2] = wrap(off[:, 2])
+        return np.asarray((np.abs(off) > self._nudge).any(axis=1))
+
+    @cached_property
+    def _nudge(self) -> FloatArray:
+        s = self.settings
+        return np.array([s.nudge_m, s.nudge_m, np.radians(s.nudge_deg)])
+
     def _scouts(
         self,
         states: FloatArray,
@@ -316,30 +331,27 @@ class SampleFilter:
         Of those, half look near where the object stands, half where the prior says.
         """
         s = self.settings
-        nudge = np.array([s.nudge_m, s.nudge_m, np.radians(s.nudge_deg)])
         carried, near = s.scouts // 2, s.scouts // 4
         best = scouts[systematic(Weights.of(scout_weights + TINY), carried, rng)]
         nearby = states[systematic(Weights.of(weights), near, rng)]
-        on = best + CARRY_ON * nudge * rng.standard_normal(best.shape)
-        before, after = (self._new_place_density(each, states[0], nudge) for each in (best, on))
+        on = best + CARRY_ON * self._nudge * rng.standard_normal(best.shape)
+        before, after = (self._new_place_density(each, states[0]) for each in (best, on))
         kept = after >= rng.random(carried) * before  # Metropolis: evidence alone leads them on
         fresh = [
             np.where(kept[:, None], on, best),
-            nearby + nudge * rng.standard_normal(nearby.shape),
+            nearby + self._nudge * rng.standard_normal(nearby.shape),
             self._of_prior(s.scouts - carried - near, rng),
         ]
         out = np.concatenate(fresh)
         out[:, 2] = wrap(out[:, 2])
         return out
 
-    def _new_place_density(
-        self, states: FloatArray, place: FloatArray, nudge: FloatArray
-    ) -> FloatArray:
+    def _new_place_density(self, states: FloatArray, place: FloatArray) -> FloatArray:
         """Density (n,), up to a factor, of states to which an object at a place (3,) is moved."""
         s = self.settings
         width = np.array([s.prior_std_m, s.prior_std_m, np.radians(s.prior_std_deg)])
         densities = []
-        for middle, scale in ((self.item.home, width), (place, nudge)):
+        for middle, scale in ((self.item.home, width), (place, self._nudge)):
             off = states - middle
             off[:, 2] = wrap(off[:, 2])
             densities.append(np.exp(-0.5 * ((off / scale) ** 2).sum(axis=1)) / scale.prod())

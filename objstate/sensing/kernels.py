@@ -303,7 +303,7 @@ def object_log_likelihood(
     ``normals[s]`` of its long side: an error that all its beams share. A range grows
     with the shift by 1 over the cosine of its incidence, so the readings speak of the
     shift as a Gaussian, and the average has a closed form. States that aren't
-    ``whole`` are cast from the poses ``few`` alone, and read the same from all others.
+    ``whole`` are cast from the poses ``few`` alone; their mean likelihood serves for all.
     """
     count = beams.shape[1]
     nearest = np.full(count, np.inf)
@@ -352,9 +352,12 @@ def object_log_likelihood(
     for s in range(placements.shape[0]):
         if whole[s]:
             continue
-        mean = 0.0
+        top, total = -np.inf, 0.0
         for k in range(few.shape[0]):
-            mean += out[few[k], s] / few.shape[0]
+            top = max(top, out[few[k], s])
+        for k in range(few.shape[0]):
+            total += np.exp(out[few[k], s] - top)
+        mean = top + np.log(total / few.shape[0])
         for p in range(poses.shape[0]):
             out[p, s] = mean
 
