@@ -151,6 +151,8 @@ def _make_or_check(database: Database, building: Building) -> None:
         place.file.absolute().parent.mkdir(parents=True, exist_ok=True)
     with database.reading() as connection:
         form = form_of(connection, place)
+    if not form:
+        database.write_ahead()
     if form < len(MIGRATIONS):
         with database.writing() as connection:
             form = form_of(connection, place)  # somebody else may have made it meanwhile
