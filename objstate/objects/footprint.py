@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from objstate.building.model import MovableObject
+from objstate.building.model import Kind, MovableObject
 from objstate.geometry import FloatArray, invert
 
 if TYPE_CHECKING:
@@ -43,6 +43,19 @@ def hull_from_above(item: MovableObject) -> FloatArray:
     import shapely
 
     return np.asarray(shapely.get_coordinates(silhouette(item).convex_hull))
+
+
+@lru_cache(maxsize=OBJECTS_KEPT)
+def reach(item: MovableObject) -> tuple[FloatArray, FloatArray]:
+    """Two corners (2,) of a box about all that a door ever covers; of furniture, about its place."""
+    hull, ends = hull_from_above(item), np.array([[item.lower], [item.upper]])
+    if item.kind is Kind.SLIDING:
+        corners = footprint(item, ends)
+        return corners.min(axis=0), corners.max(axis=0)
+    middle = (item.home if item.kind is Kind.PLANAR else item.origin[:, 3])[:2]
+    radius = float(np.linalg.norm(hull - middle, axis=1).max())
+    about = np.zeros(2) if item.kind is Kind.PLANAR else middle
+    return about - radius, about + radius
 
 
 def motions(item: MovableObject, states: FloatArray) -> FloatArray:

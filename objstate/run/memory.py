@@ -30,30 +30,36 @@ class Memory:
     """A world as one run uses it."""
 
     store: WorldStore
+    digest: str  # of the log
     begin_ns: int
     known: dict[str, ObjectBelief]  # of objects seen before, propagated to the log's start
 
     @staticmethod
     def opened(
-        location: str | Path, building: Building, settings: Settings, begin_ns: int
+        location: str | Path, building: Building, settings: Settings, digest: str, begin_ns: int
     ) -> Memory:
-        """What the world believes when the log begins. Raises WorldError."""
+        """What the world believes when the log begins, but for what it learnt from this log.
+
+        Raises WorldError.
+        """
         from objstate.world.store import open_store
 
         store = open_store(location, building)
         world = store.load(
-            settings, objects=building.objects, since_ns=begin_ns, before_ns=begin_ns
+            settings,
+            objects=building.objects,
+            since_ns=begin_ns,
+            until_ns=begin_ns,
+            without=digest,
         )
         then = world.at(begin_ns)
-        return Memory(store, begin_ns, {name: then[name] for name in world.histories})
+        return Memory(store, digest, begin_ns, {name: then[name] for name in world.histories})
 
-    def keep(self, looks: Looks, end_ns: int, digest: str, settings: Settings) -> WorldUse:
+    def keep(self, looks: Looks, end_ns: int, settings: Settings) -> WorldUse:
         """Add what the drive taught, unless the world has its log. Raises WorldError."""
         from objstate.world.store import DriveEntry
 
         beliefs = looks.beliefs
-        entry = DriveEntry(digest, self.begin_ns, end_ns, settings)
-        is_new = self.store.add(entry, beliefs)
-        return WorldUse(
-            self.store.location, len(self.known), len(beliefs) if is_new else 0, not is_new
-        )
+        is_new = self.store.add(DriveEntry(self.digest, self.begin_ns, end_ns, settings), beliefs)
+        added = len(beliefs) if is_new else 0
+        return WorldUse(self.store.location, len(self.known), added, had_the_log=not is_new)

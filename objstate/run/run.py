@@ -109,16 +109,15 @@ def estimate_log(
             end=options.end,
         )
         records, begin_ns = _begun(log)
-        memory = None if world is None else Memory.opened(world, model, options.settings, begin_ns)
+        files = [file for path in log_paths for file in describe_log(path)]
+        memory = _memory(world, model, options, log_identity(files, options), begin_ns)
         estimator = _estimator(model, options, memory)
         looks = Looks(begin_ns)
         drive = _drive_through(log, records, estimator, looks, folder, on_progress)
         logger.info("%d scans gave %d estimates", drive.scans, drive.estimates)
         _check_robot(drive, log, options)
         write_tum(folder / TRAJECTORY, drive.path)
-        files = [file for path in log_paths for file in describe_log(path)]
         inputs = {"logs": files, "building": describe_building(urdf, model)}
-        identity, settings = log_identity(files, options), options.settings
         result = RunResult(
             folder=Path(out),
             objects=tuple(model.objects),
@@ -128,7 +127,7 @@ def estimate_log(
             counts=log.counts | {"estimates": drive.estimates, "poses": len(drive.poses)},
             warnings=(*log.warnings, *estimator.warnings, *doubts(drive, estimator, options)),
             lost_ns=tuple(estimator.lost),
-            world=None if memory is None else memory.keep(looks, drive.end_ns, identity, settings),
+            world=None if memory is None else memory.keep(looks, drive.end_ns, options.settings),
         )
         write_summary(folder, result.to_dict() | {"options": options.to_dict(), "inputs": inputs})
     return result
@@ -142,6 +141,14 @@ def _begun(log: Log) -> tuple[Iterator[Record], int]:
         if isinstance(record, Odometry | Scan):
             break
     return chain(head, records), head[-1].stamp_ns
+
+
+def _memory(
+    world: str | Path | None, building: Building, options: RunOptions, digest: str, begin_ns: int
+) -> Memory | None:
+    if world is None:
+        return None
+    return Memory.opened(world, building, options.settings, digest, begin_ns)
 
 
 def _estimator(building: Building, options: RunOptions, memory: Memory | None) -> Estimator:

@@ -10,7 +10,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from objstate.building.model import Building
-from objstate.geometry import BoolArray, FloatArray
+from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.records import Rays, Scan
 from objstate.sensing.beam_model import BeamModel
 from objstate.sensing.expected import ExpectedRanges
@@ -26,6 +26,18 @@ class UncertainObject:
     shares: FloatArray  # (k,) sum to one
 
 
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """How the states of an object are compared: against what, from where, and how much it counts."""
+
+    background: FloatArray  # (p, n) m, expected ranges of everything else
+    tempering: float = 1.0  # exponent on the likelihood
+    shift_std: float = 0.0  # m by which the whole object may stand off its place
+    normals: FloatArray | None = None  # (s, 2) along which; unit vectors in the building
+    whole: BoolArray | None = None  # (s,) states cast from every pose
+    few: IntArray | None = None  # the poses from which all others are cast, and averaged
+
+
 class ScanView(Protocol):
     """One scan's beams, against any robot poses (p, 3) and object states (s, d)."""
 
@@ -38,6 +50,9 @@ class ScanView(Protocol):
     def object(self, name: str, states: FloatArray, poses: FloatArray) -> FloatArray:
         """Expected ranges (p, s, n) m of one object alone."""
 
+    def log_likelihood(self, expected: FloatArray) -> FloatArray:
+        """log p(o | d-hat) (p,) of all beams together, for expected ranges (p, n)."""
+
     def pose_log_likelihood(
         self, poses: FloatArray, blur: float, objects: Sequence[UncertainObject]
     ) -> FloatArray:
@@ -47,12 +62,9 @@ class ScanView(Protocol):
         """
 
     def object_log_likelihood(
-        self, name: str, states: FloatArray, poses: FloatArray, background: FloatArray
+        self, name: str, states: FloatArray, poses: FloatArray, comparison: Comparison
     ) -> tuple[FloatArray, BoolArray]:
-        """log p(o | s, l) - log p(o | object absent, l) (p, s), and which beams (n,) bear on it.
-
-        ``background`` (p, n) are the expected ranges of everything else.
-        """
+        """log p(o | s, l) - log p(o | object absent, l) (p, s), and which beams (n,) bear on it."""
 
 
 class Sensing:
@@ -111,6 +123,9 @@ class MeshView:
     def object(self, name: str, states: FloatArray, poses: FloatArray) -> FloatArray:
         return self._expected.object(name, states, poses, self._rays)
 
+    def log_likelihood(self, expected: FloatArray) -> FloatArray:
+        return np.asarray(self._log_likelihood(expected).sum(axis=-1))
+
     def pose_log_likelihood(
         self, poses: FloatArray, blur: float, objects: Sequence[UncertainObject]
     ) -> FloatArray:
@@ -129,14 +144,15 @@ class MeshView:
             return np.asarray(np.log(likelihood).sum(axis=1))
 
     def object_log_likelihood(
-        self, name: str, states: FloatArray, poses: FloatArray, background: FloatArray
+        self, name: str, states: FloatArray, poses: FloatArray, comparison: Comparison
     ) -> tuple[FloatArray, BoolArray]:
+        background = comparison.background
         alone = self.object(name, states, poses)
         touched = (alone < background[:, None]) & (alone < self._range_max)
         without = self._log_likelihood(background)[:, None]
         change = np.where(touched, self._log_likelihood(alone) - without, 0.0)
         bears = (touched & (self._measured > alone - self._near)).any(axis=(0, 1))
-        return change.sum(axis=2), np.asarray(bears)
+        return comparison.tempering * change.sum(axis=2), np.asarray(bears)
 
 
 class LevelView:
@@ -169,6 +185,10 @@ class LevelView:
         outline = self._outlines.of_object(name, self._sweep.height)
         return self._cast(outline, self._outlines.placements(name, states), poses)
 
+    def log_likelihood(self, expected: FloatArray) -> FloatArray:
+        each = self._beam_model(self._measured, self._range_max)(expected)
+        return np.asarray(each.sum(axis=-1))
+
     def pose_log_likelihood(
         self, poses: FloatArray, blur: float, objects: Sequence[UncertainObject]
     ) -> FloatArray:
@@ -195,27 +215,33 @@ class LevelView:
         return out
 
     def object_log_likelihood(
-        self, name: str, states: FloatArray, poses: FloatArray, background: FloatArray
+        self, name: str, states: FloatArray, poses: FloatArray, comparison: Comparison
     ) -> tuple[FloatArray, BoolArray]:
         from objstate.sensing import kernels
 
         outline = self._outlines.of_object(name, self._sweep.height)
-        change = np.empty((len(poses), len(states)))
+        normals, whole, few = comparison.normals, comparison.whole, comparison.few
+        out = np.empty((len(poses), len(states)))
         bears = np.zeros(self._beams.shape[1], dtype=bool)
         kernels.object_log_likelihood(
             with_trigonometry(poses),
             with_trigonometry(self._outlines.placements(name, states)),
+            np.zeros((len(states), 2)) if normals is None else normals,
+            np.ones(len(states), dtype=bool) if whole is None else whole,
+            np.arange(len(poses)) if few is None else few,
             outline.segments,
             outline.convex,
-            np.ascontiguousarray(background[:, self._sweep.order]),
+            np.ascontiguousarray(comparison.background[:, self._sweep.order]),
             self._beams,
             self._sweep.index,
             self._sweep.centre,
             self._beam_model.parameters(self._range_max),
-            change,
+            comparison.shift_std,
+            comparison.tempering,
+            out,
             bears,
         )
-        return change, self._sweep.unsorted(bears)
+        return out, self._sweep.unsorted(bears)
 
     def _walls(self, poses: FloatArray) -> FloatArray:
         return self._outlines.walls_in_sight(self._sweep, poses, self._range_max)

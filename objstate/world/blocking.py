@@ -8,10 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from objstate.building.model import Kind
 from objstate.errors import WorldError
 from objstate.geometry import FloatArray, invert
 from objstate.objects import ObjectBelief
-from objstate.objects.footprint import hull_from_above, motions, silhouette
+from objstate.objects.footprint import motions, reach, silhouette
 
 ROUND_OFF = 1e-9  # m; touching is no blocking
 
@@ -52,29 +53,27 @@ def blocked(beliefs: Mapping[str, ObjectBelief], path: ArrayLike, robot_radius: 
 
 def probability_on(belief: ObjectBelief, path: FloatArray, robot_radius: float) -> float:
     """The probability that an object reaches within ``robot_radius`` of a polyline (n, 2)."""
+    low, high = _bounds(belief)
+    if (path.max(axis=0) < low - robot_radius).any() or (
+        path.min(axis=0) > high + robot_radius
+    ).any():
+        return 0.0
     import shapely
 
-    moved = motions(belief.item, belief.states)
-    near = _near(belief, moved, path, robot_radius)
-    if not near.any():
-        return 0.0
-    back = invert(moved[near])  # the path as the object sees it, which is one shape for all states
+    back = invert(motions(belief.item, belief.states))
     seen = path @ back[:, :2, :2].swapaxes(1, 2) + back[:, None, :2, 3]
-    lines = shapely.linestrings(seen)
+    lines = shapely.linestrings(seen)  # the path as the object sees it: one shape for all states
     hit = shapely.dwithin(silhouette(belief.item), lines, robot_radius - ROUND_OFF)
-    return float(np.minimum(belief.weights.values[near][hit].sum(), 1.0))
+    return float(np.minimum(belief.weights.values[hit].sum(), 1.0))
 
 
-def _near(
-    belief: ObjectBelief, moved: FloatArray, path: FloatArray, robot_radius: float
-) -> np.ndarray:
-    """(n,) in which states the object comes near the path's bounding box at all."""
-    hull = hull_from_above(belief.item)
-    middle = hull.mean(axis=0)
-    reach = np.linalg.norm(hull - middle, axis=1).max() + robot_radius
-    places = moved[:, :2, :2] @ middle + moved[:, :2, 3]
-    low, high = path.min(axis=0) - reach, path.max(axis=0) + reach
-    return np.asarray(((places >= low) & (places <= high)).all(axis=1))
+def _bounds(belief: ObjectBelief) -> tuple[FloatArray, FloatArray]:
+    """Two corners (2,) of a box that the object never leaves."""
+    low, high = reach(belief.item)
+    if belief.item.kind is not Kind.PLANAR:
+        return low, high
+    places = belief.states[:, :2]
+    return places.min(axis=0) + low, places.max(axis=0) + high
 
 
 def _checked(path: ArrayLike, robot_radius: float) -> FloatArray:

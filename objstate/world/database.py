@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sqlite3
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -15,6 +17,7 @@ from objstate.errors import WorldError
 from objstate.world.location import Location
 
 WAIT_S = 30  # for another writer to finish, before it is told to the user
+SWITCH_AGAIN_S = 0.01  # between attempts to switch a new file to write-ahead
 LOCK_CLASS = crc32(b"objstate") >> 1  # of PostgreSQL's advisory locks: which program's it is
 BUSY = ("database is locked", "lock timeout", "55P03")  # how either database says so
 NO_WORLD = ("file is not a database", "malformed")
@@ -55,6 +58,24 @@ class Database:
                     self._lock(connection)
                 yield connection
 
+    def write_ahead(self) -> None:
+        """Let readers and a writer of a new file work side by side (WAL). Raises WorldError.
+
+        SQLite waits for locks, but not for this one, which two processes may want at once.
+        """
+        if not self.location.file:
+            return
+        deadline = time.monotonic() + self._wait_s
+        with self._told(), self._engine.connect() as connection:
+            driver: Any = connection.connection.driver_connection
+            while driver.execute("PRAGMA journal_mode").fetchone() != ("wal",):
+                try:
+                    driver.execute("PRAGMA journal_mode = WAL")
+                except sqlite3.OperationalError as error:
+                    if time.monotonic() > deadline:
+                        raise self._in_words(str(error)) from error
+                    time.sleep(SWITCH_AGAIN_S)
+
     def _lock(self, connection: Connection) -> None:
         """Wait for other writers of the same schema; the lock ends with the transaction."""
         lock = crc32((self.location.schema or "").encode()) >> 1
@@ -89,7 +110,6 @@ def _sqlite(location: Location, wait_s: float) -> Engine:
     @event.listens_for(engine, "connect")
     def _prepare(connection: Any, record: object) -> None:
         connection.isolation_level = None  # transactions begin where SQLAlchemy says, not sqlite3
-        connection.execute("PRAGMA journal_mode = WAL")  # readers and a writer side by side
         connection.execute("PRAGMA foreign_keys = ON")
 
     @event.listens_for(engine, "begin")

@@ -57,12 +57,12 @@ def door_modes(
 
 def is_moving(world: World, name: str, stamp_ns: int) -> bool:
     """Whether an object was just seen to move: its last two beliefs contradict each other."""
-    past = [b for b in world.history(name) if b.stamp_ns is not None and b.stamp_ns <= stamp_ns]
+    past = world.history_until(name, stamp_ns)
     if len(past) < 2:
         return False
     before, last = past[-2:]
-    assert before.stamp_ns is not None
-    assert last.stamp_ns is not None
+    if before.stamp_ns is None or last.stamp_ns is None:  # a world has none such
+        return False
     is_recent = stamp_ns - last.stamp_ns <= MOVING_FOR_NS
     was_watched = last.stamp_ns - before.stamp_ns <= MOVING_FOR_NS
     return is_recent and was_watched and contradict(before, last)

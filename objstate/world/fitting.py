@@ -17,8 +17,6 @@ def fitted(belief: ObjectBelief, by: ObjectFilter, rng: np.random.Generator) -> 
     if isinstance(by, SampleFilter):
         return _with_samples(belief, by, rng)
     prior = by.prior(rng)
-    if belief.states is prior.states:
-        return belief
     on_lattice = replace(belief, states=prior.states, cell=prior.cell)
     if np.array_equal(belief.states, prior.states):
         return on_lattice

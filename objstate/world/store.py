@@ -58,7 +58,8 @@ class WorldStore:
         *,
         objects: Mapping[str, MovableObject] | None = None,
         since_ns: int | None = None,
-        before_ns: int | None = None,
+        until_ns: int | None = None,
+        without: str | None = None,
     ) -> World:
         """The world as it is in the database now; a value, which later drives don't change.
 
@@ -66,7 +67,8 @@ class WorldStore:
             settings: the dynamics to predict with; by default those of the latest drive.
             objects: the building's, by default as the world remembers them.
             since_ns: leave out what was known only before; answers from there on stay the same.
-            before_ns: only what was learnt before.
+            until_ns: only what was learnt up to there.
+            without: leave out what the drive of this digest taught.
 
         Raises:
             WorldError: the world can't be read, or a belief is damaged.
@@ -74,7 +76,7 @@ class WorldStore:
         with self._database.reading() as connection:
             items = objects or dict(_objects(connection))
             chosen = settings or _latest_settings(connection, self.location)
-            rows = connection.execute(_beliefs(since_ns, before_ns)).all()
+            rows = connection.execute(_beliefs(since_ns, until_ns, without)).all()
         beliefs = (
             unpack_belief(packed, items[name], stamp_ns, last_observed_ns)
             for name, stamp_ns, last_observed_ns, packed in rows
@@ -149,6 +151,8 @@ def _make_or_check(database: Database, building: Building) -> None:
         place.file.absolute().parent.mkdir(parents=True, exist_ok=True)
     with database.reading() as connection:
         form = form_of(connection, place)
+    if not form:
+        database.write_ahead()
     if form < len(MIGRATIONS):
         with database.writing() as connection:
             form = form_of(connection, place)  # somebody else may have made it meanwhile
@@ -196,15 +200,17 @@ def _settings(text: str, place: str) -> Settings:
         ) from error
 
 
-def _beliefs(since_ns: int | None, before_ns: int | None) -> Select[Any]:
+def _beliefs(since_ns: int | None, until_ns: int | None, without: str | None) -> Select[Any]:
     """Beliefs in time order; of those up to ``since_ns``, each object's last one alone."""
-    b = BELIEFS.c
-    query = select(b.object, b.stamp_ns, b.last_observed_ns, b.belief)
-    if before_ns is not None:
-        query = query.where(b.stamp_ns < before_ns)
+    b, chosen = BELIEFS.c, []
+    if until_ns is not None:
+        chosen.append(b.stamp_ns <= until_ns)
+    if without is not None:
+        chosen.append(b.drive.not_in(select(DRIVES.c.id).where(DRIVES.c.digest == without)))
+    query = select(b.object, b.stamp_ns, b.last_observed_ns, b.belief).where(*chosen)
     if since_ns is not None:
         early = select(b.object, func.max(b.stamp_ns).label("stamp_ns")).where(
-            b.stamp_ns <= since_ns, *([] if before_ns is None else [b.stamp_ns < before_ns])
+            b.stamp_ns <= since_ns, *chosen
         )
         last = early.group_by(b.object).subquery()
         query = query.outerjoin(last, b.object == last.c.object).where(

@@ -81,6 +81,10 @@ class World:
         """What was learnt of an object, in time order. Raises WorldError for an unknown one."""
         return self.histories.get(self._known(name), ())
 
+    def history_until(self, name: str, stamp_ns: int) -> tuple[ObjectBelief, ...]:
+        """What of it was learnt by a moment. Raises WorldError for an unknown object."""
+        return self.history(name)[: bisect_right(self._stamps.get(name, ()), stamp_ns)]
+
     def blocked(
         self, path: ArrayLike, robot_radius: float, stamp_ns: int | None = None
     ) -> Blockage:
@@ -92,12 +96,10 @@ class World:
 
         The same world, object and moment give the same samples.
         """
-        past = self.history(name)
-        count = bisect_right(self._stamps.get(name, ()), stamp_ns)
-        rng = self._rng(name, stamp_ns)
-        if count == 0:
+        past, rng = self.history_until(name, stamp_ns), self._rng(name, stamp_ns)
+        if not past:
             return replace(self._filters[name].prior(rng), stamp_ns=stamp_ns)
-        last = past[count - 1]
+        last = past[-1]
         assert last.stamp_ns is not None
         if last.stamp_ns == stamp_ns:
             return last

@@ -25,6 +25,7 @@ def place(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
     schema = f"objstate_test_{secrets.token_hex(6)}"
     yield f"{reachable_server()}?schema={schema}"
     with create_engine(parse_location(os.environ[VARIABLE]).url).begin() as connection:
+        connection.execute(text("SET LOCAL lock_timeout = 5000"))  # rather fail than hang
         connection.execute(text(f'DROP SCHEMA IF EXISTS "{schema}" CASCADE'))
 
 

@@ -72,8 +72,11 @@ def test_a_part_of_the_history_answers_alike_where_it_reaches(place: str) -> Non
     whole, late = store.load(), store.load(since_ns=24 * HOUR)
     assert [len(late.history(name)) for name in ("door", "desk")] == [2, 2]
     assert same(whole, late, range(24 * HOUR, 30 * HOUR, HOUR))
-    early = store.load(since_ns=25 * HOUR, before_ns=25 * HOUR)
-    assert [b.stamp_ns for b in early.history("door")] == [2 * HOUR]
+    then = store.load(since_ns=25 * HOUR, until_ns=25 * HOUR)
+    assert [b.stamp_ns for b in then.history("door")] == [25 * HOUR]
+    assert [b.stamp_ns for b in then.history("desk")] == [2 * HOUR]
+    before = store.load(since_ns=25 * HOUR, until_ns=25 * HOUR, without="tuesday")
+    assert [b.stamp_ns for b in before.history("door")] == [2 * HOUR]
 
 
 def test_a_world_of_another_building_is_refused(place: str) -> None:
@@ -165,8 +168,7 @@ def test_what_is_no_world_is_refused_and_left_alone(tmp_path: Path) -> None:
         for building in (None, BUILDING):
             with pytest.raises(WorldError, match=reason):
                 open_store(place, building)
-        if place is text:
-            assert place.read_bytes() == before
+        assert place.read_bytes() == before
     with pytest.raises(WorldError, match=r"no world at .*; make one with"):
         open_store(tmp_path / "missing.db")
     assert not (tmp_path / "missing.db").exists()
