@@ -168,9 +168,7 @@ class LatticeFilter:
 
         belief = believed.belief
         chosen, whole = _worth_casting(belief.weights.values)
-        log_likelihood, bears = evidence.cast(
-            belief.states[chosen], whole, self._normals[chosen]
-        )
+        log_likelihood, bears = evidence.cast(belief.states[chosen], whole, self._normals[chosen])
         if not bears.any():
             return None
         given, log_evidence = believed.given.copy(), np.empty(len(believed.given))
