@@ -14,8 +14,10 @@ from objstate.config import NonNegative, Positive, Share, Strict
 from objstate.errors import SettingsError
 from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.objects import ObjectBelief
+from objstate.objects.footprint import footprint
 
 NEIGHBOURS = ((1, 0), (0, 1), (1, 1), (1, -1))  # half of a cell's eight; the others mirror them
+DOORWAY = 1.0  # cells to either side of a closed leaf in which a way pays for the door
 NODE = 0.6  # m, side of the squares of which one cell stands for all
 
 
@@ -102,13 +104,11 @@ class Floor:
         doors = [item for item in self.building.objects.values() if item.kind is not Kind.PLANAR]
         free = np.flatnonzero(self.free.reshape(-1))
         return {
-            item.name: free[_near_line(self.places[free], *leaf_ends(item), self._doorway_width)]
+            item.name: free[
+                _near_line(self.places[free], *leaf_ends(item), DOORWAY * self.settings.resolution)
+            ]
             for item in doors
         }
-
-    @property
-    def _doorway_width(self) -> float:
-        return self.settings.resolution
 
     @cached_property
     def nodes(self) -> IntArray:
@@ -169,17 +169,15 @@ class Floor:
                 continue
             closed = 1.0 - belief.probability_clear(2.0 * s.robot_radius)
             cells = self._doorways[name]
-            crossings = max(2.0 * self._doorway_width / s.resolution, 1.0)
-            toll[cells] = np.maximum(toll[cells], closed * s.closed_door_cost / crossings)
+            each = closed * s.closed_door_cost / (2.0 * DOORWAY)
+            toll[cells] = np.maximum(toll[cells], each)
         return toll
 
     def _occupied(self, belief: ObjectBelief) -> IntArray:
         """The cells in which the robot would touch furniture at its mean."""
-        item, margin = belief.item, self.settings.robot_radius
-        place = item.transforms(belief.mean[None])[0]
-        footprint = self._outlines[item.name] @ place[:2, :2].T + place[:2, 3]
-        near = self._within(footprint.min(axis=0) - margin, footprint.max(axis=0) + margin)
-        return near[_inside(self.places[near], footprint, margin)]
+        margin, covered = self.settings.robot_radius, footprint(belief.item, belief.mean[None])
+        near = self._within(covered.min(axis=0) - margin, covered.max(axis=0) + margin)
+        return near[_inside(self.places[near], covered, margin)]
 
     def _within(self, lower: FloatArray, upper: FloatArray) -> IntArray:
         """Numbers of the cells between two corners (2,)."""
@@ -188,12 +186,6 @@ class Floor:
         rows, columns = self.free.shape
         inside = np.arange(rows)[low[1] : high[1], None] * columns
         return np.asarray(inside + np.arange(columns)[None, low[0] : high[0]]).reshape(-1)
-
-    @cached_property
-    def _outlines(self) -> dict[str, FloatArray]:
-        """By piece of furniture, its convex outline (k, 2) in its own frame."""
-        items = self.building.objects.values()
-        return {each.name: _outline_from_above(each) for each in items if each.kind is Kind.PLANAR}
 
 
 @dataclass(frozen=True, eq=False)
@@ -262,14 +254,6 @@ def _near_line(
     share = ((points - start) @ along / (along @ along)).clip(0.0, 1.0)
     off = points - (start + share[:, None] * along)
     return np.asarray(np.linalg.norm(off, axis=1) <= distance)
-
-
-def _outline_from_above(item: MovableObject) -> FloatArray:
-    """Convex outline (k, 2) of an object in its own frame, counter-clockwise."""
-    from scipy.spatial import ConvexHull
-
-    plan = item.mesh.vertices[:, :2]
-    return np.asarray(plan[ConvexHull(plan).vertices])
 
 
 def _inside(points: FloatArray, corners: FloatArray, margin: float) -> BoolArray:

@@ -1,7 +1,5 @@
 """What a simulated look promises is what the filters then learn."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -117,7 +115,7 @@ def test_what_stands_outside_has_no_viewpoint() -> None:
     rooms = two_rooms(chest("chest", 30.0, 0.0))
     floor = Floor.of(rooms)
     found, _ = viewpoints(
-        replace(prior(rooms["chest"])),
+        prior(rooms["chest"]),
         floor,
         EmbreeCaster(rooms.walls),
         0.3,
