@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -111,7 +112,7 @@ def _ranked(actions: list[Action], settings: CoordinatorSettings) -> Table:
 
 
 def _degrees(angle: float) -> str:
-    return f"{angle * 180.0 / 3.141592653589793:.0f}deg"
+    return f"{math.degrees(angle):.0f}deg"
 
 
 def _words(tasks: list[VerificationTask], actions: list[Action]) -> dict[str, Any]:

@@ -32,7 +32,7 @@ class LookSettings(Strict):
 
     scans: NonNegative = 5.0  # taken where the robot stops to look
     scans_on_way: NonNegative = 1.0  # taken of one object from about one place as it drives by
-    beams_share: Share = 0.5  # of the beams of a scan that observe objects
+    beams_share: Share = 1.0  # of a scan's beams that observe objects; less with marginal inference
     robot_std: NonNegative = 0.03  # m, by which an uncertain robot pose blurs ranges
 
 
