@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from objstate.geometry import FloatArray, IntArray
+from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.objects.belief import ObjectBelief
 from objstate.particles import Weights
 
@@ -31,9 +31,7 @@ class ConditionalBelief:
 
     def averaged(self, given: FloatArray, robot_weights: FloatArray) -> ConditionalBelief:
         """With new conditional weights (l, n), the marginal by the robot weights (l,)."""
-        return ConditionalBelief(
-            self.belief.with_weights(Weights.of(robot_weights @ given)), given
-        )
+        return ConditionalBelief(self.belief.with_weights(Weights.of(robot_weights @ given)), given)
 
     def resampled(self, ancestors: IntArray) -> ConditionalBelief:
         """After the robot belief was resampled: each sample keeps what its ancestor (l',) believed."""
@@ -46,3 +44,4 @@ class Update:
 
     conditional: ConditionalBelief
     log_evidence: FloatArray  # (l,) log p(o | l), against the object's absence; tempered
+    bears: BoolArray  # (n,) the beams that bear on the object
