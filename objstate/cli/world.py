@@ -150,4 +150,4 @@ def _print(store: WorldStore, snapshot: Snapshot, as_json: bool) -> None:
     drives = "1 drive" if count == 1 else f"{count} drives"
     print_text(f"{store.location}: building '{store.building()}', {drives}")
     title = f"At {moment(snapshot.stamp_ns)}"
-    print_table(world_table(title, (snapshot[name] for name in snapshot)))
+    print_table(world_table(title, [snapshot[name] for name in snapshot]))

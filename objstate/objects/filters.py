@@ -28,6 +28,7 @@ MAJORITY = 0.5  # weight of scouts after a scan, above which the object counts a
 CARRY_ON = 0.2  # of a nudge, by which scouts spread about the best of them
 SHRINK = 0.95  # by which samples draw towards their mean before the kernel spreads them
 LEAN = 1.5  # of beams spread evenly over a leaf from hinge to latch, over its width
+LEAST_PRESENCE = 1e-6  # what is never ruled out: that it is there, or that it is gone
 TINY = 1e-300
 FINE = 40  # states with weight that are cast at most; of more, an even comb
 NEGLIGIBLE = 1e-4  # weight, relative to the largest, below which a state is cast only coarsely
@@ -173,7 +174,7 @@ class LatticeFilter:
             return None
         given, log_evidence = believed.given.copy(), np.empty(len(believed.given))
         kernels.condition(given, chosen, log_likelihood, log_evidence)
-        return Update(believed.averaged(given, evidence.robot_weights.values), log_evidence)
+        return Update(believed.averaged(given, evidence.robot_weights.values), log_evidence, bears)
 
     def widened(self, belief: ObjectBelief, std_m: float) -> ObjectBelief:
         """A hinged leaf that hangs aside reads turned by what the shift is to its mean lever."""
@@ -203,7 +204,7 @@ class SampleFilter:
         states = self._of_prior(s.first_samples + s.scouts, rng)
         equal = np.full(s.first_samples, 1.0 / s.first_samples)
         weights = _joined(equal, s.scouts, s.scout_weight)
-        return ObjectBelief(self.item, states, weights, cell=np.zeros(3))
+        return ObjectBelief(self.item, states, weights, cell=np.zeros(3), presence=s.presence)
 
     def predict(
         self, belief: ObjectBelief, seconds: float, rng: np.random.Generator
@@ -216,7 +217,8 @@ class SampleFilter:
         moved = -np.expm1(-dynamics.moves_per_hour * seconds / SECONDS_PER_HOUR)
         redrawn = rng.random(len(states)) < moved
         states[redrawn] = self._of_prior(int(redrawn.sum()), rng)
-        return belief.with_samples(states, belief.weights)
+        there = belief.presence + moved * (self.settings.presence - belief.presence)
+        return replace(belief.with_samples(states, belief.weights), presence=float(there))
 
     def predict_each(
         self, believed: ConditionalBelief, seconds: float, rng: np.random.Generator
@@ -246,7 +248,10 @@ class SampleFilter:
             log_evidence += evidence_of_step
             remaining -= step
             believed = self._renewed(believed.averaged(after, robot), remaining > 0.0, rng)
-        return Update(believed, log_evidence)
+        there, log_evidence = _presence(believed.belief.presence, log_evidence, robot)
+        return Update(
+            replace(believed, belief=replace(believed.belief, presence=there)), log_evidence, bears
+        )
 
     def widened(self, belief: ObjectBelief, std_m: float) -> ObjectBelief:
         std = np.array([std_m, std_m, std_m * self._lean])
@@ -406,6 +411,19 @@ def _worth_casting(weights: FloatArray) -> tuple[IntArray, BoolArray]:
     chosen[0] = chosen[-1] = True
     indices = np.flatnonzero(chosen)
     return indices, heavy[indices]
+
+
+def _presence(
+    presence: float, log_evidence: FloatArray, robot_weights: FloatArray
+) -> tuple[float, FloatArray]:
+    """Probability that an object is there after a scan, and the scan's log evidence (l,) then.
+
+    ``log_evidence`` (l,) is that of its being there, against its absence.
+    """
+    there = np.log(presence) + log_evidence
+    either = np.logaddexp(there, np.log1p(-presence))
+    after = float(robot_weights @ np.exp(there - either))
+    return float(np.clip(after, LEAST_PRESENCE, 1.0 - LEAST_PRESENCE)), either
 
 
 def _conditioned(given: FloatArray, log_likelihood: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from objstate.building.model import Building
 from objstate.config import Settings
+from objstate.estimator import Estimator
 from objstate.objects import ObjectBelief
+from objstate.records import Estimate
 from objstate.world.looks import Looks
 
 if TYPE_CHECKING:
@@ -33,6 +36,7 @@ class Memory:
     digest: str  # of the log
     begin_ns: int
     known: dict[str, ObjectBelief]  # of objects seen before, propagated to the log's start
+    looks: Looks
 
     @staticmethod
     def opened(
@@ -53,13 +57,21 @@ class Memory:
             without=digest,
         )
         then = world.at(begin_ns)
-        return Memory(store, digest, begin_ns, {name: then[name] for name in world.histories})
+        known = {name: then[name] for name in world.histories}
+        return Memory(store, digest, begin_ns, known, Looks(begin_ns))
 
-    def keep(self, looks: Looks, end_ns: int, settings: Settings) -> WorldUse:
+    def note(self, estimator: Estimator, estimates: Sequence[Estimate], just_lost: bool) -> None:
+        """Note what a record taught of objects, or that it was given up as the robot is lost."""
+        if just_lost:
+            self.looks.take_back(estimator.lost[-1][0], estimator.objects.values())
+        observed = {each.object: each.stamp_ns for each in estimates if each.observed}
+        self.looks.note(estimator.object_at(name, observed[name]) for name in sorted(observed))
+
+    def keep(self, end_ns: int, settings: Settings) -> WorldUse:
         """Add what the drive taught, unless the world has its log. Raises WorldError."""
         from objstate.world.store import DriveEntry
 
-        beliefs = looks.beliefs
+        beliefs = self.looks.beliefs
         is_new = self.store.add(DriveEntry(self.digest, self.begin_ns, end_ns, settings), beliefs)
         added = len(beliefs) if is_new else 0
         return WorldUse(self.store.location, len(self.known), added, had_the_log=not is_new)

@@ -21,7 +21,6 @@ from objstate.recording.summary import SUMMARY, write_summary
 from objstate.recording.tables import ESTIMATES, EstimateWriter
 from objstate.recording.tum import TRAJECTORY, write_tum
 from objstate.records import (
-    Estimate,
     GaussianRobotBelief,
     Odometry,
     Record,
@@ -34,7 +33,6 @@ from objstate.run.inputs import describe_building, describe_log, log_identity
 from objstate.run.memory import Memory, WorldUse
 from objstate.run.options import RunOptions
 from objstate.run.start import check_start
-from objstate.world.looks import Looks
 
 FILES = (ESTIMATES, TRAJECTORY, SUMMARY)  # what a result folder holds
 
@@ -112,8 +110,7 @@ def estimate_log(
         files = [file for path in log_paths for file in describe_log(path)]
         memory = _memory(world, model, options, log_identity(files, options), begin_ns)
         estimator = _estimator(model, options, memory)
-        looks = Looks(begin_ns)
-        drive = _drive_through(log, records, estimator, looks, folder, on_progress)
+        drive = _drive_through(log, records, estimator, memory, folder, on_progress)
         logger.info("%d scans gave %d estimates", drive.scans, drive.estimates)
         _check_robot(drive, log, options)
         write_tum(folder / TRAJECTORY, drive.path)
@@ -127,7 +124,7 @@ def estimate_log(
             counts=log.counts | {"estimates": drive.estimates, "poses": len(drive.poses)},
             warnings=(*log.warnings, *estimator.warnings, *doubts(drive, estimator, options)),
             lost_ns=tuple(estimator.lost),
-            world=None if memory is None else memory.keep(looks, drive.end_ns, options.settings),
+            world=None if memory is None else memory.keep(drive.end_ns, options.settings),
         )
         write_summary(folder, result.to_dict() | {"options": options.to_dict(), "inputs": inputs})
     return result
@@ -167,7 +164,7 @@ def _drive_through(
     log: Log,
     records: Iterator[Record],
     estimator: Estimator,
-    looks: Looks,
+    memory: Memory | None,
     folder: Path,
     on_progress: Progress | None,
 ) -> Drive:
@@ -178,20 +175,12 @@ def _drive_through(
             times_lost = len(estimator.lost)
             estimates = estimator.feed(record)
             writer.write(estimates)
-            if len(estimator.lost) > times_lost:
-                looks.take_back(estimator.lost[-1][0], estimator.objects.values())
-            _note_looks(looks, estimator, estimates)
+            if memory is not None:
+                memory.note(estimator, estimates, just_lost=len(estimator.lost) > times_lost)
             drive.note(record, estimator.robot, estimates)
             if on_progress is not None and isinstance(record, Scan):
                 on_progress(log.share, drive.seconds)
     return drive
-
-
-def _note_looks(looks: Looks, estimator: Estimator, estimates: Sequence[Estimate]) -> None:
-    observed = {estimate.object for estimate in estimates if estimate.observed}
-    if observed:
-        objects = estimator.objects
-        looks.note(objects[name] for name in sorted(observed))
 
 
 def _check_robot(drive: Drive, log: Log, options: RunOptions) -> None:

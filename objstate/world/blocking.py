@@ -64,7 +64,7 @@ def probability_on(belief: ObjectBelief, path: FloatArray, robot_radius: float) 
     seen = path @ back[:, :2, :2].swapaxes(1, 2) + back[:, None, :2, 3]
     lines = shapely.linestrings(seen)  # the path as the object sees it: one shape for all states
     hit = shapely.dwithin(silhouette(belief.item), lines, robot_radius - ROUND_OFF)
-    return float(np.minimum(belief.weights.values[hit].sum(), 1.0))
+    return belief.presence * float(np.minimum(belief.weights.values[hit].sum(), 1.0))
 
 
 def _bounds(belief: ObjectBelief) -> tuple[FloatArray, FloatArray]:

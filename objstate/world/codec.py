@@ -16,13 +16,13 @@ DOUBLE = "<f8"
 
 def pack_belief(belief: ObjectBelief) -> bytes:
     """A belief without its object and its stamps. Lattices keep their weights, samples also places."""
-    log = np.asarray(belief.weights.log, dtype=SINGLE)
+    log, there = np.asarray(belief.weights.log, dtype=SINGLE), {"presence": belief.presence}
     if belief.item.kind is not Kind.PLANAR:
         ends = [float(belief.states[0, 0]), float(belief.states[-1, 0])]
-        return pack({"ends": ends, "cell": float(belief.cell[0])}, {"log": log})
+        return pack({"ends": ends, "cell": float(belief.cell[0]), **there}, {"log": log})
     middle = belief.states.mean(axis=0)  # single precision counts from here
     off = np.asarray(belief.states - middle, dtype=SINGLE)
-    return pack({"middle": middle.tolist()}, {"log": log, "off": off})
+    return pack({"middle": middle.tolist(), **there}, {"log": log, "off": off})
 
 
 def unpack_belief(
@@ -38,7 +38,8 @@ def unpack_belief(
     else:
         states, cell = np.array(words["middle"]) + arrays["off"], np.zeros(3)
         states[:, 2] = wrap(states[:, 2])
-    return ObjectBelief(item, states, weights, cell, stamp_ns, last_observed_ns)
+    presence = words["presence"]
+    return ObjectBelief(item, states, weights, cell, presence, stamp_ns, last_observed_ns)
 
 
 def pack_object(item: MovableObject) -> bytes:

@@ -30,6 +30,7 @@ def belief_words(belief: ObjectBelief, samples: bool = False) -> dict[str, Any]:
         },
     }
     if belief.item.kind is Kind.PLANAR:
+        words["presence"] = belief.presence
         words["footprint"] = belief.footprint().tolist()
     else:
         narrowest, widest = belief.clear_width.interval()

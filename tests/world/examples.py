@@ -29,4 +29,4 @@ def desk_at(x: float, stamp_ns: int, count: int = 250, spread: float = 0.02) -> 
     """The desk moved along x, with samples about that place."""
     rng = np.random.default_rng(1)
     states = np.array([x, 1.0, 0.0]) + spread * rng.standard_normal((count, 3))
-    return ObjectBelief(DESK, states, Weights.uniform(count), np.zeros(3), stamp_ns, stamp_ns)
+    return ObjectBelief(DESK, states, Weights.uniform(count), np.zeros(3), 1.0, stamp_ns, stamp_ns)

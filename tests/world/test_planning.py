@@ -45,7 +45,7 @@ def test_a_wider_robot_is_blocked_more_often(angle: float, std: float, radius: f
 def test_the_probability_is_that_of_the_samples_in_the_way() -> None:
     places = np.zeros((100, 3))
     places[:, 0] = np.where(np.arange(100) < 30, 0.0, 9.0)
-    half = ObjectBelief(DESK, places, Weights.uniform(100), np.zeros(3), 0, 0)
+    half = ObjectBelief(DESK, places, Weights.uniform(100), np.zeros(3), 1.0, 0, 0)
     world = World({"desk": DESK}, world_with().settings, {"desk": (half,)})
     blockage = world.at(0).blocked([(-2.0, 0.0), (2.0, 0.0)], 0.2)
     assert blockage.probability == pytest.approx(0.3)
@@ -67,7 +67,7 @@ def test_a_robot_fits_into_the_hollow_of_an_object() -> None:
         "cup",
         Mesh.joined([block(0, -1, 2, 0.1), block(-1, 0, 0.1, 2), block(1, 0, 0.1, 2)]),
     )
-    there = ObjectBelief(cup, np.zeros((1, 3)), Weights.uniform(1), np.zeros(3), 0, 0)
+    there = ObjectBelief(cup, np.zeros((1, 3)), Weights.uniform(1), np.zeros(3), 1.0, 0, 0)
     world = World({"cup": cup}, world_with().settings, {"cup": (there,)})
     assert world.at(0).blocked([(0.0, 3.0), (0.0, 0.0)], 0.3).probability == 0.0
     assert world.at(0).blocked([(0.0, 3.0), (0.0, -3.0)], 0.3).probability == 1.0
