@@ -15,7 +15,10 @@ from packaging.utils import canonicalize_name
 ROOT = Path(__file__).parents[1]
 
 # Modules that take long to load; the command line needs none of them to show its help.
-HEAVY = {"numpy", "scipy", "numba", "polars", "trimesh", "shapely", "rosbags", "embreex", "PIL"}
+HEAVY = {
+    "numpy", "scipy", "numba", "polars", "trimesh", "shapely", "rosbags", "embreex", "PIL",
+    "sqlalchemy",
+}  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -77,7 +80,7 @@ def test_the_version_is_one() -> None:
 def test_help_loads_nothing_heavy() -> None:
     script = (
         "import sys; from objstate.cli import main; main(['--help']); "
-        "main(['estimate', '--help']); print(*sys.modules, file=sys.stderr)"
+        "main(['estimate', '--help']); main(['world', 'at', '--help']); print(*sys.modules, file=sys.stderr)"
     )
     done = subprocess.run(
         [sys.executable, "-c", script], check=True, capture_output=True, text=True

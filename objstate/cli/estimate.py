@@ -23,11 +23,12 @@ from objstate.cli.state_table import state_table
 if TYPE_CHECKING:
     from objstate.records import Path as RobotPath
     from objstate.records import TrueState
-    from objstate.run import RunResult
+    from objstate.run import RunResult, WorldUse
 
 EXAMPLES = """\b
 Examples:
   objstate estimate drive.mcap --building office.urdf --out out/drive
+  objstate estimate drive.mcap --building office.urdf --out out/drive --world world.db
   objstate estimate part1.bag part2.bag --building office.urdf --out out/b \\
       --initial-pose 3.2,-1,90deg --mount laser=0.25,0,0.3,0,0,0
 \b
@@ -84,6 +85,13 @@ def estimate(
     path: Annotated[
         Path | None, typer.Option(metavar="TUM", help="The robot's true path, to compare with.")
     ] = None,
+    world: Annotated[
+        str | None,
+        typer.Option(
+            metavar="WORLD",
+            help="Start from what it believes, and add what is learnt: a file, or postgresql://...",
+        ),
+    ] = None,
     overwrite: Overwrite = False,
     quiet: Quiet = False,
     verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Tell what is done.")] = False,
@@ -114,7 +122,9 @@ def estimate(
         mounts=parse_mounts(mount or []),
     )
     with progress_bar("Estimating", quiet) as report:
-        result = estimate_log(logs, building, out, options, overwrite=overwrite, on_progress=report)
+        result = estimate_log(
+            logs, building, out, options, world=world, overwrite=overwrite, on_progress=report
+        )
     print_warnings((*result.warnings, *_doubts_of_truth(result, true_states)), quiet)
     _print(result, true_states, true_path)
 
@@ -124,6 +134,14 @@ def _doubts_of_truth(result: RunResult, true_states: list[TrueState] | None) -> 
     if true_states is None or {state.object for state in true_states} & set(result.objects):
         return []
     return ["The truth names none of the building's objects. Is it that of another building?"]
+
+
+def _told(world: WorldUse) -> str:
+    """What came of the world."""
+    knew = f"World {world.location}: knew {world.known} objects when the log began"
+    if world.had_the_log:
+        return f"{knew}; it has this log already, and was not changed."
+    return f"{knew}, learnt {world.added} beliefs."
 
 
 def _print(
@@ -145,6 +163,8 @@ def _print(
         f"{result.log_seconds:.0f} s of log in {result.elapsed_seconds:.1f} s, "
         f"{result.log_seconds / result.elapsed_seconds:.0f} x real time."
     )
+    if result.world is not None:
+        print_text(_told(result.world))
     print_text(f"Written: {', '.join(str(result.folder / name) for name in FILES)}")
     if true_path is not None:  # last, as it may fail where the paths share no time
         print_table(robot_table(compare_paths(read_tum(result.folder / TRAJECTORY), true_path)))

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Sequence
+from datetime import UTC, datetime
+from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from objstate.errors import SettingsError
@@ -13,6 +16,8 @@ if TYPE_CHECKING:
 
 POSE = "X,Y,YAW (m, m, rad; or YAW in degrees as in 90deg)"
 MOUNT = "FRAME=x,y,z,roll,pitch,yaw (m and rad; or angles in degrees as in 180deg)"
+
+TIME = "'now', a time as in 2026-11-21T12:00 (UTC, or with +01:00), or seconds since 1970"
 
 
 def parse_pose(text: str) -> FloatArray:
@@ -49,6 +54,22 @@ def check_height(height: float) -> None:
     """Raises SettingsError for a ``--height`` that is none."""
     if not math.isfinite(height):
         raise SettingsError(f"--height {height} must be a finite number of metres.")
+
+
+def parse_time(text: str) -> int:
+    """The nanoseconds since 1970 that a time means. Raises SettingsError."""
+    if text == "now":
+        return time.time_ns()
+    try:
+        return round(Fraction(text) * 10**9)
+    except ValueError:
+        pass
+    try:
+        when = datetime.fromisoformat(text)
+        told = when if when.tzinfo is not None else when.replace(tzinfo=UTC)
+        return round(Fraction(told.timestamp()) * 10**9)
+    except (ValueError, OverflowError) as error:
+        raise SettingsError(f"'{text}' is not a time; give {TIME}.") from error
 
 
 def split_topics(texts: Sequence[str]) -> list[str] | None:

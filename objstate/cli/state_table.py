@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from objstate.evaluation import LatestState
+    from objstate.records import Estimate
 
 UNITS = {  # as people read them: unit, factor from SI, decimals
     "angle": ("deg", 180 / math.pi, 1),
@@ -35,19 +36,33 @@ def state_table(states: Sequence[LatestState], begin_ns: int, with_truth: bool) 
     return table
 
 
+def label(coordinate: str) -> str:
+    """A coordinate with its unit as people read it."""
+    return f"{coordinate} ({UNITS[coordinate][0]})"
+
+
+def figure(coordinate: str, value: float | None) -> str:
+    """A value of a coordinate (rad, m) as people read it."""
+    _, factor, decimals = UNITS[coordinate]
+    return "-" if value is None else f"{factor * value:z.{decimals}f}"
+
+
+def span(estimate: Estimate) -> str:
+    """The 90 % interval of an estimate as people read it."""
+    lower, upper = (figure(estimate.coordinate, v) for v in (estimate.lower, estimate.upper))
+    return f"{lower} to {upper}"
+
+
 def _cells(state: LatestState, begin_ns: int, with_truth: bool) -> list[str]:
     estimate = state.estimate
-    unit, factor, decimals = UNITS[estimate.coordinate]
-
-    def figure(value: float | None) -> str:
-        return "-" if value is None else f"{factor * value:z.{decimals}f}"
-
+    coordinate = estimate.coordinate
+    truth = [figure(coordinate, state.truth), figure(coordinate, state.error)]
     seen = f"{(estimate.stamp_ns - begin_ns) / 1e9:.1f}" if estimate.observed else "never"
     return [
         estimate.object,
-        f"{estimate.coordinate} ({unit})",
-        figure(estimate.mean),
-        f"{figure(estimate.lower)} to {figure(estimate.upper)}",
-        *([figure(state.truth), figure(state.error)] if with_truth else []),
+        label(coordinate),
+        figure(coordinate, estimate.mean),
+        span(estimate),
+        *(truth if with_truth else []),
         seen,
     ]

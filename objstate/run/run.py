@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
 from importlib.metadata import version
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -19,10 +20,17 @@ from objstate.recording.results import result_folder
 from objstate.recording.summary import SUMMARY, write_summary
 from objstate.recording.tables import ESTIMATES, EstimateWriter
 from objstate.recording.tum import TRAJECTORY, write_tum
-from objstate.records import GaussianRobotBelief, RobotBelief, Scan
+from objstate.records import (
+    GaussianRobotBelief,
+    Odometry,
+    Record,
+    RobotBelief,
+    Scan,
+)
 from objstate.run.doubts import doubts
 from objstate.run.drive import Drive
-from objstate.run.inputs import describe_building, describe_log
+from objstate.run.inputs import describe_building, describe_log, log_identity
+from objstate.run.memory import Memory, WorldUse
 from objstate.run.options import RunOptions
 from objstate.run.start import check_start
 
@@ -47,6 +55,7 @@ class RunResult:
     counts: Mapping[str, int]
     warnings: tuple[str, ...]
     lost_ns: tuple[tuple[int, int], ...] = ()  # stretches in which the robot was lost
+    world: WorldUse | None = None  # where one took part
 
     def to_dict(self) -> dict[str, Any]:
         """What ``run.json`` says of the outcome."""
@@ -61,6 +70,7 @@ class RunResult:
             "counts": dict(self.counts),
             "warnings": list(self.warnings),
             "lost_ns": [list(stretch) for stretch in self.lost_ns],
+            "world": None if self.world is None else asdict(self.world),
         }
 
 
@@ -70,14 +80,17 @@ def estimate_log(
     out: str | Path,
     options: RunOptions | None = None,
     *,
+    world: str | Path | None = None,
     overwrite: bool = False,
     on_progress: Progress | None = None,
 ) -> RunResult:
     """Estimate every object's state from one drive, recorded in one or several logs.
 
     Writes ``estimates.parquet``, ``trajectory.tum`` and ``run.json`` into the new
-    folder ``out``, whole or not at all. Raises ResultError, BuildingError,
-    SettingsError or LogError.
+    folder ``out``, whole or not at all. With a ``world``, a path or a PostgreSQL URL, it
+    starts from what that believed when the log begins, and adds what the drive taught,
+    once for each log. Raises ResultError, BuildingError, SettingsError, LogError or
+    WorldError.
     """
     began = time.monotonic()
     options = options or RunOptions()
@@ -86,7 +99,6 @@ def estimate_log(
         model = load_building(urdf)
         logger.info("%s: %d movable objects", urdf, len(model.objects))
         check_start(options, model)
-        estimator = _estimator(model, options)
         log = open_log(
             log_paths,
             topics=options.topics,
@@ -94,10 +106,15 @@ def estimate_log(
             start=options.start,
             end=options.end,
         )
-        drive = _drive_through(log, estimator, folder, on_progress)
+        records, begin_ns = _begun(log)
+        files = [file for path in log_paths for file in describe_log(path)]
+        memory = _memory(world, model, options, log_identity(files, options), begin_ns)
+        estimator = _estimator(model, options, memory)
+        drive = _drive_through(log, records, estimator, memory, folder, on_progress)
         logger.info("%d scans gave %d estimates", drive.scans, drive.estimates)
         _check_robot(drive, log, options)
         write_tum(folder / TRAJECTORY, drive.path)
+        inputs = {"logs": files, "building": describe_building(urdf, model)}
         result = RunResult(
             folder=Path(out),
             objects=tuple(model.objects),
@@ -107,16 +124,31 @@ def estimate_log(
             counts=log.counts | {"estimates": drive.estimates, "poses": len(drive.poses)},
             warnings=(*log.warnings, *estimator.warnings, *doubts(drive, estimator, options)),
             lost_ns=tuple(estimator.lost),
+            world=None if memory is None else memory.keep(drive.end_ns, options.settings),
         )
-        inputs = {
-            "logs": [file for path in log_paths for file in describe_log(path)],
-            "building": describe_building(urdf, model),
-        }
         write_summary(folder, result.to_dict() | {"options": options.to_dict(), "inputs": inputs})
     return result
 
 
-def _estimator(building: Building, options: RunOptions) -> Estimator:
+def _begun(log: Log) -> tuple[Iterator[Record], int]:
+    """The log's records, and the stamp of the first that tells the time of the drive."""
+    records, head = iter(log), []
+    for record in records:
+        head.append(record)
+        if isinstance(record, Odometry | Scan):
+            break
+    return chain(head, records), head[-1].stamp_ns
+
+
+def _memory(
+    world: str | Path | None, building: Building, options: RunOptions, digest: str, begin_ns: int
+) -> Memory | None:
+    if world is None:
+        return None
+    return Memory.opened(world, building, options.settings, digest, begin_ns)
+
+
+def _estimator(building: Building, options: RunOptions, memory: Memory | None) -> Estimator:
     return Estimator(
         building,
         options.settings,
@@ -124,18 +156,27 @@ def _estimator(building: Building, options: RunOptions) -> Estimator:
         initial_pose=options.initial_pose,
         global_start=options.global_start,
         belief=options.belief,
+        beliefs=None if memory is None else memory.known,
     )
 
 
 def _drive_through(
-    log: Log, estimator: Estimator, folder: Path, on_progress: Progress | None
+    log: Log,
+    records: Iterator[Record],
+    estimator: Estimator,
+    memory: Memory | None,
+    folder: Path,
+    on_progress: Progress | None,
 ) -> Drive:
     """Feed every record to the estimator; write what it makes of them."""
     drive = Drive()
     with EstimateWriter(folder) as writer:
-        for record in log:
+        for record in records:
+            times_lost = len(estimator.lost)
             estimates = estimator.feed(record)
             writer.write(estimates)
+            if memory is not None:
+                memory.note(estimator, estimates, just_lost=len(estimator.lost) > times_lost)
             drive.note(record, estimator.robot, estimates)
             if on_progress is not None and isinstance(record, Scan):
                 on_progress(log.share, drive.seconds)

@@ -1,6 +1,7 @@
 """A whole run as library code."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +12,12 @@ from objstate.building import load_building
 from objstate.config import ObjectRule, Settings
 from objstate.errors import BuildingError, LogError, SettingsError
 from objstate.geometry import transform
+from objstate.recording.tables import read_estimates
 from objstate.recording.tum import read_tum
 from objstate.run import RunOptions, estimate_log
-from objstate.run.inputs import describe_building, describe_log
+from objstate.run.inputs import describe_building, describe_log, log_identity
 from objstate.simulation import simulate
+from objstate.world.store import open_store
 
 WALLS = """
 <robot name="hall">
@@ -70,6 +73,55 @@ def test_objects_that_were_never_near_are_a_warning(tmp_path: Path) -> None:
     assert any("No scan was near an object" in warning for warning in result.warnings)
     written = json.loads((tmp_path / "out" / "run.json").read_text())
     assert written["warnings"] == list(result.warnings)
+
+
+def test_a_world_carries_what_is_known_from_drive_to_drive(tmp_path: Path) -> None:
+    building, world = hall(tmp_path, DOOR.format(x=2, width=0.9)), tmp_path / "world.db"
+    log = recorded(tmp_path)
+    first = estimate_log([log], building, tmp_path / "first", world=world)
+    assert first.world is not None
+    assert (first.world.known, first.world.had_the_log) == (0, False)
+    assert first.world.added > 0
+    learnt = world.read_bytes()
+    again = estimate_log([log], building, tmp_path / "again", world=world)
+    assert again.world == replace(first.world, added=0, had_the_log=True)
+    assert world.read_bytes() == learnt
+    tables = [tmp_path / name / "estimates.parquet" for name in ("first", "again")]
+    assert tables[0].read_bytes() == tables[1].read_bytes()
+
+
+def test_a_later_drive_starts_from_what_an_earlier_one_taught(tmp_path: Path) -> None:
+    building, world = hall(tmp_path, DOOR.format(x=2, width=0.9)), tmp_path / "world.db"
+    log = recorded(tmp_path)
+    estimate_log([log], building, tmp_path / "first", RunOptions(end=1.0), world=world)
+    rest = RunOptions(start=1.0, initial_pose=np.array([1.3, 0.0, 0.0]))
+    later = estimate_log([log], building, tmp_path / "rest", rest, world=world)
+    alone = estimate_log([log], building, tmp_path / "alone", rest)
+    assert later.world is not None
+    assert later.world.known == 1
+    assert alone.world is None
+    informed, ignorant = (read_estimates(result.folder)["std"][0] for result in (later, alone))
+    assert informed < ignorant
+
+
+def test_a_run_that_fails_teaches_nothing(tmp_path: Path) -> None:
+    building, world = hall(tmp_path, DOOR.format(x=2, width=0.9)), tmp_path / "world.db"
+    log = recorded(tmp_path, initial_pose="null")
+    with pytest.raises(LogError):
+        estimate_log([log], building, tmp_path / "out", world=world)
+    assert open_store(world).drives() == []
+
+
+def test_a_log_is_the_same_by_what_is_read_of_it() -> None:
+    files = [{"sha256": "a"}, {"sha256": "b"}]
+    whole = log_identity(files, RunOptions())
+    assert log_identity(files[::-1], RunOptions(seed=5)) == whole
+    others = [
+        log_identity(files[:1], RunOptions()),
+        log_identity(files, RunOptions(end=3.0)),
+        log_identity(files, RunOptions(topics=["/front"])),
+    ]
+    assert len({whole, *others}) == 4
 
 
 def test_without_a_start_the_cure_is_named(tmp_path: Path) -> None:
