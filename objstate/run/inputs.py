@@ -3,13 +3,29 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from objstate.building import load_building
 from objstate.building.model import Building, Mesh
+
+
+@dataclass(frozen=True, eq=False)
+class BuildingInput:
+    """A building that was read, and what ``run.json`` says of its files."""
+
+    model: Building
+    description: Mapping[str, Any]
+
+    @staticmethod
+    def read(urdf: str | Path) -> BuildingInput:
+        """Read a URDF with its meshes. Raises BuildingError."""
+        model = load_building(Path(urdf))
+        return BuildingInput(model, describe_building(Path(urdf), model))
 
 
 def describe_log(log: Path) -> list[dict[str, Any]]:

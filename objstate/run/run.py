@@ -10,7 +10,6 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from objstate.building import load_building
 from objstate.building.model import Building
 from objstate.errors import LogError
 from objstate.estimator import Estimator
@@ -22,7 +21,7 @@ from objstate.recording.tum import TRAJECTORY, write_tum
 from objstate.records import GaussianRobotBelief, RobotBelief, Scan
 from objstate.run.doubts import doubts
 from objstate.run.drive import Drive
-from objstate.run.inputs import describe_building, describe_log
+from objstate.run.inputs import BuildingInput, describe_log
 from objstate.run.options import RunOptions
 from objstate.run.start import check_start
 
@@ -66,7 +65,7 @@ class RunResult:
 
 def estimate_log(
     logs: Sequence[str | Path],
-    building: str | Path,
+    building: str | Path | BuildingInput,
     out: str | Path,
     options: RunOptions | None = None,
     *,
@@ -75,16 +74,18 @@ def estimate_log(
 ) -> RunResult:
     """Estimate every object's state from one drive, recorded in one or several logs.
 
+    ``building`` is a URDF, or one that was read before, so that many logs share it.
     Writes ``estimates.parquet``, ``trajectory.tum`` and ``run.json`` into the new
     folder ``out``, whole or not at all. Raises ResultError, BuildingError,
     SettingsError or LogError.
     """
     began = time.monotonic()
     options = options or RunOptions()
-    log_paths, urdf = [Path(log) for log in logs], Path(building)
+    log_paths = [Path(log) for log in logs]
     with result_folder(out, overwrite=overwrite) as folder:
-        model = load_building(urdf)
-        logger.info("%s: %d movable objects", urdf, len(model.objects))
+        read = building if isinstance(building, BuildingInput) else BuildingInput.read(building)
+        model = read.model
+        logger.info("%s: %d movable objects", model.name, len(model.objects))
         check_start(options, model)
         estimator = _estimator(model, options)
         log = open_log(
@@ -110,7 +111,7 @@ def estimate_log(
         )
         inputs = {
             "logs": [file for path in log_paths for file in describe_log(path)],
-            "building": describe_building(urdf, model),
+            "building": dict(read.description),
         }
         write_summary(folder, result.to_dict() | {"options": options.to_dict(), "inputs": inputs})
     return result
