@@ -2,6 +2,7 @@
 
 from objstate.evaluation.evaluation import CoordinateErrors, Evaluation, evaluate, evaluate_states
 from objstate.evaluation.latest import LatestState, latest_states
+from objstate.evaluation.lost import read_lost, within
 from objstate.evaluation.robot import RobotErrors, compare_paths
 from objstate.evaluation.summary import Distances, StateErrors
 
@@ -16,4 +17,6 @@ __all__ = [
     "evaluate",
     "evaluate_states",
     "latest_states",
+    "read_lost",
+    "within",
 ]
