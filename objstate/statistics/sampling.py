@@ -67,7 +67,9 @@ def _walk(
     dimensions = points.shape[1]
     spread = np.cov(points.T) * 2.38**2 / dimensions + JITTER * np.eye(dimensions)
     width = rng.choice([0.1, 1.0], size=(len(points), 1))  # short steps serve narrow corners
-    step = rng.multivariate_normal(np.zeros(dimensions), spread, size=len(points), method="cholesky")
+    step = rng.multivariate_normal(
+        np.zeros(dimensions), spread, size=len(points), method="cholesky"
+    )
     proposed = 1 - np.abs(1 - np.abs(points + width * step) % 2)
     there = log_likelihood(proposed)
     taken = np.log(rng.random(len(points))) < exponent * (there - known)

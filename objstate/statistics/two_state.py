@@ -84,7 +84,7 @@ class Memory:
         slow = self.slow_part[:, None] * np.exp(-self.slow[:, None] * times)
         quick = (1 - self.slow_part[:, None]) * np.exp(-self.quick[:, None] * times)
         known = (slow + quick).mean(axis=0)
-        return np.interp(np.log(np.maximum(seconds, times[0])), np.log(times), known)
+        return np.asarray(np.interp(np.log(np.maximum(seconds, times[0])), np.log(times), known))
 
     @property
     def _fading(self) -> FloatArray:
