@@ -18,7 +18,7 @@ from pathlib import Path
 import polars as pl
 from batch_speed import start
 
-PAUSE = 8.0  # s between two kills, in the mean
+PAUSE = 10.0  # s between two kills, in the mean
 OF_BATCH = 0.2  # share of kills that hit the batch itself
 
 
