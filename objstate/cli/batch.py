@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
 NOT_ALL_WENT_WELL = 1
 LOGS_SHOWN = 10  # whose warnings are printed
-DEFAULT_TIME_LIMIT = 3600.0  # s
 
 EXAMPLES = """\b
 Examples:
@@ -87,8 +86,9 @@ def batch(
         ),
     ] = None,
     time_limit: Annotated[
-        float, typer.Option(metavar="S", min=0, help="Seconds for one log; 0: no limit.")
-    ] = DEFAULT_TIME_LIMIT,
+        float | None,
+        typer.Option(metavar="S", min=0, help="Seconds for one log; 0: no limit. Default: 3600."),
+    ] = None,
     retry_failed: Annotated[
         bool, typer.Option("--retry-failed", help="Run logs again that failed before.")
     ] = False,
@@ -103,6 +103,7 @@ def batch(
     it does only what is missing. The exit code is 0 when every log is done.
     """
     from objstate.batch import BatchOptions, gather, run_batch
+    from objstate.batch.options import DEFAULT_TIME_LIMIT
     from objstate.config import load_settings
     from objstate.recording.batches import SUMMARY_TABLE, read_table
     from objstate.run import RunOptions
@@ -127,7 +128,7 @@ def batch(
             BatchOptions(
                 workers=workers or _cores(),
                 scheduler=scheduler,
-                time_limit=time_limit or None,
+                time_limit=DEFAULT_TIME_LIMIT if time_limit is None else time_limit or None,
                 retry_failed=retry_failed,
                 overwrite=overwrite,
             ),
