@@ -5,12 +5,28 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from objstate.building import load_building
 from objstate.building.digest import geometry_digest
 from objstate.building.model import Building
 from objstate.run.options import RunOptions
+
+
+@dataclass(frozen=True, eq=False)
+class BuildingInput:
+    """A building that was read, and what ``run.json`` says of its files."""
+
+    model: Building
+    description: Mapping[str, Any]
+
+    @staticmethod
+    def read(urdf: str | Path) -> BuildingInput:
+        """Read a URDF with its meshes. Raises BuildingError."""
+        model = load_building(Path(urdf))
+        return BuildingInput(model, describe_building(Path(urdf), model))
 
 
 def describe_log(log: Path) -> list[dict[str, Any]]:

@@ -11,7 +11,6 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
-from objstate.building import load_building
 from objstate.building.model import Building
 from objstate.errors import LogError
 from objstate.estimator import Estimator
@@ -29,7 +28,7 @@ from objstate.records import (
 )
 from objstate.run.doubts import doubts
 from objstate.run.drive import Drive
-from objstate.run.inputs import describe_building, describe_log, log_identity
+from objstate.run.inputs import BuildingInput, describe_log, log_identity
 from objstate.run.memory import Memory, WorldUse
 from objstate.run.options import RunOptions
 from objstate.run.start import check_start
@@ -76,7 +75,7 @@ class RunResult:
 
 def estimate_log(
     logs: Sequence[str | Path],
-    building: str | Path,
+    building: str | Path | BuildingInput,
     out: str | Path,
     options: RunOptions | None = None,
     *,
@@ -86,6 +85,7 @@ def estimate_log(
 ) -> RunResult:
     """Estimate every object's state from one drive, recorded in one or several logs.
 
+    ``building`` is a URDF, or one that was read before, so that many logs share it.
     Writes ``estimates.parquet``, ``trajectory.tum`` and ``run.json`` into the new
     folder ``out``, whole or not at all. With a ``world``, a path or a PostgreSQL URL, it
     starts from what that believed when the log begins, and adds what the drive taught,
@@ -94,10 +94,11 @@ def estimate_log(
     """
     began = time.monotonic()
     options = options or RunOptions()
-    log_paths, urdf = [Path(log) for log in logs], Path(building)
+    log_paths = [Path(log) for log in logs]
     with result_folder(out, overwrite=overwrite) as folder:
-        model = load_building(urdf)
-        logger.info("%s: %d movable objects", urdf, len(model.objects))
+        read = building if isinstance(building, BuildingInput) else BuildingInput.read(building)
+        model = read.model
+        logger.info("%s: %d movable objects", model.name, len(model.objects))
         check_start(options, model)
         log = open_log(
             log_paths,
@@ -114,7 +115,7 @@ def estimate_log(
         logger.info("%d scans gave %d estimates", drive.scans, drive.estimates)
         _check_robot(drive, log, options)
         write_tum(folder / TRAJECTORY, drive.path)
-        inputs = {"logs": files, "building": describe_building(urdf, model)}
+        inputs = {"logs": files, "building": dict(read.description)}
         result = RunResult(
             folder=Path(out),
             objects=tuple(model.objects),
