@@ -9,10 +9,17 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from objstate.cli.console import print_names, print_table, print_text
-from objstate.cli.error_tables import LEGEND, errors_table, robot_table
+from objstate.cli.error_tables import (
+    BOUND_LEGEND,
+    LEGEND,
+    bound_table,
+    errors_table,
+    robot_table,
+)
 from objstate.errors import ResultError
 
 if TYPE_CHECKING:
+    from objstate.bound import BoundEvaluation
     from objstate.evaluation import Evaluation
 
 EXAMPLES = """\b
@@ -20,6 +27,7 @@ Examples:
   objstate evaluate out/corridor --truth logs/corridor.truth.csv
   objstate evaluate out/corridor --truth logs/corridor.truth.csv \\
       --path logs/corridor.path.tum --json out/corridor.errors.json
+  objstate evaluate out/office --truth out/drive/truth.csv --bound
 """
 
 
@@ -32,6 +40,14 @@ def evaluate(
         ),
     ],
     path: Annotated[Path | None, typer.Option(metavar="TUM", help="The robot's true path.")] = None,
+    bound: Annotated[
+        bool,
+        typer.Option(
+            "--bound",
+            help="How far from the Cramer-Rao bound; for drives that simulate made (needs the "
+            "scene.yaml beside the truth).",
+        ),
+    ] = False,
     json_file: Annotated[
         Path | None, typer.Option("--json", metavar="FILE", help="Write the figures here too.")
     ] = None,
@@ -44,14 +60,25 @@ def evaluate(
     from objstate.evaluation import evaluate as evaluate_result
 
     evaluation = evaluate_result(folder, truth, path)
+    limit = _limit(folder, truth) if bound else None
     if json_file is not None:
-        _write_json(json_file, evaluation)
+        _write_json(json_file, evaluation, limit)
     _print(evaluation)
+    if limit is not None and limit.objects:
+        print_table(bound_table((*limit.objects, *limit.overall)))
+        print_text(BOUND_LEGEND)
 
 
-def _write_json(file: Path, evaluation: Evaluation) -> None:
+def _limit(folder: Path, truth: Path) -> BoundEvaluation:
+    from objstate.bound import evaluate_bound
+
+    return evaluate_bound(folder, truth)
+
+
+def _write_json(file: Path, evaluation: Evaluation, limit: BoundEvaluation | None) -> None:
+    figures = evaluation.to_dict() | ({} if limit is None else {"bound": limit.to_dict()})
     try:
-        file.write_text(json.dumps(evaluation.to_dict(), indent=2) + "\n", encoding="utf-8")
+        file.write_text(json.dumps(figures, indent=2) + "\n", encoding="utf-8")
     except OSError as error:
         raise ResultError(
             f"Can't write {file}: {error.strerror}; choose another place for --json."
