@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from objstate.cli import building, convert, estimate, evaluate, inspect, simulate
+from objstate.cli import building, convert, estimate, evaluate, inspect, reproduce, simulate
 from objstate.cli.console import print_text
 from objstate.cli.options import help_when_alone
 
@@ -61,3 +61,4 @@ app.command(epilog=evaluate.EXAMPLES)(evaluate.evaluate)
 app.command(epilog=simulate.EXAMPLES)(simulate.simulate)
 app.command(epilog=convert.EXAMPLES)(convert.convert)
 app.add_typer(building.app, name="building")
+app.add_typer(reproduce.app, name="reproduce")

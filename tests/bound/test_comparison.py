@@ -42,7 +42,7 @@ def test_errors_stay_near_the_bound_and_do_not_fall_below_it(scene: Path) -> Non
     summary = {kind: bound_errors(None, kind, pairs) for kind, pairs in parts.items()}
     assert summary.keys() == {"angle", "x", "y", "yaw"}
     together = np.sqrt(np.mean([each.ratio**2 for each in summary.values()]))
-    assert 0.8 < together < 10.0
+    assert 0.8 < together < 6.0
 
 
 def test_only_final_errors_count_each_with_its_own_bound() -> None:
