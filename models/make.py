@@ -238,7 +238,7 @@ def offices() -> Urdf:
         share = 0.2 / math.dist((x, y), middle)
         there = [a + share * (b - a) for a, b in zip((x, y), middle, strict=True)]
         urdf.furniture(name, *there, yaw, desk())
-    urdf.furniture("table", 6.75, 3.85, 0.0, small_table())
+    urdf.furniture("table", 6.82, 3.68, 0.0, small_table())
     return urdf
 
 

@@ -47,6 +47,16 @@ def draw_object(
         _add(axes, outline(item.mesh, height, place), colour, width, **style)
 
 
+def draw_leaf(
+    axes: Axes, door: MovableObject, angle: float, colour: str, width: float, length: float = 1.0
+) -> None:
+    """A hinged door as a line from its hinge; ``length`` in widths of the leaf."""
+    leaf = door.mesh.moved(door.transforms(np.array([[angle]]))[0]).vertices[:, :2]
+    hinge = door.origin[:2, 3]
+    end = hinge + 2 * length * ((leaf.min(axis=0) + leaf.max(axis=0)) / 2 - hinge)
+    axes.plot(*np.stack([hinge, end]).T, color=colour, lw=width, solid_capstyle="round")
+
+
 def draw_legend(figure: Figure, *entries: tuple[str, str]) -> None:
     """What colours mean: pairs of colour and words."""
     from matplotlib.lines import Line2D

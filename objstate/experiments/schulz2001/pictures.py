@@ -16,6 +16,7 @@ from objstate.experiments.plans import (
     PATH,
     STRANGER,
     TRUTH,
+    draw_leaf,
     draw_legend,
     draw_object,
     draw_plan,
@@ -31,19 +32,21 @@ if TYPE_CHECKING:
 
     from objstate.simulation.scene import Boxes
 
+CORRIDOR = 3.2  # m to both sides of its middle that are shown
 AROUND = 0.35  # m to all sides of an object that is shown by itself
 
 
 def draw_doors(trial: Trial, runs: Sequence[Run]) -> Figure:
     """Fig. 3: the robot's path and the doors, with the paper's step between states."""
     building, run = load_building(trial.scene.building), runs[0]
-    figure = new_figure(11.0, 5.2)
+    figure = new_figure(11.0, 3.4)
     axes = figure.add_subplot()
     draw_plan(axes, building, run.path)
+    axes.set_ylim(-CORRIDOR, CORRIDOR)
     for final in run.finals:
         door = building[final.object]
-        draw_object(axes, door, np.array([final.estimate]), ESTIMATE, 2.2)
-        draw_object(axes, door, np.array([final.truth]), TRUTH, 0.9)
+        draw_leaf(axes, door, final.estimate, ESTIMATE, 2.6)
+        draw_leaf(axes, door, final.truth, TRUTH, 0.9, length=1.25)
         x, y = door.origin[:2, 3]
         words = f"{degrees(final.estimate):.0f}°"
         axes.text(x, y + 1.5 * np.sign(y), words, ha="center", va="center", fontsize=8)
