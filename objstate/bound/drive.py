@@ -10,7 +10,7 @@ whose state changes is as unknown as before.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -47,77 +47,97 @@ def bounds_of(simulation: Simulation) -> Bounds:
     The noise, the building as it stands, and the steady errors of the odometry count
     as known. Raises SettingsError for a laser without noise.
     """
-    building, expected = simulation.building, ExpectedRanges(simulation.building)
-    knowledge = Knowledge(building, simulation.scene.initial_pose)
+    expected = ExpectedRanges(simulation.building)
+    knowledge = Knowledge.at_first(simulation.building, simulation.scene.initial_pose)
     stamps, deviations, before = [], [], simulation.motion.at(0.0)
     states = {name: history.at(0.0) for name, history in simulation.history.items()}
     for stamp, exposure in simulation.exposures():
-        knowledge.drive(before, exposure.robot, simulation.scene.odometry)
+        knowledge = knowledge.driven(before, exposure.robot, simulation.scene.odometry)
         before = exposure.robot
         for name, history in simulation.history.items():
             state = history.at(exposure.time)
             if not np.array_equal(state, states[name]):
-                knowledge.forget(name)
+                knowledge = knowledge.without(name)
             states[name] = state
-        knowledge.learn(scan_information(expected, exposure))
+        knowledge = knowledge.after(scan_information(expected, exposure))
         stamps.append(stamp)
         deviations.append(knowledge.deviations)
     table = np.array(deviations).reshape(len(stamps), -1)
     return Bounds(
         stamps_ns=np.array(stamps, dtype=np.int64),
-        deviations={key: table[:, place] for key, place in knowledge.places.items()},
+        deviations={key: table[:, place] for key, place in knowledge.layout.places.items()},
         robot=table[:, :POSE],
     )
 
 
-class Knowledge:
-    """The joint covariance of the robot's pose and all objects' states, as small as it can be."""
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """Where each object's state stands in a vector that begins with the robot's pose."""
 
-    def __init__(self, building: Building, start: InitialPose | None) -> None:
-        self._rows: dict[str, IntArray] = {}  # of each object's state in the covariance
-        self.places: dict[tuple[str, str], int] = {}  # of each object's coordinates
+    rows: Mapping[str, IntArray]  # of each object's state
+    places: Mapping[tuple[str, str], int]  # of each object's coordinates
+
+    @staticmethod
+    def of(building: Building) -> Layout:
+        rows: dict[str, IntArray] = {}
+        places: dict[tuple[str, str], int] = {}
         size = POSE
         for name, item in building.objects.items():
-            self._rows[name] = np.arange(size, size + len(item.coordinates))
-            self.places |= {(name, c): size + i for i, c in enumerate(item.coordinates)}
+            rows[name] = np.arange(size, size + len(item.coordinates))
+            places |= {(name, c): size + i for i, c in enumerate(item.coordinates)}
             size += len(item.coordinates)
-        self._prior = np.concatenate(
-            [_start(start), *(_widest(item) for item in building.objects.values())]
-        )
-        self._covariance = np.diag(self._prior**2)
+        return Layout(rows, places)
+
+
+@dataclass(frozen=True, eq=False)
+class Knowledge:
+    """The least covariance of the robot's pose and all objects' states together."""
+
+    layout: Layout
+    prior: FloatArray  # (n,) standard deviations before any scan
+    covariance: FloatArray  # (n, n)
+
+    @staticmethod
+    def at_first(building: Building, start: InitialPose | None) -> Knowledge:
+        """What is known before the first scan."""
+        states = [_widest(item) for item in building.objects.values()]
+        prior = np.concatenate([_start(start), *states])
+        return Knowledge(Layout.of(building), prior, np.diag(prior**2))
 
     @property
     def deviations(self) -> FloatArray:
-        """(3 + d,) standard deviations of the pose, then of the states."""
-        return np.asarray(np.sqrt(np.diag(self._covariance)))
+        """(n,) standard deviations of the pose, then of the states."""
+        return np.asarray(np.sqrt(np.diag(self.covariance)))
 
-    def drive(self, start: FloatArray, end: FloatArray, noise: OdometryNoise) -> None:
-        """The robot moves between two poses (3,), with what odometry gets wrong on the way."""
+    def driven(self, start: FloatArray, end: FloatArray, noise: OdometryNoise) -> Knowledge:
+        """After the robot has moved between two poses (3,), by an odometry with such noise."""
         step, way = end - start, float(np.hypot(*(end - start)[:2]))
-        moved = np.eye(len(self._prior))
+        moved = np.eye(len(self.prior))
         moved[:2, 2] = -step[1], step[0]
-        self._covariance = moved @ self._covariance @ moved.T
+        wider = moved @ self.covariance @ moved.T
         turned = abs(float(between(start, end)[2]))
-        if way > 0.0:  # the noise is along the way: (way * noise^2) times its direction squared
-            self._covariance[:2, :2] += noise.translation_noise**2 * np.outer(*[step[:2]] * 2) / way
-        self._covariance[2, 2] += noise.rotation_noise**2 * turned + noise.drift_noise**2 * way
+        if way > 0.0:  # noise^2 times the way, along the way
+            along = step[:2] / way
+            wider[:2, :2] += noise.translation_noise**2 * way * np.outer(along, along)
+        wider[2, 2] += noise.rotation_noise**2 * turned + noise.drift_noise**2 * way
+        return replace(self, covariance=wider)
 
-    def forget(self, name: str) -> None:
-        """An object is in another state, of which nothing is known yet."""
-        rows = self._rows[name]
-        self._covariance[rows, :] = 0.0
-        self._covariance[:, rows] = 0.0
-        self._covariance[rows, rows] = self._prior[rows] ** 2
+    def without(self, name: str) -> Knowledge:
+        """After an object has come to another state, of which nothing is known yet."""
+        rows, wider = self.layout.rows[name], self.covariance.copy()
+        wider[rows, :] = 0.0
+        wider[:, rows] = 0.0
+        wider[rows, rows] = self.prior[rows] ** 2
+        return replace(self, covariance=wider)
 
-    def learn(self, scan: ScanInformation) -> None:
-        """Take in the information of a scan: the inverse covariance grows by it."""
-        rows = np.concatenate([np.arange(POSE), *(self._rows[name] for name in scan.objects)])
-        seen = self._covariance[np.ix_(rows, rows)]
+    def after(self, scan: ScanInformation) -> Knowledge:
+        """After a scan: the inverse covariance grows by its information."""
+        rows = np.concatenate([np.arange(POSE), *(self.layout.rows[n] for n in scan.objects)])
+        seen, across = self.covariance[np.ix_(rows, rows)], self.covariance[:, rows]
         # (C^-1 + J)^-1 = C - C J (I + C J)^-1 C, of which J touches only some rows
         gain = scan.matrix @ np.linalg.inv(np.eye(len(rows)) + seen @ scan.matrix)
-        across = self._covariance[:, rows]
-        shrunk = self._covariance - across @ gain @ across.T
-        self._covariance = (shrunk + shrunk.T) / 2
+        narrower = self.covariance - across @ gain @ across.T
+        return replace(self, covariance=(narrower + narrower.T) / 2)
 
 
 def _start(deviations: InitialPose | None) -> FloatArray:

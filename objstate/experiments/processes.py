@@ -6,8 +6,11 @@ import os
 import signal
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
+from functools import partial
+from multiprocessing import active_children, get_context
 from typing import TypeVar
+
+ENDED = 1  # exit code of a process that was told to end
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -24,21 +27,39 @@ def in_order(
     """``function`` of every task, in the order of the tasks, by so many processes.
 
     With one worker, or one task, all is done in this process. What a task raises is raised here;
-    tasks that haven't begun are then given up.
+    all other tasks are then given up.
     """
     if min(workers, len(tasks)) <= 1:
         yield from map(function, tasks)
         return
     # spawned: a fork would copy the threads' locks of the libraries in an unknown state
+    others = set(active_children())
     pool = ProcessPoolExecutor(
-        min(workers, len(tasks)), mp_context=get_context("spawn"), initializer=_leave_interrupts
+        min(workers, len(tasks)), mp_context=get_context("spawn"), initializer=_ignore_interrupts
     )
     try:
-        yield from pool.map(function, tasks)
+        yield from pool.map(partial(_interruptible, function), tasks)
+    except BaseException:  # Ctrl-C among them: what has begun isn't waited for
+        for worker in set(active_children()) - others:
+            worker.terminate()
+        raise
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
 
 
-def _leave_interrupts() -> None:
-    """Ctrl-C is for the process that was called; it ends its workers."""
+def _interruptible(function: Callable[[Task], Result], task: Task) -> Result:
+    """A task that tidies up after itself when its process is told to end."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        return function(task)
+    except KeyboardInterrupt:
+        os._exit(ENDED)  # or the pool would go on with the next task
+    finally:
+        _ignore_interrupts()
+
+
+def _ignore_interrupts() -> None:
+    """An idle process leaves Ctrl-C to its parent."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)

@@ -46,7 +46,9 @@ def test_the_bound_stands_beside_the_errors(run, drive: Path) -> None:
     written = json.loads(figures.read_text())["bound"]
     (angle,) = (each for each in written["objects"] if each["object"] == "door")
     assert f"{angle['ratio']:.1f}" == ratio
-    assert {each["coordinate"] for each in written["overall"]} == {"angle"}  # it never sees the table
+    assert {each["coordinate"] for each in written["overall"]} == {
+        "angle"
+    }  # it never sees the table
 
 
 def test_without_being_asked_there_is_none(run, drive: Path) -> None:
