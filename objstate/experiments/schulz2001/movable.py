@@ -21,8 +21,8 @@ OBJECT = "u_shape"
 PRIOR_OFF, PRIOR_TURNED = 0.10, radians(12.0)  # m, rad: how far the model is wrong at first
 TURN, TURN_SIGMA = radians(30.0), radians(3.0)  # "about 30 degrees", by hand
 SHIFT_SIGMA = 0.01  # m that turning by hand shifts it
-STATES = (40, 200, 1000)  # samples; the paper's, the default, and many
-SCOUTS = 0.25  # share of all samples, as in the defaults
+STATES = (40, 200, 1000)  # samples; the first are the paper's
+SCOUTS = 0.25  # share of all samples that look for where the object may have been moved
 NEAR, NEAR_TURN = 0.02, radians(3.0)
 WORDS = ("first", "second", "third")
 
@@ -51,9 +51,9 @@ def tables(runs: Sequence[Run]) -> tuple[Table, ...]:
             ("samples", "state", *ERROR_COLUMNS),
             tuple(rows),
             "The last estimate of each state, after two passes; between states the object is turned "
-            "by about 30 degrees. Right: within 2 cm and 3 degrees. The model is 10 cm and 12 degrees wrong at first. Samples are all "
-            "that the belief has, scouts included. In the paper, 40 samples found the object and "
-            "tracked it.",
+            "by about 30 degrees. Right: within 2 cm and 3 degrees. The model is 10 cm and 12 degrees "
+            "wrong at first. Samples are all that the belief has, scouts included. In the paper, 40 "
+            "samples found the object and tracked it.",
         ),
     )
 
