@@ -1,73 +1,13 @@
-"""``objstate reproduce``: one command for each paper."""
+"""``objstate reproduce``: the papers' experiments, one command each."""
 
 from __future__ import annotations
 
-from enum import StrEnum
-from pathlib import Path
-from typing import Annotated
-
 import typer
 
-from objstate.cli.console import print_text
-from objstate.cli.experiment_tables import print_experiment
-from objstate.cli.options import Overwrite, Quiet, help_when_alone
-from objstate.cli.progress import progress_bar
-
-EXAMPLES = """\b
-Examples:
-  objstate reproduce schulz2001 --out out/schulz2001
-  objstate reproduce schulz2001 --out out/doors --only doors --seeds 3
-"""
+from objstate.cli.options import help_when_alone
+from objstate.cli.reproduce_schulz2001 import EXAMPLES, schulz2001
 
 app = typer.Typer(
-    help="Repeat a paper's experiments on simulated drives.",
-    invoke_without_command=True,
-    callback=help_when_alone,
+    help="Repeat the papers' experiments.", invoke_without_command=True, callback=help_when_alone
 )
-
-
-class Schulz2001(StrEnum):
-    """The experiments of one paper."""
-
-    DOORS = "doors"
-    MOVABLE = "movable"
-    DESKS = "desks"
-
-
-@app.command("schulz2001", epilog=EXAMPLES)
-def schulz2001(
-    out: Annotated[Path, typer.Option(metavar="DIR", help="The folder to write.")],
-    seeds: Annotated[int, typer.Option(metavar="N", min=1, help="Drives of each experiment.")] = 20,
-    first_seed: Annotated[int, typer.Option(metavar="N", min=0, help="The seeds begin here.")] = 1,
-    only: Annotated[
-        list[Schulz2001] | None,
-        typer.Option(help="One of the experiments. Repeatable; default: all."),
-    ] = None,
-    workers: Annotated[
-        int | None, typer.Option(metavar="N", min=1, help="Processes; default: one for each core.")
-    ] = None,
-    overwrite: Overwrite = False,
-    quiet: Quiet = False,
-) -> None:
-    """Schulz and Burgard 2001: doors at 70 cm/s, a U-shaped object that is turned, shifted desks.
-
-    Prints the tables beside the paper's figures. DIR gets them too, with every final estimate and
-    pictures like the paper's Figs. 3, 6 and 8.
-    """
-    from objstate.experiments import reproduce
-    from objstate.experiments.schulz2001 import EXPERIMENTS, TITLE
-
-    chosen = {name: each for name, each in EXPERIMENTS.items() if name in (only or EXPERIMENTS)}
-    with progress_bar("Reproducing", quiet) as report:
-        result = reproduce(
-            chosen,
-            TITLE,
-            out,
-            range(first_seed, first_seed + seeds),
-            workers=workers,
-            overwrite=overwrite,
-            on_progress=report,
-        )
-    for table in result.tables:
-        print_experiment(table)
-    print_text(f"Written: {result.folder}, with tables.md, finals.csv and pictures")
+app.command(epilog=EXAMPLES)(schulz2001)
