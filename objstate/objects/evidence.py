@@ -1,18 +1,21 @@
-"""What one scan says about one object, integrated over the robot belief."""
+"""What one scan says about one object, from each sample of the robot belief."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from objstate.geometry import BoolArray, FloatArray
-from objstate.objects.bayes import marginal_log_likelihood
+import numpy as np
+
+from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.particles import Weights
-from objstate.sensing import ScanView
+from objstate.sensing import Comparison, ScanView
+
+FEW = 8  # robot samples from which states of next to no weight are cast
 
 
 @dataclass(frozen=True, eq=False)
 class ScanEvidence:
-    """A scan's log-likelihood of an object's states, as eqs. (8) and (9) make it."""
+    """A scan's log-likelihood p(o | s, l) of an object's states from robot samples."""
 
     name: str
     view: ScanView
@@ -20,17 +23,33 @@ class ScanEvidence:
     robot_weights: Weights  # (l,)
     background: FloatArray  # (l, n) m, expected ranges of everything else
     tempering: float  # exponent on p(o | s, l)
+    shift_std: float = 0.0  # m by which the whole object may be off its place
 
-    def cast(self, states: FloatArray) -> tuple[FloatArray, BoolArray]:
-        """Tempered log p(o | s, l) (l, s), each row up to a constant, of states (s, d).
+    def cast(
+        self, states: FloatArray, whole: BoolArray, normals: FloatArray | None = None
+    ) -> tuple[FloatArray, BoolArray]:
+        """Tempered log p(o | s, l) (l, s), against the object's absence, of states (s, d).
 
-        Also the beams (n,) that bear on the object in some of these states.
+        Also the beams (n,) that bear on the object in some of these states. States
+        that aren't ``whole`` (s,) are cast from a few robot samples only. With
+        ``normals`` (s, 2), the object may be off its place along them.
         """
-        change, bears = self.view.object_log_likelihood(
-            self.name, states, self.poses, self.background
+        return self.view.object_log_likelihood(
+            self.name,
+            states,
+            self.poses,
+            Comparison(
+                background=self.background,
+                tempering=self.tempering,
+                shift_std=0.0 if normals is None else self.shift_std,
+                normals=normals,
+                whole=whole,
+                few=self._few,
+            ),
         )
-        return self.tempering * change, bears
 
-    def integrated(self, log_likelihood: FloatArray, weights: Weights) -> FloatArray:
-        """Log-likelihood (s,) of states with weights (s,), integrated over the robot belief."""
-        return marginal_log_likelihood(log_likelihood, weights, self.robot_weights)
+    @property
+    def _few(self) -> IntArray:
+        """Some robot samples, evenly spread."""
+        count = len(self.poses)
+        return np.unique(np.linspace(0, count - 1, min(FEW, count)).astype(np.int64))
