@@ -7,7 +7,8 @@ import signal
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
-from multiprocessing import active_children, get_context
+from multiprocessing import active_children, get_context, parent_process
+from threading import Thread
 from typing import TypeVar
 
 ENDED = 1  # exit code of a process that was told to end
@@ -35,7 +36,7 @@ def in_order(
     # spawned: a fork would copy the threads' locks of the libraries in an unknown state
     others = set(active_children())
     pool = ProcessPoolExecutor(
-        min(workers, len(tasks)), mp_context=get_context("spawn"), initializer=_ignore_interrupts
+        min(workers, len(tasks)), mp_context=get_context("spawn"), initializer=_begin
     )
     try:
         yield from pool.map(partial(_interruptible, function), tasks)
@@ -57,6 +58,19 @@ def _interruptible(function: Callable[[Task], Result], task: Task) -> Result:
         os._exit(ENDED)  # or the pool would go on with the next task
     finally:
         _ignore_interrupts()
+
+
+def _begin() -> None:
+    """A process of the pool ends, tidily, when its parent is gone."""
+    _ignore_interrupts()
+    Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = parent_process()
+    assert parent is not None  # pools have one
+    parent.join()
+    os.kill(os.getpid(), signal.SIGTERM)
 
 
 def _ignore_interrupts() -> None:

@@ -64,7 +64,8 @@ def _name(count: int) -> str:
 
 def _settings(count: int) -> Settings:
     scouts = round(SCOUTS * count)
-    rule = ObjectRule(match="*", samples=count - scouts, first_samples=count, scouts=scouts)
+    others = count - scouts
+    rule = ObjectRule(match="*", samples=others, first_samples=others, scouts=scouts)
     return Settings(objects=(rule,))
 
 
