@@ -61,6 +61,8 @@ def test_the_wheel_holds_only_the_package(tmp_path: Path) -> None:
     info = f"objstate-{version('objstate')}.dist-info"
     assert {name.split("/")[0] for name in names} == {"objstate", info}
     assert "objstate/py.typed" in names
+    assert "objstate/experiments/schulz2001/doors.scene.yaml" in names
+    assert "objstate/experiments/schulz2001/department.urdf" in names
     assert f"{info}/licenses/LICENSE" in names
 
 

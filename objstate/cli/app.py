@@ -13,6 +13,7 @@ from objstate.cli import (
     estimate,
     evaluate,
     inspect,
+    reproduce,
     simulate,
     statistics,
     world,
@@ -74,3 +75,4 @@ app.command(epilog=simulate.EXAMPLES)(simulate.simulate)
 app.command(epilog=convert.EXAMPLES)(convert.convert)
 app.add_typer(building.app, name="building")
 app.add_typer(world.app, name="world")
+app.add_typer(reproduce.app, name="reproduce")

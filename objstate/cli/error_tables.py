@@ -11,6 +11,7 @@ from objstate.cli.tables import new_table, percent
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from objstate.bound import BoundErrors
     from objstate.evaluation import CoordinateErrors, Distances, RobotErrors, StateErrors
 
 UNITS = {"rad": ("deg", 180 / math.pi), "m": ("cm", 100.0)}  # as people read errors
@@ -20,6 +21,11 @@ NUMBERS = ("n", "mean", "median", "p90", "bias", "<5", "<10", "in 90%")
 LEGEND = (
     "Absolute errors; bias is estimate minus truth. <5, <10: % of errors of at most 5 and\n"
     "10 deg or cm. in 90%: % of truths inside the 90 % intervals."
+)
+
+BOUND_LEGEND = (
+    "Roots of mean squares. ratio: error by bound. typical: the same of the median error, which\n"
+    "is 1 at the bound, however far off a few are."
 )
 
 
@@ -32,6 +38,24 @@ def errors_table(
         if errors is not None:
             cells = error_cells(entry.coordinate, entry.unit, errors)
             table.add_row(entry.object or "all", *cells)
+    return table
+
+
+def bound_table(entries: Iterable[BoundErrors]) -> Table:
+    """Final errors beside the least possible, of each coordinate of each object, and of all."""
+    title = "Beside the Cramér-Rao bound, when last observed"
+    table = new_table(title, ("object", "state"), ("n", "error", "bound", "ratio", "typical"))
+    for entry in entries:
+        unit, factor = UNITS[entry.unit]
+        table.add_row(
+            entry.object or "all",
+            f"{entry.coordinate} ({unit})",
+            str(entry.count),
+            f"{factor * entry.error:.2f}",
+            f"{factor * entry.bound:.2f}",
+            f"{entry.ratio:.1f}",
+            f"{entry.typical_ratio:.1f}" if entry.object is None else "",
+        )
     return table
 
 

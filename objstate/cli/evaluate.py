@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -15,13 +15,20 @@ from objstate.cli.batch_tables import (
     overall_table,
 )
 from objstate.cli.console import print_names, print_table, print_text, print_warnings
-from objstate.cli.error_tables import LEGEND, errors_table, robot_table
+from objstate.cli.error_tables import (
+    BOUND_LEGEND,
+    LEGEND,
+    bound_table,
+    errors_table,
+    robot_table,
+)
 from objstate.cli.json_values import json_values
 from objstate.cli.options import Quiet
 from objstate.cli.progress import progress_bar
 from objstate.errors import ResultError, SettingsError
 
 if TYPE_CHECKING:
+    from objstate.bound import BoundEvaluation
     from objstate.evaluation import BatchEvaluation, Evaluation
 
 EXAMPLES = """\b
@@ -30,6 +37,7 @@ Examples:
   objstate evaluate out/corridor --truth logs/corridor.truth.csv \\
       --path logs/corridor.path.tum --json out/corridor.errors.json
   objstate evaluate out/batch --against out/other_settings
+  objstate evaluate out/office --truth out/drive/truth.csv --bound
 """
 
 
@@ -48,6 +56,14 @@ def evaluate(
     against: Annotated[
         Path | None, typer.Option(metavar="DIR2", help="A result of the same logs, to compare.")
     ] = None,
+    bound: Annotated[
+        bool,
+        typer.Option(
+            "--bound",
+            help="How far from the Cramer-Rao bound; for drives that simulate made (needs the "
+            "scene.yaml beside the truth).",
+        ),
+    ] = False,
     json_file: Annotated[
         Path | None, typer.Option("--json", metavar="FILE", help="Write the figures here too.")
     ] = None,
@@ -62,24 +78,29 @@ def evaluate(
     from objstate.recording.batches import is_batch
 
     if against is None and not is_batch(folder):
-        _evaluate_result(folder, truth, path, json_file)
-    elif path is not None:
-        raise SettingsError("--path is for one result alone; leave it out here.")
+        _evaluate_result(folder, truth, path, json_file, bound)
+    elif path is not None or bound:
+        raise SettingsError("--path and --bound are for one result alone; leave them out here.")
     else:
         _evaluate_batch(folder, truth, against, json_file, quiet)
 
 
 def _evaluate_result(
-    folder: Path, truth: Path | None, path: Path | None, json_file: Path | None
+    folder: Path, truth: Path | None, path: Path | None, json_file: Path | None, bound: bool
 ) -> None:
     from objstate.evaluation import evaluate as evaluate_result
 
     if truth is None:
         raise SettingsError(f"{folder} is one result; say with --truth CSV what is true.")
     evaluation = evaluate_result(folder, truth, path)
+    limit = _limit(folder, truth) if bound else None
     if json_file is not None:
-        _write_json(json_file, evaluation)
+        figures = json_values(evaluation) | ({} if limit is None else {"bound": limit.to_dict()})
+        _write_json(json_file, figures)
     _print(evaluation)
+    if limit is not None and limit.objects:
+        print_table(bound_table((*limit.objects, *limit.overall)))
+        print_text(BOUND_LEGEND)
 
 
 def _evaluate_batch(
@@ -95,7 +116,7 @@ def _evaluate_batch(
             None if report is None else lambda done, count: report(done / count, 0.0),
         )
     if json_file is not None:
-        _write_json(json_file, evaluation)
+        _write_json(json_file, json_values(evaluation))
     print_warnings(evaluation.notes, quiet)
     _print_batch(evaluation)
 
@@ -113,9 +134,15 @@ def _print_batch(evaluation: BatchEvaluation) -> None:
     print_names("Without result", evaluation.without_result)
 
 
-def _write_json(file: Path, evaluation: Evaluation | BatchEvaluation) -> None:
+def _limit(folder: Path, truth: Path) -> BoundEvaluation:
+    from objstate.bound import evaluate_bound
+
+    return evaluate_bound(folder, truth)
+
+
+def _write_json(file: Path, figures: Any) -> None:
     try:
-        file.write_text(json.dumps(json_values(evaluation), indent=2) + "\n", encoding="utf-8")
+        file.write_text(json.dumps(figures, indent=2) + "\n", encoding="utf-8")
     except OSError as error:
         raise ResultError(
             f"Can't write {file}: {error.strerror}; choose another place for --json."

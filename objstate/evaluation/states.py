@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -68,6 +68,7 @@ class TrueCourse:
 class Comparison:
     """Errors of the updates of one coordinate whose true value is known."""
 
+    stamps_ns: IntArray  # (n,) of the updates, ascending
     errors: FloatArray  # (n,) estimate minus truth; rotations wrapped
     inside: BoolArray  # (n,) the truth lies inside the 90 % interval
     final: BoolArray  # (n,) the last update before the state changes or the log ends that stood
@@ -93,6 +94,17 @@ def true_courses(truth: Iterable[TrueState]) -> dict[Coordinate, TrueCourse]:
     return {key: TrueCourse.of(group) for key, group in rows.items()}
 
 
+def compare_all(
+    estimates: pl.DataFrame, courses: Mapping[Coordinate, TrueCourse], lost: Stretches = ()
+) -> dict[Coordinate, Comparison]:
+    """``compare`` for every coordinate that was observed and whose truth is known."""
+    return {
+        key: compare(key[1], posteriors, courses[key], lost)
+        for key, posteriors in observed_posteriors(estimates).items()
+        if key in courses
+    }
+
+
 def compare(
     coordinate: str, posteriors: Posteriors, truth: TrueCourse, lost: Stretches = ()
 ) -> Comparison:
@@ -106,6 +118,7 @@ def compare(
     stood = ~within(posteriors.stamps_ns[known], lost)
     true = truth.values[period]
     return Comparison(
+        stamps_ns=posteriors.stamps_ns[known],
         errors=error(coordinate, posteriors.means[known], true),
         inside=inside_interval(
             coordinate, true, posteriors.lowers[known], posteriors.uppers[known]

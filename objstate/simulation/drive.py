@@ -30,7 +30,7 @@ from objstate.records import TrueState
 from objstate.sensing.embree import EmbreeCaster
 from objstate.simulation import messages
 from objstate.simulation.crowd import Crowd, boxes_mesh, walkers
-from objstate.simulation.lasers import Scanner, World, reading
+from objstate.simulation.lasers import Exposure, Scanner, World, reading
 from objstate.simulation.odometry import dead_reckoning
 from objstate.simulation.reality import real_building, real_mount
 from objstate.simulation.route import drive
@@ -97,16 +97,16 @@ class Simulation:
         self.scene = scene
         self.motion = drive(scene.route)
         self._refuse_walls_on_the_way(model)
-        building = real_building(model, scene.model_error, self._rng("building"))
+        self.building = real_building(model, scene.model_error, self._rng("building"))
         self.history: dict[str, StateHistory] = histories(
-            building, scene.objects, self._rng("objects")
+            self.building, scene.objects, self._rng("objects")
         )
         duration = self.motion.duration
         crowd = Crowd(
             walkers(scene.people, duration, self._rng("people")),
             boxes_mesh(scene.boxes, self._rng("boxes")),
         )
-        self._world = World(building, self.history, crowd)
+        self._world = World(self.building, self.history, crowd)
         mounting = self._rng("mounting")
         self._scanners = [
             Scanner(laser, real_mount(laser.mount, scene.model_error, mounting))
@@ -127,6 +127,17 @@ class Simulation:
     def truth(self) -> Iterator[TrueState]:
         """The objects' true states, in time order."""
         return true_states(self.history, self._stamp(0.0), self.scene.truth_step)
+
+    def exposures(self) -> Iterator[tuple[int, Exposure]]:
+        """What every scan is exposed to, with the scan's stamp in ns; in time order."""
+        order = sorted(
+            (time, number)
+            for number, scanner in enumerate(self._scanners)
+            for time in self._scan_times(scanner).tolist()
+        )
+        for time, number in order:
+            exposure = self._scanners[number].exposure(time, self.motion, self._world)
+            yield self._scan_stamp(time), exposure
 
     def path(self) -> RobotPath:
         """The robot's true pose where each scan was taken, under the scan's stamp."""
