@@ -32,9 +32,10 @@ Examples:
       --initial-pose 3.2,-1,90deg --mount laser=0.25,0,0.3,0,0,0
 \b
 DIR gets:
-  estimates.parquet  every state after every update, with its 90 % interval
-  trajectory.tum     the robot's path
-  run.json           settings, counts, timings, warnings
+  estimates.parquet   every state after every update, with its 90 % interval
+  posteriors.parquet  what was believed of every object near the robot, each second
+  trajectory.tum      the robot's path
+  run.json            settings, counts, timings, warnings
 """
 
 
@@ -114,7 +115,16 @@ def estimate(
         mounts=parse_mounts(mount or []),
     )
     with progress_bar("Estimating", quiet) as report:
-        result = estimate_log(logs, building, out, options, overwrite=overwrite, on_progress=report)
+        result = estimate_log(
+            logs,
+            building,
+            out,
+            options,
+            overwrite=overwrite,
+            on_progress=report,
+            truth=truth,
+            true_path=path,
+        )
     print_warnings((*result.warnings, *_doubts_of_truth(result, true_states)), quiet)
     _print(result, true_states, true_path)
 

@@ -22,6 +22,12 @@ def describe_building(urdf: Path, building: Building) -> dict[str, Any]:
     return _describe_file(urdf) | {"geometry_sha256": _geometry_digest(building)}
 
 
+def describe_truth(states: str | Path | None, path: str | Path | None) -> dict[str, dict[str, Any]]:
+    """The same of files that hold the truth, as ``truth`` and ``true_path``, where given."""
+    files = {"truth": states, "true_path": path}
+    return {role: _describe_file(Path(file)) for role, file in files.items() if file is not None}
+
+
 def _files(log: Path) -> Iterator[Path]:
     if log.is_dir():
         yield from sorted(path for path in log.iterdir() if path.is_file())

@@ -5,7 +5,8 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import ExitStack
+from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from objstate.building.model import Building
 from objstate.errors import LogError
 from objstate.estimator import Estimator
 from objstate.logs import Log, open_log
+from objstate.recording.posteriors import POSTERIORS, PosteriorWriter
 from objstate.recording.results import result_folder
 from objstate.recording.summary import SUMMARY, write_summary
 from objstate.recording.tables import ESTIMATES, EstimateWriter
@@ -22,11 +24,13 @@ from objstate.recording.tum import TRAJECTORY, write_tum
 from objstate.records import GaussianRobotBelief, RobotBelief, Scan
 from objstate.run.doubts import doubts
 from objstate.run.drive import Drive
-from objstate.run.inputs import describe_building, describe_log
+from objstate.run.inputs import describe_building, describe_log, describe_truth
+from objstate.run.observer import Observer
 from objstate.run.options import RunOptions
+from objstate.run.posteriors import PosteriorRecorder
 from objstate.run.start import check_start
 
-FILES = (ESTIMATES, TRAJECTORY, SUMMARY)  # what a result folder holds
+FILES = (ESTIMATES, POSTERIORS, TRAJECTORY, SUMMARY)  # what a result folder holds
 
 RECORDED_BELIEFS = (RobotBelief.__name__, GaussianRobotBelief.__name__)
 
@@ -47,6 +51,7 @@ class RunResult:
     counts: Mapping[str, int]
     warnings: tuple[str, ...]
     lost_ns: tuple[tuple[int, int], ...] = ()  # stretches in which the robot was lost
+    laser_heights: Mapping[str, float] = field(default_factory=dict)  # m above the floor, by frame
 
     def to_dict(self) -> dict[str, Any]:
         """What ``run.json`` says of the outcome."""
@@ -61,6 +66,7 @@ class RunResult:
             "counts": dict(self.counts),
             "warnings": list(self.warnings),
             "lost_ns": [list(stretch) for stretch in self.lost_ns],
+            "laser_heights": dict(self.laser_heights),
         }
 
 
@@ -72,11 +78,16 @@ def estimate_log(
     *,
     overwrite: bool = False,
     on_progress: Progress | None = None,
+    observers: Sequence[Observer] = (),
+    truth: str | Path | None = None,
+    true_path: str | Path | None = None,
 ) -> RunResult:
     """Estimate every object's state from one drive, recorded in one or several logs.
 
-    Writes ``estimates.parquet``, ``trajectory.tum`` and ``run.json`` into the new
-    folder ``out``, whole or not at all. Raises ResultError, BuildingError,
+    Writes ``estimates.parquet``, ``posteriors.parquet``, ``trajectory.tum`` and
+    ``run.json`` into the new folder ``out``, whole or not at all. ``observers`` see
+    the records go by. ``truth`` and ``true_path`` are not used, but named in
+    ``run.json``, where a report finds them. Raises ResultError, BuildingError,
     SettingsError or LogError.
     """
     began = time.monotonic()
@@ -94,7 +105,7 @@ def estimate_log(
             start=options.start,
             end=options.end,
         )
-        drive = _drive_through(log, estimator, folder, on_progress)
+        drive = _drive_through(log, estimator, folder, observers, on_progress)
         logger.info("%d scans gave %d estimates", drive.scans, drive.estimates)
         _check_robot(drive, log, options)
         write_tum(folder / TRAJECTORY, drive.path)
@@ -107,10 +118,12 @@ def estimate_log(
             counts=log.counts | {"estimates": drive.estimates, "poses": len(drive.poses)},
             warnings=(*log.warnings, *estimator.warnings, *doubts(drive, estimator, options)),
             lost_ns=tuple(estimator.lost),
+            laser_heights=drive.heights,
         )
         inputs = {
             "logs": [file for path in log_paths for file in describe_log(path)],
             "building": describe_building(urdf, model),
+            **describe_truth(truth, true_path),
         }
         write_summary(folder, result.to_dict() | {"options": options.to_dict(), "inputs": inputs})
     return result
@@ -128,15 +141,23 @@ def _estimator(building: Building, options: RunOptions) -> Estimator:
 
 
 def _drive_through(
-    log: Log, estimator: Estimator, folder: Path, on_progress: Progress | None
+    log: Log,
+    estimator: Estimator,
+    folder: Path,
+    observers: Sequence[Observer],
+    on_progress: Progress | None,
 ) -> Drive:
-    """Feed every record to the estimator; write what it makes of them."""
+    """Feed every record to the estimator; write what it makes of them, and let others see it."""
     drive = Drive()
-    with EstimateWriter(folder) as writer:
+    with ExitStack() as files:
+        estimates_file = files.enter_context(EstimateWriter(folder))
+        posteriors = PosteriorRecorder(files.enter_context(PosteriorWriter(folder)))
+        watching: list[Observer] = [drive, posteriors, *observers]
         for record in log:
             estimates = estimator.feed(record)
-            writer.write(estimates)
-            drive.note(record, estimator.robot, estimates)
+            estimates_file.write(estimates)
+            for observer in watching:
+                observer.note(record, estimator, estimates)
             if on_progress is not None and isinstance(record, Scan):
                 on_progress(log.share, drive.seconds)
     return drive
