@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -12,14 +11,6 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from objstate.evaluation import LatestState
-
-UNITS = {  # as people read them: unit, factor from SI, decimals
-    "angle": ("deg", 180 / math.pi, 1),
-    "yaw": ("deg", 180 / math.pi, 1),
-    "offset": ("m", 1.0, 3),
-    "x": ("m", 1.0, 3),
-    "y": ("m", 1.0, 3),
-}
 
 
 def state_table(states: Sequence[LatestState], begin_ns: int, with_truth: bool) -> Table:
@@ -37,6 +28,8 @@ def state_table(states: Sequence[LatestState], begin_ns: int, with_truth: bool) 
 
 def _cells(state: LatestState, begin_ns: int, with_truth: bool) -> list[str]:
     estimate = state.estimate
+    from objstate.evaluation.units import UNITS
+
     unit, factor, decimals = UNITS[estimate.coordinate]
 
     def figure(value: float | None) -> str:

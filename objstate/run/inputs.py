@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -19,13 +20,18 @@ def describe_log(log: Path) -> list[dict[str, Any]]:
 
 def describe_building(urdf: Path, building: Building) -> dict[str, Any]:
     """The same of a URDF, and a digest of all geometry, in which its mesh files count too."""
-    return _describe_file(urdf) | {"geometry_sha256": _geometry_digest(building)}
+    return _describe_file(urdf) | {"geometry_sha256": geometry_digest(building)}
 
 
 def describe_truth(states: str | Path | None, path: str | Path | None) -> dict[str, dict[str, Any]]:
     """The same of files that hold the truth, as ``truth`` and ``true_path``, where given."""
     files = {"truth": states, "true_path": path}
     return {role: _describe_file(Path(file)) for role, file in files.items() if file is not None}
+
+
+def seen_from(folder: str | Path, described: dict[str, Any]) -> dict[str, Any]:
+    """A described file with its path as seen from ``folder``, so that both may move together."""
+    return described | {"from_result": os.path.relpath(described["path"], folder)}
 
 
 def _files(log: Path) -> Iterator[Path]:
@@ -41,7 +47,7 @@ def _describe_file(path: Path) -> dict[str, Any]:
     return {"path": str(path), "bytes": path.stat().st_size, "sha256": digest}
 
 
-def _geometry_digest(building: Building) -> str:
+def geometry_digest(building: Building) -> str:
     """SHA-256 of the walls and, by name, of every object's mesh and origin."""
     digest = hashlib.sha256()
     for array in _mesh_arrays(building.walls):

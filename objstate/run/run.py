@@ -24,7 +24,7 @@ from objstate.recording.tum import TRAJECTORY, write_tum
 from objstate.records import GaussianRobotBelief, RobotBelief, Scan
 from objstate.run.doubts import doubts
 from objstate.run.drive import Drive
-from objstate.run.inputs import describe_building, describe_log, describe_truth
+from objstate.run.inputs import describe_building, describe_log, describe_truth, seen_from
 from objstate.run.observer import Observer
 from objstate.run.options import RunOptions
 from objstate.run.posteriors import PosteriorRecorder
@@ -122,8 +122,8 @@ def estimate_log(
         )
         inputs = {
             "logs": [file for path in log_paths for file in describe_log(path)],
-            "building": describe_building(urdf, model),
-            **describe_truth(truth, true_path),
+            "building": seen_from(out, describe_building(urdf, model)),
+            **{k: seen_from(out, v) for k, v in describe_truth(truth, true_path).items()},
         }
         write_summary(folder, result.to_dict() | {"options": options.to_dict(), "inputs": inputs})
     return result
