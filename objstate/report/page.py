@@ -204,6 +204,7 @@ def _card(
                 material.estimates.filter(rows),
                 courses.get((item.name, coordinate)),
                 axis,
+                coordinate if len(item.coordinates) > 1 else "",
             )
         )
     return element(

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from objstate.building.model import Building, Kind, MovableObject
+from objstate.building.model import Building, Kind, Mesh, MovableObject
 from objstate.building.outline import outline
 from objstate.geometry import FloatArray
 from objstate.records import Path as RobotPath
 from objstate.report.markup import element, polyline, segments, text
 
+if TYPE_CHECKING:
+    from shapely import Geometry
+
 MARGIN = 0.6  # m around everything
 LABEL_OFF = 0.3  # m from the middle of a closed leaf, on the side to which it doesn't open
+INTRICATE = 2000  # triangles, above which an object is drawn by its convex outline
+GRID = 1e-4  # m: corners so near to each other are one
 LEVEL = 1e-6  # an axis is upright, or level, when no further from it than this
 
 
@@ -24,7 +29,7 @@ class Shape:
 
     name: str
     motion: dict[str, Any]  # how a state moves it, in words that the page's script knows
-    hull: FloatArray  # (k, 2) m, seen from above
+    hull: list[FloatArray]  # rings (k, 2) m, seen from above
     cut: FloatArray  # (s, 2, 2) m, at laser height
     label: tuple[float, float]  # m
 
@@ -34,13 +39,13 @@ def shape_of(item: MovableObject, height: float) -> Shape:
     motion = _motion(item)
     zero = item.home[None] if motion["kind"] == "still" else np.zeros((1, len(item.coordinates)))
     placed = item.transforms(zero)[0]
-    vertices = item.mesh.moved(placed).vertices[:, :2]
+    moved = item.mesh.moved(placed)
     return Shape(
         name=item.name,
         motion=motion,
-        hull=_hull(vertices),
+        hull=_silhouette(moved),
         cut=outline(item.mesh, height, placed),
-        label=_label(item, motion, vertices),
+        label=_label(item, motion, moved.vertices[:, :2]),
     )
 
 
@@ -79,7 +84,8 @@ def draw_plan(
 
 def _draw(shape: Shape, index: int) -> str:
     """An object's parts: interval, truth, estimate; furniture's interval is a few ghosts."""
-    hull, cut = polyline(shape.hull, closed=True), segments(shape.cut)
+    hull = "".join(polyline(ring, closed=True) for ring in shape.hull)
+    cut = segments(shape.cut)
     ghosts = {"turn": 0, "slide": 2, "free": 4, "still": 0}[shape.motion["kind"]]
     return element(
         "g",
@@ -115,12 +121,24 @@ def _motion(item: MovableObject) -> dict[str, Any]:
     }
 
 
-def _hull(points: FloatArray) -> FloatArray:
-    """Convex outline (k, 2) of points (n, 2)."""
+def _silhouette(mesh: Mesh) -> list[FloatArray]:
+    """Rings (k, 2) around what a mesh covers seen from above; of an intricate one its convex outline."""
     import shapely
 
-    found = shapely.convex_hull(shapely.multipoints(points))
-    return np.asarray(shapely.get_coordinates(found))
+    corners = mesh.vertices[:, :2]
+    if len(mesh.faces) > INTRICATE:
+        covered = shapely.convex_hull(shapely.multipoints(corners))
+    else:
+        faces = shapely.polygons(corners[mesh.faces])
+        covered = shapely.union_all(faces[shapely.area(faces) > 0.0], grid_size=GRID)
+    return [shapely.get_coordinates(ring) for ring in _rings(covered)]
+
+
+def _rings(covered: Geometry) -> list[Geometry]:
+    import shapely
+
+    polygons = [each for each in shapely.get_parts([covered]) if each.geom_type == "Polygon"]
+    return [ring for each in polygons for ring in shapely.get_rings([each])]
 
 
 def _label(

@@ -22,8 +22,10 @@ if TYPE_CHECKING:
 MOST_COLUMNS = 720
 COLUMN = 1.0  # s, of a log that is short enough
 HELD_OPACITY = 0.35  # of a posterior that no scan was near to renew
-COLOUR = (47, 111, 176)  # readable on white and on black
-TICKS = 5
+COLOUR = (58, 128, 200)  # readable on white and on black
+EXPONENT = 1 / 3  # opacity grows so with the share, that an even posterior stays visible
+MOST_TICKS = 6
+TICK_STEPS = (1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800, 3600, 7200, 18000)  # s
 
 
 @dataclass(frozen=True)
@@ -76,13 +78,10 @@ def heat_map(rows: pl.DataFrame, axis: Axis) -> HeatMap:
 
 
 def picture(heat: HeatMap) -> str:
-    """A heat map as a PNG in a data URI: one colour, the more opaque the more probable.
-
-    Opacity grows with the root of the share, so that an even posterior stays visible.
-    """
+    """A heat map as a PNG in a data URI: one colour, the more opaque the more probable."""
     from PIL import Image
 
-    opacity = np.sqrt(heat.shares) * np.where(heat.fresh, 1.0, HELD_OPACITY)
+    opacity = heat.shares**EXPONENT * np.where(heat.fresh, 1.0, HELD_OPACITY)
     levels = np.rint(255 * opacity[::-1].clip(0.0, 1.0)).astype(np.uint8)
     image = Image.fromarray(levels)
     image.putpalette(COLOUR * 256)
@@ -97,6 +96,7 @@ def strip(
     estimates: pl.DataFrame,
     truth: TrueCourse | None,
     axis: Axis,
+    name: str = "",
 ) -> str:
     """The strip of one coordinate of one object as HTML, from its rows of both tables."""
     if not len(posteriors):
@@ -105,7 +105,7 @@ def strip(
     seen = estimates.filter("observed")["stamp"].to_numpy()
     return element(
         "div",
-        element("div", *_value_labels(coordinate, heat), class_="values"),
+        _values(coordinate, heat, name),
         element(
             "div",
             element("img", src=picture(heat), alt="").removesuffix("</img>"),
@@ -119,18 +119,27 @@ def strip(
 
 
 def time_axis(axis: Axis) -> str:
-    """The seconds below a strip."""
-    marks = np.linspace(0.0, axis.duration, TICKS)
-    return element("div", *(element("span", f"{mark:.0f} s") for mark in marks), class_="times")
+    """The time below a strip, in seconds or minutes."""
+    fitting = (step for step in TICK_STEPS if step * MOST_TICKS >= axis.duration)
+    step = next(fitting, TICK_STEPS[-1])
+    marks = [
+        element(
+            "span",
+            f"{mark // 60} min" if step >= 60 else f"{mark} s",
+            style=f"left:{100 * mark / max(axis.duration, 1e-9):.2f}%",
+        )
+        for mark in range(0, int(axis.duration) + 1, step)
+    ]
+    return element("div", *marks, class_="times")
 
 
-def _value_labels(coordinate: str, heat: HeatMap) -> list[str]:
+def _values(coordinate: str, heat: HeatMap, name: str) -> str:
+    """What the strip's upper and lower edges stand for, and between them what it shows."""
     unit, factor, _ = UNITS[coordinate]
     decimals, sign = (0, "°") if unit == "deg" else (2, " m")
-    return [
-        element("span", f"{text(f'{factor * value:z.{decimals}f}')}{sign}")
-        for value in (heat.upper, heat.lower)
-    ]
+    top, bottom = (f"{factor * value:z.{decimals}f}{sign}" for value in (heat.upper, heat.lower))
+    told = (element("span", text(each)) for each in (top, name, bottom))
+    return element("div", *told, class_="values")
 
 
 def _lines(
