@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -36,6 +37,7 @@ DIR gets:
   posteriors.parquet  what was believed of every object near the robot, each second
   trajectory.tum      the robot's path
   run.json            settings, counts, timings, warnings
+  estimates.mcap      with --mcap: the run as a scene for Foxglove and RViz
 """
 
 
@@ -85,6 +87,9 @@ def estimate(
     path: Annotated[
         Path | None, typer.Option(metavar="TUM", help="The robot's true path, to compare with.")
     ] = None,
+    mcap: Annotated[
+        bool, typer.Option("--mcap", help="Write the run as a scene for Foxglove and RViz, too.")
+    ] = False,
     overwrite: Overwrite = False,
     quiet: Quiet = False,
     verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Tell what is done.")] = False,
@@ -96,7 +101,7 @@ def estimate(
     from objstate.config import load_settings
     from objstate.recording.tables import read_truth
     from objstate.recording.tum import read_tum
-    from objstate.run import RunOptions, estimate_log
+    from objstate.run import FILES, SCENE, RunOptions, estimate_log
 
     if verbose:
         log_to_terminal()
@@ -124,9 +129,10 @@ def estimate(
             on_progress=report,
             truth=truth,
             true_path=path,
+            mcap=mcap,
         )
     print_warnings((*result.warnings, *_doubts_of_truth(result, true_states)), quiet)
-    _print(result, true_states, true_path)
+    _print(result, true_states, true_path, (*FILES, SCENE) if mcap else FILES)
 
 
 def _doubts_of_truth(result: RunResult, true_states: list[TrueState] | None) -> list[str]:
@@ -137,12 +143,14 @@ def _doubts_of_truth(result: RunResult, true_states: list[TrueState] | None) -> 
 
 
 def _print(
-    result: RunResult, true_states: list[TrueState] | None, true_path: RobotPath | None
+    result: RunResult,
+    true_states: list[TrueState] | None,
+    true_path: RobotPath | None,
+    files: Sequence[str],
 ) -> None:
     from objstate.evaluation import compare_paths, latest_states
     from objstate.recording.tables import read_estimates
     from objstate.recording.tum import TRAJECTORY, read_tum
-    from objstate.run import FILES
 
     estimates = read_estimates(result.folder)
     states = latest_states(estimates, true_states or (), result.lost_ns)
@@ -155,6 +163,6 @@ def _print(
         f"{result.log_seconds:.0f} s of log in {result.elapsed_seconds:.1f} s, "
         f"{result.log_seconds / result.elapsed_seconds:.0f} x real time."
     )
-    print_text(f"Written: {', '.join(str(result.folder / name) for name in FILES)}")
+    print_text(f"Written: {', '.join(str(result.folder / name) for name in files)}")
     if true_path is not None:  # last, as it may fail where the paths share no time
         print_table(robot_table(compare_paths(read_tum(result.folder / TRAJECTORY), true_path)))

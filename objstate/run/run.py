@@ -28,6 +28,7 @@ from objstate.run.inputs import describe_building, describe_log, describe_truth,
 from objstate.run.observer import Observer
 from objstate.run.options import RunOptions
 from objstate.run.posteriors import PosteriorRecorder
+from objstate.run.scene import SCENE, record_scene
 from objstate.run.start import check_start
 
 FILES = (ESTIMATES, POSTERIORS, TRAJECTORY, SUMMARY)  # what a result folder holds
@@ -81,13 +82,15 @@ def estimate_log(
     observers: Sequence[Observer] = (),
     truth: str | Path | None = None,
     true_path: str | Path | None = None,
+    mcap: bool = False,
 ) -> RunResult:
     """Estimate every object's state from one drive, recorded in one or several logs.
 
     Writes ``estimates.parquet``, ``posteriors.parquet``, ``trajectory.tum`` and
     ``run.json`` into the new folder ``out``, whole or not at all. ``observers`` see
     the records go by. ``truth`` and ``true_path`` are not used, but named in
-    ``run.json``, where a report finds them. Raises ResultError, BuildingError,
+    ``run.json``, where a report finds them. With ``mcap``, ``estimates.mcap`` holds
+    the run as a scene for Foxglove and RViz. Raises ResultError, BuildingError,
     SettingsError or LogError.
     """
     began = time.monotonic()
@@ -105,7 +108,11 @@ def estimate_log(
             start=options.start,
             end=options.end,
         )
-        drive = _drive_through(log, estimator, folder, observers, on_progress)
+        with ExitStack() as files:
+            if mcap:
+                scene = files.enter_context(record_scene(folder / SCENE, model))
+                observers = (*observers, scene)
+            drive = _drive_through(log, estimator, folder, observers, on_progress)
         logger.info("%d scans gave %d estimates", drive.scans, drive.estimates)
         _check_robot(drive, log, options)
         write_tum(folder / TRAJECTORY, drive.path)
@@ -149,13 +156,11 @@ def _drive_through(
 ) -> Drive:
     """Feed every record to the estimator; write what it makes of them, and let others see it."""
     drive = Drive()
-    with ExitStack() as files:
-        estimates_file = files.enter_context(EstimateWriter(folder))
-        posteriors = PosteriorRecorder(files.enter_context(PosteriorWriter(folder)))
-        watching: list[Observer] = [drive, posteriors, *observers]
+    with EstimateWriter(folder) as table, PosteriorWriter(folder) as histograms:
+        watching: list[Observer] = [drive, PosteriorRecorder(histograms), *observers]
         for record in log:
             estimates = estimator.feed(record)
-            estimates_file.write(estimates)
+            table.write(estimates)
             for observer in watching:
                 observer.note(record, estimator, estimates)
             if on_progress is not None and isinstance(record, Scan):
