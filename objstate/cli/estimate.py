@@ -16,6 +16,7 @@ from objstate.cli.console import (
     print_warnings,
 )
 from objstate.cli.error_tables import robot_table
+from objstate.cli.live import live_view
 from objstate.cli.options import Mounts, Overwrite, Quiet
 from objstate.cli.parsing import POSE, check_span, parse_mounts, parse_pose, split_topics
 from objstate.cli.progress import progress_bar
@@ -90,6 +91,9 @@ def estimate(
     mcap: Annotated[
         bool, typer.Option("--mcap", help="Write the run as a scene for Foxglove and RViz, too.")
     ] = False,
+    live: Annotated[
+        bool, typer.Option("--live", help="Show the doors in view while it runs.")
+    ] = False,
     overwrite: Overwrite = False,
     quiet: Quiet = False,
     verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Tell what is done.")] = False,
@@ -119,14 +123,15 @@ def estimate(
         topics=split_topics(topics or []),
         mounts=parse_mounts(mount or []),
     )
-    with progress_bar("Estimating", quiet) as report:
+    with live_view(live) as view, progress_bar("Estimating", quiet or live) as report:
         result = estimate_log(
             logs,
             building,
             out,
             options,
             overwrite=overwrite,
-            on_progress=report,
+            on_progress=report if view is None else view.report,
+            observers=() if view is None else (view,),
             truth=truth,
             true_path=path,
             mcap=mcap,
