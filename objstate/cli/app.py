@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from objstate.cli import building, convert, estimate, evaluate, inspect, report, simulate
+from objstate.cli import batch, building, convert, estimate, evaluate, inspect, report, simulate
 from objstate.cli.console import print_text
 from objstate.cli.options import help_when_alone
 
@@ -56,6 +56,7 @@ def _start(
 
 
 app.command(epilog=estimate.EXAMPLES)(estimate.estimate)
+app.command(epilog=batch.EXAMPLES)(batch.batch)
 app.command(epilog=inspect.EXAMPLES)(inspect.inspect)
 app.command(epilog=evaluate.EXAMPLES)(evaluate.evaluate)
 app.command(epilog=report.EXAMPLES)(report.report)

@@ -17,11 +17,10 @@ MOUNT = "FRAME=x,y,z,roll,pitch,yaw (m and rad; or angles in degrees as in 180de
 
 def parse_pose(text: str) -> FloatArray:
     """The pose (3,) that ``--initial-pose`` gives. Raises SettingsError."""
-    import numpy as np
+    from objstate.geometry import pose_from_text
 
     try:
-        x, y, yaw = text.split(",")
-        return np.array([_finite(x), _finite(y), _angle(yaw)])
+        return pose_from_text(text)
     except ValueError as error:
         raise SettingsError(f"--initial-pose '{text}' is not a pose; give {POSE}.") from error
 
@@ -58,28 +57,15 @@ def split_topics(texts: Sequence[str]) -> list[str] | None:
 
 
 def _mount(text: str) -> tuple[str, FloatArray]:
-    from objstate.geometry import rotation_from_rpy, transform
+    from objstate.geometry import angle_from_text, finite, rotation_from_rpy, transform
 
     frame, _, numbers = text.partition("=")
     try:
         x, y, z, roll, pitch, yaw = numbers.split(",")
-        rotation = rotation_from_rpy(_angle(roll), _angle(pitch), _angle(yaw))
-        mount = transform(rotation, [_finite(x), _finite(y), _finite(z)])
+        rotation = rotation_from_rpy(*map(angle_from_text, (roll, pitch, yaw)))
+        mount = transform(rotation, [finite(x), finite(y), finite(z)])
     except ValueError as error:
         raise SettingsError(f"--mount '{text}' is not a mounting; give {MOUNT}.") from error
     if not frame.strip():
         raise SettingsError(f"--mount '{text}' names no frame; give {MOUNT}.")
     return frame.strip(), mount
-
-
-def _angle(text: str) -> float:
-    """Radians, or degrees where the text ends in ``deg``. Raises ValueError."""
-    number = text.strip().removesuffix("deg")
-    return math.radians(_finite(number)) if text.strip().endswith("deg") else _finite(number)
-
-
-def _finite(text: str) -> float:
-    value = float(text)
-    if not math.isfinite(value):
-        raise ValueError(f"{text} is not finite")
-    return value

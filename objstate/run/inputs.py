@@ -4,13 +4,29 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from objstate.building import load_building
 from objstate.building.model import Building, Mesh
+
+
+@dataclass(frozen=True, eq=False)
+class BuildingInput:
+    """A building that was read, and what ``run.json`` says of its files."""
+
+    model: Building
+    description: Mapping[str, Any]
+
+    @staticmethod
+    def read(urdf: str | Path) -> BuildingInput:
+        """Read a URDF with its meshes. Raises BuildingError."""
+        model = load_building(Path(urdf))
+        return BuildingInput(model, describe_building(Path(urdf), model))
 
 
 def describe_log(log: Path) -> list[dict[str, Any]]:
@@ -29,9 +45,9 @@ def describe_truth(states: str | Path | None, path: str | Path | None) -> dict[s
     return {role: _describe_file(Path(file)) for role, file in files.items() if file is not None}
 
 
-def seen_from(folder: str | Path, described: dict[str, Any]) -> dict[str, Any]:
+def seen_from(folder: str | Path, described: Mapping[str, Any]) -> dict[str, Any]:
     """A described file with its path as seen from ``folder``, so that both may move together."""
-    return described | {"from_result": os.path.relpath(described["path"], folder)}
+    return {**described, "from_result": os.path.relpath(described["path"], folder)}
 
 
 def _files(log: Path) -> Iterator[Path]:

@@ -11,7 +11,6 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from objstate.building import load_building
 from objstate.building.model import Building
 from objstate.errors import LogError
 from objstate.estimator import Estimator
@@ -24,7 +23,7 @@ from objstate.recording.tum import TRAJECTORY, write_tum
 from objstate.records import GaussianRobotBelief, RobotBelief, Scan
 from objstate.run.doubts import doubts
 from objstate.run.drive import Drive
-from objstate.run.inputs import describe_building, describe_log, describe_truth, seen_from
+from objstate.run.inputs import BuildingInput, describe_log, describe_truth, seen_from
 from objstate.run.observer import Observer
 from objstate.run.options import RunOptions
 from objstate.run.posteriors import PosteriorRecorder
@@ -73,7 +72,7 @@ class RunResult:
 
 def estimate_log(
     logs: Sequence[str | Path],
-    building: str | Path,
+    building: str | Path | BuildingInput,
     out: str | Path,
     options: RunOptions | None = None,
     *,
@@ -86,6 +85,7 @@ def estimate_log(
 ) -> RunResult:
     """Estimate every object's state from one drive, recorded in one or several logs.
 
+    ``building`` is a URDF, or one that was read before, so that many logs share it.
     Writes ``estimates.parquet``, ``posteriors.parquet``, ``trajectory.tum`` and
     ``run.json`` into the new folder ``out``, whole or not at all. ``observers`` see
     the records go by. ``truth`` and ``true_path`` are not used, but named in
@@ -95,10 +95,11 @@ def estimate_log(
     """
     began = time.monotonic()
     options = options or RunOptions()
-    log_paths, urdf = [Path(log) for log in logs], Path(building)
+    log_paths = [Path(log) for log in logs]
     with result_folder(out, overwrite=overwrite) as folder:
-        model = load_building(urdf)
-        logger.info("%s: %d movable objects", urdf, len(model.objects))
+        read = building if isinstance(building, BuildingInput) else BuildingInput.read(building)
+        model = read.model
+        logger.info("%s: %d movable objects", model.name, len(model.objects))
         check_start(options, model)
         estimator = _estimator(model, options)
         log = open_log(
@@ -129,7 +130,7 @@ def estimate_log(
         )
         inputs = {
             "logs": [file for path in log_paths for file in describe_log(path)],
-            "building": seen_from(out, describe_building(urdf, model)),
+            "building": seen_from(out, read.description),
             **{k: seen_from(out, v) for k, v in describe_truth(truth, true_path).items()},
         }
         write_summary(folder, result.to_dict() | {"options": options.to_dict(), "inputs": inputs})
