@@ -6,7 +6,17 @@ from typing import Annotated
 
 import typer
 
-from objstate.cli import batch, building, convert, estimate, evaluate, inspect, report, simulate
+from objstate.cli import (
+    batch,
+    building,
+    convert,
+    estimate,
+    evaluate,
+    inspect,
+    report,
+    simulate,
+    statistics,
+)
 from objstate.cli.console import print_text
 from objstate.cli.options import help_when_alone
 
@@ -60,6 +70,7 @@ app.command(epilog=batch.EXAMPLES)(batch.batch)
 app.command(epilog=inspect.EXAMPLES)(inspect.inspect)
 app.command(epilog=evaluate.EXAMPLES)(evaluate.evaluate)
 app.command(epilog=report.EXAMPLES)(report.report)
+app.command(epilog=statistics.EXAMPLES)(statistics.statistics)
 app.command(epilog=simulate.EXAMPLES)(simulate.simulate)
 app.command(epilog=convert.EXAMPLES)(convert.convert)
 app.add_typer(building.app, name="building")

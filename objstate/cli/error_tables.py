@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 UNITS = {"rad": ("deg", 180 / math.pi), "m": ("cm", 100.0)}  # as people read errors
 
+NUMBERS = ("n", "mean", "median", "p90", "bias", "<5", "<10", "in 90%")
+
 LEGEND = (
     "Absolute errors; bias is estimate minus truth. <5, <10: % of errors of at most 5 and\n"
     "10 deg or cm. in 90%: % of truths inside the 90 % intervals."
@@ -25,11 +27,11 @@ def errors_table(
     title: str, entries: Iterable[tuple[CoordinateErrors, StateErrors | None]]
 ) -> Table:
     """Errors of each coordinate of each object, and of all; what has no errors is left out."""
-    numbers = ("n", "mean", "median", "p90", "bias", "<5", "<10", "in 90%")
-    table = new_table(title, ("object", "state"), numbers)
+    table = new_table(title, ("object", "state"), NUMBERS)
     for entry, errors in entries:
         if errors is not None:
-            table.add_row(entry.object or "all", *_cells(entry, errors))
+            cells = error_cells(entry.coordinate, entry.unit, errors)
+            table.add_row(entry.object or "all", *cells)
     return table
 
 
@@ -42,12 +44,13 @@ def robot_table(robot: RobotErrors) -> Table:
     return table
 
 
-def _cells(entry: CoordinateErrors, errors: StateErrors) -> list[str]:
-    unit, factor = UNITS[entry.unit]
+def error_cells(coordinate: str, si_unit: str, errors: StateErrors) -> list[str]:
+    """The cells below "state" and NUMBERS."""
+    unit, factor = UNITS[si_unit]
     lengths = (errors.mean, errors.median, errors.p90, errors.bias)
     shares = (errors.within_near, errors.within_far, errors.coverage)
     return [
-        f"{entry.coordinate} ({unit})",
+        f"{coordinate} ({unit})",
         str(errors.count),
         *(f"{factor * length:z.1f}" for length in lengths),
         *map(percent, shares),

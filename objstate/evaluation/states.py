@@ -107,8 +107,10 @@ def compare(
     true = truth.values[period]
     return Comparison(
         errors=error(coordinate, posteriors.means[known], true),
-        inside=_inside(coordinate, true, posteriors.lowers[known], posteriors.uppers[known]),
-        final=_last_of_each(period, stood) & truth.standing[period],
+        inside=inside_interval(
+            coordinate, true, posteriors.lowers[known], posteriors.uppers[known]
+        ),
+        final=last_of_each(period, stood) & truth.standing[period],
     )
 
 
@@ -118,7 +120,7 @@ def error(coordinate: str, estimate: FloatArray, truth: FloatArray) -> FloatArra
     return wrap(off) if coordinate in ROTATIONS else off
 
 
-def _inside(
+def inside_interval(
     coordinate: str, values: FloatArray, lowers: FloatArray, uppers: FloatArray
 ) -> BoolArray:
     """(n,) whether each value lies in its interval; on the circle in any turn of it."""
@@ -129,7 +131,7 @@ def _inside(
     return np.asarray(((lowers <= turned) & (turned <= uppers)).any(axis=0))
 
 
-def _last_of_each(period: IntArray, chosen: BoolArray) -> BoolArray:
+def last_of_each(period: IntArray, chosen: BoolArray) -> BoolArray:
     """(n,) the last chosen entry of each run of equal numbers in an ascending sequence."""
     numbers = period[chosen]
     last = np.zeros(len(period), dtype=bool)
