@@ -1,5 +1,5 @@
-"""Pictures for people: a result as one HTML page."""
+"""Pictures for people: a result, or a batch, as one HTML page."""
 
-from objstate.report.writing import REPORT, write_report
+from objstate.report.writing import REPORT, write_batch_report, write_report
 
-__all__ = ["REPORT", "write_report"]
+__all__ = ["REPORT", "write_batch_report", "write_report"]

@@ -13,9 +13,8 @@ from objstate.evaluation import (
     evaluate_states,
 )
 from objstate.evaluation.units import UNITS
-from objstate.records import TrueState
-from objstate.report.calibration import calibrations
 from objstate.report.charts import calibration_chart, error_chart
+from objstate.report.coverage import Coverage, coverages
 from objstate.report.markup import element, table, text
 from objstate.report.material import Material
 
@@ -32,7 +31,10 @@ def accuracy(material: Material, latest: Sequence[LatestState]) -> str:
     parts = [_of_robot(material)]
     if any(state.truth is not None for state in latest) and material.truth is not None:
         evaluation = evaluate_states(material.estimates, material.truth, material.lost)
-        parts += [_table(evaluation), _charts(material, material.truth)]
+        parts += [
+            _table(evaluation),
+            charts(coverages(material.estimates, material.truth, material.lost)),
+        ]
     found = "".join(parts)
     return element("section", element("h2", "Beside the truth"), found) if found else ""
 
@@ -73,15 +75,16 @@ def _row(entry: CoordinateErrors) -> list[str]:
     ]
 
 
-def _charts(material: Material, truth: list[TrueState]) -> str:
+def charts(found: Sequence[Coverage]) -> str:
+    """A calibration curve and a histogram of errors for each kind of coordinate, explained."""
     drawn = [
-        element(
-            "figure",
-            chart(calibration),
-            element("figcaption", text(f"{label} of {calibration.kind}, {calibration.count} updates")),
-        )
-        for calibration in calibrations(material.estimates, truth, material.lost)
-        if calibration.count
+        element("figure", chart(coverage), element("figcaption", text(_caption(label, coverage))))
+        for coverage in found
+        if coverage.count
         for label, chart in (("Calibration", calibration_chart), ("Errors", error_chart))
-    ]  # fmt: skip
+    ]
     return element("p", text(EXPLAINED)) + element("div", *drawn, class_="charts")
+
+
+def _caption(label: str, coverage: Coverage) -> str:
+    return f"{label} of {coverage.kind}, {coverage.count} updates"

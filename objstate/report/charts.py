@@ -5,18 +5,18 @@ from __future__ import annotations
 import numpy as np
 
 from objstate.geometry import FloatArray
-from objstate.report.calibration import Calibration
+from objstate.report.coverage import Coverage
 from objstate.report.markup import element, polyline, text
 
 WIDTH, DEPTH = 320, 220  # px of the whole chart
-LEFT, RIGHT, TOP, BOTTOM = 44, 12, 12, 40  # px around the field
+LEFT, RIGHT, TOP, BOTTOM = 44, 20, 12, 40  # px around the field
 BARS = 31
 TAIL = 0.99  # the share of errors that the histogram shows one by one; the outer ones join its ends
 
 
-def calibration_chart(calibration: Calibration) -> str:
+def calibration_chart(coverage: Coverage) -> str:
     """Claimed against held shares; on the diagonal, intervals are as wide as they should be."""
-    places = np.column_stack([calibration.claimed, calibration.held])
+    places = np.column_stack([coverage.claimed, coverage.held])
     line = _in_field(places, (0.0, 1.0), (0.0, 1.0))
     diagonal = _in_field(np.array([[0.0, 0.0], [1.0, 1.0]]), (0.0, 1.0), (0.0, 1.0))
     marks = [0.0, 0.25, 0.5, 0.75, 1.0]
@@ -27,14 +27,14 @@ def calibration_chart(calibration: Calibration) -> str:
         *(element("circle", cx=f"{x:.1f}", cy=f"{y:.1f}", r=2.5, class_="dot") for x, y in line),
         *_horizontal_axis(marks, labels, (0.0, 1.0), "the interval claims"),
         *_vertical_axis(marks, labels, (0.0, 1.0)),
-        title=f"Share of true {calibration.kind} inside intervals against what they claim",
+        title=f"Share of true {coverage.kind} inside intervals against what they claim",
     )
 
 
-def error_chart(calibration: Calibration) -> str:
+def error_chart(coverage: Coverage) -> str:
     """How many updates were how far off."""
-    factor, unit = (180 / np.pi, "deg") if calibration.kind == "angles" else (100.0, "cm")
-    errors = factor * calibration.errors
+    factor, unit = (180 / np.pi, "deg") if coverage.kind == "angles" else (100.0, "cm")
+    errors = factor * coverage.errors
     widest = max(float(np.quantile(np.abs(errors), TAIL)), 0.1)
     counts, edges = np.histogram(errors.clip(-widest, widest), BARS, (-widest, widest))
     span, top = (-widest, widest), float(counts.max())
@@ -50,7 +50,7 @@ def error_chart(calibration: Calibration) -> str:
         *bars,
         *_horizontal_axis(marks, [f"{mark:z.2g}" for mark in marks], span, f"error ({unit})"),
         *_vertical_axis([0.0, top], ["0", f"{top:.0f}"], (0.0, top)),
-        title=f"Errors of {calibration.kind} at all updates that observed",
+        title=f"Errors of {coverage.kind} at all updates that observed",
     )
 
 

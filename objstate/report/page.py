@@ -52,12 +52,12 @@ def report_page(material: Material) -> str:
 
 def whole_page(title: str, body: str, data: dict[str, Any] | None = None) -> str:
     """A page around ``body``, with style and script in it; ``data`` is what its plan moves by."""
-    scripts = ""
+    scripts = element("script", _asset("page.js"))
     if data is not None:
         written = json.dumps(data, separators=(",", ":"), ensure_ascii=False).replace(
             "<", "\\u003c"
         )
-        scripts = element("script", written, type="application/json", id="data")
+        scripts += element("script", written, type="application/json", id="data")
         scripts += element("script", _asset("report.js"))
     head = (
         '<meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">'
@@ -109,7 +109,7 @@ def _warnings(told: Sequence[str]) -> str:
 
 
 def _plan(material: Material, shapes: list[Shape]) -> str:
-    drawing, width = draw_plan(material.building, shapes, material.path, material.laser_height)
+    drawing = draw_plan(material.building, shapes, material.path, material.laser_height)
     legend = (
         element("span", element("i", class_=kind), text(label))
         for kind, label in LEGEND
@@ -122,7 +122,7 @@ def _plan(material: Material, shapes: list[Shape]) -> str:
     return element(
         "section",
         element("h2", "Plan"),
-        element("div", drawing, class_="viewport", id="viewport", data_metres=f"{width:.2f}"),
+        element("div", drawing, class_="viewport", id="viewport"),
         element(
             "div",
             element("button", "play", id="play", type="button"),

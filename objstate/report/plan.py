@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +17,7 @@ from objstate.report.markup import element, polyline, segments, text
 if TYPE_CHECKING:
     from shapely import Geometry
 
+LEAST_SCALE = 14.0  # px for a metre, so that doors stay doors on a small screen
 MARGIN = 0.6  # m around everything
 LABEL_OFF = 0.3  # m from the middle of a closed leaf, on the side to which it doesn't open
 INTRICATE = 2000  # triangles, above which an object is drawn by its convex outline
@@ -49,37 +51,71 @@ def shape_of(item: MovableObject, height: float) -> Shape:
     )
 
 
-def draw_plan(
-    building: Building, shapes: list[Shape], path: RobotPath, height: float
-) -> tuple[str, float]:
-    """The plan as SVG, y up, one unit a metre, and its width in metres; the script moves what moves."""
-    walls = outline(building.walls, height)
-    low, high = _bounds(walls, path, building)
-    x, y, width, depth = low[0], -high[1], high[0] - low[0], high[1] - low[1]
-    upright = element(
-        "g",
-        element("path", d=segments(walls), class_="wall"),
+def draw_plan(building: Building, shapes: list[Shape], path: RobotPath, height: float) -> str:
+    """The plan as SVG, y up, one unit a metre; the page's script moves what moves."""
+    drawn = [
         element("path", d=polyline(path.poses[:, :2]), class_="way"),
         element("path", d="", class_="driven", id="driven"),
         *(_draw(shape, index) for index, shape in enumerate(shapes)),
         element("path", d="M.35,0L-.2,.2L-.1,0L-.2,-.2Z", class_="robot", id="robot"),
+    ]
+    return framed(building, shapes, path.poses[:, :2], height, drawn, "plan")
+
+
+def framed(
+    building: Building,
+    shapes: list[Shape],
+    points: FloatArray,
+    height: float,
+    drawn: list[str],
+    name: str | None = None,
+) -> str:
+    """Walls, what is ``drawn`` over them and the objects' names, large enough for points (n, 2) too."""
+    walls = outline(building.walls, height)
+    low, high = _bounds(walls, points, building)
+    x, y, width, depth = low[0], -high[1], high[0] - low[0], high[1] - low[1]
+    upright = element(
+        "g",
+        element("path", d=segments(walls), class_="wall"),
+        *drawn,
         transform="scale(1 -1)",
     )
     names = [
-        element("text", text(shape.name), x=f"{shape.label[0]:.2f}", y=f"{-shape.label[1]:.2f}",
-                class_="name", data_object=index)
+        element(
+            "text",
+            text(shape.name),
+            x=f"{shape.label[0]:.2f}",
+            y=f"{-shape.label[1]:.2f}",
+            class_="name",
+            data_object=index,
+        )
         for index, shape in enumerate(shapes)
-    ]  # fmt: skip
-    drawing = element(
+    ]
+    return element(
         "svg",
         upright,
         *names,
         viewBox=f"{x:.2f} {y:.2f} {width:.2f} {depth:.2f}",
-        id="plan",
+        id=name,
+        class_="plan",
+        style=f"min-width:{LEAST_SCALE * width:.0f}px",
         role="img",
         aria_label="Plan of the building with the robot's path and every object's state",
     )
-    return drawing, float(width)
+
+
+def placement(motion: Mapping[str, Any], state: FloatArray) -> str:
+    """The SVG transform that moves a shape into a state (d,), m and rad."""
+    if motion["kind"] == "turn":
+        x, y = motion["pivot"]
+        return f"rotate({motion['sense'] * np.degrees(state[0]):.2f} {x} {y})"
+    if motion["kind"] == "slide":
+        x, y = state[0] * np.array(motion["along"])
+        return f"translate({x:.3f} {y:.3f})"
+    if motion["kind"] == "free":
+        x, y, yaw = state
+        return f"translate({x:.3f} {y:.3f}) rotate({np.degrees(yaw):.2f})"
+    return ""
 
 
 def _draw(shape: Shape, index: int) -> str:
@@ -158,11 +194,9 @@ def _label(
 
 
 def _bounds(
-    walls: FloatArray, path: RobotPath, building: Building
+    walls: FloatArray, others: FloatArray, building: Building
 ) -> tuple[FloatArray, FloatArray]:
     """The corners of the plan, m."""
     places = [item.origin[:2, 3] for item in building.objects.values()]
-    points = np.concatenate(
-        [walls.reshape(-1, 2), path.poses[:, :2], np.array(places).reshape(-1, 2)]
-    )
+    points = np.concatenate([walls.reshape(-1, 2), others, np.array(places).reshape(-1, 2)])
     return points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN

@@ -36,9 +36,15 @@ def test_what_is_no_result_is_refused(run, tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_truth_of_another_building_is_refused(run, result: Path, tmp_path: Path) -> None:
+def test_a_truth_of_another_building_shows_no_errors(run, result: Path, tmp_path: Path) -> None:
     truth = tmp_path / "truth.csv"
     truth.write_text("stamp,object,coordinate,value\n0,garage,angle,0\n")
     outcome = run("report", result, "--truth", truth, "--out", tmp_path / "page.html")
     assert outcome.code == 0
     assert "Calibration" not in (tmp_path / "page.html").read_text()
+
+
+def test_options_that_mean_nothing_for_a_result_are_refused(run, result: Path) -> None:
+    outcome = run("report", result, "--each")
+    assert outcome.code == 1
+    assert "--each has no meaning here" in outcome.err

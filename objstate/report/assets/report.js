@@ -14,7 +14,6 @@
   const cursors = [...document.querySelectorAll(".cursor")];
   const FRESH = 30; // tenths of a second since the last estimate while a scan is near
   const SHOWN_IN = 20; // seconds that it takes to play a whole log
-  const LEAST_SCALE = 14; // px for a metre, so that doors stay doors on a small screen
   const isTurn = (coordinate) => coordinate === "angle" || coordinate === "yaw";
 
   // The index of the last moment at or before t, or -1.
@@ -143,10 +142,9 @@
 
   let zoom = 1;
   function resize() {
-    const metres = +viewport.dataset.metres;
-    const width = Math.max(viewport.clientWidth, metres * LEAST_SCALE) * zoom;
-    plan.style.width = `${width}px`;
-    plan.style.setProperty("--metre-per-px", metres / width);
+    const least = parseFloat(getComputedStyle(plan).minWidth) || 0;
+    plan.style.width = `${Math.max(viewport.clientWidth, least) * zoom}px`;
+    sizeNames();
   }
   function follow(x, y) {
     const box = plan.viewBox.baseVal, scale = plan.clientWidth / box.width;
@@ -190,13 +188,6 @@
   }));
   document.getElementById("larger").addEventListener("click", () => zoomBy(1.5));
   document.getElementById("smaller").addEventListener("click", () => zoomBy(1 / 1.5));
-  document.getElementById("theme").addEventListener("click", () => {
-    const root = document.documentElement;
-    const dark = root.dataset.theme
-      ? root.dataset.theme === "dark"
-      : matchMedia("(prefers-color-scheme: dark)").matches;
-    root.dataset.theme = dark ? "light" : "dark";
-  });
   addEventListener("resize", () => { resize(); draw(); });
 
   const asked = /^#t=([\d.]+)$/.exec(location.hash);

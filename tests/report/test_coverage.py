@@ -1,4 +1,4 @@
-"""Calibration: claimed shares against held ones."""
+"""Coverage: claimed shares against held ones."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ import pytest
 
 from objstate.recording.tables import estimate_schema
 from objstate.records import TrueState
-from objstate.report.calibration import Calibration, calibrations
+from objstate.report.coverage import Coverage, coverages
 
 COUNT = 4000
 Z90 = 1.6448536
 
 
-def calibrated(width: float, lost: tuple[tuple[int, int], ...] = ()) -> Calibration:
+def calibrated(width: float, lost: tuple[tuple[int, int], ...] = ()) -> Coverage:
     """Of Gaussian errors of deviation 0.01 about intervals ``width`` times as wide as they should be."""
     means = 0.5 + 0.01 * np.random.default_rng(3).standard_normal(COUNT)
     half = width * Z90 * 0.01
     rows = [(k, "d", "angle", m, half / Z90, m - half, m + half, True) for k, m in enumerate(means)]
     frame = pl.DataFrame(rows, schema=estimate_schema(), orient="row")
-    (found,) = calibrations(frame, [TrueState(0, "d", "angle", 0.5)], lost)
+    (found,) = coverages(frame, [TrueState(0, "d", "angle", 0.5)], lost)
     return found
 
 
@@ -50,6 +50,6 @@ def test_what_was_taken_back_does_not_count() -> None:
 def test_an_interval_of_no_width_that_holds_the_truth_is_no_nan() -> None:
     rows = [(0, "d", "x", 1.0, 0.0, 1.0, 1.0, True), (1, "d", "x", 1.1, 0.0, 1.1, 1.1, True)]
     frame = pl.DataFrame(rows, schema=estimate_schema(), orient="row")
-    (found,) = calibrations(frame, [TrueState(0, "d", "x", 1.0)], ())
+    (found,) = coverages(frame, [TrueState(0, "d", "x", 1.0)], ())
     assert found.kind == "lengths"
     assert found.held == pytest.approx(np.full(len(found.claimed), 0.5))

@@ -22,7 +22,7 @@ CENTRAL = 0.9  # what the recorded intervals claim
 
 
 @dataclass(frozen=True, eq=False)
-class Calibration:
+class Coverage:
     """How often the truth lies in intervals of several levels, over all updates that observed."""
 
     kind: str  # "angles" or "lengths"
@@ -32,9 +32,9 @@ class Calibration:
     held: FloatArray  # (k,)
 
 
-def calibrations(
+def coverages(
     estimates: pl.DataFrame, truth: Iterable[TrueState], lost: Stretches
-) -> list[Calibration]:
+) -> list[Coverage]:
     """One for angles and one for lengths, where there are any.
 
     The 90 % interval is the recorded one. Others are it, widened or narrowed about the
@@ -54,7 +54,7 @@ def calibrations(
         stood = ~within(posterior.stamps_ns[known], lost)
         kind = "angles" if coordinate in ROTATIONS else "lengths"
         gathered[kind].append((errors[stood], needed[stood]))
-    return [_calibration(kind, parts) for kind, parts in gathered.items() if parts]
+    return [_coverage(kind, parts) for kind, parts in gathered.items() if parts]
 
 
 def _needed(errors: FloatArray, below: FloatArray, above: FloatArray) -> FloatArray:
@@ -64,11 +64,29 @@ def _needed(errors: FloatArray, below: FloatArray, above: FloatArray) -> FloatAr
         return np.where(errors == 0.0, 0.0, np.abs(errors) / sides)
 
 
-def _calibration(kind: str, parts: list[tuple[FloatArray, FloatArray]]) -> Calibration:
+def _coverage(kind: str, parts: list[tuple[FloatArray, FloatArray]]) -> Coverage:
     from scipy.special import ndtri
 
     errors = np.concatenate([errors for errors, _ in parts])
     needed = np.concatenate([needed for _, needed in parts])
     width = ndtri((1.0 + LEVELS) / 2.0) / ndtri((1.0 + CENTRAL) / 2.0)
     held = (needed[:, None] <= width).mean(axis=0) if len(needed) else np.zeros(len(LEVELS))
-    return Calibration(kind, len(errors), errors, LEVELS, held)
+    return Coverage(kind, len(errors), errors, LEVELS, held)
+
+
+def pooled(parts: Iterable[Coverage]) -> list[Coverage]:
+    """Coverages of many results as one for each kind."""
+    kinds: dict[str, list[Coverage]] = {}
+    for part in parts:
+        kinds.setdefault(part.kind, []).append(part)
+    return [_pool(kind, [each for each in own if each.count]) for kind, own in kinds.items()]
+
+
+def _pool(kind: str, parts: list[Coverage]) -> Coverage:
+    counts = np.array([part.count for part in parts])
+    if not len(counts):
+        return Coverage(kind, 0, np.zeros(0), LEVELS, np.zeros(len(LEVELS)))
+    held = np.average([part.held for part in parts], axis=0, weights=counts)
+    return Coverage(
+        kind, int(counts.sum()), np.concatenate([part.errors for part in parts]), LEVELS, held
+    )
