@@ -18,7 +18,19 @@ if TYPE_CHECKING:
     import polars as pl
 
 ESTIMATES = "estimates.parquet"
-COLUMNS = ("stamp", "object", "coordinate", "mean", "std", "lower", "upper", "observed")
+COLUMNS = (
+    "stamp",
+    "object",
+    "coordinate",
+    "mean",
+    "std",
+    "lower",
+    "upper",
+    "observed",
+    "fit",
+    "presence",
+    "lost",
+)
 
 TRUTH_COLUMNS = ("stamp", "object", "coordinate", "value")
 KNOWN_COORDINATES = ("angle", "offset", "x", "y", "yaw")
@@ -33,7 +45,8 @@ def estimate_schema() -> pl.Schema:
     return pl.Schema(
         {"stamp": pl.Int64(), "object": pl.String(), "coordinate": pl.String()}
         | numbers
-        | {"observed": pl.Boolean()}
+        | {"observed": pl.Boolean(), "fit": pl.Float64(), "presence": pl.Float64()}
+        | {"lost": pl.Boolean()}
     )
 
 
