@@ -8,6 +8,7 @@ others. How often a log was begun is counted at the scheduler, across all worker
 
 from __future__ import annotations
 
+import json
 import queue
 import secrets
 from collections.abc import Generator, Iterator, Sequence
@@ -70,15 +71,24 @@ def _connected(scheduler: str) -> Iterator[Client]:
         raise SettingsError(
             f"--scheduler needs Dask ({error}); pip install 'objstate[cluster]'."
         ) from error
-    place = {"address": scheduler} if "://" in scheduler else {"scheduler_file": scheduler}
     try:
-        client = Client(**place, set_as_default=False)
+        client = Client(_address(scheduler), set_as_default=False)
     except (OSError, ValueError) as error:
         raise SettingsError(
             f"No Dask scheduler answers at {scheduler}: {error}; start one with `dask scheduler`."
         ) from error
     with client:
         yield client
+
+
+def _address(scheduler: str) -> str:
+    """The address itself, or the one in a scheduler file. Raises OSError, ValueError."""
+    if "://" in scheduler:
+        return scheduler
+    content = json.loads(Path(scheduler).read_text(encoding="utf-8"))
+    if not isinstance(content, dict) or "address" not in content:
+        raise ValueError("it is no scheduler file")
+    return str(content["address"])
 
 
 @contextmanager

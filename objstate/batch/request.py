@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import count
 from pathlib import Path, PurePosixPath
 
 from objstate.batch.addresses import absolute, find_logs
@@ -106,13 +107,20 @@ def _short_names(addresses: Sequence[str], taken: set[str]) -> Mapping[str, str]
     """The file's name without its ending; folders' names before or instead of it where that is not enough."""
     names: dict[str, str] = {}
     left = list(addresses)
-    for candidate in (_stem, _folder, _folder_and_stem, _whole_address):
+    for candidate in (_stem, _folder, _folder_and_stem):
         proposed = Counter(candidate(address) for address in left)
         fit = {a: n for a in left if proposed[n := candidate(a)] == 1 and n not in taken and n}
         names |= fit
         taken |= set(fit.values())
         left = [address for address in left if address not in names]
+    for address in left:
+        names[address] = next(name for name in _numbered(_stem(address)) if name not in taken)
+        taken.add(names[address])
     return names
+
+
+def _numbered(stem: str) -> Iterator[str]:
+    return (f"{stem or 'log'}-{number}" for number in count(2))
 
 
 def _stem(address: str) -> str:
@@ -124,15 +132,11 @@ def _folder(address: str) -> str:
 
 
 def _folder_and_stem(address: str) -> str:
-    return f"{_folder(address)}-{_stem(address)}"
-
-
-def _whole_address(address: str) -> str:
-    return _safe(address)
+    return _safe(f"{_folder(address)}-{_stem(address)}")
 
 
 def _safe(name: str) -> str:
-    return UNSAFE.sub("_", name).strip("._")
+    return UNSAFE.sub("_", name).strip("._-")
 
 
 def _truth_in(folder: Path, log: str) -> Path | None:

@@ -87,7 +87,7 @@ def _interval(values: FloatArray) -> tuple[float, float]:
 
 
 def _absolute_error(pairs: pl.DataFrame, suffix: str) -> FloatArray:
-    return np.abs(pairs[f"error{suffix}"].to_numpy())
+    return np.asarray(np.abs(pairs[f"error{suffix}"].to_numpy()))
 
 
 def _width(pairs: pl.DataFrame, suffix: str) -> FloatArray:
