@@ -31,10 +31,8 @@ class PosteriorRecorder:
         if not due:
             return
         self._written_ns |= due
-        beliefs = estimator.objects
-        self._writer.write(
-            [each for name, stamp in due.items() for each in histograms(beliefs[name], stamp)]
-        )
+        for name, stamp in due.items():
+            self._writer.write(histograms(estimator.object_at(name, stamp), stamp))
 
     def _is_due(self, estimate: Estimate) -> bool:
         last = self._written_ns.get(estimate.object)

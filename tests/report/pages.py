@@ -4,10 +4,16 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Sequence
+from dataclasses import astuple
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
+import polars as pl
+
+from objstate.recording.tables import estimate_schema
+from objstate.records import Estimate
 from objstate.run import estimate_log
 from objstate.simulation import simulate
 
@@ -56,6 +62,12 @@ def make_result(folder: Path) -> Path:
     out = folder / "out"
     estimate_log([drive.log], folder / "room.urdf", out, truth=truth, true_path=path)
     return out
+
+
+def as_table(estimates: Sequence[Estimate]) -> pl.DataFrame:
+    """Estimates as ``read_estimates`` would give them."""
+    rows = [astuple(each) for each in estimates]
+    return pl.DataFrame(rows, schema=estimate_schema(), orient="row")
 
 
 class Reader(HTMLParser):

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-import polars as pl
 import pytest
 
-from objstate.recording.tables import estimate_schema
-from objstate.records import TrueState
+from objstate.records import Estimate, TrueState
 from objstate.report.coverage import Coverage, coverages
+from tests.report.pages import as_table
 
 COUNT = 4000
 Z90 = 1.6448536
@@ -18,8 +17,11 @@ def calibrated(width: float, lost: tuple[tuple[int, int], ...] = ()) -> Coverage
     """Of Gaussian errors of deviation 0.01 about intervals ``width`` times as wide as they should be."""
     means = 0.5 + 0.01 * np.random.default_rng(3).standard_normal(COUNT)
     half = width * Z90 * 0.01
-    rows = [(k, "d", "angle", m, half / Z90, m - half, m + half, True) for k, m in enumerate(means)]
-    frame = pl.DataFrame(rows, schema=estimate_schema(), orient="row")
+    rows = [
+        Estimate(k, "d", "angle", m, half / Z90, m - half, m + half, True)
+        for k, m in enumerate(means)
+    ]
+    frame = as_table(rows)
     (found,) = coverages(frame, [TrueState(0, "d", "angle", 0.5)], lost)
     return found
 
@@ -48,8 +50,11 @@ def test_what_was_taken_back_does_not_count() -> None:
 
 
 def test_an_interval_of_no_width_that_holds_the_truth_is_no_nan() -> None:
-    rows = [(0, "d", "x", 1.0, 0.0, 1.0, 1.0, True), (1, "d", "x", 1.1, 0.0, 1.1, 1.1, True)]
-    frame = pl.DataFrame(rows, schema=estimate_schema(), orient="row")
+    rows = [
+        Estimate(0, "d", "x", 1.0, 0.0, 1.0, 1.0, True),
+        Estimate(1, "d", "x", 1.1, 0.0, 1.1, 1.1, True),
+    ]
+    frame = as_table(rows)
     (found,) = coverages(frame, [TrueState(0, "d", "x", 1.0)], ())
     assert found.kind == "lengths"
     assert found.held == pytest.approx(np.full(len(found.claimed), 0.5))

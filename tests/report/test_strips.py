@@ -13,8 +13,9 @@ from PIL import Image
 
 from objstate.evaluation.states import TrueCourse
 from objstate.recording.posteriors import WHOLE, posterior_schema
-from objstate.recording.tables import estimate_schema
+from objstate.records import Estimate
 from objstate.report.strips import MOST_COLUMNS, Axis, heat_map, picture, strip, time_axis
+from tests.report.pages import as_table
 
 SECOND = 10**9
 
@@ -32,11 +33,12 @@ def posteriors(rows: list[tuple[float, float, list[float]]]) -> pl.DataFrame:
 
 
 def estimates(rows: list[tuple[float, float, bool]]) -> pl.DataFrame:
-    return pl.DataFrame(
-        [(int(t * SECOND), "d", "angle", mean, 0.1, mean - 0.1, mean + 0.1, observed)
-         for t, mean, observed in rows],
-        schema=estimate_schema(), orient="row",
-    )  # fmt: skip
+    return as_table(
+        [
+            Estimate(int(t * SECOND), "d", "angle", mean, 0.1, mean - 0.1, mean + 0.1, observed)
+            for t, mean, observed in rows
+        ]
+    )
 
 
 def test_a_column_shows_its_last_posterior_and_holds_it() -> None:

@@ -5,19 +5,22 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 
-from objstate.recording.tables import estimate_schema
+from objstate.records import Estimate
 from objstate.records import Path as RobotPath
 from objstate.report import timeline
 from objstate.report.timeline import object_moments, robot_moments, step_for
+from tests.report.pages import as_table
 
 SECOND = 10**9
 
 
 def table(rows: list[tuple[float, str, str, float, bool]]) -> pl.DataFrame:
-    return pl.DataFrame(
-        [(int(t * SECOND), name, kind, mean, 0.0, mean, mean, seen) for t, name, kind, mean, seen in rows],
-        schema=estimate_schema(), orient="row",
-    )  # fmt: skip
+    return as_table(
+        [
+            Estimate(int(t * SECOND), name, kind, mean, 0.0, mean, mean, seen)
+            for t, name, kind, mean, seen in rows
+        ]
+    )
 
 
 def test_each_step_keeps_its_last_observed_moment() -> None:
