@@ -10,6 +10,7 @@ from pydantic import BaseModel
 
 from objstate import config
 from objstate.building.door_table import COLUMNS as DOOR_COLUMNS
+from objstate.recording.posteriors import posterior_schema
 from objstate.recording.tables import COLUMNS as ESTIMATE_COLUMNS
 from objstate.simulation import scene
 
@@ -116,6 +117,7 @@ def test_the_columns_of_tables_are_listed() -> None:
     estimates = " ".join(row[0] for row in rows("Result folder"))
     assert set(re.findall(r"`(\w+)`", doors)) == set(DOOR_COLUMNS)
     assert set(re.findall(r"`(\w+)`", estimates)) == set(ESTIMATE_COLUMNS)
+    assert list(listed("Posteriors: posteriors.parquet")) == list(posterior_schema())
 
 
 @pytest.mark.parametrize(

@@ -174,7 +174,8 @@ def _histories(material: Material, items: Sequence[MovableObject]) -> str:
     ]
     explained = (
         "The stronger the colour, the more probable the state; pale where no scan was near. The "
-        "line is the mean, the marks below are the moments at which a beam bore on the object. "
+        "line is the mean, the marks below are the moments at which a beam bore on the object; while "
+        "the robot was lost the strip is hatched. "
         "Touch a strip to see its moment on the plan."
     )
     return element(
@@ -205,6 +206,7 @@ def _card(
                 courses.get((item.name, coordinate)),
                 axis,
                 coordinate if len(item.coordinates) > 1 else "",
+                material.lost,
             )
         )
     return element(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from objstate.evaluation.lost import Stretches
 from objstate.evaluation.states import TrueCourse
 from objstate.evaluation.summary import ROTATIONS
 from objstate.evaluation.units import UNITS
@@ -97,8 +98,12 @@ def strip(
     truth: TrueCourse | None,
     axis: Axis,
     name: str = "",
+    lost: Stretches = (),
 ) -> str:
-    """The strip of one coordinate of one object as HTML, from its rows of both tables."""
+    """The strip of one coordinate of one object as HTML, from its rows of both tables.
+
+    Stretches in which the robot was ``lost`` are shaded.
+    """
     if not len(posteriors):
         return element("p", "never near", class_="never")
     heat = heat_map(posteriors, axis)
@@ -109,6 +114,7 @@ def strip(
         element(
             "div",
             element("img", src=picture(heat), alt="").removesuffix("</img>"),
+            _shades(lost, axis),
             _lines(coordinate, estimates, truth, heat, axis),
             element("i", class_="cursor"),
             class_="map",
@@ -165,6 +171,20 @@ def _lines(
         )
     return element(
         "svg", lines, viewBox=f"0 0 {axis.columns} 100", preserveAspectRatio="none", class_="lines"
+    )
+
+
+def _shades(lost: Stretches, axis: Axis) -> str:
+    """What hides the moments at which the robot was lost."""
+    ends = axis.column(np.array(lost, dtype=np.int64).reshape(-1, 2)) / axis.columns
+    return "".join(
+        element(
+            "b",
+            class_="lost",
+            title="the robot was lost",
+            style=f"left:{100 * begin:.2f}%;width:{max(100 * (end - begin), 0.3):.2f}%",
+        )
+        for begin, end in ends
     )
 
 

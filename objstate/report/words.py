@@ -9,6 +9,8 @@ from objstate.evaluation import LatestState
 from objstate.evaluation.units import UNITS
 from objstate.report.material import Material
 
+LEAST_PRESENCE = 0.5  # furniture less likely to be there at all is worth a word
+LEAST_FIT = 0.5  # so is an object whose best state explains fewer of the beams on it
 UNSURE = {"deg": 20.0, "m": 0.2}  # an interval so wide is worth a word
 NAMES_SHOWN = 8  # so many names tell which objects are meant
 
@@ -51,6 +53,15 @@ def _of_states(material: Material, latest: Sequence[LatestState]) -> Iterator[st
     unsure = _names(state for state in latest if state.estimate.observed and _is_unsure(state))
     if unsure:
         yield f"The scans left it open how {_some(unsure)} stood: the 90 % interval is wide."
+    gone = _names(state for state in latest if state.estimate.presence < LEAST_PRESENCE)
+    if gone:
+        yield f"Probably not there at all any more: {_some(gone)}."
+    strange = _names(state for state in latest if state.estimate.fit < LEAST_FIT)
+    if strange:
+        yield (
+            f"Even the best state of {_some(strange)} explains less than half of the last beams on "
+            "it: something stands there that the building doesn't hold, or a hinge is wrong."
+        )
     wrong = _names(state for state in latest if _misses(state))
     if wrong:
         yield f"The true state of {_some(wrong)} lies outside the last 90 % interval."

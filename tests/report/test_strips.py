@@ -94,3 +94,12 @@ def test_time_axes_suit_any_duration(duration: float) -> None:
     marks = re.findall(r"left:([\d.]+)%", time_axis(axis))
     assert 1 <= len(marks) <= 60
     assert all(0 <= float(mark) <= 100 for mark in marks)
+
+
+def test_moments_at_which_the_robot_was_lost_are_hatched() -> None:
+    axis, rows = Axis(0, 10.0), posteriors([(0.5, 0.0, [1, 0])])
+    lost = [(2 * SECOND, 5 * SECOND), (8 * SECOND, 8 * SECOND + 1)]
+    drawn = strip("angle", rows, estimates([(0.5, 0.1, True)]), None, axis, lost=lost)
+    assert re.findall(r"left:([\d.]+)%;width:([\d.]+)%", drawn) == [
+        ("20.00", "30.00"), ("80.00", "0.30"),
+    ]  # fmt: skip
