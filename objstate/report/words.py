@@ -10,7 +10,8 @@ from objstate.evaluation.units import UNITS
 from objstate.report.material import Material
 
 LEAST_PRESENCE = 0.5  # furniture less likely to be there at all is worth a word
-LEAST_FIT = 0.5  # so is an object whose best state explains fewer of the beams on it
+LEAST_FIT = 0.5  # so is an object whose best state explains fewer of the beams on it,
+FITS = 20  # by the median of so many last scans that bore on it: one alone may have few beams
 UNSURE = {"deg": 20.0, "m": 0.2}  # an interval so wide is worth a word
 NAMES_SHOWN = 8  # so many names tell which objects are meant
 
@@ -56,15 +57,28 @@ def _of_states(material: Material, latest: Sequence[LatestState]) -> Iterator[st
     gone = _names(state for state in latest if state.estimate.presence < LEAST_PRESENCE)
     if gone:
         yield f"Probably not there at all any more: {_some(gone)}."
-    strange = _names(state for state in latest if state.estimate.fit < LEAST_FIT)
+    strange = _badly_fitting(material)
     if strange:
         yield (
-            f"Even the best state of {_some(strange)} explains less than half of the last beams on "
+            f"Even the best state of {_some(strange)} explains less than half of the beams on "
             "it: something stands there that the building doesn't hold, or a hinge is wrong."
         )
     wrong = _names(state for state in latest if _misses(state))
     if wrong:
         yield f"The true state of {_some(wrong)} lies outside the last 90 % interval."
+
+
+def _badly_fitting(material: Material) -> list[str]:
+    """The objects that no state explains well."""
+    import polars as pl
+
+    fits = (
+        material.estimates.filter(pl.col("observed") & ~pl.col("lost"))
+        .unique(["stamp", "object"], keep="first", maintain_order=True)
+        .group_by("object", maintain_order=True)
+        .agg(pl.col("fit").tail(FITS).median())
+    )
+    return sorted(fits.filter(pl.col("fit") < LEAST_FIT)["object"])
 
 
 def _names(states: Iterable[LatestState]) -> list[str]:
