@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -11,14 +12,18 @@ import typer
 
 from objstate.cli.batch_progress import batch_progress
 from objstate.cli.console import print_text, print_warnings
+from objstate.cli.error_tables import UNITS
 from objstate.cli.options import Mounts, Quiet
 from objstate.cli.parsing import POSE, parse_mounts, parse_pose, split_topics
+from objstate.cli.tables import percent
 
 if TYPE_CHECKING:
+    import polars as pl
+
     from objstate.batch import BatchResult
 
 NOT_ALL_WENT_WELL = 1
-DEFAULT_TIME_LIMIT = 3600.0  # s
+LOGS_SHOWN = 10  # whose warnings are printed
 
 EXAMPLES = """\b
 Examples:
@@ -81,8 +86,9 @@ def batch(
         ),
     ] = None,
     time_limit: Annotated[
-        float, typer.Option(metavar="S", min=0, help="Seconds for one log; 0: no limit.")
-    ] = DEFAULT_TIME_LIMIT,
+        float | None,
+        typer.Option(metavar="S", min=0, help="Seconds for one log; 0: no limit. Default: 3600."),
+    ] = None,
     retry_failed: Annotated[
         bool, typer.Option("--retry-failed", help="Run logs again that failed before.")
     ] = False,
@@ -97,7 +103,9 @@ def batch(
     it does only what is missing. The exit code is 0 when every log is done.
     """
     from objstate.batch import BatchOptions, gather, run_batch
+    from objstate.batch.options import DEFAULT_TIME_LIMIT
     from objstate.config import load_settings
+    from objstate.recording.batches import SUMMARY_TABLE, read_table
     from objstate.run import RunOptions
 
     options = RunOptions(
@@ -120,14 +128,16 @@ def batch(
             BatchOptions(
                 workers=workers or _cores(),
                 scheduler=scheduler,
-                time_limit=time_limit or None,
+                time_limit=DEFAULT_TIME_LIMIT if time_limit is None else time_limit or None,
                 retry_failed=retry_failed,
                 overwrite=overwrite,
             ),
             on_start,
             on_event,
         )
-    _print(result)
+    summary = read_table(out, SUMMARY_TABLE)
+    print_warnings(_warnings(summary), quiet)
+    _print(result, summary)
     if result.failed:
         raise typer.Exit(NOT_ALL_WENT_WELL)
 
@@ -137,10 +147,45 @@ def _cores() -> int:
     return len(os.sched_getaffinity(0))
 
 
-def _print(result: BatchResult) -> None:
+def _warnings(summary: pl.DataFrame) -> list[str]:
+    """What made logs that are done doubtful, of the first such logs."""
+    from objstate.recording.batches import SUMMARY_TABLE
+
+    doubtful = [
+        (name, [*(warnings or ()), *([problem] if problem else [])])
+        for name, warnings, problem in summary.select("log", "warnings", "truth_problem").rows()
+        if warnings or problem
+    ]
+    told = [f"{name}: {warning}" for name, own in doubtful[:LOGS_SHOWN] for warning in own]
+    more = len(doubtful) - LOGS_SHOWN
+    return [*told, *([f"{more} more logs have warnings; see {SUMMARY_TABLE}."] if more > 0 else [])]
+
+
+def _errors(summary: pl.DataFrame) -> Iterator[str]:
+    """The errors over all logs with a truth, a line for each kind of coordinate."""
+    from objstate.evaluation.summary import unit_of
+    from objstate.recording.tables import KNOWN_COORDINATES
+
+    for coordinate in KNOWN_COORDINATES:
+        columns = [f"{coordinate}_{what}" for what in ("count", "error", "coverage")]
+        known = summary.select(columns).drop_nulls()
+        if known.is_empty():
+            continue
+        counts, errors, coverages = (known[column].to_numpy() for column in columns)
+        unit, factor = UNITS[unit_of(coordinate)]
+        yield (
+            f"{coordinate}: {counts.sum()} final estimates, mean error "
+            f"{factor * (counts @ errors) / counts.sum():.1f} {unit}, "
+            f"{percent(counts @ coverages / counts.sum())} % of truths in the 90 % intervals"
+        )
+
+
+def _print(result: BatchResult, summary: pl.DataFrame) -> None:
     for outcome in result.failed:
         print_text(f"{outcome.name}: {outcome.status}. {outcome.reason or ''}".rstrip())
     counts = Counter(outcome.status for outcome in result.outcomes)
     told = ", ".join(f"{count} {status}" for status, count in counts.most_common())
     print_text(f"{len(result.outcomes)} logs: {told}.")
+    for line in _errors(summary):
+        print_text(line)
     print_text(f"Written: {result.folder}")

@@ -127,6 +127,17 @@ def scan_batch(folder: str | Path) -> pl.LazyFrame:
     return pl.concat(frames, how="diagonal")
 
 
+def read_table(folder: str | Path, name: str) -> pl.DataFrame:
+    """``summary.parquet`` or ``timings.parquet`` of a batch. Raises ResultError."""
+    import polars as pl
+
+    path = Path(folder) / name
+    try:
+        return pl.read_parquet(path)
+    except (OSError, pl.exceptions.PolarsError) as error:
+        raise ResultError(f"{path} can't be read ({error}); run `objstate batch` again.") from error
+
+
 def _write_json(path: Path, content: Mapping[str, Any]) -> None:
     with whole(path, overwrite=True) as file:
         text = json.dumps(content, indent=2, sort_keys=True, ensure_ascii=False)

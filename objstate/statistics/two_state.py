@@ -24,6 +24,7 @@ from objstate.statistics.sampling import sample
 # Times, s, after which a part of the memory may have faded: shorter than a minute nobody
 # cares, and a season is more than most robots can tell.
 SHORTEST_MEMORY, LONGEST_MEMORY = 60.0, 90 * 86400.0
+ALONE = 1 / 3  # prior probability of constant rates; else the slow part is uniform in 0..1
 GAP_STEP = 0.05  # in the logarithm: gaps between looks that differ by less count as equal
 LEAST = 1e-12  # no state is less likely than this
 LEVEL = 0.9  # of all intervals
@@ -80,11 +81,11 @@ class Memory:
 
     def after(self, seconds: FloatArray) -> FloatArray:
         """(...) c(t), the mean over the samples."""
-        times = np.geomspace(SHORTEST_MEMORY / 60, 100 * LONGEST_MEMORY, 300)
+        times = np.append(0.0, np.geomspace(SHORTEST_MEMORY / 60, 100 * LONGEST_MEMORY, 300))
         slow = self.slow_part[:, None] * np.exp(-self.slow[:, None] * times)
         quick = (1 - self.slow_part[:, None]) * np.exp(-self.quick[:, None] * times)
         known = (slow + quick).mean(axis=0)
-        return np.asarray(np.interp(np.log(np.maximum(seconds, times[0])), np.log(times), known))
+        return np.asarray(np.interp(np.log1p(seconds), np.log1p(times), known))
 
     @property
     def _fading(self) -> FloatArray:
@@ -95,9 +96,9 @@ class Memory:
 def memory(looks: Looks, rng: np.random.Generator) -> Memory:
     """What looks, at least one, tell of a door.
 
-    The prior is Jeffreys' for the share (uniform in ``arcsin(sqrt(p))``), uniform in the
-    logarithm of both rates between one over the longest and the shortest memory, and
-    uniform in the part of the slow one.
+    The prior is Jeffreys' for the share, uniform in ``arcsin(sqrt(p))``. The slow rate is
+    uniform in the logarithm between one over the longest and the shortest memory, the quick
+    one between the slow one and the latter. With a chance of ALONE there is but one part.
     """
     gaps, counts = _neighbours(looks)
     first = bool(looks.open[0])
@@ -107,9 +108,11 @@ def memory(looks: Looks, rng: np.random.Generator) -> Memory:
 def _memory(unit: FloatArray) -> Memory:
     """The door for each point (k, 4) of the unit cube, on which the prior is uniform."""
     low, high = -np.log(LONGEST_MEMORY), -np.log(SHORTEST_MEMORY)
-    rates = np.exp(low + np.sort(unit[:, 1:3], axis=1) * (high - low))
+    slow = low + unit[:, 1] * (high - low)
+    quick = slow + unit[:, 2] * (high - slow)
     share = np.clip(np.sin(unit[:, 0] * np.pi / 2) ** 2, LEAST, 1 - LEAST)
-    return Memory(share, rates[:, 0], rates[:, 1], unit[:, 3])
+    part = np.minimum(unit[:, 3] / (1 - ALONE), 1.0)
+    return Memory(share, np.exp(slow), np.exp(quick), part)
 
 
 def _neighbours(looks: Looks) -> tuple[FloatArray, FloatArray]:
