@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import math
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -56,8 +56,9 @@ class EstimateWriter(Spool):
     def __init__(self, folder: str | Path, rows_in_memory: int = ROWS_IN_MEMORY) -> None:
         super().__init__(Path(folder) / ESTIMATES, estimate_schema(), rows_in_memory)
 
-    def write(self, estimates: Sequence[Estimate]) -> None:
+    def write(self, estimates: Iterable[Estimate]) -> None:
         """Append one row for each estimate."""
+        estimates = list(estimates)
         names = [field.name for field in fields(Estimate)]
         self.write_columns(
             {
