@@ -13,6 +13,7 @@ from objstate.cli import (
     estimate,
     evaluate,
     inspect,
+    report,
     reproduce,
     simulate,
     statistics,
@@ -70,6 +71,7 @@ app.command(epilog=estimate.EXAMPLES)(estimate.estimate)
 app.command(epilog=batch.EXAMPLES)(batch.batch)
 app.command(epilog=inspect.EXAMPLES)(inspect.inspect)
 app.command(epilog=evaluate.EXAMPLES)(evaluate.evaluate)
+app.command(epilog=report.EXAMPLES)(report.report)
 app.command(epilog=statistics.EXAMPLES)(statistics.statistics)
 app.command(epilog=simulate.EXAMPLES)(simulate.simulate)
 app.command(epilog=convert.EXAMPLES)(convert.convert)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from contextlib import ExitStack
+from dataclasses import asdict, dataclass, field
 from importlib.metadata import version
 from itertools import chain
 from pathlib import Path
@@ -15,6 +16,7 @@ from objstate.building.model import Building
 from objstate.errors import LogError
 from objstate.estimator import Estimator
 from objstate.logs import Log, open_log
+from objstate.recording.posteriors import POSTERIORS, PosteriorWriter
 from objstate.recording.results import result_folder
 from objstate.recording.summary import SUMMARY, write_summary
 from objstate.recording.tables import ESTIMATES, EstimateWriter
@@ -28,12 +30,21 @@ from objstate.records import (
 )
 from objstate.run.doubts import doubts
 from objstate.run.drive import Drive
-from objstate.run.inputs import BuildingInput, describe_log, log_identity
+from objstate.run.inputs import (
+    BuildingInput,
+    describe_log,
+    describe_truth,
+    log_identity,
+    seen_from,
+)
 from objstate.run.memory import Memory, WorldUse
+from objstate.run.observer import Observer
 from objstate.run.options import RunOptions
+from objstate.run.posteriors import PosteriorRecorder
+from objstate.run.scene import SCENE, record_scene
 from objstate.run.start import check_start
 
-FILES = (ESTIMATES, TRAJECTORY, SUMMARY)  # what a result folder holds
+FILES = (ESTIMATES, POSTERIORS, TRAJECTORY, SUMMARY)  # what a result folder holds
 
 RECORDED_BELIEFS = (RobotBelief.__name__, GaussianRobotBelief.__name__)
 
@@ -55,6 +66,7 @@ class RunResult:
     warnings: tuple[str, ...]
     lost_ns: tuple[tuple[int, int], ...] = ()  # stretches in which the robot was lost
     world: WorldUse | None = None  # where one took part
+    laser_heights: Mapping[str, float] = field(default_factory=dict)  # m above the floor, by frame
 
     def to_dict(self) -> dict[str, Any]:
         """What ``run.json`` says of the outcome."""
@@ -70,6 +82,7 @@ class RunResult:
             "warnings": list(self.warnings),
             "lost_ns": [list(stretch) for stretch in self.lost_ns],
             "world": None if self.world is None else asdict(self.world),
+            "laser_heights": dict(self.laser_heights),
         }
 
 
@@ -82,15 +95,21 @@ def estimate_log(
     world: str | Path | None = None,
     overwrite: bool = False,
     on_progress: Progress | None = None,
+    observers: Sequence[Observer] = (),
+    truth: str | Path | None = None,
+    true_path: str | Path | None = None,
+    mcap: bool = False,
 ) -> RunResult:
     """Estimate every object's state from one drive, recorded in one or several logs.
 
     ``building`` is a URDF, or one that was read before, so that many logs share it.
-    Writes ``estimates.parquet``, ``trajectory.tum`` and ``run.json`` into the new
-    folder ``out``, whole or not at all. With a ``world``, a path or a PostgreSQL URL, it
-    starts from what that believed when the log begins, and adds what the drive taught,
-    once for each log. Raises ResultError, BuildingError, SettingsError, LogError or
-    WorldError.
+    Writes ``estimates.parquet``, ``posteriors.parquet``, ``trajectory.tum`` and
+    ``run.json`` into the new folder ``out``, whole or not at all. With a ``world``, a path
+    or a PostgreSQL URL, it starts from what that believed when the log begins, and adds
+    what the drive taught, once for each log. ``observers`` see the records go by.
+    ``truth`` and ``true_path`` are not used, but named in ``run.json``, where a report
+    finds them. With ``mcap``, ``estimates.mcap`` holds the run as a scene for Foxglove and
+    RViz. Raises ResultError, BuildingError, SettingsError, LogError or WorldError.
     """
     began = time.monotonic()
     options = options or RunOptions()
@@ -108,10 +127,15 @@ def estimate_log(
             end=options.end,
         )
         records, begin_ns = _begun(log)
-        files = [file for path in log_paths for file in describe_log(path)]
-        memory = _memory(world, model, options, log_identity(files, options), begin_ns)
+        described = [file for path in log_paths for file in describe_log(path)]
+        memory = _memory(world, model, options, log_identity(described, options), begin_ns)
         estimator = _estimator(model, options, memory)
-        drive = _drive_through(log, records, estimator, memory, folder, on_progress)
+        observers = (*observers, *([] if memory is None else [memory]))
+        with ExitStack() as files:
+            if mcap:
+                scene = files.enter_context(record_scene(folder / SCENE, model))
+                observers = (*observers, scene)
+            drive = _drive_through(log, records, estimator, folder, observers, on_progress)
         logger.info("%d scans gave %d estimates", drive.scans, drive.estimates)
         _check_robot(drive, log, options)
         write_tum(folder / TRAJECTORY, drive.path)
@@ -126,7 +150,13 @@ def estimate_log(
             warnings=(*log.warnings, *estimator.warnings, *doubts(drive, estimator, options)),
             lost_ns=tuple(estimator.lost),
             world=None if memory is None else memory.keep(drive.end_ns, options.settings),
+            laser_heights=drive.heights,
         )
+        inputs = {
+            "logs": described,
+            "building": seen_from(out, read.description),
+            **{k: seen_from(out, v) for k, v in describe_truth(truth, true_path).items()},
+        }
         write_summary(folder, result.to_dict() | {"options": options.to_dict(), "inputs": inputs})
     return result
 
@@ -165,20 +195,19 @@ def _drive_through(
     log: Log,
     records: Iterator[Record],
     estimator: Estimator,
-    memory: Memory | None,
     folder: Path,
+    observers: Sequence[Observer],
     on_progress: Progress | None,
 ) -> Drive:
-    """Feed every record to the estimator; write what it makes of them."""
+    """Feed every record to the estimator; write what it makes of them, and let others see it."""
     drive = Drive()
-    with EstimateWriter(folder) as writer:
+    with EstimateWriter(folder) as table, PosteriorWriter(folder) as histograms:
+        watching: list[Observer] = [drive, PosteriorRecorder(histograms), *observers]
         for record in records:
-            times_lost = len(estimator.lost)
             estimates = estimator.feed(record)
-            writer.write(estimates)
-            if memory is not None:
-                memory.note(estimator, estimates, just_lost=len(estimator.lost) > times_lost)
-            drive.note(record, estimator.robot, estimates)
+            table.write(estimates)
+            for observer in watching:
+                observer.note(record, estimator, estimates)
             if on_progress is not None and isinstance(record, Scan):
                 on_progress(log.share, drive.seconds)
     return drive

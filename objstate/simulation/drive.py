@@ -22,6 +22,7 @@ from objstate.building.model import Building
 from objstate.errors import SettingsError
 from objstate.geometry import FloatArray, wrap
 from objstate.recording.logs import ENDINGS, LogWriter, format_of, open_log_writer
+from objstate.recording.messages import POSES, TRANSFORMS, poses_message
 from objstate.recording.results import result_folder
 from objstate.recording.tables import write_truth
 from objstate.recording.tum import write_tum
@@ -162,7 +163,7 @@ class Simulation:
         mounts = {laser.frame: laser.mount for laser in self.scene.lasers}
         start = self._stamp(0.0)
         message = messages.mount_transforms(start, mounts)
-        yield Event(start, "/tf_static", messages.TRANSFORMS, message)
+        yield Event(start, "/tf_static", TRANSFORMS, message)
 
     def _odometry(self) -> Iterator[Event]:
         wheels = dead_reckoning(self.motion, self.scene.odometry, self._rng("odometry"))
@@ -172,7 +173,7 @@ class Simulation:
             yield Event(stamp, "/odom", messages.ODOMETRY, message)
             if self.scene.odometry.publish_tf:
                 transform = messages.odometry_transform(stamp, pose)
-                yield Event(stamp, "/tf", messages.TRANSFORMS, transform)
+                yield Event(stamp, "/tf", TRANSFORMS, transform)
 
     def _initial_pose(self) -> Iterator[Event]:
         deviations = self.scene.initial_pose
@@ -197,7 +198,7 @@ class Simulation:
             mean = _drawn(self.motion.at(time), belief.error_xy, belief.error_yaw, 1, rng)[0]
             poses = _drawn(mean, belief.sigma_xy, belief.sigma_yaw, belief.count, rng)
             stamp = self._stamp(time)
-            yield Event(stamp, belief.topic, messages.POSES, messages.poses_message(stamp, poses))
+            yield Event(stamp, belief.topic, POSES, poses_message(stamp, poses))
 
     def _scans(self, scanner: Scanner) -> Iterator[Event]:
         laser, alone = scanner.settings, len(self._scanners) == 1
