@@ -1,0 +1,102 @@
+"""What a calibration needs of a log: odometry, some scans, and about where the robot was."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from objstate.calibration.options import CalibrationOptions
+from objstate.errors import LogError
+from objstate.estimator import Estimator
+from objstate.geometry import FloatArray, IntArray, between, interpolate_pose
+from objstate.records import Odometry, Record, Scan
+
+
+@dataclass(frozen=True, eq=False)
+class OdometryTrack:
+    """Odometry over time."""
+
+    stamps_ns: IntArray  # (n,) ascending
+    poses: FloatArray  # (n, 3)
+
+    def at(self, stamps_ns: FloatArray) -> FloatArray:
+        """Poses (k, 3) interpolated at stamps (k,), which may be fractions; held at both ends."""
+        origin = self.stamps_ns[0]
+        known, asked = (self.stamps_ns - origin).astype(float), stamps_ns - float(origin)
+        asked = asked.clip(known[0], known[-1])
+        after = np.searchsorted(known, asked, side="right").clip(1, len(known) - 1)
+        share = (asked - known[after - 1]) / (known[after] - known[after - 1])
+        return interpolate_pose(self.poses[after - 1], self.poses[after], share)
+
+
+@dataclass(frozen=True, eq=False)
+class Gathered:
+    """One drive, as far as a calibration needs it."""
+
+    track: OdometryTrack
+    scans: tuple[Scan, ...]
+    poses: FloatArray  # (k, 3) about where the robot was at each scan, in the building
+
+
+def gather(
+    records: Iterable[Record],
+    estimator: Estimator,
+    options: CalibrationOptions,
+    on_scan: Callable[[Scan], None] | None = None,
+) -> Gathered:
+    """Localize along the records, and keep scans from places that differ.
+
+    Raises LogError where the robot was localized nowhere.
+    """
+    odometry: dict[int, FloatArray] = {}
+    kept: list[tuple[Scan, FloatArray]] = []
+    latest: dict[str, FloatArray] = {}
+    limit = estimator.settings.object_updates.max_position_std
+    for record in records:
+        estimator.feed(record)
+        if isinstance(record, Odometry):
+            odometry[record.stamp_ns] = record.pose
+        if not isinstance(record, Scan):
+            continue
+        if on_scan is not None:
+            on_scan(record)
+        robot = estimator.robot
+        if robot is None or record.odometry is None or robot.position_std > limit:
+            continue
+        if _is_elsewhere(latest.get(record.laser), record.odometry, options):
+            latest[record.laser] = record.odometry
+            kept.append((record, robot.mean))
+    kept = [(scan, pose) for scan, pose in kept if not _is_lost(scan, estimator)]
+    if len(odometry) < 2 or not kept:
+        raise LogError(
+            "The robot was localized nowhere in the log, so its lasers can't be calibrated; see "
+            "with `objstate estimate` what is wrong."
+        )
+    return _gathered(odometry, kept, options.most_scans)
+
+
+def _gathered(
+    odometry: dict[int, FloatArray], kept: list[tuple[Scan, FloatArray]], most: int
+) -> Gathered:
+    chosen = np.unique(np.linspace(0, len(kept) - 1, min(most, len(kept))).round().astype(int))
+    stamps = np.array(sorted(odometry), dtype=np.int64)
+    return Gathered(
+        track=OdometryTrack(stamps, np.array([odometry[stamp] for stamp in stamps.tolist()])),
+        scans=tuple(kept[k][0] for k in chosen),
+        poses=np.array([kept[k][1] for k in chosen]),
+    )
+
+
+def _is_elsewhere(
+    before: FloatArray | None, odometry: FloatArray, options: CalibrationOptions
+) -> bool:
+    if before is None:
+        return True
+    x, y, turn = between(before, odometry)
+    return bool(np.hypot(x, y) >= options.spacing or abs(turn) >= options.spacing_yaw)
+
+
+def _is_lost(scan: Scan, estimator: Estimator) -> bool:
+    return any(since <= scan.stamp_ns < found for since, found in estimator.lost)
