@@ -1,10 +1,10 @@
 """The adjustment: the robot's path, the walls, odometry's errors and every laser's corrections, at once.
 
-Unknowns are the robot's pose at each knot (3 each), the odometry's systematic errors
-(3), for each laser a correction of its mounting and clock (4 each: x, y, yaw in
+Unknowns are the robot's pose at each scan (3 each), the odometry's systematic errors
+(2), for each laser a correction of its mounting and clock (4 each: x, y, yaw in
 ``base_link``, seconds), and for each piece of wall how much farther back it stands
 than the model says. Readings are the distances of returns from the walls, and the
-odometry between knots. Gauss-Newton with a redescending loss.
+odometry between scans. Gauss-Newton with a redescending loss.
 """
 
 from __future__ import annotations
@@ -16,46 +16,41 @@ import numpy as np
 
 from objstate.calibration.blocks import Blocks, NormalEquations
 from objstate.calibration.gathering import Gathered
-from objstate.calibration.motion import (
-    choose_knots,
-    links_between,
-    poses_from_knots,
-)
+from objstate.calibration.motion import links_between
 from objstate.calibration.options import CalibrationOptions
 from objstate.calibration.walls import WallReader, WallReadings
 from objstate.geometry import FloatArray, IntArray, between, compose, wrap
 
-NANOSECONDS = 1e9
 TUKEY = 4.685  # deviations beyond which a reading has no weight (biweight of 95 % efficiency)
 HUBER = 3.0  # deviations beyond which a link of odometry weighs less
 MEDIAN = 1.4826  # deviations of a Gaussian for each median of its absolute values
 NARROWEST = 0.005  # m, least deviation of readings from walls
 STILLEST = 0.003  # m, least deviation of walls from the model
 SLIGHT = np.array([1e-6, 1e-6, 1e-6])  # m, m, rad: steps of numeric derivatives
-SLIGHT_ERROR = 1e-5  # the same of odometry's errors
-SLIGHT_CLOCK = 0.02  # s; odometry is linear between its readings, so that less tells of one step only
+SLIGHT_ERROR = 1e-6  # the same of odometry's errors
+SLIGHT_CLOCK = 1e-6  # s
 
 
 @dataclass(frozen=True, eq=False)
 class Unknowns:
     """What is sought, but for the walls."""
 
-    knots: FloatArray  # (m, 3) robot poses in the building
-    errors: FloatArray  # (3,) of odometry: share of ways, share of turns, rad/m
+    poses: FloatArray  # (n, 3) of the robot at each scan, in the building
+    errors: FloatArray  # (2,) of odometry: share of ways, drift in rad/m
     lasers: FloatArray  # (l, 4) x m, y m, yaw rad about the laser; s its clock is ahead
 
     @property
     def others(self) -> FloatArray:
-        """(3 + 4l,) all but the knots."""
+        """(2 + 4l,) all but the poses."""
         return np.concatenate([self.errors, self.lasers.ravel()])
 
     def moved(self, step: FloatArray) -> Unknowns:
-        """After a step (3m + 3 + 4l,) of all unknowns."""
-        count = self.knots.size
-        knots = self.knots + step[:count].reshape(-1, 3)
-        knots[:, 2] = wrap(knots[:, 2])
-        errors = self.errors + step[count : count + 3]
-        return Unknowns(knots, errors, self.lasers + step[count + 3 :].reshape(-1, 4))
+        """After a step (3n + 2 + 4l,) of all of them."""
+        count = self.poses.size
+        poses = self.poses + step[:count].reshape(-1, 3)
+        poses[:, 2] = wrap(poses[:, 2])
+        errors = self.errors + step[count : count + 2]
+        return Unknowns(poses, errors, self.lasers + step[count + 2 :].reshape(-1, 4))
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +75,7 @@ class Adjusted:
 
     frames: tuple[str, ...]  # (l,) of the lasers
     unknowns: Unknowns
-    covariance: FloatArray  # (3 + 4l, 3 + 4l) of ``unknowns.others``
+    covariance: FloatArray  # (2 + 4l, 2 + 4l) of ``unknowns.others``
     spread: float  # m, deviation of readings from the walls
     wall_spread: float  # m, deviation of walls from the model
     used: float  # share of the readings that count as readings of walls
@@ -93,17 +88,13 @@ class Adjustment:
         self, gathered: Gathered, reader: WallReader, options: CalibrationOptions
     ) -> None:
         self._options, self._reader = options, reader
-        self._scans, self._track = gathered.scans, gathered.track
-        self._start = gathered.poses
+        self._scans, self._start = gathered.scans, gathered.poses
         self.frames = tuple(sorted({scan.laser for scan in self._scans}))
         self._laser = np.array([self.frames.index(scan.laser) for scan in self._scans])
-        self._stamps = np.array([scan.stamp_ns for scan in self._scans], dtype=np.int64)
         self._mounts = np.array([scan.rays.origins[0, :2] for scan in self._scans])
-        odometry = self._track.at(self._stamps.astype(float))
-        self._knot = choose_knots(odometry)
-        _, self._first = np.unique(self._knot, return_index=True)  # scan of each knot
-        self._knot_odometry = odometry[self._first]
-        self._links = links_between(self._knot_odometry, options)
+        stamps = np.array([scan.stamp_ns for scan in self._scans], dtype=np.int64)
+        self._speeds = gathered.track.speeds(stamps)
+        self._links = links_between(gathered.track.at(stamps), options)
         self._beams = [
             reader.beams_on_walls(scan, pose)
             for scan, pose in zip(self._scans, self._start, strict=True)
@@ -111,9 +102,7 @@ class Adjustment:
 
     def solve(self) -> Adjusted:
         """Linearize and step, round by round; the loss narrows to what readings spread by."""
-        unknowns = Unknowns(
-            self._start[self._first], np.zeros(3), np.zeros((len(self.frames), 4))
-        )
+        unknowns = Unknowns(self._start, np.zeros(2), np.zeros((len(self.frames), 4)))
         walls = Walls(np.zeros(0, dtype=np.int64), np.zeros(0), self._options.wall_spread)
         spread = self._options.spread / TUKEY
         for _ in range(self._options.rounds):
@@ -141,25 +130,25 @@ class Adjustment:
             self._wall_blocks(unknowns, readings, piece.reshape(-1), weights),
             self._link_blocks(unknowns),
         )
-        knots, others = unknowns.knots.size, len(unknowns.others)
+        poses, others = unknowns.poses.size, len(unknowns.others)
         equations = NormalEquations(
             blocks,
             precision=np.concatenate(
                 [
-                    np.zeros(knots),
+                    np.zeros(poses),
                     prior_deviations(self._options, len(self.frames)) ** -2.0,
                     np.full(len(known), walls.spread**-2.0),
                 ]
             ),
-            values=np.concatenate([np.zeros(knots), unknowns.others, np.zeros(len(known))]),
+            values=np.concatenate([np.zeros(poses), unknowns.others, np.zeros(len(known))]),
         )
         step = equations.step()
-        behind = step[knots + others :]
-        covariance = equations.covariance(np.arange(knots, len(step)))
+        behind = step[poses + others :]
+        covariance = equations.covariance(np.arange(poses, len(step)))
         variance = np.diag(covariance)[others:]
         wall_spread = max(float(np.sqrt(np.mean(behind**2 + variance))), STILLEST)
         return (
-            unknowns.moved(step[: knots + others]),
+            unknowns.moved(step[: poses + others]),
             Walls(known, behind, wall_spread),
             covariance[:others, :others],
             off,
@@ -167,9 +156,7 @@ class Adjustment:
 
     def _read(self, unknowns: Unknowns) -> WallReadings:
         """All scans' readings, one after the other."""
-        poses = self._casting_poses(
-            unknowns.knots[self._knot], unknowns.errors, unknowns.lasers[self._laser]
-        )
+        poses = self._casting_poses(unknowns.poses, unknowns.lasers[self._laser])
         return WallReadings.joined(
             [
                 self._reader.read(scan, beams, pose)
@@ -177,36 +164,26 @@ class Adjustment:
             ]
         )
 
-    def _casting_poses(
-        self, knots: FloatArray, errors: FloatArray, lasers: FloatArray
-    ) -> FloatArray:
-        """Poses (n, 3) from which the beams as recorded go where the corrected laser sends them.
+    def _casting_poses(self, poses: FloatArray, lasers: FloatArray) -> FloatArray:
+        """Where to cast the beams as recorded from, so that they go where the corrected laser sends them.
 
-        ``knots`` (n, 3) and ``lasers`` (n, 4) are those of each scan.
+        ``poses`` (n, 3) of the robot at each scan's stamp, ``lasers`` (n, 4) each scan's; (n, 3).
         """
-        odometry = self._track.at(self._stamps - NANOSECONDS * lasers[:, 3])
-        steps = between(self._knot_odometry[self._knot], odometry)
-        robot = poses_from_knots(knots, steps, errors)
-        return compose(robot, _about(self._mounts, lasers[:, :3]))
+        then = compose(poses, -lasers[:, 3:] * self._speeds)  # the scan was taken a little earlier
+        return compose(then, _about(self._mounts, lasers[:, :3]))
 
     def _wall_blocks(
         self, unknowns: Unknowns, readings: WallReadings, piece: IntArray, weights: FloatArray
     ) -> Blocks:
         """One block for each piece of wall in each scan."""
-        knots, lasers = unknowns.knots[self._knot], unknowns.lasers[self._laser]
+        lasers = unknowns.lasers[self._laser]
 
         def poses(off: FloatArray) -> FloatArray:
-            return self._casting_poses(knots + off[:3], unknowns.errors + off[3:6], lasers + off[6:])
+            return self._casting_poses(unknowns.poses + off[:3], lasers + off[3:])
 
-        slight = np.concatenate([SLIGHT, np.full(3, SLIGHT_ERROR), SLIGHT, [SLIGHT_CLOCK]])
-        count = unknowns.knots.size
-        columns = np.hstack(
-            [
-                3 * self._knot[:, None] + np.arange(3),
-                np.broadcast_to(count + np.arange(3), (len(knots), 3)),
-                count + 3 + 4 * self._laser[:, None] + np.arange(4),
-            ]
-        )
+        count, scans = unknowns.poses.size, np.arange(len(self._scans))
+        of_laser = count + len(unknowns.errors) + 4 * self._laser[:, None] + np.arange(4)
+        columns = np.hstack([3 * scans[:, None] + np.arange(3), of_laser])
         pairs, block = np.unique(
             np.column_stack([readings.scan, piece]), axis=0, return_inverse=True
         )
@@ -215,6 +192,7 @@ class Adjustment:
         pull = np.zeros((len(pairs), 4))
         np.add.at(information, block.reshape(-1), weights[:, None, None] * over[:, :, None] * over[:, None, :])
         np.add.at(pull, block.reshape(-1), (weights * readings.distances)[:, None] * over)
+        slight = np.concatenate([SLIGHT, SLIGHT, [SLIGHT_CLOCK]])
         jacobian = np.zeros((len(pairs), 4, columns.shape[1] + 1))
         jacobian[:, :3, :-1] = _derivative(poses, slight)[pairs[:, 0]]
         jacobian[:, 3, -1] = 1.0
@@ -222,7 +200,7 @@ class Adjustment:
         return Blocks(np.hstack([columns[pairs[:, 0]], of_piece]), jacobian, information, pull)
 
     def _link_blocks(self, unknowns: Unknowns) -> Blocks:
-        begin, end = unknowns.knots[:-1], unknowns.knots[1:]
+        begin, end = unknowns.poses[:-1], unknowns.poses[1:]
         residuals = self._links.residuals(begin, end, unknowns.errors)
         weights = HUBER / np.linalg.norm(residuals, axis=1).clip(min=HUBER)
 
@@ -230,20 +208,21 @@ class Adjustment:
             return self._links.residuals(begin + off[:3], end + off[3:6], unknowns.errors + off[6:])
 
         count = len(begin)
-        others = np.broadcast_to(unknowns.knots.size + np.arange(3), (count, 3))
+        errors_of = unknowns.poses.size + np.arange(2)
+        others = np.broadcast_to(errors_of, (count, 2))
         return Blocks(
             columns=np.hstack([3 * np.arange(count)[:, None] + np.arange(6), others]),
-            jacobian=_derivative(errors, np.concatenate([SLIGHT, SLIGHT, np.full(3, SLIGHT_ERROR)])),
+            jacobian=_derivative(errors, np.concatenate([SLIGHT, SLIGHT, np.full(2, SLIGHT_ERROR)])),
             information=weights[:, None, None] * np.eye(3),
             pull=weights[:, None] * residuals,
         )
 
 
 def prior_deviations(options: CalibrationOptions, lasers: int) -> FloatArray:
-    """(3 + 4l,) of odometry's errors and the lasers' corrections before any reading."""
+    """(2 + 4l,) of odometry's errors and the lasers' corrections before any reading."""
     o = options
     laser = [o.prior_xy, o.prior_xy, o.prior_yaw, o.prior_clock]
-    return np.array([o.prior_scale, o.prior_scale, o.prior_drift, *(lasers * laser)])
+    return np.array([o.prior_scale, o.prior_drift, *(lasers * laser)])
 
 
 def _about(mounts: FloatArray, corrections: FloatArray) -> FloatArray:

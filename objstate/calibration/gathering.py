@@ -7,28 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from objstate.calibration.motion import OdometryTrack
 from objstate.calibration.options import CalibrationOptions
 from objstate.errors import LogError
 from objstate.estimator import Estimator
-from objstate.geometry import FloatArray, IntArray, between, interpolate_pose
+from objstate.geometry import FloatArray, between
 from objstate.records import Odometry, Record, Scan
-
-
-@dataclass(frozen=True, eq=False)
-class OdometryTrack:
-    """Odometry over time."""
-
-    stamps_ns: IntArray  # (n,) ascending
-    poses: FloatArray  # (n, 3)
-
-    def at(self, stamps_ns: FloatArray) -> FloatArray:
-        """Poses (k, 3) interpolated at stamps (k,), which may be fractions; held at both ends."""
-        origin = self.stamps_ns[0]
-        known, asked = (self.stamps_ns - origin).astype(float), stamps_ns - float(origin)
-        asked = asked.clip(known[0], known[-1])
-        after = np.searchsorted(known, asked, side="right").clip(1, len(known) - 1)
-        share = (asked - known[after - 1]) / (known[after] - known[after - 1])
-        return interpolate_pose(self.poses[after - 1], self.poses[after], share)
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from objstate.cli import building, convert, estimate, evaluate, inspect, simulate
+from objstate.cli import building, calibrate, convert, estimate, evaluate, inspect, simulate
 from objstate.cli.console import print_text
 from objstate.cli.options import help_when_alone
 
@@ -59,5 +59,6 @@ app.command(epilog=estimate.EXAMPLES)(estimate.estimate)
 app.command(epilog=inspect.EXAMPLES)(inspect.inspect)
 app.command(epilog=evaluate.EXAMPLES)(evaluate.evaluate)
 app.command(epilog=simulate.EXAMPLES)(simulate.simulate)
+app.command(epilog=calibrate.EXAMPLES)(calibrate.calibrate)
 app.command(epilog=convert.EXAMPLES)(convert.convert)
 app.add_typer(building.app, name="building")

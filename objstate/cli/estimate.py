@@ -15,8 +15,15 @@ from objstate.cli.console import (
     print_warnings,
 )
 from objstate.cli.error_tables import robot_table
-from objstate.cli.options import Mounts, Overwrite, Quiet
-from objstate.cli.parsing import POSE, check_span, parse_mounts, parse_pose, split_topics
+from objstate.cli.options import ClockOffsets, Mounts, Overwrite, Quiet
+from objstate.cli.parsing import (
+    POSE,
+    check_span,
+    parse_clock_offsets,
+    parse_mounts,
+    parse_pose,
+    split_topics,
+)
 from objstate.cli.progress import progress_bar
 from objstate.cli.state_table import state_table
 
@@ -78,6 +85,21 @@ def estimate(
         typer.Option(metavar="TOPIC", help="Read only these; repeat, or separate by commas."),
     ] = None,
     mount: Mounts = None,
+    clock_offset: ClockOffsets = None,
+    calibration: Annotated[
+        Path | None,
+        typer.Option(metavar="YAML", help="Mountings and clocks that `objstate calibrate` wrote."),
+    ] = None,
+    calibrate: Annotated[
+        bool,
+        typer.Option("--calibrate", help="Calibrate by the log first, and use what it tells."),
+    ] = False,
+    learn_dynamics: Annotated[
+        bool,
+        typer.Option(
+            "--learn-dynamics", help="Also write dynamics.yaml: how often objects are moved here."
+        ),
+    ] = False,
     truth: Annotated[
         Path | None, typer.Option(metavar="CSV", help="True states, to show beside the estimates.")
     ] = None,
@@ -102,6 +124,7 @@ def estimate(
     check_span(start, end)
     true_states = None if truth is None else read_truth(truth)
     true_path = None if path is None else read_tum(path)
+    mounts, clock_offsets = _calibrated_before(calibration, calibrate)
     options = RunOptions(
         settings=load_settings(config),
         seed=seed,
@@ -111,12 +134,25 @@ def estimate(
         start=start,
         end=end,
         topics=split_topics(topics or []),
-        mounts=parse_mounts(mount or []),
+        mounts=mounts | parse_mounts(mount or []),
+        clock_offsets=clock_offsets | parse_clock_offsets(clock_offset or []),
     )
+    extras = _Extras(learn_dynamics)
+    if calibrate:
+        options = extras.calibrate(logs, building, options, quiet)
     with progress_bar("Estimating", quiet) as report:
-        result = estimate_log(logs, building, out, options, overwrite=overwrite, on_progress=report)
+        result = estimate_log(
+            logs,
+            building,
+            out,
+            options,
+            overwrite=overwrite,
+            on_progress=report,
+            on_finish=extras.write,
+        )
     print_warnings((*result.warnings, *_doubts_of_truth(result, true_states)), quiet)
-    _print(result, true_states, true_path)
+    print_parts(extras.describe())
+    _print(result, true_states, true_path, extras.files)
 
 
 def _doubts_of_truth(result: RunResult, true_states: list[TrueState] | None) -> list[str]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from objstate.cli.building_tables import describe_building
-from objstate.cli.console import print_table, print_text
+from objstate.cli.console import print_parts, print_text
 from objstate.cli.json_values import json_values
 from objstate.cli.log_tables import describe_log
 from objstate.cli.options import Mounts
@@ -86,11 +86,7 @@ def _print(
     if as_json:
         print_text(json.dumps(json_values(summary), indent=2))
         return
-    for part in description:
-        if isinstance(part, str):
-            print_text(part)
-        else:
-            print_table(part)
+    print_parts(description)
     print_text("Problems:" if problems else "No problems found.")
     for problem in problems:
         print_text(f"- {problem}")

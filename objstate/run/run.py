@@ -72,11 +72,12 @@ def estimate_log(
     *,
     overwrite: bool = False,
     on_progress: Progress | None = None,
+    on_finish: Callable[[Path, Building], None] | None = None,
 ) -> RunResult:
     """Estimate every object's state from one drive, recorded in one or several logs.
 
     Writes ``estimates.parquet``, ``trajectory.tum`` and ``run.json`` into the new
-    folder ``out``, whole or not at all. Raises ResultError, BuildingError,
+    folder ``out``, whole or not at all; ``on_finish`` may write more into it. Raises ResultError, BuildingError,
     SettingsError or LogError.
     """
     began = time.monotonic()
@@ -85,15 +86,7 @@ def estimate_log(
     with result_folder(out, overwrite=overwrite) as folder:
         model = load_building(urdf)
         logger.info("%s: %d movable objects", urdf, len(model.objects))
-        check_start(options, model)
-        estimator = _estimator(model, options)
-        log = open_log(
-            log_paths,
-            topics=options.topics,
-            mounts=options.mounts,
-            start=options.start,
-            end=options.end,
-        )
+        log, estimator = open_run(log_paths, model, options)
         drive = _drive_through(log, estimator, folder, on_progress)
         logger.info("%d scans gave %d estimates", drive.scans, drive.estimates)
         _check_robot(drive, log, options)
@@ -113,11 +106,20 @@ def estimate_log(
             "building": describe_building(urdf, model),
         }
         write_summary(folder, result.to_dict() | {"options": options.to_dict(), "inputs": inputs})
+        if on_finish is not None:
+            on_finish(folder, model)
     return result
 
 
-def _estimator(building: Building, options: RunOptions) -> Estimator:
-    return Estimator(
+def open_run(
+    logs: Sequence[Path], building: Building, options: RunOptions
+) -> tuple[Log, Estimator]:
+    """The log and the estimator to feed it to, as the options say.
+
+    Raises BuildingError, SettingsError or LogError.
+    """
+    check_start(options, building)
+    estimator = Estimator(
         building,
         options.settings,
         seed=options.seed,
@@ -125,6 +127,15 @@ def _estimator(building: Building, options: RunOptions) -> Estimator:
         global_start=options.global_start,
         belief=options.belief,
     )
+    log = open_log(
+        logs,
+        topics=options.topics,
+        mounts=options.mounts,
+        start=options.start,
+        end=options.end,
+        clock_offsets=options.clock_offsets,
+    )
+    return log, estimator
 
 
 def _drive_through(
