@@ -96,9 +96,11 @@ class LocalizationSettings(Strict):
 class ObjectUpdateSettings(Strict):
     """When and with what readings the objects' beliefs are updated."""
 
+    inference: Literal["joint", "marginal"] = "joint"  # marginal: the paper's
+    joint_samples: Count = 400  # with more robot samples than these, inference is marginal
     max_distance: Positive = 3.5  # m from the robot (section 4.1 of the paper)
     robot_samples: Count = 20  # of the robot belief, drawn for each update
-    tempering: Exponent = 0.2  # exponent on the likelihood of a scan
+    tempering: Exponent = 0.4  # exponent on the likelihood of a scan
     max_position_std: Positive = 0.5  # m; with a robot belief wider than this no object is updated
     schedule: Literal["beams", "alternate", "lasers"] = "beams"
     localization_lasers: tuple[str, ...] = ()  # for schedule lasers: frames that localize
@@ -108,6 +110,17 @@ class ObjectUpdateSettings(Strict):
         if self.schedule == "lasers" and not self.localization_lasers:
             raise ValueError("schedule 'lasers' needs localization_lasers: frames that localize")
         return self
+
+
+class MapErrorSettings(Strict):
+    """How far walls and hinges are off the model: a first guess, which the log refines."""
+
+    std_m: NonNegative = 0.005  # the first guess
+    weight: Positive = 20.0  # of it, in repeated looks at a place
+    every_s: Positive = 1.0  # between looks; by then the robot's own errors are others
+    cell_m: Positive = 0.5  # size of a place
+    beams: Count = 3  # that a place must be seen by
+    most_m: Positive = 0.15  # a beam that is off by more was stopped by something
 
 
 class Dynamics(Strict):
@@ -180,6 +193,7 @@ class Settings(Strict):
     beam_model: BeamModelSettings = BeamModelSettings()
     localization: LocalizationSettings = LocalizationSettings()
     object_updates: ObjectUpdateSettings = ObjectUpdateSettings()
+    map_error: MapErrorSettings = MapErrorSettings()
     objects: tuple[ObjectRule, ...] = ()
 
     def for_object(self, name: str, default_class: Literal["door", "furniture"]) -> ObjectSettings:

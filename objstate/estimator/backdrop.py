@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import cached_property
 
 import numpy as np
 
@@ -36,3 +37,8 @@ class Backdrop:
         """Expected ranges (l, n) m of everything but one object."""
         others = [ranges for other, ranges in self._objects.items() if other != name]
         return np.asarray(np.minimum.reduce([self._walls, *others]))
+
+    @cached_property
+    def whole(self) -> FloatArray:
+        """Expected ranges (l, n) m of the walls and of all objects whose state is known."""
+        return np.asarray(np.minimum.reduce([self._walls, *self._objects.values()]))

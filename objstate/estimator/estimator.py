@@ -12,6 +12,7 @@ from objstate.building.model import Building
 from objstate.config import Settings
 from objstate.errors import LogError, SettingsError
 from objstate.estimator.backdrop import Backdrop
+from objstate.estimator.map_error import MapError
 from objstate.estimator.schedule import Schedule, evenly_spread
 from objstate.estimator.surroundings import Surroundings
 from objstate.estimator.tracking import (
@@ -21,9 +22,9 @@ from objstate.estimator.tracking import (
     Trusted,
     share_through_walls,
 )
-from objstate.geometry import BoolArray, FloatArray, between
+from objstate.geometry import BoolArray, FloatArray, between, transform_from_pose
 from objstate.localization import Localizer, PoseBelief
-from objstate.objects import ObjectBelief, ScanEvidence, filter_for
+from objstate.objects import ConditionalBelief, ObjectBelief, ScanEvidence, filter_for
 from objstate.particles import Weights
 from objstate.records import (
     Estimate,
@@ -34,7 +35,7 @@ from objstate.records import (
     RobotBelief,
     Scan,
 )
-from objstate.sensing import BeamModel, Sensing, UncertainObject
+from objstate.sensing import BeamModel, Sensing, UncertainObject, cast_from
 
 
 class Estimator:
@@ -88,6 +89,8 @@ class Estimator:
         }
         for name, prior in self._objects.items():
             self._surroundings.follow(name, prior)
+        self._map_error = MapError(self.settings.map_error)
+        self._in_view: dict[str, ConditionalBelief] = {}
         self._odometry: FloatArray | None = None
         self._now_ns = 0
         self._start_is_told = initial_pose is not None or global_start
@@ -143,6 +146,9 @@ class Estimator:
         if self._track is None:
             self.scans_without_pose += 1
             return []
+        if self._infers_jointly(self._track.belief):
+            return self._sense_jointly(self._track, scan)
+        self._in_view.clear()
         localizing, observing = self._schedule.share_out(scan)
         if not self._localizes_itself:
             localizing, observing = np.zeros_like(localizing), scan.valid
@@ -188,10 +194,117 @@ class Estimator:
             objects = self._scenery(robot, scan, beams, walls)
         elif not track.moved_enough(self._odometry, s):
             return track
-        corrected = self._localizer.correct(
-            robot, lambda poses, blur: view.pose_log_likelihood(poses, blur, objects), rng
+        log_likelihood = s.tempering * view.pose_log_likelihood(
+            robot.poses, self._localizer.blur(robot), objects
         )
+        corrected, _ = self._localizer.renew(self._localizer.correct(robot, log_likelihood), rng)
         return track.corrected(corrected, scan.stamp_ns, self._odometry)
+
+    def _infers_jointly(self, robot: PoseBelief) -> bool:
+        s = self.settings.object_updates
+        return (
+            self._localizes_itself
+            and s.inference == "joint"
+            and len(robot.weights) <= s.joint_samples
+            and self._is_narrow(robot)
+        )
+
+    def _sense_jointly(self, track: Track, scan: Scan) -> list[Estimate]:
+        """p(l, s | o_k): all beams serve both, and each robot sample has its own p(s_i | l)."""
+        s, u, robot = self.settings.localization, self.settings.object_updates, track.belief
+        spread = evenly_spread(scan.valid, s.max_beams)
+        walls = self._sensing.view(scan, spread).walls(robot.mean[None])[0]
+        through = share_through_walls(scan.ranges[spread], walls, s.lost_margin)
+        track = track.judged(through, scan.stamp_ns, s)
+        if self._map_error.is_due(scan.stamp_ns):
+            self._note_map_error(scan, robot)
+        near = self._surroundings.within(robot, u.max_distance)
+        towards = self._surroundings.towards(near, robot, scan.rays) & scan.valid
+        used = np.asarray(towards.any(axis=0))
+        aside = evenly_spread(scan.valid & ~used, s.max_beams)
+        far = [
+            each
+            for each in self._scenery(robot, scan, spread, walls)
+            if each.name not in near
+        ]
+        evidence = s.tempering * self._sensing.view(scan, aside).pose_log_likelihood(
+            robot.poses, self._localizer.blur(robot), far
+        )
+        believed = {
+            name: self._filters[name].predict_each(
+                self._in_view.get(name)
+                or ConditionalBelief.independent(self._objects[name], len(robot.weights)),
+                self._since(name, scan.stamp_ns),
+                self._object_rngs[name],
+            )
+            for name in near
+        }
+        backdrop = Backdrop(
+            self._sensing.view(scan, used),
+            robot.poses,
+            {name: each.belief for name, each in believed.items()},
+            near,
+        )
+        base = backdrop.view.log_likelihood(backdrop.whole)
+        evidence += u.tempering * base
+        seen = {}
+        for name, mask in zip(near, towards[:, used], strict=True):
+            without = backdrop.without(name)
+            updated = mask.any() and self._filters[name].update(
+                believed[name],
+                ScanEvidence(
+                    name=name,
+                    view=backdrop.view,
+                    poses=robot.poses,
+                    robot_weights=robot.weights,
+                    background=without,
+                    tempering=u.tempering,
+                    shift_std=self._map_error.std,
+                ),
+                self._object_rngs[name],
+            )
+            if not updated:
+                continue
+            seen[name] = updated
+            evidence += updated.log_evidence
+            evidence += u.tempering * (backdrop.view.log_likelihood(without) - base)
+        corrected = self._localizer.correct(robot, evidence)
+        rows = []
+        self._in_view = {}
+        for name in near:
+            each = seen[name].conditional if name in seen else believed[name]
+            each = each.averaged(each.given, corrected.weights.values)
+            belief = replace(
+                each.belief,
+                stamp_ns=scan.stamp_ns,
+                last_observed_ns=scan.stamp_ns if name in seen else each.belief.last_observed_ns,
+            )
+            self._objects[name] = belief
+            self._in_view[name] = replace(each, belief=belief)
+            if name in seen:
+                self._surroundings.follow(name, belief)
+            rows += self._filters[name].widened(belief, self._map_error.std).estimates(name in seen)
+        renewed, ancestors = self._localizer.renew(corrected, self._rng)
+        if ancestors is not None:
+            self._in_view = {n: each.resampled(ancestors) for n, each in self._in_view.items()}
+        self._track = track.corrected(renewed, scan.stamp_ns, self._odometry)
+        self.corrections += 1
+        self._doubt(self._track, scan, scan.valid)
+        return rows
+
+    def _note_map_error(self, scan: Scan, robot: PoseBelief) -> None:
+        near = self._surroundings.within(robot, scan.range_max)
+        bare = np.isfinite(scan.ranges)
+        bare &= ~self._surroundings.towards(near, robot, scan.rays).any(axis=0)
+        walls = self._sensing.view(scan, bare).walls(robot.mean[None])[0]
+        origins, directions = cast_from(transform_from_pose(robot.mean), scan.rays.take(bare))
+        known = np.isfinite(walls)
+        places = origins[known, :2] + directions[known, :2] * walls[known, None]
+        self._map_error.note(scan.stamp_ns, places, scan.ranges[bare][known] - walls[known])
+
+    def _since(self, name: str, stamp_ns: int) -> float:
+        known = self._objects[name].stamp_ns
+        return 0.0 if known is None else (stamp_ns - known) / NANOSECONDS
 
     def _observe(
         self, names: list[str], scan: Scan, beams: BoolArray, robot: PoseBelief
@@ -222,11 +335,18 @@ class Estimator:
             robot_weights=robot.weights,
             background=backdrop.without(name)[:, beams],
             tempering=self.settings.object_updates.tempering,
+            shift_std=self._map_error.std,
         )
         belief = self._objects[name]
-        updated = self._filters[name].update(belief, evidence, self._object_rngs[name])
-        self._objects[name] = updated
-        return updated is not belief
+        updated = self._filters[name].update(
+            ConditionalBelief.independent(belief, len(robot.weights)),
+            evidence,
+            self._object_rngs[name],
+        )
+        if updated is None:
+            return False
+        self._objects[name] = updated.conditional.belief
+        return True
 
     # --- what the steps need --------------------------------------------------------
 
@@ -283,6 +403,7 @@ class Estimator:
         for name, belief in self._objects.items():
             self._surroundings.follow(name, belief)
         self._track, self._search = found, None
+        self._in_view = {}
 
     # --- the robot's start ----------------------------------------------------------
 

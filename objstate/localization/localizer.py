@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from objstate.config import LocalizationSettings
-from objstate.geometry import FloatArray, square_root, wrap
+from objstate.geometry import FloatArray, IntArray, square_root, wrap
 from objstate.localization.belief import PoseBelief
 from objstate.localization.motion import sample_motion
 from objstate.particles import Weights, kld_sample_size, largest_step, systematic
-
-# poses (n, 3), and a standard deviation in m by which ranges are blurred, to log p(o | l) (n,)
-PoseLogLikelihood = Callable[[FloatArray, float], FloatArray]
 
 LEVER = 3.0  # m; a turn of the robot moves what it sees at this distance
 
@@ -52,26 +48,38 @@ class Localizer:
             return belief
         return PoseBelief(sample_motion(belief.poses, step, self.settings, rng), belief.weights)
 
-    def correct(
-        self, belief: PoseBelief, log_likelihood: PoseLogLikelihood, rng: np.random.Generator
-    ) -> PoseBelief:
-        """p(l | o), eq. (6): the belief after a scan, resampled where few samples carry it.
+    def blur(self, belief: PoseBelief) -> float:
+        """m by which ranges are blurred: each sample stands for half the way to its neighbours.
 
-        Each sample stands for its surroundings: the likelihood is blurred by half the
-        distance between samples, and no more of it is taken than leaves enough
-        samples effective. Both matter only while samples are sparse.
+        It matters only while samples are sparse.
         """
-        s = self.settings
-        evidence = log_likelihood(belief.poses, self._spacing(belief) / 2.0)
-        enough = s.least_effective * len(belief.weights)
-        step = largest_step(belief.weights, evidence, s.tempering, enough)
-        weights, _ = belief.weights.reweight(step * evidence)
-        corrected = PoseBelief(belief.poses, weights)
-        if weights.effective_size >= self.settings.resample_below * len(weights):
-            return corrected
-        return self._resample(corrected, rng)
+        return self._spacing(belief) / 2.0
 
-    def _resample(self, belief: PoseBelief, rng: np.random.Generator) -> PoseBelief:
+    def correct(self, belief: PoseBelief, log_likelihood: FloatArray) -> PoseBelief:
+        """p(l | o), eq. (6), for a tempered log p(o | l) (n,).
+
+        No more of it is taken than leaves enough samples effective, which matters only
+        while samples are sparse.
+        """
+        enough = self.settings.least_effective * len(belief.weights)
+        step = largest_step(belief.weights, log_likelihood, 1.0, enough)
+        weights, _ = belief.weights.reweight(step * log_likelihood)
+        return PoseBelief(belief.poses, weights)
+
+    def renew(
+        self, belief: PoseBelief, rng: np.random.Generator
+    ) -> tuple[PoseBelief, IntArray | None]:
+        """The belief resampled where few samples carry it, and which samples (n,) were taken.
+
+        None where it was left as it is.
+        """
+        if belief.weights.effective_size >= self.settings.resample_below * len(belief.weights):
+            return belief, None
+        return self._resample(belief, rng)
+
+    def _resample(
+        self, belief: PoseBelief, rng: np.random.Generator
+    ) -> tuple[PoseBelief, IntArray]:
         """Systematic resampling to the size that KLD sampling asks for (Fox 2003).
 
         Copies are spread by a small kernel (regularized particle filter, Musso,
@@ -83,10 +91,11 @@ class Localizer:
         survivors = belief.poses[systematic(belief.weights, len(belief.weights), rng)]
         needed = kld_sample_size(self._occupied(survivors), s.pf_err, s.pf_z)
         count = int(np.clip(needed, s.min_particles, most))
-        poses = belief.poses[systematic(belief.weights, count, rng)]
+        ancestors = systematic(belief.weights, count, rng)
+        poses = belief.poses[ancestors]
         jittered = poses + rng.standard_normal(poses.shape) @ self._kernel(belief, count).T
         jittered[:, 2] = wrap(jittered[:, 2])
-        return PoseBelief(jittered, Weights.uniform(count))
+        return PoseBelief(jittered, Weights.uniform(count)), ancestors
 
     def _kernel(self, belief: PoseBelief, count: int) -> FloatArray:
         """Square root (3, 3) of the covariance of the kernel around each of ``count`` samples."""

@@ -8,7 +8,7 @@ steps.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Protocol
 
@@ -16,8 +16,9 @@ import numpy as np
 
 from objstate.building.model import Kind, MovableObject
 from objstate.config import DoorSettings, FurnitureSettings, ObjectSettings, Settings
-from objstate.geometry import FloatArray, IntArray, square_root, weighted_pose_mean, wrap
+from objstate.geometry import BoolArray, FloatArray, IntArray, square_root, weighted_pose_mean, wrap
 from objstate.objects.belief import ObjectBelief
+from objstate.objects.conditional import ConditionalBelief, Update
 from objstate.objects.evidence import ScanEvidence
 from objstate.particles import Weights, largest_step, systematic
 
@@ -26,6 +27,9 @@ RESAMPLE_BELOW = 0.5  # of the samples; resample when the effective number falls
 MAJORITY = 0.5  # weight of scouts after a scan, above which the object counts as moved
 CARRY_ON = 0.2  # of a nudge, by which scouts spread about the best of them
 SHRINK = 0.95  # by which samples draw towards their mean before the kernel spreads them
+LEAN = 1.5  # of beams spread evenly over a leaf from hinge to latch, over its width
+TINY = 1e-300
+FINE = 40  # states with weight that are cast at most; of more, an even comb
 NEGLIGIBLE = 1e-4  # weight, relative to the largest, below which a state is cast only coarsely
 COARSE = 8  # every so many states are cast whatever their weight
 
@@ -41,10 +45,18 @@ class ObjectFilter(Protocol):
     ) -> ObjectBelief:
         """Eq. (5): the belief ``seconds`` later, by the dynamics p(s | t, s')."""
 
+    def predict_each(
+        self, believed: ConditionalBelief, seconds: float, rng: np.random.Generator
+    ) -> ConditionalBelief:
+        """The same given each robot sample."""
+
     def update(
-        self, belief: ObjectBelief, evidence: ScanEvidence, rng: np.random.Generator
-    ) -> ObjectBelief:
-        """The belief after a scan; itself where no beam bears on the object."""
+        self, believed: ConditionalBelief, evidence: ScanEvidence, rng: np.random.Generator
+    ) -> Update | None:
+        """Bayes' rule for each robot sample; None where no beam bears on the object."""
+
+    def widened(self, belief: ObjectBelief, std_m: float) -> ObjectBelief:
+        """The belief of somebody who knows that the building is off by ``std_m`` m."""
 
 
 def filter_for(item: MovableObject, settings: Settings) -> ObjectFilter:
@@ -84,6 +96,14 @@ class LatticeFilter:
         )
 
     @cached_property
+    def _normals(self) -> FloatArray:
+        """(n, 2) the direction in which the leaf is thin, in each state, seen from above."""
+        plan = self.item.mesh.vertices[:, :2]
+        _, axes = np.linalg.eigh(np.cov(plan.T))
+        turns = self.item.transforms(self._states[:, None])[:, :2, :2]
+        return np.asarray(turns @ axes[:, 0])
+
+    @cached_property
     def _prior_weights(self) -> FloatArray:
         states, s = self._states, self.settings
         if s.prior == "uniform":
@@ -100,48 +120,73 @@ class LatticeFilter:
     def predict(
         self, belief: ObjectBelief, seconds: float, rng: np.random.Generator
     ) -> ObjectBelief:
+        return belief.with_weights(Weights.of(self._moved(belief.weights.values, seconds)))
+
+    def predict_each(
+        self, believed: ConditionalBelief, seconds: float, rng: np.random.Generator
+    ) -> ConditionalBelief:
+        return ConditionalBelief(
+            self.predict(believed.belief, seconds, rng), self._moved(believed.given, seconds)
+        )
+
+    def _moved(self, weights: FloatArray, seconds: float) -> FloatArray:
+        """Weights (..., n) after a while: the door stays and drifts, or somebody has moved it."""
         dynamics, hinged = self.settings.dynamics, self.item.kind is Kind.HINGED
         drift = np.radians(dynamics.drift_deg) if hinged else dynamics.drift_m
         stayed = np.exp(-dynamics.moves_per_hour * seconds / SECONDS_PER_HOUR)
-        drifted = self._drifted(belief.weights.values, drift * np.sqrt(seconds))
-        mixed = stayed * drifted + (1.0 - stayed) * self._prior_weights
-        return belief.with_weights(Weights.of(mixed))
+        drifted = self._drifted(weights, drift * np.sqrt(seconds))
+        return np.asarray(stayed * drifted + (1.0 - stayed) * self._prior_weights)
 
     def _drifted(self, weights: FloatArray, std: float) -> FloatArray:
-        """Weights after a random walk on the lattice of standard deviation ``std``.
+        """Weights (..., n) after a random walk on the lattice of standard deviation ``std``.
 
         A walk reflects at the limits. Its variance is met exactly, by steps to the
         neighbours where it is below the spacing and by a Gaussian kernel where not.
         """
         variance = float((std / (self._states[1] - self._states[0])) ** 2)
         if variance < 1.0:
-            ends = (weights[-1:], weights[:1]) if self.item.wraps else (weights[:1], weights[-1:])
-            padded = np.concatenate([ends[0], weights, ends[1]])
-            return np.asarray(
-                (1.0 - variance) * weights + variance / 2.0 * (padded[:-2] + padded[2:])
-            )
+            before, after = np.empty_like(weights), np.empty_like(weights)
+            before[..., 1:], after[..., :-1] = weights[..., :-1], weights[..., 1:]
+            ends = (-1, 0) if self.item.wraps else (0, -1)
+            before[..., 0], after[..., -1] = weights[..., ends[0]], weights[..., ends[1]]
+            return np.asarray((1.0 - variance) * weights + variance / 2.0 * (before + after))
         from scipy.ndimage import convolve1d
 
-        reach = min(int(np.ceil(4.0 * np.sqrt(variance))), len(weights))
+        reach = min(int(np.ceil(4.0 * np.sqrt(variance))), weights.shape[-1])
         kernel = np.exp(-0.5 * np.arange(-reach, reach + 1) ** 2 / variance)
         mode = "wrap" if self.item.wraps else "reflect"
         return np.asarray(convolve1d(weights, kernel / kernel.sum(), mode=mode))
 
     def update(
-        self, belief: ObjectBelief, evidence: ScanEvidence, rng: np.random.Generator
-    ) -> ObjectBelief:
+        self, believed: ConditionalBelief, evidence: ScanEvidence, rng: np.random.Generator
+    ) -> Update | None:
         """Bayes' rule on the lattice, which is cast finely only where the belief has weight.
 
-        Between the states that are cast, the log-likelihood is linear.
+        Between the states that are cast, the likelihood is linear.
         """
-        chosen = _worth_casting(belief.weights)
-        cast, bears = evidence.cast(belief.states[chosen])
-        if not bears.any():
-            return belief
-        log_likelihood = evidence.integrated(
-            _interpolated(cast, chosen, len(belief.states)), belief.weights
+        from objstate.sensing import kernels
+
+        belief = believed.belief
+        chosen, whole = _worth_casting(belief.weights.values)
+        log_likelihood, bears = evidence.cast_shifted(
+            belief.states[chosen], self._normals[chosen], whole
         )
-        return belief.with_weights(belief.weights.reweight(log_likelihood)[0])
+        if not bears.any():
+            return None
+        given, log_evidence = believed.given.copy(), np.empty(len(believed.given))
+        kernels.condition(given, chosen, log_likelihood, log_evidence)
+        return Update(believed.averaged(given, evidence.robot_weights.values), log_evidence)
+
+    def widened(self, belief: ObjectBelief, std_m: float) -> ObjectBelief:
+        """A hinged leaf that hangs aside reads turned by what the shift is to its mean lever."""
+        std = std_m * self._lean if self.item.kind is Kind.HINGED else std_m
+        return belief.with_weights(Weights.of(self._drifted(belief.weights.values, std)))
+
+    @cached_property
+    def _lean(self) -> float:
+        """rad for each m by which the leaf hangs aside, when the turn that fits best makes up for it."""
+        plan = self.item.mesh.vertices[:, :2]
+        return LEAN / float(np.hypot(plan[:, 0], plan[:, 1]).max())
 
 
 @dataclass(frozen=True)
@@ -175,45 +220,75 @@ class SampleFilter:
         states[redrawn] = self._of_prior(int(redrawn.sum()), rng)
         return belief.with_samples(states, belief.weights)
 
+    def predict_each(
+        self, believed: ConditionalBelief, seconds: float, rng: np.random.Generator
+    ) -> ConditionalBelief:
+        return replace(believed, belief=self.predict(believed.belief, seconds, rng))
+
     def update(
-        self, belief: ObjectBelief, evidence: ScanEvidence, rng: np.random.Generator
-    ) -> ObjectBelief:
+        self, believed: ConditionalBelief, evidence: ScanEvidence, rng: np.random.Generator
+    ) -> Update | None:
         """Take the evidence in by steps, each so large that enough samples survive.
 
         Between steps the samples are resampled and spread by a kernel that keeps
         their mean and covariance (Liu and West 2001).
         """
-        remaining = 1.0
+        robot = evidence.robot_weights.values
+        log_evidence, remaining = np.zeros(len(robot)), 1.0
         while remaining > 0.0:
-            cast, bears = evidence.cast(belief.states)
+            cast, bears = evidence.cast(believed.belief.states)
             if not bears.any():
-                return belief
-            log_likelihood = evidence.integrated(cast, belief.weights)
-            enough = RESAMPLE_BELOW * belief.weights.effective_size
-            step = largest_step(belief.weights, log_likelihood, remaining, enough)
-            belief = belief.with_weights(belief.weights.reweight(step * log_likelihood)[0])
+                return None
+            weights = believed.belief.weights
+            after, _ = _conditioned(believed.given, cast)
+            telling = np.log(robot @ after + TINY) - weights.log
+            enough = RESAMPLE_BELOW * weights.effective_size
+            step = largest_step(weights, telling, remaining, enough)
+            after, evidence_of_step = _conditioned(believed.given, step * cast)
+            log_evidence += evidence_of_step
             remaining -= step
-            belief = self._renewed(belief, remaining > 0.0, rng)
-        return belief
+            believed = self._renewed(believed.averaged(after, robot), remaining > 0.0, rng)
+        return Update(believed, log_evidence)
+
+    def widened(self, belief: ObjectBelief, std_m: float) -> ObjectBelief:
+        std = np.array([std_m, std_m, std_m * self._lean])
+        wider = np.sqrt(1.0 + (std / np.maximum(belief.std, TINY)) ** 2)
+        states = belief.mean + wider * belief.deviations
+        states[:, 2] = wrap(states[:, 2])
+        return belief.with_samples(states, belief.weights)
+
+    @cached_property
+    def _lean(self) -> float:
+        """rad for each m by which what is seen of the object may be off."""
+        plan = self.item.mesh.vertices[:, :2]
+        return 1.0 / float(np.hypot(*(plan - plan.mean(axis=0)).T).max())
 
     def _renewed(
-        self, belief: ObjectBelief, resample: bool, rng: np.random.Generator
-    ) -> ObjectBelief:
+        self, believed: ConditionalBelief, resample: bool, rng: np.random.Generator
+    ) -> ConditionalBelief:
         """The samples resampled where few carry the belief, and half of the scouts sent out anew."""
+        belief = believed.belief
         s, values = self.settings, belief.weights.values
         count = len(values) - s.scouts
         share = float(values[count:].sum())
+        ancestors = np.arange(count)
         if share > MAJORITY:  # it was moved: the scouts that found it are the belief
-            states, weights = self._resampled(belief.states, values, rng)
+            states, weights, ancestors = self._resampled(belief.states, values, rng)
             share = s.scout_weight
         else:
             states, weights = belief.states[:count], values[:count] / values[:count].sum()
             if resample or 1.0 / np.sum(weights**2) < RESAMPLE_BELOW * s.samples:
-                states, weights = self._resampled(states, weights, rng)
-        scouts = self._scouts(states, weights, belief.states[count:], values[count:], rng)
+                states, weights, ancestors = self._resampled(states, weights, rng)
+        scouts = self._scouts(
+            states, weights, belief.states[count:], values[count:], rng
+        )
         share = max(share, s.scout_weight)
-        return belief.with_samples(
-            np.concatenate([states, scouts]), _joined(weights, s.scouts, share)
+        joined = _joined(weights, s.scouts, share)
+        ratio = believed.given[:, ancestors] / values[ancestors]
+        given = joined.values * np.concatenate([ratio, np.ones((len(ratio), s.scouts))], axis=1)
+        return ConditionalBelief(
+            belief.with_samples(np.concatenate([states, scouts]), joined),
+            given / given.sum(axis=1, keepdims=True),
         )
 
     def _scouts(
@@ -257,17 +332,20 @@ class SampleFilter:
 
     def _resampled(
         self, states: FloatArray, weights: FloatArray, rng: np.random.Generator
-    ) -> tuple[FloatArray, FloatArray]:
-        """States (samples, 3), spread by a kernel that keeps mean and covariance, equally weighted."""
+    ) -> tuple[FloatArray, FloatArray, IntArray]:
+        """States (samples, 3), spread by a kernel that keeps mean and covariance, equally weighted.
+
+        Also the states that they come from.
+        """
         count = self.settings.samples
         mean = weighted_pose_mean(states, weights)
         off = states - mean
         off[:, 2] = wrap(off[:, 2])
         noise = rng.standard_normal((count, 3)) @ square_root((weights[:, None] * off).T @ off).T
-        chosen = off[systematic(Weights.of(weights), count, rng)]
-        out = mean + SHRINK * chosen + np.sqrt(1.0 - SHRINK**2) * noise
+        ancestors = systematic(Weights.of(weights), count, rng)
+        out = mean + SHRINK * off[ancestors] + np.sqrt(1.0 - SHRINK**2) * noise
         out[:, 2] = wrap(out[:, 2])
-        return out, np.full(count, 1.0 / count)
+        return out, np.full(count, 1.0 / count), ancestors
 
 
 def _joined(weights: FloatArray, scouts: int, share: float) -> Weights:
@@ -275,19 +353,22 @@ def _joined(weights: FloatArray, scouts: int, share: float) -> Weights:
     return Weights.of(np.append((1.0 - share) * weights, np.full(scouts, share / scouts)))
 
 
-def _worth_casting(weights: Weights) -> IntArray:
-    """Indices of the states with weight, and of a coarse comb over all the others."""
-    heavy = weights.log > weights.log.max() + np.log(NEGLIGIBLE)
-    heavy[::COARSE] = True
-    heavy[-1] = True
-    return np.flatnonzero(heavy)
+def _worth_casting(weights: FloatArray) -> tuple[IntArray, BoolArray]:
+    """Indices of the states with weight (n,), or of a comb over them, and of a comb over all others.
+
+    Also which of them have weight.
+    """
+    heavy = weights > NEGLIGIBLE * weights.max()
+    chosen = heavy & (np.cumsum(heavy) % -(-int(heavy.sum()) // FINE) == 0)
+    chosen[::COARSE] = True
+    chosen[0] = chosen[-1] = True
+    indices = np.flatnonzero(chosen)
+    return indices, heavy[indices]
 
 
-def _interpolated(values: FloatArray, known: IntArray, count: int) -> FloatArray:
-    """Values (l, k) at ascending indices ``known`` (k,), linearly filled in to (l, count)."""
-    if len(known) == count:
-        return values
-    place = np.interp(np.arange(count), known, np.arange(len(known)))
-    left = np.minimum(place.astype(np.int64), len(known) - 2)
-    share = place - left
-    return np.asarray(values[:, left] * (1.0 - share) + values[:, left + 1] * share)
+def _conditioned(given: FloatArray, log_likelihood: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Bayes' rule in every row (l, n), and the log evidence (l,) of each."""
+    top = log_likelihood.max(axis=1)
+    after = given * np.exp(log_likelihood - top[:, None])
+    total = after.sum(axis=1)
+    return after / total[:, None], top + np.log(total)

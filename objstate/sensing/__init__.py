@@ -4,4 +4,11 @@ from objstate.sensing.beam_model import BeamModel
 from objstate.sensing.expected import ExpectedRanges, cast_from
 from objstate.sensing.view import ScanView, Sensing, UncertainObject
 
-__all__ = ["BeamModel", "ExpectedRanges", "ScanView", "Sensing", "UncertainObject", "cast_from"]
+__all__ = [
+    "BeamModel",
+    "ExpectedRanges",
+    "ScanView",
+    "Sensing",
+    "UncertainObject",
+    "cast_from",
+]

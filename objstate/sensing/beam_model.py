@@ -73,7 +73,8 @@ class BeamModel:
         parameters, short = self.parameters(range_max), self.short(measured)
 
         def log_likelihood(expected: FloatArray) -> FloatArray:
-            rows = np.ascontiguousarray(expected, dtype=float).reshape(-1, len(measured))
+            rows = np.ascontiguousarray(expected, dtype=float)
+            rows = rows.reshape(int(np.prod(rows.shape[:-1])), rows.shape[-1])
             out = np.empty_like(rows)
             kernels.log_likelihoods(np.ascontiguousarray(measured), short, rows, parameters, out)
             return out.reshape(expected.shape)

@@ -33,6 +33,8 @@ BELL_STEPS = 512  # of the tabulated bell for each sigma: off by less than 1e-6 
 NEAR_SIGMAS = 4.0  # a range shorter than this many sigmas before an object was stopped by another
 LEAST_DENSITY = 1e-100  # of the pure Gaussian, which has no floor of its own (21 sigmas)
 SMALL, LARGE = 1e-200, 1e200  # products are kept between these: one density more is still a float
+LEAST_EVIDENCE = 1e-250
+GRAZING = 0.1  # cosine of incidence below which a range says nothing of a shift of the surface
 LEAST_SHARE = 1e-12  # what rounding may leave of one when all shares are taken away
 
 BELL = np.exp(-0.5 * (np.arange(FAR_SIGMAS * BELL_STEPS + 2) / BELL_STEPS) ** 2)
@@ -317,6 +319,118 @@ def object_log_likelihood(
                     product = 1.0
                 bears[i] |= measured > expected - near
             out[p, s] = change + np.log(product)
+
+
+@_compile
+def shifted_log_likelihood(
+    poses: FloatArray,
+    placements: FloatArray,
+    normals: FloatArray,
+    whole: BoolArray,
+    few: IntArray,
+    outline: FloatArray,
+    convex: bool,
+    background: FloatArray,
+    beams: FloatArray,
+    index: IntArray,
+    sweep: FloatArray,
+    model: FloatArray,
+    shift_std: float,
+    tempering: float,
+    out: FloatArray,
+    bears: BoolArray,
+) -> None:
+    """The tempered change of ``object_log_likelihood``, averaged over a shift of the whole object.
+
+    The object may stand ``shift_std`` m aside of its placement, along the unit normal
+    ``normals[s]`` of its long side: an error that all its beams share. A range grows
+    with the shift by 1 over the cosine of its incidence, so the readings speak of the
+    shift as a Gaussian, and the average has a closed form. States that aren't
+    ``whole`` are cast from the poses ``few`` alone, and read the same from all others.
+    """
+    count = beams.shape[1]
+    nearest = np.full(count, np.inf)
+    per_density = np.empty(count)  # of each beam without the object
+    near = NEAR_SIGMAS / model[PER_SIGMA]
+    precision, variance = model[PER_SIGMA] * model[PER_SIGMA], shift_std * shift_std
+    some = np.zeros(poses.shape[0], dtype=np.bool_)
+    some[few] = True
+    for p in range(poses.shape[0]):
+        per_density[:] = 0.0
+        cos, sin = poses[p, COS], poses[p, SIN]
+        for s in range(placements.shape[0]):
+            if not (whole[s] or some[p]):
+                continue
+            first, last = _project_outline(
+                poses[p], placements[s], outline, convex, beams, index, sweep, nearest
+            )
+            nx = cos * normals[s, 0] + sin * normals[s, 1]
+            ny = -sin * normals[s, 0] + cos * normals[s, 1]
+            change, product, gradient, curvature = 0.0, 1.0, 0.0, 0.0
+            for i in range(first, last):
+                expected = nearest[i]
+                nearest[i] = np.inf
+                if expected >= background[p, i] or expected >= model[RANGE_MAX]:
+                    continue
+                measured, short = beams[MEASURED, i], beams[SHORT, i]
+                if per_density[i] == 0.0:
+                    per_density[i] = 1.0 / density(measured, short, background[p, i], model)
+                dense = density(measured, short, expected, model)
+                product *= dense * per_density[i]
+                if product < SMALL or product > LARGE:
+                    change += np.log(product)
+                    product = 1.0
+                bears[i] |= measured > expected - near
+                cosine = beams[DIRECTION_X, i] * nx + beams[DIRECTION_Y, i] * ny
+                if abs(cosine) > GRAZING and measured < np.inf:
+                    floor = model[RANDOM] + (short if measured < expected else 0.0)
+                    share = (dense - floor) / dense * precision / cosine
+                    gradient += share * (measured - expected)
+                    curvature += share / cosine
+            change = tempering * (change + np.log(product))
+            gradient *= tempering
+            curvature *= tempering
+            surely = 1.0 + curvature * variance
+            out[p, s] = change + 0.5 * (gradient * gradient * variance / surely - np.log(surely))
+    for s in range(placements.shape[0]):
+        if whole[s]:
+            continue
+        mean = 0.0
+        for k in range(few.shape[0]):
+            mean += out[few[k], s] / few.shape[0]
+        for p in range(poses.shape[0]):
+            out[p, s] = mean
+
+
+@_compile
+def condition(
+    given: FloatArray, chosen: IntArray, log_likelihood: FloatArray, evidence: FloatArray
+) -> None:
+    """Bayes' rule in every row of ``given`` (p, n), with its log ``evidence`` (p,).
+
+    ``log_likelihood`` (p, k) is known at the ascending states ``chosen`` (k,), the first
+    and the last among them; between them the likelihood is linear.
+    """
+    factors = np.empty(given.shape[1])
+    for p in range(given.shape[0]):
+        top = log_likelihood[p].max()
+        left = np.exp(log_likelihood[p, 0] - top)
+        factors[0] = left
+        for k in range(1, chosen.shape[0]):
+            right = np.exp(log_likelihood[p, k] - top)
+            begin, steps = chosen[k - 1], chosen[k] - chosen[k - 1]
+            for j in range(1, steps + 1):
+                factors[begin + j] = left + (right - left) * j / steps
+            left = right
+        total = 0.0
+        for j in range(given.shape[1]):
+            total += given[p, j] * factors[j]
+        if total < LEAST_EVIDENCE:  # a row that can't have read this: its pose is wrong, not its states
+            evidence[p] = top + np.log(LEAST_EVIDENCE)
+            continue
+        for j in range(given.shape[1]):
+            given[p, j] *= factors[j] / total
+        evidence[p] = top + np.log(total)
 
 
 @_compile

@@ -10,7 +10,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from objstate.building.model import Building
-from objstate.geometry import BoolArray, FloatArray
+from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.records import Rays, Scan
 from objstate.sensing.beam_model import BeamModel
 from objstate.sensing.expected import ExpectedRanges
@@ -38,6 +38,9 @@ class ScanView(Protocol):
     def object(self, name: str, states: FloatArray, poses: FloatArray) -> FloatArray:
         """Expected ranges (p, s, n) m of one object alone."""
 
+    def log_likelihood(self, expected: FloatArray) -> FloatArray:
+        """log p(o | d-hat) (p,) of all beams together, for expected ranges (p, n)."""
+
     def pose_log_likelihood(
         self, poses: FloatArray, blur: float, objects: Sequence[UncertainObject]
     ) -> FloatArray:
@@ -52,6 +55,24 @@ class ScanView(Protocol):
         """log p(o | s, l) - log p(o | object absent, l) (p, s), and which beams (n,) bear on it.
 
         ``background`` (p, n) are the expected ranges of everything else.
+        """
+
+    def shifted_log_likelihood(
+        self,
+        name: str,
+        states: FloatArray,
+        normals: FloatArray,
+        shift_std: float,
+        poses: FloatArray,
+        background: FloatArray,
+        whole: BoolArray,
+        few: IntArray,
+        tempering: float,
+    ) -> tuple[FloatArray, BoolArray]:
+        """The same with an exponent, averaged over a shift of the object along ``normals`` (s, 2).
+
+        The shift is unknown, with a standard deviation of ``shift_std`` m. States that
+        aren't ``whole`` (s,) are cast from the poses ``few`` alone and averaged.
         """
 
 
@@ -111,6 +132,9 @@ class MeshView:
     def object(self, name: str, states: FloatArray, poses: FloatArray) -> FloatArray:
         return self._expected.object(name, states, poses, self._rays)
 
+    def log_likelihood(self, expected: FloatArray) -> FloatArray:
+        return np.asarray(self._log_likelihood(expected).sum(axis=-1))
+
     def pose_log_likelihood(
         self, poses: FloatArray, blur: float, objects: Sequence[UncertainObject]
     ) -> FloatArray:
@@ -137,6 +161,22 @@ class MeshView:
         change = np.where(touched, self._log_likelihood(alone) - without, 0.0)
         bears = (touched & (self._measured > alone - self._near)).any(axis=(0, 1))
         return change.sum(axis=2), np.asarray(bears)
+
+
+    def shifted_log_likelihood(
+        self,
+        name: str,
+        states: FloatArray,
+        normals: FloatArray,
+        shift_std: float,
+        poses: FloatArray,
+        background: FloatArray,
+        whole: BoolArray,
+        few: IntArray,
+        tempering: float,
+    ) -> tuple[FloatArray, BoolArray]:
+        change, bears = self.object_log_likelihood(name, states, poses, background)
+        return tempering * change, bears
 
 
 class LevelView:
@@ -168,6 +208,10 @@ class LevelView:
     def object(self, name: str, states: FloatArray, poses: FloatArray) -> FloatArray:
         outline = self._outlines.of_object(name, self._sweep.height)
         return self._cast(outline, self._outlines.placements(name, states), poses)
+
+    def log_likelihood(self, expected: FloatArray) -> FloatArray:
+        each = self._beam_model(self._measured, self._range_max)(expected)
+        return np.asarray(each.sum(axis=-1))
 
     def pose_log_likelihood(
         self, poses: FloatArray, blur: float, objects: Sequence[UncertainObject]
@@ -216,6 +260,44 @@ class LevelView:
             bears,
         )
         return change, self._sweep.unsorted(bears)
+
+    def shifted_log_likelihood(
+        self,
+        name: str,
+        states: FloatArray,
+        normals: FloatArray,
+        shift_std: float,
+        poses: FloatArray,
+        background: FloatArray,
+        whole: BoolArray,
+        few: IntArray,
+        tempering: float,
+    ) -> tuple[FloatArray, BoolArray]:
+        from objstate.sensing import kernels
+
+        outline = self._outlines.of_object(name, self._sweep.height)
+        placements = with_trigonometry(self._outlines.placements(name, states))
+        out = np.empty((len(poses), len(states)))
+        bears = np.zeros(self._beams.shape[1], dtype=bool)
+        kernels.shifted_log_likelihood(
+            with_trigonometry(poses),
+            placements,
+            normals,
+            whole,
+            few,
+            outline.segments,
+            outline.convex,
+            np.ascontiguousarray(background[:, self._sweep.order]),
+            self._beams,
+            self._sweep.index,
+            self._sweep.centre,
+            self._beam_model.parameters(self._range_max),
+            shift_std,
+            tempering,
+            out,
+            bears,
+        )
+        return out, self._sweep.unsorted(bears)
 
     def _walls(self, poses: FloatArray) -> FloatArray:
         return self._outlines.walls_in_sight(self._sweep, poses, self._range_max)

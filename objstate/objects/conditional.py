@@ -1,0 +1,48 @@
+"""p(s | l): what is believed of an object given each sample of the robot belief.
+
+Where the robot belief and the objects' beliefs are kept as marginals, a robot
+sample that was right about a door is forgotten as such. Here each keeps what it
+has seen (Rao-Blackwellized particle filtering; of doors, Avots et al. 2002). All
+robot samples share the states and differ in the weights.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from objstate.geometry import FloatArray, IntArray
+from objstate.objects.belief import ObjectBelief
+from objstate.particles import Weights
+
+
+@dataclass(frozen=True, eq=False)
+class ConditionalBelief:
+    """An object's belief given each of l robot samples, over n states that they share."""
+
+    belief: ObjectBelief  # p(s), when the robot samples are averaged over
+    given: FloatArray  # (l, n) p(s | l), each row sums to one
+
+    @staticmethod
+    def independent(belief: ObjectBelief, count: int) -> ConditionalBelief:
+        """Of an object that comes into view: each of ``count`` robot samples believes the same."""
+        return ConditionalBelief(belief, np.tile(belief.weights.values, (count, 1)))
+
+    def averaged(self, given: FloatArray, robot_weights: FloatArray) -> ConditionalBelief:
+        """With new conditional weights (l, n), the marginal by the robot weights (l,)."""
+        return ConditionalBelief(
+            self.belief.with_weights(Weights.of(robot_weights @ given)), given
+        )
+
+    def resampled(self, ancestors: IntArray) -> ConditionalBelief:
+        """After the robot belief was resampled: each sample keeps what its ancestor (l',) believed."""
+        return replace(self, given=self.given[ancestors])
+
+
+@dataclass(frozen=True, eq=False)
+class Update:
+    """An object's belief after a scan, and what the scan says of the robot samples."""
+
+    conditional: ConditionalBelief
+    log_evidence: FloatArray  # (l,) log p(o | l), against the object's absence; tempered
