@@ -19,7 +19,7 @@ from objstate.calibration.gathering import Gathered
 from objstate.calibration.motion import links_between
 from objstate.calibration.options import CalibrationOptions
 from objstate.calibration.walls import WallReader, WallReadings
-from objstate.geometry import FloatArray, IntArray, between, compose, wrap
+from objstate.geometry import FloatArray, IntArray, compose, wrap
 
 TUKEY = 4.685  # deviations beyond which a reading has no weight (biweight of 95 % efficiency)
 HUBER = 3.0  # deviations beyond which a link of odometry weighs less
@@ -84,9 +84,7 @@ class Adjusted:
 class Adjustment:
     """One drive's readings, ready to be adjusted."""
 
-    def __init__(
-        self, gathered: Gathered, reader: WallReader, options: CalibrationOptions
-    ) -> None:
+    def __init__(self, gathered: Gathered, reader: WallReader, options: CalibrationOptions) -> None:
         self._options, self._reader = options, reader
         self._scans, self._start = gathered.scans, gathered.poses
         self.frames = tuple(sorted({scan.laser for scan in self._scans}))
@@ -190,7 +188,11 @@ class Adjustment:
         over = np.column_stack([readings.gradients, np.full(len(piece), -1.0)])  # pose, and wall
         information = np.zeros((len(pairs), 4, 4))
         pull = np.zeros((len(pairs), 4))
-        np.add.at(information, block.reshape(-1), weights[:, None, None] * over[:, :, None] * over[:, None, :])
+        np.add.at(
+            information,
+            block.reshape(-1),
+            weights[:, None, None] * over[:, :, None] * over[:, None, :],
+        )
         np.add.at(pull, block.reshape(-1), (weights * readings.distances)[:, None] * over)
         slight = np.concatenate([SLIGHT, SLIGHT, [SLIGHT_CLOCK]])
         jacobian = np.zeros((len(pairs), 4, columns.shape[1] + 1))
@@ -212,7 +214,9 @@ class Adjustment:
         others = np.broadcast_to(errors_of, (count, 2))
         return Blocks(
             columns=np.hstack([3 * np.arange(count)[:, None] + np.arange(6), others]),
-            jacobian=_derivative(errors, np.concatenate([SLIGHT, SLIGHT, np.full(2, SLIGHT_ERROR)])),
+            jacobian=_derivative(
+                errors, np.concatenate([SLIGHT, SLIGHT, np.full(2, SLIGHT_ERROR)])
+            ),
             information=weights[:, None, None] * np.eye(3),
             pull=weights[:, None] * residuals,
         )
@@ -227,8 +231,10 @@ def prior_deviations(options: CalibrationOptions, lasers: int) -> FloatArray:
 
 def _about(mounts: FloatArray, corrections: FloatArray) -> FloatArray:
     """Motions (n, 3) of ``base_link`` that shift and turn a laser at ``mounts`` (n, 2) by corrections (n, 3)."""
-    turned = compose(np.column_stack([np.zeros((len(mounts), 2)), corrections[:, 2]]),
-                     np.column_stack([mounts, np.zeros(len(mounts))]))
+    turned = compose(
+        np.column_stack([np.zeros((len(mounts), 2)), corrections[:, 2]]),
+        np.column_stack([mounts, np.zeros(len(mounts))]),
+    )
     return np.column_stack([mounts + corrections[:, :2] - turned[:, :2], corrections[:, 2]])
 
 
@@ -243,9 +249,7 @@ def _spread(off: FloatArray, widest: float) -> float:
     return max(MEDIAN * float(np.median(near)), NARROWEST) if len(near) else widest
 
 
-def _derivative(
-    function: Callable[[FloatArray], FloatArray], slight: FloatArray
-) -> FloatArray:
+def _derivative(function: Callable[[FloatArray], FloatArray], slight: FloatArray) -> FloatArray:
     """(n, 3, c) central differences of ``function`` (c,) -> (n, 3) about zero; yaws the short way."""
     columns = []
     for k, step in enumerate(slight):

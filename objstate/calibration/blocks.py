@@ -33,9 +33,7 @@ class Blocks:
 class NormalEquations:
     """Blocks and a prior in one quadratic form, factored once."""
 
-    def __init__(
-        self, blocks: Sequence[Blocks], precision: FloatArray, values: FloatArray
-    ) -> None:
+    def __init__(self, blocks: Sequence[Blocks], precision: FloatArray, values: FloatArray) -> None:
         """``values`` (n,) are the unknowns now, whose prior is zero with ``precision`` (n,)."""
         from scipy.sparse import coo_array, diags_array
         from scipy.sparse.linalg import splu

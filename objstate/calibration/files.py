@@ -108,7 +108,7 @@ def _found(values: FloatArray) -> Found:
 
 
 def _degrees(angle: float) -> float:
-    return round(float(np.degrees(angle)), DECIMALS)
+    return round(float(np.degrees(angle)), DECIMALS) + 0.0  # no minus zero
 
 
 def _transform(mount: MountEntry) -> FloatArray:

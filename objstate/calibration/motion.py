@@ -56,7 +56,7 @@ class Links:
         """Whitened errors (m, 3) of the steps between robot poses (m, 3) under systematic errors (2,)."""
         off = self.steps - counted_steps(between(begin, end), errors)
         off[:, 2] = wrap(off[:, 2])
-        return np.einsum("mij,mj->mi", self.whitening, off)
+        return np.asarray(np.einsum("mij,mj->mi", self.whitening, off))
 
 
 def counted_steps(steps: FloatArray, errors: FloatArray) -> FloatArray:

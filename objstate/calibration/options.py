@@ -32,7 +32,9 @@ class CalibrationOptions:
     most_scans: int = 2000  # evenly chosen where there are more
     beams: int = 90  # of a scan, evenly spread
     spread: float = 0.2  # m from a wall within which readings are taken for the wall, at first
-    shared: float = 0.3  # a scan tells as much as this share of its beams would, were they independent
+    shared: float = (
+        0.3  # a scan tells as much as this share of its beams would, were they independent
+    )
     wall_spread: float = 0.02  # m by which walls stand away from the model, at first
     place: float = 2.0  # m; in squares of this size, what faces one way is one piece of wall
     rounds: int = 8  # of linearization

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
-
-import numpy as np
 
 from objstate.cli.tables import new_table, percent
 
@@ -15,12 +14,17 @@ if TYPE_CHECKING:
     from objstate.calibration import Calibration, LaserCorrection
 
 # of each quantity: its label, what it is multiplied by to be read, and its decimals
-SHOWN = (("x", "cm", 100.0), ("y", "cm", 100.0), ("yaw", "deg", 180.0 / np.pi), ("clock", "ms", 1e3))
+SHOWN = (
+    ("x", "cm", 100.0),
+    ("y", "cm", 100.0),
+    ("yaw", "deg", 180.0 / math.pi),
+    ("clock", "ms", 1e3),
+)
 
 
 def describe_calibration(calibration: Calibration) -> Iterator[str | Table]:
     """The parts of the description, text and tables, in the order of reading."""
-    title = "What the drive says against the log's own mountings and clocks"
+    title = "Corrections of mountings and clocks"
     table = new_table(title, ("laser", "of", "unit"), ("correction", "std", "told"))
     for laser in calibration.lasers:
         for row in _rows(laser):
@@ -29,7 +33,7 @@ def describe_calibration(calibration: Calibration) -> Iterator[str | Table]:
     c = calibration
     yield (
         f"Odometry counts ways {100 * c.way_share:.1f} % too long (std {100 * c.way_share_std:.1f}), "
-        f"its heading drifts by {np.degrees(c.drift):.2f} deg/m (std {np.degrees(c.drift_std):.2f})."
+        f"its heading drifts by {math.degrees(c.drift):.2f} deg/m (std {math.degrees(c.drift_std):.2f})."
     )
     yield (
         f"{c.scans} scans; readings spread by {100 * c.spread:.1f} cm about walls, walls by "
@@ -58,4 +62,4 @@ def _mount(laser: LaserCorrection) -> str:
 
     mount = laser.corrected_mount
     numbers = [*mount[:3, 3], *rpy_from_rotation(mount[:3, :3])]
-    return ",".join(f"{float(number):.5g}" for number in numbers)
+    return ",".join(f"{float(number):z.5g}" for number in numbers)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -10,11 +11,13 @@ import typer
 from objstate.cli.console import (
     log_to_terminal,
     print_names,
+    print_parts,
     print_table,
     print_text,
     print_warnings,
 )
 from objstate.cli.error_tables import robot_table
+from objstate.cli.extras import Extras, calibration_from
 from objstate.cli.options import ClockOffsets, Mounts, Overwrite, Quiet
 from objstate.cli.parsing import (
     POSE,
@@ -42,6 +45,7 @@ DIR gets:
   estimates.parquet  every state after every update, with its 90 % interval
   trajectory.tum     the robot's path
   run.json           settings, counts, timings, warnings
+  calibration.yaml   with --calibrate;  dynamics.yaml  with --learn-dynamics
 """
 
 
@@ -124,7 +128,7 @@ def estimate(
     check_span(start, end)
     true_states = None if truth is None else read_truth(truth)
     true_path = None if path is None else read_tum(path)
-    mounts, clock_offsets = _calibrated_before(calibration, calibrate)
+    mounts, clock_offsets = calibration_from(calibration, anew=calibrate)
     options = RunOptions(
         settings=load_settings(config),
         seed=seed,
@@ -137,9 +141,8 @@ def estimate(
         mounts=mounts | parse_mounts(mount or []),
         clock_offsets=clock_offsets | parse_clock_offsets(clock_offset or []),
     )
-    extras = _Extras(learn_dynamics)
-    if calibrate:
-        options = extras.calibrate(logs, building, options, quiet)
+    extras = Extras(calibrate, learn_dynamics)
+    options = extras.prepare(logs, building, options, quiet)
     with progress_bar("Estimating", quiet) as report:
         result = estimate_log(
             logs,
@@ -148,7 +151,7 @@ def estimate(
             options,
             overwrite=overwrite,
             on_progress=report,
-            on_finish=extras.write,
+            on_finish=lambda folder, model, result: extras.write(folder, model, options, result),
         )
     print_warnings((*result.warnings, *_doubts_of_truth(result, true_states)), quiet)
     print_parts(extras.describe())
@@ -163,7 +166,10 @@ def _doubts_of_truth(result: RunResult, true_states: list[TrueState] | None) -> 
 
 
 def _print(
-    result: RunResult, true_states: list[TrueState] | None, true_path: RobotPath | None
+    result: RunResult,
+    true_states: list[TrueState] | None,
+    true_path: RobotPath | None,
+    more_files: Sequence[str],
 ) -> None:
     from objstate.evaluation import compare_paths, latest_states
     from objstate.recording.tables import read_estimates
@@ -181,6 +187,6 @@ def _print(
         f"{result.log_seconds:.0f} s of log in {result.elapsed_seconds:.1f} s, "
         f"{result.log_seconds / result.elapsed_seconds:.0f} x real time."
     )
-    print_text(f"Written: {', '.join(str(result.folder / name) for name in FILES)}")
+    print_text(f"Written: {', '.join(str(result.folder / name) for name in (*FILES, *more_files))}")
     if true_path is not None:  # last, as it may fail where the paths share no time
         print_table(robot_table(compare_paths(read_tum(result.folder / TRAJECTORY), true_path)))

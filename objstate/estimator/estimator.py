@@ -222,11 +222,7 @@ class Estimator:
         towards = self._surroundings.towards(near, robot, scan.rays) & scan.valid
         used = np.asarray(towards.any(axis=0))
         aside = evenly_spread(scan.valid & ~used, s.max_beams)
-        far = [
-            each
-            for each in self._scenery(robot, scan, spread, walls)
-            if each.name not in near
-        ]
+        far = [each for each in self._scenery(robot, scan, spread, walls) if each.name not in near]
         evidence = s.tempering * self._sensing.view(scan, aside).pose_log_likelihood(
             robot.poses, self._localizer.blur(robot), far
         )

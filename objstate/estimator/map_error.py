@@ -41,9 +41,7 @@ class MapError:
         s, self._noted_ns = self._settings, stamp_ns
         believable = np.abs(off) < s.most_m  # not stopped by something, nor through a gap
         cells = np.floor(places[believable] / s.cell_m).astype(np.int64)
-        different, which, counts = np.unique(
-            cells, axis=0, return_inverse=True, return_counts=True
-        )
+        different, which, counts = np.unique(cells, axis=0, return_inverse=True, return_counts=True)
         means = np.bincount(which.ravel(), off[believable], len(different)) / counts
         for x, y, mean, count in zip(*different.T, means, counts, strict=True):
             if count < s.beams:

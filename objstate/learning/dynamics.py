@@ -114,7 +114,9 @@ def _anywhere(item: MovableObject) -> float:
 
 def _shares(building: Building, rests: Mapping[str, Sequence[Rest]]) -> RestShares | None:
     doors = [
-        item for item in building.objects.values() if item.kind is not Kind.PLANAR and not item.wraps
+        item
+        for item in building.objects.values()
+        if item.kind is not Kind.PLANAR and not item.wraps
     ]
     if not doors:
         return None

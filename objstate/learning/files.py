@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from objstate.config import DoorSettings, Dynamics, Settings
+from objstate.config import Settings
 from objstate.learning.dynamics import LearntDynamics, ObjectDynamics
 from objstate.learning.rates import Rate
 

@@ -31,9 +31,7 @@ class ConditionalBelief:
 
     def averaged(self, given: FloatArray, robot_weights: FloatArray) -> ConditionalBelief:
         """With new conditional weights (l, n), the marginal by the robot weights (l,)."""
-        return ConditionalBelief(
-            self.belief.with_weights(Weights.of(robot_weights @ given)), given
-        )
+        return ConditionalBelief(self.belief.with_weights(Weights.of(robot_weights @ given)), given)
 
     def resampled(self, ancestors: IntArray) -> ConditionalBelief:
         """After the robot belief was resampled: each sample keeps what its ancestor (l',) believed."""

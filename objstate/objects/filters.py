@@ -279,9 +279,7 @@ class SampleFilter:
             states, weights = belief.states[:count], values[:count] / values[:count].sum()
             if resample or 1.0 / np.sum(weights**2) < RESAMPLE_BELOW * s.samples:
                 states, weights, ancestors = self._resampled(states, weights, rng)
-        scouts = self._scouts(
-            states, weights, belief.states[count:], values[count:], rng
-        )
+        scouts = self._scouts(states, weights, belief.states[count:], values[count:], rng)
         share = max(share, s.scout_weight)
         joined = _joined(weights, s.scouts, share)
         ratio = believed.given[:, ancestors] / values[ancestors]

@@ -72,13 +72,13 @@ def estimate_log(
     *,
     overwrite: bool = False,
     on_progress: Progress | None = None,
-    on_finish: Callable[[Path, Building], None] | None = None,
+    on_finish: Callable[[Path, Building, RunResult], None] | None = None,
 ) -> RunResult:
     """Estimate every object's state from one drive, recorded in one or several logs.
 
     Writes ``estimates.parquet``, ``trajectory.tum`` and ``run.json`` into the new
-    folder ``out``, whole or not at all; ``on_finish`` may write more into it. Raises ResultError, BuildingError,
-    SettingsError or LogError.
+    folder ``out``, whole or not at all; ``on_finish`` may write more into the folder that it is
+    given. Raises ResultError, BuildingError, SettingsError or LogError.
     """
     began = time.monotonic()
     options = options or RunOptions()
@@ -107,7 +107,7 @@ def estimate_log(
         }
         write_summary(folder, result.to_dict() | {"options": options.to_dict(), "inputs": inputs})
         if on_finish is not None:
-            on_finish(folder, model)
+            on_finish(folder, model, result)
     return result
 
 

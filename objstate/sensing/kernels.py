@@ -425,7 +425,9 @@ def condition(
         total = 0.0
         for j in range(given.shape[1]):
             total += given[p, j] * factors[j]
-        if total < LEAST_EVIDENCE:  # a row that can't have read this: its pose is wrong, not its states
+        if (
+            total < LEAST_EVIDENCE
+        ):  # a row that can't have read this: its pose is wrong, not its states
             evidence[p] = top + np.log(LEAST_EVIDENCE)
             continue
         for j in range(given.shape[1]):

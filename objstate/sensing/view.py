@@ -162,7 +162,6 @@ class MeshView:
         bears = (touched & (self._measured > alone - self._near)).any(axis=(0, 1))
         return change.sum(axis=2), np.asarray(bears)
 
-
     def shifted_log_likelihood(
         self,
         name: str,
