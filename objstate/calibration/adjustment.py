@@ -78,7 +78,7 @@ class Adjusted:
     covariance: FloatArray  # (2 + 4l, 2 + 4l) of ``unknowns.others``
     spread: float  # m, deviation of readings from the walls
     wall_spread: float  # m, deviation of walls from the model
-    used: float  # share of the readings that count as readings of walls
+    used: float  # share of the readings that lie near walls
 
 
 class Adjustment:
@@ -112,7 +112,7 @@ class Adjustment:
             covariance=covariance,
             spread=spread,
             wall_spread=walls.spread,
-            used=float((np.abs(off) < TUKEY * spread).mean()),
+            used=float((np.abs(off) < self._options.spread).mean()),
         )
 
     def _round(
@@ -168,7 +168,7 @@ class Adjustment:
         ``poses`` (n, 3) of the robot at each scan's stamp, ``lasers`` (n, 4) each scan's; (n, 3).
         """
         then = compose(poses, -lasers[:, 3:] * self._speeds)  # the scan was taken a little earlier
-        return compose(then, _about(self._mounts, lasers[:, :3]))
+        return compose(then, about_laser(self._mounts, lasers[:, :3]))
 
     def _wall_blocks(
         self, unknowns: Unknowns, readings: WallReadings, piece: IntArray, weights: FloatArray
@@ -229,7 +229,7 @@ def prior_deviations(options: CalibrationOptions, lasers: int) -> FloatArray:
     return np.array([o.prior_scale, o.prior_drift, *(lasers * laser)])
 
 
-def _about(mounts: FloatArray, corrections: FloatArray) -> FloatArray:
+def about_laser(mounts: FloatArray, corrections: FloatArray) -> FloatArray:
     """Motions (n, 3) of ``base_link`` that shift and turn a laser at ``mounts`` (n, 2) by corrections (n, 3)."""
     turned = compose(
         np.column_stack([np.zeros((len(mounts), 2)), corrections[:, 2]]),

@@ -68,7 +68,7 @@ class Calibration:
     scans: int  # used
     spread: float  # m, deviation of readings from the walls
     wall_spread: float  # m, deviation of walls from the model
-    used: float  # share of the readings that count as readings of walls
+    used: float  # share of the readings that lie near walls
     warnings: tuple[str, ...] = ()
 
     @property

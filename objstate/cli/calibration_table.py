@@ -37,7 +37,7 @@ def describe_calibration(calibration: Calibration) -> Iterator[str | Table]:
     )
     yield (
         f"{c.scans} scans; readings spread by {100 * c.spread:.1f} cm about walls, walls by "
-        f"{100 * c.wall_spread:.1f} cm about the model; {percent(c.used)} % of the readings count."
+        f"{100 * c.wall_spread:.1f} cm about the model; {percent(c.used)} % of the readings are near walls."
     )
     for laser in calibration.lasers:
         yield f"--mount {laser.frame}={_mount(laser)}"

@@ -17,8 +17,8 @@ from objstate.geometry import FloatArray
 from objstate.particles import quantiles
 
 SHAPE = 1.0  # of the Gamma prior: it weighs as much as one move seen in 1 / mean hours
-RATES = 801  # on which the posterior is evaluated, evenly in their logarithm
-REACH = 1e4  # times and parts of the prior's mean to which they go
+RATES = 1201  # on which the posterior is evaluated, evenly in their logarithm
+LEAST, MOST = 1e-7, 1e4  # times the prior's mean, between which they lie
 CENTRAL = np.array([0.05, 0.95])
 
 
@@ -77,7 +77,7 @@ def posterior_rate(waits: Waits, prior_mean: float) -> Rate:
     Without any wait that is unclear the posterior is the conjugate one, Gamma of shape
     ``SHAPE`` + moves and rate ``SHAPE`` / mean + hours. ``prior_mean`` must be above 0.
     """
-    rates = prior_mean * np.geomspace(1.0 / REACH, REACH, RATES)
+    rates = prior_mean * np.geomspace(LEAST, MOST, RATES)
     # over the logarithm of the rate, a Gamma density gains one power of the rate
     log_prior = SHAPE * np.log(rates) - SHAPE * rates / prior_mean
     log_posterior = log_prior + waits.log_likelihood(rates)
