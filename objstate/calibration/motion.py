@@ -17,8 +17,8 @@ from objstate.geometry import FloatArray, IntArray, between, interpolate_pose, w
 NANOSECONDS = 1e9
 STANDING = np.array([0.0005, 0.0005, 0.0005])  # m, m, rad; deviations of a step of no length
 # s before and after a moment over which its speed is taken: longer than a step of odometry,
-# whose jitter would else be taken for motion that tells the clocks apart
-SPEED_OVER = 0.25
+# whose jitter would else pass for motion, and draw the clocks together
+SPEED_OVER = 0.5
 
 
 @dataclass(frozen=True, eq=False)
