@@ -56,7 +56,7 @@ class BeamModelSettings(Strict):
 class LocalizationSettings(Strict):
     """Monte Carlo localization: where is the robot?"""
 
-    min_particles: Count = 200
+    min_particles: Count = 100
     max_particles: Count = 2000
     global_particles: Count = 40_000  # at the start from anywhere
     pf_err: Positive = 0.05  # largest error between true and estimated distribution (KLD)
@@ -153,6 +153,7 @@ class FurnitureSettings(Strict):
     prior_std_m: Positive = 0.2  # gaussian: deviation; uniform: half the width
     prior_std_deg: Positive = 15.0
     dynamics: Dynamics = Dynamics(moves_per_hour=1.0, drift_deg=0.1, drift_m=0.001)
+    presence: Annotated[float, Field(gt=0, lt=1)] = 0.95  # probability that it is there at all
     samples: Count = 200
     first_samples: Count = 1000  # of the prior, until they are first resampled
     scouts: Count = 50  # samples that look, at every scan, where the object may have been moved
@@ -179,6 +180,7 @@ class ObjectRule(Strict):
     dynamics: Dynamics | None = None
     resolution_deg: ResolutionDeg | None = None
     resolution_m: ResolutionM | None = None
+    presence: Annotated[float, Field(gt=0, lt=1)] | None = None
     samples: Count | None = None
     first_samples: Count | None = None
     scouts: Count | None = None

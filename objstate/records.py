@@ -6,6 +6,7 @@ floor: its pose is ``(x, y, yaw)`` of ``base_link``, with the base on z = 0.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -106,6 +107,9 @@ class Estimate:
     lower: float  # central 90 % of the posterior
     upper: float
     observed: bool  # at least one beam of this scan bore on the object
+    fit: float = math.nan  # share of those beams that read what the best state explains
+    presence: float = 1.0  # probability that a piece of furniture is there at all
+    lost: bool = False  # the robot was not where it thought; the scan told nothing of objects
 
 
 @dataclass(frozen=True)

@@ -2,29 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 from typing import Literal
-from zlib import crc32
 
 import numpy as np
 
 from objstate.building.model import Building
 from objstate.config import Settings
 from objstate.errors import LogError, SettingsError
-from objstate.estimator.backdrop import Backdrop
+from objstate.estimator.believed import Believed
+from objstate.estimator.doubt import Doubt
 from objstate.estimator.map_error import MapError
+from objstate.estimator.observation import Observation, observe
 from objstate.estimator.schedule import Schedule, evenly_spread
-from objstate.estimator.surroundings import Surroundings
-from objstate.estimator.tracking import (
-    NANOSECONDS,
-    Patience,
-    Track,
-    Trusted,
-    share_through_walls,
-)
+from objstate.estimator.tracking import Track, share_through_walls
 from objstate.geometry import BoolArray, FloatArray, between, transform_from_pose
 from objstate.localization import Localizer, PoseBelief
-from objstate.objects import ConditionalBelief, ObjectBelief, ScanEvidence, filter_for
+from objstate.objects import ObjectBelief
 from objstate.particles import Weights
 from objstate.records import (
     Estimate,
@@ -69,36 +64,21 @@ class Estimator:
         self.warnings: list[str] = []
         self.scans_without_pose = 0
         self.corrections = 0  # scans that localized the robot
-        self.lost: list[tuple[int, int]] = []  # ns, stretches in which the robot was lost
         self._localizes_itself = belief == "own"
         self._rng = np.random.default_rng([seed, 0])
         self._search_rng = np.random.default_rng([seed, 2])
-        self._object_rngs = {
-            name: np.random.default_rng([seed, 1, crc32(name.encode())])
-            for name in building.objects
-        }
         self._localizer = Localizer(self.settings.localization)
         self._sensing = Sensing(building, BeamModel(self.settings.beam_model))
         self._schedule = Schedule(self.settings.object_updates)
-        self._surroundings = Surroundings(building)
-        self._filters = {
-            name: filter_for(item, self.settings) for name, item in building.objects.items()
-        }
-        self._objects = {
-            name: each.prior(self._object_rngs[name]) for name, each in self._filters.items()
-        }
-        for name, prior in self._objects.items():
-            self._surroundings.follow(name, prior)
+        self._believed = Believed(building, self.settings, seed)
         self._map_error = MapError(self.settings.map_error)
-        self._in_view: dict[str, ConditionalBelief] = {}
         self._odometry: FloatArray | None = None
         self._now_ns = 0
         self._start_is_told = initial_pose is not None or global_start
         start = self._start(initial_pose, global_start)
         self._track = None if start is None else Track(start)
         self._search: Track | None = None
-        self._trusted = Trusted(0, self.objects)
-        self._patience = Patience(0, self.settings.localization.lost_after)
+        self._doubt = Doubt(self.settings.localization)
 
     @property
     def robot(self) -> PoseBelief | None:
@@ -108,17 +88,30 @@ class Estimator:
     @property
     def objects(self) -> dict[str, ObjectBelief]:
         """p(s) of each object, as of its last update; values that later records don't change."""
-        return dict(self._objects)
+        return {
+            name: self._published(name, each) for name, each in self._believed.marginals.items()
+        }
 
     def object_at(self, name: str, stamp_ns: int) -> ObjectBelief:
         """An object's belief predicted to a moment at or after its last update.
 
         Raises ValueError for an earlier moment.
         """
-        known = self._objects[name].stamp_ns
+        known = self._believed.marginals[name].stamp_ns
         if known is not None and stamp_ns < known:
             raise ValueError(f"object '{name}' was updated after {stamp_ns} ns, at {known} ns")
-        return self._predicted(name, stamp_ns, np.random.default_rng(stamp_ns))
+        rng = np.random.default_rng(stamp_ns)
+        return self._published(name, self._believed.at(name, stamp_ns, rng))
+
+    @property
+    def lost(self) -> tuple[tuple[int, int], ...]:
+        """Stretches (from, to) in ns in which the robot was not where it thought."""
+        return self._doubt.stretches(self._now_ns)
+
+    @property
+    def map_error(self) -> float:
+        """m by which walls and hinges are off the building's model, as the log tells."""
+        return self._map_error.std
 
     def feed(self, record: Record) -> list[Estimate]:
         """Take one record in; what it changed in the objects' beliefs comes back."""
@@ -146,22 +139,62 @@ class Estimator:
         if self._track is None:
             self.scans_without_pose += 1
             return []
-        if self._infers_jointly(self._track.belief):
-            return self._sense_jointly(self._track, scan)
-        self._in_view.clear()
+        track = self._judged(self._track, scan)
+        if self._localizes_itself:
+            track = self._found_again(track, scan)
+        if self._doubt.is_lost:
+            self._track = self._localize(track, scan, scan.valid, self._rng)
+            return self._unobserved(scan)
+        if self._infers_jointly(track.belief):
+            return self._sense_jointly(track, scan)
+        return self._sense_by_turns(track, scan)
+
+    def _sense_jointly(self, track: Track, scan: Scan) -> list[Estimate]:
+        """p(l, s | o_k): all beams serve both, and each robot sample l has its own p(s_i | l)."""
+        if self._map_error.is_due(scan.stamp_ns):
+            self._note_map_error(scan, track.belief)
+        near, towards = self._near(track.belief, scan, scan.valid)
+        used = np.asarray(towards.any(axis=0))
+        aside = evenly_spread(scan.valid & ~used, self.settings.localization.max_beams)
+        evidence = self._log_likelihood(track.belief, scan, aside, but=near)
+        observation = self._observe(near, towards, scan, track.belief)
+        corrected = self._localizer.correct(track.belief, evidence + observation.log_evidence)
+        observation = observation.settled_by(corrected)
+        self._believed.keep_in_view(observation.beliefs)
+        robot, ancestors = self._localizer.renew(corrected, self._rng)
+        if ancestors is not None:
+            self._believed.resampled(ancestors)
+        self._track = track.corrected(robot, scan.stamp_ns, self._odometry)
+        self.corrections += 1
+        return self._estimates(observation)
+
+    def _sense_by_turns(self, track: Track, scan: Scan) -> list[Estimate]:
+        """p(l | o_k) and p(s_i | o_k) as marginals, each from its share of the beams (section 2.2)."""
+        self._believed.collapse()
         localizing, observing = self._schedule.share_out(scan)
         if not self._localizes_itself:
             localizing, observing = np.zeros_like(localizing), scan.valid
         if localizing.any():
-            self._track = self._localize(self._track, scan, localizing, self._rng)
+            track = self._localize(track, scan, localizing, self._rng)
             self.corrections += 1
-            self._doubt(self._track, scan, localizing)
-        robot = self._track.belief
-        if not observing.any() or not self._is_narrow(robot):
+        self._track = track
+        if not observing.any() or not self._is_narrow(track.belief):
             return []
-        near = self._surroundings.within(robot, self.settings.object_updates.max_distance)
-        samples = robot.thinned(self.settings.object_updates.robot_samples, self._rng)
-        return self._observe(near, scan, observing, samples)
+        robot = track.belief.thinned(self.settings.object_updates.robot_samples, self._rng)
+        near, towards = self._near(track.belief, scan, observing)
+        observation = self._observe(near, towards, scan, robot)
+        self._believed.keep((name, each.belief) for name, each in observation.beliefs.items())
+        return self._estimates(observation)
+
+    def _unobserved(self, scan: Scan) -> list[Estimate]:
+        """What is believed of the objects that a lost robot thinks it is near."""
+        near, _ = self._near(self._track.belief, scan, scan.valid) if self._track else ([], None)
+        beliefs = {name: self._believed.at(name, scan.stamp_ns) for name in near}
+        return [
+            row
+            for name, belief in beliefs.items()
+            for row in self._published(name, belief).estimates(None, lost=True)
+        ]
 
     def _drive(self, pose: FloatArray) -> None:
         """p(l) <- integral of p(l | a, l') p(l'), for a new odometry reading a."""
@@ -184,21 +217,69 @@ class Estimator:
         self, track: Track, scan: Scan, beams: BoolArray, rng: np.random.Generator
     ) -> Track:
         """p(l | o_k) <- alpha p(o_k | l) p(l)."""
-        s, robot, objects = self.settings.localization, track.belief, []
-        beams = evenly_spread(beams, s.max_beams)
-        view = self._sensing.view(scan, beams)
-        if self._is_narrow(robot):
-            walls = view.walls(robot.mean[None])[0]
-            through = share_through_walls(scan.ranges[beams], walls, s.lost_margin)
-            track = track.judged(through, scan.stamp_ns, s)
-            objects = self._scenery(robot, scan, beams, walls)
-        elif not track.moved_enough(self._odometry, s):
+        robot = track.belief
+        if not self._is_narrow(robot) and not track.moved_enough(
+            self._odometry, self.settings.localization
+        ):
             return track
-        log_likelihood = s.tempering * view.pose_log_likelihood(
-            robot.poses, self._localizer.blur(robot), objects
+        beams = evenly_spread(beams, self.settings.localization.max_beams)
+        corrected = self._localizer.correct(robot, self._log_likelihood(robot, scan, beams))
+        renewed, _ = self._localizer.renew(corrected, rng)
+        return track.corrected(renewed, scan.stamp_ns, self._odometry)
+
+    # --- what the steps need --------------------------------------------------------
+
+    def _near(self, robot: PoseBelief, scan: Scan, beams: BoolArray) -> tuple[list[str], BoolArray]:
+        """The objects near the robot, and which of the beams may touch each of them (m, n)."""
+        surroundings = self._believed.surroundings
+        near = surroundings.within(robot, self.settings.object_updates.max_distance)
+        return near, surroundings.towards(near, robot, scan.rays) & beams
+
+    def _observe(
+        self, names: list[str], towards: BoolArray, scan: Scan, robot: PoseBelief
+    ) -> Observation:
+        used = np.asarray(towards.any(axis=0))
+        return observe(
+            self._believed,
+            self._sensing.view(scan, used),
+            dict(zip(names, towards[:, used], strict=True)),
+            robot,
+            scan.stamp_ns,
+            self.settings.object_updates.tempering,
+            self._map_error.std,
         )
-        corrected, _ = self._localizer.renew(self._localizer.correct(robot, log_likelihood), rng)
-        return track.corrected(corrected, scan.stamp_ns, self._odometry)
+
+    def _log_likelihood(
+        self, robot: PoseBelief, scan: Scan, beams: BoolArray, but: Collection[str] = ()
+    ) -> FloatArray:
+        """Tempered log p(o_k | l) (l,) of some beams, objects but those named where they may be."""
+        objects = []
+        if self._is_narrow(robot):
+            objects = self._scenery(robot, scan, beams, but)
+        return self.settings.localization.tempering * self._sensing.view(
+            scan, beams
+        ).pose_log_likelihood(robot.poses, self._localizer.blur(robot), objects)
+
+    def _scenery(
+        self, robot: PoseBelief, scan: Scan, beams: BoolArray, but: Collection[str]
+    ) -> list[UncertainObject]:
+        """The objects that localization must reckon with, each where it may be."""
+        surroundings, states = self._believed.surroundings, self.settings.localization.object_states
+        names = [name for name in surroundings.within(robot, scan.range_max) if name not in but]
+        walls = self._sensing.view(scan, beams).walls(robot.mean[None])[0]
+        seen = surroundings.in_sight(names, robot, scan.rays.take(beams), walls)
+        return [self._believed.marginals[name].represented_by(name, states) for name in seen]
+
+    def _estimates(self, observation: Observation) -> list[Estimate]:
+        return [
+            row
+            for name, each in observation.beliefs.items()
+            for row in self._published(name, each.belief).estimates(observation.fits.get(name))
+        ]
+
+    def _published(self, name: str, belief: ObjectBelief) -> ObjectBelief:
+        """The belief of somebody who knows that the building's model is off."""
+        return self._believed.filters[name].widened(belief, self._map_error.std)
 
     def _infers_jointly(self, robot: PoseBelief) -> bool:
         s = self.settings.object_updates
@@ -209,197 +290,64 @@ class Estimator:
             and self._is_narrow(robot)
         )
 
-    def _sense_jointly(self, track: Track, scan: Scan) -> list[Estimate]:
-        """p(l, s | o_k): all beams serve both, and each robot sample has its own p(s_i | l)."""
-        s, u, robot = self.settings.localization, self.settings.object_updates, track.belief
-        spread = evenly_spread(scan.valid, s.max_beams)
-        walls = self._sensing.view(scan, spread).walls(robot.mean[None])[0]
-        through = share_through_walls(scan.ranges[spread], walls, s.lost_margin)
-        track = track.judged(through, scan.stamp_ns, s)
-        if self._map_error.is_due(scan.stamp_ns):
-            self._note_map_error(scan, robot)
-        near = self._surroundings.within(robot, u.max_distance)
-        towards = self._surroundings.towards(near, robot, scan.rays) & scan.valid
-        used = np.asarray(towards.any(axis=0))
-        aside = evenly_spread(scan.valid & ~used, s.max_beams)
-        far = [each for each in self._scenery(robot, scan, spread, walls) if each.name not in near]
-        evidence = s.tempering * self._sensing.view(scan, aside).pose_log_likelihood(
-            robot.poses, self._localizer.blur(robot), far
-        )
-        believed = {
-            name: self._filters[name].predict_each(
-                self._in_view.get(name)
-                or ConditionalBelief.independent(self._objects[name], len(robot.weights)),
-                self._since(name, scan.stamp_ns),
-                self._object_rngs[name],
-            )
-            for name in near
-        }
-        backdrop = Backdrop(
-            self._sensing.view(scan, used),
-            robot.poses,
-            {name: each.belief for name, each in believed.items()},
-            near,
-        )
-        base = backdrop.view.log_likelihood(backdrop.whole)
-        evidence += u.tempering * base
-        seen = {}
-        for name, mask in zip(near, towards[:, used], strict=True):
-            without = backdrop.without(name)
-            updated = mask.any() and self._filters[name].update(
-                believed[name],
-                ScanEvidence(
-                    name=name,
-                    view=backdrop.view,
-                    poses=robot.poses,
-                    robot_weights=robot.weights,
-                    background=without,
-                    tempering=u.tempering,
-                    shift_std=self._map_error.std,
-                ),
-                self._object_rngs[name],
-            )
-            if not updated:
-                continue
-            seen[name] = updated
-            evidence += updated.log_evidence
-            evidence += u.tempering * (backdrop.view.log_likelihood(without) - base)
-        corrected = self._localizer.correct(robot, evidence)
-        rows = []
-        self._in_view = {}
-        for name in near:
-            each = seen[name].conditional if name in seen else believed[name]
-            each = each.averaged(each.given, corrected.weights.values)
-            belief = replace(
-                each.belief,
-                stamp_ns=scan.stamp_ns,
-                last_observed_ns=scan.stamp_ns if name in seen else each.belief.last_observed_ns,
-            )
-            self._objects[name] = belief
-            self._in_view[name] = replace(each, belief=belief)
-            if name in seen:
-                self._surroundings.follow(name, belief)
-            rows += self._filters[name].widened(belief, self._map_error.std).estimates(name in seen)
-        renewed, ancestors = self._localizer.renew(corrected, self._rng)
-        if ancestors is not None:
-            self._in_view = {n: each.resampled(ancestors) for n, each in self._in_view.items()}
-        self._track = track.corrected(renewed, scan.stamp_ns, self._odometry)
-        self.corrections += 1
-        self._doubt(self._track, scan, scan.valid)
-        return rows
-
     def _note_map_error(self, scan: Scan, robot: PoseBelief) -> None:
-        near = self._surroundings.within(robot, scan.range_max)
+        """Compare what beams aside of all objects read with where the walls should be."""
+        surroundings = self._believed.surroundings
+        near = surroundings.within(robot, scan.range_max)
         bare = np.isfinite(scan.ranges)
-        bare &= ~self._surroundings.towards(near, robot, scan.rays).any(axis=0)
+        bare &= ~surroundings.towards(near, robot, scan.rays).any(axis=0)
         walls = self._sensing.view(scan, bare).walls(robot.mean[None])[0]
         origins, directions = cast_from(transform_from_pose(robot.mean), scan.rays.take(bare))
         known = np.isfinite(walls)
         places = origins[known, :2] + directions[known, :2] * walls[known, None]
         self._map_error.note(scan.stamp_ns, places, scan.ranges[bare][known] - walls[known])
 
-    def _since(self, name: str, stamp_ns: int) -> float:
-        known = self._objects[name].stamp_ns
-        return 0.0 if known is None else (stamp_ns - known) / NANOSECONDS
-
-    def _observe(
-        self, names: list[str], scan: Scan, beams: BoolArray, robot: PoseBelief
-    ) -> list[Estimate]:
-        """For each object i near the robot: predict p(s_i), then integrate o_k into it."""
-        towards = self._surroundings.towards(names, robot, scan.rays) & beams
-        used = np.asarray(towards.any(axis=0))
-        for name in names:
-            self._objects[name] = self._predicted(name, scan.stamp_ns)
-        backdrop = Backdrop(self._sensing.view(scan, used), robot.poses, self._objects, names)
-        rows = []
-        for name, mask in zip(names, towards[:, used], strict=True):
-            observed = bool(mask.any()) and self._integrate(name, backdrop, mask, robot)
-            if observed:
-                self._objects[name] = replace(self._objects[name], last_observed_ns=scan.stamp_ns)
-                self._surroundings.follow(name, self._objects[name])
-            rows += self._objects[name].estimates(observed)
-        return rows
-
-    def _integrate(
-        self, name: str, backdrop: Backdrop, beams: BoolArray, robot: PoseBelief
-    ) -> bool:
-        """p(s_i | o_k) <- sum over l of p(o_k | s_i, l) p(s_i) p(l) / p(o_k | l); whether it told anything."""
-        evidence = ScanEvidence(
-            name=name,
-            view=backdrop.view.take(beams),
-            poses=robot.poses,
-            robot_weights=robot.weights,
-            background=backdrop.without(name)[:, beams],
-            tempering=self.settings.object_updates.tempering,
-            shift_std=self._map_error.std,
-        )
-        belief = self._objects[name]
-        updated = self._filters[name].update(
-            ConditionalBelief.independent(belief, len(robot.weights)),
-            evidence,
-            self._object_rngs[name],
-        )
-        if updated is None:
-            return False
-        self._objects[name] = updated.conditional.belief
-        return True
-
-    # --- what the steps need --------------------------------------------------------
-
-    def _predicted(
-        self, name: str, stamp_ns: int, rng: np.random.Generator | None = None
-    ) -> ObjectBelief:
-        """p(s_i) <- integral of p(s_i | t, s_i') p(s_i'), t the time since the last update."""
-        belief = self._objects[name]
-        if belief.stamp_ns is not None and stamp_ns > belief.stamp_ns:
-            seconds = (stamp_ns - belief.stamp_ns) / NANOSECONDS
-            belief = self._filters[name].predict(belief, seconds, rng or self._object_rngs[name])
-        return replace(belief, stamp_ns=stamp_ns)
-
-    def _scenery(
-        self, robot: PoseBelief, scan: Scan, beams: BoolArray, walls: FloatArray
-    ) -> list[UncertainObject]:
-        """The objects that localization must reckon with, each where it may be."""
-        near = self._surroundings.within(robot, scan.range_max)
-        seen = self._surroundings.in_sight(near, robot, scan.rays.take(beams), walls)
-        states = self.settings.localization.object_states
-        return [self._objects[name].represented_by(name, states) for name in seen]
-
     def _is_narrow(self, robot: PoseBelief) -> bool:
         return robot.position_std <= self.settings.object_updates.max_position_std
 
     # --- lost, and found again ------------------------------------------------------
 
-    def _doubt(self, track: Track, scan: Scan, beams: BoolArray) -> None:
-        """Search anew, beside the track, while too many beams pass through walls.
+    def _judged(self, track: Track, scan: Scan) -> Track:
+        """The track with its record of beams that pass through walls kept up."""
+        s = self.settings.localization
+        if not self._is_narrow(track.belief):
+            return track
+        beams = evenly_spread(scan.valid, s.max_beams)
+        walls = self._sensing.view(scan, beams).walls(track.belief.mean[None])[0]
+        through = share_through_walls(scan.ranges[beams], walls, s.lost_margin)
+        return track.judged(through, scan.stamp_ns, s)
 
-        The track is given up only for one that fits twice as well; what objects were
-        believed to be since it last fitted is given up with it.
+    def _found_again(self, track: Track, scan: Scan) -> Track:
+        """While too many beams pass through walls, search anew beside the track.
+
+        The track is given up only for one that fits twice as well; what was learnt of
+        objects since the track last fitted is given up as soon as it is in doubt.
         """
         s, now = self.settings.localization, scan.stamp_ns
         if track.misfit <= s.lost_above / 2.0:
-            self._trusted, self._search = Trusted(now, self.objects), None
-            self._patience = Patience(0, s.lost_after)
-        elif track.misfit <= s.lost_above:
-            return
-        elif self._search is None:
-            if self._patience.is_over(now):
-                self._search = Track(self._anywhere(self._search_rng))
-        else:
-            found = self._localize(self._search, scan, beams, self._search_rng)
-            known, self._search = found.known_for(now), found
-            if known > s.lost_after and found.misfit < track.misfit / 2.0:
-                self._recover(found, now)
-            elif known > 2.0 * s.lost_after:  # no better than the track
-                self._search, self._patience = None, self._patience.doubled(now)
-
-    def _recover(self, found: Track, stamp_ns: int) -> None:
-        self.lost.append((self._trusted.stamp_ns, stamp_ns))
-        self._objects = dict(self._trusted.objects)
-        for name, belief in self._objects.items():
-            self._surroundings.follow(name, belief)
-        self._track, self._search = found, None
-        self._in_view = {}
+            self._believed.trust()
+            self._search = None
+            self._doubt.dispel(now)
+            return track
+        if track.misfit <= s.lost_above or not self._doubt.may_search(now):
+            return track
+        if not self._doubt.is_lost:
+            self._doubt.rise()
+            self._believed.go_back()
+        if self._search is None:
+            self._search = Track(self._anywhere(self._search_rng))
+            return track
+        found = self._judged(self._search, scan)
+        found = self._localize(found, scan, scan.valid, self._search_rng)
+        known, self._search = found.known_for(now), found
+        if known > s.lost_after and found.misfit < track.misfit / 2.0:
+            self._doubt.found(now)
+            self._search = None
+            return found
+        if known > 2.0 * s.lost_after:  # no better than the track: the world has changed
+            self._doubt.settle(now)
+            self._search = None
+        return track
 
     # --- the robot's start ----------------------------------------------------------
 

@@ -6,7 +6,6 @@ return from beyond a wall tell a robot in the wrong place from a changed world.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,7 +13,6 @@ import numpy as np
 from objstate.config import LocalizationSettings
 from objstate.geometry import FloatArray, between
 from objstate.localization import PoseBelief
-from objstate.objects import ObjectBelief
 
 NANOSECONDS = 1e9
 
@@ -56,28 +54,6 @@ class Track:
         return (
             0.0 if self.known_since_ns is None else (stamp_ns - self.known_since_ns) / NANOSECONDS
         )
-
-
-@dataclass(frozen=True, eq=False)
-class Trusted:
-    """The last moment at which the robot surely was where it thought, and what it then believed."""
-
-    stamp_ns: int
-    objects: Mapping[str, ObjectBelief]
-
-
-@dataclass(frozen=True)
-class Patience:
-    """When to search next: each search that finds nothing better doubles the wait for the next."""
-
-    until_ns: int
-    seconds: float
-
-    def is_over(self, stamp_ns: int) -> bool:
-        return stamp_ns >= self.until_ns
-
-    def doubled(self, stamp_ns: int) -> Patience:
-        return Patience(stamp_ns + int(2.0 * self.seconds * NANOSECONDS), 2.0 * self.seconds)
 
 
 def share_through_walls(measured: FloatArray, walls: FloatArray, margin: float) -> float:

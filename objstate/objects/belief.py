@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -54,6 +55,7 @@ class ObjectBelief:
     states: FloatArray  # (n, d)
     weights: Weights  # (n,)
     cell: FloatArray  # (d,) width of what one sample stands for; zero for free samples
+    presence: float = 1.0  # probability that it is there at all; the states are where, if it is
     stamp_ns: int | None = None  # the moment of the belief; None before the first
     last_observed_ns: int | None = None
 
@@ -129,7 +131,9 @@ class ObjectBelief:
 
     @cached_property
     def settled(self) -> bool:
-        """Whether the state is known well enough that its mean can stand in a scene."""
+        """Whether the object surely is there, and known well enough that its mean can stand in a scene."""
+        if self.presence < 0.5:
+            return False
         limits = [
             SETTLED_LENGTH if name in LENGTHS else SETTLED_ANGLE for name in self.item.coordinates
         ]
@@ -138,14 +142,23 @@ class ObjectBelief:
     def represented_by(self, name: str, count: int) -> UncertainObject:
         """A few states that stand for the belief: its mean where settled, else an even comb."""
         if self.settled:
-            return UncertainObject(name, self.mean[None], np.ones(1))
+            return UncertainObject(name, self.mean[None], np.full(1, self.presence))
         comb = (np.arange(count) + 0.5) / count
         chosen = np.searchsorted(np.cumsum(self.weights.values), comb)
         states = self.states[chosen.clip(max=len(self.states) - 1)]
-        return UncertainObject(name, states, np.full(count, 1.0 / count))
+        return UncertainObject(name, states, np.full(count, self.presence / count))
 
-    def estimates(self, observed: bool) -> list[Estimate]:
-        """The belief as rows for people and programs, one for each coordinate."""
+    @property
+    def best(self) -> FloatArray:
+        """(d,) the most probable state: the mean where there is one place, else the heaviest sample."""
+        return self.mean if self.settled else self.states[int(np.argmax(self.weights.log))]
+
+    def estimates(self, fit: float | None, lost: bool = False) -> list[Estimate]:
+        """The belief as rows for people and programs, one for each coordinate.
+
+        ``fit`` is the share of beams that the best state explains, None where no beam
+        bore on the object.
+        """
         if self.stamp_ns is None:
             raise ValueError("a belief without a moment has no estimates")
         lower, upper = self.interval()
@@ -158,7 +171,10 @@ class ObjectBelief:
                 std=float(self.std[k]),
                 lower=float(lower[k]),
                 upper=float(upper[k]),
-                observed=observed,
+                observed=fit is not None,
+                fit=math.nan if fit is None else fit,
+                presence=self.presence,
+                lost=lost,
             )
             for k, coordinate in enumerate(self.item.coordinates)
         ]

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from objstate.geometry import FloatArray, IntArray
+from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.objects.belief import ObjectBelief
 from objstate.particles import Weights
 
@@ -44,3 +44,4 @@ class Update:
 
     conditional: ConditionalBelief
     log_evidence: FloatArray  # (l,) log p(o | l), against the object's absence; tempered
+    bears: BoolArray  # (n,) the beams that bear on the object

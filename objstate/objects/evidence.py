@@ -8,7 +8,7 @@ import numpy as np
 
 from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.particles import Weights
-from objstate.sensing import ScanView
+from objstate.sensing import Comparison, ScanView
 
 FEW = 8  # robot samples from which states of next to no weight are cast
 
@@ -25,30 +25,27 @@ class ScanEvidence:
     tempering: float  # exponent on p(o | s, l)
     shift_std: float = 0.0  # m by which the whole object may be off its place
 
-    def cast(self, states: FloatArray) -> tuple[FloatArray, BoolArray]:
+    def cast(
+        self, states: FloatArray, whole: BoolArray, normals: FloatArray | None = None
+    ) -> tuple[FloatArray, BoolArray]:
         """Tempered log p(o | s, l) (l, s), against the object's absence, of states (s, d).
 
-        Also the beams (n,) that bear on the object in some of these states.
+        Also the beams (n,) that bear on the object in some of these states. States
+        that aren't ``whole`` (s,) are cast from a few robot samples only. With
+        ``normals`` (s, 2), the object may be off its place along them.
         """
-        change, bears = self.view.object_log_likelihood(
-            self.name, states, self.poses, self.background
-        )
-        return self.tempering * change, bears
-
-    def cast_shifted(
-        self, states: FloatArray, normals: FloatArray, whole: BoolArray
-    ) -> tuple[FloatArray, BoolArray]:
-        """The same, averaged over where the object's place is off: see ``ScanView``."""
-        return self.view.shifted_log_likelihood(
+        return self.view.object_log_likelihood(
             self.name,
             states,
-            normals,
-            self.shift_std,
             self.poses,
-            self.background,
-            whole,
-            self._few,
-            self.tempering,
+            Comparison(
+                background=self.background,
+                tempering=self.tempering,
+                shift_std=0.0 if normals is None else self.shift_std,
+                normals=normals,
+                whole=whole,
+                few=self._few,
+            ),
         )
 
     @property

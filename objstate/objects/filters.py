@@ -28,6 +28,7 @@ MAJORITY = 0.5  # weight of scouts after a scan, above which the object counts a
 CARRY_ON = 0.2  # of a nudge, by which scouts spread about the best of them
 SHRINK = 0.95  # by which samples draw towards their mean before the kernel spreads them
 LEAN = 1.5  # of beams spread evenly over a leaf from hinge to latch, over its width
+LEAST_PRESENCE = 1e-6  # what is never ruled out: that it is there, or that it is gone
 TINY = 1e-300
 FINE = 40  # states with weight that are cast at most; of more, an even comb
 NEGLIGIBLE = 1e-4  # weight, relative to the largest, below which a state is cast only coarsely
@@ -168,14 +169,12 @@ class LatticeFilter:
 
         belief = believed.belief
         chosen, whole = _worth_casting(belief.weights.values)
-        log_likelihood, bears = evidence.cast_shifted(
-            belief.states[chosen], self._normals[chosen], whole
-        )
+        log_likelihood, bears = evidence.cast(belief.states[chosen], whole, self._normals[chosen])
         if not bears.any():
             return None
         given, log_evidence = believed.given.copy(), np.empty(len(believed.given))
         kernels.condition(given, chosen, log_likelihood, log_evidence)
-        return Update(believed.averaged(given, evidence.robot_weights.values), log_evidence)
+        return Update(believed.averaged(given, evidence.robot_weights.values), log_evidence, bears)
 
     def widened(self, belief: ObjectBelief, std_m: float) -> ObjectBelief:
         """A hinged leaf that hangs aside reads turned by what the shift is to its mean lever."""
@@ -205,7 +204,7 @@ class SampleFilter:
         states = self._of_prior(s.first_samples + s.scouts, rng)
         equal = np.full(s.first_samples, 1.0 / s.first_samples)
         weights = _joined(equal, s.scouts, s.scout_weight)
-        return ObjectBelief(self.item, states, weights, cell=np.zeros(3))
+        return ObjectBelief(self.item, states, weights, cell=np.zeros(3), presence=s.presence)
 
     def predict(
         self, belief: ObjectBelief, seconds: float, rng: np.random.Generator
@@ -218,7 +217,8 @@ class SampleFilter:
         moved = -np.expm1(-dynamics.moves_per_hour * seconds / SECONDS_PER_HOUR)
         redrawn = rng.random(len(states)) < moved
         states[redrawn] = self._of_prior(int(redrawn.sum()), rng)
-        return belief.with_samples(states, belief.weights)
+        there = belief.presence + moved * (self.settings.presence - belief.presence)
+        return replace(belief.with_samples(states, belief.weights), presence=float(there))
 
     def predict_each(
         self, believed: ConditionalBelief, seconds: float, rng: np.random.Generator
@@ -236,7 +236,7 @@ class SampleFilter:
         robot = evidence.robot_weights.values
         log_evidence, remaining = np.zeros(len(robot)), 1.0
         while remaining > 0.0:
-            cast, bears = evidence.cast(believed.belief.states)
+            cast, bears = evidence.cast(believed.belief.states, self._whole(believed.belief))
             if not bears.any():
                 return None
             weights = believed.belief.weights
@@ -248,7 +248,10 @@ class SampleFilter:
             log_evidence += evidence_of_step
             remaining -= step
             believed = self._renewed(believed.averaged(after, robot), remaining > 0.0, rng)
-        return Update(believed, log_evidence)
+        there, log_evidence = _presence(believed.belief.presence, log_evidence, robot)
+        return Update(
+            replace(believed, belief=replace(believed.belief, presence=there)), log_evidence, bears
+        )
 
     def widened(self, belief: ObjectBelief, std_m: float) -> ObjectBelief:
         std = np.array([std_m, std_m, std_m * self._lean])
@@ -270,24 +273,53 @@ class SampleFilter:
         belief = believed.belief
         s, values = self.settings, belief.weights.values
         count = len(values) - s.scouts
-        share = float(values[count:].sum())
+        elsewhere = np.where(self._is_elsewhere(belief), values[count:], 0.0)
+        share = float(elsewhere.sum())
         ancestors = np.arange(count)
         if share > MAJORITY:  # it was moved: the scouts that found it are the belief
             states, weights, ancestors = self._resampled(belief.states, values, rng)
-            share = s.scout_weight
+            share = 0.0
         else:
             states, weights = belief.states[:count], values[:count] / values[:count].sum()
             if resample or 1.0 / np.sum(weights**2) < RESAMPLE_BELOW * s.samples:
                 states, weights, ancestors = self._resampled(states, weights, rng)
-        scouts = self._scouts(states, weights, belief.states[count:], values[count:], rng)
-        share = max(share, s.scout_weight)
-        joined = _joined(weights, s.scouts, share)
-        ratio = believed.given[:, ancestors] / values[ancestors]
+        scouts = self._scouts(states, weights, belief.states[count:], elsewhere, rng)
+        carried = s.scouts // 2
+        joined = Weights.of(
+            np.concatenate(
+                [
+                    (1.0 - share) * weights,
+                    np.full(carried, share / carried),
+                    np.full(s.scouts - carried, s.scout_weight / (s.scouts - carried)),
+                ]
+            )
+        )
+        ratio = believed.given[:, ancestors] / np.maximum(values[ancestors], TINY)
         given = joined.values * np.concatenate([ratio, np.ones((len(ratio), s.scouts))], axis=1)
         return ConditionalBelief(
             belief.with_samples(np.concatenate([states, scouts]), joined),
             given / given.sum(axis=1, keepdims=True),
         )
+
+    def _whole(self, belief: ObjectBelief) -> BoolArray:
+        """Which samples (n,) differ for each robot sample: none while the object's place is open."""
+        whole = np.full(len(belief.states), belief.settled)
+        whole[-self.settings.scouts :] = False
+        return whole
+
+    def _is_elsewhere(self, belief: ObjectBelief) -> BoolArray:
+        """Which scouts (k,) have left where the samples are; the others only know the same."""
+        count = len(belief.states) - self.settings.scouts
+        off = belief.states[count:] - weighted_pose_mean(
+            belief.states[:count], belief.weights.values[:count]
+        )
+        off[:, 2] = wrap(off[:, 2])
+        return np.asarray((np.abs(off) > self._nudge).any(axis=1))
+
+    @cached_property
+    def _nudge(self) -> FloatArray:
+        s = self.settings
+        return np.array([s.nudge_m, s.nudge_m, np.radians(s.nudge_deg)])
 
     def _scouts(
         self,
@@ -302,18 +334,35 @@ class SampleFilter:
         Of those, half look near where the object stands, half where the prior says.
         """
         s = self.settings
-        nudge = np.array([s.nudge_m, s.nudge_m, np.radians(s.nudge_deg)])
         carried, near = s.scouts // 2, s.scouts // 4
-        best = scouts[systematic(Weights.of(scout_weights), carried, rng)]
+        best = scouts[systematic(Weights.of(scout_weights + TINY), carried, rng)]
         nearby = states[systematic(Weights.of(weights), near, rng)]
+        on = best + CARRY_ON * self._nudge * rng.standard_normal(best.shape)
+        before, after = (self._new_place_density(each, states[0]) for each in (best, on))
+        kept = after >= rng.random(carried) * before  # Metropolis: evidence alone leads them on
         fresh = [
-            best + CARRY_ON * nudge * rng.standard_normal(best.shape),
-            nearby + nudge * rng.standard_normal(nearby.shape),
+            np.where(kept[:, None], on, best),
+            nearby + self._nudge * rng.standard_normal(nearby.shape),
             self._of_prior(s.scouts - carried - near, rng),
         ]
         out = np.concatenate(fresh)
         out[:, 2] = wrap(out[:, 2])
         return out
+
+    def _new_place_density(self, states: FloatArray, place: FloatArray) -> FloatArray:
+        """Density (n,), up to a factor, of states to which an object at a place (3,) is moved."""
+        s = self.settings
+        width = np.array([s.prior_std_m, s.prior_std_m, np.radians(s.prior_std_deg)])
+        densities = []
+        for middle, scale in ((self.item.home, width), (place, self._nudge)):
+            off = states - middle
+            off[:, 2] = wrap(off[:, 2])
+            densities.append(np.exp(-0.5 * ((off / scale) ** 2).sum(axis=1)) / scale.prod())
+        if s.prior == "uniform":
+            off = np.abs(states - self.item.home)
+            off[:, 2] = np.abs(wrap(off[:, 2]))
+            densities[0] = (off <= width).all(axis=1) / (8.0 * width.prod())
+        return np.asarray(densities[0] + densities[1])
 
     def _of_prior(self, count: int, rng: np.random.Generator) -> FloatArray:
         """(count, 3) samples of the prior around the place where the object should stand."""
@@ -362,6 +411,19 @@ def _worth_casting(weights: FloatArray) -> tuple[IntArray, BoolArray]:
     chosen[0] = chosen[-1] = True
     indices = np.flatnonzero(chosen)
     return indices, heavy[indices]
+
+
+def _presence(
+    presence: float, log_evidence: FloatArray, robot_weights: FloatArray
+) -> tuple[float, FloatArray]:
+    """Probability that an object is there after a scan, and the scan's log evidence (l,) then.
+
+    ``log_evidence`` (l,) is that of its being there, against its absence.
+    """
+    there = np.log(presence) + log_evidence
+    either = np.logaddexp(there, np.log1p(-presence))
+    after = float(robot_weights @ np.exp(there - either))
+    return float(np.clip(after, LEAST_PRESENCE, 1.0 - LEAST_PRESENCE)), either
 
 
 def _conditioned(given: FloatArray, log_likelihood: FloatArray) -> tuple[FloatArray, FloatArray]:

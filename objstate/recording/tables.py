@@ -20,7 +20,19 @@ if TYPE_CHECKING:
     import polars as pl
 
 ESTIMATES = "estimates.parquet"
-COLUMNS = ("stamp", "object", "coordinate", "mean", "std", "lower", "upper", "observed")
+COLUMNS = (
+    "stamp",
+    "object",
+    "coordinate",
+    "mean",
+    "std",
+    "lower",
+    "upper",
+    "observed",
+    "fit",
+    "presence",
+    "lost",
+)
 ROWS_IN_MEMORY = 100_000  # about 10 MB; more are spilled to disk, so that a long log stays flat
 
 TRUTH_COLUMNS = ("stamp", "object", "coordinate", "value")
@@ -36,7 +48,8 @@ def estimate_schema() -> pl.Schema:
     return pl.Schema(
         {"stamp": pl.Int64(), "object": pl.String(), "coordinate": pl.String()}
         | numbers
-        | {"observed": pl.Boolean()}
+        | {"observed": pl.Boolean(), "fit": pl.Float64(), "presence": pl.Float64()}
+        | {"lost": pl.Boolean()}
     )
 
 

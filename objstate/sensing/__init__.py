@@ -2,10 +2,11 @@
 
 from objstate.sensing.beam_model import BeamModel
 from objstate.sensing.expected import ExpectedRanges, cast_from
-from objstate.sensing.view import ScanView, Sensing, UncertainObject
+from objstate.sensing.view import Comparison, ScanView, Sensing, UncertainObject
 
 __all__ = [
     "BeamModel",
+    "Comparison",
     "ExpectedRanges",
     "ScanView",
     "Sensing",

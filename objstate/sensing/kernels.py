@@ -277,54 +277,6 @@ def mark_seen(
 def object_log_likelihood(
     poses: FloatArray,
     placements: FloatArray,
-    outline: FloatArray,
-    convex: bool,
-    background: FloatArray,
-    beams: FloatArray,
-    index: IntArray,
-    sweep: FloatArray,
-    model: FloatArray,
-    out: FloatArray,
-    bears: BoolArray,
-) -> None:
-    """Change in log p(o | s, l) that an object makes, over the background alone: ``out`` (p, s).
-
-    ``background`` (p, n) is what the beams read without the object. Beams that it
-    doesn't touch contribute the same to every state (section 3 of Schulz and
-    Burgard 2001) and are left out. ``bears`` (n,) is set where a beam touches the
-    object in some state and isn't stopped before reaching it.
-    """
-    count = beams.shape[1]
-    nearest = np.full(count, np.inf)
-    per_density = np.empty(count)  # of each beam without the object
-    near = NEAR_SIGMAS / model[PER_SIGMA]
-    for p in range(poses.shape[0]):
-        per_density[:] = 0.0
-        for s in range(placements.shape[0]):
-            first, last = _project_outline(
-                poses[p], placements[s], outline, convex, beams, index, sweep, nearest
-            )
-            change, product = 0.0, 1.0
-            for i in range(first, last):
-                expected = nearest[i]
-                nearest[i] = np.inf
-                if expected >= background[p, i] or expected >= model[RANGE_MAX]:
-                    continue
-                measured, short = beams[MEASURED, i], beams[SHORT, i]
-                if per_density[i] == 0.0:
-                    per_density[i] = 1.0 / density(measured, short, background[p, i], model)
-                product *= density(measured, short, expected, model) * per_density[i]
-                if product < SMALL or product > LARGE:
-                    change += np.log(product)
-                    product = 1.0
-                bears[i] |= measured > expected - near
-            out[p, s] = change + np.log(product)
-
-
-@_compile
-def shifted_log_likelihood(
-    poses: FloatArray,
-    placements: FloatArray,
     normals: FloatArray,
     whole: BoolArray,
     few: IntArray,
@@ -340,13 +292,18 @@ def shifted_log_likelihood(
     out: FloatArray,
     bears: BoolArray,
 ) -> None:
-    """The tempered change of ``object_log_likelihood``, averaged over a shift of the whole object.
+    """Change in log p(o | s, l) that an object makes, over the background alone: ``out`` (p, s).
 
-    The object may stand ``shift_std`` m aside of its placement, along the unit normal
+    ``background`` (p, n) is what the beams read without the object. Beams that it
+    doesn't touch contribute the same to every state (section 3 of Schulz and
+    Burgard 2001) and are left out. ``bears`` (n,) is set where a beam touches the
+    object in some state and isn't stopped before reaching it.
+
+    The likelihood has the exponent ``tempering``. The object may stand ``shift_std`` m aside of its placement, along the unit normal
     ``normals[s]`` of its long side: an error that all its beams share. A range grows
     with the shift by 1 over the cosine of its incidence, so the readings speak of the
     shift as a Gaussian, and the average has a closed form. States that aren't
-    ``whole`` are cast from the poses ``few`` alone, and read the same from all others.
+    ``whole`` are cast from the poses ``few`` alone; their mean likelihood serves for all.
     """
     count = beams.shape[1]
     nearest = np.full(count, np.inf)
@@ -395,9 +352,12 @@ def shifted_log_likelihood(
     for s in range(placements.shape[0]):
         if whole[s]:
             continue
-        mean = 0.0
+        top, total = -np.inf, 0.0
         for k in range(few.shape[0]):
-            mean += out[few[k], s] / few.shape[0]
+            top = max(top, out[few[k], s])
+        for k in range(few.shape[0]):
+            total += np.exp(out[few[k], s] - top)
+        mean = top + np.log(total / few.shape[0])
         for p in range(poses.shape[0]):
             out[p, s] = mean
 

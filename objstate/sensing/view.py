@@ -16,6 +16,9 @@ from objstate.sensing.beam_model import BeamModel
 from objstate.sensing.expected import ExpectedRanges
 from objstate.sensing.level import LevelOutlines, ObjectOutline, Sweep, with_trigonometry
 
+GRAZING = 0.1  # cosine of incidence below which a range says nothing of a shift of the surface
+EXPLAINED_SIGMAS = 3.0  # of sigma_hit, within which a range reads what was expected
+
 
 @dataclass(frozen=True, eq=False)
 class UncertainObject:
@@ -23,7 +26,19 @@ class UncertainObject:
 
     name: str
     states: FloatArray  # (k, d)
-    shares: FloatArray  # (k,) sum to one
+    shares: FloatArray  # (k,) sum to the probability that it is there at all
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """How the states of an object are compared: against what, from where, and how much it counts."""
+
+    background: FloatArray  # (p, n) m, expected ranges of everything else
+    tempering: float = 1.0  # exponent on the likelihood
+    shift_std: float = 0.0  # m by which the whole object may stand off its place
+    normals: FloatArray | None = None  # (s, 2) along which; unit vectors in the building
+    whole: BoolArray | None = None  # (s,) states cast from every pose
+    few: IntArray | None = None  # the poses from which all others are cast, and averaged
 
 
 class ScanView(Protocol):
@@ -38,6 +53,9 @@ class ScanView(Protocol):
     def object(self, name: str, states: FloatArray, poses: FloatArray) -> FloatArray:
         """Expected ranges (p, s, n) m of one object alone."""
 
+    def explained(self, expected: FloatArray) -> BoolArray:
+        """Which beams (n,) read what is expected (n,) of them, within ``EXPLAINED_SIGMAS``."""
+
     def log_likelihood(self, expected: FloatArray) -> FloatArray:
         """log p(o | d-hat) (p,) of all beams together, for expected ranges (p, n)."""
 
@@ -50,30 +68,9 @@ class ScanView(Protocol):
         """
 
     def object_log_likelihood(
-        self, name: str, states: FloatArray, poses: FloatArray, background: FloatArray
+        self, name: str, states: FloatArray, poses: FloatArray, comparison: Comparison
     ) -> tuple[FloatArray, BoolArray]:
-        """log p(o | s, l) - log p(o | object absent, l) (p, s), and which beams (n,) bear on it.
-
-        ``background`` (p, n) are the expected ranges of everything else.
-        """
-
-    def shifted_log_likelihood(
-        self,
-        name: str,
-        states: FloatArray,
-        normals: FloatArray,
-        shift_std: float,
-        poses: FloatArray,
-        background: FloatArray,
-        whole: BoolArray,
-        few: IntArray,
-        tempering: float,
-    ) -> tuple[FloatArray, BoolArray]:
-        """The same with an exponent, averaged over a shift of the object along ``normals`` (s, 2).
-
-        The shift is unknown, with a standard deviation of ``shift_std`` m. States that
-        aren't ``whole`` (s,) are cast from the poses ``few`` alone and averaged.
-        """
+        """log p(o | s, l) - log p(o | object absent, l) (p, s), and which beams (n,) bear on it."""
 
 
 class Sensing:
@@ -132,6 +129,10 @@ class MeshView:
     def object(self, name: str, states: FloatArray, poses: FloatArray) -> FloatArray:
         return self._expected.object(name, states, poses, self._rays)
 
+    def explained(self, expected: FloatArray) -> BoolArray:
+        margin = EXPLAINED_SIGMAS * self._beam_model.sigma_hit
+        return _agree(self._measured, expected, self._range_max, margin)
+
     def log_likelihood(self, expected: FloatArray) -> FloatArray:
         return np.asarray(self._log_likelihood(expected).sum(axis=-1))
 
@@ -153,29 +154,59 @@ class MeshView:
             return np.asarray(np.log(likelihood).sum(axis=1))
 
     def object_log_likelihood(
-        self, name: str, states: FloatArray, poses: FloatArray, background: FloatArray
+        self, name: str, states: FloatArray, poses: FloatArray, comparison: Comparison
     ) -> tuple[FloatArray, BoolArray]:
-        alone = self.object(name, states, poses)
-        touched = (alone < background[:, None]) & (alone < self._range_max)
-        without = self._log_likelihood(background)[:, None]
-        change = np.where(touched, self._log_likelihood(alone) - without, 0.0)
-        bears = (touched & (self._measured > alone - self._near)).any(axis=(0, 1))
-        return change.sum(axis=2), np.asarray(bears)
+        whole = np.ones(len(states), dtype=bool) if comparison.whole is None else comparison.whole
+        few = np.arange(len(poses)) if comparison.few is None else comparison.few
+        out = np.empty((len(poses), len(states)))
+        out[:, whole], bears = self._change(name, states, poses, comparison, whole)
+        if not whole.all():
+            rest, also = self._change(name, states, poses, comparison, ~whole, few)
+            out[:, ~whole] = np.logaddexp.reduce(rest, axis=0) - np.log(len(few))
+            bears |= also
+        return out, bears
 
-    def shifted_log_likelihood(
+    def _change(
         self,
         name: str,
         states: FloatArray,
-        normals: FloatArray,
-        shift_std: float,
         poses: FloatArray,
-        background: FloatArray,
-        whole: BoolArray,
-        few: IntArray,
-        tempering: float,
+        comparison: Comparison,
+        chosen: BoolArray,
+        few: IntArray | None = None,
     ) -> tuple[FloatArray, BoolArray]:
-        change, bears = self.object_log_likelihood(name, states, poses, background)
-        return tempering * change, bears
+        """The change of log-likelihood for chosen states (s,), from all poses or a few (p,)."""
+        background = comparison.background
+        if few is not None:
+            poses, background = poses[few], background[few]
+        alone = self.object(name, states[chosen], poses)
+        touched = (alone < background[:, None]) & (alone < self._range_max)
+        without, with_it = self._log_likelihood(background)[:, None], self._log_likelihood(alone)
+        change = np.where(touched, with_it - without, 0.0).sum(axis=2)
+        bears = (touched & (self._measured > alone - self._near)).any(axis=(0, 1))
+        variance = comparison.shift_std**2
+        if comparison.normals is not None and variance > 0.0:
+            off = np.where(touched & np.isfinite(self._measured), self._measured - alone, np.inf)
+            sigma = self._beam_model.sigma_hit
+            peak = self._beam_model.parameters(self._range_max)[0]
+            share = peak * np.exp(-0.5 * (off / sigma) ** 2 - with_it)
+            cosine = self._cosines(poses, comparison.normals[chosen])
+            slope = np.where(np.abs(cosine) > GRAZING, share / cosine, 0.0)
+            pull = (slope * np.where(np.isfinite(off), off, 0.0)).sum(axis=2)
+            hold = (slope / cosine).sum(axis=2)
+            pull, hold = (comparison.tempering / sigma**2 * each for each in (pull, hold))
+            surely = 1.0 + hold * variance
+            averaged = 0.5 * (pull**2 * variance / surely - np.log(surely))
+            return comparison.tempering * change + averaged, np.asarray(bears)
+        return comparison.tempering * change, np.asarray(bears)
+
+    def _cosines(self, poses: FloatArray, normals: FloatArray) -> FloatArray:
+        """(p, s, n) between the beams and the normals (s, 2) of surfaces, seen from above."""
+        turns = np.column_stack([np.cos(poses[:, 2]), np.sin(poses[:, 2])])
+        x, y = self._rays.directions[:, 0], self._rays.directions[:, 1]
+        east = turns[:, :1] * x - turns[:, 1:] * y
+        north = turns[:, 1:] * x + turns[:, :1] * y
+        return np.asarray(east[:, None] * normals[:, :1] + north[:, None] * normals[:, 1:])
 
 
 class LevelView:
@@ -208,6 +239,10 @@ class LevelView:
         outline = self._outlines.of_object(name, self._sweep.height)
         return self._cast(outline, self._outlines.placements(name, states), poses)
 
+    def explained(self, expected: FloatArray) -> BoolArray:
+        margin = EXPLAINED_SIGMAS * self._beam_model.sigma_hit
+        return _agree(self._measured, expected, self._range_max, margin)
+
     def log_likelihood(self, expected: FloatArray) -> FloatArray:
         each = self._beam_model(self._measured, self._range_max)(expected)
         return np.asarray(each.sum(axis=-1))
@@ -238,61 +273,29 @@ class LevelView:
         return out
 
     def object_log_likelihood(
-        self, name: str, states: FloatArray, poses: FloatArray, background: FloatArray
+        self, name: str, states: FloatArray, poses: FloatArray, comparison: Comparison
     ) -> tuple[FloatArray, BoolArray]:
         from objstate.sensing import kernels
 
         outline = self._outlines.of_object(name, self._sweep.height)
-        change = np.empty((len(poses), len(states)))
+        normals, whole, few = comparison.normals, comparison.whole, comparison.few
+        out = np.empty((len(poses), len(states)))
         bears = np.zeros(self._beams.shape[1], dtype=bool)
         kernels.object_log_likelihood(
             with_trigonometry(poses),
             with_trigonometry(self._outlines.placements(name, states)),
+            np.zeros((len(states), 2)) if normals is None else normals,
+            np.ones(len(states), dtype=bool) if whole is None else whole,
+            np.arange(len(poses)) if few is None else few,
             outline.segments,
             outline.convex,
-            np.ascontiguousarray(background[:, self._sweep.order]),
+            np.ascontiguousarray(comparison.background[:, self._sweep.order]),
             self._beams,
             self._sweep.index,
             self._sweep.centre,
             self._beam_model.parameters(self._range_max),
-            change,
-            bears,
-        )
-        return change, self._sweep.unsorted(bears)
-
-    def shifted_log_likelihood(
-        self,
-        name: str,
-        states: FloatArray,
-        normals: FloatArray,
-        shift_std: float,
-        poses: FloatArray,
-        background: FloatArray,
-        whole: BoolArray,
-        few: IntArray,
-        tempering: float,
-    ) -> tuple[FloatArray, BoolArray]:
-        from objstate.sensing import kernels
-
-        outline = self._outlines.of_object(name, self._sweep.height)
-        placements = with_trigonometry(self._outlines.placements(name, states))
-        out = np.empty((len(poses), len(states)))
-        bears = np.zeros(self._beams.shape[1], dtype=bool)
-        kernels.shifted_log_likelihood(
-            with_trigonometry(poses),
-            placements,
-            normals,
-            whole,
-            few,
-            outline.segments,
-            outline.convex,
-            np.ascontiguousarray(background[:, self._sweep.order]),
-            self._beams,
-            self._sweep.index,
-            self._sweep.centre,
-            self._beam_model.parameters(self._range_max),
-            shift_std,
-            tempering,
+            comparison.shift_std,
+            comparison.tempering,
             out,
             bears,
         )
@@ -318,3 +321,11 @@ class LevelView:
             out,
         )
         return self._sweep.unsorted(out)
+
+
+def _agree(
+    measured: FloatArray, expected: FloatArray, range_max: float, margin: float
+) -> BoolArray:
+    """Which ranges (n,) agree within ``margin`` m; all beyond ``range_max`` are one."""
+    off = np.minimum(measured, range_max) - np.minimum(expected, range_max)
+    return np.asarray(np.abs(off) <= margin)

@@ -1,0 +1,92 @@
+"""What is believed of every object while a log goes by, and a way back to what was."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from zlib import crc32
+
+import numpy as np
+
+from objstate.building.model import Building
+from objstate.config import Settings
+from objstate.estimator.surroundings import Surroundings
+from objstate.geometry import IntArray
+from objstate.objects import ConditionalBelief, ObjectBelief, ObjectFilter, filter_for
+
+NANOSECONDS = 1e9
+
+
+class Believed:
+    """The objects' beliefs: marginals of all, and given each robot sample of those in view."""
+
+    def __init__(self, building: Building, settings: Settings, seed: int) -> None:
+        self.filters: Mapping[str, ObjectFilter] = {
+            name: filter_for(item, settings) for name, item in building.objects.items()
+        }
+        self.rngs = {
+            name: np.random.default_rng([seed, 1, crc32(name.encode())])
+            for name in building.objects
+        }
+        self.surroundings = Surroundings(building)
+        self.marginals: dict[str, ObjectBelief] = {}
+        self._in_view: dict[str, ConditionalBelief] = {}
+        self._trusted: dict[str, ObjectBelief] = {}  # what has changed since ``trust``, as it was
+        for name, each in self.filters.items():
+            self._keep(name, each.prior(self.rngs[name]))
+        self.trust()
+
+    def at(self, name: str, stamp_ns: int, rng: np.random.Generator | None = None) -> ObjectBelief:
+        """p(s_i) <- integral of p(s_i | t, s_i') p(s_i'), t the time since the last update."""
+        belief = self.marginals[name]
+        seconds = _seconds(belief, stamp_ns)
+        if seconds > 0.0:
+            belief = self.filters[name].predict(belief, seconds, rng or self.rngs[name])
+        return replace(belief, stamp_ns=stamp_ns)
+
+    def given(self, name: str, samples: int, stamp_ns: int) -> ConditionalBelief:
+        """The same given each of so many robot samples."""
+        belief = self.marginals[name]
+        known = self._in_view.get(name) or ConditionalBelief.independent(belief, samples)
+        seconds = _seconds(belief, stamp_ns)
+        if seconds > 0.0:
+            known = self.filters[name].predict_each(known, seconds, self.rngs[name])
+        return replace(known, belief=replace(known.belief, stamp_ns=stamp_ns))
+
+    def keep_in_view(self, given: Mapping[str, ConditionalBelief]) -> None:
+        """Keep the beliefs of the objects in view; of all others, marginals alone remain."""
+        self._in_view = dict(given)
+        self.keep({name: each.belief for name, each in given.items()}.items())
+
+    def keep(self, beliefs: Iterable[tuple[str, ObjectBelief]]) -> None:
+        """Keep new marginals."""
+        for name, belief in beliefs:
+            self._trusted.setdefault(name, self.marginals[name])
+            self._keep(name, belief)
+
+    def resampled(self, ancestors: IntArray) -> None:
+        """Let each new robot sample believe what its ancestor (l,) did."""
+        self._in_view = {name: each.resampled(ancestors) for name, each in self._in_view.items()}
+
+    def collapse(self) -> None:
+        """Forget what each robot sample believes: the samples are others now."""
+        self._in_view = {}
+
+    def trust(self) -> None:
+        """From now on, ``go_back`` leads here."""
+        self._trusted = {}
+
+    def go_back(self) -> None:
+        """Forget all that was learnt since ``trust``."""
+        for name, belief in self._trusted.items():
+            self._keep(name, belief)
+        self._trusted, self._in_view = {}, {}
+
+    def _keep(self, name: str, belief: ObjectBelief) -> None:
+        self.marginals[name] = belief
+        self.surroundings.follow(name, belief)
+
+
+def _seconds(belief: ObjectBelief, stamp_ns: int) -> float:
+    """s since a belief's moment; 0 for one that has none yet."""
+    return 0.0 if belief.stamp_ns is None else (stamp_ns - belief.stamp_ns) / NANOSECONDS

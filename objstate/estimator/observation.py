@@ -1,0 +1,86 @@
+"""What one scan says about the objects near the robot, and by them about the robot."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from objstate.estimator.backdrop import Backdrop
+from objstate.estimator.believed import Believed
+from objstate.geometry import BoolArray, FloatArray
+from objstate.localization import PoseBelief
+from objstate.objects import ConditionalBelief, ObjectBelief, ScanEvidence, Update
+from objstate.sensing import ScanView
+
+
+@dataclass(frozen=True, eq=False)
+class Observation:
+    """The objects' beliefs given each robot sample after a scan, and the samples' evidence."""
+
+    beliefs: Mapping[str, ConditionalBelief]
+    fits: Mapping[str, float]  # of the objects on which a beam bore
+    log_evidence: FloatArray  # (l,) tempered log p(o | l) of the beams towards objects
+
+    def settled_by(self, robot: PoseBelief) -> Observation:
+        """The same objects, their marginals by what the robot samples weigh after the scan."""
+        weights = robot.weights.values
+        beliefs = {name: each.averaged(each.given, weights) for name, each in self.beliefs.items()}
+        return replace(self, beliefs=beliefs)
+
+
+def observe(
+    believed: Believed,
+    view: ScanView,
+    towards: Mapping[str, BoolArray],
+    robot: PoseBelief,
+    stamp_ns: int,
+    tempering: float,
+    shift_std: float,
+) -> Observation:
+    """Predict each object's p(s | l) and integrate the scan into it, for each robot sample l.
+
+    ``towards`` names the objects near the robot, each with the beams (n,) of the view
+    that may touch it. ``shift_std`` m is how far the building is off.
+    """
+    given = {name: believed.given(name, len(robot.weights), stamp_ns) for name in towards}
+    beliefs = {name: each.belief for name, each in given.items()}
+    backdrop = Backdrop(view, robot.poses, beliefs, towards)
+    base = view.log_likelihood(backdrop.whole)
+    log_evidence, fits = tempering * base, {}
+    for name, beams in towards.items():
+        if not beams.any():
+            continue
+        without = backdrop.without(name)
+        evidence = ScanEvidence(
+            name, view, robot.poses, robot.weights, without, tempering, shift_std
+        )
+        update = believed.filters[name].update(given[name], evidence, believed.rngs[name])
+        if update is None:
+            continue
+        log_evidence += update.log_evidence + tempering * (view.log_likelihood(without) - base)
+        belief = replace(update.conditional.belief, last_observed_ns=stamp_ns)
+        given[name] = replace(update.conditional, belief=belief)
+        fits[name] = _fit(name, belief, update, view, robot, without)
+    return Observation(given, fits, log_evidence)
+
+
+def _fit(
+    name: str,
+    belief: ObjectBelief,
+    update: Update,
+    view: ScanView,
+    robot: PoseBelief,
+    without: FloatArray,
+) -> float:
+    """Share of the beams that bear on an object which its best state explains.
+
+    Seen from the robot sample that explains the scan best.
+    """
+    best = int(np.argmax(robot.weights.log + update.log_evidence))
+    expected = without[best]
+    if belief.presence >= 0.5:
+        alone = view.object(name, belief.best[None], robot.poses[best : best + 1])[0, 0]
+        expected = np.minimum(expected, alone)
+    return float(np.mean(view.explained(expected)[update.bears]))
