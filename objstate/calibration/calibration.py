@@ -23,7 +23,6 @@ from objstate.estimator import Estimator
 from objstate.geometry import BoolArray, FloatArray, rotation_about, transform
 from objstate.records import Record, Scan
 from objstate.run import RunOptions, open_run
-from objstate.sensing import BeamModel, Sensing
 
 Progress = Callable[[float, float], None]  # share of the log done from 0 to 1, seconds of it done
 
@@ -135,9 +134,7 @@ def _adjust(
     on_scan: Callable[[Scan], None] | None,
 ) -> tuple[Adjusted, int]:
     gathered = gather(records, estimator, options, on_scan)
-    building = estimator.building
-    sensing = Sensing(building, BeamModel(estimator.settings.beam_model))
-    reader = WallReader(building, sensing, options)
+    reader = WallReader(estimator.building, estimator.settings, options)
     return Adjustment(gathered, reader, options).solve(), len(gathered.scans)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from objstate.calibration.motion import OdometryTrack
 from objstate.calibration.options import CalibrationOptions
+from objstate.calibration.walls import WallReader
 from objstate.errors import LogError
 from objstate.estimator import Estimator
 from objstate.geometry import FloatArray, between
@@ -30,7 +31,10 @@ def gather(
     options: CalibrationOptions,
     on_scan: Callable[[Scan], None] | None = None,
 ) -> Gathered:
-    """Localize along the records, and keep scans from places that differ.
+    """Localize along the records, and keep scans from places that differ, where they fit the walls.
+
+    Whether a scan fits is judged here, and not by the estimator's lost stretches: with a laser
+    that is askew, and a late clock in a turn, a robot may look lost that isn't.
 
     Raises LogError where the robot was localized nowhere.
     """
@@ -52,7 +56,8 @@ def gather(
         if _is_elsewhere(latest.get(record.laser), record.odometry, options):
             latest[record.laser] = record.odometry
             kept.append((record, robot.mean))
-    kept = [(scan, pose) for scan, pose in kept if not _is_lost(scan, estimator)]
+    reader = WallReader(estimator.building, estimator.settings, options)
+    kept = [(scan, pose) for scan, pose in kept if reader.fits(scan, pose)]
     if len(odometry) < 2 or not kept:
         raise LogError(
             "The robot was localized nowhere in the log, so its lasers can't be calibrated; see "
@@ -80,7 +85,3 @@ def _is_elsewhere(
         return True
     x, y, turn = between(before, odometry)
     return bool(np.hypot(x, y) >= options.spacing or abs(turn) >= options.spacing_yaw)
-
-
-def _is_lost(scan: Scan, estimator: Estimator) -> bool:
-    return any(since <= scan.stamp_ns < found for since, found in estimator.lost)

@@ -42,7 +42,9 @@ class OdometryTrack:
         here = self.at(stamps_ns)
         ahead = between(here, self.at(stamps_ns + half))
         back = between(here, self.at(stamps_ns - half))
-        return np.asarray((ahead - back) / (2.0 * SPEED_OVER))
+        step = (ahead - back) / 2.0
+        step[:, :2] /= np.sinc(step[:, 2:] / np.pi)  # of an arc, only its chord is seen
+        return np.asarray(step / SPEED_OVER)
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,15 +14,18 @@ import numpy as np
 
 from objstate.building.model import Building, Kind, MovableObject
 from objstate.calibration.options import CalibrationOptions
+from objstate.config import Settings
 from objstate.geometry import BoolArray, FloatArray, IntArray, transform_from_pose
 from objstate.records import Scan
-from objstate.sensing import Sensing, cast_from
+from objstate.sensing import BeamModel, Sensing, cast_from
 
 STEP = np.array([0.01, 0.01, 0.003])  # m, m, rad of the differences that give gradients
 BENT = 0.01  # m by which forward and backward differences may disagree: elsewhere there is an edge
 STEEPEST = 3.0  # gradient's length, 1 / cos(incidence): 70 degrees; beyond, a hair moves a reading
 SWING = np.radians(10.0)  # rad between the states of a door that are looked at
 SLIDE = 0.1  # m, the same of sliding doors and furniture
+FITTING = 0.5  # m from the walls, within which most readings of a robot lie that isn't lost
+MOST = 0.5  # of the readings
 SECTORS = 8  # directions that walls are told apart by
 MOST_SQUARES = 1 << 24  # along one side of a building
 STRAY = 0.3  # m about its place within which furniture is looked for
@@ -58,8 +61,8 @@ class WallReadings:
 class WallReader:
     """Reads scans against the walls of a building."""
 
-    def __init__(self, building: Building, sensing: Sensing, options: CalibrationOptions) -> None:
-        self._sensing = sensing
+    def __init__(self, building: Building, settings: Settings, options: CalibrationOptions) -> None:
+        self._sensing = Sensing(building, BeamModel(settings.beam_model))
         self._beams = options.beams
         self._states = {name: _states(item) for name, item in building.objects.items()}
         self._places = {
@@ -80,6 +83,15 @@ class WallReader:
         chosen = np.zeros(len(scan), dtype=bool)
         chosen[usable[:: max(1, len(usable) // self._beams)]] = True
         return chosen
+
+    def fits(self, scan: Scan, pose: FloatArray) -> bool:
+        """Whether a robot at about a pose (3,) would read most of the walls about where the scan does."""
+        beams = self.beams_on_walls(scan, pose)
+        if not beams.any():
+            return False
+        walls = self._sensing.view(scan, beams).walls(pose[None])[0]
+        near = np.abs(scan.ranges[beams] - walls) < FITTING
+        return bool(near.mean() >= MOST)
 
     def read(self, scan: Scan, beams: BoolArray, pose: FloatArray) -> WallReadings:
         """The readings of ``beams`` (n,) about a robot pose (3,); edges and grazed walls left out."""

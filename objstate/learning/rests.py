@@ -25,6 +25,7 @@ SETTLED = {"direction": np.radians(5.0), "length": 0.05}
 # rad and m by which estimates of an object that stands still differ, hinges and walls being off
 ALIKE = {"direction": np.radians(3.0), "length": 0.03}
 SIGMAS = 3.0  # deviations by which estimates may differ and still be of one state
+LEAST_PRESENCE = 0.5  # probability; furniture that is likelier gone stands nowhere
 LONGEST_BLINK = 5.0  # s without a sight after which a rest is taken to have ended
 SHORTEST_REST = 2.0  # s; a shorter stay that is seen to end was on the way elsewhere
 
@@ -81,8 +82,7 @@ def _sights(estimates: pl.DataFrame, item: MovableObject) -> _Sights:
     import polars as pl
 
     rows = estimates.filter((pl.col("object") == item.name) & pl.col("observed"))
-    if "lost" in rows.columns:
-        rows = rows.filter(~pl.col("lost"))
+    rows = rows.filter(~pl.col("lost") & (pl.col("presence") >= LEAST_PRESENCE))
     by_coordinate = [rows.filter(pl.col("coordinate") == name) for name in item.coordinates]
     states = np.column_stack([part["mean"].to_numpy() for part in by_coordinate])
     stds = np.column_stack([part["std"].to_numpy() for part in by_coordinate])

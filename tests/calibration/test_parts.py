@@ -11,10 +11,10 @@ from objstate.calibration.blocks import Blocks, NormalEquations
 from objstate.calibration.motion import OdometryTrack, counted_steps, links_between
 from objstate.calibration.options import CalibrationOptions
 from objstate.calibration.walls import WallReader
-from objstate.config import BeamModelSettings
+from objstate.config import Settings
 from objstate.geometry import compose, rotation_about, transform
 from objstate.records import Rays
-from objstate.sensing import BeamModel, ExpectedRanges, Sensing
+from objstate.sensing import ExpectedRanges
 from tests.rooms import building, door, enclosure, fan, placed, scan_of
 
 ROOM = building(enclosure(6.0, 4.0))
@@ -58,7 +58,7 @@ def test_a_step_solves_linear_least_squares(seed: int) -> None:
 
 
 def test_a_wall_that_is_off_reads_alike_at_any_incidence() -> None:
-    reader = WallReader(ROOM, Sensing(ROOM, BeamModel(BeamModelSettings())), CalibrationOptions())
+    reader = WallReader(ROOM, Settings(), CalibrationOptions())
     pose, rays = np.array([0.1, 0.2, 0.3]), fan(181)
     further = building(enclosure(6.04, 4.04))  # every wall 2 cm farther out
     scan = scan_of(ExpectedRanges(further).walls(pose[None], rays)[0], rays)
@@ -70,7 +70,7 @@ def test_a_wall_that_is_off_reads_alike_at_any_incidence() -> None:
 
 def test_beams_that_may_meet_a_door_are_left_out() -> None:
     place = building(enclosure(6.0, 4.0), door("d", 2.0, -0.4, bearing=1.57, width=0.8))
-    reader = WallReader(place, Sensing(place, BeamModel(BeamModelSettings())), CalibrationOptions())
+    reader = WallReader(place, Settings(), CalibrationOptions())
     pose, rays = np.zeros(3), fan(181)
     scan = scan_of(ExpectedRanges(place).walls(pose[None], rays)[0], rays)
     bearings = np.degrees(np.arctan2(*rays.directions[reader.beams_on_walls(scan, pose), 1::-1].T))
@@ -112,7 +112,7 @@ def test_a_track_is_held_at_its_ends() -> None:
 
 
 def test_pieces_are_told_apart_by_place_and_by_the_way_they_face() -> None:
-    reader = WallReader(ROOM, Sensing(ROOM, BeamModel(BeamModelSettings())), CalibrationOptions())
+    reader = WallReader(ROOM, Settings(), CalibrationOptions())
     pose, rays = np.zeros(3), Rays(np.tile([0.0, 0.0, 0.3], (4, 1)), np.array(SIDES))
     scan = scan_of(np.array([3.0, 2.0, 3.0, 2.0]), rays)
     readings = reader.read(scan, np.ones(4, dtype=bool), pose)

@@ -34,9 +34,15 @@ def looks(
         for time in np.arange(begin, end, 1.0 / HZ)
     ]
     frame = pl.DataFrame(rows).with_columns(
-        std=pl.lit(0.01), lower=pl.col("mean") - 0.02, upper=pl.col("mean") + 0.02, observed=True
+        std=pl.lit(0.01),
+        lower=pl.col("mean") - 0.02,
+        upper=pl.col("mean") + 0.02,
+        observed=True,
+        fit=pl.lit(1.0),
+        presence=pl.lit(1.0),
+        lost=pl.lit(False),
     )
-    return frame.with_columns(**more).select(*estimate_schema().names(), *more.keys() - estimate_schema().names())  # fmt: skip
+    return frame.with_columns(**more).select(estimate_schema().names())
 
 
 def learnt(estimates: pl.DataFrame, place: Building = PLACE, settings: Settings | None = None):
@@ -61,7 +67,13 @@ def test_looks_apart_are_rests_apart() -> None:
 
 
 @pytest.mark.parametrize(
-    "unfit", [{"std": pl.lit(0.5)}, {"observed": pl.lit(False)}, {"lost": pl.lit(True)}]
+    "unfit",
+    [
+        {"std": pl.lit(0.5)},
+        {"observed": pl.lit(False)},
+        {"lost": pl.lit(True)},
+        {"presence": pl.lit(0.1)},
+    ],
 )
 def test_estimates_that_tell_nothing_are_no_rests(unfit: dict[str, pl.Expr]) -> None:
     assert rests_of(looks("a", [(0.0, 5.0, 0.5)], **unfit), DOOR) == []
