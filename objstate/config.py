@@ -98,6 +98,7 @@ class ObjectUpdateSettings(Strict):
 
     inference: Literal["joint", "marginal"] = "joint"  # marginal: the paper's
     joint_samples: Count = 400  # with more robot samples than these, inference is marginal
+    correlation_m: Positive = 0.03  # m of driving after which a robot sample's error is another
     max_distance: Positive = 3.5  # m from the robot (section 4.1 of the paper)
     robot_samples: Count = 20  # of the robot belief, drawn for each update
     tempering: Exponent = 0.4  # exponent on the likelihood of a scan
@@ -121,6 +122,15 @@ class MapErrorSettings(Strict):
     cell_m: Positive = 0.5  # size of a place
     beams: Count = 3  # that a place must be seen by
     most_m: Positive = 0.15  # a beam that is off by more was stopped by something
+
+
+class ConsistencySettings(Strict):
+    """How the log corrects the widths of beliefs: by how far their means move."""
+
+    stretch_s: Positive = 1.0  # over which the moves of a mean add up
+    weight: Positive = 10.0  # of the first guess, which is that the widths are right, in stretches
+    least: Positive = 0.05  # factor on a variance
+    most: Positive = 10.0
 
 
 class Dynamics(Strict):
@@ -196,6 +206,7 @@ class Settings(Strict):
     localization: LocalizationSettings = LocalizationSettings()
     object_updates: ObjectUpdateSettings = ObjectUpdateSettings()
     map_error: MapErrorSettings = MapErrorSettings()
+    consistency: ConsistencySettings = ConsistencySettings()
     objects: tuple[ObjectRule, ...] = ()
 
     def for_object(self, name: str, default_class: Literal["door", "furniture"]) -> ObjectSettings:

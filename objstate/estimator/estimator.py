@@ -12,13 +12,14 @@ from objstate.building.model import Building
 from objstate.config import Settings
 from objstate.errors import LogError, SettingsError
 from objstate.estimator.believed import Believed
+from objstate.estimator.consistency import Consistency
 from objstate.estimator.doubt import Doubt
 from objstate.estimator.map_error import MapError
 from objstate.estimator.observation import Observation, observe
 from objstate.estimator.schedule import Schedule, evenly_spread
 from objstate.estimator.tracking import Track, share_through_walls
 from objstate.geometry import BoolArray, FloatArray, between, transform_from_pose
-from objstate.localization import Localizer, PoseBelief
+from objstate.localization import LEVER, Localizer, PoseBelief
 from objstate.objects import ObjectBelief
 from objstate.particles import Weights
 from objstate.records import (
@@ -72,6 +73,7 @@ class Estimator:
         self._schedule = Schedule(self.settings.object_updates)
         self._believed = Believed(building, self.settings, seed)
         self._map_error = MapError(self.settings.map_error)
+        self._consistency = Consistency(self.settings.consistency)
         self._odometry: FloatArray | None = None
         self._now_ns = 0
         self._start_is_told = initial_pose is not None or global_start
@@ -154,12 +156,22 @@ class Estimator:
         if self._map_error.is_due(scan.stamp_ns):
             self._note_map_error(scan, track.belief)
         near, towards = self._near(track.belief, scan, scan.valid)
-        used = np.asarray(towards.any(axis=0))
-        aside = evenly_spread(scan.valid & ~used, self.settings.localization.max_beams)
+        used, s = np.asarray(towards.any(axis=0)), self.settings.localization
+        share = min(1.0, s.max_beams / max(int(scan.valid.sum()), 1))  # of the beams that count
+        free = scan.valid & ~used
+        aside = evenly_spread(free, int(np.ceil(share * free.sum())))
         evidence = self._log_likelihood(track.belief, scan, aside, but=near)
         observation = self._observe(near, towards, scan, track.belief)
-        corrected = self._localizer.correct(track.belief, evidence + observation.log_evidence)
-        observation = observation.settled_by(corrected)
+        evidence += share * s.tempering * observation.log_evidence
+        corrected = self._localizer.correct(track.belief, evidence)
+        seen = self._localizer.correct(
+            corrected, self.settings.object_updates.tempering * observation.log_evidence
+        )
+        observation = observation.settled_by(seen, self._forgotten(track))
+        for name in observation.fits:
+            self._consistency.note(
+                observation.predicted[name], observation.beliefs[name].belief, scan.stamp_ns
+            )
         self._believed.keep_in_view(observation.beliefs)
         robot, ancestors = self._localizer.renew(corrected, self._rng)
         if ancestors is not None:
@@ -229,6 +241,17 @@ class Estimator:
 
     # --- what the steps need --------------------------------------------------------
 
+    def _forgotten(self, track: Track) -> float:
+        """Share of what robot samples know by themselves that is forgotten since the last scan.
+
+        As the robot drives, the samples' errors become others.
+        """
+        if track.corrected_at is None or self._odometry is None:
+            return 1.0
+        step = between(track.corrected_at, self._odometry)
+        driven = float(np.hypot(step[0], step[1])) + LEVER * abs(float(step[2]))
+        return float(-np.expm1(-driven / self.settings.object_updates.correlation_m))
+
     def _near(self, robot: PoseBelief, scan: Scan, beams: BoolArray) -> tuple[list[str], BoolArray]:
         """The objects near the robot, and which of the beams may touch each of them (m, n)."""
         surroundings = self._believed.surroundings
@@ -279,7 +302,8 @@ class Estimator:
 
     def _published(self, name: str, belief: ObjectBelief) -> ObjectBelief:
         """The belief of somebody who knows that the building's model is off."""
-        return self._believed.filters[name].widened(belief, self._map_error.std)
+        factor = self._consistency.factor(belief.item.kind)
+        return self._believed.filters[name].widened(belief, factor, self._map_error.std)
 
     def _infers_jointly(self, robot: PoseBelief) -> bool:
         s = self.settings.object_updates

@@ -40,14 +40,18 @@ class MapError:
         """Take in that beams which should end at places (n, 2) read longer by ``off`` (n,) m."""
         s, self._noted_ns = self._settings, stamp_ns
         believable = np.abs(off) < s.most_m  # not stopped by something, nor through a gap
+        if not believable.any():
+            return
         cells = np.floor(places[believable] / s.cell_m).astype(np.int64)
-        different, which, counts = np.unique(cells, axis=0, return_inverse=True, return_counts=True)
-        means = np.bincount(which.ravel(), off[believable], len(different)) / counts
-        for x, y, mean, count in zip(*different.T, means, counts, strict=True):
-            if count < s.beams:
+        order = np.lexsort(cells.T)
+        cells, off = cells[order], off[believable][order]
+        starts = np.flatnonzero(np.append(True, (np.diff(cells, axis=0) != 0).any(axis=1)))
+        for part, (x, y) in zip(np.split(off, starts[1:]), cells[starts], strict=True):
+            if len(part) < s.beams:
                 continue
+            middle = float(np.median(part))  # beside a corner, some beams read another wall
             total, visits = self._before.get((x, y), (0.0, 0))
             if visits:
-                self._sum += mean * total / visits
+                self._sum += middle * total / visits
                 self._count += 1
-            self._before[x, y] = (total + mean, visits + 1)
+            self._before[x, y] = (total + middle, visits + 1)

@@ -20,14 +20,23 @@ class Observation:
     """The objects' beliefs given each robot sample after a scan, and the samples' evidence."""
 
     beliefs: Mapping[str, ConditionalBelief]
+    predicted: Mapping[str, ObjectBelief]  # before it
     fits: Mapping[str, float]  # of the objects on which a beam bore
-    log_evidence: FloatArray  # (l,) tempered log p(o | l) of the beams towards objects
+    log_evidence: FloatArray  # (l,) log p(o | l) of the beams towards objects
 
-    def settled_by(self, robot: PoseBelief) -> Observation:
-        """The same objects, their marginals by what the robot samples weigh after the scan."""
+    def settled_by(self, robot: PoseBelief, forgotten: float) -> Observation:
+        """The same objects, their marginals by what the robot samples weigh after the scan.
+
+        Each sample gives up a share of its own belief for that of all.
+        """
         weights = robot.weights.values
-        beliefs = {name: each.averaged(each.given, weights) for name, each in self.beliefs.items()}
-        return replace(self, beliefs=beliefs)
+        return replace(
+            self,
+            beliefs={
+                name: each.averaged(each.given, weights).blended(forgotten)
+                for name, each in self.beliefs.items()
+            },
+        )
 
 
 def observe(
@@ -63,7 +72,7 @@ def observe(
         belief = replace(update.conditional.belief, last_observed_ns=stamp_ns)
         given[name] = replace(update.conditional, belief=belief)
         fits[name] = _fit(name, belief, update, view, robot, without)
-    return Observation(given, fits, log_evidence)
+    return Observation(given, beliefs, fits, log_evidence / tempering)
 
 
 def _fit(

@@ -33,6 +33,11 @@ class ConditionalBelief:
         """With new conditional weights (l, n), the marginal by the robot weights (l,)."""
         return ConditionalBelief(self.belief.with_weights(Weights.of(robot_weights @ given)), given)
 
+    def blended(self, share: float) -> ConditionalBelief:
+        """Each robot sample gives up a share of its own belief for the marginal."""
+        given = (1.0 - share) * self.given + share * self.belief.weights.values
+        return replace(self, given=given)
+
     def resampled(self, ancestors: IntArray) -> ConditionalBelief:
         """After the robot belief was resampled: each sample keeps what its ancestor (l',) believed."""
         return replace(self, given=self.given[ancestors])

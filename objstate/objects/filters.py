@@ -27,7 +27,9 @@ RESAMPLE_BELOW = 0.5  # of the samples; resample when the effective number falls
 MAJORITY = 0.5  # weight of scouts after a scan, above which the object counts as moved
 CARRY_ON = 0.2  # of a nudge, by which scouts spread about the best of them
 SHRINK = 0.95  # by which samples draw towards their mean before the kernel spreads them
-LEAN = 1.5  # of beams spread evenly over a leaf from hinge to latch, over its width
+# Where beams spread evenly over a leaf, a shift turns it by 1.5 over its width; leaf and robot are
+# off by themselves, as their squares add up.
+LEAN = 1.5 * 2.0**0.5
 LEAST_PRESENCE = 1e-6  # what is never ruled out: that it is there, or that it is gone
 TINY = 1e-300
 FINE = 40  # states with weight that are cast at most; of more, an even comb
@@ -56,8 +58,11 @@ class ObjectFilter(Protocol):
     ) -> Update | None:
         """Bayes' rule for each robot sample; None where no beam bears on the object."""
 
-    def widened(self, belief: ObjectBelief, std_m: float) -> ObjectBelief:
-        """The belief of somebody who knows that the building is off by ``std_m`` m."""
+    def widened(self, belief: ObjectBelief, factor: float, std_m: float) -> ObjectBelief:
+        """The belief, its variance changed by a factor, of somebody who knows the building is off.
+
+        ``std_m`` m is by how much. Where several states compete, the factor is left out.
+        """
 
 
 def filter_for(item: MovableObject, settings: Settings) -> ObjectFilter:
@@ -176,10 +181,16 @@ class LatticeFilter:
         kernels.condition(given, chosen, log_likelihood, log_evidence)
         return Update(believed.averaged(given, evidence.robot_weights.values), log_evidence, bears)
 
-    def widened(self, belief: ObjectBelief, std_m: float) -> ObjectBelief:
+    def widened(self, belief: ObjectBelief, factor: float, std_m: float) -> ObjectBelief:
         """A hinged leaf that hangs aside reads turned by what the shift is to its mean lever."""
         std = std_m * self._lean if self.item.kind is Kind.HINGED else std_m
-        return belief.with_weights(Weights.of(self._drifted(belief.weights.values, std)))
+        weights = belief.weights.values
+        if belief.settled and factor < 1.0:
+            log = belief.weights.log - belief.weights.log.max()
+            weights = np.exp(log / factor)
+        elif belief.settled:
+            std = float(np.hypot(std, np.sqrt(factor - 1.0) * belief.std[0]))
+        return belief.with_weights(Weights.of(self._drifted(weights, std)))
 
     @cached_property
     def _lean(self) -> float:
@@ -253,9 +264,10 @@ class SampleFilter:
             replace(believed, belief=replace(believed.belief, presence=there)), log_evidence, bears
         )
 
-    def widened(self, belief: ObjectBelief, std_m: float) -> ObjectBelief:
+    def widened(self, belief: ObjectBelief, factor: float, std_m: float) -> ObjectBelief:
         std = np.array([std_m, std_m, std_m * self._lean])
-        wider = np.sqrt(1.0 + (std / np.maximum(belief.std, TINY)) ** 2)
+        factor = factor if belief.settled else 1.0
+        wider = np.sqrt(factor + (std / np.maximum(belief.std, TINY)) ** 2)
         states = belief.mean + wider * belief.deviations
         states[:, 2] = wrap(states[:, 2])
         return belief.with_samples(states, belief.weights)

@@ -380,7 +380,7 @@ def condition(
             right = np.exp(log_likelihood[p, k] - top)
             begin, steps = chosen[k - 1], chosen[k] - chosen[k - 1]
             for j in range(1, steps + 1):
-                factors[begin + j] = left + (right - left) * j / steps
+                factors[begin + j] = (left * (steps - j) + right * j) / steps
             left = right
         total = 0.0
         for j in range(given.shape[1]):
