@@ -9,6 +9,7 @@ import typer
 from objstate.cli import (
     batch,
     building,
+    calibrate,
     convert,
     estimate,
     evaluate,
@@ -74,6 +75,7 @@ app.command(epilog=evaluate.EXAMPLES)(evaluate.evaluate)
 app.command(epilog=report.EXAMPLES)(report.report)
 app.command(epilog=statistics.EXAMPLES)(statistics.statistics)
 app.command(epilog=simulate.EXAMPLES)(simulate.simulate)
+app.command(epilog=calibrate.EXAMPLES)(calibrate.calibrate)
 app.command(epilog=convert.EXAMPLES)(convert.convert)
 app.add_typer(building.app, name="building")
 app.add_typer(world.app, name="world")
