@@ -14,6 +14,7 @@ from objstate.cli import (
     estimate,
     evaluate,
     inspect,
+    next,  # noqa: A004 - the module of a command
     report,
     reproduce,
     simulate,
@@ -78,5 +79,6 @@ app.command(epilog=simulate.EXAMPLES)(simulate.simulate)
 app.command(epilog=calibrate.EXAMPLES)(calibrate.calibrate)
 app.command(epilog=convert.EXAMPLES)(convert.convert)
 app.add_typer(building.app, name="building")
+app.command("next", epilog=next.EXAMPLES)(next.next_)
 app.add_typer(world.app, name="world")
 app.add_typer(reproduce.app, name="reproduce")

@@ -21,14 +21,14 @@ CLOCK_OFFSET = "FRAME=SECONDS (as in laser=0.03)"
 TIME = "'now', a time as in 2026-11-21T12:00 (UTC, or with +01:00), or seconds since 1970"
 
 
-def parse_pose(text: str) -> FloatArray:
-    """The pose (3,) that ``--initial-pose`` gives. Raises SettingsError."""
+def parse_pose(text: str, option: str = "--initial-pose") -> FloatArray:
+    """The pose (3,) that an option gives. Raises SettingsError."""
     from objstate.geometry import pose_from_text
 
     try:
         return pose_from_text(text)
     except ValueError as error:
-        raise SettingsError(f"--initial-pose '{text}' is not a pose; give {POSE}.") from error
+        raise SettingsError(f"{option} '{text}' is not a pose; give {POSE}.") from error
 
 
 def parse_mounts(texts: Sequence[str]) -> dict[str, FloatArray]:
