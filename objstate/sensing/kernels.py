@@ -90,6 +90,25 @@ def log_likelihoods(
 
 
 @_compile
+def total_log_likelihoods(
+    measured: FloatArray,
+    short: FloatArray,
+    expected: FloatArray,
+    model: FloatArray,
+    out: FloatArray,
+) -> None:
+    """Log p(o | d-hat) of all beams together: measured and short (n,), expected (m, n), out (m,)."""
+    for row in range(expected.shape[0]):
+        total, product = 0.0, 1.0
+        for i in range(expected.shape[1]):
+            product *= density(measured[i], short[i], expected[row, i], model)
+            if product < SMALL or product > LARGE:
+                total += np.log(product)
+                product = 1.0
+        out[row] = total + np.log(product)
+
+
+@_compile
 def _first_at_or_after(bearing: float, beams: FloatArray, index: IntArray) -> Any:
     """The first beam whose pseudo-angle is not below ``bearing``."""
     count, cells = beams.shape[1], index.shape[0] - 1

@@ -134,7 +134,7 @@ class MeshView:
         return _agree(self._measured, expected, self._range_max, margin)
 
     def log_likelihood(self, expected: FloatArray) -> FloatArray:
-        return np.asarray(self._log_likelihood(expected).sum(axis=-1))
+        return self._beam_model.total(self._measured, expected, self._range_max)
 
     def pose_log_likelihood(
         self, poses: FloatArray, blur: float, objects: Sequence[UncertainObject]
@@ -244,8 +244,7 @@ class LevelView:
         return _agree(self._measured, expected, self._range_max, margin)
 
     def log_likelihood(self, expected: FloatArray) -> FloatArray:
-        each = self._beam_model(self._measured, self._range_max)(expected)
-        return np.asarray(each.sum(axis=-1))
+        return self._beam_model.total(self._measured, expected, self._range_max)
 
     def pose_log_likelihood(
         self, poses: FloatArray, blur: float, objects: Sequence[UncertainObject]
