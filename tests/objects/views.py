@@ -39,7 +39,7 @@ class FormulaView:
         raise NotImplementedError
 
     def log_likelihood(self, expected: FloatArray) -> FloatArray:
-        raise NotImplementedError
+        return np.zeros(len(expected))
 
     def pose_log_likelihood(
         self, poses: FloatArray, blur: float, objects: Sequence[UncertainObject]
