@@ -6,7 +6,19 @@ from typing import Annotated
 
 import typer
 
-from objstate.cli import building, convert, estimate, evaluate, inspect, simulate
+from objstate.cli import (
+    batch,
+    building,
+    convert,
+    estimate,
+    evaluate,
+    inspect,
+    report,
+    reproduce,
+    simulate,
+    statistics,
+    world,
+)
 from objstate.cli.console import print_text
 from objstate.cli.options import help_when_alone
 
@@ -56,8 +68,13 @@ def _start(
 
 
 app.command(epilog=estimate.EXAMPLES)(estimate.estimate)
+app.command(epilog=batch.EXAMPLES)(batch.batch)
 app.command(epilog=inspect.EXAMPLES)(inspect.inspect)
 app.command(epilog=evaluate.EXAMPLES)(evaluate.evaluate)
+app.command(epilog=report.EXAMPLES)(report.report)
+app.command(epilog=statistics.EXAMPLES)(statistics.statistics)
 app.command(epilog=simulate.EXAMPLES)(simulate.simulate)
 app.command(epilog=convert.EXAMPLES)(convert.convert)
 app.add_typer(building.app, name="building")
+app.add_typer(world.app, name="world")
+app.add_typer(reproduce.app, name="reproduce")

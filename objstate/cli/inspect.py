@@ -13,7 +13,7 @@ from objstate.cli.building_tables import describe_building
 from objstate.cli.console import print_table, print_text
 from objstate.cli.json_values import json_values
 from objstate.cli.log_tables import describe_log
-from objstate.cli.options import Mounts
+from objstate.cli.options import AsJson, Mounts
 from objstate.cli.parsing import check_height, parse_mounts
 from objstate.errors import BuildingError
 
@@ -39,7 +39,7 @@ def inspect(
     ],
     mount: Mounts = None,
     height: Annotated[float, typer.Option(help="Of the laser above a building's floor, m.")] = 0.3,
-    as_json: Annotated[bool, typer.Option("--json", help="The same for programs.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Show what is in a log or a building, and what is wrong with it.
 
