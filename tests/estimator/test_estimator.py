@@ -80,8 +80,9 @@ def test_a_drive_finds_every_door_and_the_robot(seed: int) -> None:
 
 
 @pytest.mark.parametrize("schedule", ["beams", "alternate"])
-def test_either_schedule_finds_the_doors(schedule: str) -> None:
-    settings = Settings.model_validate({"object_updates": {"schedule": schedule}})
+def test_marginal_inference_finds_the_doors_by_either_schedule(schedule: str) -> None:
+    updates = {"inference": "marginal", "schedule": schedule}
+    settings = Settings.model_validate({"object_updates": updates})
     rows = fed(Estimator(CORRIDOR, settings, initial_pose=START), long_drive(1).records)
     assert np.mean(list(door_errors(rows).values())) < 1.5
 
@@ -90,7 +91,13 @@ def test_one_laser_localizes_while_another_observes() -> None:
     lasers = {"front": fan(91), "rear": fan(91, towards=np.pi)}
     driven = drive(2, lasers=lasers)
     settings = Settings.model_validate(
-        {"object_updates": {"schedule": "lasers", "localization_lasers": ["rear"]}}
+        {
+            "object_updates": {
+                "inference": "marginal",
+                "schedule": "lasers",
+                "localization_lasers": ["rear"],
+            }
+        }
     )
     rows = fed(Estimator(CORRIDOR, settings, initial_pose=START), driven.records)
     assert np.mean(list(door_errors(rows).values())) < 2.0
@@ -200,6 +207,20 @@ def test_a_robot_told_anew_is_where_it_was_told() -> None:
     estimator.feed(InitialPose(START_NS, elsewhere, TOLD / 100))
     assert estimator.robot is not None
     np.testing.assert_allclose(estimator.robot.mean[:2], elsewhere[:2], atol=0.01)
+
+
+def test_told_anew_in_view_of_a_door_other_robot_samples_learn_about_it() -> None:
+    """However many they are: those that had a belief of it by themselves are gone."""
+    settings = Settings.model_validate({"localization": {"max_particles": 250}})
+    driven = short_drive()
+    estimator = Estimator(CORRIDOR, settings, initial_pose=START)
+    half = len(driven.records) // 2
+    fed(estimator, driven.records[:half])
+    stamp = max(each for each in driven.poses if each <= driven.records[half - 1].stamp_ns)
+    estimator.feed(InitialPose(stamp, driven.poses[stamp], TOLD))
+    rows = fed(estimator, driven.records[half:])
+    last = [row for row in rows if row.object == "a" and row.observed][-1]
+    assert np.degrees(abs(last.mean - truth()["a"][0])) < 2.0
 
 
 def test_without_a_told_pose_the_first_recorded_belief_starts_localization_with_a_warning() -> None:

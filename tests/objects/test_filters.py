@@ -382,3 +382,48 @@ def test_the_same_generator_gives_the_same_belief() -> None:
     filter_ = filter_for(TABLE, Settings())
     one, two = (updated(filter_, filter_.prior(rng_of(4)), told, rng_of(5)) for _ in range(2))
     np.testing.assert_array_equal(one.states, two.states)
+
+
+# --- what is published --------------------------------------------------------------
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.floats(0.3, 1.2), st.floats(0.05, 9.0))
+def test_a_settled_door_is_published_with_its_variance_changed_by_the_factor(
+    angle: float, factor: float
+) -> None:
+    filter_ = LatticeFilter(HINGED, DoorSettings(resolution_deg=0.1))
+    belief = knows(filter_, np.array([angle]))
+    told = filter_.widened(belief, factor, 0.0)
+    assert told.mean[0] == pytest.approx(belief.mean[0], abs=0.002)
+    assert told.std[0] == pytest.approx(np.sqrt(factor) * belief.std[0], rel=0.1)
+
+
+def test_where_the_building_is_off_by_nothing_and_widths_are_right_nothing_changes() -> None:
+    for item in (HINGED, SLIDING, TABLE):
+        filter_ = filter_for(item, Settings())
+        belief = filter_.prior(rng_of())
+        told = filter_.widened(belief, 1.0, 0.0)
+        np.testing.assert_allclose(told.mean, belief.mean, atol=1e-9)
+        np.testing.assert_allclose(told.std, belief.std, rtol=1e-6)
+
+
+@pytest.mark.parametrize("std_m", [0.01, 0.03])
+def test_a_building_that_is_off_widens_by_as_much_as_variances_add(std_m: float) -> None:
+    sliding = LatticeFilter(SLIDING, DoorSettings(resolution_m=0.001))
+    belief = knows(sliding, np.array([0.45]))
+    told = sliding.widened(belief, 1.0, std_m)
+    assert told.std[0] == pytest.approx(np.hypot(belief.std[0], std_m), rel=0.03)
+    furniture = SampleFilter(TABLE, FurnitureSettings())
+    belief = knows(furniture, TABLE.home)
+    told = furniture.widened(belief, 1.0, std_m)
+    np.testing.assert_allclose(told.std[:2], np.hypot(belief.std[:2], std_m), rtol=0.01)
+    np.testing.assert_allclose(told.mean, belief.mean, atol=1e-6)
+
+
+def test_where_several_states_compete_the_factor_is_left_out() -> None:
+    filter_ = filter_for(HINGED, Settings())
+    prior = filter_.prior(rng_of())
+    for factor in (0.1, 5.0):
+        told = filter_.widened(prior, factor, 0.0)
+        np.testing.assert_allclose(told.weights.values, prior.weights.values, atol=1e-12)
