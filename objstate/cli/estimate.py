@@ -11,14 +11,23 @@ import typer
 from objstate.cli.console import (
     log_to_terminal,
     print_names,
+    print_parts,
     print_table,
     print_text,
     print_warnings,
 )
 from objstate.cli.error_tables import robot_table
+from objstate.cli.extras import Extras, calibration_from
 from objstate.cli.live import live_view
-from objstate.cli.options import Mounts, Overwrite, Quiet
-from objstate.cli.parsing import POSE, check_span, parse_mounts, parse_pose, split_topics
+from objstate.cli.options import ClockOffsets, Mounts, Overwrite, Quiet
+from objstate.cli.parsing import (
+    POSE,
+    check_span,
+    parse_clock_offsets,
+    parse_mounts,
+    parse_pose,
+    split_topics,
+)
 from objstate.cli.progress import progress_bar
 from objstate.cli.state_table import state_table
 
@@ -40,6 +49,7 @@ DIR gets:
   trajectory.tum      the robot's path
   run.json            settings, counts, timings, warnings
   estimates.mcap      with --mcap: the run as a scene for Foxglove and RViz
+  calibration.yaml    with --calibrate;  dynamics.yaml  with --learn-dynamics
 """
 
 
@@ -83,6 +93,21 @@ def estimate(
         typer.Option(metavar="TOPIC", help="Read only these; repeat, or separate by commas."),
     ] = None,
     mount: Mounts = None,
+    clock_offset: ClockOffsets = None,
+    calibration: Annotated[
+        Path | None,
+        typer.Option(metavar="YAML", help="Mountings and clocks that `objstate calibrate` wrote."),
+    ] = None,
+    calibrate: Annotated[
+        bool,
+        typer.Option("--calibrate", help="Calibrate by the log first, and use what it tells."),
+    ] = False,
+    learn_dynamics: Annotated[
+        bool,
+        typer.Option(
+            "--learn-dynamics", help="Also write dynamics.yaml: how often objects are moved here."
+        ),
+    ] = False,
     truth: Annotated[
         Path | None, typer.Option(metavar="CSV", help="True states, to show beside the estimates.")
     ] = None,
@@ -120,6 +145,7 @@ def estimate(
     check_span(start, end)
     true_states = None if truth is None else read_truth(truth)
     true_path = None if path is None else read_tum(path)
+    mounts, clock_offsets = calibration_from(calibration, anew=calibrate)
     options = RunOptions(
         settings=load_settings(config),
         seed=seed,
@@ -129,8 +155,11 @@ def estimate(
         start=start,
         end=end,
         topics=split_topics(topics or []),
-        mounts=parse_mounts(mount or []),
+        mounts=mounts | parse_mounts(mount or []),
+        clock_offsets=clock_offsets | parse_clock_offsets(clock_offset or []),
     )
+    extras = Extras(calibrate, learn_dynamics)
+    options = extras.prepare(logs, building, options, quiet)
     with live_view(live) as view, progress_bar("Estimating", quiet or live) as report:
         result = estimate_log(
             logs,
@@ -144,9 +173,12 @@ def estimate(
             truth=truth,
             true_path=path,
             mcap=mcap,
+            on_finish=lambda folder, model, result: extras.write(folder, model, options, result),
         )
     print_warnings((*result.warnings, *_doubts_of_truth(result, true_states)), quiet)
-    _print(result, true_states, true_path, (*FILES, SCENE) if mcap else FILES)
+    print_parts(extras.describe())
+    scene = (SCENE,) if mcap else ()
+    _print(result, true_states, true_path, (*FILES, *scene, *extras.files))
 
 
 def _doubts_of_truth(result: RunResult, true_states: list[TrueState] | None) -> list[str]:

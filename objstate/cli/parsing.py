@@ -16,23 +16,29 @@ if TYPE_CHECKING:
 
 POSE = "X,Y,YAW (m, m, rad; or YAW in degrees as in 90deg)"
 MOUNT = "FRAME=x,y,z,roll,pitch,yaw (m and rad; or angles in degrees as in 180deg)"
+CLOCK_OFFSET = "FRAME=SECONDS (as in laser=0.03)"
 
 TIME = "'now', a time as in 2026-11-21T12:00 (UTC, or with +01:00), or seconds since 1970"
 
 
-def parse_pose(text: str) -> FloatArray:
-    """The pose (3,) that ``--initial-pose`` gives. Raises SettingsError."""
+def parse_pose(text: str, option: str = "--initial-pose") -> FloatArray:
+    """The pose (3,) that an option gives. Raises SettingsError."""
     from objstate.geometry import pose_from_text
 
     try:
         return pose_from_text(text)
     except ValueError as error:
-        raise SettingsError(f"--initial-pose '{text}' is not a pose; give {POSE}.") from error
+        raise SettingsError(f"{option} '{text}' is not a pose; give {POSE}.") from error
 
 
 def parse_mounts(texts: Sequence[str]) -> dict[str, FloatArray]:
     """Transforms (4, 4), laser in ``base_link``, by frame, of all ``--mount``. Raises SettingsError."""
     return dict(_mount(text) for text in texts)
+
+
+def parse_clock_offsets(texts: Sequence[str]) -> dict[str, float]:
+    """Seconds by which lasers' clocks are ahead, by frame, of all ``--clock-offset``. Raises SettingsError."""
+    return dict(_clock_offset(text) for text in texts)
 
 
 def check_span(start: float | None, end: float | None) -> None:
@@ -90,3 +96,18 @@ def _mount(text: str) -> tuple[str, FloatArray]:
     if not frame.strip():
         raise SettingsError(f"--mount '{text}' names no frame; give {MOUNT}.")
     return frame.strip(), mount
+
+
+def _clock_offset(text: str) -> tuple[str, float]:
+    from objstate.geometry import finite
+
+    frame, _, seconds = text.partition("=")
+    try:
+        ahead = finite(seconds)
+    except ValueError as error:
+        raise SettingsError(
+            f"--clock-offset '{text}' is not an offset; give {CLOCK_OFFSET}."
+        ) from error
+    if not frame.strip():
+        raise SettingsError(f"--clock-offset '{text}' names no frame; give {CLOCK_OFFSET}.")
+    return frame.strip(), ahead

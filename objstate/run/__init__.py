@@ -4,7 +4,7 @@ from objstate.run.inputs import BuildingInput
 from objstate.run.memory import WorldUse
 from objstate.run.observer import Observer
 from objstate.run.options import RunOptions
-from objstate.run.run import FILES, RunResult, estimate_log
+from objstate.run.run import FILES, RunResult, estimate_log, open_run
 from objstate.run.scene import SCENE
 
 __all__ = [
@@ -16,4 +16,5 @@ __all__ = [
     "RunResult",
     "WorldUse",
     "estimate_log",
+    "open_run",
 ]

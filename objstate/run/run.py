@@ -16,6 +16,7 @@ from objstate.building.model import Building
 from objstate.errors import LogError
 from objstate.estimator import Estimator
 from objstate.logs import Log, open_log
+from objstate.objects import ObjectBelief
 from objstate.recording.posteriors import POSTERIORS, PosteriorWriter
 from objstate.recording.results import result_folder
 from objstate.recording.summary import SUMMARY, write_summary
@@ -99,6 +100,7 @@ def estimate_log(
     truth: str | Path | None = None,
     true_path: str | Path | None = None,
     mcap: bool = False,
+    on_finish: Callable[[Path, Building, RunResult], None] | None = None,
 ) -> RunResult:
     """Estimate every object's state from one drive, recorded in one or several logs.
 
@@ -109,7 +111,7 @@ def estimate_log(
     what the drive taught, once for each log. ``observers`` see the records go by.
     ``truth`` and ``true_path`` are not used, but named in ``run.json``, where a report
     finds them. With ``mcap``, ``estimates.mcap`` holds the run as a scene for Foxglove and
-    RViz. Raises ResultError, BuildingError, SettingsError, LogError or WorldError.
+    RViz. ``on_finish`` may write more into the folder that it is given. Raises ResultError, BuildingError, SettingsError, LogError or WorldError.
     """
     began = time.monotonic()
     options = options or RunOptions()
@@ -119,17 +121,11 @@ def estimate_log(
         model = read.model
         logger.info("%s: %d movable objects", model.name, len(model.objects))
         check_start(options, model)
-        log = open_log(
-            log_paths,
-            topics=options.topics,
-            mounts=options.mounts,
-            start=options.start,
-            end=options.end,
-        )
+        log = _opened(log_paths, options)
         records, begin_ns = _begun(log)
         described = [file for path in log_paths for file in describe_log(path)]
         memory = _memory(world, model, options, log_identity(described, options), begin_ns)
-        estimator = _estimator(model, options, memory)
+        estimator = _estimator(model, options, None if memory is None else memory.known)
         observers = (*observers, *([] if memory is None else [memory]))
         with ExitStack() as files:
             if mcap:
@@ -158,7 +154,31 @@ def estimate_log(
             **{k: seen_from(out, v) for k, v in describe_truth(truth, true_path).items()},
         }
         write_summary(folder, result.to_dict() | {"options": options.to_dict(), "inputs": inputs})
+        if on_finish is not None:
+            on_finish(folder, model, result)
     return result
+
+
+def open_run(
+    logs: Sequence[Path], building: Building, options: RunOptions
+) -> tuple[Log, Estimator]:
+    """The log and the estimator to feed it to, as the options say.
+
+    Raises BuildingError, SettingsError or LogError.
+    """
+    check_start(options, building)
+    return _opened(logs, options), _estimator(building, options)
+
+
+def _opened(logs: Sequence[Path], options: RunOptions) -> Log:
+    return open_log(
+        logs,
+        topics=options.topics,
+        mounts=options.mounts,
+        clock_offsets=options.clock_offsets,
+        start=options.start,
+        end=options.end,
+    )
 
 
 def _begun(log: Log) -> tuple[Iterator[Record], int]:
@@ -179,7 +199,9 @@ def _memory(
     return Memory.opened(world, building, options.settings, digest, begin_ns)
 
 
-def _estimator(building: Building, options: RunOptions, memory: Memory | None) -> Estimator:
+def _estimator(
+    building: Building, options: RunOptions, beliefs: Mapping[str, ObjectBelief] | None = None
+) -> Estimator:
     return Estimator(
         building,
         options.settings,
@@ -187,7 +209,7 @@ def _estimator(building: Building, options: RunOptions, memory: Memory | None) -
         initial_pose=options.initial_pose,
         global_start=options.global_start,
         belief=options.belief,
-        beliefs=None if memory is None else memory.known,
+        beliefs=beliefs,
     )
 
 

@@ -35,7 +35,7 @@ from objstate.simulation.lasers import Exposure, Scanner, World, reading
 from objstate.simulation.odometry import dead_reckoning
 from objstate.simulation.reality import real_building, real_mount
 from objstate.simulation.route import drive
-from objstate.simulation.scene import Scene, dump_scene, load_scene
+from objstate.simulation.scene import Laser, Scene, dump_scene, load_scene
 from objstate.simulation.states import StateHistory, histories, true_states
 
 TRUTH, PATH, SCENE = "truth.csv", "path.tum", "scene.yaml"
@@ -145,6 +145,11 @@ class Simulation:
         times = np.sort(np.concatenate([self._scan_times(s) for s in self._scanners]))
         stamps = [self._scan_stamp(time) for time in times.tolist()]
         return RobotPath(np.array(stamps, dtype=np.int64), self.motion.at(times))
+
+    @property
+    def mounts(self) -> list[tuple[Laser, FloatArray]]:
+        """Each laser, and where (4, 4) it really sits on ``base_link``."""
+        return [(scanner.settings, scanner.mount) for scanner in self._scanners]
 
     def _rng(self, subject: str) -> np.random.Generator:
         return np.random.default_rng([self.scene.seed, crc32(subject.encode())])
