@@ -17,7 +17,7 @@ ROOT = Path(__file__).parents[1]
 # Modules that take long to load; the command line needs none of them to show its help.
 HEAVY = {
     "numpy", "scipy", "numba", "polars", "trimesh", "shapely", "rosbags", "embreex", "PIL",
-    "sqlalchemy",
+    "sqlalchemy", "distributed",
 }  # fmt: skip
 
 
@@ -40,6 +40,19 @@ def needed(name: str, extra: str = "", seen: frozenset[str] = frozenset()) -> fr
     return seen
 
 
+def own_extras(extra: str) -> list[str]:
+    """The extras of this project that one of them pulls in."""
+    wanted = [Requirement(text) for text in requires("objstate") or []]
+    return [
+        inner
+        for requirement in wanted
+        if requirement.name == "objstate"
+        and requirement.marker is not None
+        and requirement.marker.evaluate({"extra": extra})
+        for inner in requirement.extras
+    ]
+
+
 def test_the_wheel_holds_only_the_package(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(tmp_path)]
     subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
@@ -48,11 +61,14 @@ def test_the_wheel_holds_only_the_package(tmp_path: Path) -> None:
     info = f"objstate-{version('objstate')}.dist-info"
     assert {name.split("/")[0] for name in names} == {"objstate", info}
     assert "objstate/py.typed" in names
+    assert "objstate/experiments/schulz2001/doors.scene.yaml" in names
+    assert "objstate/experiments/schulz2001/department.urdf" in names
     assert f"{info}/licenses/LICENSE" in names
 
 
 def test_every_dependency_is_pinned(pins: dict[str, str]) -> None:
-    assert needed("objstate", extra="dev") - pins.keys() == set()
+    for extra in ("dev", *own_extras("dev")):
+        assert needed("objstate", extra) - {"objstate"} - pins.keys() == set()
 
 
 def test_constraints_are_pins_and_nothing_else(pins: dict[str, str]) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -13,14 +12,6 @@ if TYPE_CHECKING:
 
     from objstate.evaluation import LatestState
     from objstate.records import Estimate
-
-UNITS = {  # as people read them: unit, factor from SI, decimals
-    "angle": ("deg", 180 / math.pi, 1),
-    "yaw": ("deg", 180 / math.pi, 1),
-    "offset": ("m", 1.0, 3),
-    "x": ("m", 1.0, 3),
-    "y": ("m", 1.0, 3),
-}
 
 
 def state_table(states: Sequence[LatestState], begin_ns: int, with_truth: bool) -> Table:
@@ -38,11 +29,15 @@ def state_table(states: Sequence[LatestState], begin_ns: int, with_truth: bool) 
 
 def label(coordinate: str) -> str:
     """A coordinate with its unit as people read it."""
+    from objstate.evaluation.units import UNITS
+
     return f"{coordinate} ({UNITS[coordinate][0]})"
 
 
 def figure(coordinate: str, value: float | None) -> str:
     """A value of a coordinate (rad, m) as people read it."""
+    from objstate.evaluation.units import UNITS
+
     _, factor, decimals = UNITS[coordinate]
     return "-" if value is None else f"{factor * value:z.{decimals}f}"
 

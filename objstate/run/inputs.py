@@ -4,13 +4,30 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from objstate.building import load_building
 from objstate.building.digest import geometry_digest
 from objstate.building.model import Building
 from objstate.run.options import RunOptions
+
+
+@dataclass(frozen=True, eq=False)
+class BuildingInput:
+    """A building that was read, and what ``run.json`` says of its files."""
+
+    model: Building
+    description: Mapping[str, Any]
+
+    @staticmethod
+    def read(urdf: str | Path) -> BuildingInput:
+        """Read a URDF with its meshes. Raises BuildingError."""
+        model = load_building(Path(urdf))
+        return BuildingInput(model, describe_building(Path(urdf), model))
 
 
 def describe_log(log: Path) -> list[dict[str, Any]]:
@@ -31,6 +48,17 @@ def log_identity(files: Sequence[Mapping[str, Any]], options: RunOptions) -> str
         "topics": None if options.topics is None else sorted(options.topics),
     }
     return hashlib.sha256(json.dumps(part, sort_keys=True).encode()).hexdigest()
+
+
+def describe_truth(states: str | Path | None, path: str | Path | None) -> dict[str, dict[str, Any]]:
+    """The same of files that hold the truth, as ``truth`` and ``true_path``, where given."""
+    files = {"truth": states, "true_path": path}
+    return {role: _describe_file(Path(file)) for role, file in files.items() if file is not None}
+
+
+def seen_from(folder: str | Path, described: Mapping[str, Any]) -> dict[str, Any]:
+    """A described file with its path as seen from ``folder``, so that both may move together."""
+    return {**described, "from_result": os.path.relpath(described["path"], folder)}
 
 
 def _files(log: Path) -> Iterator[Path]:

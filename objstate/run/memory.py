@@ -11,7 +11,7 @@ from objstate.building.model import Building
 from objstate.config import Settings
 from objstate.estimator import Estimator
 from objstate.objects import ObjectBelief
-from objstate.records import Estimate
+from objstate.records import Estimate, Record
 from objstate.world.looks import Looks
 
 if TYPE_CHECKING:
@@ -28,15 +28,16 @@ class WorldUse:
     had_the_log: bool  # so that nothing was added
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Memory:
-    """A world as one run uses it."""
+    """A world as one run uses it; it watches what the drive teaches."""
 
     store: WorldStore
     digest: str  # of the log
     begin_ns: int
     known: dict[str, ObjectBelief]  # of objects seen before, propagated to the log's start
     looks: Looks
+    times_lost: int = 0  # of the robot, so far
 
     @staticmethod
     def opened(
@@ -60,9 +61,10 @@ class Memory:
         known = {name: then[name] for name in world.histories}
         return Memory(store, digest, begin_ns, known, Looks(begin_ns))
 
-    def note(self, estimator: Estimator, estimates: Sequence[Estimate], just_lost: bool) -> None:
+    def note(self, record: Record, estimator: Estimator, estimates: Sequence[Estimate]) -> None:
         """Note what a record taught of objects, or that it was given up as the robot is lost."""
-        if just_lost:
+        if len(estimator.lost) > self.times_lost:
+            self.times_lost = len(estimator.lost)
             self.looks.take_back(estimator.lost[-1][0], estimator.objects.values())
         observed = {each.object: each.stamp_ns for each in estimates if each.observed}
         self.looks.note(estimator.object_at(name, observed[name]) for name in sorted(observed))
