@@ -16,6 +16,7 @@ import numpy as np
 from objstate.building import load_building
 from objstate.building.model import Building
 from objstate.calibration.adjustment import Adjusted, Adjustment, prior_deviations
+from objstate.calibration.consistency import birge_ratios
 from objstate.calibration.gathering import gather
 from objstate.calibration.options import CalibrationOptions
 from objstate.calibration.walls import WallReader
@@ -135,7 +136,11 @@ def _adjust(
 ) -> tuple[Adjusted, int]:
     gathered = gather(records, estimator, options, on_scan)
     reader = WallReader(estimator.building, estimator.settings, options)
-    return Adjustment(gathered, reader, options).solve(), len(gathered.scans)
+    whole = Adjustment(gathered, reader, options).solve()
+    parts = [Adjustment(part, reader, options).solve() for part in gathered.parts(options.parts)]
+    ratios = birge_ratios(whole, parts)
+    widened = replace(whole, covariance=whole.covariance * np.outer(ratios, ratios))
+    return widened, len(gathered.scans)
 
 
 def _calibration(
