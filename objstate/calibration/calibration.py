@@ -27,6 +27,7 @@ from objstate.run import RunOptions, open_run
 
 Progress = Callable[[float, float], None]  # share of the log done from 0 to 1, seconds of it done
 
+FAR_OFF = 3.0  # deviations of what is assumed before any reading
 LEAST_USED = 0.5  # share of readings of walls, below which building and log hardly belong together
 
 QUANTITIES = ("x", "y", "yaw", "clock")  # m, m, rad, s: the order of corrections
@@ -176,8 +177,20 @@ def _calibration(
         spread=adjusted.spread,
         wall_spread=adjusted.wall_spread,
         used=adjusted.used,
-        warnings=tuple(_doubts(adjusted)),
+        warnings=(*_doubts(adjusted), *_far_off(lasers, prior[2:6])),
     )
+
+
+def _far_off(lasers: Sequence[LaserCorrection], prior: FloatArray) -> Iterator[str]:
+    """Corrections beyond what a calibration is meant for."""
+    for laser in lasers:
+        far = np.abs(laser.correction) > FAR_OFF * prior
+        if far.any():
+            names = ", ".join(name for name, is_far in zip(QUANTITIES, far, strict=True) if is_far)
+            yield (
+                f"The laser '{laser.frame}' seems to be off by far more than is assumed before ({names}): "
+                "is its mounting in the log that of this robot, and are its stamps those of the scans?"
+            )
 
 
 def _doubts(adjusted: Adjusted) -> Iterator[str]:
