@@ -15,7 +15,7 @@ from objstate.cli.calibration_table import describe_calibration
 from objstate.cli.console import print_parts, print_text
 from objstate.cli.json_values import json_values
 from objstate.cli.log_tables import describe_log
-from objstate.cli.options import Mounts
+from objstate.cli.options import AsJson, Mounts
 from objstate.cli.parsing import check_height, parse_mounts
 from objstate.errors import BuildingError
 
@@ -46,7 +46,7 @@ def inspect(
         Path | None,
         typer.Option(metavar="URDF", help="Of a log: calibrate its lasers in this building, too."),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="The same for programs.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Show what is in a log or a building, and what is wrong with it.
 

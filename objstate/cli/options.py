@@ -11,6 +11,7 @@ from objstate.cli.parsing import CLOCK_OFFSET, MOUNT
 
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace an existing result.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar, no warnings.")]
+AsJson = Annotated[bool, typer.Option("--json", help="The same for programs.")]
 Mounts = Annotated[
     list[str] | None,
     typer.Option(
