@@ -1,8 +1,8 @@
 """A whole run as library code."""
 
 import json
-from dataclasses import replace
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
