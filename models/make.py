@@ -1,4 +1,4 @@
-"""Writes the example buildings: corridor/corridor.urdf and office/office.urdf.
+"""Writes the example buildings: corridor, office and hotel, each as NAME/NAME.urdf.
 
 Run `python models/make.py` after changing a measure. Metres, radians, z up; the
 frame's x axis runs along the corridor, its origin lies in the middle of the west end.
@@ -193,6 +193,34 @@ def office() -> Urdf:
     return urdf
 
 
+def hotel() -> Urdf:
+    """Eight rooms exactly alike, four on each side of a corridor of 26 m that ends in two ways."""
+    length, half, depth, pitch = 26.0, 1.0, 4.0, 6.0
+    doors = [
+        Door(f"room_{side_name}_{k + 1}", 2.5 + pitch * k, side, INTO_ROOM, hinge_west=True)
+        for side, side_name in ((NORTH, "north"), (SOUTH, "south"))
+        for k in range(4)
+    ]
+    urdf = Urdf("hotel")
+    back = half + WALL + depth
+    for side in (NORTH, SOUTH):
+        gaps = [door.gap for door in doors if door.side == side]
+        urdf.wall_along_x((-WALL, length + WALL), across(side, half, half + WALL), gaps)
+        urdf.block((-WALL, length + WALL), across(side, back, back + WALL))
+        for k in range(4):
+            west = 1.0 + pitch * k
+            for x in (west - WALL, west + pitch - 2 * WALL):
+                urdf.block((x, x + WALL), across(side, half + WALL, back))
+            urdf.block((west + 3.6, west + 5.6), across(side, back - 1.6, back))  # bed
+            urdf.block((west, west + 0.6), across(side, half + WALL + 2.0, half + WALL + 3.2))
+    urdf.block((-WALL, 0.0), (-back, back))
+    urdf.block((length, length + WALL), (-back, back))
+    urdf.block((24.6, 25.4), (0.4, half))  # a counter at the east end
+    for door in doors:
+        urdf.door(door, half)
+    return urdf
+
+
 def desk() -> list[tuple[tuple[float, ...], tuple[float, ...]]]:
     """A top of 1.6 m by 0.8 m on four legs; a low laser sees the legs alone."""
     height, thick, leg, inset = 0.72, 0.03, 0.06, 0.05
@@ -221,3 +249,4 @@ def across(side: int, near: float, far: float) -> tuple[float, float]:
 if __name__ == "__main__":
     corridor().write(HERE / "corridor" / "corridor.urdf")
     office().write(HERE / "office" / "office.urdf")
+    hotel().write(HERE / "hotel" / "hotel.urdf")
