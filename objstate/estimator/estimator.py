@@ -19,7 +19,7 @@ from objstate.estimator.observation import Observation, observe
 from objstate.estimator.schedule import Schedule, evenly_spread
 from objstate.estimator.tracking import Track, share_through_walls
 from objstate.geometry import BoolArray, FloatArray, between, transform_from_pose
-from objstate.localization import LEVER, Localizer, PoseBelief
+from objstate.localization import LEVER, Hypotheses, Localizer, PoseBelief, Search, apart
 from objstate.objects import ObjectBelief
 from objstate.particles import Weights
 from objstate.records import (
@@ -31,7 +31,10 @@ from objstate.records import (
     RobotBelief,
     Scan,
 )
-from objstate.sensing import BeamModel, Sensing, UncertainObject, cast_from
+from objstate.sensing import BeamModel, ExpectedRanges, Sensing, UncertainObject, cast_from
+
+FIT_BLUR = 0.1  # m; walls that are off by less fit
+FOUND_STD = np.array([0.1, 0.1, np.radians(3.0)])  # m, m, rad, of a place that was searched for
 
 
 class Estimator:
@@ -69,6 +72,7 @@ class Estimator:
         self._rng = np.random.default_rng([seed, 0])
         self._search_rng = np.random.default_rng([seed, 2])
         self._localizer = Localizer(self.settings.localization)
+        self._search = Search(ExpectedRanges(building), self.settings)
         self._sensing = Sensing(building, BeamModel(self.settings.beam_model))
         self._schedule = Schedule(self.settings.object_updates)
         self._believed = Believed(building, self.settings, seed)
@@ -77,10 +81,11 @@ class Estimator:
         self._odometry: FloatArray | None = None
         self._now_ns = 0
         self._start_is_told = initial_pose is not None or global_start
-        start = self._start(initial_pose, global_start)
+        self._hypotheses: Hypotheses | None = None  # where a lost robot may be
+        self._is_anywhere = global_start  # and no place is more likely than others as yet
+        start = self._start(initial_pose)
         self._track = None if start is None else Track(start)
-        self._search: Track | None = None
-        self._doubt = Doubt(self.settings.localization)
+        self._doubt = Doubt(self.settings)
 
     @property
     def robot(self) -> PoseBelief | None:
@@ -111,6 +116,11 @@ class Estimator:
         return self._doubt.stretches(self._now_ns)
 
     @property
+    def is_lost(self) -> bool:
+        """Whether the robot is not where it thinks, so that what it reads tells nothing of objects."""
+        return self._doubt.is_lost
+
+    @property
     def map_error(self) -> float:
         """m by which walls and hinges are off the building's model, as the log tells."""
         return self._map_error.std
@@ -138,14 +148,16 @@ class Estimator:
         self._now_ns = scan.stamp_ns
         if scan.odometry is not None:
             self._drive(scan.odometry)
+        if self._is_anywhere:
+            self._track = self._anywhere(scan)
         if self._track is None:
             self.scans_without_pose += 1
             return []
-        track = self._judged(self._track, scan)
-        if self._localizes_itself:
-            track = self._found_again(track, scan)
+        track = self._track
+        if self._localizes_itself and not self._is_anywhere:
+            track = self._found_again(self._judged(track, scan), scan)
         if self._doubt.is_lost:
-            self._track = self._localize(track, scan, scan.valid, self._rng)
+            self._track = track
             return self._unobserved(scan)
         if self._infers_jointly(track.belief):
             return self._sense_jointly(track, scan)
@@ -212,18 +224,15 @@ class Estimator:
         """p(l) <- integral of p(l | a, l') p(l'), for a new odometry reading a."""
         if self._odometry is not None:
             step = between(self._odometry, pose)
-            self._track = self._driven(self._track, step, self._rng)
-            self._search = self._driven(self._search, step, self._search_rng)
+            if self._track is not None:
+                self._track = self._driven(self._track, step)
+            self._doubt.drive(step)
         self._odometry = pose
 
-    def _driven(
-        self, track: Track | None, step: FloatArray, rng: np.random.Generator
-    ) -> Track | None:
-        if track is None:
-            return None
+    def _driven(self, track: Track, step: FloatArray) -> Track:
         if not self._localizes_itself:
             return replace(track, belief=track.belief.moved(step))
-        return replace(track, belief=self._localizer.predict(track.belief, step, rng))
+        return replace(track, belief=self._localizer.predict(track.belief, step, self._rng))
 
     def _localize(
         self, track: Track, scan: Scan, beams: BoolArray, rng: np.random.Generator
@@ -332,59 +341,98 @@ class Estimator:
     # --- lost, and found again ------------------------------------------------------
 
     def _judged(self, track: Track, scan: Scan) -> Track:
-        """The track with its record of beams that pass through walls kept up."""
-        s = self.settings.localization
-        if not self._is_narrow(track.belief):
-            return track
+        """The track with its record of how well it explains scans kept up."""
+        s, robot = self.settings.localization, track.belief
         beams = evenly_spread(scan.valid, s.max_beams)
-        walls = self._sensing.view(scan, beams).walls(track.belief.mean[None])[0]
-        through = share_through_walls(scan.ranges[beams], walls, s.lost_margin)
-        return track.judged(through, scan.stamp_ns, s)
+        if not self._is_narrow(robot) or not beams.any():
+            return track
+        view, here = self._sensing.view(scan, beams), robot.mean[None]
+        through = share_through_walls(scan.ranges[beams], view.walls(here)[0], s.lost_margin)
+        objects = self._scenery(robot, scan, beams, ())
+        fit = view.fit(float(view.pose_log_likelihood(here, FIT_BLUR, objects)[0]), FIT_BLUR)
+        return track.judged(through, fit, scan.stamp_ns, s)
 
     def _found_again(self, track: Track, scan: Scan) -> Track:
-        """While too many beams pass through walls, search anew beside the track.
+        """While the track is in doubt, search the whole building for a better place.
 
-        The track is given up only for one that fits twice as well; what was learnt of
-        objects since the track last fitted is given up as soon as it is in doubt.
+        The track is given up only for a place that explains the last scans surely better;
+        what was learnt of objects since it last fitted is given up as soon as it is lost.
         """
         s, now = self.settings.localization, scan.stamp_ns
-        if track.misfit <= s.lost_above / 2.0:
-            self._believed.trust()
-            self._search = None
-            self._doubt.dispel(now)
+        if track.fits(s) and not self._doubt.is_lost:
+            self._search.forget()
+            if self._doubt.dispel(now):
+                self._believed.trust()
             return track
-        if track.misfit <= s.lost_above or not self._doubt.may_search(now):
+        if track.is_wrong(s) and not self._doubt.is_lost and self._doubt.may_search(now):
+            self._lose(now)
+        place = self._searched(scan, track.belief.mean[None])
+        if place is None:
+            return track
+        if apart(place, track.belief.mean) <= 1.0:
+            self._search.forget()
+            self._doubt.settle(now)
             return track
         if not self._doubt.is_lost:
-            self._doubt.rise()
-            self._believed.go_back()
-        if self._search is None:
-            self._search = Track(self._anywhere(self._search_rng))
-            return track
-        found = self._judged(self._search, scan)
-        found = self._localize(found, scan, scan.valid, self._search_rng)
-        known, self._search = found.known_for(now), found
-        if known > s.lost_after and found.misfit < track.misfit / 2.0:
-            self._doubt.found(now)
-            self._search = None
-            return found
-        if known > 2.0 * s.lost_after:  # no better than the track: the world has changed
-            self._doubt.settle(now)
-            self._search = None
-        return track
+            self._lose(now)
+        return self._found(place, now)
+
+    def _lose(self, now_ns: int) -> None:
+        """Say that the robot is lost, and take back what was learnt of objects since it fitted."""
+        self._doubt.rise(now_ns)
+        self._believed.go_back()
+        self._search.forget()
+
+    def _found(self, place: FloatArray, now_ns: int) -> Track:
+        self._doubt.found(now_ns)
+        self._search.forget()
+        spread = np.diag(FOUND_STD**2)
+        return Track(self._localizer.start(place, spread, self._rng))
+
+    def _searched(self, scan: Scan, also: FloatArray) -> FloatArray | None:
+        """The pose (3,) on which searches agree, if this scan brings them to it."""
+        if self._odometry is None or not self._search.note(scan, self._odometry):
+            return None
+        if not self._doubt.may_search(scan.stamp_ns):
+            return None
+        found = self._search.hypotheses(self._explained, also, self._search_rng)
+        self._hypotheses = found
+        return self._doubt.weigh(found, scan.stamp_ns)
+
+    def _explained(self, poses: FloatArray, scan: Scan, blur: float) -> FloatArray:
+        """Tempered log p(o | l) (p,) of poses near each other, from each with its own objects."""
+        s = self.settings.localization
+        beams = evenly_spread(scan.valid, s.max_beams)
+        near = PoseBelief(poses, Weights.uniform(len(poses)))
+        objects = self._scenery(near, scan, beams, ())
+        view = self._sensing.view(scan, beams)
+        return s.tempering * view.pose_log_likelihood(poses, blur, objects)
+
+    def _anywhere(self, scan: Scan) -> Track | None:
+        """The track of a robot that may be anywhere: where its scans up to this one fit."""
+        now = scan.stamp_ns
+        if self._odometry is None:
+            return None
+        if not self._doubt.is_lost:
+            self._doubt.rise(now)
+        self._hypotheses = None
+        place = self._searched(scan, np.empty((0, 3)))
+        if place is not None:
+            self._is_anywhere = False
+            return self._found(place, now)
+        if self._hypotheses is None:
+            return self._track
+        s = self.settings.localization
+        return Track(self._hypotheses.belief(s.max_particles, self._search_rng))
 
     # --- the robot's start ----------------------------------------------------------
 
-    def _start(self, pose: FloatArray | None, anywhere: bool) -> PoseBelief | None:
-        if pose is not None and anywhere:
+    def _start(self, pose: FloatArray | None) -> PoseBelief | None:
+        if pose is None:
+            return None
+        if self._is_anywhere:
             raise SettingsError("--initial-pose and --global exclude each other; give one.")
-        if pose is not None:
-            return self._localizer.start(pose, self._localizer.told_covariance, self._rng)
-        return self._anywhere(self._rng) if anywhere else None
-
-    def _anywhere(self, rng: np.random.Generator) -> PoseBelief:
-        corners = self.building.walls.vertices[:, :2]
-        return self._localizer.start_anywhere(corners.min(axis=0), corners.max(axis=0), rng)
+        return self._localizer.start(pose, self._localizer.told_covariance, self._rng)
 
     def _be_told(self, record: InitialPose | GaussianRobotBelief | RobotBelief) -> None:
         """Take a pose belief from outside: as the start, or as the recorded belief."""
@@ -402,4 +450,5 @@ class Estimator:
             belief = PoseBelief(record.poses, Weights.of(record.weights))
         else:
             belief = self._localizer.start(record.mean, record.covariance, self._rng)
-        self._track, self._search = Track(belief), None
+        self._track = Track(belief)
+        self._search.forget()
