@@ -64,7 +64,7 @@ def drive(scene: Path, seed: int, anywhere: bool) -> None:
             load_building(load_scene(scene).building), seed=seed, global_start=anywhere
         )
         true = dict(zip(path.stamps_ns.tolist(), path.poses, strict=True))
-        begin, last, was_lost = int(path.stamps_ns[0]), None, False
+        begin, last, before, was_lost = int(path.stamps_ns[0]), None, 0.0, False
         stretches = [Stretch(0.0)]
         final: dict[str, Estimate] = {}
         worst = 0.0
@@ -76,13 +76,21 @@ def drive(scene: Path, seed: int, anywhere: bool) -> None:
             now, pose = (record.stamp_ns - begin) / 1e9, true[record.stamp_ns]
             if last is not None and np.hypot(*(pose - last)[:2]) > CARRIED:
                 stretches.append(Stretch(now))
-            took, last = now - (0.0 if last is None else before), pose
-            before = now
+            took, last, before = now - before, pose, now
             note(stretches[-1], estimator, pose, now, took, was_lost)
             was_lost = estimator.is_lost
             final |= {r.object: r for r in rows if r.observed and not r.lost and r.object in truth}
             if stretches[-1].found_s is not None:
-                worst = max([worst, *(off(r, truth) for r in rows if r.object in final and r.observed and r.std < np.radians(2))])
+                worst = max(
+                    [
+                        worst,
+                        *(
+                            off(r, truth)
+                            for r in rows
+                            if r.object in final and r.observed and r.std < np.radians(2)
+                        ),
+                    ]
+                )
         spent = time.process_time() - began
     for each in stretches:
         print_row(seed, each)
@@ -101,7 +109,12 @@ def off(row: Estimate, truth: dict[str, float]) -> float:
 
 
 def note(
-    stretch: Stretch, estimator: Estimator, pose: np.ndarray, now: float, took: float, was_lost: bool
+    stretch: Stretch,
+    estimator: Estimator,
+    pose: np.ndarray,
+    now: float,
+    took: float,
+    was_lost: bool,
 ) -> None:
     """What a scan adds to a stretch."""
     robot = estimator.robot

@@ -19,6 +19,7 @@ FILES = ROOT / "docs" / "files.md"
 GROUPS = {
     "`beam_model`": config.BeamModelSettings,
     "`localization`": config.LocalizationSettings,
+    "`search`": config.SearchSettings,
     "`object_updates`": config.ObjectUpdateSettings,
     "scene": scene.Scene,
     "scene: `route`": scene.Route,

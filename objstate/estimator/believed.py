@@ -35,6 +35,7 @@ class Believed:
         self._earlier: dict[str, ObjectBelief] = {}  # what had changed since the one before
         for name, each in self.filters.items():
             self._keep(name, each.prior(self.rngs[name]))
+        self.priors: Mapping[str, ObjectBelief] = dict(self.marginals)  # before any scan
 
     def at(self, name: str, stamp_ns: int, rng: np.random.Generator | None = None) -> ObjectBelief:
         """p(s_i) <- integral of p(s_i | t, s_i') p(s_i'), t the time since the last update."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from typing import Literal
 
@@ -13,13 +13,13 @@ from objstate.config import Settings
 from objstate.errors import LogError, SettingsError
 from objstate.estimator.believed import Believed
 from objstate.estimator.consistency import Consistency
-from objstate.estimator.doubt import Doubt
+from objstate.estimator.doubt import Doubt, Verdict
 from objstate.estimator.map_error import MapError
 from objstate.estimator.observation import Observation, observe
 from objstate.estimator.schedule import Schedule, evenly_spread
 from objstate.estimator.tracking import Track, share_through_walls
 from objstate.geometry import BoolArray, FloatArray, between, transform_from_pose
-from objstate.localization import LEVER, Hypotheses, Localizer, PoseBelief, Search, apart
+from objstate.localization import LEVER, Hypotheses, Localizer, PoseBelief, Search
 from objstate.objects import ObjectBelief
 from objstate.particles import Weights
 from objstate.records import (
@@ -81,7 +81,6 @@ class Estimator:
         self._odometry: FloatArray | None = None
         self._now_ns = 0
         self._start_is_told = initial_pose is not None or global_start
-        self._hypotheses: Hypotheses | None = None  # where a lost robot may be
         self._is_anywhere = global_start  # and no place is more likely than others as yet
         start = self._start(initial_pose)
         self._track = None if start is None else Track(start)
@@ -293,14 +292,20 @@ class Estimator:
         ).pose_log_likelihood(robot.poses, self._localizer.blur(robot), objects)
 
     def _scenery(
-        self, robot: PoseBelief, scan: Scan, beams: BoolArray, but: Collection[str]
+        self,
+        robot: PoseBelief,
+        scan: Scan,
+        beams: BoolArray,
+        but: Collection[str],
+        beliefs: Mapping[str, ObjectBelief] | None = None,
     ) -> list[UncertainObject]:
         """The objects that localization must reckon with, each where it may be."""
         surroundings, states = self._believed.surroundings, self.settings.localization.object_states
         names = [name for name in surroundings.within(robot, scan.range_max) if name not in but]
         walls = self._sensing.view(scan, beams).walls(robot.mean[None])[0]
         seen = surroundings.in_sight(names, robot, scan.rays.take(beams), walls)
-        return [self._believed.marginals[name].represented_by(name, states) for name in seen]
+        beliefs = self._believed.marginals if beliefs is None else beliefs
+        return [beliefs[name].represented_by(name, states) for name in seen]
 
     def _estimates(self, observation: Observation) -> list[Estimate]:
         return [
@@ -358,30 +363,34 @@ class Estimator:
         The track is given up only for a place that explains the last scans surely better;
         what was learnt of objects since it last fitted is given up as soon as it is lost.
         """
-        s, now = self.settings.localization, scan.stamp_ns
-        if track.fits(s) and not self._doubt.is_lost:
+        s, now, doubt = self.settings.localization, scan.stamp_ns, self._doubt
+        if track.fits(s) and not doubt.is_lost and not doubt.is_new:
             self._search.forget()
-            if self._doubt.dispel(now):
+            if doubt.dispel(now):
                 self._believed.trust()
             return track
-        if track.is_wrong(s) and not self._doubt.is_lost and self._doubt.may_search(now):
-            self._lose(now)
-        place = self._searched(scan, track.belief.mean[None])
-        if place is None:
-            return track
-        if apart(place, track.belief.mean) <= 1.0:
+        if track.is_wrong(s) and not doubt.is_lost and doubt.may_search(now):
             self._search.forget()
-            self._doubt.settle(now)
-            return track
-        if not self._doubt.is_lost:
             self._lose(now)
-        return self._found(place, now)
+        found = self._searched(scan, track.belief.mean[None])
+        if found is None:
+            return track
+        match doubt.weigh(found, track.belief.mean, now):
+            case Verdict.HERE:
+                self._search.forget()
+                doubt.settle(now)
+            case Verdict.NOT_HERE:
+                self._lose(now)
+            case Verdict.ELSEWHERE:
+                if not doubt.is_lost:
+                    self._lose(now)
+                return self._found(found.poses[0], now)
+        return track
 
     def _lose(self, now_ns: int) -> None:
         """Say that the robot is lost, and take back what was learnt of objects since it fitted."""
         self._doubt.rise(now_ns)
         self._believed.go_back()
-        self._search.forget()
 
     def _found(self, place: FloatArray, now_ns: int) -> Track:
         self._doubt.found(now_ns)
@@ -389,22 +398,20 @@ class Estimator:
         spread = np.diag(FOUND_STD**2)
         return Track(self._localizer.start(place, spread, self._rng))
 
-    def _searched(self, scan: Scan, also: FloatArray) -> FloatArray | None:
-        """The pose (3,) on which searches agree, if this scan brings them to it."""
+    def _searched(self, scan: Scan, also: FloatArray) -> Hypotheses | None:
+        """Where the robot may be by this scan and those before it, if it is time for a search."""
         if self._odometry is None or not self._search.note(scan, self._odometry):
             return None
         if not self._doubt.may_search(scan.stamp_ns):
             return None
-        found = self._search.hypotheses(self._explained, also, self._search_rng)
-        self._hypotheses = found
-        return self._doubt.weigh(found, scan.stamp_ns)
+        return self._search.hypotheses(self._explained, also, self._search_rng)
 
     def _explained(self, poses: FloatArray, scan: Scan, blur: float) -> FloatArray:
         """Tempered log p(o | l) (p,) of poses near each other, from each with its own objects."""
         s = self.settings.localization
         beams = evenly_spread(scan.valid, s.max_beams)
         near = PoseBelief(poses, Weights.uniform(len(poses)))
-        objects = self._scenery(near, scan, beams, ())
+        objects = self._scenery(near, scan, beams, (), self._believed.priors)
         view = self._sensing.view(scan, beams)
         return s.tempering * view.pose_log_likelihood(poses, blur, objects)
 
@@ -415,15 +422,13 @@ class Estimator:
             return None
         if not self._doubt.is_lost:
             self._doubt.rise(now)
-        self._hypotheses = None
-        place = self._searched(scan, np.empty((0, 3)))
-        if place is not None:
-            self._is_anywhere = False
-            return self._found(place, now)
-        if self._hypotheses is None:
+        found = self._searched(scan, np.empty((0, 3)))
+        if found is None:
             return self._track
-        s = self.settings.localization
-        return Track(self._hypotheses.belief(s.max_particles, self._search_rng))
+        if self._doubt.weigh(found, None, now) is Verdict.ELSEWHERE:
+            self._is_anywhere = False
+            return self._found(found.poses[0], now)
+        return Track(found.belief(self.settings.localization.max_particles, self._search_rng))
 
     # --- the robot's start ----------------------------------------------------------
 

@@ -16,6 +16,7 @@ from objstate.geometry import FloatArray, between
 from objstate.localization import PoseBelief
 
 NANOSECONDS = 1e9
+TINY = 1e-3  # s, in which a mean over a track's life so far begins
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,6 +26,8 @@ class Track:
     belief: PoseBelief
     misfit: float = 0.0  # share of returning beams that pass through walls, a running mean
     fit: float = 1.0  # how well beams are explained, a running mean; 0: as by chance
+    usual_fit: float = 0.0  # the same over longer
+    seconds: float = 0.0  # for how long it has been held against scans
     corrected_ns: int | None = None
     corrected_at: FloatArray | None = None  # (3,) odometry at the last correction
     judged_ns: int | None = None  # when it was last held against a scan
@@ -54,12 +57,17 @@ class Track:
             self,
             misfit=_drawn_to(self.misfit, through_walls, seconds / s.lost_after),
             fit=_drawn_to(self.fit, fit, seconds / s.fit_after),
+            usual_fit=_drawn_to(
+                self.usual_fit, fit, seconds / min(self.seconds + TINY, s.usual_after)
+            ),
+            seconds=self.seconds + seconds,
             judged_ns=stamp_ns,
         )
 
     def fits(self, s: LocalizationSettings) -> bool:
         """Whether nothing speaks against the track."""
-        return self.misfit <= s.lost_above / 2.0 and self.fit >= s.doubt_below
+        as_usual = self.fit >= s.doubt_below * self.usual_fit
+        return as_usual and self.misfit <= s.lost_above / 2.0 and not self.is_wrong(s)
 
     def is_wrong(self, s: LocalizationSettings) -> bool:
         """Whether the robot can't be where the track says."""

@@ -1,4 +1,7 @@
-"""Every free place in a building, and what a laser would read all round from there."""
+"""Every free place in a building, and what a laser would read all round from there.
+
+The inside of something solid and large counts as free, too; no scan fits there.
+"""
 
 from __future__ import annotations
 
@@ -104,9 +107,7 @@ def _look_round(
     directions = np.column_stack([np.cos(bearings), np.sin(bearings), np.zeros(TURNS)])
     rays = Rays(np.tile([0.0, 0.0, height], (TURNS, 1)), directions)
     poses = np.column_stack([points, np.zeros(len(points))])
-    parts = [
-        expected.walls(poses[k : k + AT_ONCE], rays) for k in range(0, len(poses), AT_ONCE)
-    ]
+    parts = [expected.walls(poses[k : k + AT_ONCE], rays) for k in range(0, len(poses), AT_ONCE)]
     ranges = np.concatenate(parts)
     enclosed = np.isfinite(ranges).mean(axis=1) >= ENCLOSED
     return ranges, enclosed & (ranges.min(axis=1) >= CLEARANCE)

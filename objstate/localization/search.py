@@ -103,13 +103,10 @@ class Search:
         found = _distinct(found, score, HYPOTHESES + len(also))
 
         def joint(poses: FloatArray, blur: float) -> FloatArray:
-            return np.sum(
-                [
-                    log_likelihood(compose(poses, step), look.scan, blur)
-                    for look, step in zip(looks, steps, strict=True)
-                ],
-                axis=0,
-            )
+            total = np.zeros(len(poses))
+            for look, step in zip(looks, steps, strict=True):
+                total += log_likelihood(compose(poses, step), look.scan, blur)
+            return total
 
         refined = [_refined(pose, joint, rng) for pose in found]
         poses, score = np.array([p for p, _ in refined]), np.array([value for _, value in refined])

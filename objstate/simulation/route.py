@@ -27,7 +27,9 @@ class Motion:
 
     times: FloatArray  # (n,) s, never decreasing
     track: FloatArray  # (n, 3) x, y, yaw
-    rolled: FloatArray | None = None  # (n, 3) as exact wheels feel it, where kidnapping breaks the track
+    rolled: FloatArray | None = (
+        None  # (n, 3) as exact wheels feel it, where kidnapping breaks the track
+    )
 
     @property
     def duration(self) -> float:
