@@ -20,7 +20,13 @@ NANOSECONDS = 1e9
 class Believed:
     """The objects' beliefs: marginals of all, and given each robot sample of those in view."""
 
-    def __init__(self, building: Building, settings: Settings, seed: int) -> None:
+    def __init__(
+        self,
+        building: Building,
+        settings: Settings,
+        seed: int,
+        known: Mapping[str, ObjectBelief],
+    ) -> None:
         self.filters: Mapping[str, ObjectFilter] = {
             name: filter_for(item, settings) for name, item in building.objects.items()
         }
@@ -36,6 +42,8 @@ class Believed:
         for name, each in self.filters.items():
             self._keep(name, each.prior(self.rngs[name]))
         self.priors: Mapping[str, ObjectBelief] = dict(self.marginals)  # before any scan
+        for name, belief in known.items():
+            self._keep(building[name].name, belief)
 
     def at(self, name: str, stamp_ns: int, rng: np.random.Generator | None = None) -> ObjectBelief:
         """p(s_i) <- integral of p(s_i | t, s_i') p(s_i'), t the time since the last update."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -68,6 +68,7 @@ class TrueCourse:
 class Comparison:
     """Errors of the updates of one coordinate whose true value is known."""
 
+    stamps_ns: IntArray  # (n,) of the updates, ascending
     errors: FloatArray  # (n,) estimate minus truth; rotations wrapped
     inside: BoolArray  # (n,) the truth lies inside the 90 % interval
     final: BoolArray  # (n,) the last update before the state changes or the log ends that stood
@@ -93,6 +94,17 @@ def true_courses(truth: Iterable[TrueState]) -> dict[Coordinate, TrueCourse]:
     return {key: TrueCourse.of(group) for key, group in rows.items()}
 
 
+def compare_all(
+    estimates: pl.DataFrame, courses: Mapping[Coordinate, TrueCourse], lost: Stretches = ()
+) -> dict[Coordinate, Comparison]:
+    """``compare`` for every coordinate that was observed and whose truth is known."""
+    return {
+        key: compare(key[1], posteriors, courses[key], lost)
+        for key, posteriors in observed_posteriors(estimates).items()
+        if key in courses
+    }
+
+
 def compare(
     coordinate: str, posteriors: Posteriors, truth: TrueCourse, lost: Stretches = ()
 ) -> Comparison:
@@ -106,9 +118,12 @@ def compare(
     stood = ~within(posteriors.stamps_ns[known], lost)
     true = truth.values[period]
     return Comparison(
+        stamps_ns=posteriors.stamps_ns[known],
         errors=error(coordinate, posteriors.means[known], true),
-        inside=_inside(coordinate, true, posteriors.lowers[known], posteriors.uppers[known]),
-        final=_last_of_each(period, stood) & truth.standing[period],
+        inside=inside_interval(
+            coordinate, true, posteriors.lowers[known], posteriors.uppers[known]
+        ),
+        final=last_of_each(period, stood) & truth.standing[period],
     )
 
 
@@ -118,7 +133,7 @@ def error(coordinate: str, estimate: FloatArray, truth: FloatArray) -> FloatArra
     return wrap(off) if coordinate in ROTATIONS else off
 
 
-def _inside(
+def inside_interval(
     coordinate: str, values: FloatArray, lowers: FloatArray, uppers: FloatArray
 ) -> BoolArray:
     """(n,) whether each value lies in its interval; on the circle in any turn of it."""
@@ -129,7 +144,7 @@ def _inside(
     return np.asarray(((lowers <= turned) & (turned <= uppers)).any(axis=0))
 
 
-def _last_of_each(period: IntArray, chosen: BoolArray) -> BoolArray:
+def last_of_each(period: IntArray, chosen: BoolArray) -> BoolArray:
     """(n,) the last chosen entry of each run of equal numbers in an ascending sequence."""
     numbers = period[chosen]
     last = np.zeros(len(period), dtype=bool)

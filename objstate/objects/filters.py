@@ -32,7 +32,7 @@ SHRINK = 0.95  # by which samples draw towards their mean before the kernel spre
 LEAN = 1.5 * 2.0**0.5
 LEAST_PRESENCE = 1e-6  # what is never ruled out: that it is there, or that it is gone
 TINY = 1e-300
-FINE = 40  # states with weight that are cast at most; of more, an even comb
+FINE = 20  # states with weight that are cast at most; of more, an even comb
 NEGLIGIBLE = 1e-4  # weight, relative to the largest, below which a state is cast only coarsely
 COARSE = 8  # every so many states are cast whatever their weight
 
