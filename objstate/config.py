@@ -58,7 +58,6 @@ class LocalizationSettings(Strict):
 
     min_particles: Count = 100
     max_particles: Count = 2000
-    global_particles: Count = 40_000  # at the start from anywhere
     pf_err: Positive = 0.05  # largest error between true and estimated distribution (KLD)
     pf_z: Positive = 2.33  # upper standard normal quantile of holding pf_err: 2.33 is 0.99
     bin_xy: Positive = 0.10  # m, cells in which KLD sampling counts
@@ -78,9 +77,13 @@ class LocalizationSettings(Strict):
     tempering: Exponent = 0.1  # exponent on the likelihood of a scan
     initial_xy_std: NonNegative = 0.3  # m, of a start pose given without deviations
     initial_yaw_std_deg: NonNegative = 10.0
-    lost_above: Share = 0.12  # of returning beams that pass through walls: search the robot anew
+    lost_above: Share = 0.12  # of returning beams that pass through walls: the robot is lost
     lost_margin: Positive = 0.25  # m beyond a wall at which a return has passed through it
     lost_after: Positive = 4.0  # s over which that share is averaged
+    lost_below: Share = 0.4  # how well beams are explained, 0 as by chance, 1 fully: lost below
+    doubt_below: Share = 0.9  # of how well they usually are: the robot is looked for elsewhere
+    fit_after: Positive = 1.0  # s over which that is averaged
+    usual_after: Positive = 20.0  # s over which the usual is averaged
     object_states: Count = 5  # of each uncertain object that a beam is averaged over
 
     @model_validator(mode="after")
@@ -91,6 +94,20 @@ class LocalizationSettings(Strict):
                 f"({self.max_particles})"
             )
         return self
+
+
+class SearchSettings(Strict):
+    """Where in the building is a robot that is lost?"""
+
+    spacing: Positive = 0.25  # m between the free places that are tried
+    max_places: Count = 20_000  # in larger buildings, places lie farther apart
+    max_beams: Count = 40  # of one scan, in trying places
+    looks: Count = 6  # scans of each laser that are remembered
+    min_d: Positive = 0.4  # m driven between them
+    min_a: Positive = 0.35  # rad; or turned
+    every_s: Positive = 1.0  # s between searches
+    sure: Share = 0.99  # probability from which a place is the one
+    confirmed: Count = 2  # searches in a row that must agree on it
 
 
 class ObjectUpdateSettings(Strict):
@@ -204,6 +221,7 @@ class Settings(Strict):
 
     beam_model: BeamModelSettings = BeamModelSettings()
     localization: LocalizationSettings = LocalizationSettings()
+    search: SearchSettings = SearchSettings()
     object_updates: ObjectUpdateSettings = ObjectUpdateSettings()
     map_error: MapErrorSettings = MapErrorSettings()
     consistency: ConsistencySettings = ConsistencySettings()

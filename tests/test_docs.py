@@ -22,6 +22,7 @@ FILES = ROOT / "docs" / "files.md"
 GROUPS = {
     "`beam_model`": config.BeamModelSettings,
     "`localization`": config.LocalizationSettings,
+    "`search`": config.SearchSettings,
     "`object_updates`": config.ObjectUpdateSettings,
     "`map_error`": config.MapErrorSettings,
     "`consistency`": config.ConsistencySettings,

@@ -67,6 +67,9 @@ class ScanView(Protocol):
         ``blur`` m is added to the beam model's ``sigma_hit``, as variances add.
         """
 
+    def fit(self, log_likelihood: float, blur: float) -> float:
+        """How well a scan with that log p(o | l) is explained: 0 as by chance, 1 as it should be."""
+
     def object_log_likelihood(
         self, name: str, states: FloatArray, poses: FloatArray, comparison: Comparison
     ) -> tuple[FloatArray, BoolArray]:
@@ -152,6 +155,9 @@ class MeshView:
             likelihood = np.einsum("s,psn->pn", item.shares, kept)
         with np.errstate(divide="ignore"):
             return np.asarray(np.log(likelihood).sum(axis=1))
+
+    def fit(self, log_likelihood: float, blur: float) -> float:
+        return self._beam_model.blurred(blur).fit(log_likelihood, self._measured, self._range_max)
 
     def object_log_likelihood(
         self, name: str, states: FloatArray, poses: FloatArray, comparison: Comparison
@@ -272,6 +278,9 @@ class LevelView:
             out,
         )
         return out
+
+    def fit(self, log_likelihood: float, blur: float) -> float:
+        return self._beam_model.blurred(blur).fit(log_likelihood, self._measured, self._range_max)
 
     def object_log_likelihood(
         self, name: str, states: FloatArray, poses: FloatArray, comparison: Comparison
