@@ -15,6 +15,7 @@ import numpy as np
 from objstate.building.model import Building, Kind
 from objstate.config import NonNegative, Settings, Share, Strict
 from objstate.gaze.entropy import gaussian_entropy, sample_covariance
+from objstate.gaze.floor import leaf_ends
 from objstate.gaze.sensors import Sensor
 from objstate.geometry import FloatArray, IntArray
 from objstate.objects import ObjectBelief
@@ -33,7 +34,8 @@ class LookSettings(Strict):
     scans: NonNegative = 5.0  # taken where the robot stops to look
     scans_on_way: NonNegative = 1.0  # taken of one object from about one place as it drives by
     beams_share: Share = 1.0  # of a scan's beams that observe objects; less with marginal inference
-    robot_std: NonNegative = 0.03  # m, by which an uncertain robot pose blurs ranges
+    robot_std: NonNegative = 0.03  # m, of the robot's position, which all its beams share
+    robot_yaw_std: NonNegative = 0.015  # rad
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +44,7 @@ class DoorLook:
 
     chosen: IntArray = field(repr=False)  # (k,) numbers of the states whose readings are simulated
     log_likelihood: FloatArray = field(repr=False)  # (k, s)
+    smear: float = 0.0  # states by which the robot's own uncertainty shifts what it reads
 
     def gain(self, belief: ObjectBelief, scans: float) -> float:
         """Expected information gain of some scans, nats: the mean over what the door may be.
@@ -55,9 +58,17 @@ class DoorLook:
         shift = fakes - self.chosen[nearest]
         states = (np.arange(len(prior)) - shift[:, None]).clip(0, len(prior) - 1)
         shifted = scans * self.log_likelihood[nearest[:, None], states]
-        posterior = prior * np.exp(shifted - shifted.max(axis=1, keepdims=True))
+        posterior = prior * self._smeared(np.exp(shifted - shifted.max(axis=1, keepdims=True)))
         posterior /= posterior.sum(axis=1, keepdims=True)
         return float(_entropies(prior[None])[0] - _entropies(posterior).mean())
+
+    def _smeared(self, likelihood: FloatArray) -> FloatArray:
+        """Likelihoods (k, s) averaged over where the robot may be."""
+        if self.smear == 0.0:
+            return likelihood
+        from scipy.ndimage import gaussian_filter1d
+
+        return np.asarray(gaussian_filter1d(likelihood, self.smear, axis=1, mode="nearest"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,13 +76,15 @@ class FurnitureLook:
     """The information (3, 3) that a scan of furniture at its estimated place would hold."""
 
     information: FloatArray
+    shift: FloatArray  # (3, 3) covariance by which the robot's own uncertainty shifts it
 
     def gain(self, belief: ObjectBelief, scans: float) -> float:
         """Expected information gain of some scans, nats: of a Gaussian of the belief's covariance."""
         before = sample_covariance(belief.deviations, belief.weights.values)
-        after = np.linalg.inv(np.linalg.inv(before) + scans * self.information)
-        drop = gaussian_entropy(before) - gaussian_entropy(np.asarray(after))
-        return float(drop)
+        alone = scans * self.information  # the robot's error stays the same from scan to scan
+        told = np.asarray(np.linalg.solve(np.eye(3) + alone @ self.shift, alone))
+        after = np.linalg.inv(np.linalg.inv(before) + (told + told.T) / 2.0)
+        return float(gaussian_entropy(before) - gaussian_entropy(np.asarray(after)))
 
 
 Look = DoorLook | FurnitureLook
@@ -90,7 +103,8 @@ class LaserLooks:
         s, looks = settings or Settings(), looks or LookSettings()
         model = BeamModel(s.beam_model)
         self.sensor = sensor
-        self._model = model.blurred(looks.robot_std)
+        self._model = model
+        self._robot_std = np.array([looks.robot_std, looks.robot_yaw_std])
         self._exponent = s.object_updates.tempering * looks.beams_share
         self._expected = ExpectedRanges(building)
         rays = sensor.rays()
@@ -113,9 +127,28 @@ class LaserLooks:
             return None
         expected = np.minimum(alone, background)[:, touched]
         if belief.item.kind is Kind.PLANAR:
-            return FurnitureLook(_information(self._told(expected, np.array([0]))[0]))
+            information = _information(self._told(expected, np.array([0]))[0])
+            return FurnitureLook(information, self._shift(belief.mean, pose))
         chosen = np.unique(np.linspace(0, len(states) - 1, TEMPLATES).round().astype(np.int64))
-        return DoorLook(chosen, self._told(expected, chosen))
+        return DoorLook(chosen, self._told(expected, chosen), self._smear(belief, pose))
+
+    def _shift(self, state: FloatArray, pose: FloatArray) -> FloatArray:
+        """Covariance (3, 3) of where furniture at a state (3,) seems to be from an uncertain pose."""
+        seems = self._seems(float(np.hypot(*(state[:2] - pose[:2]))))
+        return np.diag([seems, seems, float(self._robot_std[1])]) ** 2
+
+    def _smear(self, belief: ObjectBelief, pose: FloatArray) -> float:
+        """Standard deviation, in states, of what a door's state seems to be from an uncertain pose."""
+        near, far = leaf_ends(belief.item)
+        seems = self._seems(float(np.hypot(*((near + far) / 2.0 - pose[:2]))))
+        if belief.item.kind is Kind.HINGED:
+            seems /= float(np.hypot(*(far - near))) / 2.0  # rad at the middle of the leaf
+        return seems / float(belief.cell[0])
+
+    def _seems(self, distance: float) -> float:
+        """Standard deviation, m, of where something so far away seems to be."""
+        position, yaw = self._robot_std
+        return float(np.hypot(position, yaw * distance))
 
     def _background(self, others: Mapping[str, FloatArray], pose: FloatArray) -> FloatArray:
         nearest = self._expected.walls(pose[None], self._scan.rays)[0]
