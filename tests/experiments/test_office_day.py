@@ -35,7 +35,7 @@ def test_a_day_moves_what_moves_often_more_often() -> None:
 
 
 def test_looking_ends_with_recorded_outcomes() -> None:
-    worth = try_day(Trial("coordinator", 20.0, 0, 0.1))
+    worth = try_day(Trial("coordinator", 20.0, 0, 0.02))
     assert worth.tasks > 0
     assert set(worth.outcomes) <= {"confirmed", "moved", "lost", "hidden"}
     assert worth.realized > 0.0

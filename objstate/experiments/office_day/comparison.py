@@ -139,10 +139,11 @@ def _strategy(trial: Trial, coordinator: Coordinator) -> Choose:
 
 def _worth(trial: Trial, day: Day) -> Worth:
     settled = day.times >= SETTLING * trial.hours * 3600.0
-    hours = (day.times[-1] - day.times[settled][0]) / 3600.0
+    since = max(int(settled.argmax()) - 1, 0)
+    hours = (day.times[-1] - day.times[since]) / 3600.0
     return Worth(
         trial,
-        distance=float((day.driven[-1] - day.driven[settled][0]) / hours),
+        distance=float((day.driven[-1] - day.driven[since]) / hours),
         entropy=float(day.entropies[settled].mean()),
         right=float(day.right[settled].mean()),
         predicted=float(day.predicted.sum()),

@@ -68,6 +68,7 @@ def run_day(
             seconds = robot.time - before
             predicted.append(sum(goal.gains.values()))
             realized.append(_realized(filters, beliefs, robot, seconds))
+    rows.append(_judged(robot, day))
     times, entropies, right, driven = np.array(rows).T
     return Day(
         times=times,
