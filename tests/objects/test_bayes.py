@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from objstate.config import DoorSettings
 from objstate.geometry import FloatArray
 from objstate.objects.bayes import marginal_log_likelihood
-from objstate.objects.filters import LatticeFilter
+from objstate.objects.doors import LatticeFilter
 from objstate.particles import Weights
 from tests.objects.views import evidence_by
 from tests.rooms import door

@@ -14,7 +14,7 @@ from objstate.building.model import MovableObject
 from objstate.config import DoorSettings
 from objstate.geometry import FloatArray, wrap
 from objstate.objects import ObjectBelief
-from objstate.objects.filters import LatticeFilter
+from objstate.objects.doors import LatticeFilter
 from objstate.particles import Weights
 from tests.rooms import door, sliding_door, table
 
