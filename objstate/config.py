@@ -164,9 +164,12 @@ class FurnitureSettings(Strict):
     prior_std_deg: Positive = 15.0
     dynamics: Dynamics = Dynamics(moves_per_hour=1.0, drift_deg=0.1, drift_m=0.001)
     presence: Annotated[float, Field(gt=0, lt=1)] = 0.95  # probability that it is there at all
-    samples: Count = 200
+    samples: Count = 400  # at most; as the belief narrows, fewer
+    least_samples: Count = 80
     first_samples: Count = 1000  # of the prior, until they are first resampled
-    scouts: Count = 50  # samples that look, at every scan, where the object may have been moved
+    scouts: Annotated[int, Field(ge=4)] = (
+        80  # samples that look, at every scan, where the object may have been moved
+    )
     scout_weight: Share = 1e-4  # of all scouts together, before the scan is taken in
     nudge_m: Positive = (
         0.1  # how far from where it stood half of the scouts look; the others by the prior
@@ -192,8 +195,9 @@ class ObjectRule(Strict):
     resolution_m: ResolutionM | None = None
     presence: Annotated[float, Field(gt=0, lt=1)] | None = None
     samples: Count | None = None
+    least_samples: Count | None = None
     first_samples: Count | None = None
-    scouts: Count | None = None
+    scouts: Annotated[int, Field(ge=4)] | None = None
     scout_weight: Share | None = None
     nudge_m: Positive | None = None
     nudge_deg: Positive | None = None

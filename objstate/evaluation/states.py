@@ -94,11 +94,16 @@ def true_courses(truth: Iterable[TrueState]) -> dict[Coordinate, TrueCourse]:
 
 
 def compare(
-    coordinate: str, posteriors: Posteriors, truth: TrueCourse, lost: Stretches = ()
+    coordinate: str,
+    posteriors: Posteriors,
+    truth: TrueCourse,
+    lost: Stretches = (),
+    symmetry: int = 1,
 ) -> Comparison:
     """Estimates beside the truth; those before the first true value are left out.
 
     Those made while the robot was ``lost`` were taken back, so that none of them is final.
+    Of an object of some order of ``symmetry``, equal headings count as one.
     """
     period = truth.period(posteriors.stamps_ns)
     known = period >= 0
@@ -106,26 +111,31 @@ def compare(
     stood = ~within(posteriors.stamps_ns[known], lost)
     true = truth.values[period]
     return Comparison(
-        errors=error(coordinate, posteriors.means[known], true),
-        inside=_inside(coordinate, true, posteriors.lowers[known], posteriors.uppers[known]),
+        errors=error(coordinate, posteriors.means[known], true, symmetry),
+        inside=_inside(
+            coordinate, true, posteriors.lowers[known], posteriors.uppers[known], symmetry
+        ),
         final=_last_of_each(period, stood) & truth.standing[period],
     )
 
 
-def error(coordinate: str, estimate: FloatArray, truth: FloatArray) -> FloatArray:
-    """Estimate minus truth; rotations the short way round."""
+def error(
+    coordinate: str, estimate: FloatArray, truth: FloatArray, symmetry: int = 1
+) -> FloatArray:
+    """Estimate minus truth; rotations the short way round, to the nearest of ``symmetry`` equal ones."""
     off = estimate - truth
-    return wrap(off) if coordinate in ROTATIONS else off
+    return wrap(symmetry * off) / symmetry if coordinate in ROTATIONS else off
 
 
 def _inside(
-    coordinate: str, values: FloatArray, lowers: FloatArray, uppers: FloatArray
+    coordinate: str, values: FloatArray, lowers: FloatArray, uppers: FloatArray, symmetry: int
 ) -> BoolArray:
     """(n,) whether each value lies in its interval; on the circle in any turn of it."""
     if coordinate not in ROTATIONS:
         return (lowers <= values) & (values <= uppers)
     uppers = np.where(uppers < lowers, uppers + 2 * np.pi, uppers)  # an upper bound that wrapped
-    turned = values + 2 * np.pi * np.array([[-1], [0], [1]])
+    turns = 2 * np.pi / symmetry * np.arange(-symmetry, symmetry + 1)
+    turned = values + turns[:, None]
     return np.asarray(((lowers <= turned) & (turned <= uppers)).any(axis=0))
 
 

@@ -74,20 +74,53 @@ class ObjectBelief:
 
     @cached_property
     def mean(self) -> FloatArray:
-        """(d,) directions by circular mean."""
+        """(d,) directions by circular mean.
+
+        Of furniture that looks the same after some turns, all equal states count as the
+        one nearest to where it should stand.
+        """
         values = self.weights.values
-        return np.array(
-            [
-                circular_mean(column, values) if wraps else float(values @ column)
-                for column, wraps in zip(self.states.T, self.wraps, strict=True)
-            ]
-        )
+        if self.item.kind is Kind.PLANAR:
+            yaw = self._yaw
+            return np.array([*(values @ self.item.symmetry.nearest(self.states, yaw)[:, :2]), yaw])
+        if self.item.wraps:
+            return np.array([circular_mean(self.states[:, 0], values)])
+        return np.asarray(values @ self.states)
+
+    @property
+    def _yaw(self) -> float:
+        """Furniture's mean heading; of several that look the same, the nearest to where it should stand."""
+        order, home = self.item.symmetry.order, float(self.item.home[2])
+        turned = circular_mean(order * (self.states[:, 2] - home), self.weights.values)
+        return float(wrap(home + turned / order))
 
     @cached_property
     def deviations(self) -> FloatArray:
         """(n, d) samples from the mean; directions the short way round."""
-        off = self.states - self.mean
+        states = self.states
+        if self.item.kind is Kind.PLANAR:
+            states = self.item.symmetry.nearest(states, float(self.mean[2]))
+        off = states - self.mean
         return np.asarray(np.where(self.wraps, wrap(off), off))
+
+    def moved_from(self, before: ObjectBelief) -> FloatArray:
+        """(d,) by how much the mean differs from that of an earlier belief; the short way round."""
+        mean = self.mean
+        if self.item.kind is Kind.PLANAR:
+            mean = self.item.symmetry.nearest(mean[None], float(before.mean[2]))[0]
+        off = mean - before.mean
+        return np.asarray(np.where(self.wraps, wrap(off), off))
+
+    def unfolded(self) -> ObjectBelief:
+        """The same belief with all states that look alike: a square table has four equal headings.
+
+        The filters keep one of them, as no reading tells them apart.
+        """
+        if self.item.kind is not Kind.PLANAR:
+            return self
+        equals = self.item.symmetry.equals(self.states)
+        weights = np.tile(self.weights.values, len(equals))
+        return self.with_samples(equals.reshape(-1, 3), Weights.of(weights))
 
     @cached_property
     def std(self) -> FloatArray:

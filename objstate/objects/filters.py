@@ -50,12 +50,3 @@ def filter_for(item: MovableObject, settings: Settings) -> ObjectFilter:
     if isinstance(chosen, DoorSettings):
         return LatticeFilter(item, chosen)
     return SampleFilter(item, chosen)
-
-
-def filter_for(item: MovableObject, settings: Settings) -> ObjectFilter:
-    """The filter of an object, with the settings whose rules match its name."""
-    is_door = item.kind is not Kind.PLANAR
-    chosen: ObjectSettings = settings.for_object(item.name, "door" if is_door else "furniture")
-    if isinstance(chosen, DoorSettings):
-        return LatticeFilter(item, chosen)
-    return SampleFilter(item, chosen)

@@ -6,25 +6,37 @@ tells much is taken in by steps.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
 from objstate.building.model import MovableObject
+from objstate.building.outline import outline
 from objstate.config import FurnitureSettings
-from objstate.geometry import BoolArray, FloatArray, IntArray, square_root, weighted_pose_mean, wrap
-from objstate.objects.belief import ObjectBelief
+from objstate.geometry import BoolArray, FloatArray, IntArray, square_root, wrap
+from objstate.objects.belief import SETTLED_ANGLE, SETTLED_LENGTH, ObjectBelief
 from objstate.objects.conditional import ConditionalBelief, Update
 from objstate.objects.evidence import ScanEvidence
-from objstate.particles import Weights, largest_step, systematic
+from objstate.objects.proposals import TracedOutline
+from objstate.particles import Weights, kld_sample_size, largest_step, systematic
 
 SECONDS_PER_HOUR = 3600.0
 RESAMPLE_BELOW = 0.5  # of the samples; resample when the effective number falls below
 MAJORITY = 0.5  # weight of scouts after a scan, above which the object counts as moved
+FOLLOWED = 0.05  # the same while the object's place is open
 CARRY_ON = 0.2  # of a nudge, by which scouts spread about the best of them
-SHRINK = 0.95  # by which samples draw towards their mean before the kernel spreads them
+KERNEL = 0.31  # of the samples' deviation, by which copies of a sample are spread apart
+BIN = np.array(
+    [SETTLED_LENGTH, SETTLED_LENGTH, SETTLED_ANGLE]
+)  # cells in which KLD sampling counts
+KLD_ERROR, KLD_QUANTILE = 0.05, 2.33  # as pf_err and pf_z of localization
+TRIED = 400  # states through readings, of which scouts are chosen
+ON_OBJECT = 0.1  # m from where an object is known to stand, within which it stopped the beam
+FEWEST = 3  # ends of beams that may show an object
+HEIGHT_STEP = 0.01  # m; outlines at heights no further apart are one
 LEAST_PRESENCE = 1e-6  # what is never ruled out: that it is there, or that it is gone
+LEAST_SHARE = 1e-12  # weight of scouts that speak for nothing
 TINY = 1e-300
 
 
@@ -33,17 +45,21 @@ class SampleFilter:
     """Furniture: free samples of x, y, yaw; the last of them are scouts that look for it elsewhere.
 
     Scouts have little weight, and keep it: what speaks for another place can add up
-    over many scans before it wins.
+    over many scans before it wins. Of states that look alike, samples keep to the one
+    nearest to the mean.
     """
 
     item: MovableObject
     settings: FurnitureSettings
+    _outlines: dict[int, TracedOutline | None] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
 
     def prior(self, rng: np.random.Generator) -> ObjectBelief:
         s = self.settings
         states = self._of_prior(s.first_samples + s.scouts, rng)
         equal = np.full(s.first_samples, 1.0 / s.first_samples)
-        weights = _joined(equal, s.scouts, s.scout_weight)
+        weights = _joined(equal, np.full(s.scouts, s.scout_weight / s.scouts))
         return ObjectBelief(self.item, states, weights, cell=np.zeros(3), presence=s.presence)
 
     def predict(
@@ -70,11 +86,11 @@ class SampleFilter:
     ) -> Update | None:
         """Take the evidence in by steps, each so large that enough samples survive.
 
-        Between steps the samples are resampled and spread by a kernel that keeps
-        their mean and covariance (Liu and West 2001).
+        Between steps the samples are resampled and spread by a kernel.
         """
         robot = evidence.robot_weights.values
         log_evidence, remaining = np.zeros(len(robot)), 1.0
+        believed = self._shown(believed, evidence, rng)
         while remaining > 0.0:
             cast, bears = evidence.cast(believed.belief.states, self._whole(believed.belief))
             if not bears.any():
@@ -107,40 +123,7 @@ class SampleFilter:
         plan = self.item.mesh.vertices[:, :2]
         return 1.0 / float(np.hypot(*(plan - plan.mean(axis=0)).T).max())
 
-    def _renewed(
-        self, believed: ConditionalBelief, resample: bool, rng: np.random.Generator
-    ) -> ConditionalBelief:
-        """The samples resampled where few carry the belief, and half of the scouts sent out anew."""
-        belief = believed.belief
-        s, values = self.settings, belief.weights.values
-        count = len(values) - s.scouts
-        elsewhere = np.where(self._is_elsewhere(belief), values[count:], 0.0)
-        share = float(elsewhere.sum())
-        ancestors = np.arange(count)
-        if share > MAJORITY:  # it was moved: the scouts that found it are the belief
-            states, weights, ancestors = self._resampled(belief.states, values, rng)
-            share = 0.0
-        else:
-            states, weights = belief.states[:count], values[:count] / values[:count].sum()
-            if resample or 1.0 / np.sum(weights**2) < RESAMPLE_BELOW * s.samples:
-                states, weights, ancestors = self._resampled(states, weights, rng)
-        scouts = self._scouts(states, weights, belief.states[count:], elsewhere, rng)
-        carried = s.scouts // 2
-        joined = Weights.of(
-            np.concatenate(
-                [
-                    (1.0 - share) * weights,
-                    np.full(carried, share / carried),
-                    np.full(s.scouts - carried, s.scout_weight / (s.scouts - carried)),
-                ]
-            )
-        )
-        ratio = believed.given[:, ancestors] / np.maximum(values[ancestors], TINY)
-        given = joined.values * np.concatenate([ratio, np.ones((len(ratio), s.scouts))], axis=1)
-        return ConditionalBelief(
-            belief.with_samples(np.concatenate([states, scouts]), joined),
-            given / given.sum(axis=1, keepdims=True),
-        )
+    # --- samples --------------------------------------------------------------------
 
     def _whole(self, belief: ObjectBelief) -> BoolArray:
         """Which samples (n,) differ for each robot sample: none while the object's place is open."""
@@ -148,12 +131,119 @@ class SampleFilter:
         whole[-self.settings.scouts :] = False
         return whole
 
-    def _is_elsewhere(self, belief: ObjectBelief) -> BoolArray:
-        """Which scouts (k,) have left where the samples are; the others only know the same."""
-        count = len(belief.states) - self.settings.scouts
-        off = belief.states[count:] - weighted_pose_mean(
-            belief.states[:count], belief.weights.values[:count]
+    def _renewed(
+        self, believed: ConditionalBelief, resample: bool, rng: np.random.Generator
+    ) -> ConditionalBelief:
+        """The samples resampled where few carry the belief, and half of the scouts sent out anew."""
+        belief, s = believed.belief, self.settings
+        values, count = belief.weights.values, len(belief.states) - s.scouts
+        stay = self._samples_of(belief)
+        elsewhere = self._is_elsewhere(belief, stay)
+        share = float(values[count:][elsewhere].sum())
+        if share > (MAJORITY if stay.settled else FOLLOWED):  # the scouts that found it join in
+            elsewhere, share = np.zeros(s.scouts, dtype=bool), 0.0
+        joins = np.append(np.ones(count, dtype=bool), ~elsewhere)
+        kept, ancestors = stay, np.arange(count)
+        if resample or self._is_poor(values[joins], count):
+            ancestors = np.flatnonzero(joins)
+            pool = belief.with_samples(belief.states[joins], Weights.of(values[joins]))
+            kept, chosen = self._resampled(pool, rng)
+            ancestors = ancestors[chosen]
+        scouts = self._scouts(kept, belief.states[count:], values[count:] * elsewhere, rng)
+        weights = _joined(kept.weights.values, self._scout_weights(share))
+        ratio = believed.given[:, ancestors] / np.maximum(values[ancestors], TINY)
+        given = weights.values * np.concatenate([ratio, np.ones((len(ratio), s.scouts))], axis=1)
+        return ConditionalBelief(
+            belief.with_samples(np.concatenate([kept.states, scouts]), weights),
+            given / given.sum(axis=1, keepdims=True),
         )
+
+    def _samples_of(self, belief: ObjectBelief) -> ObjectBelief:
+        """The belief without its scouts."""
+        count = len(belief.states) - self.settings.scouts
+        return belief.with_samples(
+            belief.states[:count], Weights.of(belief.weights.values[:count] + TINY)
+        )
+
+    def _is_poor(self, weights: FloatArray, count: int) -> bool:
+        """Whether few of the samples (n,), of which all but ``count`` are scouts, carry the belief."""
+        share = weights / weights.sum()
+        few = RESAMPLE_BELOW * min(count, self.settings.samples)
+        return bool(1.0 / np.sum(share**2) < few or share[count:].sum() > FOLLOWED)
+
+    def _resampled(
+        self, belief: ObjectBelief, rng: np.random.Generator
+    ) -> tuple[ObjectBelief, IntArray]:
+        """As many samples as the belief's width needs (Fox 2003), equally weighted; and their ancestors.
+
+        Copies are spread by a kernel that keeps mean and variances (Liu and West 2001), and
+        that is no wider than scouts spread, so that places that compete stay apart.
+        """
+        count, off = self._needed(belief), belief.deviations
+        widest = CARRY_ON * self._nudge / np.maximum(belief.std, TINY)
+        spread = np.minimum(KERNEL, widest)
+        root = square_root((belief.weights.values[:, None] * off).T @ off)
+        noise = rng.standard_normal((count, 3)) @ root.T
+        ancestors = systematic(belief.weights, count, rng)
+        states = belief.mean + np.sqrt(1.0 - spread**2) * off[ancestors] + spread * noise
+        states[:, 2] = wrap(states[:, 2])
+        return belief.with_samples(states, Weights.uniform(count)), ancestors
+
+    def _needed(self, belief: ObjectBelief) -> int:
+        """Samples that represent a belief of some width, by the cells that its heavy samples fill."""
+        s = self.settings
+        heavy = belief.weights.values > 1.0 / (len(belief.states) * s.samples)
+        cells = len(np.unique(np.round(belief.deviations[heavy] / BIN), axis=0))
+        needed = kld_sample_size(cells, KLD_ERROR, KLD_QUANTILE)
+        return int(np.clip(needed, min(s.least_samples, s.samples), s.samples))
+
+    # --- scouts ---------------------------------------------------------------------
+
+    def _shown(
+        self, believed: ConditionalBelief, evidence: ScanEvidence, rng: np.random.Generator
+    ) -> ConditionalBelief:
+        """The last quarter of the scouts sent to where readings that nothing explains may show the object."""
+        belief = believed.belief
+        proposed = self._through_readings(belief, evidence.stopped, self.settings.scouts // 4, rng)
+        if len(proposed) == 0:
+            return believed
+        states = belief.states.copy()
+        states[-len(proposed) :] = proposed
+        return replace(believed, belief=belief.with_samples(states, belief.weights))
+
+    def _through_readings(
+        self, belief: ObjectBelief, stopped: FloatArray, count: int, rng: np.random.Generator
+    ) -> FloatArray:
+        """At most ``count`` states (c, 3) in which the outline runs through ends of beams (m, 3)."""
+        if len(stopped) < FEWEST:
+            return np.empty((0, 3))
+        traced = self._traced(float(np.median(stopped[:, 2])))
+        if traced is None:
+            return np.empty((0, 3))
+        ends = stopped[:, :2]
+        if belief.settled:
+            ends = ends[traced.distances(belief.mean[None], ends, ON_OBJECT)[0] > ON_OBJECT]
+            if len(ends) < FEWEST:
+                return np.empty((0, 3))
+        states, explained = traced.states_through(ends, TRIED, rng)
+        density = self._new_place_density(states, belief.mean)
+        likely = density * np.exp(explained - explained.max(initial=0.0))
+        if not likely.sum() > 0.0:
+            return np.empty((0, 3))
+        return states[systematic(Weights.of(likely), count, rng)]
+
+    def _traced(self, height: float) -> TracedOutline | None:
+        """The object's outline at a height above the floor, m."""
+        step = round(height / HEIGHT_STEP)
+        if step not in self._outlines:
+            level = step * HEIGHT_STEP - self.item.origin[2, 3]
+            self._outlines[step] = TracedOutline.of(outline(self.item.upright_mesh, level))
+        return self._outlines[step]
+
+    def _is_elsewhere(self, belief: ObjectBelief, stay: ObjectBelief) -> BoolArray:
+        """Which scouts (k,) have left where the samples are; the others only know the same."""
+        scouts = belief.states[len(stay.states) :]
+        off = self.item.symmetry.nearest(scouts, float(stay.mean[2])) - stay.mean
         off[:, 2] = wrap(off[:, 2])
         return np.asarray((np.abs(off) > self._nudge).any(axis=1))
 
@@ -164,25 +254,24 @@ class SampleFilter:
 
     def _scouts(
         self,
-        states: FloatArray,
-        weights: FloatArray,
+        kept: ObjectBelief,
         scouts: FloatArray,
-        scout_weights: FloatArray,
+        weights: FloatArray,
         rng: np.random.Generator,
     ) -> FloatArray:
-        """Half of the scouts carry on about the best of them; the others start afresh.
+        """Half of the scouts (k, 3) carry on about the best of them; the others start afresh.
 
         Of those, half look near where the object stands, half where the prior says.
         """
         s = self.settings
         carried, near = s.scouts // 2, s.scouts // 4
-        best = scouts[systematic(Weights.of(scout_weights + TINY), carried, rng)]
-        nearby = states[systematic(Weights.of(weights), near, rng)]
+        best = scouts[systematic(Weights.of(weights + TINY), carried, rng)]
+        nearby = kept.states[systematic(kept.weights, near, rng)]
         on = best + CARRY_ON * self._nudge * rng.standard_normal(best.shape)
-        before, after = (self._new_place_density(each, states[0]) for each in (best, on))
-        kept = after >= rng.random(carried) * before  # Metropolis: evidence alone leads them on
+        before, after = (self._new_place_density(each, kept.mean) for each in (best, on))
+        moves = after >= rng.random(carried) * before  # Metropolis: evidence alone leads them on
         fresh = [
-            np.where(kept[:, None], on, best),
+            np.where(moves[:, None], on, best),
             nearby + self._nudge * rng.standard_normal(nearby.shape),
             self._of_prior(s.scouts - carried - near, rng),
         ]
@@ -190,19 +279,28 @@ class SampleFilter:
         out[:, 2] = wrap(out[:, 2])
         return out
 
+    def _scout_weights(self, share: float) -> FloatArray:
+        """(k,) of those that carry on, who have won ``share``, and of those that start afresh."""
+        s = self.settings
+        carried = s.scouts // 2
+        fresh = s.scouts - carried
+        return np.append(
+            np.full(carried, max(share, LEAST_SHARE) / carried),
+            np.full(fresh, s.scout_weight / fresh),
+        )
+
     def _new_place_density(self, states: FloatArray, place: FloatArray) -> FloatArray:
         """Density (n,), up to a factor, of states to which an object at a place (3,) is moved."""
         s = self.settings
         width = np.array([s.prior_std_m, s.prior_std_m, np.radians(s.prior_std_deg)])
         densities = []
         for middle, scale in ((self.item.home, width), (place, self._nudge)):
-            off = states - middle
+            off = self.item.symmetry.nearest(states, float(middle[2])) - middle
             off[:, 2] = wrap(off[:, 2])
             densities.append(np.exp(-0.5 * ((off / scale) ** 2).sum(axis=1)) / scale.prod())
-        if s.prior == "uniform":
-            off = np.abs(states - self.item.home)
-            off[:, 2] = np.abs(wrap(off[:, 2]))
-            densities[0] = (off <= width).all(axis=1) / (8.0 * width.prod())
+            if s.prior == "uniform" and middle is self.item.home:
+                inside = (np.abs(off) <= width).all(axis=1)
+                densities[0] = inside / (8.0 * width.prod())
         return np.asarray(densities[0] + densities[1])
 
     def _of_prior(self, count: int, rng: np.random.Generator) -> FloatArray:
@@ -218,27 +316,10 @@ class SampleFilter:
         states[:, 2] = wrap(states[:, 2])
         return states
 
-    def _resampled(
-        self, states: FloatArray, weights: FloatArray, rng: np.random.Generator
-    ) -> tuple[FloatArray, FloatArray, IntArray]:
-        """States (samples, 3), spread by a kernel that keeps mean and covariance, equally weighted.
 
-        Also the states that they come from.
-        """
-        count = self.settings.samples
-        mean = weighted_pose_mean(states, weights)
-        off = states - mean
-        off[:, 2] = wrap(off[:, 2])
-        noise = rng.standard_normal((count, 3)) @ square_root((weights[:, None] * off).T @ off).T
-        ancestors = systematic(Weights.of(weights), count, rng)
-        out = mean + SHRINK * off[ancestors] + np.sqrt(1.0 - SHRINK**2) * noise
-        out[:, 2] = wrap(out[:, 2])
-        return out, np.full(count, 1.0 / count), ancestors
-
-
-def _joined(weights: FloatArray, scouts: int, share: float) -> Weights:
-    """Weights of samples (n,), which sum to one, and of the scouts behind them, who have ``share``."""
-    return Weights.of(np.append((1.0 - share) * weights, np.full(scouts, share / scouts)))
+def _joined(weights: FloatArray, scouts: FloatArray) -> Weights:
+    """Weights of samples (n,), which sum to one, and of the scouts behind them (k,)."""
+    return Weights.of(np.append((1.0 - scouts.sum()) * weights, scouts))
 
 
 def _presence(
