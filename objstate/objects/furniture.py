@@ -19,17 +19,15 @@ from objstate.objects.belief import SETTLED_ANGLE, SETTLED_LENGTH, ObjectBelief
 from objstate.objects.conditional import ConditionalBelief, Update
 from objstate.objects.evidence import ScanEvidence
 from objstate.objects.proposals import TracedOutline
-from objstate.particles import Weights, kld_sample_size, largest_step, systematic
+from objstate.particles import Weights, entropy, kld_sample_size, largest_step, systematic
 
 SECONDS_PER_HOUR = 3600.0
 RESAMPLE_BELOW = 0.5  # of the samples; resample when the effective number falls below
-MAJORITY = 0.5  # weight of scouts after a scan, above which the object counts as moved
-FOLLOWED = 0.05  # the same while the object's place is open
+FOLLOWED = 0.1  # weight of scouts after a scan, above which they are samples like others
 CARRY_ON = 0.2  # of a nudge, by which scouts spread about the best of them
 KERNEL = 0.31  # of the samples' deviation, by which copies of a sample are spread apart
-BIN = np.array(
-    [SETTLED_LENGTH, SETTLED_LENGTH, SETTLED_ANGLE]
-)  # cells in which KLD sampling counts
+# Cells in which KLD sampling counts: what is settled fills few of them.
+BIN = 2.0 * np.array([SETTLED_LENGTH, SETTLED_LENGTH, SETTLED_ANGLE])
 KLD_ERROR, KLD_QUANTILE = 0.05, 2.33  # as pf_err and pf_z of localization
 TRIED = 400  # states through readings, of which scouts are chosen
 ON_OBJECT = 0.1  # m from where an object is known to stand, within which it stopped the beam
@@ -60,7 +58,9 @@ class SampleFilter:
         states = self._of_prior(s.first_samples + s.scouts, rng)
         equal = np.full(s.first_samples, 1.0 / s.first_samples)
         weights = _joined(equal, np.full(s.scouts, s.scout_weight / s.scouts))
-        return ObjectBelief(self.item, states, weights, cell=np.zeros(3), presence=s.presence)
+        return ObjectBelief(
+            self.item, states, weights, cell=np.zeros(3), scouts=s.scouts, presence=s.presence
+        )
 
     def predict(
         self, belief: ObjectBelief, seconds: float, rng: np.random.Generator
@@ -112,6 +112,7 @@ class SampleFilter:
     def widened(self, belief: ObjectBelief, factor: float, std_m: float) -> ObjectBelief:
         std = np.array([std_m, std_m, std_m * self._lean])
         factor = factor if belief.settled else 1.0
+        belief = belief.standing
         wider = np.sqrt(factor + (std / np.maximum(belief.std, TINY)) ** 2)
         states = belief.mean + wider * belief.deviations
         states[:, 2] = wrap(states[:, 2])
@@ -137,16 +138,16 @@ class SampleFilter:
         """The samples resampled where few carry the belief, and half of the scouts sent out anew."""
         belief, s = believed.belief, self.settings
         values, count = belief.weights.values, len(belief.states) - s.scouts
-        stay = self._samples_of(belief)
+        stay = belief.standing
         elsewhere = self._is_elsewhere(belief, stay)
         share = float(values[count:][elsewhere].sum())
-        if share > (MAJORITY if stay.settled else FOLLOWED):  # the scouts that found it join in
+        if share > FOLLOWED:  # the object may have been moved there
             elsewhere, share = np.zeros(s.scouts, dtype=bool), 0.0
         joins = np.append(np.ones(count, dtype=bool), ~elsewhere)
         kept, ancestors = stay, np.arange(count)
         if resample or self._is_poor(values[joins], count):
             ancestors = np.flatnonzero(joins)
-            pool = belief.with_samples(belief.states[joins], Weights.of(values[joins]))
+            pool = stay.with_samples(belief.states[joins], Weights.of(values[joins]))
             kept, chosen = self._resampled(pool, rng)
             ancestors = ancestors[chosen]
         scouts = self._scouts(kept, belief.states[count:], values[count:] * elsewhere, rng)
@@ -156,13 +157,6 @@ class SampleFilter:
         return ConditionalBelief(
             belief.with_samples(np.concatenate([kept.states, scouts]), weights),
             given / given.sum(axis=1, keepdims=True),
-        )
-
-    def _samples_of(self, belief: ObjectBelief) -> ObjectBelief:
-        """The belief without its scouts."""
-        count = len(belief.states) - self.settings.scouts
-        return belief.with_samples(
-            belief.states[:count], Weights.of(belief.weights.values[:count] + TINY)
         )
 
     def _is_poor(self, weights: FloatArray, count: int) -> bool:
@@ -190,11 +184,11 @@ class SampleFilter:
         return belief.with_samples(states, Weights.uniform(count)), ancestors
 
     def _needed(self, belief: ObjectBelief) -> int:
-        """Samples that represent a belief of some width, by the cells that its heavy samples fill."""
+        """Samples that represent a belief of some width, by the number of cells that it fills evenly."""
         s = self.settings
-        heavy = belief.weights.values > 1.0 / (len(belief.states) * s.samples)
-        cells = len(np.unique(np.round(belief.deviations[heavy] / BIN), axis=0))
-        needed = kld_sample_size(cells, KLD_ERROR, KLD_QUANTILE)
+        _, cell = np.unique(np.round(belief.deviations / BIN), axis=0, return_inverse=True)
+        filled = np.exp(entropy(np.bincount(cell.ravel(), belief.weights.values)))
+        needed = kld_sample_size(round(float(filled)), KLD_ERROR, KLD_QUANTILE)
         return int(np.clip(needed, min(s.least_samples, s.samples), s.samples))
 
     # --- scouts ---------------------------------------------------------------------

@@ -50,7 +50,8 @@ class TracedOutline:
         low = np.searchsorted(self.lengths, length - APART)
         high = np.searchsorted(self.lengths, length + APART)
         able = high > low
-        first, second, apart, low, high = (x[able] for x in (first, second, apart, low, high))
+        first, second, apart = first[able], second[able], apart[able]
+        low, high = low[able], high[able]
         chosen = self.pairs[low + (rng.random(len(low)) * (high - low)).astype(np.int64)]
         own = self.points[chosen[:, 1]] - self.points[chosen[:, 0]]
         yaw = np.arctan2(apart[:, 1], apart[:, 0]) - np.arctan2(own[:, 1], own[:, 0])
