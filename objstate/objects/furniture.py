@@ -32,6 +32,7 @@ KLD_ERROR, KLD_QUANTILE = 0.05, 2.33  # as pf_err and pf_z of localization
 TRIED = 400  # states through readings, of which scouts are chosen
 ON_OBJECT = 0.1  # m from where an object is known to stand, within which it stopped the beam
 FEWEST = 3  # ends of beams that may show an object
+UNLIKELY = 1e-3  # density of a place, relative to home, below which readings don't lead there
 HEIGHT_STEP = 0.01  # m; outlines at heights no further apart are one
 LEAST_PRESENCE = 1e-6  # what is never ruled out: that it is there, or that it is gone
 LEAST_SHARE = 1e-12  # weight of scouts that speak for nothing
@@ -221,10 +222,11 @@ class SampleFilter:
                 return np.empty((0, 3))
         states, explained = traced.states_through(ends, TRIED, rng)
         density = self._new_place_density(states, belief.mean)
-        likely = density * np.exp(explained - explained.max(initial=0.0))
-        if not likely.sum() > 0.0:
+        able = density > UNLIKELY * self._new_place_density(self.item.home[None], belief.mean)
+        if not able.any():
             return np.empty((0, 3))
-        return states[systematic(Weights.of(likely), count, rng)]
+        likely = density[able] * np.exp(explained[able] - explained[able].max())
+        return states[able][systematic(Weights.of(likely), count, rng)]
 
     def _traced(self, height: float) -> TracedOutline | None:
         """The object's outline at a height above the floor, m."""
