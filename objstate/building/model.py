@@ -132,6 +132,12 @@ class Building:
     objects: Mapping[str, MovableObject]
     source: Path | None = None
 
+    @property
+    def symmetries(self) -> dict[str, int]:
+        """The orders of the objects that look the same after some turns."""
+        orders = {name: item.symmetry.order for name, item in self.objects.items()}
+        return {name: order for name, order in orders.items() if order > 1}
+
     def __getitem__(self, name: str) -> MovableObject:
         try:
             return self.objects[name]

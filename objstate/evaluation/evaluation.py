@@ -20,6 +20,7 @@ from objstate.evaluation.states import (
     true_courses,
 )
 from objstate.evaluation.summary import StateErrors, summarize_states, unit_of
+from objstate.evaluation.symmetry import read_symmetry
 from objstate.recording.tables import read_estimates, read_truth
 from objstate.recording.tum import TRAJECTORY, read_tum
 from objstate.records import TrueState
@@ -68,7 +69,9 @@ def evaluate(folder: str | Path, truth: str | Path, path: str | Path | None = No
     """
     estimates = read_estimates(folder)
     lost = read_lost(folder)
-    evaluation = evaluate_states(estimates, read_truth(truth), lost, source=str(truth))
+    evaluation = evaluate_states(
+        estimates, read_truth(truth), lost, read_symmetry(folder), source=str(truth)
+    )
     if path is None:
         return evaluation
     robot = compare_paths(read_tum(Path(folder) / TRAJECTORY), read_tum(path))
@@ -79,10 +82,13 @@ def evaluate_states(
     estimates: pl.DataFrame,
     truth: Iterable[TrueState],
     lost: Stretches = (),
+    symmetry: Mapping[str, int] | None = None,
     *,
     source: str = "The truth",
 ) -> Evaluation:
     """The errors of estimates (columns as in ``estimates.parquet``) against true states.
+
+    Headings of objects with some order of ``symmetry`` are compared modulo 360 degrees / order.
 
     Raises TruthError where they share no coordinate of any object, and ResultError where
     there are no estimates.
@@ -97,7 +103,7 @@ def evaluate_states(
             f"result has {_listed(estimated)}; use the truth of the same building."
         )
     compared = {
-        key: compare(key[1], posteriors, courses[key], lost)
+        key: compare(key[1], posteriors, courses[key], lost, (symmetry or {}).get(key[0], 1))
         for key, posteriors in observed_posteriors(estimates).items()
         if key in courses
     }

@@ -188,7 +188,8 @@ class SampleFilter:
         """Samples that represent a belief of some width, by the number of cells that it fills evenly."""
         s = self.settings
         _, cell = np.unique(np.round(belief.deviations / BIN), axis=0, return_inverse=True)
-        filled = np.exp(entropy(np.bincount(cell.ravel(), belief.weights.values)))
+        weights = np.asarray(np.bincount(cell.ravel(), belief.weights.values), dtype=float)
+        filled = np.exp(entropy(weights))
         needed = kld_sample_size(round(float(filled)), KLD_ERROR, KLD_QUANTILE)
         return int(np.clip(needed, min(s.least_samples, s.samples), s.samples))
 

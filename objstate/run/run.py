@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -47,6 +47,8 @@ class RunResult:
     counts: Mapping[str, int]
     warnings: tuple[str, ...]
     lost_ns: tuple[tuple[int, int], ...] = ()  # stretches in which the robot was lost
+    # orders of those objects that look the same after a turn by 360 degrees / order
+    symmetry: Mapping[str, int] = field(default_factory=dict)
 
     def to_dict(self) -> dict[str, Any]:
         """What ``run.json`` says of the outcome."""
@@ -61,6 +63,7 @@ class RunResult:
             "counts": dict(self.counts),
             "warnings": list(self.warnings),
             "lost_ns": [list(stretch) for stretch in self.lost_ns],
+            "symmetry": dict(self.symmetry),
         }
 
 
@@ -107,6 +110,7 @@ def estimate_log(
             counts=log.counts | {"estimates": drive.estimates, "poses": len(drive.poses)},
             warnings=(*log.warnings, *estimator.warnings, *doubts(drive, estimator, options)),
             lost_ns=tuple(estimator.lost),
+            symmetry=model.symmetries,
         )
         inputs = {
             "logs": [file for path in log_paths for file in describe_log(path)],
