@@ -2,17 +2,20 @@
 
 Prints a row for each seed, and one over all: final door errors in degrees (the
 last observed estimate before a state changes or the log ends), the share of
-truths inside the 90 % intervals, and the robot's own error.
+truths inside the 90 % intervals, the Cramér-Rao bound (root mean square, deg) and
+how many times it the root mean square error is, and the robot's own error.
 """
 
 from __future__ import annotations
 
 import sys
 import tempfile
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from objstate.bound import BoundErrors, evaluate_bound
 from objstate.evaluation import compare_paths, latest_states
 from objstate.recording.tables import read_estimates, read_truth
 from objstate.recording.tum import read_tum
@@ -20,21 +23,35 @@ from objstate.run import estimate_log
 from objstate.simulation import simulate
 from objstate.simulation.scene import load_scene
 
-HEADER = "| seed | doors | mean error | median | largest | within 5 deg | in 90 % interval | robot | times real time |"
+HEADER = (
+    "| seed | doors | mean error | median | largest | within 5 deg | in 90 % interval | bound "
+    "| error / bound | robot | times real time |"
+)
+
+
+@dataclass(frozen=True)
+class Row:
+    """What one drive came to."""
+
+    errors: np.ndarray  # (n,) deg, final door errors without their signs
+    inside: np.ndarray  # (n,) whether the 90 % intervals hold
+    limit: BoundErrors  # of all doors' angles
+    robot: float  # m, mean error
+    speed: float  # times real time
 
 
 def study(scene: Path, seeds: list[int]) -> None:
     """Simulate, estimate and evaluate a scene for each seed; print a Markdown table."""
-    print(HEADER + "\n|" + " --- |" * 9)
-    rows = [drive(scene, seed) for seed in seeds]
-    errors = np.concatenate([errors for errors, *_ in rows])
-    inside = np.concatenate([inside for _, inside, *_ in rows])
-    robot, speed = np.mean([robot for *_, robot, _ in rows]), np.median([row[3] for row in rows])
-    print_row("all", errors, inside, float(robot), float(speed))
+    print(HEADER + "\n|" + " --- |" * HEADER.count(" | ") + " --- |")
+    rows = []
+    for seed in seeds:
+        rows.append(drive(scene, seed))
+        print_rows(str(seed), rows[-1:])
+    print_rows("all", rows)
 
 
-def drive(scene: Path, seed: int) -> tuple[np.ndarray, np.ndarray, float, float]:
-    """Final errors (deg), whether intervals hold, the robot's mean error (m), and the speed."""
+def drive(scene: Path, seed: int) -> Row:
+    """One simulated drive, estimated with the default settings."""
     with tempfile.TemporaryDirectory() as folder:
         simulated = simulate(scene, Path(folder) / "drive", seed=seed)
         truth = read_truth(simulated.folder / "truth.csv")
@@ -45,26 +62,35 @@ def drive(scene: Path, seed: int) -> tuple[np.ndarray, np.ndarray, float, float]
             for each in latest_states(read_estimates(result.folder), truth, result.lost_ns)
             if each.error is not None and each.estimate.observed
         ]
+        limits = evaluate_bound(result.folder, simulated.folder / "truth.csv").overall
         robot = compare_paths(
             read_tum(result.folder / "trajectory.tum"), read_tum(simulated.folder / "path.tum")
         )
-        errors = np.degrees([abs(each.error) for each in states])
-        inside = np.array(
-            [each.estimate.lower <= each.truth <= each.estimate.upper for each in states]
+        return Row(
+            errors=np.degrees([abs(each.error) for each in states]),
+            inside=np.array(
+                [each.estimate.lower <= each.truth <= each.estimate.upper for each in states]
+            ),
+            limit=next(each for each in limits if each.coordinate == "angle"),
+            robot=robot.position.mean,
+            speed=result.log_seconds / result.elapsed_seconds,
         )
-        speed = result.log_seconds / result.elapsed_seconds
-        print_row(str(seed), errors, inside, robot.position.mean, speed)
-        return errors, inside, robot.position.mean, speed
 
 
-def print_row(
-    name: str, errors: np.ndarray, inside: np.ndarray, robot: float, speed: float
-) -> None:
-    """One row of the table."""
+def print_rows(name: str, rows: list[Row]) -> None:
+    """One row of the table, of one drive or of all."""
+    errors = np.concatenate([row.errors for row in rows])
+    inside = np.concatenate([row.inside for row in rows])
+    error, bound = (
+        np.sqrt(np.average(np.square(each), weights=[row.limit.count for row in rows]))
+        for each in ([row.limit.error for row in rows], [row.limit.bound for row in rows])
+    )
     print(
         f"| {name} | {len(errors)} | {errors.mean():.2f} | {np.median(errors):.2f} | "
         f"{errors.max():.2f} | {100 * np.mean(errors <= 5):.0f} % | {100 * inside.mean():.0f} % | "
-        f"{100 * robot:.1f} cm | {speed:.0f} |",
+        f"{np.degrees(bound):.2f} | {error / bound:.1f} | "
+        f"{100 * np.mean([row.robot for row in rows]):.1f} cm | "
+        f"{np.median([row.speed for row in rows]):.0f} |",
         flush=True,
     )
 

@@ -1,5 +1,7 @@
 """Writes the example buildings: corridor/corridor.urdf and office/office.urdf.
 
+It also writes those of the paper's experiments, to objstate/experiments/schulz2001/.
+
 Run `python models/make.py` after changing a measure. Metres, radians, z up; the
 frame's x axis runs along the corridor, its origin lies in the middle of the west end.
 """
@@ -13,6 +15,7 @@ from pathlib import Path
 from xml.etree import ElementTree as Xml
 
 HERE = Path(__file__).parent
+SCHULZ_2001 = HERE.parent / "objstate" / "experiments" / "schulz2001"
 
 WALL_HEIGHT = 2.5
 WALL = 0.12  # thickness
@@ -166,15 +169,88 @@ def corridor() -> Urdf:
     return urdf
 
 
+def department() -> Urdf:
+    """Section 4.1 of Schulz and Burgard 2001: a corridor with doors that open by up to 90 degrees."""
+    length, half, depth = 26.0, 1.2, 4.0
+    right_angle = round(math.pi / 2, 6)
+    places = [
+        ("door_01", 1.5, NORTH, True), ("door_02", 2.9, SOUTH, False),
+        ("door_03", 6.2, NORTH, False), ("door_04", 8.0, SOUTH, True),
+        ("door_05", 11.1, NORTH, True), ("door_06", 13.4, SOUTH, True),
+        ("door_07", 16.3, NORTH, False), ("door_08", 18.2, SOUTH, False),
+        ("door_09", 21.4, NORTH, True), ("door_10", 23.0, SOUTH, True),
+    ]  # fmt: skip
+    doors = [Door(name, x, side, INTO_ROOM, west, right_angle) for name, x, side, west in places]
+    urdf = Urdf("department")
+    back = half + WALL + depth
+    for side in (NORTH, SOUTH):
+        gaps = [door.gap for door in doors if door.side == side]
+        urdf.wall_along_x((-WALL, length + WALL), across(side, half, half + WALL), gaps)
+        urdf.block((-WALL, length + WALL), across(side, back, back + WALL))
+    for x, side in ((4.6, NORTH), (9.3, NORTH), (14.2, NORTH), (19.5, NORTH),
+                    (5.9, SOUTH), (11.2, SOUTH), (16.5, SOUTH), (21.3, SOUTH)):  # fmt: skip
+        urdf.block((x, x + WALL), across(side, half + WALL, back))
+    for x in (-WALL, length):
+        urdf.block((x, x + WALL), (-back - WALL, back + WALL))
+    for x, side in ((4.0, SOUTH), (9.6, NORTH), (15.4, NORTH), (20.3, SOUTH)):
+        urdf.block((x, x + 0.3), across(side, half - 0.2, half))  # pillars
+    for door in doors:
+        urdf.door(door, half)
+    return urdf
+
+
+def passage() -> Urdf:
+    """Section 4.2: a piece of corridor in which a U-shaped object stands."""
+    length, half = 10.0, 1.2
+    urdf = Urdf("passage")
+    for side in (NORTH, SOUTH):
+        urdf.block((-WALL, length + WALL), across(side, half, half + WALL))
+    for x in (-WALL, length):
+        urdf.block((x, x + WALL), (-half, half))
+    for x, side in ((2.2, NORTH), (3.7, SOUTH), (7.4, NORTH)):
+        urdf.block((x, x + 0.3), across(side, half - 0.2, half))  # pillars
+    urdf.furniture("u_shape", 5.0, -0.55, math.pi / 2, u_shape())
+    return urdf
+
+
+DESKS = {  # where they stand
+    "desk_1": (1.6, 4.6, 0.0),
+    "desk_2": (4.2, 3.6, math.pi / 2),
+    "desk_3": (6.2, 4.6, 0.0),
+    "desk_4": (9.2, 2.8, math.pi / 2),
+}
+
+
 def office() -> Urdf:
     """Two offices with two desks each, on a corridor in which a U-shaped object stands."""
+    urdf = two_offices("office")
+    for name, (x, y, yaw) in DESKS.items():
+        urdf.furniture(name, x, y, yaw, desk())
+    urdf.furniture("u_shape", 5.0, -0.45, math.pi, u_shape())
+    return urdf
+
+
+def offices() -> Urdf:
+    """Section 4.3: the model has the desks 20 cm too near to the middle of the rooms."""
+    urdf = two_offices("offices")
+    for name, (x, y, yaw) in DESKS.items():
+        middle = (2.5, 3.3) if x < 5.0 else (7.5, 3.3)
+        share = 0.2 / math.dist((x, y), middle)
+        there = [a + share * (b - a) for a, b in zip((x, y), middle, strict=True)]
+        urdf.furniture(name, *there, yaw, desk())
+    urdf.furniture("table", 6.82, 3.68, 0.0, small_table())
+    return urdf
+
+
+def two_offices(name: str) -> Urdf:
+    """Two offices with open doors to a corridor, without furniture that moves."""
     length, half, depth, middle = 10.0, 1.2, 4.0, 5.0
     doors = [
         Door("door_west", 2.0, NORTH, INTO_ROOM, hinge_west=True),
         Door("door_east", 7.1, NORTH, INTO_ROOM, hinge_west=False),
     ]
     back = half + WALL + depth
-    urdf = Urdf("office")
+    urdf = Urdf(name)
     urdf.wall_along_x((-WALL, length + WALL), (half, half + WALL), [door.gap for door in doors])
     urdf.block((-WALL, length + WALL), (back, back + WALL))
     urdf.block((-WALL, length + WALL), (-half - WALL, -half))
@@ -185,12 +261,15 @@ def office() -> Urdf:
     urdf.block((9.0, 9.9), (back - 0.4, back), top=1.8)
     for door in doors:
         urdf.door(door, half)
-    urdf.furniture("desk_1", 1.6, 4.6, 0.0, desk())
-    urdf.furniture("desk_2", 4.2, 3.6, math.pi / 2, desk())
-    urdf.furniture("desk_3", 6.2, 4.6, 0.0, desk())
-    urdf.furniture("desk_4", 9.2, 2.8, math.pi / 2, desk())
-    urdf.furniture("u_shape", 5.0, -0.45, math.pi, u_shape())
     return urdf
+
+
+def small_table() -> list[tuple[tuple[float, ...], tuple[float, ...]]]:
+    """A square top of 60 cm on legs of 2 cm, of which a laser sees next to nothing."""
+    height, thick, leg, out = 0.7, 0.02, 0.02, 0.27
+    below = height - thick
+    legs = [((leg, leg, below), (i * out, j * out, below / 2)) for i in (-1, 1) for j in (-1, 1)]
+    return [((0.6, 0.6, thick), (0.0, 0.0, height - thick / 2)), *legs]
 
 
 def desk() -> list[tuple[tuple[float, ...], tuple[float, ...]]]:
@@ -221,3 +300,6 @@ def across(side: int, near: float, far: float) -> tuple[float, float]:
 if __name__ == "__main__":
     corridor().write(HERE / "corridor" / "corridor.urdf")
     office().write(HERE / "office" / "office.urdf")
+    department().write(SCHULZ_2001 / "department.urdf")
+    passage().write(SCHULZ_2001 / "passage.urdf")
+    offices().write(SCHULZ_2001 / "offices.urdf")

@@ -19,7 +19,9 @@ if TYPE_CHECKING:
     from objstate.logs import open_log
     from objstate.objects import Distribution, ObjectBelief
     from objstate.records import Estimate, InitialPose, Odometry, Rays, Record, RobotBelief, Scan
-    from objstate.run import estimate_log
+    from objstate.run import RunOptions, estimate_log
+    from objstate.world import Snapshot, World
+    from objstate.world.store import open_store
 
 _HOMES = {
     "Building": "objstate.building.model",
@@ -35,12 +37,16 @@ _HOMES = {
     "Rays": "objstate.records",
     "Record": "objstate.records",
     "RobotBelief": "objstate.records",
+    "RunOptions": "objstate.run",
     "Scan": "objstate.records",
     "Settings": "objstate.config",
+    "Snapshot": "objstate.world",
+    "World": "objstate.world",
     "estimate_log": "objstate.run",
     "load_building": "objstate.building",
     "load_settings": "objstate.config",
     "open_log": "objstate.logs",
+    "open_store": "objstate.world.store",
 }
 
 __all__ = [  # noqa: RUF022 - what is used first comes first
@@ -50,6 +56,10 @@ __all__ = [  # noqa: RUF022 - what is used first comes first
     "Settings",
     "Estimator",
     "estimate_log",
+    "RunOptions",
+    "open_store",
+    "World",
+    "Snapshot",
     "Building",
     "MovableObject",
     "ObjectBelief",

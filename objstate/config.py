@@ -101,7 +101,7 @@ class ObjectUpdateSettings(Strict):
     correlation_m: Positive = 0.03  # m of driving after which a robot sample's error is another
     max_distance: Positive = 3.5  # m from the robot (section 4.1 of the paper)
     robot_samples: Count = 20  # of the robot belief, drawn for each update
-    tempering: Exponent = 0.4  # exponent on the likelihood of a scan
+    tempering: Exponent = 0.2  # exponent on the likelihood of a scan
     max_position_std: Positive = 0.5  # m; with a robot belief wider than this no object is updated
     schedule: Literal["beams", "alternate", "lasers"] = "beams"
     localization_lasers: tuple[str, ...] = ()  # for schedule lasers: frames that localize

@@ -29,3 +29,7 @@ class TruthError(ObjstateError):
 
 class ResultError(ObjstateError):
     """A result folder exists already, can't be written, or isn't one."""
+
+
+class WorldError(ObjstateError):
+    """A world can't be opened or written, is of another building, or knows no such object."""

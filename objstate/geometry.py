@@ -6,6 +6,7 @@ matrix. All functions take any leading batch axes.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -179,3 +180,23 @@ def is_rigid(matrix: Any) -> bool:
         and np.linalg.det(rotation) > 0
         and np.isfinite(matrix).all()
     )
+
+
+def pose_from_text(text: str) -> FloatArray:
+    """The pose (3,) written as ``x,y,yaw``. Raises ValueError."""
+    x, y, yaw = text.split(",")
+    return np.array([finite(x), finite(y), angle_from_text(yaw)])
+
+
+def angle_from_text(text: str) -> float:
+    """Radians, or degrees where the text ends in ``deg``. Raises ValueError."""
+    number = text.strip().removesuffix("deg")
+    return math.radians(finite(number)) if text.strip().endswith("deg") else finite(number)
+
+
+def finite(text: str) -> float:
+    """The number that a text gives. Raises ValueError for none, and for infinities."""
+    value = float(text)
+    if not math.isfinite(value):
+        raise ValueError(f"{text} is not finite")
+    return value

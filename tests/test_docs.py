@@ -9,7 +9,10 @@ import yaml
 from pydantic import BaseModel
 
 from objstate import config
+from objstate.batch.combine import summary_schema, timings_schema
+from objstate.batch.manifest import COLUMNS as MANIFEST_COLUMNS
 from objstate.building.door_table import COLUMNS as DOOR_COLUMNS
+from objstate.recording.posteriors import posterior_schema
 from objstate.recording.tables import COLUMNS as ESTIMATE_COLUMNS
 from objstate.simulation import scene
 
@@ -116,6 +119,17 @@ def test_the_columns_of_tables_are_listed() -> None:
     estimates = " ".join(row[0] for row in rows("Result folder"))
     assert set(re.findall(r"`(\w+)`", doors)) == set(DOOR_COLUMNS)
     assert set(re.findall(r"`(\w+)`", estimates)) == set(ESTIMATE_COLUMNS)
+    assert list(listed("Posteriors: posteriors.parquet")) == list(posterior_schema())
+
+
+def test_the_columns_of_a_batch_are_listed() -> None:
+    text = FILES.read_text(encoding="utf-8")
+    for column in (*summary_schema(), *timings_schema()):
+        coordinate, _, what = column.partition("_")
+        told = f"{coordinate}_" if what in ("count", "error", "coverage") else column
+        assert f"`{column}`" in text or f"`{told}`" in text, column
+    manifest = (ROOT / "docs" / "batch.md").read_text(encoding="utf-8")
+    assert all(f"`{column}`" in manifest for column in MANIFEST_COLUMNS)
 
 
 @pytest.mark.parametrize(

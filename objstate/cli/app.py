@@ -6,7 +6,21 @@ from typing import Annotated
 
 import typer
 
-from objstate.cli import building, convert, estimate, evaluate, inspect, simulate
+from objstate.cli import (
+    batch,
+    building,
+    calibrate,
+    convert,
+    estimate,
+    evaluate,
+    inspect,
+    next,  # noqa: A004 - the module of a command
+    report,
+    reproduce,
+    simulate,
+    statistics,
+    world,
+)
 from objstate.cli.console import print_text
 from objstate.cli.options import help_when_alone
 
@@ -56,8 +70,15 @@ def _start(
 
 
 app.command(epilog=estimate.EXAMPLES)(estimate.estimate)
+app.command(epilog=batch.EXAMPLES)(batch.batch)
 app.command(epilog=inspect.EXAMPLES)(inspect.inspect)
 app.command(epilog=evaluate.EXAMPLES)(evaluate.evaluate)
+app.command(epilog=report.EXAMPLES)(report.report)
+app.command(epilog=statistics.EXAMPLES)(statistics.statistics)
 app.command(epilog=simulate.EXAMPLES)(simulate.simulate)
+app.command(epilog=calibrate.EXAMPLES)(calibrate.calibrate)
 app.command(epilog=convert.EXAMPLES)(convert.convert)
 app.add_typer(building.app, name="building")
+app.command("next", epilog=next.EXAMPLES)(next.next_)
+app.add_typer(world.app, name="world")
+app.add_typer(reproduce.app, name="reproduce")

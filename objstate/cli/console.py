@@ -33,6 +33,15 @@ def print_table(table: Table) -> None:
     _write(capture.get())
 
 
+def print_parts(parts: Iterable[str | Table]) -> None:
+    """A description of text and tables, to stdout."""
+    for part in parts:
+        if isinstance(part, str):
+            print_text(part)
+        else:
+            print_table(part)
+
+
 def print_names(label: str, names: Iterable[str]) -> None:
     """What is true of some objects, to stdout; nothing where there are none."""
     listed = ", ".join(sorted(names))

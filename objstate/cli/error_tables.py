@@ -11,13 +11,21 @@ from objstate.cli.tables import new_table, percent
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from objstate.bound import BoundErrors
     from objstate.evaluation import CoordinateErrors, Distances, RobotErrors, StateErrors
 
 UNITS = {"rad": ("deg", 180 / math.pi), "m": ("cm", 100.0)}  # as people read errors
 
+NUMBERS = ("n", "mean", "median", "p90", "bias", "<5", "<10", "in 90%")
+
 LEGEND = (
     "Absolute errors; bias is estimate minus truth. <5, <10: % of errors of at most 5 and\n"
     "10 deg or cm. in 90%: % of truths inside the 90 % intervals."
+)
+
+BOUND_LEGEND = (
+    "Roots of mean squares. ratio: error by bound. typical: the same of the median error, which\n"
+    "is 1 at the bound, however far off a few are."
 )
 
 
@@ -25,11 +33,29 @@ def errors_table(
     title: str, entries: Iterable[tuple[CoordinateErrors, StateErrors | None]]
 ) -> Table:
     """Errors of each coordinate of each object, and of all; what has no errors is left out."""
-    numbers = ("n", "mean", "median", "p90", "bias", "<5", "<10", "in 90%")
-    table = new_table(title, ("object", "state"), numbers)
+    table = new_table(title, ("object", "state"), NUMBERS)
     for entry, errors in entries:
         if errors is not None:
-            table.add_row(entry.object or "all", *_cells(entry, errors))
+            cells = error_cells(entry.coordinate, entry.unit, errors)
+            table.add_row(entry.object or "all", *cells)
+    return table
+
+
+def bound_table(entries: Iterable[BoundErrors]) -> Table:
+    """Final errors beside the least possible, of each coordinate of each object, and of all."""
+    title = "Beside the Cramér-Rao bound, when last observed"
+    table = new_table(title, ("object", "state"), ("n", "error", "bound", "ratio", "typical"))
+    for entry in entries:
+        unit, factor = UNITS[entry.unit]
+        table.add_row(
+            entry.object or "all",
+            f"{entry.coordinate} ({unit})",
+            str(entry.count),
+            f"{factor * entry.error:.2f}",
+            f"{factor * entry.bound:.2f}",
+            f"{entry.ratio:.1f}",
+            f"{entry.typical_ratio:.1f}" if entry.object is None else "",
+        )
     return table
 
 
@@ -42,12 +68,13 @@ def robot_table(robot: RobotErrors) -> Table:
     return table
 
 
-def _cells(entry: CoordinateErrors, errors: StateErrors) -> list[str]:
-    unit, factor = UNITS[entry.unit]
+def error_cells(coordinate: str, si_unit: str, errors: StateErrors) -> list[str]:
+    """The cells below "state" and NUMBERS."""
+    unit, factor = UNITS[si_unit]
     lengths = (errors.mean, errors.median, errors.p90, errors.bias)
     shares = (errors.within_near, errors.within_far, errors.coverage)
     return [
-        f"{entry.coordinate} ({unit})",
+        f"{coordinate} ({unit})",
         str(errors.count),
         *(f"{factor * length:z.1f}" for length in lengths),
         *map(percent, shares),

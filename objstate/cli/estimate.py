@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -10,31 +11,45 @@ import typer
 from objstate.cli.console import (
     log_to_terminal,
     print_names,
+    print_parts,
     print_table,
     print_text,
     print_warnings,
 )
 from objstate.cli.error_tables import robot_table
-from objstate.cli.options import Mounts, Overwrite, Quiet
-from objstate.cli.parsing import POSE, check_span, parse_mounts, parse_pose, split_topics
+from objstate.cli.extras import Extras, calibration_from
+from objstate.cli.live import live_view
+from objstate.cli.options import ClockOffsets, Mounts, Overwrite, Quiet
+from objstate.cli.parsing import (
+    POSE,
+    check_span,
+    parse_clock_offsets,
+    parse_mounts,
+    parse_pose,
+    split_topics,
+)
 from objstate.cli.progress import progress_bar
 from objstate.cli.state_table import state_table
 
 if TYPE_CHECKING:
     from objstate.records import Path as RobotPath
     from objstate.records import TrueState
-    from objstate.run import RunResult
+    from objstate.run import RunResult, WorldUse
 
 EXAMPLES = """\b
 Examples:
   objstate estimate drive.mcap --building office.urdf --out out/drive
+  objstate estimate drive.mcap --building office.urdf --out out/drive --world world.db
   objstate estimate part1.bag part2.bag --building office.urdf --out out/b \\
       --initial-pose 3.2,-1,90deg --mount laser=0.25,0,0.3,0,0,0
 \b
 DIR gets:
-  estimates.parquet  every state after every update, with its 90 % interval
-  trajectory.tum     the robot's path
-  run.json           settings, counts, timings, warnings
+  estimates.parquet   every state after every update, with its 90 % interval
+  posteriors.parquet  what was believed of every object near the robot, each second
+  trajectory.tum      the robot's path
+  run.json            settings, counts, timings, warnings
+  estimates.mcap      with --mcap: the run as a scene for Foxglove and RViz
+  calibration.yaml    with --calibrate;  dynamics.yaml  with --learn-dynamics
 """
 
 
@@ -78,12 +93,40 @@ def estimate(
         typer.Option(metavar="TOPIC", help="Read only these; repeat, or separate by commas."),
     ] = None,
     mount: Mounts = None,
+    clock_offset: ClockOffsets = None,
+    calibration: Annotated[
+        Path | None,
+        typer.Option(metavar="YAML", help="Mountings and clocks that `objstate calibrate` wrote."),
+    ] = None,
+    calibrate: Annotated[
+        bool,
+        typer.Option("--calibrate", help="Calibrate by the log first, and use what it tells."),
+    ] = False,
+    learn_dynamics: Annotated[
+        bool,
+        typer.Option(
+            "--learn-dynamics", help="Also write dynamics.yaml: how often objects are moved here."
+        ),
+    ] = False,
     truth: Annotated[
         Path | None, typer.Option(metavar="CSV", help="True states, to show beside the estimates.")
     ] = None,
     path: Annotated[
         Path | None, typer.Option(metavar="TUM", help="The robot's true path, to compare with.")
     ] = None,
+    world: Annotated[
+        str | None,
+        typer.Option(
+            metavar="WORLD",
+            help="Start from what it believes, and add what is learnt: a file, or postgresql://...",
+        ),
+    ] = None,
+    mcap: Annotated[
+        bool, typer.Option("--mcap", help="Write the run as a scene for Foxglove and RViz, too.")
+    ] = False,
+    live: Annotated[
+        bool, typer.Option("--live", help="Show the doors in view while it runs.")
+    ] = False,
     overwrite: Overwrite = False,
     quiet: Quiet = False,
     verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Tell what is done.")] = False,
@@ -95,13 +138,14 @@ def estimate(
     from objstate.config import load_settings
     from objstate.recording.tables import read_truth
     from objstate.recording.tum import read_tum
-    from objstate.run import RunOptions, estimate_log
+    from objstate.run import FILES, SCENE, RunOptions, estimate_log
 
     if verbose:
         log_to_terminal()
     check_span(start, end)
     true_states = None if truth is None else read_truth(truth)
     true_path = None if path is None else read_tum(path)
+    mounts, clock_offsets = calibration_from(calibration, anew=calibrate)
     options = RunOptions(
         settings=load_settings(config),
         seed=seed,
@@ -111,12 +155,30 @@ def estimate(
         start=start,
         end=end,
         topics=split_topics(topics or []),
-        mounts=parse_mounts(mount or []),
+        mounts=mounts | parse_mounts(mount or []),
+        clock_offsets=clock_offsets | parse_clock_offsets(clock_offset or []),
     )
-    with progress_bar("Estimating", quiet) as report:
-        result = estimate_log(logs, building, out, options, overwrite=overwrite, on_progress=report)
+    extras = Extras(calibrate, learn_dynamics)
+    options = extras.prepare(logs, building, options, quiet)
+    with live_view(live) as view, progress_bar("Estimating", quiet or live) as report:
+        result = estimate_log(
+            logs,
+            building,
+            out,
+            options,
+            world=world,
+            overwrite=overwrite,
+            on_progress=report if view is None else view.report,
+            observers=() if view is None else (view,),
+            truth=truth,
+            true_path=path,
+            mcap=mcap,
+            on_finish=lambda folder, model, result: extras.write(folder, model, options, result),
+        )
     print_warnings((*result.warnings, *_doubts_of_truth(result, true_states)), quiet)
-    _print(result, true_states, true_path)
+    print_parts(extras.describe())
+    scene = (SCENE,) if mcap else ()
+    _print(result, true_states, true_path, (*FILES, *scene, *extras.files))
 
 
 def _doubts_of_truth(result: RunResult, true_states: list[TrueState] | None) -> list[str]:
@@ -126,13 +188,23 @@ def _doubts_of_truth(result: RunResult, true_states: list[TrueState] | None) -> 
     return ["The truth names none of the building's objects. Is it that of another building?"]
 
 
+def _told(world: WorldUse) -> str:
+    """What came of the world."""
+    knew = f"World {world.location}: knew {world.known} objects when the log began"
+    if world.had_the_log:
+        return f"{knew}; it has this log already, and was not changed."
+    return f"{knew}, learnt {world.added} beliefs."
+
+
 def _print(
-    result: RunResult, true_states: list[TrueState] | None, true_path: RobotPath | None
+    result: RunResult,
+    true_states: list[TrueState] | None,
+    true_path: RobotPath | None,
+    files: Sequence[str],
 ) -> None:
     from objstate.evaluation import compare_paths, latest_states
     from objstate.recording.tables import read_estimates
     from objstate.recording.tum import TRAJECTORY, read_tum
-    from objstate.run import FILES
 
     estimates = read_estimates(result.folder)
     states = latest_states(estimates, true_states or (), result.lost_ns, result.symmetry)
@@ -145,6 +217,8 @@ def _print(
         f"{result.log_seconds:.0f} s of log in {result.elapsed_seconds:.1f} s, "
         f"{result.log_seconds / result.elapsed_seconds:.0f} x real time."
     )
-    print_text(f"Written: {', '.join(str(result.folder / name) for name in FILES)}")
+    if result.world is not None:
+        print_text(_told(result.world))
+    print_text(f"Written: {', '.join(str(result.folder / name) for name in files)}")
     if true_path is not None:  # last, as it may fail where the paths share no time
         print_table(robot_table(compare_paths(read_tum(result.folder / TRAJECTORY), true_path)))

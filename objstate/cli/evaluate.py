@@ -4,54 +4,145 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from objstate.cli.console import print_names, print_table, print_text
-from objstate.cli.error_tables import LEGEND, errors_table, robot_table
-from objstate.errors import ResultError
+from objstate.cli.batch_tables import (
+    calibration_table,
+    difference_table,
+    group_tables,
+    overall_table,
+)
+from objstate.cli.console import print_names, print_table, print_text, print_warnings
+from objstate.cli.error_tables import (
+    BOUND_LEGEND,
+    LEGEND,
+    bound_table,
+    errors_table,
+    robot_table,
+)
+from objstate.cli.json_values import json_values
+from objstate.cli.options import Quiet
+from objstate.cli.progress import progress_bar
+from objstate.errors import ResultError, SettingsError
 
 if TYPE_CHECKING:
-    from objstate.evaluation import Evaluation
+    from objstate.bound import BoundEvaluation
+    from objstate.evaluation import BatchEvaluation, Evaluation
 
 EXAMPLES = """\b
 Examples:
   objstate evaluate out/corridor --truth logs/corridor.truth.csv
   objstate evaluate out/corridor --truth logs/corridor.truth.csv \\
       --path logs/corridor.path.tum --json out/corridor.errors.json
+  objstate evaluate out/batch --against out/other_settings
+  objstate evaluate out/office --truth out/drive/truth.csv --bound
 """
 
 
 def evaluate(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A result of estimate.")],
-    truth: Annotated[
-        Path,
-        typer.Option(
-            metavar="CSV", help="True states: stamp,object,coordinate,value (ns; rad, m)."
-        ),
+    folder: Annotated[
+        Path, typer.Argument(metavar="DIR", help="A result of estimate, or a batch.")
     ],
+    truth: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="CSV",
+            help="True states: stamp,object,coordinate,value (ns; rad, m). A batch has its own.",
+        ),
+    ] = None,
     path: Annotated[Path | None, typer.Option(metavar="TUM", help="The robot's true path.")] = None,
+    against: Annotated[
+        Path | None, typer.Option(metavar="DIR2", help="A result of the same logs, to compare.")
+    ] = None,
+    bound: Annotated[
+        bool,
+        typer.Option(
+            "--bound",
+            help="How far from the Cramer-Rao bound; for drives that simulate made (needs the "
+            "scene.yaml beside the truth).",
+        ),
+    ] = False,
     json_file: Annotated[
         Path | None, typer.Option("--json", metavar="FILE", help="Write the figures here too.")
     ] = None,
+    quiet: Quiet = False,
 ) -> None:
-    """Compare a result with the truth.
+    """Compare a result, or a batch, with the truth.
 
-    Prints the errors of every object, how often the truth lies inside the 90 % intervals, and the
-    error of the robot itself.
+    Prints errors and how often the truth lies inside the 90 % intervals: of every object and of
+    the robot; of a batch, and with --against, by object, class, distance, incidence angle, beams
+    and time since last seen. --against adds paired differences, DIR minus DIR2.
     """
+    from objstate.recording.batches import is_batch
+
+    if against is None and not is_batch(folder):
+        _evaluate_result(folder, truth, path, json_file, bound)
+    elif path is not None or bound:
+        raise SettingsError("--path and --bound are for one result alone; leave them out here.")
+    else:
+        _evaluate_batch(folder, truth, against, json_file, quiet)
+
+
+def _evaluate_result(
+    folder: Path, truth: Path | None, path: Path | None, json_file: Path | None, bound: bool
+) -> None:
     from objstate.evaluation import evaluate as evaluate_result
 
+    if truth is None:
+        raise SettingsError(f"{folder} is one result; say with --truth CSV what is true.")
     evaluation = evaluate_result(folder, truth, path)
+    limit = _limit(folder, truth) if bound else None
     if json_file is not None:
-        _write_json(json_file, evaluation)
+        figures = json_values(evaluation) | ({} if limit is None else {"bound": limit.to_dict()})
+        _write_json(json_file, figures)
     _print(evaluation)
+    if limit is not None and limit.objects:
+        print_table(bound_table((*limit.objects, *limit.overall)))
+        print_text(BOUND_LEGEND)
 
 
-def _write_json(file: Path, evaluation: Evaluation) -> None:
+def _evaluate_batch(
+    folder: Path, truth: Path | None, against: Path | None, json_file: Path | None, quiet: bool
+) -> None:
+    from objstate.evaluation import evaluate_batch
+
+    with progress_bar("Evaluating", quiet) as report:
+        evaluation = evaluate_batch(
+            folder,
+            truth,
+            against,
+            None if report is None else lambda done, count: report(done / count, 0.0),
+        )
+    if json_file is not None:
+        _write_json(json_file, json_values(evaluation))
+    print_warnings(evaluation.notes, quiet)
+    _print_batch(evaluation)
+
+
+def _print_batch(evaluation: BatchEvaluation) -> None:
+    for table in group_tables(evaluation.groups):
+        print_table(table)
+    print_table(overall_table(evaluation))
+    print_text(LEGEND)
+    for calibration in evaluation.calibration:
+        print_table(calibration_table(calibration))
+    if evaluation.against:
+        print_table(difference_table(evaluation.against))
+    print_names("Without truth", evaluation.without_truth)
+    print_names("Without result", evaluation.without_result)
+
+
+def _limit(folder: Path, truth: Path) -> BoundEvaluation:
+    from objstate.bound import evaluate_bound
+
+    return evaluate_bound(folder, truth)
+
+
+def _write_json(file: Path, figures: Any) -> None:
     try:
-        file.write_text(json.dumps(evaluation.to_dict(), indent=2) + "\n", encoding="utf-8")
+        file.write_text(json.dumps(figures, indent=2) + "\n", encoding="utf-8")
     except OSError as error:
         raise ResultError(
             f"Can't write {file}: {error.strerror}; choose another place for --json."

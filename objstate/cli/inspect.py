@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from objstate.cli.building_tables import describe_building
-from objstate.cli.console import print_table, print_text
+from objstate.cli.calibration_table import describe_calibration
+from objstate.cli.console import print_parts, print_text
 from objstate.cli.json_values import json_values
 from objstate.cli.log_tables import describe_log
-from objstate.cli.options import Mounts
+from objstate.cli.options import AsJson, Mounts
 from objstate.cli.parsing import check_height, parse_mounts
 from objstate.errors import BuildingError
 
@@ -24,6 +26,7 @@ EXAMPLES = """\b
 Examples:
   objstate inspect drive.mcap
   objstate inspect part1.bag part2.bag
+  objstate inspect drive.mcap --building office.urdf
   objstate inspect office.urdf --json
 """
 
@@ -39,7 +42,11 @@ def inspect(
     ],
     mount: Mounts = None,
     height: Annotated[float, typer.Option(help="Of the laser above a building's floor, m.")] = 0.3,
-    as_json: Annotated[bool, typer.Option("--json", help="The same for programs.")] = False,
+    building: Annotated[
+        Path | None,
+        typer.Option(metavar="URDF", help="Of a log: calibrate its lasers in this building, too."),
+    ] = None,
+    as_json: AsJson = False,
 ) -> None:
     """Show what is in a log or a building, and what is wrong with it.
 
@@ -48,14 +55,26 @@ def inspect(
     if any(map(_is_building, paths)):
         _inspect_building(paths, height, as_json)
     else:
-        _inspect_log(paths, mount or [], as_json)
+        _inspect_log(paths, mount or [], building, as_json)
 
 
-def _inspect_log(paths: Sequence[Path], mounts: Sequence[str], as_json: bool) -> None:
+def _inspect_log(
+    paths: Sequence[Path], mounts: Sequence[str], building: Path | None, as_json: bool
+) -> None:
     from objstate.logs import inspect_log
 
     summary = inspect_log(paths, mounts=parse_mounts(mounts))
-    _print(summary, describe_log(summary), summary.problems, as_json)
+    if building is None:
+        _print(summary, describe_log(summary), summary.problems, as_json)
+        return
+    from objstate.calibration import calibrate_log
+    from objstate.run import RunOptions
+
+    found = calibrate_log(paths, building, RunOptions(mounts=parse_mounts(mounts)))
+    described = chain(describe_log(summary), describe_calibration(found))
+    problems = [*summary.problems, *(new for new in found.warnings if new not in summary.problems)]
+    both = {"log": summary, "calibration": found}
+    _print(both if as_json else summary, described, problems, as_json)
 
 
 def _inspect_building(paths: Sequence[Path], height: float, as_json: bool) -> None:
@@ -86,11 +105,7 @@ def _print(
     if as_json:
         print_text(json.dumps(json_values(summary), indent=2))
         return
-    for part in description:
-        if isinstance(part, str):
-            print_text(part)
-        else:
-            print_table(part)
+    print_parts(description)
     print_text("Problems:" if problems else "No problems found.")
     for problem in problems:
         print_text(f"- {problem}")

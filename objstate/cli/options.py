@@ -7,14 +7,23 @@ from typing import Annotated
 import typer
 
 from objstate.cli.console import print_text
-from objstate.cli.parsing import MOUNT
+from objstate.cli.parsing import CLOCK_OFFSET, MOUNT
 
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace an existing result.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar, no warnings.")]
+AsJson = Annotated[bool, typer.Option("--json", help="The same for programs.")]
 Mounts = Annotated[
     list[str] | None,
     typer.Option(
         "--mount", metavar="FRAME=...", help=f"Where a laser is mounted: {MOUNT}. Repeatable."
+    ),
+]
+ClockOffsets = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--clock-offset",
+        metavar="FRAME=...",
+        help=f"How far a laser's clock is ahead of the odometry's: {CLOCK_OFFSET}. Repeatable.",
     ),
 ]
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -12,14 +11,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from objstate.evaluation import LatestState
-
-UNITS = {  # as people read them: unit, factor from SI, decimals
-    "angle": ("deg", 180 / math.pi, 1),
-    "yaw": ("deg", 180 / math.pi, 1),
-    "offset": ("m", 1.0, 3),
-    "x": ("m", 1.0, 3),
-    "y": ("m", 1.0, 3),
-}
+    from objstate.records import Estimate
 
 
 def state_table(states: Sequence[LatestState], begin_ns: int, with_truth: bool) -> Table:
@@ -35,19 +27,37 @@ def state_table(states: Sequence[LatestState], begin_ns: int, with_truth: bool) 
     return table
 
 
+def label(coordinate: str) -> str:
+    """A coordinate with its unit as people read it."""
+    from objstate.evaluation.units import UNITS
+
+    return f"{coordinate} ({UNITS[coordinate][0]})"
+
+
+def figure(coordinate: str, value: float | None) -> str:
+    """A value of a coordinate (rad, m) as people read it."""
+    from objstate.evaluation.units import UNITS
+
+    _, factor, decimals = UNITS[coordinate]
+    return "-" if value is None else f"{factor * value:z.{decimals}f}"
+
+
+def span(estimate: Estimate) -> str:
+    """The 90 % interval of an estimate as people read it."""
+    lower, upper = (figure(estimate.coordinate, v) for v in (estimate.lower, estimate.upper))
+    return f"{lower} to {upper}"
+
+
 def _cells(state: LatestState, begin_ns: int, with_truth: bool) -> list[str]:
     estimate = state.estimate
-    unit, factor, decimals = UNITS[estimate.coordinate]
-
-    def figure(value: float | None) -> str:
-        return "-" if value is None else f"{factor * value:z.{decimals}f}"
-
+    coordinate = estimate.coordinate
+    truth = [figure(coordinate, state.truth), figure(coordinate, state.error)]
     seen = f"{(estimate.stamp_ns - begin_ns) / 1e9:.1f}" if estimate.observed else "never"
     return [
         estimate.object,
-        f"{estimate.coordinate} ({unit})",
-        figure(estimate.mean),
-        f"{figure(estimate.lower)} to {figure(estimate.upper)}",
-        *([figure(state.truth), figure(state.error)] if with_truth else []),
+        label(coordinate),
+        figure(coordinate, estimate.mean),
+        span(estimate),
+        *(truth if with_truth else []),
         seen,
     ]

@@ -20,7 +20,13 @@ NANOSECONDS = 1e9
 class Believed:
     """The objects' beliefs: marginals of all, and given each robot sample of those in view."""
 
-    def __init__(self, building: Building, settings: Settings, seed: int) -> None:
+    def __init__(
+        self,
+        building: Building,
+        settings: Settings,
+        seed: int,
+        known: Mapping[str, ObjectBelief],
+    ) -> None:
         self.filters: Mapping[str, ObjectFilter] = {
             name: filter_for(item, settings) for name, item in building.objects.items()
         }
@@ -34,6 +40,8 @@ class Believed:
         self._trusted: dict[str, ObjectBelief] = {}  # what has changed since ``trust``, as it was
         for name, each in self.filters.items():
             self._keep(name, each.prior(self.rngs[name]))
+        for name, belief in known.items():
+            self._keep(building[name].name, belief)
         self.trust()
 
     def at(self, name: str, stamp_ns: int, rng: np.random.Generator | None = None) -> ObjectBelief:

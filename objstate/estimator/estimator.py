@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from typing import Literal
 
@@ -45,9 +45,12 @@ class Estimator:
         global_start: the robot may be anywhere in the building.
         belief: ``own`` localizes by odometry and scans; ``recorded`` takes the robot
             belief that the log holds, as in the paper's experiments.
+        beliefs: of objects known from before, by name, instead of their priors; on the
+            samples that these settings give, as ``World.at`` returns them.
 
     Raises:
         SettingsError: settings that contradict each other or an object's joint.
+        BuildingError: beliefs of an object that the building doesn't have.
     """
 
     def __init__(
@@ -59,6 +62,7 @@ class Estimator:
         initial_pose: FloatArray | None = None,
         global_start: bool = False,
         belief: Literal["own", "recorded"] = "own",
+        beliefs: Mapping[str, ObjectBelief] | None = None,
     ) -> None:
         self.building = building
         self.settings = settings or Settings()
@@ -71,7 +75,7 @@ class Estimator:
         self._localizer = Localizer(self.settings.localization)
         self._sensing = Sensing(building, BeamModel(self.settings.beam_model))
         self._schedule = Schedule(self.settings.object_updates)
-        self._believed = Believed(building, self.settings, seed)
+        self._believed = Believed(building, self.settings, seed, beliefs or {})
         self._map_error = MapError(self.settings.map_error)
         self._consistency = Consistency(self.settings.consistency)
         self._odometry: FloatArray | None = None

@@ -15,8 +15,7 @@ from objstate.evaluation.robot import RobotErrors, compare_paths
 from objstate.evaluation.states import (
     Comparison,
     Coordinate,
-    compare,
-    observed_posteriors,
+    compare_all,
     true_courses,
 )
 from objstate.evaluation.summary import StateErrors, summarize_states, unit_of
@@ -102,11 +101,7 @@ def evaluate_states(
             f"{source} tells nothing of this result's objects: it knows {_listed(courses)}, the "
             f"result has {_listed(estimated)}; use the truth of the same building."
         )
-    compared = {
-        key: compare(key[1], posteriors, courses[key], lost, (symmetry or {}).get(key[0], 1))
-        for key, posteriors in observed_posteriors(estimates).items()
-        if key in courses
-    }
+    compared = compare_all(estimates, courses, lost, symmetry or {})
     known, true, observed = (_objects(keys) for keys in (estimated, courses, compared))
     in_time = _objects(key for key, comparison in compared.items() if len(comparison.errors))
     return Evaluation(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -68,6 +68,7 @@ class TrueCourse:
 class Comparison:
     """Errors of the updates of one coordinate whose true value is known."""
 
+    stamps_ns: IntArray  # (n,) of the updates, ascending
     errors: FloatArray  # (n,) estimate minus truth; rotations wrapped
     inside: BoolArray  # (n,) the truth lies inside the 90 % interval
     final: BoolArray  # (n,) the last update before the state changes or the log ends that stood
@@ -93,6 +94,20 @@ def true_courses(truth: Iterable[TrueState]) -> dict[Coordinate, TrueCourse]:
     return {key: TrueCourse.of(group) for key, group in rows.items()}
 
 
+def compare_all(
+    estimates: pl.DataFrame,
+    courses: Mapping[Coordinate, TrueCourse],
+    lost: Stretches = (),
+    symmetry: Mapping[str, int] | None = None,
+) -> dict[Coordinate, Comparison]:
+    """``compare`` for every coordinate that was observed and whose truth is known."""
+    return {
+        key: compare(key[1], posteriors, courses[key], lost, (symmetry or {}).get(key[0], 1))
+        for key, posteriors in observed_posteriors(estimates).items()
+        if key in courses
+    }
+
+
 def compare(
     coordinate: str,
     posteriors: Posteriors,
@@ -111,11 +126,12 @@ def compare(
     stood = ~within(posteriors.stamps_ns[known], lost)
     true = truth.values[period]
     return Comparison(
+        stamps_ns=posteriors.stamps_ns[known],
         errors=error(coordinate, posteriors.means[known], true, symmetry),
-        inside=_inside(
+        inside=inside_interval(
             coordinate, true, posteriors.lowers[known], posteriors.uppers[known], symmetry
         ),
-        final=_last_of_each(period, stood) & truth.standing[period],
+        final=last_of_each(period, stood) & truth.standing[period],
     )
 
 
@@ -127,8 +143,12 @@ def error(
     return wrap(symmetry * off) / symmetry if coordinate in ROTATIONS else off
 
 
-def _inside(
-    coordinate: str, values: FloatArray, lowers: FloatArray, uppers: FloatArray, symmetry: int
+def inside_interval(
+    coordinate: str,
+    values: FloatArray,
+    lowers: FloatArray,
+    uppers: FloatArray,
+    symmetry: int = 1,
 ) -> BoolArray:
     """(n,) whether each value lies in its interval; on the circle in any turn of it."""
     if coordinate not in ROTATIONS:
@@ -139,7 +159,7 @@ def _inside(
     return np.asarray(((lowers <= turned) & (turned <= uppers)).any(axis=0))
 
 
-def _last_of_each(period: IntArray, chosen: BoolArray) -> BoolArray:
+def last_of_each(period: IntArray, chosen: BoolArray) -> BoolArray:
     """(n,) the last chosen entry of each run of equal numbers in an ascending sequence."""
     numbers = period[chosen]
     last = np.zeros(len(period), dtype=bool)

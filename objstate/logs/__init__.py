@@ -1,6 +1,6 @@
 """Recorded logs in, records out: MCAP, rosbag1, rosbag2, CARMEN."""
 
-from objstate.logs.containers import Messages, open_messages
+from objstate.logs.containers import Messages, is_log, open_messages
 from objstate.logs.inspection import LaserSummary, LogSummary, TopicSummary, inspect_log
 from objstate.logs.log import Log, open_log
 from objstate.logs.messages import Message
@@ -13,6 +13,7 @@ __all__ = [
     "Messages",
     "TopicSummary",
     "inspect_log",
+    "is_log",
     "open_log",
     "open_messages",
 ]

@@ -19,7 +19,7 @@ from objstate.logs.messages import Container, Message
 from objstate.logs.notices import Notices
 from objstate.logs.rosbag1 import MAGIC as ROSBAG1_MAGIC
 from objstate.logs.rosbag1 import Rosbag1File
-from objstate.logs.rosbag2 import ZstdFile, storage_files
+from objstate.logs.rosbag2 import METADATA, ZstdFile, storage_files
 from objstate.logs.sqlite import MAGIC as SQLITE_MAGIC
 from objstate.logs.sqlite import SqliteFile
 
@@ -34,6 +34,8 @@ READERS: dict[bytes, Callable[[Path, Notices], Container]] = {
     SQLITE_MAGIC: SqliteFile,
     ZSTD_MAGIC: lambda path, notices: ZstdFile(path, notices, _open_file),
 }
+
+ENDINGS = (".mcap", ".bag", ".db3")  # files that are meant as logs, also where they are damaged
 
 Paths = Path | str | Sequence[Path | str]
 
@@ -92,6 +94,17 @@ def open_messages(
     Raises LogError for a path that is missing, empty or of no known format.
     """
     return Messages(as_paths(paths), topics, notices or Notices())
+
+
+def is_log(path: Path) -> bool:
+    """Whether a file, by its content or its name, or a folder, by its metadata, is one log."""
+    if path.is_dir():
+        return (path / METADATA).is_file()
+    if path.suffix in ENDINGS:
+        return True
+    head = _head(path)
+    zipped = head.startswith(GZIP_MAGIC)
+    return head.startswith(tuple(READERS)) or is_carmen(_unzipped_head(path) if zipped else head)
 
 
 def as_paths(paths: Paths) -> list[Path]:

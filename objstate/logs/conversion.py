@@ -46,8 +46,11 @@ class Converter:
         messages: Messages,
         roles: Roles,
         mounts: Mapping[str, FloatArray],
+        clock_offsets: Mapping[str, float],
         notices: Notices,
     ) -> None:
+        self.mountings: dict[str, FloatArray] = {}  # (4, 4) of the lasers read so far
+        self._ahead_ns = {frame: round(ahead * 1e9) for frame, ahead in clock_offsets.items()}
         self._messages = messages
         self._roles = roles
         self._notices = notices
@@ -133,8 +136,8 @@ class Converter:
 
     def _sweeps(self, message: Message, scan: Any) -> Iterator[Item]:
         laser = frame_name(scan.header.frame_id)
-        mounting = self._find_mounting(laser)
-        stamp_ns = self._stamp_ns(message, scan.header.stamp)
+        self.mountings[laser] = mounting = self._find_mounting(laser)
+        stamp_ns = self._stamp_ns(message, scan.header.stamp) - self._ahead_ns.get(laser, 0)
         sweep = sweep_from(scan, stamp_ns, laser, mounting, self._geometry, self._notices)
         if sweep is not None:
             yield sweep

@@ -19,6 +19,9 @@ from objstate.records import Odometry, Record, Scan
 # the log's start
 EPOCH_FROM = 1e8
 
+# s; clocks farther apart would put messages beyond the window in which they are put in order
+LARGEST_CLOCK_OFFSET = 0.5
+
 
 class Log:
     """One drive's records in time order, to be iterated over."""
@@ -28,11 +31,14 @@ class Log:
         messages: Messages,
         topics: Collection[str] | None,
         mounts: Mapping[str, FloatArray],
+        clock_offsets: Mapping[str, float],
         span: tuple[float | None, float | None],
         notices: Notices,
     ) -> None:
         self._messages = messages
         self._mounts = mounts
+        self._clock_offsets = clock_offsets
+        self._mountings: Mapping[str, FloatArray] = {}
         self._span = span
         self._notices = notices
         self._passed: Counter[str] = Counter()
@@ -44,7 +50,10 @@ class Log:
         """The records. Raises LogError where no scan can be used, in the end at the latest."""
         self._notices.rewind()
         self._passed.clear()
-        converter = Converter(self._messages, self._roles, self._mounts, self._notices)
+        converter = Converter(
+            self._messages, self._roles, self._mounts, self._clock_offsets, self._notices
+        )
+        self._mountings = converter.mountings
         items = in_time_order(converter.arrivals(), self._notices)
         records = place_in_odometry(items, self._notices)
         for record in _within(records, *self._span):
@@ -57,6 +66,11 @@ class Log:
     def warnings(self) -> list[str]:
         """What its user should know, each fact once; grows while the log is read."""
         return self._notices.listed()
+
+    @property
+    def mountings(self) -> dict[str, FloatArray]:
+        """Transforms (4, 4) in ``base_link``, as last used, of the lasers read so far by frame."""
+        return dict(self._mountings)
 
     @property
     def share(self) -> float:
@@ -84,20 +98,28 @@ def open_log(
     mounts: Mapping[str, FloatArray] | None = None,
     start: float | None = None,
     end: float | None = None,
+    clock_offsets: Mapping[str, float] | None = None,
 ) -> Log:
     """Open a recorded drive, of one file or bag folder or of several parts.
 
     ``topics`` restricts what is read; tf is read in any case. ``mounts`` gives, or
     overrides, transforms (4, 4) of lasers in ``base_link`` by frame. ``start`` and ``end``
     are seconds from the log's start, or of the calendar from 1e8 on. The log starts with its
-    first odometry or scan.
+    first odometry or scan. ``clock_offsets`` says by frame how many seconds a laser's stamps
+    run ahead of the odometry's; its scans are put back by so much.
 
     Raises LogError for a path that is missing or of no known format, for a topic that isn't
-    there or of no use, and for a log without scans or odometry.
+    there or of no use, for clocks more than half a second apart, and for a log without scans or odometry.
     """
+    for frame, ahead in (clock_offsets or {}).items():
+        if not abs(ahead) <= LARGEST_CLOCK_OFFSET:
+            raise LogError(
+                f"The clock of the laser '{frame}' can't be set back by {ahead:g} s; give at most "
+                f"{LARGEST_CLOCK_OFFSET:g} s either way."
+            )
     notices = Notices()
     messages = Messages(as_paths(paths), None, notices)
-    return Log(messages, topics, mounts or {}, (start, end), notices)
+    return Log(messages, topics, mounts or {}, clock_offsets or {}, (start, end), notices)
 
 
 def _within(records: Iterable[Record], start: float | None, end: float | None) -> Iterator[Record]:

@@ -10,7 +10,8 @@ import numpy as np
 
 from objstate.building.model import Kind, MovableObject
 from objstate.geometry import BoolArray, FloatArray, circular_mean, wrap
-from objstate.objects.passage import clear_widths
+from objstate.objects.footprint import footprint
+from objstate.objects.passage import clear_widths, lattice_clear_widths
 from objstate.particles import Weights, quantiles
 from objstate.records import Estimate
 from objstate.sensing import UncertainObject
@@ -18,6 +19,7 @@ from objstate.sensing import UncertainObject
 CENTRAL = 0.9  # the share of the posterior between lower and upper
 SETTLED_ANGLE = np.radians(5.0)  # rad; a state known better than this stands for the belief
 SETTLED_LENGTH = 0.05  # m
+ROUNDING = 1e-12  # by which sums of weights may miss a share
 LENGTHS = ("offset", "x", "y")
 
 
@@ -55,10 +57,10 @@ class ObjectBelief:
     states: FloatArray  # (n, d)
     weights: Weights  # (n,)
     cell: FloatArray  # (d,) width of what one sample stands for; zero for free samples
-    scouts: int = 0  # of the last states: they look for it elsewhere, and count for nothing yet
     presence: float = 1.0  # probability that it is there at all; the states are where, if it is
     stamp_ns: int | None = None  # the moment of the belief; None before the first
     last_observed_ns: int | None = None
+    scouts: int = 0  # of the last states: they look for it elsewhere, and count for nothing yet
 
     @property
     def wraps(self) -> BoolArray:
@@ -167,14 +169,56 @@ class ObjectBelief:
     @cached_property
     def clear_width(self) -> Distribution:
         """The free passage that a door's leaf leaves, m. Raises BuildingError for furniture."""
-        return Distribution(clear_widths(self.item, self.states), self.weights.values)
+        return self.clear_width_for(0.0)
 
-    def probability_clear(self, width: float) -> float:
-        """Probability that a passage of ``width`` m is free at a door.
+    def clear_width_for(self, length: float) -> Distribution:
+        """The same for a robot of a length, m, that drives straight through; 0 is a disc.
 
         Raises BuildingError for furniture.
         """
-        return self.clear_width.probability_above(width)
+        if self.item.kind is Kind.PLANAR or self.cell[0] == 0.0:
+            widths = clear_widths(self.item, self.states, length)
+        else:
+            first, last = float(self.states[0, 0]), float(self.states[-1, 0])
+            widths = lattice_clear_widths(self.item, first, last, len(self.states), length)
+        return Distribution(widths, self.weights.values)
+
+    def probability_clear(self, width: float, length: float = 0.0) -> float:
+        """Probability that a passage of ``width`` m is free at a door.
+
+        A robot that isn't round gives its ``length`` m too (see ``passage.clear_widths``).
+        Raises BuildingError for furniture.
+        """
+        passage = self.clear_width if length == 0.0 else self.clear_width_for(length)
+        return passage.probability_above(width)
+
+    def footprint(self, probability: float = CENTRAL) -> FloatArray:
+        """Convex polygon (k, 2) m, counter-clockwise, that holds the object with a probability.
+
+        Of furniture it is meant for the case that it is there at all (``presence``). Raises ValueError for a probability that isn't above 0 and at most 1.
+        """
+        return footprint(self.item, self._most_central(probability))
+
+    def _most_central(self, probability: float) -> FloatArray:
+        """The states (m, d) nearest to the mean that together have the probability.
+
+        Near is meant as the belief's own spread says. Of a lattice, both ends of each
+        sample's cell are given.
+        """
+        if not 0.0 < probability <= 1.0:
+            raise ValueError(f"a probability of {probability} must be above 0 and at most 1")
+        weights, off = self.weights.values, self.deviations
+        covariance = (weights[:, None] * off).T @ off
+        tiny = np.finfo(float).eps * (1.0 + np.trace(covariance))
+        root = np.linalg.cholesky(covariance + tiny * np.eye(len(covariance)))
+        order = np.argsort((np.linalg.solve(root, off.T) ** 2).sum(axis=0), kind="stable")
+        filled = np.cumsum(weights[order])
+        enough = int(np.searchsorted(filled, probability * filled[-1] - ROUNDING)) + 1
+        states = self.states[order[:enough]]
+        if not self.cell.any():
+            return states
+        ends = np.concatenate([states - self.cell / 2, states + self.cell / 2])
+        return ends if self.item.wraps else ends.clip(self.item.lower, self.item.upper)
 
     @cached_property
     def settled(self) -> bool:

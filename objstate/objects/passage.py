@@ -2,14 +2,28 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from objstate.building.model import Kind, MovableObject
 from objstate.errors import BuildingError
 from objstate.geometry import FloatArray, invert
 
+LATTICES_KEPT = 4096  # widths on so many lattices are remembered: of all doors, for a few lengths
 
-def clear_widths(item: MovableObject, states: FloatArray) -> FloatArray:
+
+@lru_cache(maxsize=LATTICES_KEPT)
+def lattice_clear_widths(
+    item: MovableObject, first: float, last: float, count: int, length: float
+) -> FloatArray:
+    """``clear_widths`` (n,) at evenly spaced states, remembered, since a door's lattice stays."""
+    widths = clear_widths(item, np.linspace(first, last, count)[:, None], length)
+    widths.flags.writeable = False
+    return widths
+
+
+def clear_widths(item: MovableObject, states: FloatArray, length: float = 0.0) -> FloatArray:
     """Free passage (n,) in m that a door's leaf leaves in states (n, 1).
 
     It is the distance from the latch-side jamb, where the leaf's edge lies when the
@@ -17,6 +31,12 @@ def clear_widths(item: MovableObject, states: FloatArray) -> FloatArray:
     passes between the two. A thin leaf of width w that is open by an angle leaves
     w sin(angle) up to 90 degrees, and w beyond. A sliding door leaves as much as it
     has been slid.
+
+    With a ``length`` in m it is the passage for a rectangle of that length, which drives
+    straight through, at a right angle to the doorway, until its tail is in the doorway,
+    and only then turns: what the leaf leaves between it and the jamb as far as the
+    robot reaches. Of a thin leaf open by less than 90 degrees that is
+    w - min(w cos(angle), length / tan(angle)), and never more than a disc has.
 
     Raises BuildingError for furniture, which closes no passage of its own.
     """
@@ -28,9 +48,32 @@ def clear_widths(item: MovableObject, states: FloatArray) -> FloatArray:
     if item.kind is Kind.SLIDING:
         along = leaf @ _in_plan(item)
         return np.asarray(np.abs(states[:, 0] - item.home[0]).clip(max=np.ptp(along)))
-    back = invert(item.transforms(states)) @ item.transforms(item.home[None])[0]
+    closed = item.transforms(item.home[None])[0]
     jamb = np.array([*_far_edge(leaf), 0.0, 1.0])
-    return _distance_to_polygon((back @ jamb)[:, :2], leaf)
+    for_disc = _distance_to_polygon((invert(item.transforms(states)) @ closed @ jamb)[:, :2], leaf)
+    if length == 0.0:
+        return for_disc
+    opened = invert(closed) @ item.transforms(states)
+    corners = leaf @ opened[:, :2, :2].swapaxes(1, 2) + opened[:, None, :2, 3]
+    return np.minimum(for_disc, _straight_widths(corners, jamb[:2], length))
+
+
+def _straight_widths(corners: FloatArray, jamb: FloatArray, reach: float) -> FloatArray:
+    """Widths (n,) between the jamb (2,) and leaves (n, k, 2), within ``reach`` of the doorway.
+
+    The doorway is the line from the hinge, at the origin, to the jamb.
+    """
+    width = float(np.hypot(*jamb))
+    along = jamb / width
+    x, y = corners @ along, corners @ np.array([-along[1], along[0]])  # (n, k): along, across
+    next_x, next_y = np.roll(x, -1, axis=1), np.roll(y, -1, axis=1)
+    places = [np.where(np.abs(y) <= reach, x, -np.inf)]
+    for limit in (-reach, reach):  # where edges of the leaf leave the strip about the doorway
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share = (limit - y) / (next_y - y)
+            crossing = x + share * (next_x - x)
+        places.append(np.where((share >= 0.0) & (share <= 1.0), crossing, -np.inf))
+    return np.asarray((width - np.concatenate(places, axis=1).max(axis=1)).clip(0.0, width))
 
 
 def _in_plan(item: MovableObject) -> FloatArray:

@@ -5,18 +5,16 @@ from __future__ import annotations
 import csv
 import math
 import re
-import shutil
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from objstate.errors import ResultError, TruthError
+from objstate.recording.spool import ROWS_IN_MEMORY, Spool
 from objstate.records import Estimate, TrueState
 
 if TYPE_CHECKING:
-    from types import TracebackType
-
     import polars as pl
 
 ESTIMATES = "estimates.parquet"
@@ -33,7 +31,6 @@ COLUMNS = (
     "presence",
     "lost",
 )
-ROWS_IN_MEMORY = 100_000  # about 10 MB; more are spilled to disk, so that a long log stays flat
 
 TRUTH_COLUMNS = ("stamp", "object", "coordinate", "value")
 KNOWN_COORDINATES = ("angle", "offset", "x", "y", "yaw")
@@ -53,77 +50,22 @@ def estimate_schema() -> pl.Schema:
     )
 
 
-class EstimateWriter:
-    """Writes ``estimates.parquet`` into a result folder, row by row, in the order of writing.
-
-    Use it as a context manager: the file is there when the block has ended
-    without an error.
-    """
+class EstimateWriter(Spool):
+    """Writes ``estimates.parquet`` into a result folder."""
 
     def __init__(self, folder: str | Path, rows_in_memory: int = ROWS_IN_MEMORY) -> None:
-        self.path = Path(folder) / ESTIMATES
-        self._parts = Path(folder) / f".{ESTIMATES}.parts"
-        self._rows_in_memory = rows_in_memory
-        self._columns: dict[str, list[Any]] = {name: [] for name in COLUMNS}
-        self._spilled: list[Path] = []
-        self._schema = estimate_schema()
+        super().__init__(Path(folder) / ESTIMATES, estimate_schema(), rows_in_memory)
 
     def write(self, estimates: Iterable[Estimate]) -> None:
         """Append one row for each estimate."""
+        estimates = list(estimates)
         names = [field.name for field in fields(Estimate)]
-        for estimate in estimates:
-            for column, name in zip(COLUMNS, names, strict=True):
-                self._columns[column].append(getattr(estimate, name))
-        self._spill_when_full()
-
-    def write_columns(self, columns: Mapping[str, Sequence[Any]]) -> None:
-        """Append rows given as equally long columns, named as in the file."""
-        lengths = {name: len(values) for name, values in columns.items()}
-        if set(columns) != set(COLUMNS) or len(set(lengths.values())) > 1:
-            raise ValueError(f"columns {lengths}; give equally long {', '.join(COLUMNS)}")
-        for name, values in columns.items():
-            self._columns[name].extend(values)
-        self._spill_when_full()
-
-    def __enter__(self) -> EstimateWriter:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        try:
-            if kind is None:
-                self._finish()
-        finally:
-            shutil.rmtree(self._parts, ignore_errors=True)
-
-    def _take(self) -> pl.DataFrame:
-        import polars as pl
-
-        frame = pl.DataFrame(self._columns, schema=self._schema)
-        self._columns = {name: [] for name in COLUMNS}
-        return frame
-
-    def _spill_when_full(self) -> None:
-        if len(self._columns["stamp"]) < self._rows_in_memory:
-            return
-        self._parts.mkdir(exist_ok=True)
-        part = self._parts / f"{len(self._spilled):06d}.parquet"
-        self._take().write_parquet(part)
-        self._spilled.append(part)
-
-    def _finish(self) -> None:
-        import polars as pl
-
-        rest = self._take()
-        if not self._spilled:
-            rest.write_parquet(self.path, row_group_size=ROWS_IN_MEMORY)
-            return
-        parts = pl.concat([pl.scan_parquet(self._spilled), rest.lazy()])
-        parts.sink_parquet(self.path, row_group_size=ROWS_IN_MEMORY, maintain_order=True)
+        self.write_columns(
+            {
+                column: [getattr(estimate, name) for estimate in estimates]
+                for column, name in zip(COLUMNS, names, strict=True)
+            }
+        )
 
 
 def read_estimates(folder: str | Path) -> pl.DataFrame:

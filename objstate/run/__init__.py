@@ -1,6 +1,20 @@
 """A whole run: recorded logs and a building in, a result folder out."""
 
+from objstate.run.inputs import BuildingInput
+from objstate.run.memory import WorldUse
+from objstate.run.observer import Observer
 from objstate.run.options import RunOptions
-from objstate.run.run import FILES, RunResult, estimate_log
+from objstate.run.run import FILES, RunResult, estimate_log, open_run
+from objstate.run.scene import SCENE
 
-__all__ = ["FILES", "RunOptions", "RunResult", "estimate_log"]
+__all__ = [
+    "FILES",
+    "SCENE",
+    "BuildingInput",
+    "Observer",
+    "RunOptions",
+    "RunResult",
+    "WorldUse",
+    "estimate_log",
+    "open_run",
+]

@@ -35,10 +35,12 @@ def _of_rules(building: Building, options: RunOptions) -> Iterator[str]:
 
 
 def _of_lasers(drive: Drive, building: Building, options: RunOptions) -> Iterator[str]:
-    for frame in options.mounts:
+    named = [("--mount", frame) for frame in options.mounts]
+    named += [("--clock-offset", frame) for frame in options.clock_offsets]
+    for option, frame in named:
         if frame not in drive.heights:
             yield (
-                f"--mount names '{frame}', but no scan of it was read; there are scans of "
+                f"{option} names '{frame}', but no scan of it was read; there are scans of "
                 f"{_some(drive.heights)}."
             )
     if not len(building.walls.vertices):

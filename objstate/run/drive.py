@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from objstate.estimator import Estimator
 from objstate.geometry import FloatArray
 from objstate.localization import PoseBelief
 from objstate.records import Estimate, Path, Record, Scan
@@ -25,14 +26,14 @@ class Drive:
     stamps_ns: list[int] = field(default_factory=list)  # of the poses
     poses: list[FloatArray] = field(default_factory=list)  # (3,) at each scan
 
-    def note(self, record: Record, robot: PoseBelief | None, estimates: Sequence[Estimate]) -> None:
+    def note(self, record: Record, estimator: Estimator, estimates: Sequence[Estimate]) -> None:
         """Take note of a record and of what is believed after it."""
         self.begin_ns = self.begin_ns or record.stamp_ns
         self.end_ns = record.stamp_ns
         self.estimates += len(estimates)
         self.observed += sum(estimate.observed for estimate in estimates)
         if isinstance(record, Scan):
-            self._note_scan(record, robot)
+            self._note_scan(record, estimator.robot)
 
     @property
     def seconds(self) -> float:

@@ -3,13 +3,31 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
+import json
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
+from objstate.building import load_building
+from objstate.building.digest import geometry_digest
+from objstate.building.model import Building
+from objstate.run.options import RunOptions
 
-from objstate.building.model import Building, Mesh
+
+@dataclass(frozen=True, eq=False)
+class BuildingInput:
+    """A building that was read, and what ``run.json`` says of its files."""
+
+    model: Building
+    description: Mapping[str, Any]
+
+    @staticmethod
+    def read(urdf: str | Path) -> BuildingInput:
+        """Read a URDF with its meshes. Raises BuildingError."""
+        model = load_building(Path(urdf))
+        return BuildingInput(model, describe_building(Path(urdf), model))
 
 
 def describe_log(log: Path) -> list[dict[str, Any]]:
@@ -19,7 +37,28 @@ def describe_log(log: Path) -> list[dict[str, Any]]:
 
 def describe_building(urdf: Path, building: Building) -> dict[str, Any]:
     """The same of a URDF, and a digest of all geometry, in which its mesh files count too."""
-    return _describe_file(urdf) | {"geometry_sha256": _geometry_digest(building)}
+    return _describe_file(urdf) | {"geometry_sha256": geometry_digest(building)}
+
+
+def log_identity(files: Sequence[Mapping[str, Any]], options: RunOptions) -> str:
+    """A digest of what was read: of the files' contents, in any order, and of the part of them."""
+    part = {
+        "files": sorted(file["sha256"] for file in files),
+        "span": [options.start, options.end],
+        "topics": None if options.topics is None else sorted(options.topics),
+    }
+    return hashlib.sha256(json.dumps(part, sort_keys=True).encode()).hexdigest()
+
+
+def describe_truth(states: str | Path | None, path: str | Path | None) -> dict[str, dict[str, Any]]:
+    """The same of files that hold the truth, as ``truth`` and ``true_path``, where given."""
+    files = {"truth": states, "true_path": path}
+    return {role: _describe_file(Path(file)) for role, file in files.items() if file is not None}
+
+
+def seen_from(folder: str | Path, described: Mapping[str, Any]) -> dict[str, Any]:
+    """A described file with its path as seen from ``folder``, so that both may move together."""
+    return {**described, "from_result": os.path.relpath(described["path"], folder)}
 
 
 def _files(log: Path) -> Iterator[Path]:
@@ -33,19 +72,3 @@ def _describe_file(path: Path) -> dict[str, Any]:
     with path.open("rb") as file:
         digest = hashlib.file_digest(file, "sha256").hexdigest()
     return {"path": str(path), "bytes": path.stat().st_size, "sha256": digest}
-
-
-def _geometry_digest(building: Building) -> str:
-    """SHA-256 of the walls and, by name, of every object's mesh and origin."""
-    digest = hashlib.sha256()
-    for array in _mesh_arrays(building.walls):
-        digest.update(array.tobytes())
-    for name, item in sorted(building.objects.items()):
-        digest.update(name.encode())
-        for array in (item.origin, *_mesh_arrays(item.mesh)):
-            digest.update(array.tobytes())
-    return digest.hexdigest()
-
-
-def _mesh_arrays(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
-    return np.asarray(mesh.vertices, dtype="<f8"), np.asarray(mesh.faces, dtype="<i8")

@@ -25,6 +25,9 @@ class RunOptions:
     end: float | None = None
     topics: Collection[str] | None = None  # read only these
     mounts: Mapping[str, FloatArray] = field(default_factory=dict)  # (4, 4) laser in base_link
+    clock_offsets: Mapping[str, float] = field(
+        default_factory=dict
+    )  # s by which a laser's stamps run ahead of the odometry's
 
     def to_dict(self) -> dict[str, Any]:
         """The same in words that JSON has."""
@@ -39,4 +42,5 @@ class RunOptions:
             "end": self.end,
             "topics": None if self.topics is None else sorted(self.topics),
             "mounts": {frame: mount.tolist() for frame, mount in self.mounts.items()},
+            "clock_offsets": dict(self.clock_offsets),
         }

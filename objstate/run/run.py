@@ -4,29 +4,48 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import asdict, dataclass, field
 from importlib.metadata import version
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
-from objstate.building import load_building
 from objstate.building.model import Building
 from objstate.errors import LogError
 from objstate.estimator import Estimator
 from objstate.logs import Log, open_log
+from objstate.objects import ObjectBelief
+from objstate.recording.posteriors import POSTERIORS, PosteriorWriter
 from objstate.recording.results import result_folder
 from objstate.recording.summary import SUMMARY, write_summary
 from objstate.recording.tables import ESTIMATES, EstimateWriter
 from objstate.recording.tum import TRAJECTORY, write_tum
-from objstate.records import GaussianRobotBelief, RobotBelief, Scan
+from objstate.records import (
+    GaussianRobotBelief,
+    Odometry,
+    Record,
+    RobotBelief,
+    Scan,
+)
 from objstate.run.doubts import doubts
 from objstate.run.drive import Drive
-from objstate.run.inputs import describe_building, describe_log
+from objstate.run.inputs import (
+    BuildingInput,
+    describe_log,
+    describe_truth,
+    log_identity,
+    seen_from,
+)
+from objstate.run.memory import Memory, WorldUse
+from objstate.run.observer import Observer
 from objstate.run.options import RunOptions
+from objstate.run.posteriors import PosteriorRecorder
+from objstate.run.scene import SCENE, record_scene
 from objstate.run.start import check_start
 
-FILES = (ESTIMATES, TRAJECTORY, SUMMARY)  # what a result folder holds
+FILES = (ESTIMATES, POSTERIORS, TRAJECTORY, SUMMARY)  # what a result folder holds
 
 RECORDED_BELIEFS = (RobotBelief.__name__, GaussianRobotBelief.__name__)
 
@@ -49,6 +68,8 @@ class RunResult:
     lost_ns: tuple[tuple[int, int], ...] = ()  # stretches in which the robot was lost
     # orders of those objects that look the same after a turn by 360 degrees / order
     symmetry: Mapping[str, int] = field(default_factory=dict)
+    world: WorldUse | None = None  # where one took part
+    laser_heights: Mapping[str, float] = field(default_factory=dict)  # m above the floor, by frame
 
     def to_dict(self) -> dict[str, Any]:
         """What ``run.json`` says of the outcome."""
@@ -64,43 +85,60 @@ class RunResult:
             "warnings": list(self.warnings),
             "lost_ns": [list(stretch) for stretch in self.lost_ns],
             "symmetry": dict(self.symmetry),
+            "world": None if self.world is None else asdict(self.world),
+            "laser_heights": dict(self.laser_heights),
         }
 
 
 def estimate_log(
     logs: Sequence[str | Path],
-    building: str | Path,
+    building: str | Path | BuildingInput,
     out: str | Path,
     options: RunOptions | None = None,
     *,
+    world: str | Path | None = None,
     overwrite: bool = False,
     on_progress: Progress | None = None,
+    observers: Sequence[Observer] = (),
+    truth: str | Path | None = None,
+    true_path: str | Path | None = None,
+    mcap: bool = False,
+    on_finish: Callable[[Path, Building, RunResult], None] | None = None,
 ) -> RunResult:
     """Estimate every object's state from one drive, recorded in one or several logs.
 
-    Writes ``estimates.parquet``, ``trajectory.tum`` and ``run.json`` into the new
-    folder ``out``, whole or not at all. Raises ResultError, BuildingError,
-    SettingsError or LogError.
+    ``building`` is a URDF, or one that was read before, so that many logs share it.
+    Writes ``estimates.parquet``, ``posteriors.parquet``, ``trajectory.tum`` and
+    ``run.json`` into the new folder ``out``, whole or not at all. With a ``world``, a path
+    or a PostgreSQL URL, it starts from what that believed when the log begins, and adds
+    what the drive taught, once for each log. ``observers`` see the records go by.
+    ``truth`` and ``true_path`` are not used, but named in ``run.json``, where a report
+    finds them. With ``mcap``, ``estimates.mcap`` holds the run as a scene for Foxglove and
+    RViz. ``on_finish`` may write more into the folder that it is given. Raises ResultError, BuildingError, SettingsError, LogError or WorldError.
     """
     began = time.monotonic()
     options = options or RunOptions()
-    log_paths, urdf = [Path(log) for log in logs], Path(building)
+    log_paths = [Path(log) for log in logs]
     with result_folder(out, overwrite=overwrite) as folder:
-        model = load_building(urdf)
-        logger.info("%s: %d movable objects", urdf, len(model.objects))
+        read = building if isinstance(building, BuildingInput) else BuildingInput.read(building)
+        model = read.model
+        logger.info("%s: %d movable objects", model.name, len(model.objects))
         check_start(options, model)
-        estimator = _estimator(model, options)
-        log = open_log(
-            log_paths,
-            topics=options.topics,
-            mounts=options.mounts,
-            start=options.start,
-            end=options.end,
-        )
-        drive = _drive_through(log, estimator, folder, on_progress)
+        log = _opened(log_paths, options)
+        records, begin_ns = _begun(log)
+        described = [file for path in log_paths for file in describe_log(path)]
+        memory = _memory(world, model, options, log_identity(described, options), begin_ns)
+        estimator = _estimator(model, options, None if memory is None else memory.known)
+        observers = (*observers, *([] if memory is None else [memory]))
+        with ExitStack() as files:
+            if mcap:
+                scene = files.enter_context(record_scene(folder / SCENE, model))
+                observers = (*observers, scene)
+            drive = _drive_through(log, records, estimator, folder, observers, on_progress)
         logger.info("%d scans gave %d estimates", drive.scans, drive.estimates)
         _check_robot(drive, log, options)
         write_tum(folder / TRAJECTORY, drive.path)
+        inputs = {"logs": files, "building": dict(read.description)}
         result = RunResult(
             folder=Path(out),
             objects=tuple(model.objects),
@@ -111,16 +149,63 @@ def estimate_log(
             warnings=(*log.warnings, *estimator.warnings, *doubts(drive, estimator, options)),
             lost_ns=tuple(estimator.lost),
             symmetry=model.symmetries,
+            world=None if memory is None else memory.keep(drive.end_ns, options.settings),
+            laser_heights=drive.heights,
         )
         inputs = {
-            "logs": [file for path in log_paths for file in describe_log(path)],
-            "building": describe_building(urdf, model),
+            "logs": described,
+            "building": seen_from(out, read.description),
+            **{k: seen_from(out, v) for k, v in describe_truth(truth, true_path).items()},
         }
         write_summary(folder, result.to_dict() | {"options": options.to_dict(), "inputs": inputs})
+        if on_finish is not None:
+            on_finish(folder, model, result)
     return result
 
 
-def _estimator(building: Building, options: RunOptions) -> Estimator:
+def open_run(
+    logs: Sequence[Path], building: Building, options: RunOptions
+) -> tuple[Log, Estimator]:
+    """The log and the estimator to feed it to, as the options say.
+
+    Raises BuildingError, SettingsError or LogError.
+    """
+    check_start(options, building)
+    return _opened(logs, options), _estimator(building, options)
+
+
+def _opened(logs: Sequence[Path], options: RunOptions) -> Log:
+    return open_log(
+        logs,
+        topics=options.topics,
+        mounts=options.mounts,
+        clock_offsets=options.clock_offsets,
+        start=options.start,
+        end=options.end,
+    )
+
+
+def _begun(log: Log) -> tuple[Iterator[Record], int]:
+    """The log's records, and the stamp of the first that tells the time of the drive."""
+    records, head = iter(log), []
+    for record in records:
+        head.append(record)
+        if isinstance(record, Odometry | Scan):
+            break
+    return chain(head, records), head[-1].stamp_ns
+
+
+def _memory(
+    world: str | Path | None, building: Building, options: RunOptions, digest: str, begin_ns: int
+) -> Memory | None:
+    if world is None:
+        return None
+    return Memory.opened(world, building, options.settings, digest, begin_ns)
+
+
+def _estimator(
+    building: Building, options: RunOptions, beliefs: Mapping[str, ObjectBelief] | None = None
+) -> Estimator:
     return Estimator(
         building,
         options.settings,
@@ -128,19 +213,27 @@ def _estimator(building: Building, options: RunOptions) -> Estimator:
         initial_pose=options.initial_pose,
         global_start=options.global_start,
         belief=options.belief,
+        beliefs=beliefs,
     )
 
 
 def _drive_through(
-    log: Log, estimator: Estimator, folder: Path, on_progress: Progress | None
+    log: Log,
+    records: Iterator[Record],
+    estimator: Estimator,
+    folder: Path,
+    observers: Sequence[Observer],
+    on_progress: Progress | None,
 ) -> Drive:
-    """Feed every record to the estimator; write what it makes of them."""
+    """Feed every record to the estimator; write what it makes of them, and let others see it."""
     drive = Drive()
-    with EstimateWriter(folder) as writer:
-        for record in log:
+    with EstimateWriter(folder) as table, PosteriorWriter(folder) as histograms:
+        watching: list[Observer] = [drive, PosteriorRecorder(histograms), *observers]
+        for record in records:
             estimates = estimator.feed(record)
-            writer.write(estimates)
-            drive.note(record, estimator.robot, estimates)
+            table.write(estimates)
+            for observer in watching:
+                observer.note(record, estimator, estimates)
             if on_progress is not None and isinstance(record, Scan):
                 on_progress(log.share, drive.seconds)
     return drive

@@ -22,6 +22,7 @@ from objstate.building.model import Building
 from objstate.errors import SettingsError
 from objstate.geometry import FloatArray, wrap
 from objstate.recording.logs import ENDINGS, LogWriter, format_of, open_log_writer
+from objstate.recording.messages import POSES, TRANSFORMS, poses_message
 from objstate.recording.results import result_folder
 from objstate.recording.tables import write_truth
 from objstate.recording.tum import write_tum
@@ -30,11 +31,11 @@ from objstate.records import TrueState
 from objstate.sensing.embree import EmbreeCaster
 from objstate.simulation import messages
 from objstate.simulation.crowd import Crowd, boxes_mesh, walkers
-from objstate.simulation.lasers import Scanner, World, reading
+from objstate.simulation.lasers import Exposure, Scanner, World, reading
 from objstate.simulation.odometry import dead_reckoning
 from objstate.simulation.reality import real_building, real_mount
 from objstate.simulation.route import drive
-from objstate.simulation.scene import Scene, dump_scene, load_scene
+from objstate.simulation.scene import Laser, Scene, dump_scene, load_scene
 from objstate.simulation.states import StateHistory, histories, true_states
 
 TRUTH, PATH, SCENE = "truth.csv", "path.tum", "scene.yaml"
@@ -97,16 +98,16 @@ class Simulation:
         self.scene = scene
         self.motion = drive(scene.route)
         self._refuse_walls_on_the_way(model)
-        building = real_building(model, scene.model_error, self._rng("building"))
+        self.building = real_building(model, scene.model_error, self._rng("building"))
         self.history: dict[str, StateHistory] = histories(
-            building, scene.objects, self._rng("objects")
+            self.building, scene.objects, self._rng("objects")
         )
         duration = self.motion.duration
         crowd = Crowd(
             walkers(scene.people, duration, self._rng("people")),
             boxes_mesh(scene.boxes, self._rng("boxes")),
         )
-        self._world = World(building, self.history, crowd)
+        self._world = World(self.building, self.history, crowd)
         mounting = self._rng("mounting")
         self._scanners = [
             Scanner(laser, real_mount(laser.mount, scene.model_error, mounting))
@@ -128,11 +129,27 @@ class Simulation:
         """The objects' true states, in time order."""
         return true_states(self.history, self._stamp(0.0), self.scene.truth_step)
 
+    def exposures(self) -> Iterator[tuple[int, Exposure]]:
+        """What every scan is exposed to, with the scan's stamp in ns; in time order."""
+        order = sorted(
+            (time, number)
+            for number, scanner in enumerate(self._scanners)
+            for time in self._scan_times(scanner).tolist()
+        )
+        for time, number in order:
+            exposure = self._scanners[number].exposure(time, self.motion, self._world)
+            yield self._scan_stamp(time), exposure
+
     def path(self) -> RobotPath:
         """The robot's true pose where each scan was taken, under the scan's stamp."""
         times = np.sort(np.concatenate([self._scan_times(s) for s in self._scanners]))
         stamps = [self._scan_stamp(time) for time in times.tolist()]
         return RobotPath(np.array(stamps, dtype=np.int64), self.motion.at(times))
+
+    @property
+    def mounts(self) -> list[tuple[Laser, FloatArray]]:
+        """Each laser, and where (4, 4) it really sits on ``base_link``."""
+        return [(scanner.settings, scanner.mount) for scanner in self._scanners]
 
     def _rng(self, subject: str) -> np.random.Generator:
         return np.random.default_rng([self.scene.seed, crc32(subject.encode())])
@@ -151,7 +168,7 @@ class Simulation:
         mounts = {laser.frame: laser.mount for laser in self.scene.lasers}
         start = self._stamp(0.0)
         message = messages.mount_transforms(start, mounts)
-        yield Event(start, "/tf_static", messages.TRANSFORMS, message)
+        yield Event(start, "/tf_static", TRANSFORMS, message)
 
     def _odometry(self) -> Iterator[Event]:
         wheels = dead_reckoning(self.motion, self.scene.odometry, self._rng("odometry"))
@@ -161,7 +178,7 @@ class Simulation:
             yield Event(stamp, "/odom", messages.ODOMETRY, message)
             if self.scene.odometry.publish_tf:
                 transform = messages.odometry_transform(stamp, pose)
-                yield Event(stamp, "/tf", messages.TRANSFORMS, transform)
+                yield Event(stamp, "/tf", TRANSFORMS, transform)
 
     def _initial_pose(self) -> Iterator[Event]:
         deviations = self.scene.initial_pose
@@ -186,7 +203,7 @@ class Simulation:
             mean = _drawn(self.motion.at(time), belief.error_xy, belief.error_yaw, 1, rng)[0]
             poses = _drawn(mean, belief.sigma_xy, belief.sigma_yaw, belief.count, rng)
             stamp = self._stamp(time)
-            yield Event(stamp, belief.topic, messages.POSES, messages.poses_message(stamp, poses))
+            yield Event(stamp, belief.topic, POSES, poses_message(stamp, poses))
 
     def _scans(self, scanner: Scanner) -> Iterator[Event]:
         laser, alone = scanner.settings, len(self._scanners) == 1

@@ -17,6 +17,18 @@ from objstate.simulation.scene import Laser
 from objstate.simulation.states import StateHistory
 
 
+@dataclass(frozen=True, eq=False)
+class Exposure:
+    """All that one sweep is exposed to, as it really is."""
+
+    time: float  # s, of the first beam
+    robot: FloatArray  # (3,) pose of ``base_link`` then
+    rays: Rays  # (n,) as the laser is really mounted
+    laser: Laser
+    states: Mapping[str, FloatArray]  # (d,) of each object that may be in reach
+    unmodelled: FloatArray  # (n,) m to people and boxes, which no model knows
+
+
 class World:
     """All that a laser can see, as it really is."""
 
@@ -31,19 +43,23 @@ class World:
             for name, item in building.objects.items()
         }
 
+    def near(self, time: float, robot: FloatArray, reach: float) -> dict[str, FloatArray]:
+        """States (d,) of the objects of which a part may be within ``reach`` m of the robot at (3,)."""
+        states = {name: item.at(time) for name, item in self._history.items()}
+        return {n: state for n, state in states.items() if self._gap(n, state, robot) < reach}
+
+    def unmodelled(self, time: float, robot: FloatArray, rays: Rays) -> FloatArray:
+        """True distances (n,) m to people and boxes along ``rays`` of the robot at (3,)."""
+        origins, directions = cast_from(transform_from_pose(robot), rays)
+        return self._crowd.distances(time, robot, origins, directions)
+
     def distances(self, time: float, robot: FloatArray, rays: Rays, reach: float) -> FloatArray:
         """True distances (n,) m along ``rays`` of the robot at (3,).
 
         Objects that are entirely farther than ``reach`` m from the robot are left out.
         """
-        states = {name: item.at(time) for name, item in self._history.items()}
-        near = {
-            name: state for name, state in states.items() if self._gap(name, state, robot) < reach
-        }
-        nearest = self._expected.scene(near, robot[None], rays)[0]
-        origins, directions = cast_from(transform_from_pose(robot), rays)
-        unknown = self._crowd.distances(time, robot, origins, directions)
-        return np.asarray(np.minimum(nearest, unknown))
+        nearest = self._expected.scene(self.near(time, robot, reach), robot[None], rays)[0]
+        return np.asarray(np.minimum(nearest, self.unmodelled(time, robot, rays)))
 
     def _gap(self, name: str, state: FloatArray, robot: FloatArray) -> float:
         """At least so far, in m, is an object from the robot."""
@@ -58,12 +74,28 @@ class Scanner:
     settings: Laser
     mount: FloatArray  # (4, 4) on base_link
 
+    def exposure(self, time: float, motion: Motion, world: World) -> Exposure:
+        """What the sweep that begins at ``time`` s is exposed to."""
+        robot = motion.at(time)
+        rays = self._rays(time, robot, motion)
+        return Exposure(
+            time=time,
+            robot=robot,
+            rays=rays,
+            laser=self.settings,
+            states=world.near(time, robot, self._reach(rays)),
+            unmodelled=world.unmodelled(time, robot, rays),
+        )
+
     def sweep(self, time: float, motion: Motion, world: World) -> FloatArray:
         """True distances (n,) m of the sweep that begins at ``time`` s."""
         robot = motion.at(time)
         rays = self._rays(time, robot, motion)
-        reach = self.settings.range_max + float(np.linalg.norm(rays.origins, axis=1).max())
-        return world.distances(time, robot, rays, reach)
+        return world.distances(time, robot, rays, self._reach(rays))
+
+    def _reach(self, rays: Rays) -> float:
+        """How far from the robot, in m, a reading may come from."""
+        return self.settings.range_max + float(np.linalg.norm(rays.origins, axis=1).max())
 
     def _rays(self, time: float, robot: FloatArray, motion: Motion) -> Rays:
         """Every beam from where the robot is at its time, in ``base_link`` at ``time``."""

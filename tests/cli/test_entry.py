@@ -18,10 +18,15 @@ def test_version(run) -> None:
 def test_alone_it_shows_its_commands(run) -> None:
     outcome = run()
     assert outcome.code == 0
-    assert all(command in outcome.out for command in [*COMMANDS, "building"])
+    assert all(command in outcome.out for command in [*COMMANDS, "building", "world"])
 
 
-@pytest.mark.parametrize("command", [[name] for name in COMMANDS] + [["building", "from-map"]])
+WORLD_COMMANDS = [["world", name] for name in ("show", "at", "history", "export")]
+
+
+@pytest.mark.parametrize(
+    "command", [[name] for name in COMMANDS] + [["building", "from-map"], *WORLD_COMMANDS]
+)
 def test_the_help_of_every_command_has_an_example(run, command: list[str]) -> None:
     outcome = run(*command, "--help")
     assert outcome.code == 0

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from objstate.cli.parsing import check_span, parse_mounts, parse_pose, split_topics
+from objstate.cli.parsing import check_span, parse_mounts, parse_pose, parse_time, split_topics
 from objstate.errors import SettingsError
 from objstate.geometry import rpy_from_rotation
 
@@ -73,3 +73,17 @@ def test_a_span_that_holds_nothing_is_refused(
 def test_topics_may_be_repeated_or_separated_by_commas() -> None:
     assert split_topics(["/scan,/odom", " /tf "]) == ["/scan", "/odom", "/tf"]
     assert split_topics([]) is None
+
+
+@pytest.mark.parametrize(
+    ("text", "stamp_ns"),
+    [
+        ("0", 0),
+        ("1600000000.123456789", 1_600_000_000_123_456_789),
+        ("2020-09-13T12:26:40", 1_600_000_000 * 10**9),
+        ("2020-09-13 14:26:40+02:00", 1_600_000_000 * 10**9),
+        ("2020-09-13", 1_599_955_200 * 10**9),
+    ],
+)
+def test_times_are_exact_and_in_utc(text: str, stamp_ns: int) -> None:
+    assert parse_time(text) == stamp_ns

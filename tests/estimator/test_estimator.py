@@ -10,7 +10,7 @@ import pytest
 
 from objstate.building.model import Mesh
 from objstate.config import Settings
-from objstate.errors import SettingsError
+from objstate.errors import BuildingError, SettingsError
 from objstate.estimator import Estimator
 from objstate.geometry import FloatArray, wrap
 from objstate.records import (
@@ -335,6 +335,20 @@ def test_an_object_asked_for_later_is_less_certain_and_the_asking_changes_nothin
     assert estimator.objects["a"] is now
     again = estimator.object_at("a", now.stamp_ns + 3600 * 10**9)
     np.testing.assert_array_equal(again.weights.values, later.weights.values)
+
+
+def test_what_is_known_from_before_takes_the_place_of_the_prior() -> None:
+    taught = Estimator(CORRIDOR, initial_pose=START)
+    fed(taught, short_drive().records)
+    known = {"a": replace(taught.objects["a"], stamp_ns=START_NS)}
+    estimator = Estimator(CORRIDOR, initial_pose=START, beliefs=known)
+    assert estimator.objects["a"].stamp_ns == START_NS
+    np.testing.assert_allclose(estimator.objects["a"].mean, known["a"].mean, atol=0.01)
+    assert estimator.objects["b"].stamp_ns is None
+    later = estimator.object_at("a", START_NS + 600 * 10**9)
+    assert known["a"].std[0] < later.std[0] < Estimator(CORRIDOR).objects["a"].std[0]
+    with pytest.raises(BuildingError, match="no object 'x'"):
+        Estimator(CORRIDOR, beliefs={"x": known["a"]})
 
 
 def test_an_uncertain_robot_updates_no_objects() -> None:

@@ -121,7 +121,8 @@ def test_a_heading_between_two_equal_ones_is_not_torn_apart() -> None:
 
 def test_scouts_count_for_nothing_in_what_is_believed() -> None:
     states = np.array([[0.0, 0.0, 0.1], [0.02, 0.0, 0.1], [2.0, 2.0, 0.5]])
-    belief = ObjectBelief(SQUARE, states, Weights.of(np.array([1.0, 1.0, 0.1])), np.zeros(3), 1)
+    belief = ObjectBelief(SQUARE, states, Weights.of(np.array([1.0, 1.0, 0.1])), np.zeros(3),
+                          scouts=1)  # fmt: skip
     np.testing.assert_allclose(belief.mean, [0.01, 0.0, 0.1], atol=1e-9)
     np.testing.assert_allclose(belief.std, [0.01, 0.0, 0.0], atol=1e-9)
     assert belief.settled

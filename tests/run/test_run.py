@@ -1,6 +1,8 @@
 """A whole run as library code."""
 
 import json
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,11 +12,16 @@ import pytest
 from objstate.building import load_building
 from objstate.config import ObjectRule, Settings
 from objstate.errors import BuildingError, LogError, SettingsError
+from objstate.estimator import Estimator
 from objstate.geometry import transform
+from objstate.recording.posteriors import read_posteriors
+from objstate.recording.tables import read_estimates
 from objstate.recording.tum import read_tum
+from objstate.records import Estimate, Record
 from objstate.run import RunOptions, estimate_log
-from objstate.run.inputs import describe_building, describe_log
+from objstate.run.inputs import describe_building, describe_log, log_identity
 from objstate.simulation import simulate
+from objstate.world.store import open_store
 
 WALLS = """
 <robot name="hall">
@@ -70,6 +77,55 @@ def test_objects_that_were_never_near_are_a_warning(tmp_path: Path) -> None:
     assert any("No scan was near an object" in warning for warning in result.warnings)
     written = json.loads((tmp_path / "out" / "run.json").read_text())
     assert written["warnings"] == list(result.warnings)
+
+
+def test_a_world_carries_what_is_known_from_drive_to_drive(tmp_path: Path) -> None:
+    building, world = hall(tmp_path, DOOR.format(x=2, width=0.9)), tmp_path / "world.db"
+    log = recorded(tmp_path)
+    first = estimate_log([log], building, tmp_path / "first", world=world)
+    assert first.world is not None
+    assert (first.world.known, first.world.had_the_log) == (0, False)
+    assert first.world.added > 0
+    learnt = world.read_bytes()
+    again = estimate_log([log], building, tmp_path / "again", world=world)
+    assert again.world == replace(first.world, added=0, had_the_log=True)
+    assert world.read_bytes() == learnt
+    tables = [tmp_path / name / "estimates.parquet" for name in ("first", "again")]
+    assert tables[0].read_bytes() == tables[1].read_bytes()
+
+
+def test_a_later_drive_starts_from_what_an_earlier_one_taught(tmp_path: Path) -> None:
+    building, world = hall(tmp_path, DOOR.format(x=2, width=0.9)), tmp_path / "world.db"
+    log = recorded(tmp_path)
+    estimate_log([log], building, tmp_path / "first", RunOptions(end=1.0), world=world)
+    rest = RunOptions(start=1.0, initial_pose=np.array([1.3, 0.0, 0.0]))
+    later = estimate_log([log], building, tmp_path / "rest", rest, world=world)
+    alone = estimate_log([log], building, tmp_path / "alone", rest)
+    assert later.world is not None
+    assert later.world.known == 1
+    assert alone.world is None
+    informed, ignorant = (read_estimates(result.folder)["std"][0] for result in (later, alone))
+    assert informed < ignorant
+
+
+def test_a_run_that_fails_teaches_nothing(tmp_path: Path) -> None:
+    building, world = hall(tmp_path, DOOR.format(x=2, width=0.9)), tmp_path / "world.db"
+    log = recorded(tmp_path, initial_pose="null")
+    with pytest.raises(LogError):
+        estimate_log([log], building, tmp_path / "out", world=world)
+    assert open_store(world).drives() == []
+
+
+def test_a_log_is_the_same_by_what_is_read_of_it() -> None:
+    files = [{"sha256": "a"}, {"sha256": "b"}]
+    whole = log_identity(files, RunOptions())
+    assert log_identity(files[::-1], RunOptions(seed=5)) == whole
+    others = [
+        log_identity(files[:1], RunOptions()),
+        log_identity(files, RunOptions(end=3.0)),
+        log_identity(files, RunOptions(topics=["/front"])),
+    ]
+    assert len({whole, *others}) == 4
 
 
 def test_without_a_start_the_cure_is_named(tmp_path: Path) -> None:
@@ -194,3 +250,53 @@ def test_options_are_json() -> None:
     assert told["initial_pose"] == [0, 0, 0]
     assert told["topics"] == ["/a", "/b"]
     assert told["mounts"]["l"][3] == [0, 0, 0, 1]
+
+
+def test_observers_see_every_record_in_order_and_what_it_changed(tmp_path: Path) -> None:
+    class Witness:
+        def __init__(self) -> None:
+            self.stamps: list[int] = []
+            self.kinds: list[str] = []
+            self.estimates = 0
+
+        def note(self, record: Record, estimator: Estimator, estimates: Sequence[Estimate]) -> None:
+            self.stamps.append(record.stamp_ns)
+            self.kinds.append(type(record).__name__)
+            self.estimates += len(estimates)
+            assert set(estimator.objects) == {"door"}
+
+    building, log = hall(tmp_path, DOOR.format(x=2, width=0.9)), recorded(tmp_path)
+    witness = Witness()
+    seen = estimate_log([log], building, tmp_path / "seen", observers=[witness])
+    assert witness.stamps == sorted(witness.stamps)
+    assert {kind: witness.kinds.count(kind) for kind in set(witness.kinds)} == {
+        kind: count for kind, count in seen.counts.items() if kind not in ("estimates", "poses")
+    }
+    assert witness.estimates == seen.counts["estimates"] > 0
+    estimate_log([log], building, tmp_path / "alone")
+    for name in ("estimates.parquet", "posteriors.parquet", "trajectory.tum"):
+        assert (tmp_path / "seen" / name).read_bytes() == (tmp_path / "alone" / name).read_bytes()
+
+
+def test_posteriors_are_recorded_once_a_second_while_an_object_is_near(tmp_path: Path) -> None:
+    building, log = hall(tmp_path, DOOR.format(x=2, width=0.9)), recorded(tmp_path)
+    estimate_log([log], building, tmp_path / "out")
+    estimates = read_estimates(tmp_path / "out")
+    stamps = read_posteriors(tmp_path / "out")["stamp"].to_numpy()
+    assert stamps[0] == estimates["stamp"][0]
+    assert (np.diff(stamps) >= 10**9).all()
+    assert set(stamps) <= set(estimates["stamp"])
+    assert len(stamps) == 1 + (estimates["stamp"][-1] - estimates["stamp"][0]) // 10**9
+
+
+def test_inputs_are_found_again_when_they_move_with_the_result(tmp_path: Path) -> None:
+    (tmp_path / "old").mkdir()
+    building, log = hall(tmp_path / "old"), recorded(tmp_path / "old")
+    truth = log.parent / "truth.csv"
+    estimate_log([log], building, tmp_path / "old" / "out", truth=truth)
+    (tmp_path / "old").rename(tmp_path / "new")
+    out = tmp_path / "new" / "out"
+    inputs = json.loads((out / "run.json").read_text())["inputs"]
+    assert (out / inputs["building"]["from_result"]).is_file()
+    assert (out / inputs["truth"]["from_result"]).is_file()
+    assert "true_path" not in inputs

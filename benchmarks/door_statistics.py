@@ -1,0 +1,93 @@
+"""How often the intervals of door statistics hold the truth: ``python benchmarks/door_statistics.py [SEED...]``
+
+On simulated doors with constant rates, and on the door that ../shared/data records minute by minute
+(skipped where it is missing), of which some minutes are picked at random.
+"""
+
+from __future__ import annotations
+
+import sys
+from datetime import UTC
+from pathlib import Path
+
+import numpy as np
+
+from objstate.statistics.shares import share_open, shares_by
+from objstate.statistics.two_state import LONGEST_MEMORY, SHORTEST_MEMORY, Interval, Looks, memory
+
+DAY = 86400.0
+DOORS, DAYS, VISITS, LOOKS = 200, 30, 60, 5  # doors of each seed; looks of each visit, 2 s apart
+RECORDED = Path(__file__).parents[2] / "shared/data/door-history/training_data.txt"
+PER_DAY, PICKS = (2, 4, 8, 24, 96), 20  # looks a day at the recorded door, each picked so often
+
+
+def simulated(seed: int) -> dict[str, float]:
+    """The share of doors whose intervals hold the truth."""
+    rng = np.random.default_rng(seed)
+    held: dict[str, list[bool]] = {}
+    for _ in range(DOORS):
+        share = float(np.sin(rng.uniform(0, np.pi / 2)) ** 2)
+        rate = float(np.exp(rng.uniform(-np.log(LONGEST_MEMORY), -np.log(SHORTEST_MEMORY))))
+        visits = np.sort(rng.uniform(0, DAYS * DAY, VISITS))
+        times = np.sort((visits[:, None] + np.arange(LOOKS) * 2.0).ravel())
+        looks = Looks((times * 1e9).astype(np.int64), states(share, rate, times, rng))
+        door = memory(looks, rng)
+        for name, interval, true in (
+            ("share", door.share_open, share),
+            ("open spell", door.open_spell, 1 / (rate * (1 - share))),
+            ("closed spell", door.closed_spell, 1 / (rate * share)),
+            ("moves a day", door.moves_per_day, 2 * DAY * rate * share * (1 - share)),
+            ("share of an hour", share_open(0, looks, door).share, share),
+        ):
+            held.setdefault(name, []).append(holds(interval, true))
+    return {name: float(np.mean(each)) for name, each in held.items()}
+
+
+def states(share: float, rate: float, times: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Whether a door that opens and closes at constant rates is open at ``times``."""
+    open_, before, seen = bool(rng.random() < share), times[0], []
+    for time in times:
+        kept = np.exp(-rate * (time - before))
+        open_, before = bool(rng.random() < share + (open_ - share) * kept), time
+        seen.append(open_)
+    return np.array(seen)
+
+
+def recorded(per_day: int) -> dict[str, float]:
+    """The same of the recorded door, seen ``per_day`` times a day."""
+    stamps, values = np.loadtxt(RECORDED, dtype=np.int64).T
+    open_ = values.astype(bool)
+    days = len(stamps) * 60 / DAY
+    share, moves = float(open_.mean()), float(np.count_nonzero(np.diff(values)) / days)
+    held: dict[str, list[bool]] = {"share": [], "moves a day": [], "share of an hour": []}
+    for seed in range(PICKS):
+        rng = np.random.default_rng(seed)
+        picked = np.sort(rng.choice(len(stamps), int(per_day * days), replace=False))
+        looks = Looks(stamps[picked] * 10**9, open_[picked])
+        door = memory(looks, np.random.default_rng(0))
+        held["share"].append(holds(door.share_open, share))
+        held["moves a day"].append(holds(door.moves_per_day, moves))
+        for cell in shares_by(looks, door, lambda time: time.hour, UTC):
+            true = float(open_[(stamps // 3600) % 24 == cell.key].mean())
+            held["share of an hour"].append(holds(cell.share, true))
+    return {name: float(np.mean(each)) for name, each in held.items()}
+
+
+def holds(interval: Interval, true: float) -> bool:
+    """Whether the truth lies inside."""
+    return interval.lower <= true <= interval.upper
+
+
+def told(label: str, shares: dict[str, float]) -> None:
+    """Print a line."""
+    print(f"{label}: " + ", ".join(f"{name} {100 * each:.0f} %" for name, each in shares.items()))
+
+
+if __name__ == "__main__":
+    for argument in sys.argv[1:] or ["1", "2"]:
+        told(f"simulated, seed {argument}", simulated(int(argument)))
+    if RECORDED.exists():
+        for looks_a_day in PER_DAY:
+            told(f"recorded, {looks_a_day} looks a day", recorded(looks_a_day))
+    else:
+        print(f"skipped: {RECORDED} is missing")

@@ -1,0 +1,125 @@
+"""From many recorded logs to one batch folder."""
+
+from __future__ import annotations
+
+import fcntl
+import shutil
+from collections.abc import Generator, Iterator, Sequence
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from objstate.batch.cluster import run_on_cluster
+from objstate.batch.combine import combine
+from objstate.batch.events import Ended, Event, OnEvent
+from objstate.batch.jobs import run_job
+from objstate.batch.leftover import Leftover, OnStart, plan
+from objstate.batch.options import BatchOptions
+from objstate.batch.pool import run_here
+from objstate.batch.request import Requested, named
+from objstate.errors import ResultError
+from objstate.recording.batches import (
+    LOGS,
+    Outcome,
+    forget,
+    is_batch,
+    read_logs,
+    write_logs,
+    write_outcome,
+)
+
+LOCK = ".lock"  # held while a batch runs
+
+
+@dataclass(frozen=True)
+class BatchResult:
+    """What a batch came to, logs of earlier starts included."""
+
+    folder: Path
+    outcomes: tuple[Outcome, ...]  # of every log that was begun, by name
+    ran: tuple[str, ...]  # the logs that this start ran to their end
+
+    @property
+    def failed(self) -> list[Outcome]:
+        return [outcome for outcome in self.outcomes if outcome.status != "done"]
+
+
+def run_batch(
+    requested: Sequence[Requested],
+    out: str | Path,
+    options: BatchOptions | None = None,
+    on_start: OnStart | None = None,
+    on_event: OnEvent | None = None,
+) -> BatchResult:
+    """Run every log of ``requested`` whose result isn't in the folder ``out`` yet.
+
+    A log that fails, hangs or kills its worker costs nothing but itself. Broken off, by
+    KeyboardInterrupt too, the folder holds what is finished, whole, and its combined
+    tables. A result in ``out`` that was made otherwise than asked now is refused, or made
+    anew with ``options.overwrite``; one whose log has changed is made anew. Raises
+    ResultError, BuildingError, LogError and SettingsError before anything is begun.
+    """
+    options = options or BatchOptions()
+    folder = Path(out)
+    with _opened(folder):
+        known = read_logs(folder) if is_batch(folder) else []
+        wanted = named(requested, known)
+        leftover = plan(wanted, folder, options)
+        write_logs(folder, {log.log: log for log in (*known, *(w.log for w in wanted))}.values())
+        for job in leftover.jobs:
+            forget(folder, job.name)
+        if on_start is not None:
+            on_start(leftover)
+        ran: list[str] = []
+        try:
+            with closing(_events(leftover, options)) as events:
+                for event in events:
+                    if isinstance(event, Ended):
+                        write_outcome(folder, event.outcome)
+                        ran.append(event.outcome.name)
+                    if on_event is not None:
+                        on_event(event)
+        finally:
+            _sweep(folder)
+            outcomes = combine(folder)
+        return BatchResult(folder, outcomes, tuple(ran))
+
+
+def _events(leftover: Leftover, options: BatchOptions) -> Generator[Event]:
+    """What happens while the jobs are run, here or on a cluster."""
+    context, jobs = leftover.context, leftover.jobs
+    if options.scheduler is None or not jobs:
+        return run_here(run_job, context, jobs, options.workers, options.time_limit)
+    return run_on_cluster(run_job, context, jobs, options.scheduler, options.time_limit)
+
+
+@contextmanager
+def _opened(folder: Path) -> Iterator[None]:
+    """Hold a batch folder alone; it is made where there is none. Raises ResultError."""
+    if folder.exists() and not is_batch(folder) and not _is_bare(folder):
+        raise ResultError(f"{folder} is no batch of objstate; choose another name for it.")
+    try:
+        (folder / LOGS).mkdir(parents=True, exist_ok=True)
+        file = (folder / LOCK).open("w")
+    except OSError as error:
+        raise ResultError(
+            f"Can't write in {folder}: {error.strerror}; choose another place."
+        ) from error
+    with file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            raise ResultError(f"Another batch is at work in {folder}; wait for it.") from error
+        _sweep(folder)
+        yield
+
+
+def _is_bare(folder: Path) -> bool:
+    """Whether nobody keeps anything in a folder: a batch that never began may have been opened."""
+    return folder.is_dir() and {each.name for each in folder.iterdir()} <= {LOGS, LOCK}
+
+
+def _sweep(folder: Path) -> None:
+    """Remove what workers left half done when they were killed."""
+    for rest in (folder / LOGS).glob(".*"):
+        shutil.rmtree(rest, ignore_errors=True)

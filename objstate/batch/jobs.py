@@ -1,0 +1,54 @@
+"""One log of a batch as a job for a worker process."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from objstate.batch.addresses import fetched, is_remote
+from objstate.batch.delivery import pack, unpack
+from objstate.batch.process import Report
+from objstate.recording.summary import read_summary, write_summary
+from objstate.run import BuildingInput, RunOptions, estimate_log
+
+
+@dataclass(frozen=True, eq=False)
+class Context:
+    """What many logs share; it travels to each worker once."""
+
+    buildings: Mapping[str, BuildingInput]  # by address
+    options: Mapping[int, RunOptions]  # by number
+
+
+@dataclass(frozen=True)
+class Job:
+    """One log, and where its result goes."""
+
+    name: str
+    log: str  # path or URL
+    building: str  # of the context
+    options: int  # of the context
+    out: str
+
+
+def run_job(context: Context, job: Job, report: Report) -> None:
+    """Estimate one log. Raises what ``estimate_log`` raises, and LogError for a log out of reach."""
+    building, options = context.buildings[job.building], context.options[job.options]
+    if not is_remote(job.log):
+        estimate_log([job.log], building, job.out, options, overwrite=True, on_progress=report)
+        return
+    with tempfile.TemporaryDirectory() as here:
+        log, made = fetched(job.log, Path(here)), Path(here) / "result"
+        estimate_log([log], building, made, options, on_progress=report)
+        _name_the_source(made, log, job.log)
+        unpack(pack(made), Path(job.out))
+
+
+def _name_the_source(folder: Path, fetched_to: Path, address: str) -> None:
+    """Say in ``run.json`` where the log came from, instead of where it lay meanwhile."""
+    summary = read_summary(folder)
+    for file in summary["inputs"]["logs"]:
+        file["path"] = file["path"].replace(str(fetched_to), address, 1)
+    write_summary(folder, summary)

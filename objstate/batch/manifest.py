@@ -1,0 +1,137 @@
+"""A manifest: a table with a log per row, and what is special about it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+from difflib import get_close_matches
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from objstate.batch.addresses import absolute
+from objstate.config import load_settings
+from objstate.errors import SettingsError
+from objstate.geometry import FloatArray, pose_from_text
+from objstate.recording.batches import BatchLog
+from objstate.run import RunOptions
+
+if TYPE_CHECKING:
+    import polars as pl
+
+COLUMNS = ("log", "name", "building", "truth", "path", "settings", "initial_pose", "global", "seed")
+ENDINGS = (".csv", ".parquet")
+POSE = "x,y,yaw in metres and radians, or yaw in degrees as in '3.2,-1,90deg'"
+NAME = re.compile(r"[\w-][\w.-]*")
+YES, NO = ("true", "yes", "1"), ("false", "no", "0")
+
+
+def is_manifest(source: str) -> bool:
+    """Whether a source is a manifest rather than logs: by its name."""
+    return source.lower().endswith(ENDINGS)
+
+
+def read_manifest(
+    source: str, building: str | None, options: RunOptions
+) -> list[tuple[BatchLog, RunOptions]]:
+    """The logs of a manifest with their options; paths in it are relative to its folder.
+
+    ``building`` and ``options`` serve where a row says nothing. Raises SettingsError,
+    which names the row.
+    """
+    table = _read(source)
+    _check_columns(source, table.columns)
+    rows = []
+    for number, row in enumerate(table.iter_rows(named=True), start=1):
+        cells = {key: str(value).strip() for key, value in row.items() if value is not None}
+        filled = {key: value for key, value in cells.items() if value}
+        rows.append(_row(filled, f"{source}, row {number}", Path(source).parent, building, options))
+    return rows
+
+
+def _read(source: str) -> pl.DataFrame:
+    import polars as pl
+
+    try:
+        if source.lower().endswith(".parquet"):
+            return pl.read_parquet(source)
+        return pl.read_csv(source, infer_schema=False)
+    except (OSError, pl.exceptions.PolarsError) as error:
+        raise SettingsError(f"Can't read the manifest {source}: {error}.") from error
+
+
+def _check_columns(source: str, columns: list[str]) -> None:
+    for column in columns:
+        if column not in COLUMNS:
+            near = get_close_matches(column, COLUMNS, n=1)
+            cure = f"did you mean '{near[0]}'?" if near else f"known are {', '.join(COLUMNS)}."
+            raise SettingsError(f"{source} has an unknown column '{column}'; {cure}")
+    if "log" not in columns:
+        raise SettingsError(f"{source} has no column 'log'; give one, with a path or URL per row.")
+
+
+def _row(
+    row: Mapping[str, str], where: str, home: Path, building: str | None, options: RunOptions
+) -> tuple[BatchLog, RunOptions]:
+    if "log" not in row:
+        raise SettingsError(f"{where} names no log.")
+    base = home.absolute()
+    addresses = {
+        key: absolute(row[key], base)
+        for key in ("log", "building", "truth", "path", "settings")
+        if key in row
+    }
+    if "building" not in addresses and building is None:
+        raise SettingsError(f"{where} names no building; give one there, or --building URDF.")
+    log = BatchLog(
+        name=_name(row.get("name", ""), where),
+        log=addresses["log"],
+        building=addresses.get("building") or absolute(building or ""),
+        truth=addresses.get("truth"),
+        path=addresses.get("path"),
+    )
+    return log, replace(options, **_special(row, addresses.get("settings"), where))
+
+
+def _name(text: str, where: str) -> str:
+    """A name that can be that of a folder. Raises SettingsError."""
+    if text and not NAME.fullmatch(text):
+        raise SettingsError(
+            f"{where}: the name '{text}' must be letters, digits, '_', '-' and '.', and not begin "
+            "with a dot."
+        )
+    return text
+
+
+def _special(row: Mapping[str, str], settings: str | None, where: str) -> dict[str, Any]:
+    """The options that a row sets."""
+    own: dict[str, Any] = {}
+    if settings is not None:
+        own["settings"] = load_settings(Path(settings))
+    if "initial_pose" in row:
+        own["initial_pose"] = _pose(row["initial_pose"], where)
+        own["global_start"] = False
+    if "global" in row:
+        own["global_start"] = _yes_or_no(row["global"], where)
+    if "seed" in row:
+        own["seed"] = _seed(row["seed"], where)
+    return own
+
+
+def _pose(text: str, where: str) -> FloatArray:
+    try:
+        return pose_from_text(text)
+    except ValueError as error:
+        raise SettingsError(f"{where}: '{text}' is not a pose; give {POSE}.") from error
+
+
+def _yes_or_no(text: str, where: str) -> bool:
+    if text.lower() not in YES + NO:
+        raise SettingsError(f"{where}: global '{text}' must be yes or no.")
+    return text.lower() in YES
+
+
+def _seed(text: str, where: str) -> int:
+    if not text.isdecimal():
+        raise SettingsError(f"{where}: the seed '{text}' must be a whole number from 0 on.")
+    return int(text)

@@ -1,0 +1,161 @@
+"""What a batch is asked to do: its logs, each with its building, truth and options."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import count
+from pathlib import Path, PurePosixPath
+
+from objstate.batch.addresses import absolute, find_logs
+from objstate.batch.manifest import is_manifest, read_manifest
+from objstate.errors import LogError, SettingsError
+from objstate.recording.batches import BatchLog
+from objstate.run import RunOptions
+
+ENDINGS = re.compile(r"(\.(mcap|bag|db3|log|clf|carmen|txt|gz|zstd|active))+$", re.IGNORECASE)
+UNSAFE = re.compile(r"[^\w.-]+")  # in the names of folders and partitions
+
+
+@dataclass(frozen=True, eq=False)
+class Requested:
+    """One log that is asked for. Empty names are chosen later."""
+
+    log: BatchLog
+    options: RunOptions
+
+
+def gather(
+    sources: Sequence[str],
+    building: str | None,
+    truth: str | None,
+    options: RunOptions,
+) -> list[Requested]:
+    """Every log that files, folders, patterns, URLs and manifests name, each once, in their order.
+
+    What a manifest's row says goes before ``building``, ``truth`` and ``options``.
+    Raises LogError, SettingsError.
+    """
+    requested = [
+        each
+        for source in sources
+        for each in (
+            _listed(source, building, options)
+            if is_manifest(source)
+            else _found(source, building, options)
+        )
+    ]
+    if not requested:
+        raise LogError("No log was named; give files, folders, patterns or a manifest.")
+    _refuse_twice(requested)
+    return [replace(each, log=with_truth(each.log, truth)) for each in requested]
+
+
+def named(requested: Sequence[Requested], known: Collection[BatchLog]) -> list[Requested]:
+    """The same logs with names: those they had before, else short and unlike all others.
+
+    Raises SettingsError where a manifest gives one name to two logs.
+    """
+    before = {log.log: log.name for log in known}
+    given = {each.log.log: before.get(each.log.log, each.log.name) for each in requested}
+    taken = Counter(filter(None, {**before, **given}.values()))
+    twice = [name for name, count in taken.items() if count > 1]
+    if twice:
+        raise SettingsError(f"Two logs are called '{twice[0]}'; give each a name of its own.")
+    new = [address for address, name in given.items() if not name]
+    chosen = {**given, **_short_names(new, set(taken))}
+    return [replace(each, log=replace(each.log, name=chosen[each.log.log])) for each in requested]
+
+
+def with_truth(log: BatchLog, truth: str | None) -> BatchLog:
+    """The log with the table of true states that ``truth`` holds for it, and the path beside that.
+
+    ``truth`` is one table, or a folder: there, the table is ``NAME.csv`` or ``NAME.truth.csv``
+    after the log, or ``truth.csv`` in a folder that is called as the log or holds it.
+    """
+    if truth is None or log.truth is not None:
+        return log
+    table = Path(absolute(truth))
+    found = _truth_in(table, log.log) if table.is_dir() else table
+    if found is None:
+        return log
+    path = _path_beside(found)
+    return replace(log, truth=str(found), path=log.path or (None if path is None else str(path)))
+
+
+def _found(source: str, building: str | None, options: RunOptions) -> list[Requested]:
+    if building is None:
+        raise SettingsError(f"No building is named for {source}; give --building URDF.")
+    home = absolute(building)
+    return [Requested(BatchLog("", log, home), options) for log in find_logs(source)]
+
+
+def _listed(source: str, building: str | None, options: RunOptions) -> list[Requested]:
+    return [Requested(log, own) for log, own in read_manifest(source, building, options)]
+
+
+def _refuse_twice(requested: Sequence[Requested]) -> None:
+    counts = Counter(each.log.log for each in requested)
+    twice = [address for address, count in counts.items() if count > 1]
+    if twice:
+        raise LogError(f"{twice[0]} is named twice; name each log once.")
+
+
+def _short_names(addresses: Sequence[str], taken: set[str]) -> Mapping[str, str]:
+    """The file's name without its ending; folders' names before or instead of it where that is not enough."""
+    names: dict[str, str] = {}
+    left = list(addresses)
+    for candidate in (_stem, _folder, _folder_and_stem):
+        proposed = Counter(candidate(address) for address in left)
+        fit = {a: n for a in left if proposed[n := candidate(a)] == 1 and n not in taken and n}
+        names |= fit
+        taken |= set(fit.values())
+        left = [address for address in left if address not in names]
+    for address in left:
+        names[address] = next(name for name in _numbered(_stem(address)) if name not in taken)
+        taken.add(names[address])
+    return names
+
+
+def _numbered(stem: str) -> Iterator[str]:
+    return (f"{stem or 'log'}-{number}" for number in count(2))
+
+
+def _stem(address: str) -> str:
+    return _safe(ENDINGS.sub("", PurePosixPath(address).name))
+
+
+def _folder(address: str) -> str:
+    return _safe(PurePosixPath(address).parent.name)
+
+
+def _folder_and_stem(address: str) -> str:
+    return _safe(f"{_folder(address)}-{_stem(address)}")
+
+
+def _safe(name: str) -> str:
+    return UNSAFE.sub("_", name).strip("._-")
+
+
+def _truth_in(folder: Path, log: str) -> Path | None:
+    stem, home = _stem(log), PurePosixPath(log).parent
+    candidates = [
+        folder / f"{stem}.csv",
+        folder / f"{stem}.truth.csv",
+        folder / stem / "truth.csv",
+        folder / home.name / "truth.csv",
+    ]
+    if folder == Path(home) or folder in Path(home).parents:
+        candidates.append(Path(home) / "truth.csv")
+    return next((path for path in candidates if path.is_file()), None)
+
+
+def _path_beside(truth: Path) -> Path | None:
+    """The true path, named after the table: ``NAME.path.tum``, or ``path.tum``."""
+    stem = truth.name.removesuffix(".csv").removesuffix("truth")
+    path = truth.with_name(
+        f"{stem}path.tum" if not stem or stem.endswith(".") else f"{stem}.path.tum"
+    )
+    return path if path.is_file() else None

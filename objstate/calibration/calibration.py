@@ -1,0 +1,184 @@
+"""From a recorded drive to each laser's mounting and clock, with deviations.
+
+Hand-eye calibration with the building as the target: the laser's motion past known
+walls is held against the odometry's (Censi, Franchi, Marchionni and Oriolo 2013,
+"Simultaneous calibration of odometry and sensor parameters for mobile robots").
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from objstate.building import load_building
+from objstate.building.model import Building
+from objstate.calibration.adjustment import Adjusted, Adjustment, prior_deviations
+from objstate.calibration.gathering import gather
+from objstate.calibration.options import CalibrationOptions
+from objstate.calibration.walls import WallReader
+from objstate.estimator import Estimator
+from objstate.geometry import BoolArray, FloatArray, rotation_about, transform
+from objstate.records import Record, Scan
+from objstate.run import RunOptions, open_run
+
+Progress = Callable[[float, float], None]  # share of the log done from 0 to 1, seconds of it done
+
+LEAST_USED = 0.5  # share of readings of walls, below which building and log hardly belong together
+
+QUANTITIES = ("x", "y", "yaw", "clock")  # m, m, rad, s: the order of corrections
+
+
+@dataclass(frozen=True, eq=False)
+class LaserCorrection:
+    """What the log says of one laser, against the mounting and the clock that it was read with."""
+
+    frame: str
+    mount: FloatArray  # (4, 4) in base_link, that it was read with
+    clock_offset: float  # s that it was read with
+    correction: FloatArray  # (4,) m, m in base_link; rad about the laser; s its stamps run ahead
+    std: FloatArray  # (4,)
+    told: BoolArray  # (4,) what the drive tells; the others are not to be used
+
+    @property
+    def corrected_mount(self) -> FloatArray:
+        """(4, 4) with the corrections that the drive tells."""
+        x, y, yaw, _ = np.where(self.told, self.correction, 0.0)
+        rotation = rotation_about((0.0, 0.0, 1.0), yaw) @ self.mount[:3, :3]
+        return transform(rotation, self.mount[:3, 3] + np.array([x, y, 0.0]))
+
+    @property
+    def corrected_clock_offset(self) -> float:
+        """s by which the laser's stamps run ahead of the odometry's; as before where it isn't told."""
+        return self.clock_offset + float(self.correction[3] if self.told[3] else 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """What a drive says of its robot."""
+
+    lasers: tuple[LaserCorrection, ...]
+    way_share: float  # share by which the odometry counts ways too long
+    way_share_std: float
+    drift: float  # rad/m of its heading
+    drift_std: float
+    scans: int  # used
+    spread: float  # m, deviation of readings from the walls
+    wall_spread: float  # m, deviation of walls from the model
+    used: float  # share of the readings that lie near walls
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def mounts(self) -> dict[str, FloatArray]:
+        """Corrected mountings (4, 4) of all lasers by frame, as ``RunOptions.mounts`` takes them."""
+        return {laser.frame: laser.corrected_mount for laser in self.lasers}
+
+    @property
+    def clock_offsets(self) -> dict[str, float]:
+        """Of all lasers, as ``RunOptions.clock_offsets`` takes them; s."""
+        return {laser.frame: laser.corrected_clock_offset for laser in self.lasers}
+
+
+def calibrate_log(
+    logs: Sequence[str | Path],
+    building: str | Path,
+    run: RunOptions | None = None,
+    options: CalibrationOptions | None = None,
+    on_progress: Progress | None = None,
+) -> Calibration:
+    """Each laser's mounting and clock from one drive, recorded in one or several logs.
+
+    ``run`` says what is read and where the robot starts. Raises BuildingError,
+    SettingsError or LogError.
+    """
+    run = run or RunOptions()
+    model = load_building(Path(building))
+    log, estimator = open_run([Path(each) for each in logs], model, run)
+    began_ns: int | None = None
+
+    def tell(scan: Scan) -> None:
+        nonlocal began_ns
+        began_ns = scan.stamp_ns if began_ns is None else began_ns
+        if on_progress is not None:
+            on_progress(log.share, (scan.stamp_ns - began_ns) / 1e9)
+
+    adjusted, scans = _adjust(log, estimator, options or CalibrationOptions(), tell)
+    found = _calibration(
+        adjusted, scans, log.mountings, run.clock_offsets, options or CalibrationOptions()
+    )
+    return replace(found, warnings=(*log.warnings, *estimator.warnings, *found.warnings))
+
+
+def calibrate(
+    records: Iterable[Record],
+    building: Building,
+    mounts: Mapping[str, FloatArray],
+    estimator: Estimator | None = None,
+    options: CalibrationOptions | None = None,
+) -> Calibration:
+    """The same from records; ``mounts`` (4, 4) by frame are those that the records were made with.
+
+    Raises LogError where the robot was localized nowhere.
+    """
+    options = options or CalibrationOptions()
+    adjusted, scans = _adjust(records, estimator or Estimator(building), options, None)
+    return _calibration(adjusted, scans, mounts, {}, options)
+
+
+def _adjust(
+    records: Iterable[Record],
+    estimator: Estimator,
+    options: CalibrationOptions,
+    on_scan: Callable[[Scan], None] | None,
+) -> tuple[Adjusted, int]:
+    gathered = gather(records, estimator, options, on_scan)
+    reader = WallReader(estimator.building, estimator.settings, options)
+    return Adjustment(gathered, reader, options).solve(), len(gathered.scans)
+
+
+def _calibration(
+    adjusted: Adjusted,
+    scans: int,
+    mounts: Mapping[str, FloatArray],
+    clock_offsets: Mapping[str, float],
+    options: CalibrationOptions,
+) -> Calibration:
+    std = np.sqrt(np.diag(adjusted.covariance))
+    prior = prior_deviations(options, len(adjusted.frames))
+    told = std < options.told_below * prior
+    by_laser = [values[2:].reshape(-1, 4) for values in (std, told)]
+    lasers = tuple(
+        LaserCorrection(
+            frame=frame,
+            mount=mounts[frame],
+            clock_offset=clock_offsets.get(frame, 0.0),
+            correction=adjusted.unknowns.lasers[k],
+            std=by_laser[0][k],
+            told=by_laser[1][k],
+        )
+        for k, frame in enumerate(adjusted.frames)
+    )
+    way_share, drift = adjusted.unknowns.errors.tolist()
+    return Calibration(
+        lasers=lasers,
+        way_share=way_share,
+        way_share_std=float(std[0]),
+        drift=drift,
+        drift_std=float(std[1]),
+        scans=scans,
+        spread=adjusted.spread,
+        wall_spread=adjusted.wall_spread,
+        used=adjusted.used,
+        warnings=tuple(_doubts(adjusted)),
+    )
+
+
+def _doubts(adjusted: Adjusted) -> Iterator[str]:
+    """Reasons to distrust what came out."""
+    if adjusted.used < LEAST_USED:
+        yield (
+            f"Only {100 * adjusted.used:.0f} % of the readings are of walls of the building; is it "
+            "the building of the log, and the start right?"
+        )

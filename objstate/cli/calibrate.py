@@ -1,0 +1,102 @@
+"""``objstate calibrate``"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from objstate.cli.calibration_table import describe_calibration
+from objstate.cli.console import print_parts, print_text, print_warnings
+from objstate.cli.options import ClockOffsets, Mounts, Overwrite, Quiet
+from objstate.cli.parsing import (
+    POSE,
+    check_span,
+    parse_clock_offsets,
+    parse_mounts,
+    parse_pose,
+    split_topics,
+)
+from objstate.cli.progress import progress_bar
+
+EXAMPLES = """\b
+Examples:
+  objstate calibrate drive.mcap --building office.urdf
+  objstate calibrate drive.mcap --building office.urdf --out calibration.yaml
+  objstate estimate drive.mcap --building office.urdf --out out/drive \\
+      --calibration calibration.yaml
+"""
+
+
+def calibrate(
+    logs: Annotated[
+        list[Path],
+        typer.Argument(metavar="LOG", help="A log or bag folder; several are one drive in parts."),
+    ],
+    building: Annotated[Path, typer.Option(metavar="URDF", help="The building.")],
+    out: Annotated[
+        Path | None, typer.Option(metavar="YAML", help="The file to write, for --calibration.")
+    ] = None,
+    config: Annotated[
+        Path | None, typer.Option(metavar="YAML", help="Settings. Default: built in.")
+    ] = None,
+    seed: Annotated[int, typer.Option(metavar="N", min=0, help="Of all random numbers.")] = 0,
+    initial_pose: Annotated[
+        str | None, typer.Option(metavar="X,Y,YAW", help=f"Where the robot starts: {POSE}.")
+    ] = None,
+    global_start: Annotated[
+        bool, typer.Option("--global", help="The robot may start anywhere in the building.")
+    ] = False,
+    start: Annotated[
+        float | None,
+        typer.Option(
+            "--from", metavar="T", help="Begin there: seconds from the log's start, or since 1970."
+        ),
+    ] = None,
+    end: Annotated[
+        float | None, typer.Option("--to", metavar="T", help="End there, likewise.")
+    ] = None,
+    topics: Annotated[
+        list[str] | None,
+        typer.Option(metavar="TOPIC", help="Read only these; repeat, or separate by commas."),
+    ] = None,
+    mount: Mounts = None,
+    clock_offset: ClockOffsets = None,
+    overwrite: Overwrite = False,
+    quiet: Quiet = False,
+) -> None:
+    """Estimate from a log where its lasers are mounted, and how their clocks run.
+
+    Corrections are to the mountings that the log (or --mount) gives, and to the odometry's clock.
+    What the drive doesn't tell is said, and left as it was: turns tell places and clocks, straight
+    ways tell directions.
+    """
+    from objstate.calibration import calibrate_log, write_calibration
+    from objstate.config import load_settings
+    from objstate.recording.results import whole
+    from objstate.run import RunOptions
+
+    check_span(start, end)
+    options = RunOptions(
+        settings=load_settings(config),
+        seed=seed,
+        initial_pose=None if initial_pose is None else parse_pose(initial_pose),
+        global_start=global_start,
+        start=start,
+        end=end,
+        topics=split_topics(topics or []),
+        mounts=parse_mounts(mount or []),
+        clock_offsets=parse_clock_offsets(clock_offset or []),
+    )
+    with progress_bar("Calibrating", quiet) as report:
+        if out is None:
+            found = calibrate_log(logs, building, options, on_progress=report)
+        else:
+            with whole(out, overwrite=overwrite) as file:
+                found = calibrate_log(logs, building, options, on_progress=report)
+                write_calibration(file, found)
+    print_warnings(found.warnings, quiet)
+    print_parts(describe_calibration(found))
+    if out is not None:
+        print_text(f"Written: {out}")

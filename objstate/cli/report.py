@@ -1,0 +1,68 @@
+"""``objstate report``"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from objstate.cli.console import print_text
+from objstate.errors import SettingsError
+
+EXAMPLES = """\b
+Examples:
+  objstate report out/corridor --open
+  objstate report out/corridor --truth logs/corridor.truth.csv --out corridor.html
+  objstate report out/year --each
+"""
+
+
+def report(
+    folder: Annotated[
+        Path, typer.Argument(metavar="DIR", help="A result of estimate, or a batch.")
+    ],
+    out: Annotated[
+        Path | None, typer.Option(metavar="HTML", help="The file. Default: DIR/report.html.")
+    ] = None,
+    building: Annotated[
+        Path | None, typer.Option(metavar="URDF", help="Default: the one that the result names.")
+    ] = None,
+    truth: Annotated[
+        Path | None, typer.Option(metavar="CSV", help="True states. Default: those of estimate.")
+    ] = None,
+    path: Annotated[
+        Path | None, typer.Option(metavar="TUM", help="The robot's true path, likewise.")
+    ] = None,
+    each: Annotated[
+        bool, typer.Option("--each", help="Of a batch: write each log's page, too, and link them.")
+    ] = False,
+    open_: Annotated[bool, typer.Option("--open", help="Show it in the browser.")] = False,
+) -> None:
+    """Write a page that shows a result: one HTML file that needs no server and no network.
+
+    It shows the plan with every object at its estimated state at any moment, what was believed of
+    each object over time, the errors where there is truth, warnings and settings. Of a batch it
+    shows the logs, each building over all of them, and how doors are used.
+    """
+    from objstate.recording.batches import is_batch
+    from objstate.report import write_batch_report, write_report
+
+    if is_batch(folder):
+        _refuse("the batch names its logs' truths", truth=truth, path=path)
+        page = write_batch_report(folder, out, building=building, each=each)
+    else:
+        _refuse(f"{folder} is no batch", each=each or None)
+        page = write_report(folder, out, building=building, truth=truth, true_path=path)
+    print_text(f"Written: {page}")
+    if open_:
+        import webbrowser
+
+        webbrowser.open(page.absolute().as_uri())
+
+
+def _refuse(reason: str, **options: object) -> None:
+    """Raise SettingsError where an option is given that means nothing here."""
+    for name, value in options.items():
+        if value is not None:
+            raise SettingsError(f"--{name} has no meaning here: {reason}; leave it out.")

@@ -1,0 +1,150 @@
+"""``objstate statistics``"""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from objstate.cli.console import print_table, print_text
+from objstate.cli.json_values import json_values
+from objstate.cli.tables import new_table, percent
+from objstate.errors import ResultError, SettingsError
+
+if TYPE_CHECKING:
+    from datetime import tzinfo
+
+    from rich.table import Table
+
+    from objstate.statistics import DoorStatistics, Interval, Share
+
+DAYS = ("Mon", "Tue", "Wed", "Thu", "Fri", "Sat", "Sun")
+SPANS = ((86400.0, "d"), (3600.0, "h"), (60.0, "min"), (0.0, "s"))
+
+EXAMPLES = """\b
+Examples:
+  objstate statistics out/year --timezone Europe/Berlin
+  objstate statistics out/year --open-above 5deg --json out/year.doors.json
+"""
+
+LEGEND = (
+    "Medians, with 90 % intervals; the fewer looks, and the closer together, the wider. Spells are\n"
+    "how long the door stays as it is. Hours and days without a look are left out."
+)
+
+
+def statistics(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A batch.")],
+    open_above: Annotated[
+        str, typer.Option(metavar="ANGLE", help="A hinged door counts as open beyond it.")
+    ] = "10deg",
+    open_above_m: Annotated[
+        float, typer.Option(metavar="M", min=0, help="And a sliding door beyond this.")
+    ] = 0.1,
+    timezone: Annotated[
+        str, typer.Option(metavar="ZONE", help="Whose hours and days, e.g. Europe/Berlin.")
+    ] = "UTC",
+    json_file: Annotated[
+        Path | None, typer.Option("--json", metavar="FILE", help="Write the figures here too.")
+    ] = None,
+) -> None:
+    """How much of the time each door is open, for how long, and how often it is moved.
+
+    Taken over all logs of a batch, also by the hour of the day and the day of the week.
+    """
+    from objstate.geometry import angle_from_text
+    from objstate.statistics import OpenAbove, door_statistics
+
+    try:
+        above = OpenAbove(angle_from_text(open_above), open_above_m)
+    except ValueError as error:
+        raise SettingsError(
+            f"--open-above '{open_above}' is no angle; give radians, or degrees as in 10deg."
+        ) from error
+    doors = door_statistics(folder, above, _zone(timezone))
+    if json_file is not None:
+        _write_json(json_file, doors)
+    if not doors:
+        print_text("No door was seen clearly open or closed.")
+        return
+    print_table(_doors_table(doors))
+    print_table(_shares_table("Open by hour (%)", "hour", doors, hourly=True))
+    print_table(_shares_table("Open by day of the week (%)", "day", doors, hourly=False))
+    print_text(LEGEND)
+
+
+def _zone(name: str) -> tzinfo:
+    from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
+
+    try:
+        return ZoneInfo(name)
+    except (ZoneInfoNotFoundError, ValueError, OSError) as error:
+        raise SettingsError(
+            f"--timezone '{name}' is not known; give one such as Europe/Berlin, or UTC."
+        ) from error
+
+
+def _doors_table(doors: tuple[DoorStatistics, ...]) -> Table:
+    numbers = (
+        "logs",
+        "looks",
+        "undecided",
+        "open (%)",
+        "open spell",
+        "closed spell",
+        "moves a day",
+    )
+    table = new_table("Doors", ("door",), numbers)
+    for door in doors:
+        table.add_row(
+            door.door,
+            str(door.logs),
+            str(door.looks),
+            str(door.undecided),
+            _share(door.share_open),
+            _spell(door.open_spell),
+            _spell(door.closed_spell),
+            f"{door.moves_per_day.value:.2g} ({door.moves_per_day.lower:.2g} to "
+            f"{door.moves_per_day.upper:.2g})",
+        )
+    return table
+
+
+def _shares_table(title: str, label: str, doors: tuple[DoorStatistics, ...], hourly: bool) -> Table:
+    table = new_table(title, ("door", label), ("looks", "worth", "open (%)"))
+    for door in doors:
+        for share in door.by_hour if hourly else door.by_weekday:
+            when = f"{share.key:02d}" if hourly else DAYS[share.key]
+            table.add_row(door.door, when, *_share_cells(share))
+    return table
+
+
+def _share_cells(share: Share) -> tuple[str, str, str]:
+    return str(share.looks), f"{share.independent:.1f}", _share(share.share)
+
+
+def _share(interval: Interval) -> str:
+    return f"{percent(interval.value)} ({percent(interval.lower)} to {percent(interval.upper)})"
+
+
+def _spell(interval: Interval) -> str:
+    return f"{_span(interval.value)} ({_span(interval.lower)} to {_span(interval.upper)})"
+
+
+def _span(seconds: float) -> str:
+    if not math.isfinite(seconds) or seconds > 1e9:
+        return "for ever"
+    length, unit = next((length, unit) for length, unit in SPANS if seconds >= length)
+    return f"{seconds / (length or 1.0):.2g} {unit}"
+
+
+def _write_json(file: Path, doors: tuple[DoorStatistics, ...]) -> None:
+    try:
+        file.write_text(json.dumps(json_values(doors), indent=2) + "\n", encoding="utf-8")
+    except OSError as error:
+        raise ResultError(
+            f"Can't write {file}: {error.strerror}; choose another place for --json."
+        ) from error

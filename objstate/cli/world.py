@@ -1,0 +1,153 @@
+"""``objstate world show | at | history | export``"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from objstate.cli.console import print_table, print_text
+from objstate.cli.options import AsJson, Overwrite, help_when_alone
+from objstate.cli.parsing import TIME, parse_time
+from objstate.cli.world_tables import history_table, moment, world_table
+
+if TYPE_CHECKING:
+    from objstate.config import Settings
+    from objstate.world import Snapshot
+    from objstate.world.store import WorldStore
+
+MADE = "A world is made by `objstate estimate ... --world world.db`."
+SHOW = f"""\b
+Examples:
+  objstate world show world.db
+  objstate world show postgresql://me@server/robots?schema=office --json
+{MADE}
+"""
+AT = """\b
+Examples:
+  objstate world at world.db now
+  objstate world at world.db 2026-11-21T12:00 --json
+"""
+HISTORY = """\b
+Example:
+  objstate world history world.db door_07
+"""
+EXPORT = """\b
+Examples:
+  objstate world export world.db --out world.json
+  objstate world export world.db --samples | jq .drives
+"""
+
+Place = Annotated[
+    str, typer.Argument(metavar="WORLD", help="A file, or postgresql://USER@HOST/DATABASE.")
+]
+Config = Annotated[
+    Path | None,
+    typer.Option(metavar="YAML", help="Settings to predict by. Default: the latest drive's."),
+]
+
+app = typer.Typer(
+    help="What is believed, from drive to drive.",
+    invoke_without_command=True,
+    callback=help_when_alone,
+)
+
+
+@app.command(epilog=SHOW)
+def show(world: Place, config: Config = None, as_json: AsJson = False) -> None:
+    """What was believed of every object when anything was last learnt."""
+    from objstate.world.store import open_store
+
+    store = open_store(world)
+    latest = store.load(_settings(config), since_ns=_last_learnt(store)).at()
+    _print(store, latest, as_json)
+
+
+@app.command("at", epilog=AT)
+def at_time(
+    world: Place,
+    when: Annotated[str, typer.Argument(metavar="TIME", help=f"One of: {TIME}.")],
+    config: Config = None,
+    as_json: AsJson = False,
+) -> None:
+    """What is believed of every object at a time.
+
+    An earlier time is answered with what was known then, a later one by prediction.
+    """
+    from objstate.world.store import open_store
+
+    stamp_ns, store = parse_time(when), open_store(world)
+    _print(store, store.load(_settings(config), since_ns=stamp_ns).at(stamp_ns), as_json)
+
+
+@app.command(epilog=HISTORY)
+def history(
+    world: Place,
+    name: Annotated[str, typer.Argument(metavar="OBJECT", help="The joint's name.")],
+    as_json: AsJson = False,
+) -> None:
+    """What was learnt of one object, in time order."""
+    from objstate.world.store import open_store
+    from objstate.world.words import history_words
+
+    known = open_store(world).load()
+    beliefs = known.history(name)
+    if as_json:
+        print_text(json.dumps(history_words(known, name), indent=2))
+    elif beliefs:
+        print_table(history_table(name, beliefs))
+    else:
+        print_text(f"{name} was never seen.")
+
+
+@app.command(epilog=EXPORT)
+def export(
+    world: Place,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="The file to write. Default: stdout.")
+    ] = None,
+    samples: Annotated[
+        bool, typer.Option("--samples", help="Every belief's states and weights, too.")
+    ] = False,
+    overwrite: Overwrite = False,
+) -> None:
+    """All that a world knows, as JSON: drives, and each object's history."""
+    from objstate.recording.results import whole
+    from objstate.world.store import open_store
+    from objstate.world.words import world_words
+
+    store = open_store(world)
+    words = world_words(store.load(), store.building(), store.drives(), samples)
+    text = json.dumps(words, indent=None if samples else 2)
+    if out is None:
+        print_text(text)
+        return
+    with whole(out, overwrite=overwrite) as file:
+        file.write_text(text + "\n", encoding="utf-8")
+    print_text(f"Written: {out}")
+
+
+def _settings(config: Path | None) -> Settings | None:
+    from objstate.config import load_settings
+
+    return None if config is None else load_settings(config)
+
+
+def _last_learnt(store: WorldStore) -> int:
+    """A moment after which nothing was learnt, so that no history has to be read."""
+    return max((drive.end_ns for drive in store.drives()), default=0)
+
+
+def _print(store: WorldStore, snapshot: Snapshot, as_json: bool) -> None:
+    from objstate.world.words import snapshot_words
+
+    if as_json:
+        print_text(json.dumps(snapshot_words(snapshot, store.building()), indent=2))
+        return
+    count = len(store.drives())
+    drives = "1 drive" if count == 1 else f"{count} drives"
+    print_text(f"{store.location}: building '{store.building()}', {drives}")
+    title = f"At {moment(snapshot.stamp_ns)}"
+    print_table(world_table(title, [snapshot[name] for name in snapshot]))

@@ -1,0 +1,98 @@
+"""Whether estimates are as sure as they should be: figures for calibration plots."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from objstate.evaluation.summary import unit_of
+from objstate.geometry import BoolArray, FloatArray, IntArray
+
+if TYPE_CHECKING:
+    import polars as pl
+
+LEVELS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99)
+WIDTHS = 10  # groups of equally many estimates, by their standard deviation
+RESAMPLED = 1000  # times that the logs are drawn anew
+SMALLEST = 1e-12  # of a standard deviation, so that a belief in one point can be divided by
+SEED = 0  # of that drawing
+
+
+@dataclass(frozen=True)
+class Level:
+    """How often the truth lay in the central interval of a level."""
+
+    level: float
+    share: float
+    lower: float  # 90 % interval of the share, by drawing whole logs anew
+    upper: float
+
+
+@dataclass(frozen=True)
+class Width:
+    """Estimates that claim about the same standard deviation, and the errors they have."""
+
+    count: int
+    std: float  # root mean square of what they claim
+    rms: float  # of their errors; equal to std if they are right
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """One kind of coordinate, over the last estimates of each state.
+
+    Intervals of other levels than the recorded 90 % are those of a normal distribution with
+    the recorded mean and standard deviation; ``recorded`` is the share of truths inside the
+    recorded intervals.
+    """
+
+    coordinate: str
+    unit: str  # rad or m
+    count: int
+    recorded: Level
+    levels: tuple[Level, ...]
+    widths: tuple[Width, ...]
+
+
+def calibrations(judged: pl.DataFrame) -> tuple[Calibration, ...]:
+    """One for each kind of coordinate that has final estimates; ``judged`` has a column ``log``."""
+    finals = judged.filter("final").partition_by("coordinate", as_dict=True)
+    return tuple(_calibration(coordinate, part) for (coordinate,), part in sorted(finals.items()))
+
+
+def _calibration(coordinate: str, part: pl.DataFrame) -> Calibration:
+    from scipy.stats import norm
+
+    errors, stds = part["error"].to_numpy(), part["std"].to_numpy()
+    _, logs = np.unique(part["log"].to_numpy(), return_inverse=True)
+    off = np.abs(errors) / np.maximum(stds, SMALLEST)
+    return Calibration(
+        coordinate=coordinate,
+        unit=unit_of(coordinate),
+        count=len(errors),
+        recorded=_level(0.9, part["inside"].to_numpy(), logs),
+        levels=tuple(_level(level, off <= norm.ppf((1 + level) / 2), logs) for level in LEVELS),
+        widths=_widths(errors, stds),
+    )
+
+
+def _level(level: float, inside: BoolArray, logs: IntArray) -> Level:
+    """The share and its interval: logs are drawn anew, as what one log holds errs together."""
+    held, counts = np.bincount(logs, weights=inside), np.bincount(logs)
+    rng = np.random.default_rng(SEED)
+    drawn = rng.integers(len(counts), size=(RESAMPLED, len(counts)))
+    shares = held[drawn].sum(axis=1) / counts[drawn].sum(axis=1)
+    lower, upper = np.quantile(shares, [0.05, 0.95])
+    return Level(level, float(inside.mean()), float(lower), float(upper))
+
+
+def _widths(errors: FloatArray, stds: FloatArray) -> tuple[Width, ...]:
+    order = np.argsort(stds, kind="stable")
+    parts = np.array_split(order, min(WIDTHS, len(order)))
+    return tuple(Width(len(part), _rms(stds[part]), _rms(errors[part])) for part in parts)
+
+
+def _rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(values**2)))

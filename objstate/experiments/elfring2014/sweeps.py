@@ -1,0 +1,115 @@
+"""The sweeps of section 7, and what they come to on average."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from objstate.experiments.elfring2014.setup import Assumptions, Setup
+from objstate.experiments.elfring2014.simulation import simulate
+from objstate.geometry import FloatArray
+
+THRESHOLDS = (2.0, 4.0, 6.0, 8.0, 9.0, 10.0, 12.0, 14.0, 16.0, 20.0)  # nats, Fig. 4
+WEIGHTS = (0.05, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 1.7, 2.0)  # Fig. 6
+INTERVAL = 1.96  # standard deviations of a mean to either side: 95 %
+CHUNK = 5  # runs that a process takes at a time
+
+
+@dataclass(frozen=True)
+class Mean:
+    """A mean over runs, with half of its 95 % interval."""
+
+    value: float
+    half: float
+
+    @staticmethod
+    def of(values: FloatArray) -> Mean:
+        if len(values) < 2:
+            return Mean(float(values.mean()), float("nan"))
+        half = INTERVAL * values.std(ddof=1) / np.sqrt(len(values))
+        return Mean(float(values.mean()), float(half))
+
+
+@dataclass(frozen=True)
+class Averages:
+    """What a set-up came to over all runs."""
+
+    setup: Setup
+    worst_entropy: Mean  # nats
+    total_entropy: Mean  # nats
+    distance: Mean  # m
+    actions: Mean
+    updates: Mean
+
+    @staticmethod
+    def of(setup: Setup, rows: FloatArray) -> Averages:
+        """Of rows (r, 5), one a run."""
+        return Averages(setup, *(Mean.of(column) for column in rows.T))
+
+
+def averages(setups: Sequence[Setup], runs: int, processes: int) -> list[Averages]:
+    """Of each set-up over ``runs`` runs. The number of processes changes nothing but the time."""
+    jobs = [(setup, seed) for setup in setups for seed in range(runs)]
+    if processes == 1:
+        rows = [_row(job) for job in jobs]
+    else:
+        with ProcessPoolExecutor(processes) as pool:
+            rows = list(pool.map(_row, jobs, chunksize=CHUNK))
+    table = np.array(rows).reshape(len(setups), runs, -1)
+    return [Averages.of(setup, each) for setup, each in zip(setups, table, strict=True)]
+
+
+def _row(job: tuple[Setup, int]) -> tuple[float, ...]:
+    course = simulate(*job)
+    return (
+        course.worst_entropy,
+        course.total_entropy,
+        course.distance,
+        float(course.approaches.sum()),
+        float(course.updates.sum()),
+    )
+
+
+@dataclass(frozen=True)
+class Reproduction:
+    """Figures 4 and 6, and the run of Fig. 7, under one set of assumptions."""
+
+    assumptions: Assumptions
+    benchmark: Averages
+    thresholds: tuple[Averages, ...]  # Fig. 4, by IG_thr
+    weights: tuple[Averages, ...]  # Fig. 6, by alpha
+
+    def at_threshold(self, nats: float) -> Averages:
+        return next(each for each in self.thresholds if each.setup.gain_threshold == nats)
+
+    def at_weight(self, alpha: float) -> Averages:
+        return next(each for each in self.weights if each.setup.cost_weight == alpha)
+
+
+def reproduce(
+    sets: Sequence[Assumptions],
+    runs: int,
+    processes: int,
+    thresholds: Sequence[float] = THRESHOLDS,
+    weights: Sequence[float] = WEIGHTS,
+) -> list[Reproduction]:
+    """The sweeps under each set of assumptions."""
+    setups: list[Setup] = []
+    for assumptions in sets:
+        plain = Setup(assumptions=assumptions)
+        setups.append(replace(plain, strategy="fixed path"))
+        setups += [replace(plain, gain_threshold=nats) for nats in thresholds]
+        setups += [replace(plain, cost_weight=alpha) for alpha in weights]
+    found = iter(averages(setups, runs, processes))
+    return [
+        Reproduction(
+            assumptions,
+            next(found),
+            tuple(next(found) for _ in thresholds),
+            tuple(next(found) for _ in weights),
+        )
+        for assumptions in sets
+    ]

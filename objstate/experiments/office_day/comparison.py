@@ -1,0 +1,153 @@
+"""The coordinator against four simpler strategies, each with more and with less driving."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from objstate.experiments.office_day import strategies
+from objstate.experiments.office_day.day import Day, run_day
+from objstate.experiments.office_day.office import Office, office, working_day
+from objstate.experiments.office_day.robot import Robot
+from objstate.experiments.office_day.strategies import Choose
+from objstate.gaze import Floor, Sensor
+from objstate.maintenance import ChoiceSettings, Coordinator, CoordinatorSettings
+
+START = np.array([1.5, 5.0, 0.0])  # m, m, rad: at the west end of the north corridor
+COST_WEIGHT = 1.0  # alpha of the coordinator
+SETTLING = 0.25  # of the time, after which beliefs are judged: the first drives learn everything
+
+# By strategy, what makes it drive more or less: the coordinator's threshold in nats; s between
+# the beginnings of rounds, s after which an object counts as old, s between random looks.
+KNOBS: dict[str, tuple[float, ...]] = {
+    "coordinator": (15.0, 25.0, 45.0),
+    "fixed round": (1200.0, 2400.0, 4800.0),
+    "oldest first": (1200.0, 2400.0, 4800.0),
+    "greedy nearest": (1200.0, 2400.0, 4800.0),
+    "random": (40.0, 80.0, 160.0),
+}
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One strategy on one day."""
+
+    strategy: str
+    knob: float
+    seed: int
+    hours: float
+
+
+@dataclass(frozen=True)
+class Worth:
+    """What a trial came to, after settling."""
+
+    trial: Trial
+    distance: float  # m an hour
+    entropy: float  # nats, mean over time of all objects' together
+    right: float  # share of doors whose most probable angle is within 10 degrees, mean over time
+    predicted: float  # nats, of all tasks together; zero where nothing was predicted
+    realized: float  # nats
+    tasks: int
+    outcomes: dict[str, int]
+    lost: int  # stretches in which the robot was lost
+
+
+def compare(
+    hours: float, days: int, processes: int, knobs: dict[str, tuple[float, ...]] | None = None
+) -> list[Worth]:
+    """Every strategy with each of its knobs, on the same days in the same office."""
+    trials = [
+        Trial(name, knob, seed, hours)
+        for name, values in (knobs or KNOBS).items()
+        for knob in values
+        for seed in range(days)
+    ]
+    if processes == 1:
+        return [try_day(trial) for trial in trials]
+    with ProcessPoolExecutor(processes) as pool:
+        return list(pool.map(try_day, trials))
+
+
+def try_day(trial: Trial) -> Worth:
+    """One strategy on one day. Two strategies with one seed meet the same day."""
+    place = office(np.random.default_rng([trial.seed, 0]))
+    truth = working_day(place, trial.hours, np.random.default_rng([trial.seed, 1]))
+    sensor = Sensor("laser")
+    robot = Robot(place, truth, sensor, START, trial.seed)
+    choose = _strategy(trial, _coordinator(place, sensor, trial))
+    return _worth(trial, run_day(place, truth, robot, choose, trial.hours))
+
+
+def saving(found: Sequence[Worth], measure: Callable[[Worth], float]) -> float:
+    """Share of the best other strategy's way that the coordinator saves where a measure is equal.
+
+    Each strategy is a curve of the measure over the distance, straight between its knobs.
+    The comparison is at the middle of what the coordinator reached. NaN where no other
+    strategy reached that.
+    """
+    own = _curve(found, "coordinator", measure)
+    level = float(np.median(own[1]))
+    others = {each.trial.strategy for each in found} - {"coordinator"}
+    ways = [_way_at(_curve(found, name, measure), level) for name in sorted(others)]
+    return 1.0 - _way_at(own, level) / float(np.nanmin([*ways, np.inf]))
+
+
+def _curve(
+    found: Sequence[Worth], strategy: str, measure: Callable[[Worth], float]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Distances (k,) and measures (k,) of a strategy's knobs, means over days, by the measure."""
+    mine = [each for each in found if each.trial.strategy == strategy]
+    points = []
+    for knob in sorted({each.trial.knob for each in mine}):
+        days = [each for each in mine if each.trial.knob == knob]
+        points.append([np.mean([d.distance for d in days]), np.mean([measure(d) for d in days])])
+    table = np.array(points)
+    table = table[table[:, 1].argsort()]
+    return table[:, 0], table[:, 1]
+
+
+def _way_at(curve: tuple[np.ndarray, np.ndarray], level: float) -> float:
+    distances, measures = curve
+    if not measures[0] <= level <= measures[-1]:
+        return float("nan")
+    return float(np.interp(level, measures, distances))
+
+
+def _coordinator(place: Office, sensor: Sensor, trial: Trial) -> Coordinator:
+    threshold = trial.knob if trial.strategy == "coordinator" else 0.0
+    choice = ChoiceSettings(gain_threshold=threshold, cost_weight=COST_WEIGHT)
+    settings = CoordinatorSettings(choice=choice)
+    floor = Floor.of(place.shut, settings.floor)
+    return Coordinator(place.building, [sensor], settings, place.settings, floor)
+
+
+def _strategy(trial: Trial, coordinator: Coordinator) -> Choose:
+    rng = np.random.default_rng([trial.seed, 2])
+    makers: dict[str, Callable[[], Choose]] = {
+        "coordinator": lambda: strategies.coordinated(coordinator),
+        "fixed round": lambda: strategies.fixed_round(coordinator, trial.knob),
+        "oldest first": lambda: strategies.oldest_first(coordinator, trial.knob),
+        "greedy nearest": lambda: strategies.greedy_nearest(coordinator, trial.knob),
+        "random": lambda: strategies.at_random(coordinator, trial.knob, rng),
+    }
+    return makers[trial.strategy]()
+
+
+def _worth(trial: Trial, day: Day) -> Worth:
+    settled = day.times >= SETTLING * trial.hours * 3600.0
+    hours = (day.times[-1] - day.times[settled][0]) / 3600.0
+    return Worth(
+        trial,
+        distance=float((day.driven[-1] - day.driven[settled][0]) / hours),
+        entropy=float(day.entropies[settled].mean()),
+        right=float(day.right[settled].mean()),
+        predicted=float(day.predicted.sum()),
+        realized=float(day.realized.sum()),
+        tasks=day.tasks,
+        outcomes=day.outcomes,
+        lost=day.lost,
+    )

@@ -1,0 +1,98 @@
+"""What looks from many places would tell of many objects, at one moment.
+
+Simulating a look takes longer than weighing what it tells against a belief. So looks
+are kept, and used again as long as nothing moved that they show.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from objstate.building.model import Kind
+from objstate.gaze.laser import LaserLooks, Look
+from objstate.gaze.viewpoints import middle_of
+from objstate.geometry import FloatArray
+from objstate.objects import ObjectBelief
+
+SAME = 0.1  # m and rad to which states are rounded before a look is simulated anew
+
+Mark = tuple[object, ...]
+
+
+@dataclass(frozen=True)
+class LookLibrary:
+    """Looks of some lasers, each simulated once."""
+
+    lasers: Mapping[str, LaserLooks]
+    _known: dict[Mark, Look | None] = field(default_factory=dict, init=False, repr=False)
+
+    def look(
+        self, sensor: str, belief: ObjectBelief, pose: FloatArray, others: Mapping[str, _Standing]
+    ) -> Look | None:
+        """What a sensor's look from ``pose`` (3,) tells of an object before or behind others."""
+        around = tuple(each.mark for each in others.values())
+        key: Mark = (sensor, belief.item.name, pose.tobytes(), around)
+        if belief.item.kind is Kind.PLANAR:
+            key += (_rounded(belief.mean),)
+        if key not in self._known:
+            states = {name: each.state for name, each in others.items()}
+            self._known[key] = self.lasers[sensor].look(belief, pose, states)
+        return self._known[key]
+
+
+@dataclass(frozen=True, eq=False)
+class _Standing:
+    """An object whose state is known well enough to stand in a scene."""
+
+    state: FloatArray  # (d,)
+    mark: Mark
+
+
+class Prospects:
+    """Expected gains under one moment's beliefs.
+
+    Args:
+        library: what looks tell.
+        beliefs: of all objects.
+        reach: m from the robot, within which the estimator updates objects.
+    """
+
+    def __init__(
+        self, library: LookLibrary, beliefs: Mapping[str, ObjectBelief], reach: float
+    ) -> None:
+        self.beliefs = beliefs
+        self._library = library
+        self._reach = reach
+        self._names = list(beliefs)
+        self._middles = np.array([middle_of(each) for each in beliefs.values()]).reshape(-1, 2)
+        self._standing = {
+            name: _Standing(each.mean, (name, _rounded(each.mean)))
+            for name, each in beliefs.items()
+            if each.settled
+        }
+        self._gains: dict[Mark, Mapping[str, float]] = {}
+
+    def gains_at(self, sensor: str, pose: FloatArray, scans: float) -> Mapping[str, float]:
+        """Expected gain of each object in sight from ``pose`` (3,) by some scans, nats."""
+        key = (sensor, pose.tobytes(), scans)
+        if key not in self._gains:
+            self._gains[key] = self._looked(sensor, pose, scans)
+        return self._gains[key]
+
+    def _looked(self, sensor: str, pose: FloatArray, scans: float) -> dict[str, float]:
+        distance = np.linalg.norm(self._middles - pose[:2], axis=1)
+        near = [self._names[k] for k in np.flatnonzero(distance <= self._reach)]
+        gains = {}
+        for name in near:
+            others = {o: self._standing[o] for o in near if o != name and o in self._standing}
+            look = self._library.look(sensor, self.beliefs[name], pose, others)
+            if look is not None:
+                gains[name] = look.gain(self.beliefs[name], scans)
+        return gains
+
+
+def _rounded(state: FloatArray) -> bytes:
+    return np.asarray(np.rint(state / SAME)).tobytes()

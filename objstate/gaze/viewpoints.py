@@ -1,0 +1,79 @@
+"""Places from which to look at an object."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from objstate.building.model import Kind
+from objstate.config import Count, Positive, Strict
+from objstate.gaze.floor import Floor, leaf_ends
+from objstate.geometry import FloatArray, IntArray
+from objstate.objects import ObjectBelief
+from objstate.sensing.embree import EmbreeCaster
+
+SIGHT = 0.05  # m before a wall at which what stands there still counts as in sight
+
+
+class ViewpointSettings(Strict):
+    """How many places to look from, and how far away."""
+
+    places: Count = 4  # of each object
+    nearest: Positive = 0.8  # m from the object's middle
+    farthest: Positive = 2.5  # m
+    preferred: Positive = 1.5  # m, the distance of the first place
+
+
+def middle_of(belief: ObjectBelief) -> FloatArray:
+    """Where (2,) to look for an object: the middle of a door's frame, furniture's estimated place."""
+    if belief.item.kind is Kind.PLANAR:
+        return np.asarray(belief.mean[:2])
+    near, far = leaf_ends(belief.item)
+    return np.asarray((near + far) / 2.0)
+
+
+def viewpoints(
+    belief: ObjectBelief,
+    floor: Floor,
+    walls: EmbreeCaster,
+    height: float,
+    settings: ViewpointSettings,
+    piece: int,
+) -> tuple[FloatArray, IntArray]:
+    """Poses (k, 3) from which to look at an object, no more than the settings' ``places``, and cells.
+
+    They stand in one connected ``piece`` of the free floor, see the object's middle past the walls at ``height`` m,
+    face it, and are as far from one another as can be.
+    """
+    s, middle = settings, middle_of(belief)
+    off = floor.places - middle
+    distance = np.hypot(off[:, 0], off[:, 1])
+    ring = (floor.pieces == piece) & (distance >= s.nearest) & (distance <= s.farthest)
+    cells = np.flatnonzero(ring)
+    cells = cells[_in_sight(floor.places[cells], middle, walls, height)]
+    if not len(cells):
+        return np.zeros((0, 3)), cells
+    first = int(np.abs(distance[cells] - s.preferred).argmin())
+    chosen = cells[_far_apart(floor.places[cells], first, s.places)]
+    towards = middle - floor.places[chosen]
+    yaw = np.arctan2(towards[:, 1], towards[:, 0])
+    return np.column_stack([floor.places[chosen], yaw]), chosen
+
+
+def _in_sight(
+    places: FloatArray, middle: FloatArray, walls: EmbreeCaster, height: float
+) -> np.ndarray:
+    """Which places (n, 2) no wall separates from a point (2,)."""
+    off = np.column_stack([places - middle, np.zeros(len(places))])
+    length = np.linalg.norm(off, axis=1)
+    start = np.tile([*middle, height], (len(places), 1))
+    return np.asarray(walls.distances(start, off / length[:, None]) > length - SIGHT)
+
+
+def _far_apart(places: FloatArray, first: int, count: int) -> IntArray:
+    """Numbers of up to ``count`` of the places (n, 2), each the farthest from those before it."""
+    chosen = [first]
+    gap = np.linalg.norm(places - places[first], axis=1)
+    while len(chosen) < min(count, len(places)):
+        chosen.append(int(gap.argmax()))
+        gap = np.minimum(gap, np.linalg.norm(places - places[chosen[-1]], axis=1))
+    return np.array(chosen)

@@ -1,0 +1,131 @@
+"""Verification tasks, and what came of them (sections 5.4 and 6, Elfring et al. 2014)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from objstate.building.model import Kind
+from objstate.errors import SettingsError
+from objstate.gaze.floor import Floor
+from objstate.geometry import FloatArray, wrap
+from objstate.maintenance.coordinator import Action, Coordinator
+from objstate.maintenance.triggers import TABLE_1, Plan, Situation, Trigger
+from objstate.objects import ObjectBelief
+from objstate.particles import Weights
+
+REGION = 0.95  # of the belief lies in the region to look in
+MAJORITY = 0.5  # of the belief, that decides whether an object is where it was thought to be
+
+
+@dataclass(frozen=True, eq=False)
+class Expectation:
+    """Where an object is believed to be: the region to look in."""
+
+    object: str
+    lower: FloatArray  # (d,) the region that holds 95 % of each coordinate
+    upper: FloatArray  # (d,)
+
+    @staticmethod
+    def of(belief: ObjectBelief) -> Expectation:
+        return Expectation(belief.item.name, *belief.interval(REGION))
+
+    def share_inside(self, belief: ObjectBelief) -> float:
+        """The probability that the object is in the region."""
+        middle, half = (self.lower + self.upper) / 2.0, (self.upper - self.lower) / 2.0
+        off = belief.states - middle
+        off = np.where(belief.wraps, wrap(off), off)
+        inside = (np.abs(off) <= half + belief.cell / 2.0).all(axis=1)
+        return float(belief.weights.values[inside].sum())
+
+
+@dataclass(frozen=True, eq=False)
+class VerificationTask:
+    """Look for an object where it is believed to be."""
+
+    action: Action
+    expected: Expectation
+    reason: str
+
+
+class Outcome(Enum):
+    """What became of a verification."""
+
+    CONFIRMED = "confirmed"  # it is where it was believed to be
+    MOVED = "moved"  # it is somewhere else
+    LOST = "lost"  # it isn't where it was believed to be, and nobody knows where
+    HIDDEN = "hidden"  # it couldn't be seen: nothing was learnt
+
+
+def next_tasks(
+    coordinator: Coordinator,
+    ranked: Sequence[Action],
+    beliefs: Mapping[str, ObjectBelief],
+    now_ns: int,
+    *,
+    plans: Sequence[Plan] = (),
+    trigger: Trigger = TABLE_1,
+) -> list[VerificationTask]:
+    """What to verify now, of ranked actions: what plans ask for, in their order, then the best.
+
+    The set V of eqs. (11) and (12). What a trigger asks for is done whatever it gains, by
+    the most useful of its actions. Raises SettingsError for a plan with an unknown object.
+    """
+    found = []
+    for plan in plans:
+        if plan.object not in beliefs:
+            known = ", ".join(sorted(beliefs)) or "none"
+            raise SettingsError(f"'{plan}': there is no such object; there are {known}.")
+        belief = beliefs[plan.object]
+        if trigger(Situation(belief, now_ns, plan)):
+            for_it = [action for action in ranked if action.object == plan.object]
+            expected, why_now = Expectation.of(belief), f"before: {plan}"
+            found += [VerificationTask(each, expected, why_now) for each in for_it[:1]]
+    useful = coordinator.best(ranked)
+    if useful is not None:
+        expected = Expectation.of(beliefs[useful.object])
+        found.append(VerificationTask(useful, expected, why(useful)))
+    return found
+
+
+def why(action: Action) -> str:
+    """What an action is expected to tell, in words."""
+    others = sorted(action.gains.items(), key=lambda item: -item[1])
+    others = [(name, gain) for name, gain in others if name != action.object]
+    own = f"{action.gains.get(action.object, 0.0):.1f} nats of {action.object}"
+    if not others:
+        return own
+    return f"{own}, {sum(gain for _, gain in others):.1f} of {len(others)} others on the way"
+
+
+def outcome(expected: Expectation, before: ObjectBelief, after: ObjectBelief) -> Outcome:
+    """What the readings between two beliefs made of what was expected.
+
+    Raises ValueError for beliefs of another object.
+    """
+    if {before.item.name, after.item.name} != {expected.object}:
+        raise ValueError(f"'{expected.object}' was expected")
+    if after.last_observed_ns is None or after.last_observed_ns == before.last_observed_ns:
+        return Outcome.HIDDEN
+    if expected.share_inside(after) >= MAJORITY:
+        return Outcome.CONFIRMED
+    return Outcome.MOVED if after.settled else Outcome.LOST
+
+
+def scattered(belief: ObjectBelief, floor: Floor, rng: np.random.Generator) -> ObjectBelief:
+    """The belief of a lost object: uniform over where it could be (section 6).
+
+    Doors can be anywhere between their limits, furniture anywhere on the free floor. It
+    keeps its name, so that it is the same object when it is seen again.
+    """
+    count = len(belief.states)
+    if belief.item.kind is not Kind.PLANAR:
+        return belief.with_weights(Weights.uniform(count))
+    places = floor.places[np.flatnonzero(floor.free.reshape(-1))]
+    chosen = places[rng.integers(len(places), size=count)]
+    jitter = rng.uniform(-0.5, 0.5, (count, 2)) * floor.settings.resolution
+    states = np.column_stack([chosen + jitter, rng.uniform(-np.pi, np.pi, count)])
+    return belief.with_samples(states, Weights.uniform(count))

@@ -1,0 +1,154 @@
+"""The folder of a batch: what lies where, and which logs it is about.
+
+``batch.json`` lists the logs; each has its result folder below ``logs``, or none yet, and
+a file below ``outcomes`` that says how its run ended.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from objstate.errors import ResultError
+from objstate.recording.results import MARK, whole
+from objstate.recording.tables import ESTIMATES
+
+if TYPE_CHECKING:
+    import polars as pl
+
+BATCH = "batch.json"
+LOGS = "logs"
+OUTCOMES = "outcomes"
+SUMMARY_TABLE = "summary.parquet"
+TIMINGS_TABLE = "timings.parquet"
+PARTITION = "log="  # how a partition of the combined estimates begins, as Hive names them
+PART = "part.parquet"
+
+Status = Literal["done", "failed", "timed out", "killed", "not run"]
+
+
+@dataclass(frozen=True)
+class BatchLog:
+    """One log of a batch and what belongs to it; addresses are absolute paths or URLs."""
+
+    name: str  # of its result folder and of its partition
+    log: str
+    building: str
+    truth: str | None = None  # CSV of true states
+    path: str | None = None  # TUM, the robot's true path
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How the run of one log ended."""
+
+    name: str
+    status: Status
+    reason: str | None = None  # why it isn't done
+    attempts: int | None = None  # how often it was begun, where that was noted
+    peak_memory_mb: float | None = None  # of the worker process so far, at the end of the log
+
+
+def is_batch(folder: str | Path) -> bool:
+    """Whether a folder is one that ``objstate batch`` writes."""
+    return (Path(folder) / BATCH).is_file()
+
+
+def result_of(folder: str | Path, name: str) -> Path:
+    """Where a log's result folder lies."""
+    return Path(folder) / LOGS / name
+
+
+def has_result(folder: str | Path, name: str) -> bool:
+    """Whether a log's result is there; it is whole, then."""
+    return (result_of(folder, name) / MARK).is_file()
+
+
+def write_logs(folder: str | Path, logs: Iterable[BatchLog]) -> None:
+    """Write ``batch.json``, sorted by name."""
+    ordered = sorted(logs, key=lambda log: log.name)
+    _write_json(Path(folder) / BATCH, {"logs": [asdict(log) for log in ordered]})
+
+
+def read_logs(folder: str | Path) -> list[BatchLog]:
+    """The logs of a batch, by name. Raises ResultError for a folder that is none."""
+    path = Path(folder) / BATCH
+    if not path.is_file():
+        raise ResultError(f"{folder} is no batch; make one with `objstate batch`.")
+    content = _read_json(path)
+    try:
+        return [BatchLog(**row) for row in content["logs"]]
+    except (KeyError, TypeError) as error:
+        raise ResultError(f"{path} doesn't list logs; make the batch anew.") from error
+
+
+def write_outcome(folder: str | Path, outcome: Outcome) -> None:
+    """Note how a log's run ended."""
+    _write_json(_outcome_file(folder, outcome.name), asdict(outcome))
+
+
+def read_outcome(folder: str | Path, name: str) -> Outcome:
+    """How a log's run ended; a result that is there counts whatever was noted. Raises ResultError."""
+    path = _outcome_file(folder, name)
+    noted = Outcome(**_read_json(path)) if path.is_file() else Outcome(name, "not run")
+    if has_result(folder, name):
+        return replace(noted, status="done", reason=None)
+    return replace(noted, status="not run") if noted.status == "done" else noted
+
+
+def forget(folder: str | Path, name: str) -> None:
+    """Remove a log's result and what was noted of its run."""
+    shutil.rmtree(result_of(folder, name), ignore_errors=True)
+    _outcome_file(folder, name).unlink(missing_ok=True)
+
+
+def _outcome_file(folder: str | Path, name: str) -> Path:
+    return Path(folder) / OUTCOMES / f"{name}.json"
+
+
+def scan_batch(folder: str | Path) -> pl.LazyFrame:
+    """All estimates of a batch, lazily; the column ``log`` names each row's log.
+
+    Raises ResultError where no log has a result.
+    """
+    import polars as pl
+
+    parts = sorted((Path(folder) / ESTIMATES).glob(f"{PARTITION}*/{PART}"))
+    if not parts:
+        raise ResultError(f"{folder} holds no estimates; run `objstate batch` until a log is done.")
+    frames = [
+        pl.scan_parquet(part).with_columns(log=pl.lit(part.parent.name.removeprefix(PARTITION)))
+        for part in parts
+    ]
+    return pl.concat(frames, how="diagonal")
+
+
+def read_table(folder: str | Path, name: str) -> pl.DataFrame:
+    """``summary.parquet`` or ``timings.parquet`` of a batch. Raises ResultError."""
+    import polars as pl
+
+    path = Path(folder) / name
+    try:
+        return pl.read_parquet(path)
+    except (OSError, pl.exceptions.PolarsError) as error:
+        raise ResultError(f"{path} can't be read ({error}); run `objstate batch` again.") from error
+
+
+def _write_json(path: Path, content: Mapping[str, Any]) -> None:
+    with whole(path, overwrite=True) as file:
+        text = json.dumps(content, indent=2, sort_keys=True, ensure_ascii=False)
+        file.write_text(text + "\n", encoding="utf-8")
+
+
+def _read_json(path: Path) -> dict[str, Any]:
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise ResultError(f"{path} can't be read ({error}); make the batch anew.") from error
+    if not isinstance(content, dict):
+        raise ResultError(f"{path} must hold a JSON object; make the batch anew.")
+    return content

@@ -1,0 +1,202 @@
+"""The building from above: walls at laser height, and each object's shape and way of moving."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from objstate.building.model import Building, Kind, Mesh, MovableObject
+from objstate.building.outline import outline
+from objstate.geometry import FloatArray
+from objstate.records import Path as RobotPath
+from objstate.report.markup import element, polyline, segments, text
+
+if TYPE_CHECKING:
+    from shapely import Geometry
+
+LEAST_SCALE = 14.0  # px for a metre, so that doors stay doors on a small screen
+MARGIN = 0.6  # m around everything
+LABEL_OFF = 0.3  # m from the middle of a closed leaf, on the side to which it doesn't open
+INTRICATE = 2000  # triangles, above which an object is drawn by its convex outline
+GRID = 1e-4  # m: corners so near to each other are one
+LEVEL = 1e-6  # an axis is upright, or level, when no further from it than this
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """An object as the plan draws it, in its state zero, in the building's frame."""
+
+    name: str
+    motion: dict[str, Any]  # how a state moves it, in words that the page's script knows
+    hull: list[FloatArray]  # rings (k, 2) m, seen from above
+    cut: FloatArray  # (s, 2, 2) m, at laser height
+    label: tuple[float, float]  # m
+
+
+def shape_of(item: MovableObject, height: float) -> Shape:
+    """What of an object the plan needs; objects that leave the plane keep their home state."""
+    motion = _motion(item)
+    zero = item.home[None] if motion["kind"] == "still" else np.zeros((1, len(item.coordinates)))
+    placed = item.transforms(zero)[0]
+    moved = item.mesh.moved(placed)
+    return Shape(
+        name=item.name,
+        motion=motion,
+        hull=_silhouette(moved),
+        cut=outline(item.mesh, height, placed),
+        label=_label(item, motion, moved.vertices[:, :2]),
+    )
+
+
+def draw_plan(building: Building, shapes: list[Shape], path: RobotPath, height: float) -> str:
+    """The plan as SVG, y up, one unit a metre; the page's script moves what moves."""
+    drawn = [
+        element("path", d=polyline(path.poses[:, :2]), class_="way"),
+        element("path", d="", class_="driven", id="driven"),
+        *(_draw(shape, index) for index, shape in enumerate(shapes)),
+        element("path", d="M.35,0L-.2,.2L-.1,0L-.2,-.2Z", class_="robot", id="robot"),
+    ]
+    return framed(building, shapes, path.poses[:, :2], height, drawn, "plan")
+
+
+def framed(
+    building: Building,
+    shapes: list[Shape],
+    points: FloatArray,
+    height: float,
+    drawn: list[str],
+    name: str | None = None,
+) -> str:
+    """Walls, what is ``drawn`` over them and the objects' names, large enough for points (n, 2) too."""
+    walls = outline(building.walls, height)
+    low, high = _bounds(walls, points, building)
+    x, y, width, depth = low[0], -high[1], high[0] - low[0], high[1] - low[1]
+    upright = element(
+        "g",
+        element("path", d=segments(walls), class_="wall"),
+        *drawn,
+        transform="scale(1 -1)",
+    )
+    names = [
+        element(
+            "text",
+            text(shape.name),
+            x=f"{shape.label[0]:.2f}",
+            y=f"{-shape.label[1]:.2f}",
+            class_="name",
+            data_object=index,
+        )
+        for index, shape in enumerate(shapes)
+    ]
+    return element(
+        "svg",
+        upright,
+        *names,
+        viewBox=f"{x:.2f} {y:.2f} {width:.2f} {depth:.2f}",
+        id=name,
+        class_="plan",
+        style=f"min-width:{LEAST_SCALE * width:.0f}px",
+        role="img",
+        aria_label="Plan of the building with the robot's path and every object's state",
+    )
+
+
+def placement(motion: Mapping[str, Any], state: FloatArray) -> str:
+    """The SVG transform that moves a shape into a state (d,), m and rad."""
+    if motion["kind"] == "turn":
+        x, y = motion["pivot"]
+        return f"rotate({motion['sense'] * np.degrees(state[0]):.2f} {x} {y})"
+    if motion["kind"] == "slide":
+        x, y = state[0] * np.array(motion["along"])
+        return f"translate({x:.3f} {y:.3f})"
+    if motion["kind"] == "free":
+        x, y, yaw = state
+        return f"translate({x:.3f} {y:.3f}) rotate({np.degrees(yaw):.2f})"
+    return ""
+
+
+def _draw(shape: Shape, index: int) -> str:
+    """An object's parts: interval, truth, estimate; furniture's interval is a few ghosts."""
+    hull = "".join(polyline(ring, closed=True) for ring in shape.hull)
+    cut = segments(shape.cut)
+    ghosts = {"turn": 0, "slide": 2, "free": 4, "still": 0}[shape.motion["kind"]]
+    return element(
+        "g",
+        element("title", text(shape.name)),
+        element("path", d="", class_="sector") if shape.motion["kind"] == "turn" else "",
+        *(element("path", d=hull, class_="ghost") for _ in range(ghosts)),
+        element("path", d=hull, class_="true"),
+        element("g", element("path", d=hull, class_="leaf"), element("path", d=cut, class_="cut"),
+                class_="estimate"),
+        class_="object",
+        data_object=index,
+    )  # fmt: skip
+
+
+def _motion(item: MovableObject) -> dict[str, Any]:
+    if item.kind is Kind.PLANAR:
+        return {"kind": "free"}
+    axis, place = item.origin[:3, :3] @ item.axis, item.origin[:2, 3].round(4).tolist()
+    if item.kind is Kind.SLIDING:
+        return {"kind": "slide", "along": axis[:2].round(4).tolist()}
+    if float(np.hypot(axis[0], axis[1])) > LEVEL:
+        return {"kind": "still"}
+    closed = item.mesh.moved(item.transforms(np.zeros((1, 1)))[0]).vertices[:, :2]
+    off = closed - item.origin[:2, 3]
+    farthest = off[np.argmax(np.hypot(*off.T))] if len(off) else np.zeros(2)
+    middle = off.mean(axis=0) if len(off) else np.zeros(2)
+    return {
+        "kind": "turn",
+        "pivot": place,
+        "sense": 1 if axis[2] > 0 else -1,
+        "reach": round(float(np.hypot(*farthest)), 3),
+        "bearing": round(float(np.degrees(np.arctan2(middle[1], middle[0]))), 2),
+    }
+
+
+def _silhouette(mesh: Mesh) -> list[FloatArray]:
+    """Rings (k, 2) around what a mesh covers seen from above; of an intricate one its convex outline."""
+    import shapely
+
+    corners = mesh.vertices[:, :2]
+    if len(mesh.faces) > INTRICATE:
+        covered = shapely.convex_hull(shapely.multipoints(corners))
+    else:
+        faces = shapely.polygons(corners[mesh.faces])
+        covered = shapely.union_all(faces[shapely.area(faces) > 0.0], grid_size=GRID)
+    return [shapely.get_coordinates(ring) for ring in _rings(covered)]
+
+
+def _rings(covered: Geometry) -> list[Geometry]:
+    import shapely
+
+    polygons = [each for each in shapely.get_parts([covered]) if each.geom_type == "Polygon"]
+    return [ring for each in polygons for ring in shapely.get_rings([each])]
+
+
+def _label(
+    item: MovableObject, motion: dict[str, Any], vertices: FloatArray
+) -> tuple[float, float]:
+    """Where an object's name stands, m."""
+    if not len(vertices):
+        return float(item.origin[0, 3]), float(item.origin[1, 3])
+    middle = vertices.mean(axis=0)
+    if motion["kind"] == "free":
+        return float(item.home[0]), float(item.home[1])
+    if motion["kind"] == "turn":
+        bearing = np.radians(motion["bearing"])
+        aside = motion["sense"] * np.array([np.sin(bearing), -np.cos(bearing)])
+        middle = middle + LABEL_OFF * aside
+    return float(middle[0]), float(middle[1])
+
+
+def _bounds(
+    walls: FloatArray, others: FloatArray, building: Building
+) -> tuple[FloatArray, FloatArray]:
+    """The corners of the plan, m."""
+    places = [item.origin[:2, 3] for item in building.objects.values()]
+    points = np.concatenate([walls.reshape(-1, 2), others, np.array(places).reshape(-1, 2)])
+    return points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN

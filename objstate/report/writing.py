@@ -1,0 +1,73 @@
+"""Writing a report beside the result, or the batch, that it shows."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from objstate.errors import ResultError
+from objstate.recording.batches import is_batch, read_logs, read_outcome, result_of
+from objstate.recording.results import whole
+from objstate.report.batch_material import BatchMaterial, read_batch
+from objstate.report.batch_page import batch_page
+from objstate.report.material import read_material
+from objstate.report.page import report_page
+from objstate.statistics import DoorStatistics, door_statistics
+
+REPORT = "report.html"  # in a result folder, or a batch
+
+
+def write_report(
+    folder: str | Path,
+    out: str | Path | None = None,
+    *,
+    building: str | Path | None = None,
+    truth: str | Path | None = None,
+    true_path: str | Path | None = None,
+) -> Path:
+    """Write the report of a result folder to ``out``, or into the folder, and return its path.
+
+    An older report there is replaced. The building and the truth are those that the
+    result names, unless given here. Raises ResultError, BuildingError and TruthError.
+    """
+    target = Path(folder) / REPORT if out is None else Path(out)
+    page = report_page(read_material(folder, building, truth, true_path))
+    with whole(target, overwrite=True) as temporary:
+        temporary.write_text(page, encoding="utf-8")
+    return target
+
+
+def write_batch_report(
+    folder: str | Path,
+    out: str | Path | None = None,
+    *,
+    building: str | Path | None = None,
+    each: bool = False,
+) -> Path:
+    """Write the report of a batch to ``out``, or into the folder, and return its path.
+
+    With ``each``, the report of every log that is done is written into its result first.
+    Logs that have a report are linked. Raises ResultError and BuildingError.
+    """
+    if not is_batch(folder):
+        raise ResultError(f"{folder} is no batch; make one with `objstate batch`.")
+    target = Path(folder) / REPORT if out is None else Path(out)
+    if each:
+        _write_each(Path(folder), building)
+    material = read_batch(folder, building)
+    page = batch_page(material, _doors(material), target, REPORT)
+    with whole(target, overwrite=True) as temporary:
+        temporary.write_text(page, encoding="utf-8")
+    return target
+
+
+def _write_each(folder: Path, building: str | Path | None) -> None:
+    for log in read_logs(folder):
+        if read_outcome(folder, log.name).status == "done":
+            result = result_of(folder, log.name)
+            write_report(
+                result, building=building or log.building, truth=log.truth, true_path=log.path
+            )
+
+
+def _doors(material: BatchMaterial) -> tuple[DoorStatistics, ...]:
+    return door_statistics(material.folder) if any(log.latest for log in material.done) else ()

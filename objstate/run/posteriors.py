@@ -1,0 +1,85 @@
+"""Object beliefs as histograms, so that people can see how they came about."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from objstate.building.model import Kind
+from objstate.estimator import Estimator
+from objstate.geometry import FloatArray, wrap
+from objstate.objects import ObjectBelief
+from objstate.recording.posteriors import Histogram, PosteriorWriter
+from objstate.records import Estimate, Record
+
+STEP_NS = 1_000_000_000  # between two histograms of one object: people look no closer
+BINS = 64  # 1.5 degrees of a door, 6 of furniture's yaw
+PLACE_BIN = 0.025  # m; 64 of them are as far as a piece of furniture is unsure of its place
+
+
+class PosteriorRecorder:
+    """Writes the beliefs of the objects that scans are near to, at most once a second each."""
+
+    def __init__(self, writer: PosteriorWriter) -> None:
+        self._writer = writer
+        self._written_ns: dict[str, int] = {}
+
+    def note(self, record: Record, estimator: Estimator, estimates: Sequence[Estimate]) -> None:
+        """Write the beliefs of estimated objects whose last histogram is old enough."""
+        due = {each.object: each.stamp_ns for each in estimates if self._is_due(each)}
+        if not due:
+            return
+        self._written_ns |= due
+        for name, stamp in due.items():
+            self._writer.write(histograms(estimator.object_at(name, stamp), stamp))
+
+    def _is_due(self, estimate: Estimate) -> bool:
+        last = self._written_ns.get(estimate.object)
+        return last is None or estimate.stamp_ns - last >= STEP_NS
+
+
+def histograms(belief: ObjectBelief, stamp_ns: int) -> list[Histogram]:
+    """The marginal of each coordinate.
+
+    Doors have their whole range as bins, directions the circle, and places bins
+    of ``PLACE_BIN`` about the mean, which always begin at multiples of it.
+    """
+    item = belief.item
+    found = []
+    for k, coordinate in enumerate(item.coordinates):
+        lower, upper = _span(belief, k)
+        edges = np.linspace(lower, upper, BINS + 1)
+        shares = _shares(belief, k, edges)
+        found.append(Histogram(stamp_ns, item.name, coordinate, lower, upper, shares))
+    return found
+
+
+def _span(belief: ObjectBelief, k: int) -> tuple[float, float]:
+    """Where the bins of a coordinate begin and end."""
+    if belief.wraps[k]:
+        return -np.pi, np.pi
+    if belief.item.kind is not Kind.PLANAR:
+        return belief.item.lower, belief.item.upper
+    first = round(float(belief.mean[k]) / PLACE_BIN) - BINS // 2
+    return first * PLACE_BIN, (first + BINS) * PLACE_BIN
+
+
+def _shares(belief: ObjectBelief, k: int, edges: FloatArray) -> FloatArray:
+    """(b,) of the belief between edges (b + 1,); what lies outside counts to the outermost bins.
+
+    A sample that stands for a cell is spread over its width, so that bins that
+    hold three cells don't alternate with bins that hold four.
+    """
+    values, weights, cell = belief.states[:, k], belief.weights.values, belief.cell[k]
+    if belief.wraps[k]:
+        values = wrap(values)
+    if cell > 0.0:
+        order = np.argsort(values, kind="stable")
+        ends = np.append(values[order] - cell / 2, values[order[-1]] + cell / 2)
+        filled = np.interp(edges, ends, np.concatenate([[0.0], np.cumsum(weights[order])]))
+        filled[0], filled[-1] = 0.0, 1.0
+        return np.asarray(np.diff(filled).clip(min=0.0))
+    bins = np.searchsorted(edges, values, side="right") - 1
+    shares = np.bincount(bins.clip(0, len(edges) - 2), weights, len(edges) - 1)
+    return shares.astype(float)

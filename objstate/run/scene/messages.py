@@ -1,0 +1,163 @@
+"""The messages of a scene: coloured beams, ghosts of intervals, joint states."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from objstate.building.model import Kind, MovableObject
+from objstate.geometry import FloatArray
+from objstate.objects import ObjectBelief
+from objstate.recording.messages import BASE, MAP, POINT, VECTOR, header, make, placed, triple
+from objstate.records import Scan
+from objstate.run.scene.hits import Hit
+
+CLOUD = "sensor_msgs/msg/PointCloud2"
+MARKERS = "visualization_msgs/msg/MarkerArray"
+JOINTS = "sensor_msgs/msg/JointState"
+COLOURS = {  # of beams, as 0xRRGGBB
+    Hit.WALL: 0x8FA0AD,
+    Hit.OBJECT: 0xF08A3C,
+    Hit.UNEXPECTED: 0xD14FD1,
+    Hit.BEYOND: 0xE02020,
+}
+POINT_TYPE = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("rgb", "<u4"), ("hit", "<u4")])
+FIELDS = {"x": 7, "y": 7, "z": 7, "rgb": 7, "hit": 6}  # PointField: 7 FLOAT32, 6 UINT32
+LINE_LIST, TRIANGLE_LIST = 5, 11  # types of visualization_msgs/Marker
+LINE_WIDTH = 0.015  # m
+GHOST = (0.95, 0.73, 0.31)  # red, green, blue
+SECTOR_STEP = np.radians(4.0)  # of the fan that fills an interval
+SECTOR_HEIGHT = 0.02  # m above the lowest point of the leaf, so that no floor hides it
+EDGES = np.array(  # of a box, as pairs of corners numbered by their bits
+    [(a, a | bit) for bit in (1, 2, 4) for a in range(8) if not a & bit]
+)
+
+
+def beams_message(scan: Scan, hits: np.ndarray) -> Any:
+    """The ends (n,) of returning beams in ``base_link``, coloured by what they hit."""
+    returned = np.isfinite(scan.ranges)
+    rays = scan.rays.take(returned)
+    ends = rays.origins + scan.ranges[returned, None] * rays.directions
+    points = np.zeros(len(ends), POINT_TYPE)
+    for name, column in zip("xyz", ends.T, strict=True):
+        points[name] = column
+    points["hit"] = hits[returned]
+    points["rgb"] = np.array([COLOURS[hit] for hit in Hit], dtype=np.uint32)[points["hit"]]
+    return make(
+        CLOUD,
+        header=header(scan.stamp_ns, BASE),
+        height=1,
+        width=len(points),
+        fields=[
+            make("sensor_msgs/msg/PointField", name=name, offset=4 * k, datatype=kind, count=1)
+            for k, (name, kind) in enumerate(FIELDS.items())
+        ],
+        is_bigendian=False,
+        point_step=POINT_TYPE.itemsize,
+        row_step=POINT_TYPE.itemsize * len(points),
+        data=np.frombuffer(points.tobytes(), np.uint8),
+        is_dense=True,
+    )
+
+
+def joints_message(stamp_ns: int, beliefs: Iterable[ObjectBelief]) -> Any:
+    """The mean state of every door."""
+    doors = [belief for belief in beliefs if belief.item.kind is not Kind.PLANAR]
+    nothing = np.zeros(0)
+    return make(
+        JOINTS,
+        header=header(stamp_ns, MAP),
+        name=[door.item.name for door in doors],
+        position=np.array([float(door.mean[0]) for door in doors]),
+        velocity=nothing,
+        effort=nothing,
+    )
+
+
+def ghosts_message(stamp_ns: int, beliefs: Iterable[tuple[int, ObjectBelief]]) -> Any:
+    """The 90 % interval of each object, by number: ghosts at its bounds, a door's swing filled."""
+    markers = [marker for number, belief in beliefs for marker in _ghosts(stamp_ns, number, belief)]
+    return make(MARKERS, markers=markers)
+
+
+def _ghosts(stamp_ns: int, number: int, belief: ObjectBelief) -> list[Any]:
+    item, (lower, upper) = belief.item, belief.interval()
+    states = _bounding_states(belief.mean, lower, upper)
+    lines = np.concatenate([_edges(item, state) for state in states])
+    found = [_marker(stamp_ns, "ghost", number, LINE_LIST, lines, 0.9)]
+    if item.kind is Kind.HINGED:
+        fan = _swing(item, float(lower[0]), float(upper[0]))
+        found.append(_marker(stamp_ns, "swing", number, TRIANGLE_LIST, fan, 0.45))
+    return found
+
+
+def _bounding_states(mean: FloatArray, lower: FloatArray, upper: FloatArray) -> list[FloatArray]:
+    """The states at which an interval's ghosts stand."""
+    if len(mean) == 1:
+        return [lower, upper]
+    x, y, _ = mean
+    return [
+        np.array([lower[0], y, lower[2]]),
+        np.array([upper[0], y, upper[2]]),
+        np.array([x, lower[1], upper[2]]),
+        np.array([x, upper[1], lower[2]]),
+    ]
+
+
+def _edges(item: MovableObject, state: FloatArray) -> FloatArray:
+    """Both ends of the twelve edges (24, 3) of the box around an object in a state."""
+    corners = np.array([item.mesh.vertices.min(axis=0), item.mesh.vertices.max(axis=0)])
+    bits = (np.arange(8)[:, None] >> np.arange(3)) & 1
+    box = np.take_along_axis(corners, bits, axis=0)
+    matrix = item.transforms(state[None])[0]
+    return np.asarray((box @ matrix[:3, :3].T + matrix[:3, 3])[EDGES.reshape(-1)])
+
+
+def _swing(item: MovableObject, lower: float, upper: float) -> FloatArray:
+    """Triangles (3 k, 3) between the hinge and where the leaf's far edge may be."""
+    vertices = item.mesh.vertices
+    hinge = np.array([0.0, 0.0, vertices[:, 2].min() + SECTOR_HEIGHT])
+    tip = vertices[np.argmax(np.hypot(*vertices[:, :2].T))] * (1.0, 1.0, 0.0) + hinge
+    count = max(2, int(np.ceil((upper - lower) / SECTOR_STEP)) + 1)
+    matrices = item.transforms(np.linspace(lower, upper, count)[:, None])
+    middle = (matrices @ np.append(hinge, 1.0))[:, :3]
+    rim = (matrices @ np.append(tip, 1.0))[:, :3]
+    return np.stack([middle[:-1], rim[:-1], rim[1:]], axis=1).reshape(-1, 3)
+
+
+def _marker(
+    stamp_ns: int, space: str, number: int, kind: int, points: FloatArray, opacity: float
+) -> Any:
+    """One marker in ``map`` that stays until the next of its number."""
+    duration = make("builtin_interfaces/msg/Duration", sec=0, nanosec=0)
+    scale = (1.0, 1.0, 1.0) if kind == TRIANGLE_LIST else (LINE_WIDTH, 0.0, 0.0)
+    red, green, blue = GHOST
+    return make(
+        "visualization_msgs/msg/Marker",
+        header=header(stamp_ns, MAP),
+        ns=space,
+        id=number,
+        type=kind,
+        action=0,
+        pose=placed(np.eye(4)),
+        scale=triple(VECTOR, scale),
+        color=make("std_msgs/msg/ColorRGBA", r=red, g=green, b=blue, a=opacity),
+        lifetime=duration,
+        frame_locked=False,
+        points=[triple(POINT, point) for point in points.tolist()],
+        colors=[],
+        texture_resource="",
+        texture=make(
+            "sensor_msgs/msg/CompressedImage",
+            header=header(0, ""),
+            format="",
+            data=np.zeros(0, np.uint8),
+        ),
+        uv_coordinates=[],
+        text="",
+        mesh_resource="",
+        mesh_file=make("visualization_msgs/msg/MeshFile", filename="", data=np.zeros(0, np.uint8)),
+        mesh_use_embedded_materials=False,
+    )

@@ -1,0 +1,20 @@
+"""The believed state of every object, now, earlier and later: what planners call."""
+
+from objstate.world.blocking import Blockage, Blocker
+from objstate.world.door_modes import DoorMode, door_mode, door_modes
+from objstate.world.route_graph import DynamicEdges, EdgeCost, RouteEdge, dynamic_edges
+from objstate.world.world import Snapshot, World
+
+__all__ = [
+    "Blockage",
+    "Blocker",
+    "DoorMode",
+    "DynamicEdges",
+    "EdgeCost",
+    "RouteEdge",
+    "Snapshot",
+    "World",
+    "door_mode",
+    "door_modes",
+    "dynamic_edges",
+]

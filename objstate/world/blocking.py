@@ -1,0 +1,85 @@
+"""Whether something movable stands in the way."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from objstate.building.model import Kind
+from objstate.errors import WorldError
+from objstate.geometry import FloatArray, invert
+from objstate.objects import ObjectBelief
+from objstate.objects.footprint import motions, reach, silhouette
+
+ROUND_OFF = 1e-9  # m; touching is no blocking
+
+
+@dataclass(frozen=True)
+class Blocker:
+    """An object that may be in the way."""
+
+    object: str
+    probability: float
+
+
+@dataclass(frozen=True)
+class Blockage:
+    """How probably a path is blocked by something movable, and by what."""
+
+    probability: float
+    blockers: tuple[Blocker, ...]  # the most probable first
+
+
+def blocked(beliefs: Mapping[str, ObjectBelief], path: ArrayLike, robot_radius: float) -> Blockage:
+    """The probability that a robot on a path meets a movable object.
+
+    ``path`` (n, 2) is a polyline in m, in the building's frame; the robot is a disc. Objects
+    count as independent of each other, as they are estimated. Walls don't count: they are
+    the planner's map. Raises WorldError for a path or a radius that is none.
+    """
+    points = _checked(path, robot_radius)
+    blockers = [
+        Blocker(name, float(probability))
+        for name, belief in beliefs.items()
+        if (probability := probability_on(belief, points, robot_radius)) > 0.0
+    ]
+    free = np.prod([1.0 - each.probability for each in blockers])
+    blockers.sort(key=lambda each: (-each.probability, each.object))
+    return Blockage(float(1.0 - free), tuple(blockers))
+
+
+def probability_on(belief: ObjectBelief, path: FloatArray, robot_radius: float) -> float:
+    """The probability that an object reaches within ``robot_radius`` of a polyline (n, 2)."""
+    low, high = _bounds(belief)
+    if (path.max(axis=0) < low - robot_radius).any() or (
+        path.min(axis=0) > high + robot_radius
+    ).any():
+        return 0.0
+    import shapely
+
+    back = invert(motions(belief.item, belief.states))
+    seen = path @ back[:, :2, :2].swapaxes(1, 2) + back[:, None, :2, 3]
+    lines = shapely.linestrings(seen)  # the path as the object sees it: one shape for all states
+    hit = shapely.dwithin(silhouette(belief.item), lines, robot_radius - ROUND_OFF)
+    return belief.presence * float(np.minimum(belief.weights.values[hit].sum(), 1.0))
+
+
+def _bounds(belief: ObjectBelief) -> tuple[FloatArray, FloatArray]:
+    """Two corners (2,) of a box that the object never leaves."""
+    low, high = reach(belief.item)
+    if belief.item.kind is not Kind.PLANAR:
+        return low, high
+    places = belief.states[:, :2]
+    return places.min(axis=0) + low, places.max(axis=0) + high
+
+
+def _checked(path: ArrayLike, robot_radius: float) -> FloatArray:
+    points = np.asarray(path, dtype=float)
+    if points.ndim != 2 or points.shape[1] != 2 or not len(points) or not np.isfinite(points).all():
+        raise WorldError("A path is a list of points (x, y), in finite metres; give at least one.")
+    if not (np.isfinite(robot_radius) and robot_radius > 0.0):
+        raise WorldError(f"The robot's radius of {robot_radius} m must be above 0 and finite.")
+    return np.concatenate([points, points]) if len(points) == 1 else points

@@ -1,0 +1,83 @@
+"""Beliefs and objects as bytes, small enough to keep for years."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from objstate.building.model import Kind, Mesh, MovableObject
+from objstate.geometry import FloatArray, wrap
+from objstate.objects import ObjectBelief
+from objstate.particles import Weights
+from objstate.world.packing import pack, unpack
+
+SINGLE = "<f4"  # weights and samples: a relative error of 1e-7 is far below what scans tell
+DOUBLE = "<f8"
+
+
+def pack_belief(belief: ObjectBelief) -> bytes:
+    """A belief without its object and its stamps. Lattices keep their weights, samples also places."""
+    log, there = np.asarray(belief.weights.log, dtype=SINGLE), {"presence": belief.presence}
+    if belief.item.kind is not Kind.PLANAR:
+        ends = [float(belief.states[0, 0]), float(belief.states[-1, 0])]
+        return pack({"ends": ends, "cell": float(belief.cell[0]), **there}, {"log": log})
+    middle = belief.states.mean(axis=0)  # single precision counts from here
+    off = np.asarray(belief.states - middle, dtype=SINGLE)
+    words = {"middle": middle.tolist(), "scouts": belief.scouts, **there}
+    return pack(words, {"log": log, "off": off})
+
+
+def unpack_belief(
+    packed: bytes, item: MovableObject, stamp_ns: int, last_observed_ns: int | None
+) -> ObjectBelief:
+    """The belief that was packed. Raises WorldError for damage."""
+    words, arrays = unpack(packed, f"The belief of '{item.name}' at {stamp_ns} ns")
+    weights = _normalized(arrays["log"].astype(float))
+    if item.kind is not Kind.PLANAR:
+        first, last = words["ends"]
+        states = np.linspace(first, last, len(weights))[:, None]
+        cell = np.array([words["cell"]])
+    else:
+        states, cell = np.array(words["middle"]) + arrays["off"], np.zeros(3)
+        states[:, 2] = wrap(states[:, 2])
+    return ObjectBelief(
+        item,
+        states,
+        weights,
+        cell,
+        words["presence"],
+        stamp_ns,
+        last_observed_ns,
+        scouts=int(words.get("scouts", 0)),
+    )
+
+
+def pack_object(item: MovableObject) -> bytes:
+    """All that a building says of a movable object, so that a world can be asked without it."""
+    words = {"kind": item.kind.value, "lower": item.lower, "upper": item.upper, "wraps": item.wraps}
+    arrays = {
+        "origin": np.asarray(item.origin, dtype=DOUBLE),
+        "axis": np.asarray(item.axis, dtype=DOUBLE),
+        "vertices": np.asarray(item.mesh.vertices, dtype=DOUBLE),
+        "faces": np.asarray(item.mesh.faces, dtype="<i8"),
+    }
+    return pack(words, arrays)
+
+
+def unpack_object(packed: bytes, name: str) -> MovableObject:
+    """The object that was packed. Raises WorldError for damage."""
+    words, arrays = unpack(packed, f"The object '{name}'")
+    return MovableObject(
+        name=name,
+        kind=Kind(words["kind"]),
+        origin=arrays["origin"],
+        axis=arrays["axis"],
+        lower=words["lower"],
+        upper=words["upper"],
+        mesh=Mesh(arrays["vertices"], arrays["faces"]),
+        wraps=words["wraps"],
+    )
+
+
+def _normalized(log: FloatArray) -> Weights:
+    top = log.max()
+    return Weights(np.asarray(log - top - np.log(np.exp(log - top).sum())))

@@ -1,0 +1,99 @@
+"""The tables of a world, and how older ones are brought to the newest form."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from sqlalchemy import (
+    BigInteger,
+    Column,
+    Connection,
+    ForeignKey,
+    Integer,
+    LargeBinary,
+    MetaData,
+    Table,
+    Text,
+    inspect,
+    select,
+    update,
+)
+from sqlalchemy.schema import CreateSchema
+
+from objstate.errors import WorldError
+from objstate.world.location import Location
+
+METADATA = MetaData()
+
+# One row: the building that the world is of, and the form of the tables.
+WORLD = Table(
+    "world",
+    METADATA,
+    Column("form", Integer, nullable=False),  # how many migrations have been made
+    Column("building", Text, nullable=False),
+    Column("building_digest", Text, nullable=False),
+)
+OBJECTS = Table(
+    "world_object",
+    METADATA,
+    Column("name", Text, primary_key=True),
+    Column("model", LargeBinary, nullable=False),  # codec.pack_object
+)
+DRIVES = Table(
+    "drive",
+    METADATA,
+    Column("id", Integer, primary_key=True),
+    Column("digest", Text, nullable=False, unique=True),  # what makes a log the same
+    Column("begin_ns", BigInteger, nullable=False),
+    Column("end_ns", BigInteger, nullable=False),
+    Column("settings", Text, nullable=False),  # JSON
+    Column("version", Text, nullable=False),  # of objstate
+)
+BELIEFS = Table(
+    "belief",
+    METADATA,
+    Column("object", ForeignKey("world_object.name"), primary_key=True),
+    Column("stamp_ns", BigInteger, primary_key=True),
+    Column("drive", ForeignKey("drive.id"), primary_key=True),
+    Column("last_observed_ns", BigInteger),
+    Column("belief", LargeBinary, nullable=False),  # codec.pack_belief
+)
+
+
+def _first(connection: Connection) -> None:
+    METADATA.create_all(connection, [WORLD, OBJECTS, DRIVES, BELIEFS])
+
+
+MIGRATIONS: tuple[Callable[[Connection], None], ...] = (_first,)  # in order; only ever appended
+
+
+def form_of(connection: Connection, location: Location) -> int:
+    """How many migrations the tables have seen; 0 where there are none.
+
+    Raises WorldError for a newer world, and for a database of somebody else.
+    """
+    tables = inspect(connection).get_table_names(schema=location.schema)
+    if WORLD.name not in tables:
+        if location.file is not None and tables:
+            raise WorldError(
+                f"{location} is a database, but no world: it has the tables "
+                f"{', '.join(sorted(tables))}; give another path."
+            )
+        return 0
+    form = int(connection.execute(select(WORLD.c.form)).scalar_one())
+    if form > len(MIGRATIONS):
+        raise WorldError(
+            f"The world {location} was written by a newer objstate (form {form}; this one knows "
+            f"up to {len(MIGRATIONS)}); update objstate."
+        )
+    return form
+
+
+def migrate(connection: Connection, form: int, location: Location) -> None:
+    """Bring tables from a form to the newest, inside the caller's transaction."""
+    if form == 0 and location.schema is not None:
+        connection.execute(CreateSchema(location.schema, if_not_exists=True))
+    for step in MIGRATIONS[form:]:
+        step(connection)
+    if form:
+        connection.execute(update(WORLD).values(form=len(MIGRATIONS)))

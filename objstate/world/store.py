@@ -1,0 +1,231 @@
+"""A world kept in a database, and how drives are added to it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from sqlalchemy import Connection, Select, func, insert, or_, select
+
+from objstate.building.digest import model_digest
+from objstate.building.model import Building, MovableObject
+from objstate.config import Settings, parse_strict
+from objstate.errors import SettingsError, WorldError
+from objstate.objects import ObjectBelief
+from objstate.world.codec import pack_belief, pack_object, unpack_belief, unpack_object
+from objstate.world.database import WAIT_S, Database
+from objstate.world.location import parse_location
+from objstate.world.schema import BELIEFS, DRIVES, MIGRATIONS, OBJECTS, WORLD, form_of, migrate
+from objstate.world.world import World
+
+ROWS_AT_ONCE = 100  # beliefs sent to the database in one go
+
+
+@dataclass(frozen=True)
+class DriveEntry:
+    """A drive that a world has learnt from."""
+
+    digest: str  # what makes a log the same: two entries never share it
+    begin_ns: int
+    end_ns: int
+    settings: Settings = field(default_factory=Settings, repr=False)  # that it was estimated with
+
+
+class WorldStore:
+    """A world in its database. Each call is a transaction of its own; nothing stays open between."""
+
+    def __init__(self, database: Database) -> None:
+        self._database = database
+
+    @property
+    def location(self) -> str:
+        """Where it is, without a password."""
+        return str(self._database.location)
+
+    def building(self) -> str:
+        """The name of the building that it is of. Raises WorldError."""
+        with self._database.reading() as connection:
+            return str(connection.execute(select(WORLD.c.building)).scalar_one())
+
+    def load(
+        self,
+        settings: Settings | None = None,
+        *,
+        objects: Mapping[str, MovableObject] | None = None,
+        since_ns: int | None = None,
+        until_ns: int | None = None,
+        without: str | None = None,
+    ) -> World:
+        """The world as it is in the database now; a value, which later drives don't change.
+
+        Args:
+            settings: the dynamics to predict with; by default those of the latest drive.
+            objects: the building's, by default as the world remembers them.
+            since_ns: leave out what was known only before; answers from there on stay the same.
+            until_ns: only what was learnt up to there.
+            without: leave out what the drive of this digest taught.
+
+        Raises:
+            WorldError: the world can't be read, or a belief is damaged.
+        """
+        with self._database.reading() as connection:
+            items = objects or dict(_objects(connection))
+            chosen = settings or _latest_settings(connection, self.location)
+            rows = connection.execute(_beliefs(since_ns, until_ns, without)).all()
+        beliefs = (
+            unpack_belief(packed, items[name], stamp_ns, last_observed_ns)
+            for name, stamp_ns, last_observed_ns, packed in rows
+        )
+        return World.of(items, chosen, beliefs)
+
+    def drives(self) -> list[DriveEntry]:
+        """The drives that it has learnt from, in time order. Raises WorldError."""
+        query = select(DRIVES.c.digest, DRIVES.c.begin_ns, DRIVES.c.end_ns, DRIVES.c.settings)
+        with self._database.reading() as connection:
+            rows = connection.execute(query.order_by(DRIVES.c.begin_ns, DRIVES.c.id)).all()
+        return [DriveEntry(*row[:3], _settings(row[3], self.location)) for row in rows]
+
+    def add(self, drive: DriveEntry, beliefs: Iterable[ObjectBelief]) -> bool:
+        """Add what a drive taught, whole or not at all; False where the world has the drive already.
+
+        Beliefs hold from their stamps on, whichever drive was added first. Raises WorldError
+        where another writer doesn't finish, and for a belief without a stamp.
+        """
+        with self._database.writing() as connection:
+            known = select(DRIVES.c.id).where(DRIVES.c.digest == drive.digest)
+            if connection.execute(known).first() is not None:
+                return False
+            new = insert(DRIVES).values(
+                digest=drive.digest,
+                begin_ns=drive.begin_ns,
+                end_ns=drive.end_ns,
+                settings=drive.settings.model_dump_json(by_alias=True, exclude_unset=True),
+                version=version("objstate"),
+            )
+            identity = connection.execute(new.returning(DRIVES.c.id)).scalar_one()
+            rows = (_row(belief, identity) for belief in beliefs)
+            while some := list(islice(rows, ROWS_AT_ONCE)):
+                connection.execute(insert(BELIEFS), some)
+        return True
+
+
+def open_store(
+    location: str | Path, building: Building | None = None, *, wait_s: float = WAIT_S
+) -> WorldStore:
+    """The world at a path or a PostgreSQL URL. With a building it is made where there is none.
+
+    A writer waits ``wait_s`` seconds for another one. Raises WorldError where there is no
+    world, where it is one of another building, or where it can't be opened.
+    """
+    database = Database(parse_location(location), wait_s)
+    if building is None:
+        _check_that_it_is_there(database)
+    else:
+        _make_or_check(database, building)
+    return WorldStore(database)
+
+
+def _check_that_it_is_there(database: Database) -> None:
+    place = database.location
+    missing = place.file is not None and not place.file.is_file()
+    if not missing:
+        with database.reading() as connection:
+            form = form_of(connection, place)
+    if missing or not form:
+        raise WorldError(
+            f"There is no world at {place}; make one with `objstate estimate ... --world {place}`."
+        )
+    if form < len(MIGRATIONS):
+        with database.writing() as connection:
+            migrate(connection, form_of(connection, place), place)
+
+
+def _make_or_check(database: Database, building: Building) -> None:
+    place, digest = database.location, model_digest(building)
+    if place.file is not None:
+        place.file.absolute().parent.mkdir(parents=True, exist_ok=True)
+    with database.reading() as connection:
+        form = form_of(connection, place)
+    if not form:
+        database.write_ahead()
+    if form < len(MIGRATIONS):
+        with database.writing() as connection:
+            form = form_of(connection, place)  # somebody else may have made it meanwhile
+            migrate(connection, form, place)
+            if not form:
+                _describe(connection, building, digest)
+    with database.reading() as connection:
+        name, known = connection.execute(select(WORLD.c.building, WORLD.c.building_digest)).one()
+    if known != digest:
+        raise WorldError(
+            f"The world {place} is of the building '{name}' as it was described when the world was "
+            f"made, not of {building.source or building.name}: walls, objects or limits differ. "
+            "Give that building, or another --world."
+        )
+
+
+def _describe(connection: Connection, building: Building, digest: str) -> None:
+    """Write down which building a new world is of."""
+    form = len(MIGRATIONS)
+    connection.execute(
+        insert(WORLD).values(form=form, building=building.name, building_digest=digest)
+    )
+    rows = [{"name": name, "model": pack_object(item)} for name, item in building.objects.items()]
+    if rows:
+        connection.execute(insert(OBJECTS), rows)
+
+
+def _objects(connection: Connection) -> Iterator[tuple[str, MovableObject]]:
+    for name, model in connection.execute(select(OBJECTS.c.name, OBJECTS.c.model)):
+        yield name, unpack_object(model, name)
+
+
+def _latest_settings(connection: Connection, place: str) -> Settings:
+    latest = select(DRIVES.c.settings).order_by(DRIVES.c.end_ns.desc(), DRIVES.c.id.desc()).limit(1)
+    text = connection.execute(latest).scalar()
+    return Settings() if text is None else _settings(text, place)
+
+
+def _settings(text: str, place: str) -> Settings:
+    try:
+        return parse_strict(Settings, json.loads(text), f"settings of the latest drive in {place}")
+    except SettingsError as error:
+        raise WorldError(
+            f"{error}; another version of objstate wrote them, give --config."
+        ) from error
+
+
+def _beliefs(since_ns: int | None, until_ns: int | None, without: str | None) -> Select[Any]:
+    """Beliefs in time order; of those up to ``since_ns``, each object's last one alone."""
+    b, chosen = BELIEFS.c, []
+    if until_ns is not None:
+        chosen.append(b.stamp_ns <= until_ns)
+    if without is not None:
+        chosen.append(b.drive.not_in(select(DRIVES.c.id).where(DRIVES.c.digest == without)))
+    query = select(b.object, b.stamp_ns, b.last_observed_ns, b.belief).where(*chosen)
+    if since_ns is not None:
+        early = select(b.object, func.max(b.stamp_ns).label("stamp_ns")).where(
+            b.stamp_ns <= since_ns, *chosen
+        )
+        last = early.group_by(b.object).subquery()
+        query = query.outerjoin(last, b.object == last.c.object).where(
+            or_(b.stamp_ns > since_ns, b.stamp_ns == last.c.stamp_ns)
+        )
+    return query.order_by(b.object, b.stamp_ns, b.drive)
+
+
+def _row(belief: ObjectBelief, drive: int) -> dict[str, Any]:
+    if belief.stamp_ns is None:
+        raise WorldError(f"A belief of '{belief.item.name}' has no stamp; say of when it is.")
+    return {
+        "object": belief.item.name,
+        "stamp_ns": belief.stamp_ns,
+        "drive": drive,
+        "last_observed_ns": belief.last_observed_ns,
+        "belief": pack_belief(belief),
+    }

@@ -1,0 +1,73 @@
+"""Beliefs and worlds in words that JSON has."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from objstate.building.model import Kind
+from objstate.objects import ObjectBelief
+from objstate.world.world import Snapshot, World
+
+if TYPE_CHECKING:
+    from objstate.world.store import DriveEntry
+
+
+def belief_words(belief: ObjectBelief, samples: bool = False) -> dict[str, Any]:
+    """A belief with its central 90 %: of doors also the passage, of furniture the floor it covers.
+
+    SI units and radians, times in nanoseconds. With ``samples`` its states and weights too.
+    """
+    lower, upper = belief.interval()
+    figures = zip(belief.mean, belief.std, lower, upper, strict=True)
+    words: dict[str, Any] = {
+        "object": belief.item.name,
+        "kind": belief.item.kind.value,
+        "stamp_ns": belief.stamp_ns,
+        "last_observed_ns": belief.last_observed_ns,
+        "state": {
+            coordinate: dict(zip(("mean", "std", "lower", "upper"), map(float, four), strict=True))
+            for coordinate, four in zip(belief.item.coordinates, figures, strict=True)
+        },
+    }
+    if belief.item.kind is Kind.PLANAR:
+        words["presence"] = belief.presence
+        words["footprint"] = belief.footprint().tolist()
+    else:
+        narrowest, widest = belief.clear_width.interval()
+        words["clear_width"] = {
+            "mean": belief.clear_width.mean,
+            "lower": narrowest,
+            "upper": widest,
+        }
+    if samples:
+        words["states"] = belief.states.tolist()
+        words["weights"] = belief.weights.values.tolist()
+    return words
+
+
+def snapshot_words(snapshot: Snapshot, building: str) -> dict[str, Any]:
+    """All objects at one moment."""
+    return {
+        "building": building,
+        "stamp_ns": snapshot.stamp_ns,
+        "objects": [belief_words(snapshot[name]) for name in snapshot],
+    }
+
+
+def history_words(world: World, name: str, samples: bool = False) -> list[dict[str, Any]]:
+    """All that was learnt of an object, in time order. Raises WorldError for an unknown one."""
+    return [belief_words(belief, samples) for belief in world.history(name)]
+
+
+def world_words(
+    world: World, building: str, drives: list[DriveEntry], samples: bool = False
+) -> dict[str, Any]:
+    """Everything: drives, and what was learnt of each object."""
+    return {
+        "building": building,
+        "drives": [
+            {"digest": drive.digest, "begin_ns": drive.begin_ns, "end_ns": drive.end_ns}
+            for drive in drives
+        ],
+        "objects": {name: history_words(world, name, samples) for name in world.objects},
+    }

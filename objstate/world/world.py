@@ -1,0 +1,167 @@
+"""A world: for every object what is believed of it, at any moment."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from zlib import crc32
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from objstate.building.model import Kind, MovableObject
+from objstate.config import Settings
+from objstate.errors import WorldError
+from objstate.objects import ObjectBelief, ObjectFilter, filter_for
+from objstate.world.blocking import Blockage, blocked
+from objstate.world.fitting import fitted
+
+NANOSECONDS = 1e9
+NAMES_SHOWN = 10  # so many names tell what the others are like
+UNUSED_RNG = np.random.default_rng(0)  # for doors, whose filters draw nothing
+
+
+@dataclass(frozen=True, eq=False)
+class World:
+    """The beliefs of every object over time. A value: what is learnt later makes a new one.
+
+    Between two beliefs, and after the last, an object's dynamics model says how the
+    belief goes on (eq. (5) of Schulz and Burgard 2001); before the first, its prior holds.
+    """
+
+    objects: Mapping[str, MovableObject] = field(repr=False)
+    settings: Settings = field(repr=False)
+    histories: Mapping[str, tuple[ObjectBelief, ...]] = field(repr=False)  # in time order
+
+    @staticmethod
+    def of(
+        objects: Mapping[str, MovableObject],
+        settings: Settings | None = None,
+        beliefs: Iterable[ObjectBelief] = (),
+    ) -> World:
+        """A world in which ``beliefs`` hold, each from its stamp on.
+
+        Of beliefs of one object with one stamp the last counts. Raises WorldError for
+        a belief without a stamp, or of an unknown object.
+        """
+        return World(objects, settings or Settings(), {}).with_beliefs(beliefs)
+
+    def with_beliefs(self, beliefs: Iterable[ObjectBelief]) -> World:
+        """The world that knows these beliefs too. Raises WorldError as ``of`` does."""
+        known = {
+            name: dict(zip(self._stamps[name], past, strict=True))
+            for name, past in self.histories.items()
+        }
+        for belief in beliefs:
+            name = self._known(belief.item.name)
+            if belief.stamp_ns is None:
+                raise WorldError(f"A belief of '{name}' has no stamp; say of when it is.")
+            fit = fitted(belief, self._filters[name], self._rng(name, belief.stamp_ns))
+            known.setdefault(name, {})[belief.stamp_ns] = fit
+        histories = {
+            name: tuple(past[stamp] for stamp in sorted(past)) for name, past in known.items()
+        }
+        return replace(self, histories=histories)
+
+    @cached_property
+    def latest_ns(self) -> int | None:
+        """When anything was last learnt; None where nothing ever was."""
+        return max((stamps[-1] for stamps in self._stamps.values()), default=None)
+
+    def at(self, stamp_ns: int | None = None) -> Snapshot:
+        """What is believed at a moment, by default the latest at which anything was learnt.
+
+        An earlier moment is answered with what was known then, a later one by prediction.
+        """
+        return Snapshot(self, self.latest_ns or 0 if stamp_ns is None else stamp_ns)
+
+    def history(self, name: str) -> tuple[ObjectBelief, ...]:
+        """What was learnt of an object, in time order. Raises WorldError for an unknown one."""
+        return self.histories.get(self._known(name), ())
+
+    def history_until(self, name: str, stamp_ns: int) -> tuple[ObjectBelief, ...]:
+        """What of it was learnt by a moment. Raises WorldError for an unknown object."""
+        return self.history(name)[: bisect_right(self._stamps.get(name, ()), stamp_ns)]
+
+    def blocked(
+        self, path: ArrayLike, robot_radius: float, stamp_ns: int | None = None
+    ) -> Blockage:
+        """``Snapshot.blocked`` at a moment, by default the latest at which anything was learnt."""
+        return self.at(stamp_ns).blocked(path, robot_radius)
+
+    def belief(self, name: str, stamp_ns: int) -> ObjectBelief:
+        """What is believed of one object at a moment. Raises WorldError for an unknown one.
+
+        The same world, object and moment give the same samples.
+        """
+        past, rng = self.history_until(name, stamp_ns), self._rng(name, stamp_ns)
+        if not past:
+            return replace(self._filters[name].prior(rng), stamp_ns=stamp_ns)
+        last = past[-1]
+        assert last.stamp_ns is not None
+        if last.stamp_ns == stamp_ns:
+            return last
+        seconds = (stamp_ns - last.stamp_ns) / NANOSECONDS
+        return replace(self._filters[name].predict(last, seconds, rng), stamp_ns=stamp_ns)
+
+    @cached_property
+    def _filters(self) -> dict[str, ObjectFilter]:
+        return {name: filter_for(item, self.settings) for name, item in self.objects.items()}
+
+    @cached_property
+    def _stamps(self) -> dict[str, tuple[int, ...]]:
+        return {
+            name: tuple(b.stamp_ns for b in past if b.stamp_ns is not None)
+            for name, past in self.histories.items()
+        }
+
+    def _known(self, name: str) -> str:
+        if name not in self.objects:
+            names = sorted(self.objects)
+            shown = ", ".join([*names[:NAMES_SHOWN], *(["..."] if names[NAMES_SHOWN:] else [])])
+            raise WorldError(f"The world has no object '{name}'; its objects: {shown or 'none'}.")
+        return name
+
+    def _rng(self, name: str, stamp_ns: int) -> np.random.Generator:
+        if self.objects[name].kind is not Kind.PLANAR:
+            return UNUSED_RNG
+        return np.random.default_rng([abs(stamp_ns), crc32(name.encode())])
+
+
+@dataclass(frozen=True, eq=False)
+class Snapshot:
+    """What a world believes at one moment: ``snapshot["door_07"]`` is an object's belief."""
+
+    world: World = field(repr=False)
+    stamp_ns: int
+    _beliefs: dict[str, ObjectBelief] = field(default_factory=dict, init=False, repr=False)
+
+    def __getitem__(self, name: str) -> ObjectBelief:
+        """An object's belief. Raises WorldError for an unknown object."""
+        belief = self._beliefs.get(name)
+        if belief is None:
+            belief = self._beliefs[name] = self.world.belief(name, self.stamp_ns)
+        return belief
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.world.objects)
+
+    def __len__(self) -> int:
+        return len(self.world.objects)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.world.objects
+
+    @property
+    def beliefs(self) -> dict[str, ObjectBelief]:
+        """The beliefs of all objects by name."""
+        return {name: self[name] for name in self}
+
+    def blocked(self, path: ArrayLike, robot_radius: float) -> Blockage:
+        """How probably a round robot on a polyline (n, 2) m meets something movable, and what.
+
+        Raises WorldError for a path or a radius that is none.
+        """
+        return blocked(self.beliefs, path, robot_radius)

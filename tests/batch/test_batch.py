@@ -1,0 +1,154 @@
+"""Whole batches: what lies in the folder, also after failures, changes and interruptions."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import polars as pl
+import pytest
+
+from objstate.batch import BatchOptions, Ended, Leftover, gather, run_batch
+from objstate.batch.addresses import fetched, size_of
+from objstate.config import Settings
+from objstate.errors import ResultError
+from objstate.recording.batches import has_result, read_logs, scan_batch
+from objstate.run import RunOptions, estimate_log
+from tests.batch.conftest import COUNT, Drives
+
+SLIM = Settings.model_validate({"localization": {"max_particles": 300}})
+
+
+@pytest.fixture(scope="session")
+def by_two(drives: Drives, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A batch of all drives and a log that is none, run by two workers."""
+    bad = drives.folder / "broken.mcap"
+    bad.write_bytes(b"no log")
+    out = tmp_path_factory.mktemp("batch") / "by_two"
+    batch(drives, out, workers=2)
+    return out
+
+
+def batch(
+    drives: Drives,
+    out: Path,
+    run: RunOptions | None = None,
+    on_event: Callable[[object], None] | None = None,
+    **options: object,
+) -> tuple[Leftover, dict[str, str]]:
+    """Run the drives' folder; what was left to do, and how every log ended."""
+    requested = gather(
+        [str(drives.folder)], str(drives.building), str(drives.folder), run or RunOptions()
+    )
+    told: list[Leftover] = []
+    result = run_batch(requested, out, BatchOptions(**options), told.append, on_event)
+    return told[0], {each.name: each.status for each in result.outcomes}
+
+
+def combined(folder: Path) -> dict[str, bytes]:
+    """The combined tables that must not depend on who ran what when."""
+    files = [folder / "summary.parquet", *sorted(folder.glob("estimates.parquet/*/*"))]
+    return {str(file.relative_to(folder)): file.read_bytes() for file in files}
+
+
+def test_a_log_that_fails_is_named_and_the_others_are_done(by_two: Path) -> None:
+    summary = pl.read_parquet(by_two / "summary.parquet")
+    statuses = dict(zip(summary["log"], summary["status"], strict=True))
+    assert statuses == {"broken": "failed"} | {f"drive_{n}": "done" for n in range(COUNT)}
+    (reason,) = summary.filter(log="broken")["reason"]
+    assert "broken.mcap is no log that objstate knows" in reason
+    done = summary.filter(status="done")
+    assert (done["angle_count"] == 1).all()
+    assert (done["robot_error"] < 0.2).all()
+    assert (done["scans"] > 10).all()
+    timings = pl.read_parquet(by_two / "timings.parquet")
+    assert (timings.filter(log="drive_0")["speed"] > 0).all()
+
+
+def test_every_log_has_the_result_that_estimate_writes(
+    drives: Drives, by_two: Path, tmp_path: Path
+) -> None:
+    estimate_log([drives.logs[0]], drives.building, tmp_path / "alone")
+    for name in ("estimates.parquet", "trajectory.tum"):
+        assert (by_two / "logs" / "drive_0" / name).read_bytes() == (
+            tmp_path / "alone" / name
+        ).read_bytes()
+
+
+def test_the_combined_estimates_are_partitioned_by_log(by_two: Path) -> None:
+    by_hive = pl.read_parquet(by_two / "estimates.parquet", hive_partitioning=True)
+    assert set(by_hive["log"]) == {f"drive_{n}" for n in range(COUNT)}
+    own = pl.read_parquet(by_two / "logs" / "drive_1" / "estimates.parquet")
+    assert by_hive.filter(log="drive_1").drop("log").equals(own)
+    assert scan_batch(by_two).collect().sort("log", "stamp").equals(by_hive.sort("log", "stamp"))
+
+
+def test_one_worker_makes_the_same_bytes(drives: Drives, by_two: Path, tmp_path: Path) -> None:
+    batch(drives, tmp_path / "by_one", workers=1)
+    assert combined(tmp_path / "by_one") == combined(by_two)
+
+
+def test_a_second_start_does_only_what_is_missing(drives: Drives, by_two: Path) -> None:
+    before = combined(by_two)
+    left, ended = batch(drives, by_two)
+    assert left.jobs == ()
+    assert (set(left.finished), left.given_up) == ({f"drive_{n}" for n in range(3)}, ("broken",))
+    assert ended["broken"] == "failed"
+    left, _ = batch(drives, by_two, retry_failed=True)
+    assert [job.name for job in left.jobs] == ["broken"]
+    assert combined(by_two) == before
+
+
+def test_other_settings_are_refused_or_make_results_anew(
+    drives: Drives, by_two: Path, tmp_path: Path
+) -> None:
+    before = combined(by_two)
+    with pytest.raises(ResultError, match=r"settings\.localization\.max_particles.*--overwrite"):
+        batch(drives, by_two, RunOptions(settings=SLIM))
+    assert combined(by_two) == before
+    one = gather([str(drives.logs[0])], str(drives.building), None, RunOptions(settings=SLIM))
+    run_batch(one, tmp_path / "own", BatchOptions())
+    again = gather([str(drives.logs[0])], str(drives.building), None, RunOptions())
+    result = run_batch(again, tmp_path / "own", BatchOptions(overwrite=True))
+    assert result.ran == ("log",)
+
+
+def test_broken_off_it_keeps_what_is_finished_and_goes_on_from_there(
+    drives: Drives, by_two: Path, tmp_path: Path
+) -> None:
+    def interrupt(event: object) -> None:
+        if isinstance(event, Ended) and event.outcome.status == "done":
+            raise KeyboardInterrupt
+
+    out = tmp_path / "broken_off"
+    with pytest.raises(KeyboardInterrupt):
+        batch(drives, out, on_event=interrupt, workers=1)
+    finished = [log.name for log in read_logs(out) if has_result(out, log.name)]
+    assert len(finished) == 1
+    partial = pl.read_parquet(out / "summary.parquet")
+    assert dict(partial["status"].value_counts().rows())["not run"] == COUNT - 1
+    assert set(scan_batch(out).collect()["log"]) == set(finished)
+    assert list((out / "logs").glob(".*")) == []
+    left, _ = batch(drives, out)
+    assert {job.name for job in left.jobs}.isdisjoint(finished)
+    assert combined(out) == combined(by_two)
+
+
+def test_a_folder_of_somebody_elses_is_refused(drives: Drives, tmp_path: Path) -> None:
+    (tmp_path / "own.txt").write_text("mine")
+    with pytest.raises(ResultError, match="no batch"):
+        batch(drives, tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["own.txt"]
+
+
+def test_a_start_pose_of_a_row_is_used(drives: Drives, tmp_path: Path) -> None:
+    (tmp_path / "rows.csv").write_text(f'log,initial_pose\n{drives.logs[0]},"500000,0,0"\n')
+    requested = gather([str(tmp_path / "rows.csv")], str(drives.building), None, RunOptions())
+    result = run_batch(requested, tmp_path / "out", BatchOptions())
+    (outcome,) = result.failed
+    assert "away from the building" in (outcome.reason or "")
+
+
+def test_a_log_elsewhere_is_fetched(drives: Drives, tmp_path: Path) -> None:
+    address = f"file://{drives.logs[0]}"
+    copy = fetched(address, tmp_path)
+    assert copy.read_bytes() == drives.logs[0].read_bytes()
+    assert size_of(address) == size_of(str(drives.logs[0])) == len(copy.read_bytes())

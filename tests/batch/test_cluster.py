@@ -1,0 +1,148 @@
+"""On a real Dask scheduler with real workers, of which one is killed in mid-run."""
+
+import functools
+import http.server
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from objstate.batch import BatchOptions, Progressed, gather, run_batch
+from objstate.batch.cluster import run_on_cluster
+from objstate.batch.events import Ended
+from objstate.batch.jobs import Job
+from objstate.errors import SettingsError
+from objstate.recording.summary import read_summary
+from objstate.run import RunOptions
+from tests.batch.antics import play
+from tests.batch.conftest import Drives
+from tests.batch.test_batch import combined
+
+ROOT = Path(__file__).parents[2]
+WORKERS = 2
+
+
+class Cluster:
+    """A scheduler and its workers, as processes."""
+
+    def __init__(self, folder: Path) -> None:
+        with socket.socket() as free:
+            free.bind(("127.0.0.1", 0))
+            port = free.getsockname()[1]
+        self.address = f"tcp://127.0.0.1:{port}"
+        self._folder = folder
+        self.scheduler = self._start("scheduler", "--host", "127.0.0.1", "--port", str(port))
+        self.workers = [self.worker() for _ in range(WORKERS)]
+
+    def worker(self) -> "subprocess.Popen[bytes]":
+        options = ("--nthreads", "1", "--no-nanny", "--local-directory", str(self._folder))
+        return self._start("worker", self.address, *options)
+
+    def _start(self, *words: str) -> "subprocess.Popen[bytes]":
+        command = [sys.executable, "-m", "dask", *words, "--no-dashboard"]
+        environment = os.environ | {"PYTHONPATH": str(ROOT)}
+        return subprocess.Popen(
+            command, cwd=self._folder, env=environment,
+            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+        )  # fmt: skip
+
+    def end(self) -> None:
+        for process in (*self.workers, self.scheduler):
+            process.kill()
+            process.wait()
+
+
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
+    pytest.importorskip("distributed")
+    cluster = Cluster(tmp_path_factory.mktemp("cluster"))
+    yield cluster
+    cluster.end()
+
+
+def test_the_same_bytes_as_here_though_a_worker_is_killed(
+    drives: Drives, cluster: Cluster, tmp_path: Path
+) -> None:
+    killed: list[int] = []
+
+    def kill_one(event: object) -> None:
+        if isinstance(event, Progressed) and not killed:
+            victim = cluster.workers.pop(0)
+            victim.send_signal(signal.SIGKILL)
+            killed.append(victim.wait())
+            cluster.workers.append(cluster.worker())
+
+    requested = gather(
+        [str(log) for log in drives.logs], str(drives.building), str(drives.folder), RunOptions()
+    )
+    here = run_batch(requested, tmp_path / "here", BatchOptions())
+    there = run_batch(
+        requested, tmp_path / "there", BatchOptions(scheduler=cluster.address), None, kill_one
+    )
+    assert killed == [-signal.SIGKILL]
+    assert here.failed == there.failed == []
+    assert combined(tmp_path / "there") == combined(tmp_path / "here")
+
+
+def test_logs_are_read_where_the_worker_runs(
+    drives: Drives, cluster: Cluster, tmp_path: Path
+) -> None:
+    pytest.importorskip("aiohttp")
+    with served(drives.folder) as address:
+        url = f"{address}/drive_0/log.mcap"
+        requested = gather([url], str(drives.building), str(drives.folder), RunOptions())
+        result = run_batch(requested, tmp_path / "out", BatchOptions(scheduler=cluster.address))
+    assert result.failed == []
+    (outcome,) = result.outcomes
+    run = read_summary(tmp_path / "out" / "logs" / outcome.name)
+    assert [file["path"] for file in run["inputs"]["logs"]] == [url]
+    assert run["inputs"]["logs"][0]["bytes"] == drives.logs[0].stat().st_size
+
+
+def test_a_log_that_kills_three_workers_is_set_aside(cluster: Cluster, tmp_path: Path) -> None:
+    names = ("crashes", "stumbles", "hangs", "fails")
+    jobs = [Job(name, "", "", 0, str(tmp_path / name)) for name in names]
+    events = run_on_cluster(play, tmp_path, jobs, cluster.address, 3.0)
+    ended = {event.outcome.name: event.outcome for event in events if isinstance(event, Ended)}
+    assert ended["crashes"].status == "killed"
+    assert (tmp_path / "crashes.begun").stat().st_size == 3
+    assert (ended["stumbles"].status, ended["stumbles"].attempts) == ("done", 3)
+    assert ended["hangs"].status == "timed out"
+    assert ended["fails"].reason == "the log is no log"
+
+
+def test_where_no_scheduler_is_the_cure_is_named(
+    drives: Drives, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    dask = pytest.importorskip("dask")
+    requested = gather([str(drives.logs[0])], str(drives.building), None, RunOptions())
+    with dask.config.set({"distributed.comm.timeouts.connect": "0.5s"}):
+        with pytest.raises(SettingsError, match="dask scheduler"):
+            run_batch(requested, tmp_path / "out", BatchOptions(scheduler="tcp://127.0.0.1:9"))
+        with pytest.raises(SettingsError, match="dask scheduler"):
+            run_batch(requested, tmp_path / "out", BatchOptions(scheduler="none.json"))
+
+
+@contextmanager
+def served(folder: Path) -> Iterator[str]:
+    """The folder over HTTP."""
+    handler = functools.partial(Quiet, directory=str(folder))
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler)
+    thread = threading.Thread(target=server.serve_forever)
+    thread.start()
+    yield f"http://127.0.0.1:{server.server_port}"
+    server.shutdown()
+    thread.join()
+    server.server_close()
+
+
+class Quiet(http.server.SimpleHTTPRequestHandler):
+    def log_message(self, format: str, *args: object) -> None:  # noqa: A002
+        pass

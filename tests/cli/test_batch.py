@@ -1,0 +1,116 @@
+"""Many logs, as a user types it: batch, evaluate, statistics."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from objstate.cli import main
+from tests.cli.test_commands import ROOM, SCENE
+
+LOGS = 3
+
+
+@pytest.fixture(scope="module")
+def home(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a building, drives with truths, and one batch of them."""
+    folder = tmp_path_factory.mktemp("many")
+    (folder / "room.urdf").write_text(ROOM)
+    (folder / "room.scene.yaml").write_text(SCENE)
+    for seed in range(LOGS):
+        out = folder / "drives" / f"day_{seed}"
+        scene = str(folder / "room.scene.yaml")
+        assert main(["simulate", scene, "--out", str(out), "--seed", str(seed)]) == 0
+    assert main([*command(folder, "all"), "--truth", str(folder / "drives"), "--quiet"]) == 0
+    return folder
+
+
+def command(home: Path, out: str) -> list[str]:
+    drives, building = str(home / "drives"), str(home / "room.urdf")
+    return ["batch", drives, "--building", building, "--out", str(home / out)]
+
+
+def test_a_batch_says_how_far_it_is_and_how_it_ended(run, home: Path) -> None:
+    outcome = run(*command(home, "told"), "--workers", 2)
+    assert outcome.code == 0
+    assert f"{LOGS} logs: {LOGS} done." in outcome.out
+    assert f"{LOGS}/{LOGS} day_" in outcome.err
+    assert "0:00:00 left" in outcome.err
+    again = run(*command(home, "told"))
+    assert again.code == 0
+    assert f"0 logs to run, {LOGS} are done." in again.err
+
+
+def test_a_log_that_fails_sets_the_exit_code_and_is_named(run, home: Path, tmp_path: Path) -> None:
+    (tmp_path / "empty.bag").touch()
+    arguments = (tmp_path, "--building", home / "room.urdf", "--out", tmp_path / "out")
+    outcome = run("batch", *arguments)
+    assert outcome.code == 1
+    assert "empty: failed. " in outcome.out
+    assert "is empty" in outcome.out
+    assert run("batch", *arguments).code == 1
+    assert "--retry-failed" in run("batch", *arguments).err
+
+
+def test_a_batch_is_evaluated_by_its_own_truths(run, home: Path) -> None:
+    file = home / "errors.json"
+    outcome = run("evaluate", home / "all", "--json", file, "--quiet")
+    assert outcome.code == 0
+    for title in ("By object", "By distance (m)", "By incidence (deg)", "By beams", "Calibration"):
+        assert title in outcome.out
+    figures = json.loads(file.read_text())
+    assert figures["logs"] == LOGS
+    assert figures["overall"][0]["final"]["count"] == LOGS
+    assert {group["condition"] for group in figures["groups"]} >= {"class", "beams"}
+
+
+def test_a_batch_is_held_against_another(run, home: Path) -> None:
+    run(*command(home, "other"), "--seed", 5, "--quiet")
+    outcome = run("evaluate", home / "all", "--against", home / "other", "--quiet")
+    assert outcome.code == 0
+    assert f"Paired differences over {LOGS} logs" in outcome.out
+    assert "absolute error (deg)" in outcome.out
+
+
+def test_one_result_is_held_against_another(run, home: Path) -> None:
+    one, other = (home / name / "logs" / "day_0" for name in ("all", "all"))
+    truth = home / "drives" / "day_0" / "truth.csv"
+    outcome = run("evaluate", one, "--truth", truth, "--against", other, "--quiet")
+    assert outcome.code == 0
+    assert "-inf to inf" in outcome.out
+
+
+def test_one_result_needs_a_truth(run, home: Path) -> None:
+    outcome = run("evaluate", home / "all" / "logs" / "day_0")
+    assert outcome.code == 1
+    assert "--truth CSV" in outcome.err
+
+
+def test_door_statistics_are_printed_and_written(run, home: Path) -> None:
+    file = home / "doors.json"
+    outcome = run("statistics", home / "all", "--timezone", "Europe/Berlin", "--json", file)
+    assert outcome.code == 0
+    assert "office_door" in outcome.out
+    (door,) = json.loads(file.read_text())
+    assert door["share_open"]["lower"] < door["share_open"]["upper"]
+    assert door["by_hour"][0]["key"] == 14  # the simulated logs begin at 12:26 UTC, in September
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--timezone", "Mars/Olympus"), "--timezone 'Mars/Olympus'"),
+        (("--open-above", "wide"), "--open-above 'wide'"),
+    ],
+)
+def test_statistics_name_what_they_do_not_understand(run, home: Path, arguments, words) -> None:
+    outcome = run("statistics", home / "all", *arguments)
+    assert outcome.code == 1
+    assert words in outcome.err
+
+
+def test_a_folder_that_is_no_batch_is_named(run, tmp_path: Path) -> None:
+    outcome = run("statistics", tmp_path)
+    assert outcome.code == 1
+    assert "objstate batch" in outcome.err
+    assert run("evaluate", tmp_path).code == 1

@@ -1,0 +1,34 @@
+"""What is in view of a sensor."""
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from objstate.gaze.sensors import ALL_ROUND, Sensor
+
+coordinate = st.floats(-3.0, 3.0)
+
+
+@given(coordinate, coordinate, st.floats(-np.pi, np.pi))
+def test_what_is_seen_does_not_depend_on_where_everything_is(
+    x: float, y: float, yaw: float
+) -> None:
+    sensor = Sensor("eye", range_min=0.5, range_max=2.0, field_of_view=1.0)
+    here = np.array([[1.0, 0.2], [1.0, 1.0], [0.3, 0.0], [3.0, 0.0], [-1.0, 0.0]])
+    turn = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
+    there = here @ turn.T + np.array([x, y])
+    seen = sensor.sees(np.array([x, y, yaw]), there)
+    assert seen.tolist() == [True, False, False, False, False]
+
+
+def test_a_sensor_that_sees_all_round_casts_no_beam_twice() -> None:
+    rays = Sensor("round", field_of_view=ALL_ROUND, beams=8).rays()
+    assert len(np.unique(rays.directions.round(9), axis=0)) == 8
+    assert Sensor("round", field_of_view=ALL_ROUND).sees(np.zeros(3), np.array([[-1.0, 0.0]])).all()
+
+
+def test_the_outer_beams_stand_at_the_edges_of_the_field_of_view() -> None:
+    rays = Sensor("front", field_of_view=np.pi, beams=3, height=0.4).rays()
+    bearings = np.arctan2(rays.directions[:, 1], rays.directions[:, 0])
+    assert np.allclose(bearings, [-np.pi / 2, 0.0, np.pi / 2])
+    assert (rays.origins[:, 2] == 0.4).all()

@@ -1,0 +1,108 @@
+"""Actions in two rooms with a door between them."""
+
+import numpy as np
+import pytest
+
+from objstate.errors import SettingsError
+from objstate.gaze import Sensor
+from objstate.maintenance import ChoiceSettings, Coordinator, CoordinatorSettings, Plan, next_tasks
+from tests.gaze.places import chest, priors, surely, two_rooms
+
+ROOMS = two_rooms(chest("near", 2.5, 1.2), chest("far", -3.0, 1.2))
+LASER = Sensor("laser")
+AT = np.array([1.0, 0.0, 0.0])
+
+
+@pytest.fixture(scope="module")
+def coordinator() -> Coordinator:
+    return Coordinator(ROOMS, [LASER])
+
+
+def test_actions_are_ranked_and_their_figures_agree(coordinator: Coordinator) -> None:
+    actions = coordinator.actions(priors(ROOMS), AT)
+    s = coordinator.settings.choice
+    assert {each.object for each in actions} == set(ROOMS.objects)
+    assert 2 <= len([each for each in actions if each.object == "door"]) <= 4
+    utility = [each.utility for each in actions]
+    assert utility == sorted(utility, reverse=True)
+    for each in actions:
+        assert each.gain == pytest.approx(sum(each.gains.values()))
+        assert each.cost == pytest.approx(each.distance / s.cost_scale)
+        assert each.utility == pytest.approx(each.gain / s.gain_norm - s.cost_weight * each.cost)
+        assert each.distance == pytest.approx(np.hypot(*np.diff(each.way, axis=0).T).sum())
+        assert each.way[-1] == pytest.approx(each.pose[:2])
+        assert each.way[0] == pytest.approx(AT[:2], abs=0.2)
+
+
+def test_the_second_time_gives_the_same(coordinator: Coordinator) -> None:
+    first, second = (coordinator.actions(priors(ROOMS), AT) for _ in range(2))
+    assert [(a.object, a.utility) for a in first] == [(a.object, a.utility) for a in second]
+
+
+def test_a_closed_door_makes_the_room_behind_it_dear(coordinator: Coordinator) -> None:
+    open_, shut = priors(ROOMS), priors(ROOMS)
+    open_["door"] = surely(open_["door"], np.pi / 2)
+    shut["door"] = surely(shut["door"], 0.0)
+    ways = [coordinator.floor.ways_from(AT[:2], beliefs) for beliefs in (open_, shut)]
+    cell = coordinator.floor.nearest(np.array([-2.0, 0.0]))
+    assert ways[0].costs[cell] < ways[1].costs[cell] - 10.0
+
+
+def test_what_is_on_the_way_counts(coordinator: Coordinator) -> None:
+    beliefs = priors(ROOMS)
+    beliefs["door"] = surely(beliefs["door"], np.pi / 2)
+    for_far = coordinator.actions(beliefs, np.array([3.2, -1.0, 2.0]), only=["far"])
+    assert any("near" in each.gains or "door" in each.gains for each in for_far)
+    assert {each.object for each in for_far} == {"far"}
+
+
+def test_a_robot_that_must_stay_updates_only_what_it_sees(coordinator: Coordinator) -> None:
+    actions = coordinator.actions(priors(ROOMS), AT, may_drive=False)
+    assert {each.object for each in actions} == {"near"}
+    assert all(each.distance == 0.0 and each.cost == 0.0 for each in actions)
+
+
+def test_a_sensor_that_sees_farther_is_another_action() -> None:
+    both = Coordinator(ROOMS, [LASER, Sensor("short", range_max=1.0)])
+    actions = both.actions(priors(ROOMS), AT, only=["near"])
+    best = {name: max(a.gain for a in actions if a.sensor == name) for name in both.sensors}
+    assert best["laser"] > best["short"]
+
+
+def test_what_is_known_is_not_worth_a_way() -> None:
+    rooms = two_rooms()
+    coordinator = Coordinator(rooms, [LASER])
+    known = {"door": surely(priors(rooms)["door"], 0.7)}
+    assert coordinator.best(coordinator.actions(known, AT)) is None
+
+
+def test_plans_come_first_in_their_order_then_the_best(coordinator: Coordinator) -> None:
+    beliefs = priors(ROOMS)
+    ranked = coordinator.actions(beliefs, AT)
+    plans = [Plan("grab", "far"), Plan("pass", "door"), Plan("release", "near")]
+    found = next_tasks(coordinator, ranked, beliefs, 0, plans=plans)
+    assert [each.action.object for each in found[:2]] == ["far", "door"]
+    assert found[0].reason == "before: grab far"
+    assert found[2].action is coordinator.best(ranked)
+    assert len(found) == 3
+    assert "nats of" in found[2].reason
+
+
+def test_a_plan_is_followed_whatever_it_gains() -> None:
+    rooms = two_rooms()
+    settings = CoordinatorSettings(choice=ChoiceSettings(gain_threshold=100.0))
+    coordinator = Coordinator(rooms, [LASER], settings)
+    beliefs = priors(rooms)
+    ranked = coordinator.actions(beliefs, AT)
+    found = next_tasks(coordinator, ranked, beliefs, 0, plans=[Plan("pass", "door")])
+    assert [each.action.object for each in found] == ["door"]
+
+
+def test_a_plan_with_an_unknown_object_is_refused(coordinator: Coordinator) -> None:
+    with pytest.raises(SettingsError, match=r"'pass gate': there is no such object; .* door"):
+        next_tasks(coordinator, [], priors(ROOMS), 0, plans=[Plan("pass", "gate")])
+
+
+def test_a_robot_without_sensors_is_refused() -> None:
+    with pytest.raises(SettingsError, match="without a sensor"):
+        Coordinator(ROOMS, [])

@@ -1,0 +1,157 @@
+"""What planners ask: blocked ways, costs of edges, modes of doors."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from objstate.building.model import Mesh
+from objstate.errors import BuildingError, WorldError
+from objstate.objects import ObjectBelief
+from objstate.particles import Weights
+from objstate.world import World
+from objstate.world.door_modes import DoorMode, door_mode, door_modes
+from objstate.world.route_graph import EdgeCost, RouteEdge, dynamic_edges
+from tests.rooms import block, standing
+from tests.world.examples import DESK, HOUR, OBJECTS, SECOND, at_angle, desk_at
+
+THROUGH = [(0.45, -2.0), (0.45, 2.0)]  # along the middle of the doorway
+OPEN, SHUT, AJAR = 1.55, 0.0, 0.6
+
+
+def world_with(*beliefs: ObjectBelief) -> World:
+    return World.of(OBJECTS, beliefs=beliefs)
+
+
+def far_desk(stamp_ns: int = 0) -> ObjectBelief:
+    return desk_at(30.0, stamp_ns)
+
+
+def test_a_closed_door_blocks_its_doorway_and_an_open_one_does_not() -> None:
+    for angle, chance in ((SHUT, 1.0), (AJAR, 1.0), (OPEN, 0.0)):
+        blockage = world_with(at_angle(angle, 0, std=0.01), far_desk()).at(0).blocked(THROUGH, 0.3)
+        assert blockage.probability == pytest.approx(chance, abs=1e-3)
+        assert [each.object for each in blockage.blockers][: int(chance)] == ["door"] * int(chance)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.floats(0.0, 1.57), st.floats(0.02, 0.6), st.floats(0.05, 0.4))
+def test_a_wider_robot_is_blocked_more_often(angle: float, std: float, radius: float) -> None:
+    then = world_with(at_angle(angle, 0, std), desk_at(1.6, 0, spread=0.1)).at(0)
+    narrow, wide = then.blocked(THROUGH, radius), then.blocked(THROUGH, radius * 1.3)
+    assert 0.0 <= narrow.probability <= wide.probability + 1e-12 <= 1.0 + 1e-9
+
+
+def test_the_probability_is_that_of_the_samples_in_the_way() -> None:
+    places = np.zeros((100, 3))
+    places[:, 0] = np.where(np.arange(100) < 30, 0.0, 9.0)
+    half = ObjectBelief(DESK, places, Weights.uniform(100), np.zeros(3), 1.0, 0, 0)
+    world = World({"desk": DESK}, world_with().settings, {"desk": (half,)})
+    blockage = world.at(0).blocked([(-2.0, 0.0), (2.0, 0.0)], 0.2)
+    assert blockage.probability == pytest.approx(0.3)
+    assert blockage.blockers[0].probability == pytest.approx(0.3)
+
+
+def test_several_objects_block_independently_and_the_likeliest_is_blamed_first() -> None:
+    both = world_with(at_angle(0.78, 0, std=0.3), desk_at(0.95, 0, spread=0.3)).at(0)
+    blockage = both.blocked([(0.45, -2.0), (0.45, 2.0)], 0.2)
+    chances = {each.object: each.probability for each in blockage.blockers}
+    assert chances.keys() == {"door", "desk"}
+    free = (1 - chances["door"]) * (1 - chances["desk"])
+    assert blockage.probability == pytest.approx(1 - free)
+    assert [c.probability for c in blockage.blockers] == sorted(chances.values(), reverse=True)
+
+
+def test_a_robot_fits_into_the_hollow_of_an_object() -> None:
+    cup = standing(
+        "cup",
+        Mesh.joined([block(0, -1, 2, 0.1), block(-1, 0, 0.1, 2), block(1, 0, 0.1, 2)]),
+    )
+    there = ObjectBelief(cup, np.zeros((1, 3)), Weights.uniform(1), np.zeros(3), 1.0, 0, 0)
+    world = World({"cup": cup}, world_with().settings, {"cup": (there,)})
+    assert world.at(0).blocked([(0.0, 3.0), (0.0, 0.0)], 0.3).probability == 0.0
+    assert world.at(0).blocked([(0.0, 3.0), (0.0, -3.0)], 0.3).probability == 1.0
+
+
+def test_a_point_is_a_path_and_nonsense_is_none() -> None:
+    then = world_with(at_angle(SHUT, 0)).at(0)
+    assert then.blocked([(0.45, 0.0)], 0.1).probability == pytest.approx(1.0, abs=0.05)
+    for path in ([], [(0.0, np.nan)], [(1.0, 2.0, 3.0)], [1.0, 2.0]):
+        with pytest.raises(WorldError, match="list of points"):
+            then.blocked(path, 0.3)
+    for radius in (0.0, -1.0, np.inf):
+        with pytest.raises(WorldError, match="radius"):
+            then.blocked(THROUGH, radius)
+
+
+def test_edges_are_told_in_the_words_of_nav2() -> None:
+    edges = [RouteEdge(3, THROUGH), RouteEdge(7, [(-4.0, -2.0), (-4.0, 2.0)])]
+    shut = world_with(at_angle(SHUT, 0), far_desk()).at(0)
+    told = dynamic_edges(shut, edges, 0.3, detour_cost=20.0)
+    assert told.closed_edges == (3,)
+    assert told.opened_edges == (7,)
+    assert told.adjust_edges == (EdgeCost(3, pytest.approx(20.0)), EdgeCost(7, 0.0))
+    assert told.to_dict()["adjust_edges"][1] == {"edgeid": 7, "cost": 0.0}
+
+
+def test_an_edge_that_may_be_blocked_costs_what_that_costs_on_average() -> None:
+    later = world_with(at_angle(OPEN, 0), far_desk()).at(HOUR)
+    told = dynamic_edges(later, [RouteEdge(1, THROUGH)], 0.3, detour_cost=10.0)
+    chance = later.blocked(THROUGH, 0.3).probability
+    assert 0.05 < chance < 0.9
+    assert told.opened_edges == (1,)
+    assert told.adjust_edges[0].cost == pytest.approx(10.0 * chance)
+    strict = dynamic_edges(later, [RouteEdge(1, THROUGH)], 0.3, detour_cost=10.0, close_from=chance)
+    assert strict.closed_edges == (1,)
+
+
+def test_what_nav2_cannot_be_told_is_refused() -> None:
+    then = world_with().at(0)
+    with pytest.raises(WorldError, match="65535"):
+        dynamic_edges(then, [RouteEdge(70_000, THROUGH)], 0.3, detour_cost=1.0)
+    with pytest.raises(WorldError, match="close_from"):
+        dynamic_edges(then, [], 0.3, detour_cost=1.0, close_from=0.0)
+
+
+@pytest.mark.parametrize(
+    ("angle", "mode"), [(OPEN, DoorMode.OPEN), (SHUT, DoorMode.CLOSED), (AJAR, DoorMode.CLOSED)]
+)
+def test_a_door_that_is_known_is_open_or_closed(angle: float, mode: DoorMode) -> None:
+    then = world_with(at_angle(angle, 0)).at(0)
+    assert door_modes(then, width=0.7) == {"door": mode}
+
+
+def test_a_door_unseen_for_long_is_unknown() -> None:
+    world = world_with(at_angle(OPEN, 0))
+    assert door_mode(world.at(0), "door", 0.7) is DoorMode.OPEN
+    assert door_mode(world.at(10 * HOUR), "door", 0.7) is DoorMode.UNKNOWN
+
+
+def test_a_robot_with_a_length_needs_the_door_wider_open() -> None:
+    then = world_with(at_angle(0.9, 0, std=0.01)).at(0)
+    assert door_mode(then, "door", 0.6) is DoorMode.OPEN
+    assert door_mode(then, "door", 0.6, length=1.0) is DoorMode.CLOSED
+
+
+def test_a_door_that_was_just_seen_to_move_is_moving() -> None:
+    world = world_with(at_angle(SHUT, 0), at_angle(0.5, SECOND), at_angle(OPEN, 2 * SECOND))
+    modes = [door_mode(world.at(stamp * SECOND), "door", 0.7) for stamp in (0, 1, 2, 8)]
+    assert modes == [DoorMode.CLOSED, DoorMode.MOVING, DoorMode.MOVING, DoorMode.OPEN]
+
+
+def test_the_numbers_are_those_of_rmf() -> None:
+    assert [DoorMode.CLOSED, DoorMode.MOVING, DoorMode.OPEN] == [0, 1, 2]
+    assert [DoorMode.OFFLINE, DoorMode.UNKNOWN] == [3, 4]
+
+
+def test_furniture_has_no_door_mode() -> None:
+    with pytest.raises(BuildingError, match="no door"):
+        door_mode(world_with().at(0), "desk", 0.7)
+    with pytest.raises(WorldError, match="confidence"):
+        door_mode(world_with().at(0), "door", 0.7, confidence=0.5)
+
+
+def test_the_world_answers_for_any_time() -> None:
+    world = world_with(at_angle(SHUT, 0), at_angle(OPEN, HOUR), far_desk(HOUR))
+    assert world.blocked(THROUGH, 0.3).probability < 0.01
+    assert world.blocked(THROUGH, 0.3, stamp_ns=0).probability > 0.99
