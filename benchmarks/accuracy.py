@@ -1,6 +1,6 @@
 """Errors against truth on fresh simulated drives: ``python benchmarks/accuracy.py SCENE SEED...``
 
-Prints a row for each seed, and one over all: final door errors in degrees (the
+``--settings FILE`` estimates with other settings than the defaults. Prints a row for each seed, and one over all: final door errors in degrees (the
 last observed estimate before a state changes or the log ends), the share of
 truths inside the 90 % intervals, the Cramér-Rao bound (root mean square, deg) and
 how many times it the root mean square error is, and the robot's own error.
@@ -8,7 +8,7 @@ how many times it the root mean square error is, and the robot's own error.
 
 from __future__ import annotations
 
-import sys
+import argparse
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,10 +16,11 @@ from pathlib import Path
 import numpy as np
 
 from objstate.bound import BoundErrors, evaluate_bound
+from objstate.config import Settings, load_settings
 from objstate.evaluation import compare_paths, latest_states
 from objstate.recording.tables import read_estimates, read_truth
 from objstate.recording.tum import read_tum
-from objstate.run import estimate_log
+from objstate.run import RunOptions, estimate_log
 from objstate.simulation import simulate
 from objstate.simulation.scene import load_scene
 
@@ -40,23 +41,24 @@ class Row:
     speed: float  # times real time
 
 
-def study(scene: Path, seeds: list[int]) -> None:
+def study(scene: Path, seeds: list[int], settings: Settings) -> None:
     """Simulate, estimate and evaluate a scene for each seed; print a Markdown table."""
     print(HEADER + "\n|" + " --- |" * HEADER.count(" | ") + " --- |")
     rows = []
     for seed in seeds:
-        rows.append(drive(scene, seed))
+        rows.append(drive(scene, seed, settings))
         print_rows(str(seed), rows[-1:])
     print_rows("all", rows)
 
 
-def drive(scene: Path, seed: int) -> Row:
-    """One simulated drive, estimated with the default settings."""
+def drive(scene: Path, seed: int, settings: Settings) -> Row:
+    """One simulated drive, estimated."""
     with tempfile.TemporaryDirectory() as folder:
         simulated = simulate(scene, Path(folder) / "drive", seed=seed)
         truth = read_truth(simulated.folder / "truth.csv")
         building = load_scene(scene).building
-        result = estimate_log([simulated.log], building, Path(folder) / "result", None)
+        options = RunOptions(settings=settings)
+        result = estimate_log([simulated.log], building, Path(folder) / "result", options)
         states = [
             each
             for each in latest_states(read_estimates(result.folder), truth, result.lost_ns)
@@ -96,4 +98,9 @@ def print_rows(name: str, rows: list[Row]) -> None:
 
 
 if __name__ == "__main__":
-    study(Path(sys.argv[1]), [int(seed) for seed in sys.argv[2:]])
+    parser = argparse.ArgumentParser(description="Errors against truth on simulated drives.")
+    parser.add_argument("scene", type=Path)
+    parser.add_argument("seeds", type=int, nargs="+")
+    parser.add_argument("--settings", type=Path)
+    given = parser.parse_args()
+    study(given.scene, given.seeds, load_settings(given.settings))

@@ -23,6 +23,8 @@ GROUPS = {
     "`beam_model`": config.BeamModelSettings,
     "`localization`": config.LocalizationSettings,
     "`object_updates`": config.ObjectUpdateSettings,
+    "`map_error`": config.MapErrorSettings,
+    "`consistency`": config.ConsistencySettings,
     "scene": scene.Scene,
     "scene: `route`": scene.Route,
     "scene: `odometry`": scene.OdometryNoise,

@@ -406,4 +406,5 @@ class Estimator:
             belief = PoseBelief(record.poses, Weights.of(record.weights))
         else:
             belief = self._localizer.start(record.mean, record.covariance, self._rng)
+        self._believed.collapse()
         self._track, self._search = Track(belief), None

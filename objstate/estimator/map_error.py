@@ -23,13 +23,16 @@ class MapError:
         self._settings = settings
         self._sum = settings.weight * settings.std_m**2
         self._count = settings.weight
+        self._squares = settings.weight * settings.std_m**4
         self._noted_ns: int | None = None
         self._before: dict[tuple[int, int], tuple[float, int]] = {}  # sum and number, by cell
 
     @property
     def std(self) -> float:
-        """m"""
-        return float(np.sqrt(max(self._sum / self._count, 0.0)))
+        """m, by what the looks agree on: their mean less half its standard error."""
+        mean = self._sum / self._count
+        error = np.sqrt(max(self._squares / self._count - mean**2, 0.0) / self._count)
+        return float(np.sqrt(max(mean - error / 2.0, 0.0)))
 
     def is_due(self, stamp_ns: int) -> bool:
         """Whether enough time has gone by since the last note that its errors are forgotten."""
@@ -52,6 +55,8 @@ class MapError:
             middle = float(np.median(part))  # beside a corner, some beams read another wall
             total, visits = self._before.get((x, y), (0.0, 0))
             if visits:
-                self._sum += middle * total / visits
+                product = middle * total / visits
+                self._sum += product
+                self._squares += product**2
                 self._count += 1
             self._before[x, y] = (total + middle, visits + 1)

@@ -68,7 +68,7 @@ class FurnitureLook:
 
     def gain(self, belief: ObjectBelief, scans: float) -> float:
         """Expected information gain of some scans, nats: of a Gaussian of the belief's covariance."""
-        before = sample_covariance(belief.deviations, belief.weights.values)
+        before = sample_covariance(belief.deviations, belief.standing.weights.values)
         after = np.linalg.inv(np.linalg.inv(before) + scans * self.information)
         drop = gaussian_entropy(before) - gaussian_entropy(np.asarray(after))
         return float(drop)

@@ -207,14 +207,14 @@ class ObjectBelief:
         """
         if not 0.0 < probability <= 1.0:
             raise ValueError(f"a probability of {probability} must be above 0 and at most 1")
-        weights, off = self.weights.values, self.deviations
+        weights, off = self.standing.weights.values, self.deviations
         covariance = (weights[:, None] * off).T @ off
         tiny = np.finfo(float).eps * (1.0 + np.trace(covariance))
         root = np.linalg.cholesky(covariance + tiny * np.eye(len(covariance)))
         order = np.argsort((np.linalg.solve(root, off.T) ** 2).sum(axis=0), kind="stable")
         filled = np.cumsum(weights[order])
         enough = int(np.searchsorted(filled, probability * filled[-1] - ROUNDING)) + 1
-        states = self.states[order[:enough]]
+        states = self.standing.states[order[:enough]]
         if not self.cell.any():
             return states
         ends = np.concatenate([states - self.cell / 2, states + self.cell / 2])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -50,8 +51,16 @@ class ScanEvidence:
             ),
         )
 
-    @property
+    @cached_property
     def _few(self) -> IntArray:
-        """Some robot samples, evenly spread."""
-        count = len(self.poses)
-        return np.unique(np.linspace(0, count - 1, min(FEW, count)).astype(np.int64))
+        """Some robot samples, by an even comb over what they weigh after the scan.
+
+        What the scan says against the object's absence is averaged over them, so a
+        sample counts as much as it explains the scan by that absence: then the mean
+        is that of p(o | s, l) over p(l).
+        """
+        told = self.tempering * self.view.log_likelihood(self.background)
+        weights, _ = self.robot_weights.reweight(told)
+        comb = (np.arange(FEW) + 0.5) / FEW
+        chosen = np.searchsorted(np.cumsum(weights.values), comb)
+        return chosen.clip(max=len(weights) - 1)

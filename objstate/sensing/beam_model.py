@@ -80,3 +80,17 @@ class BeamModel:
             return out.reshape(expected.shape)
 
         return log_likelihood
+
+    def total(self, measured: FloatArray, expected: FloatArray, range_max: float) -> FloatArray:
+        """log p(o | d-hat) (p,) of all measured ranges (n,) together, for expected ranges (p, n)."""
+        from objstate.sensing import kernels
+
+        out = np.empty(len(expected))
+        kernels.total_log_likelihoods(
+            np.ascontiguousarray(measured),
+            self.short(measured),
+            np.ascontiguousarray(expected),
+            self.parameters(range_max),
+            out,
+        )
+        return out

@@ -90,6 +90,25 @@ def log_likelihoods(
 
 
 @_compile
+def total_log_likelihoods(
+    measured: FloatArray,
+    short: FloatArray,
+    expected: FloatArray,
+    model: FloatArray,
+    out: FloatArray,
+) -> None:
+    """Log p(o | d-hat) of all beams together: measured and short (n,), expected (m, n), out (m,)."""
+    for row in range(expected.shape[0]):
+        total, product = 0.0, 1.0
+        for i in range(expected.shape[1]):
+            product *= density(measured[i], short[i], expected[row, i], model)
+            if product < SMALL or product > LARGE:
+                total += np.log(product)
+                product = 1.0
+        out[row] = total + np.log(product)
+
+
+@_compile
 def _first_at_or_after(bearing: float, beams: FloatArray, index: IntArray) -> Any:
     """The first beam whose pseudo-angle is not below ``bearing``."""
     count, cells = beams.shape[1], index.shape[0] - 1
@@ -274,6 +293,20 @@ def mark_seen(
 
 
 @_compile
+def _average_few(whole: BoolArray, few: IntArray, out: FloatArray) -> None:
+    """Give all poses the mean likelihood of the ``few`` in states that aren't ``whole``: ``out`` (p, s)."""
+    for s in range(whole.shape[0]):
+        if whole[s]:
+            continue
+        top, total = -np.inf, 0.0
+        for k in range(few.shape[0]):
+            top = max(top, out[few[k], s])
+        for k in range(few.shape[0]):
+            total += np.exp(out[few[k], s] - top)
+        out[:, s] = top + np.log(total / few.shape[0])
+
+
+@_compile
 def object_log_likelihood(
     poses: FloatArray,
     placements: FloatArray,
@@ -299,11 +332,12 @@ def object_log_likelihood(
     Burgard 2001) and are left out. ``bears`` (n,) is set where a beam touches the
     object in some state and isn't stopped before reaching it.
 
-    The likelihood has the exponent ``tempering``. The object may stand ``shift_std`` m aside of its placement, along the unit normal
-    ``normals[s]`` of its long side: an error that all its beams share. A range grows
-    with the shift by 1 over the cosine of its incidence, so the readings speak of the
-    shift as a Gaussian, and the average has a closed form. States that aren't
-    ``whole`` are cast from the poses ``few`` alone; their mean likelihood serves for all.
+    The likelihood has the exponent ``tempering``. The object may stand ``shift_std`` m
+    aside of its placement, along the unit normal ``normals[s]`` of its long side: an
+    error that all its beams share. A range grows with the shift by 1 over the cosine
+    of its incidence, so the readings speak of the shift as a Gaussian, and the average
+    has a closed form. States that aren't ``whole`` are cast from the poses ``few``
+    alone; their mean likelihood serves for all.
     """
     count = beams.shape[1]
     nearest = np.full(count, np.inf)
@@ -349,17 +383,7 @@ def object_log_likelihood(
             curvature *= tempering
             surely = 1.0 + curvature * variance
             out[p, s] = change + 0.5 * (gradient * gradient * variance / surely - np.log(surely))
-    for s in range(placements.shape[0]):
-        if whole[s]:
-            continue
-        top, total = -np.inf, 0.0
-        for k in range(few.shape[0]):
-            top = max(top, out[few[k], s])
-        for k in range(few.shape[0]):
-            total += np.exp(out[few[k], s] - top)
-        mean = top + np.log(total / few.shape[0])
-        for p in range(poses.shape[0]):
-            out[p, s] = mean
+    _average_few(whole, few, out)
 
 
 @_compile
@@ -385,9 +409,7 @@ def condition(
         total = 0.0
         for j in range(given.shape[1]):
             total += given[p, j] * factors[j]
-        if (
-            total < LEAST_EVIDENCE
-        ):  # a row that can't have read this: its pose is wrong, not its states
+        if total < LEAST_EVIDENCE:  # this row can't have read it: its pose is wrong, not its states
             evidence[p] = top + np.log(LEAST_EVIDENCE)
             continue
         for j in range(given.shape[1]):

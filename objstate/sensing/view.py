@@ -142,7 +142,7 @@ class MeshView:
         return np.asarray(origins + self._measured[short, None] * directions)
 
     def log_likelihood(self, expected: FloatArray) -> FloatArray:
-        return np.asarray(self._log_likelihood(expected).sum(axis=-1))
+        return self._beam_model.total(self._measured, expected, self._range_max)
 
     def pose_log_likelihood(
         self, poses: FloatArray, blur: float, objects: Sequence[UncertainObject]
@@ -199,9 +199,11 @@ class MeshView:
             peak = self._beam_model.parameters(self._range_max)[0]
             share = peak * np.exp(-0.5 * (off / sigma) ** 2 - with_it)
             cosine = self._cosines(poses, comparison.normals[chosen])
-            slope = np.where(np.abs(cosine) > GRAZING, share / cosine, 0.0)
-            pull = (slope * np.where(np.isfinite(off), off, 0.0)).sum(axis=2)
-            hold = (slope / cosine).sum(axis=2)
+            per_shift = np.divide(
+                1.0, cosine, out=np.zeros_like(cosine), where=np.abs(cosine) > GRAZING
+            )
+            pull = (share * per_shift * np.where(np.isfinite(off), off, 0.0)).sum(axis=2)
+            hold = (share * per_shift**2).sum(axis=2)
             pull, hold = (comparison.tempering / sigma**2 * each for each in (pull, hold))
             surely = 1.0 + hold * variance
             averaged = 0.5 * (pull**2 * variance / surely - np.log(surely))
@@ -260,8 +262,7 @@ class LevelView:
         return np.column_stack([x, y, np.full(len(x), self._sweep.height)])
 
     def log_likelihood(self, expected: FloatArray) -> FloatArray:
-        each = self._beam_model(self._measured, self._range_max)(expected)
-        return np.asarray(each.sum(axis=-1))
+        return self._beam_model.total(self._measured, expected, self._range_max)
 
     def pose_log_likelihood(
         self, poses: FloatArray, blur: float, objects: Sequence[UncertainObject]

@@ -5,17 +5,17 @@ import polars as pl
 import pytest
 
 from objstate.evaluation import latest_states
+from objstate.recording.tables import COLUMNS
 from objstate.records import Estimate, TrueState
 
 
 def frame(*estimates: Estimate) -> pl.DataFrame:
-    columns = ["stamp", "object", "coordinate", "mean", "std", "lower", "upper", "observed"]
     rows = [tuple(vars(estimate).values()) for estimate in estimates]
-    return pl.DataFrame(rows, schema=columns, orient="row")
+    return pl.DataFrame(rows, schema=list(COLUMNS), orient="row")
 
 
 def angle(stamp: int, name: str, mean: float, observed: bool) -> Estimate:
-    return Estimate(stamp, name, "angle", mean, 0.1, mean - 0.2, mean + 0.2, observed)
+    return Estimate(stamp, name, "angle", mean, 0.1, mean - 0.2, mean + 0.2, observed, fit=0.5)
 
 
 def test_the_last_observed_estimate_counts_not_what_spread_after_it() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,6 @@ from objstate.building.model import Mesh
 from objstate.config import BeamModelSettings, LocalizationSettings
 from objstate.geometry import FloatArray, compose, wrap
 from objstate.localization import Localizer, PoseBelief
-from objstate.localization.localizer import PoseLogLikelihood
 from objstate.particles import ImpossibleEvidenceError, Weights
 from objstate.sensing import BeamModel, ExpectedRanges, Sensing
 from tests.rooms import block, building, enclosure, fan, observed, wall
@@ -31,6 +32,9 @@ TRUE_POSE = np.array([-2.0, -0.5, 0.4])
 DEFAULT = Localizer(LocalizationSettings())
 
 
+PoseLogLikelihood = Callable[[FloatArray, float], FloatArray]  # of poses (n, 3), blur m
+
+
 def gaussian_log_likelihood(mean: FloatArray, std: FloatArray) -> PoseLogLikelihood:
     def log_likelihood(poses: FloatArray, blur: float) -> FloatArray:
         off = poses - mean
@@ -40,12 +44,28 @@ def gaussian_log_likelihood(mean: FloatArray, std: FloatArray) -> PoseLogLikelih
     return log_likelihood
 
 
+def corrected(
+    localizer: Localizer,
+    belief: PoseBelief,
+    log_likelihood: PoseLogLikelihood,
+    rng: np.random.Generator,
+) -> PoseBelief:
+    """Corrected, and renewed where few samples carry it."""
+    told = log_likelihood(belief.poses, localizer.blur(belief))
+    renewed, _ = localizer.renew(localizer.correct(belief, told), rng)
+    return renewed
+
+
 def corrected_by_scan(
     localizer: Localizer, belief: PoseBelief, pose: FloatArray, rng: np.random.Generator
 ) -> PoseBelief:
     view = SENSING.view(observed(EXPECTED, {}, pose, RAYS, rng))
-    return localizer.correct(
-        belief, lambda poses, blur: view.pose_log_likelihood(poses, blur, []), rng
+    tempering = localizer.settings.tempering
+    return corrected(
+        localizer,
+        belief,
+        lambda poses, blur: tempering * view.pose_log_likelihood(poses, blur, []),
+        rng,
     )
 
 
@@ -93,32 +113,33 @@ def test_anywhere_is_everywhere_in_the_rectangle() -> None:
     assert counts.min() > 0.8 * counts.mean()
 
 
-def test_correction_is_bayes_rule_with_the_tempering_exponent() -> None:
-    settings = LocalizationSettings(resample_below=0.0, least_effective=0.0, tempering=0.3)
+def test_correction_is_bayes_rule() -> None:
+    settings = LocalizationSettings(least_effective=0.0)
     belief = DEFAULT.start(TRUE_POSE, DEFAULT.told_covariance, np.random.default_rng(0))
-    likelihood = gaussian_log_likelihood(TRUE_POSE + 0.1, np.array([0.2, 0.2, 0.1]))
-    after = Localizer(settings).correct(belief, likelihood, np.random.default_rng(1))
+    told = gaussian_log_likelihood(TRUE_POSE + 0.1, np.array([0.2, 0.2, 0.1]))(belief.poses, 0.0)
+    after = Localizer(settings).correct(belief, told)
     assert after.poses is belief.poses
-    expected = np.exp(0.3 * likelihood(belief.poses, 0.0))
+    expected = np.exp(told)
     np.testing.assert_allclose(after.weights.values, expected / expected.sum(), atol=1e-12)
 
 
 def test_a_scan_that_tells_little_resamples_nothing() -> None:
     belief = DEFAULT.start(TRUE_POSE, DEFAULT.told_covariance, np.random.default_rng(0))
     weak = gaussian_log_likelihood(TRUE_POSE, np.full(3, 5.0))
-    assert DEFAULT.correct(belief, weak, np.random.default_rng(1)).poses is belief.poses
+    assert corrected(DEFAULT, belief, weak, np.random.default_rng(1)).poses is belief.poses
+    assert DEFAULT.renew(belief, np.random.default_rng(1)) == (belief, None)
 
 
 def test_resampling_keeps_mean_and_covariance() -> None:
     """The kernel widens the covariance by a few hundredths (kernel_width^2 n^(-2/7))."""
-    settings = LocalizationSettings(least_effective=0.0, tempering=1.0, min_particles=2000)
+    settings = LocalizationSettings(least_effective=0.0, min_particles=2000)
     kept = settings.model_copy(update={"resample_below": 0.0})
     belief = Localizer(settings).start(
         TRUE_POSE, np.diag([0.04, 0.03, 0.02]), np.random.default_rng(0)
     )
     likelihood = gaussian_log_likelihood(TRUE_POSE + 0.1, np.array([0.1, 0.08, 0.07]))
-    weighted = Localizer(kept).correct(belief, likelihood, np.random.default_rng(1))
-    resampled = Localizer(settings).correct(belief, likelihood, np.random.default_rng(1))
+    weighted = corrected(Localizer(kept), belief, likelihood, np.random.default_rng(1))
+    resampled = corrected(Localizer(settings), belief, likelihood, np.random.default_rng(1))
     assert resampled.weights.effective_size == pytest.approx(len(resampled.weights))
     std = np.sqrt(np.diag(weighted.covariance))
     np.testing.assert_allclose(resampled.mean, weighted.mean, atol=0.1 * std.min())
@@ -134,7 +155,7 @@ def test_a_robot_that_stands_still_keeps_a_belief_of_distinct_samples() -> None:
     belief = DEFAULT.start(TRUE_POSE, DEFAULT.told_covariance, rng)
     likelihood = gaussian_log_likelihood(TRUE_POSE, np.array([0.05, 0.05, 0.03]))
     for _ in range(30):
-        belief = DEFAULT.correct(belief, likelihood, rng)
+        belief = corrected(DEFAULT, belief, likelihood, rng)
     assert len(np.unique(belief.poses[:, 0])) == len(belief.poses)
     assert 0.0 < belief.position_std < 0.05
 
@@ -146,8 +167,8 @@ def test_the_sample_size_follows_the_width_of_the_belief() -> None:
             TRUE_POSE, np.diag([1.0, 1.0, 0.3]), 2000, np.random.default_rng(0)
         )
         likelihood = gaussian_log_likelihood(TRUE_POSE, np.array([std, std, 0.05]))
-        settings = LocalizationSettings(min_particles=50, least_effective=0.0, tempering=1.0)
-        after = Localizer(settings).correct(belief, likelihood, np.random.default_rng(1))
+        settings = LocalizationSettings(min_particles=50, least_effective=0.0)
+        after = corrected(Localizer(settings), belief, likelihood, np.random.default_rng(1))
         sizes.append(len(after.weights))
     assert 50 <= sizes[0] < sizes[1] < sizes[2] <= 2000
 
@@ -155,9 +176,7 @@ def test_the_sample_size_follows_the_width_of_the_belief() -> None:
 def test_evidence_that_no_sample_explains_is_the_named_error() -> None:
     belief = DEFAULT.start(TRUE_POSE, DEFAULT.told_covariance, np.random.default_rng(0))
     with pytest.raises(ImpossibleEvidenceError):
-        DEFAULT.correct(
-            belief, lambda poses, blur: np.full(len(poses), -np.inf), np.random.default_rng(1)
-        )
+        DEFAULT.correct(belief, np.full(len(belief.poses), -np.inf))
 
 
 @pytest.mark.parametrize("seed", range(3))

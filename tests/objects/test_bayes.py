@@ -1,4 +1,8 @@
-"""Eqs. (8) and (9) of Schulz and Burgard 2001, against sums and products written out."""
+"""Bayes' rule for an object and uncertain robots, against sums and products written out.
+
+Where every robot sample believes the same before the scan, the marginal after it is
+that of eqs. (8) and (9), Schulz and Burgard 2001.
+"""
 
 from __future__ import annotations
 
@@ -11,11 +15,15 @@ from hypothesis import strategies as st
 
 from objstate.config import DoorSettings
 from objstate.geometry import FloatArray
-from objstate.objects.bayes import marginal_log_likelihood
+from objstate.objects import ConditionalBelief, Update
 from objstate.objects.doors import LatticeFilter
 from objstate.particles import Weights
-from tests.objects.views import evidence_by
+from tests.objects.views import Formula, evidence_by
 from tests.rooms import door
+
+FILTER = LatticeFilter(door("door", 0.0, 0.0), DoorSettings(resolution_deg=10.0))
+STATES = FILTER.prior(np.random.default_rng(0)).states
+SEEDS = st.integers(0, 10_000)
 
 
 def posterior_written_out(
@@ -34,74 +42,97 @@ def posterior_written_out(
     return posterior
 
 
-def tables(seed: int, robots: int, states: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+def tables(seed: int, robots: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """p(o | s, l) (l, s), p(s) and p(l)."""
     rng = np.random.default_rng(seed)
-    likelihood = np.exp(rng.normal(0.0, 3.0, (robots, states)))
-    return likelihood, rng.dirichlet(np.ones(states)), rng.dirichlet(np.ones(robots))
+    likelihood = np.exp(rng.normal(0.0, 3.0, (robots, len(STATES))))
+    return likelihood, rng.dirichlet(np.full(len(STATES), 5.0)), rng.dirichlet(np.ones(robots))
+
+
+def told(log_likelihood: FloatArray) -> Formula:
+    """A scan that tells log p(o | s, l) (l, s) of the lattice's states."""
+
+    def formula(states: FloatArray, poses: FloatArray) -> FloatArray:
+        cell = STATES[1, 0] - STATES[0, 0]
+        return log_likelihood[:, np.rint(states[:, 0] / cell).astype(int)]
+
+    return formula
+
+
+def update(
+    log_likelihood: FloatArray, given_: FloatArray, robot: FloatArray, tempering: float = 1.0
+) -> Update:
+    """The door's belief given each robot sample (l, s), after a scan."""
+    weights, rng = Weights.of(robot), np.random.default_rng(0)
+    poses = np.zeros((len(robot), 3))
+    believed = ConditionalBelief(FILTER.prior(rng), given_).averaged(given_, robot)
+    evidence = evidence_by(told(log_likelihood), poses, weights, tempering)
+    after = FILTER.update(believed, evidence, rng)
+    assert after is not None
+    return after
+
+
+def alike(prior: FloatArray, robots: int) -> FloatArray:
+    return np.tile(prior, (robots, 1))
 
 
 @settings(max_examples=50, deadline=None)
-@given(st.integers(0, 10_000), st.integers(1, 6), st.integers(1, 9))
-def test_the_posterior_is_the_one_written_out(seed: int, robots: int, states: int) -> None:
-    likelihood, prior, robot = tables(seed, robots, states)
-    expected = posterior_written_out(likelihood.tolist(), prior.tolist(), robot.tolist())
+@given(SEEDS, st.integers(1, 6), st.floats(0.1, 1.0))
+def test_the_posterior_is_the_one_written_out(seed: int, robots: int, tempering: float) -> None:
+    likelihood, prior, robot = tables(seed, robots)
+    after = update(np.log(likelihood), alike(prior, robots), robot, tempering)
+    tempered = (likelihood**tempering).tolist()
+    expected = posterior_written_out(tempered, prior.tolist(), robot.tolist())
     assert math.fsum(expected) == pytest.approx(1.0)  # each robot sample's votes sum to its weight
-    weights = Weights.of(prior)
-    marginal = marginal_log_likelihood(np.log(likelihood), weights, Weights.of(robot))
-    after, evidence = weights.reweight(marginal)
-    np.testing.assert_allclose(after.values, expected, rtol=1e-9)
-    assert evidence == pytest.approx(0.0, abs=1e-9)
+    np.testing.assert_allclose(after.conditional.belief.weights.values, expected, rtol=1e-9)
 
 
 @settings(max_examples=30, deadline=None)
-@given(st.integers(0, 10_000), st.floats(-1000.0, 1000.0))
-def test_a_factor_on_all_of_a_robot_samples_likelihoods_changes_nothing(
+@given(SEEDS, st.floats(-1000.0, 1000.0))
+def test_a_factor_on_all_of_a_robot_samples_likelihoods_is_evidence_and_nothing_else(
     seed: int, factor: float
 ) -> None:
-    likelihood, prior, robot = tables(seed, 4, 6)
-    weights, robot_weights = Weights.of(prior), Weights.of(robot)
-    log_likelihood = np.log(likelihood)
-    scaled = log_likelihood + factor * np.arange(4)[:, None]
-    np.testing.assert_allclose(
-        marginal_log_likelihood(scaled, weights, robot_weights),
-        marginal_log_likelihood(log_likelihood, weights, robot_weights),
-        atol=1e-9,
-    )
+    likelihood, prior, robot = tables(seed, 4)
+    factors = factor * np.arange(4)
+    one = update(np.log(likelihood), alike(prior, 4), robot)
+    scaled = update(np.log(likelihood) + factors[:, None], alike(prior, 4), robot)
+    np.testing.assert_allclose(scaled.conditional.given, one.conditional.given, atol=1e-9)
+    np.testing.assert_allclose(scaled.log_evidence, one.log_evidence + factors, atol=1e-9)
 
 
 def test_with_one_robot_sample_it_is_bayes_rule() -> None:
-    likelihood, prior, _ = tables(0, 1, 5)
-    weights = Weights.of(prior)
-    after, _ = weights.reweight(
-        marginal_log_likelihood(np.log(likelihood), weights, Weights.uniform(1))
-    )
+    likelihood, prior, _ = tables(0, 1)
+    after = update(np.log(likelihood), prior[None], np.ones(1))
     joint = likelihood[0] * prior
-    np.testing.assert_allclose(after.values, joint / joint.sum())
+    np.testing.assert_allclose(after.conditional.belief.weights.values, joint / joint.sum())
+    np.testing.assert_allclose(after.log_evidence, np.log(joint.sum()))
 
 
 def test_a_robot_sample_without_weight_has_no_vote() -> None:
-    likelihood, prior, _ = tables(1, 2, 5)
-    weights = Weights.of(prior)
-    both = marginal_log_likelihood(np.log(likelihood), weights, Weights.of(np.array([1.0, 0.0])))
-    one = marginal_log_likelihood(np.log(likelihood[:1]), weights, Weights.uniform(1))
-    np.testing.assert_allclose(both, one, atol=1e-12)
-
-
-@settings(max_examples=20, deadline=None)
-@given(st.integers(0, 1000), st.floats(0.1, 1.0))
-def test_a_door_filter_updates_by_these_equations(seed: int, tempering: float) -> None:
-    rng = np.random.default_rng(seed)
-    poses, robot = rng.normal(0.0, 0.3, (5, 3)), rng.dirichlet(np.ones(5))
-
-    def formula(states: FloatArray, poses: FloatArray) -> FloatArray:
-        return np.asarray(-2.0 * (states[:, 0] - 0.7 - poses[:, :1]) ** 2)
-
-    filter_ = LatticeFilter(door("door", 0.0, 0.0), DoorSettings(resolution_deg=10.0))
-    belief = filter_.prior(rng)
-    evidence = evidence_by(formula, poses, Weights.of(robot), tempering)
-    after = filter_.update(belief, evidence, rng)
-    likelihood = np.exp(tempering * formula(belief.states, poses))
-    expected = posterior_written_out(
-        likelihood.tolist(), belief.weights.values.tolist(), robot.tolist()
+    likelihood, prior, _ = tables(1, 2)
+    both = update(np.log(likelihood), alike(prior, 2), np.array([1.0, 0.0]))
+    one = update(np.log(likelihood[:1]), prior[None], np.ones(1))
+    np.testing.assert_allclose(
+        both.conditional.belief.weights.values, one.conditional.belief.weights.values, atol=1e-12
     )
-    np.testing.assert_allclose(after.weights.values, expected, rtol=1e-9)
+
+
+@settings(max_examples=30, deadline=None)
+@given(SEEDS, st.integers(1, 5), st.floats(0.1, 1.0))
+def test_robot_samples_that_believe_differently_update_each_by_itself(
+    seed: int, robots: int, tempering: float
+) -> None:
+    """The joint belief p(l, s) written out: Bayes' rule on pairs, then sums."""
+    likelihood, _, robot = tables(seed, robots)
+    given_ = np.random.default_rng(seed).dirichlet(np.full(len(STATES), 5.0), robots)
+    after = update(np.log(likelihood), given_, robot, tempering)
+    pairs = robot[:, None] * given_ * likelihood**tempering
+    evidence = pairs.sum(axis=1) / robot
+    np.testing.assert_allclose(after.log_evidence, np.log(evidence), atol=1e-9)
+    np.testing.assert_allclose(
+        after.conditional.given, pairs / pairs.sum(axis=1, keepdims=True), atol=1e-12
+    )
+    reweighted = robot * np.exp(after.log_evidence)
+    marginal = after.conditional.averaged(after.conditional.given, reweighted / reweighted.sum())
+    expected = pairs.sum(axis=0) / pairs.sum()
+    np.testing.assert_allclose(marginal.belief.weights.values, expected, atol=1e-12)

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from objstate.geometry import BoolArray, FloatArray
-from objstate.objects import ScanEvidence
+from objstate.objects import ConditionalBelief, ObjectBelief, ObjectFilter, ScanEvidence
 from objstate.particles import Weights
-from objstate.sensing import UncertainObject
+from objstate.sensing import Comparison, UncertainObject
 
 # states (s, d) and robot poses (p, 3) to log p(o | s, l) (p, s)
 Formula = Callable[[FloatArray, FloatArray], FloatArray]
@@ -18,7 +18,10 @@ Formula = Callable[[FloatArray, FloatArray], FloatArray]
 
 @dataclass(frozen=True)
 class FormulaView:
-    """One beam whose likelihood is known; it bears on the object or not."""
+    """One beam whose likelihood is known; it bears on the object or not.
+
+    All states are cast from every robot pose, whole or not.
+    """
 
     formula: Formula
     bears: bool = True
@@ -32,15 +35,21 @@ class FormulaView:
     def object(self, name: str, states: FloatArray, poses: FloatArray) -> FloatArray:
         raise NotImplementedError
 
+    def explained(self, expected: FloatArray) -> BoolArray:
+        raise NotImplementedError
+
+    def log_likelihood(self, expected: FloatArray) -> FloatArray:
+        return np.zeros(len(expected))
+
     def pose_log_likelihood(
         self, poses: FloatArray, blur: float, objects: Sequence[UncertainObject]
     ) -> FloatArray:
         raise NotImplementedError
 
     def object_log_likelihood(
-        self, name: str, states: FloatArray, poses: FloatArray, background: FloatArray
+        self, name: str, states: FloatArray, poses: FloatArray, comparison: Comparison
     ) -> tuple[FloatArray, BoolArray]:
-        return self.formula(states, poses), np.array([self.bears])
+        return comparison.tempering * self.formula(states, poses), np.array([self.bears])
 
 
 def evidence_by(
@@ -55,6 +64,15 @@ def evidence_by(
     weights = Weights.uniform(len(poses)) if robot_weights is None else robot_weights
     view = FormulaView(formula, bears)
     return ScanEvidence("object", view, poses, weights, view.walls(poses), tempering)
+
+
+def updated(
+    filter_: ObjectFilter, belief: ObjectBelief, evidence: ScanEvidence, rng: np.random.Generator
+) -> ObjectBelief:
+    """The marginal after a scan, of robot samples that all believed the same before."""
+    given = ConditionalBelief.independent(belief, len(evidence.poses))
+    update = filter_.update(given, evidence, rng)
+    return belief if update is None else update.conditional.belief
 
 
 def gaussian_about(mean: FloatArray, std: FloatArray) -> Formula:

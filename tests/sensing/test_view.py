@@ -9,7 +9,14 @@ from objstate.building.model import Mesh
 from objstate.config import BeamModelSettings
 from objstate.geometry import FloatArray
 from objstate.records import Scan
-from objstate.sensing import BeamModel, ExpectedRanges, ScanView, Sensing, UncertainObject
+from objstate.sensing import (
+    BeamModel,
+    Comparison,
+    ExpectedRanges,
+    ScanView,
+    Sensing,
+    UncertainObject,
+)
 from objstate.sensing.view import LevelView, MeshView
 from tests.rooms import (
     block,
@@ -86,8 +93,10 @@ def test_both_views_tell_the_same_of_an_object(seed: int, model: BeamModel) -> N
     for name in ROOM.objects:
         states = states_of(name, rng)
         background = mesh.walls(robots)
-        found, bears = level.object_log_likelihood(name, states, robots, background)
-        exact, bears_exactly = mesh.object_log_likelihood(name, states, robots, background)
+        found, bears = level.object_log_likelihood(name, states, robots, Comparison(background))
+        exact, bears_exactly = mesh.object_log_likelihood(
+            name, states, robots, Comparison(background)
+        )
         np.testing.assert_allclose(found, exact, atol=0.02, rtol=1e-3)
         np.testing.assert_array_equal(bears, bears_exactly)
 
@@ -125,8 +134,8 @@ def test_both_views_tell_the_same_where_many_readings_are_at_the_gaussians_floor
         assert (found < -1000.0).all()
         np.testing.assert_allclose(found, exact, rtol=1e-4)
     background, states = mesh.walls(robots), np.linspace(0.0, 1.5, 30)[:, None]
-    found, _ = level.object_log_likelihood("door", states, robots, background)
-    exact, _ = mesh.object_log_likelihood("door", states, robots, background)
+    found, _ = level.object_log_likelihood("door", states, robots, Comparison(background))
+    exact, _ = mesh.object_log_likelihood("door", states, robots, Comparison(background))
     np.testing.assert_allclose(found, exact, rtol=1e-3, atol=2.0)
 
 
@@ -138,7 +147,9 @@ def views() -> list[ScanView]:
 def test_beams_that_do_not_touch_an_object_tell_nothing_of_it(view: ScanView) -> None:
     behind = np.array([[40.0, 0.0, 0.0]])  # outside, behind the wall
     robots = near_robots(0)
-    change, bears = view.object_log_likelihood("table", behind, robots, view.walls(robots))
+    change, bears = view.object_log_likelihood(
+        "table", behind, robots, Comparison(view.walls(robots))
+    )
     assert not change.any()
     assert not bears.any()
 
@@ -148,10 +159,10 @@ def test_beams_beside_an_object_change_nothing(view: ScanView) -> None:
     """The beams that bear on the object tell all that the whole scan tells."""
     robots, states = near_robots(0), np.array([TRUE_STATES["table"], [-2.1, 0.3, 0.4]])
     background = view.walls(robots)
-    whole, bears = view.object_log_likelihood("table", states, robots, background)
+    whole, bears = view.object_log_likelihood("table", states, robots, Comparison(background))
     touching = np.isfinite(view.object("table", states, robots)).any(axis=(0, 1))
     part, _ = view.take(touching).object_log_likelihood(
-        "table", states, robots, background[:, touching]
+        "table", states, robots, Comparison(background[:, touching])
     )
     assert 0 < touching.sum() < len(touching) / 2
     assert not bears[~touching].any()
@@ -162,7 +173,9 @@ def test_beams_beside_an_object_change_nothing(view: ScanView) -> None:
 def test_an_object_hidden_by_its_background_tells_nothing(view: ScanView) -> None:
     robots = near_robots(0)
     close = np.full_like(view.walls(robots), 0.2)
-    change, bears = view.object_log_likelihood("table", TRUE_STATES["table"][None], robots, close)
+    change, bears = view.object_log_likelihood(
+        "table", TRUE_STATES["table"][None], robots, Comparison(close)
+    )
     assert not change.any()
     assert not bears.any()
 
@@ -182,7 +195,9 @@ def test_the_true_state_explains_a_scan_best() -> None:
     scan = observed(EXPECTED, TRUE_STATES, ROBOT, RAYS, range_max=RANGE_MAX)
     angles = np.linspace(0.0, 1.5, 61)[:, None]
     for view in both_views(scan):
-        change, _ = view.object_log_likelihood("door", angles, ROBOT[None], view.walls(ROBOT[None]))
+        change, _ = view.object_log_likelihood(
+            "door", angles, ROBOT[None], Comparison(view.walls(ROBOT[None]))
+        )
         assert angles[change[0].argmax(), 0] == pytest.approx(0.6, abs=0.02)
 
 

@@ -1,0 +1,88 @@
+"""What is believed of every object, and the way back to what was."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from objstate.building.model import Mesh
+from objstate.config import Settings
+from objstate.estimator.believed import Believed
+from objstate.objects import ConditionalBelief
+from objstate.particles import Weights
+from tests.rooms import building, door, enclosure, table
+
+PLACE = building(
+    Mesh.joined([enclosure(6.0, 6.0)]), door("door", 0.0, 1.0), table("table", 1.0, -1.0)
+)
+SECOND = 10**9
+
+
+def believed() -> Believed:
+    return Believed(PLACE, Settings(), 0, {})
+
+
+def narrowed(state: Believed, stamp_ns: int, samples: int = 4) -> dict[str, ConditionalBelief]:
+    """All objects after a scan that told much."""
+    out = {}
+    for name in PLACE.objects:
+        each = state.given(name, samples, stamp_ns)
+        rows = each.given * np.exp(-0.1 * np.arange(each.given.shape[1]))
+        rows /= rows.sum(axis=1, keepdims=True)
+        out[name] = each.averaged(rows, np.full(samples, 1.0 / samples))
+    return out
+
+
+def test_going_back_leads_to_what_was_trusted() -> None:
+    state = believed()
+    state.keep_in_view(narrowed(state, SECOND))
+    state.trust()
+    trusted = dict(state.marginals)
+    for second in (2, 3):
+        state.keep_in_view(narrowed(state, second * SECOND))
+    assert state.marginals["door"].stamp_ns == 3 * SECOND
+    state.go_back()
+    for name, belief in trusted.items():
+        assert state.marginals[name] is belief
+    given = state.given("door", 5, SECOND).given
+    np.testing.assert_allclose(given, np.tile(trusted["door"].weights.values, (5, 1)))
+
+
+def test_going_back_twice_changes_nothing_more() -> None:
+    state = believed()
+    state.keep_in_view(narrowed(state, SECOND))
+    state.trust()
+    trusted = state.marginals["door"]
+    state.keep_in_view(narrowed(state, 2 * SECOND))
+    state.go_back()
+    state.go_back()
+    assert state.marginals["door"] is trusted
+
+
+def test_robot_samples_keep_what_their_ancestors_believed() -> None:
+    state = believed()
+    given = state.given("door", 3, SECOND)
+    rows = np.random.default_rng(0).dirichlet(np.ones(given.given.shape[1]), 3)
+    state.keep_in_view({"door": given.averaged(rows, np.full(3, 1.0 / 3.0))})
+    state.resampled(np.array([2, 2, 0, 1]))
+    np.testing.assert_array_equal(state.given("door", 4, SECOND).given, rows[[2, 2, 0, 1]])
+
+
+def test_what_collapses_keeps_its_marginal_and_no_more() -> None:
+    state = believed()
+    state.keep_in_view(narrowed(state, SECOND))
+    marginal = state.marginals["door"]
+    state.collapse()
+    assert state.marginals["door"] is marginal
+    assert len(state.given("door", 7, SECOND).given) == 7
+
+
+def test_an_object_asked_for_later_is_predicted() -> None:
+    state = believed()
+    certain = np.zeros(len(state.marginals["door"].states))
+    certain[50] = 1.0
+    told = state.at("door", SECOND).with_weights(Weights.of(certain))
+    state.keep([("door", told)])
+    later = state.at("door", 3601 * SECOND)
+    assert later.stamp_ns == 3601 * SECOND
+    assert later.std[0] > 5.0 * told.std[0]
+    assert state.marginals["door"] is told

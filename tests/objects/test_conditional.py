@@ -1,0 +1,88 @@
+"""Laws of beliefs given robot samples: rows are distributions, averaging is the marginal."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from objstate.config import DoorSettings
+from objstate.geometry import FloatArray
+from objstate.objects import ConditionalBelief
+from objstate.objects.doors import LatticeFilter
+from tests.rooms import door
+
+FILTER = LatticeFilter(door("door", 0.0, 0.0), DoorSettings(resolution_deg=5.0))
+PRIOR = FILTER.prior(np.random.default_rng(0))
+SEEDS = st.integers(0, 10_000)
+ROBOTS = st.integers(1, 8)
+SHARES = st.floats(0.0, 1.0)
+
+
+def tables(seed: int, robots: int) -> tuple[ConditionalBelief, FloatArray]:
+    """What each robot sample believes, and the robot weights (l,) that average it."""
+    rng = np.random.default_rng(seed)
+    rows = rng.dirichlet(np.ones(len(PRIOR.states)), robots)
+    robot = rng.dirichlet(np.ones(robots))
+    return ConditionalBelief(PRIOR, rows).averaged(rows, robot), robot
+
+
+@settings(max_examples=30, deadline=None)
+@given(SEEDS, ROBOTS)
+def test_averaging_is_the_marginal(seed: int, robots: int) -> None:
+    believed, robot = tables(seed, robots)
+    written_out = [
+        sum(weight * row[s] for weight, row in zip(robot, believed.given, strict=True))
+        for s in range(len(PRIOR.states))
+    ]
+    np.testing.assert_allclose(believed.belief.weights.values, written_out, atol=1e-14)
+
+
+@settings(max_examples=30, deadline=None)
+@given(SEEDS, ROBOTS, SHARES, st.floats(0.0, 5000.0))
+def test_whatever_is_done_rows_sum_to_one(
+    seed: int, robots: int, share: float, seconds: float
+) -> None:
+    believed, _ = tables(seed, robots)
+    ancestors = np.random.default_rng(seed).integers(0, robots, 5)
+    predicted = FILTER.predict_each(believed, seconds, np.random.default_rng(0))
+    for each in (believed.blended(share), believed.resampled(ancestors), predicted):
+        np.testing.assert_allclose(each.given.sum(axis=1), 1.0, atol=1e-12)
+        assert (each.given >= 0.0).all()
+
+
+@settings(max_examples=30, deadline=None)
+@given(SEEDS, ROBOTS, SHARES)
+def test_blending_keeps_the_marginal_and_brings_the_rows_nearer_to_it(
+    seed: int, robots: int, share: float
+) -> None:
+    believed, robot = tables(seed, robots)
+    blended = believed.blended(share)
+    marginal = believed.belief.weights.values
+    np.testing.assert_allclose(robot @ blended.given, marginal, atol=1e-14)
+    off = (1.0 - share) * (believed.given - marginal)
+    np.testing.assert_allclose(blended.given - marginal, off, atol=1e-14)
+
+
+@settings(max_examples=30, deadline=None)
+@given(SEEDS, ROBOTS, st.floats(0.0, 5000.0))
+def test_the_mean_of_predicted_rows_is_the_predicted_marginal(
+    seed: int, robots: int, seconds: float
+) -> None:
+    believed, robot = tables(seed, robots)
+    later = FILTER.predict_each(believed, seconds, np.random.default_rng(0))
+    np.testing.assert_allclose(robot @ later.given, later.belief.weights.values, atol=1e-12)
+
+
+def test_a_resampled_robot_sample_believes_what_its_ancestor_did() -> None:
+    believed, _ = tables(0, 4)
+    after = believed.resampled(np.array([2, 2, 0, 3, 3]))
+    np.testing.assert_array_equal(after.given, believed.given[[2, 2, 0, 3, 3]])
+    assert after.belief is believed.belief
+
+
+@pytest.mark.parametrize("robots", [1, 7])
+def test_at_first_every_robot_sample_believes_the_same(robots: int) -> None:
+    believed = ConditionalBelief.independent(PRIOR, robots)
+    np.testing.assert_array_equal(believed.given, np.tile(PRIOR.weights.values, (robots, 1)))
