@@ -256,9 +256,10 @@ class LevelView:
     def stopped_short(self, pose: FloatArray, expected: FloatArray) -> FloatArray:
         short = self._measured < expected - EXPLAINED_SIGMAS * self._beam_model.sigma_hit
         directions, offsets = self._sweep.unsorted(self._sweep.rows[1:]).reshape(2, 2, -1)
-        ends = self._measured * directions + offsets + self._sweep.centre[:2, None]
+        reached = self._measured[short] * directions[:, short]
+        ends = reached + offsets[:, short] + self._sweep.centre[:2, None]
         cos, sin = np.cos(pose[2]), np.sin(pose[2])
-        x, y = np.array([[cos, -sin], [sin, cos]]) @ ends[:, short] + pose[:2, None]
+        x, y = np.array([[cos, -sin], [sin, cos]]) @ ends + pose[:2, None]
         return np.column_stack([x, y, np.full(len(x), self._sweep.height)])
 
     def log_likelihood(self, expected: FloatArray) -> FloatArray:
