@@ -134,6 +134,7 @@ class MapErrorSettings(Strict):
     """How far walls and hinges are off the model: a first guess, which the log refines."""
 
     std_m: NonNegative = 0.005  # the first guess
+    least_m: NonNegative = 0.002  # no building is measured better
     weight: Positive = 20.0  # of it, in repeated looks at a place
     every_s: Positive = 1.0  # between looks; by then the robot's own errors are others
     cell_m: Positive = 0.5  # size of a place
@@ -158,6 +159,16 @@ class Dynamics(Strict):
     drift_m: NonNegative = 0.0
 
 
+class Rest(Strict):
+    """Where a door comes to rest that somebody has moved; the shares are normalized to one."""
+
+    closed: NonNegative = 0.3  # at its lower limit
+    open: NonNegative = 0.2  # at its upper limit
+    anywhere: Positive = 0.5  # between them
+    std_deg: Positive = 5.0  # hinged: how far from a limit a door counts as resting there
+    std_m: Positive = 0.03  # sliding
+
+
 class DoorSettings(Strict):
     """A hinged or sliding door: one degree of freedom between limits."""
 
@@ -168,6 +179,7 @@ class DoorSettings(Strict):
     prior_std_deg: Positive = 10.0
     prior_std_m: Positive = 0.1
     dynamics: Dynamics = Dynamics(moves_per_hour=2.0, drift_deg=0.05, drift_m=0.001)
+    rest: Rest = Rest()
     resolution_deg: ResolutionDeg = 0.5  # spacing of the sampled angles
     resolution_m: ResolutionM = 0.005
 
@@ -181,9 +193,12 @@ class FurnitureSettings(Strict):
     prior_std_deg: Positive = 15.0
     dynamics: Dynamics = Dynamics(moves_per_hour=1.0, drift_deg=0.1, drift_m=0.001)
     presence: Annotated[float, Field(gt=0, lt=1)] = 0.95  # probability that it is there at all
-    samples: Count = 200
+    samples: Count = 400  # at most; as the belief narrows, fewer
+    least_samples: Count = 80
     first_samples: Count = 1000  # of the prior, until they are first resampled
-    scouts: Count = 50  # samples that look, at every scan, where the object may have been moved
+    scouts: Annotated[int, Field(ge=4)] = (
+        80  # samples that look, at every scan, where the object may have been moved
+    )
     scout_weight: Share = 1e-4  # of all scouts together, before the scan is taken in
     nudge_m: Positive = (
         0.1  # how far from where it stood half of the scouts look; the others by the prior
@@ -205,12 +220,14 @@ class ObjectRule(Strict):
     prior_std_deg: Positive | None = None
     prior_std_m: Positive | None = None
     dynamics: Dynamics | None = None
+    rest: Rest | None = None
     resolution_deg: ResolutionDeg | None = None
     resolution_m: ResolutionM | None = None
     presence: Annotated[float, Field(gt=0, lt=1)] | None = None
     samples: Count | None = None
+    least_samples: Count | None = None
     first_samples: Count | None = None
-    scouts: Count | None = None
+    scouts: Annotated[int, Field(ge=4)] | None = None
     scout_weight: Share | None = None
     nudge_m: Positive | None = None
     nudge_deg: Positive | None = None

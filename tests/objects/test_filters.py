@@ -17,7 +17,8 @@ from objstate.config import (
 )
 from objstate.geometry import FloatArray, wrap
 from objstate.objects import ObjectBelief, ObjectFilter, ScanEvidence, filter_for
-from objstate.objects.filters import LatticeFilter, SampleFilter
+from objstate.objects.doors import LatticeFilter
+from objstate.objects.furniture import SampleFilter
 from objstate.particles import Weights
 from objstate.records import Scan
 from objstate.sensing import BeamModel, ExpectedRanges, Sensing
