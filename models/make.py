@@ -1,4 +1,4 @@
-"""Writes the example buildings: corridor/corridor.urdf and office/office.urdf.
+"""Writes the example buildings: corridor, office and hotel, each as NAME/NAME.urdf.
 
 It also writes those of the paper's experiments, to objstate/experiments/schulz2001/.
 
@@ -264,6 +264,34 @@ def two_offices(name: str) -> Urdf:
     return urdf
 
 
+def hotel() -> Urdf:
+    """Eight rooms exactly alike, four on each side of a corridor of 26 m that ends in two ways."""
+    length, half, depth, pitch = 26.0, 1.0, 4.0, 6.0
+    doors = [
+        Door(f"room_{side_name}_{k + 1}", 2.5 + pitch * k, side, INTO_ROOM, hinge_west=True)
+        for side, side_name in ((NORTH, "north"), (SOUTH, "south"))
+        for k in range(4)
+    ]
+    urdf = Urdf("hotel")
+    back = half + WALL + depth
+    for side in (NORTH, SOUTH):
+        gaps = [door.gap for door in doors if door.side == side]
+        urdf.wall_along_x((-WALL, length + WALL), across(side, half, half + WALL), gaps)
+        urdf.block((-WALL, length + WALL), across(side, back, back + WALL))
+        for k in range(4):
+            west = 1.0 + pitch * k
+            for x in (west - WALL, west + pitch - 2 * WALL):
+                urdf.block((x, x + WALL), across(side, half + WALL, back))
+            urdf.block((west + 3.6, west + 5.6), across(side, back - 1.6, back))  # bed
+            urdf.block((west, west + 0.6), across(side, half + WALL + 2.0, half + WALL + 3.2))
+    urdf.block((-WALL, 0.0), (-back, back))
+    urdf.block((length, length + WALL), (-back, back))
+    urdf.block((24.6, 25.4), (0.4, half))  # a counter at the east end
+    for door in doors:
+        urdf.door(door, half)
+    return urdf
+
+
 def small_table() -> list[tuple[tuple[float, ...], tuple[float, ...]]]:
     """A square top of 60 cm on legs of 2 cm, of which a laser sees next to nothing."""
     height, thick, leg, out = 0.7, 0.02, 0.02, 0.27
@@ -300,6 +328,7 @@ def across(side: int, near: float, far: float) -> tuple[float, float]:
 if __name__ == "__main__":
     corridor().write(HERE / "corridor" / "corridor.urdf")
     office().write(HERE / "office" / "office.urdf")
+    hotel().write(HERE / "hotel" / "hotel.urdf")
     department().write(SCHULZ_2001 / "department.urdf")
     passage().write(SCHULZ_2001 / "passage.urdf")
     offices().write(SCHULZ_2001 / "offices.urdf")

@@ -58,7 +58,6 @@ class LocalizationSettings(Strict):
 
     min_particles: Count = 100
     max_particles: Count = 2000
-    global_particles: Count = 40_000  # at the start from anywhere
     pf_err: Positive = 0.05  # largest error between true and estimated distribution (KLD)
     pf_z: Positive = 2.33  # upper standard normal quantile of holding pf_err: 2.33 is 0.99
     bin_xy: Positive = 0.10  # m, cells in which KLD sampling counts
@@ -78,9 +77,13 @@ class LocalizationSettings(Strict):
     tempering: Exponent = 0.1  # exponent on the likelihood of a scan
     initial_xy_std: NonNegative = 0.3  # m, of a start pose given without deviations
     initial_yaw_std_deg: NonNegative = 10.0
-    lost_above: Share = 0.12  # of returning beams that pass through walls: search the robot anew
+    lost_above: Share = 0.12  # of returning beams that pass through walls: the robot is lost
     lost_margin: Positive = 0.25  # m beyond a wall at which a return has passed through it
     lost_after: Positive = 4.0  # s over which that share is averaged
+    lost_below: Share = 0.4  # how well beams are explained, 0 as by chance, 1 fully: lost below
+    doubt_below: Share = 0.9  # of how well they usually are: the robot is looked for elsewhere
+    fit_after: Positive = 1.0  # s over which that is averaged
+    usual_after: Positive = 20.0  # s over which the usual is averaged
     object_states: Count = 5  # of each uncertain object that a beam is averaged over
 
     @model_validator(mode="after")
@@ -91,6 +94,20 @@ class LocalizationSettings(Strict):
                 f"({self.max_particles})"
             )
         return self
+
+
+class SearchSettings(Strict):
+    """Where in the building is a robot that is lost?"""
+
+    spacing: Positive = 0.25  # m between the free places that are tried
+    max_places: Count = 20_000  # in larger buildings, places lie farther apart
+    max_beams: Count = 40  # of one scan, in trying places
+    looks: Count = 6  # scans of each laser that are remembered
+    min_d: Positive = 0.4  # m driven between them
+    min_a: Positive = 0.35  # rad; or turned
+    every_s: Positive = 1.0  # s between searches
+    sure: Share = 0.99  # probability from which a place is the one
+    confirmed: Count = 2  # searches in a row that must agree on it
 
 
 class ObjectUpdateSettings(Strict):
@@ -117,6 +134,7 @@ class MapErrorSettings(Strict):
     """How far walls and hinges are off the model: a first guess, which the log refines."""
 
     std_m: NonNegative = 0.005  # the first guess
+    least_m: NonNegative = 0.002  # no building is measured better
     weight: Positive = 20.0  # of it, in repeated looks at a place
     every_s: Positive = 1.0  # between looks; by then the robot's own errors are others
     cell_m: Positive = 0.5  # size of a place
@@ -141,6 +159,16 @@ class Dynamics(Strict):
     drift_m: NonNegative = 0.0
 
 
+class Rest(Strict):
+    """Where a door comes to rest that somebody has moved; the shares are normalized to one."""
+
+    closed: NonNegative = 0.3  # at its lower limit
+    open: NonNegative = 0.2  # at its upper limit
+    anywhere: Positive = 0.5  # between them
+    std_deg: Positive = 5.0  # hinged: how far from a limit a door counts as resting there
+    std_m: Positive = 0.03  # sliding
+
+
 class DoorSettings(Strict):
     """A hinged or sliding door: one degree of freedom between limits."""
 
@@ -151,6 +179,7 @@ class DoorSettings(Strict):
     prior_std_deg: Positive = 10.0
     prior_std_m: Positive = 0.1
     dynamics: Dynamics = Dynamics(moves_per_hour=2.0, drift_deg=0.05, drift_m=0.001)
+    rest: Rest = Rest()
     resolution_deg: ResolutionDeg = 0.5  # spacing of the sampled angles
     resolution_m: ResolutionM = 0.005
 
@@ -164,9 +193,12 @@ class FurnitureSettings(Strict):
     prior_std_deg: Positive = 15.0
     dynamics: Dynamics = Dynamics(moves_per_hour=1.0, drift_deg=0.1, drift_m=0.001)
     presence: Annotated[float, Field(gt=0, lt=1)] = 0.95  # probability that it is there at all
-    samples: Count = 200
+    samples: Count = 400  # at most; as the belief narrows, fewer
+    least_samples: Count = 80
     first_samples: Count = 1000  # of the prior, until they are first resampled
-    scouts: Count = 50  # samples that look, at every scan, where the object may have been moved
+    scouts: Annotated[int, Field(ge=4)] = (
+        80  # samples that look, at every scan, where the object may have been moved
+    )
     scout_weight: Share = 1e-4  # of all scouts together, before the scan is taken in
     nudge_m: Positive = (
         0.1  # how far from where it stood half of the scouts look; the others by the prior
@@ -188,12 +220,14 @@ class ObjectRule(Strict):
     prior_std_deg: Positive | None = None
     prior_std_m: Positive | None = None
     dynamics: Dynamics | None = None
+    rest: Rest | None = None
     resolution_deg: ResolutionDeg | None = None
     resolution_m: ResolutionM | None = None
     presence: Annotated[float, Field(gt=0, lt=1)] | None = None
     samples: Count | None = None
+    least_samples: Count | None = None
     first_samples: Count | None = None
-    scouts: Count | None = None
+    scouts: Annotated[int, Field(ge=4)] | None = None
     scout_weight: Share | None = None
     nudge_m: Positive | None = None
     nudge_deg: Positive | None = None
@@ -204,6 +238,7 @@ class Settings(Strict):
 
     beam_model: BeamModelSettings = BeamModelSettings()
     localization: LocalizationSettings = LocalizationSettings()
+    search: SearchSettings = SearchSettings()
     object_updates: ObjectUpdateSettings = ObjectUpdateSettings()
     map_error: MapErrorSettings = MapErrorSettings()
     consistency: ConsistencySettings = ConsistencySettings()

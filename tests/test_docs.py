@@ -22,6 +22,7 @@ FILES = ROOT / "docs" / "files.md"
 GROUPS = {
     "`beam_model`": config.BeamModelSettings,
     "`localization`": config.LocalizationSettings,
+    "`search`": config.SearchSettings,
     "`object_updates`": config.ObjectUpdateSettings,
     "`map_error`": config.MapErrorSettings,
     "`consistency`": config.ConsistencySettings,
@@ -98,10 +99,18 @@ def test_every_key_of_objects_is_listed_with_its_default(
 ) -> None:
     true = defaults(model)
     true |= true.pop("dynamics")
-    told = {key: cell for key, cell in listed("`objects`", column).items() if key != "dynamics"}
+    true.pop("rest", None)
+    told = listed("`objects`", column)
+    told = {key: cell for key, cell in told.items() if key not in {"dynamics", "rest"}}
     assert {key for key, cell in told.items() if cell} == true.keys()
     wrong = {key: (told[key], true[key]) for key in true if not says(told[key], true[key])}
     assert wrong == {}
+
+
+def test_every_key_of_rest_is_listed_with_its_default() -> None:
+    true, told = defaults(config.Rest), listed("Where doors come to rest")
+    assert told.keys() == true.keys()
+    assert all(says(told[key], value) for key, value in true.items())
 
 
 def test_every_key_of_a_rule_is_listed() -> None:

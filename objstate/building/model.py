@@ -7,11 +7,15 @@ from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from objstate.errors import BuildingError
 from objstate.geometry import FloatArray, IntArray, rotation_about, transform
+
+if TYPE_CHECKING:
+    from objstate.building.symmetry import Symmetry
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,6 +96,20 @@ class MovableObject:
         back = rotation_about((0.0, 0.0, 1.0), -self.home[2])
         return np.asarray(back @ self.origin[:3, :3])
 
+    @cached_property
+    def upright_mesh(self) -> Mesh:
+        """The mesh of furniture as it stands on the floor, about its origin at yaw 0."""
+        return self.mesh.moved(transform(self._upright, np.zeros(3)))
+
+    @cached_property
+    def symmetry(self) -> Symmetry:
+        """After which turns about the vertical the object looks the same; doors have none."""
+        from objstate.building.symmetry import Symmetry, symmetry_of
+
+        if self.kind is not Kind.PLANAR:
+            return Symmetry(1, np.zeros(2))
+        return symmetry_of(self.upright_mesh)
+
     def transforms(self, states: FloatArray) -> FloatArray:
         """Link transforms (n, 4, 4) in the building for states (n, d)."""
         states = np.asarray(states, dtype=float)
@@ -113,6 +131,12 @@ class Building:
     walls: Mesh = field(repr=False)
     objects: Mapping[str, MovableObject]
     source: Path | None = None
+
+    @property
+    def symmetries(self) -> dict[str, int]:
+        """The orders of the objects that look the same after some turns."""
+        orders = {name: item.symmetry.order for name, item in self.objects.items()}
+        return {name: order for name, order in orders.items() if order > 1}
 
     def __getitem__(self, name: str) -> MovableObject:
         try:

@@ -112,7 +112,7 @@ class Adjustment:
             covariance=covariance,
             spread=spread,
             wall_spread=walls.spread,
-            used=float((np.abs(off) < self._options.spread).mean()),
+            used=float((np.abs(off) < self._options.spread).mean()) if len(off) else 0.0,
         )
 
     def _round(
@@ -144,7 +144,9 @@ class Adjustment:
         behind = step[poses + others :]
         covariance = equations.covariance(np.arange(poses, len(step)))
         variance = np.diag(covariance)[others:]
-        wall_spread = max(float(np.sqrt(np.mean(behind**2 + variance))), STILLEST)
+        wall_spread = walls.spread
+        if len(known):
+            wall_spread = max(float(np.sqrt(np.mean(behind**2 + variance))), STILLEST)
         return (
             unknowns.moved(step[: poses + others]),
             Walls(known, behind, wall_spread),

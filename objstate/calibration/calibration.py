@@ -16,6 +16,7 @@ import numpy as np
 from objstate.building import load_building
 from objstate.building.model import Building
 from objstate.calibration.adjustment import Adjusted, Adjustment, prior_deviations
+from objstate.calibration.consistency import birge_ratios
 from objstate.calibration.gathering import gather
 from objstate.calibration.options import CalibrationOptions
 from objstate.calibration.walls import WallReader
@@ -26,6 +27,7 @@ from objstate.run import RunOptions, open_run
 
 Progress = Callable[[float, float], None]  # share of the log done from 0 to 1, seconds of it done
 
+FAR_OFF = 3.0  # deviations of what is assumed before any reading
 LEAST_USED = 0.5  # share of readings of walls, below which building and log hardly belong together
 
 QUANTITIES = ("x", "y", "yaw", "clock")  # m, m, rad, s: the order of corrections
@@ -135,7 +137,11 @@ def _adjust(
 ) -> tuple[Adjusted, int]:
     gathered = gather(records, estimator, options, on_scan)
     reader = WallReader(estimator.building, estimator.settings, options)
-    return Adjustment(gathered, reader, options).solve(), len(gathered.scans)
+    whole = Adjustment(gathered, reader, options).solve()
+    parts = [Adjustment(part, reader, options).solve() for part in gathered.parts(options.parts)]
+    ratios = birge_ratios(whole, parts)
+    widened = replace(whole, covariance=whole.covariance * np.outer(ratios, ratios))
+    return widened, len(gathered.scans)
 
 
 def _calibration(
@@ -171,8 +177,20 @@ def _calibration(
         spread=adjusted.spread,
         wall_spread=adjusted.wall_spread,
         used=adjusted.used,
-        warnings=tuple(_doubts(adjusted)),
+        warnings=(*_doubts(adjusted), *_far_off(lasers, prior[2:6])),
     )
+
+
+def _far_off(lasers: Sequence[LaserCorrection], prior: FloatArray) -> Iterator[str]:
+    """Corrections beyond what a calibration is meant for."""
+    for laser in lasers:
+        far = np.abs(laser.correction) > FAR_OFF * prior
+        if far.any():
+            names = ", ".join(name for name, is_far in zip(QUANTITIES, far, strict=True) if is_far)
+            yield (
+                f"The laser '{laser.frame}' seems to be off by far more than is assumed before ({names}): "
+                "is its mounting in the log that of this robot, and are its stamps those of the scans?"
+            )
 
 
 def _doubts(adjusted: Adjusted) -> Iterator[str]:

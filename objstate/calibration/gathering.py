@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -23,6 +24,15 @@ class Gathered:
     track: OdometryTrack
     scans: tuple[Scan, ...]
     poses: FloatArray  # (k, 3) about where the robot was at each scan, in the building
+
+    def parts(self, count: int) -> list[Gathered]:
+        """The drive in so many parts, one after the other, of equally many scans."""
+        bounds = np.linspace(0, len(self.scans), count + 1).round().astype(int).tolist()
+        return [
+            Gathered(self.track, self.scans[begin:end], self.poses[begin:end])
+            for begin, end in pairwise(bounds)
+            if end > begin
+        ]
 
 
 def gather(

@@ -37,4 +37,5 @@ class CalibrationOptions:
     )
     wall_spread: float = 0.02  # m by which walls stand away from the model, at first
     place: float = 2.0  # m; in squares of this size, what faces one way is one piece of wall
+    parts: int = 4  # of a drive, that are held against each other
     rounds: int = 8  # of linearization

@@ -207,7 +207,7 @@ def _print(
     from objstate.recording.tum import TRAJECTORY, read_tum
 
     estimates = read_estimates(result.folder)
-    states = latest_states(estimates, true_states or (), result.lost_ns)
+    states = latest_states(estimates, true_states or (), result.lost_ns, result.symmetry)
     if states:
         print_table(state_table(states, result.begin_ns, with_truth=true_states is not None))
     known, near = {state.estimate.object for state in states}, set(estimates["object"])

@@ -37,12 +37,13 @@ class Believed:
         self.surroundings = Surroundings(building)
         self.marginals: dict[str, ObjectBelief] = {}
         self._in_view: dict[str, ConditionalBelief] = {}
-        self._trusted: dict[str, ObjectBelief] = {}  # what has changed since ``trust``, as it was
+        self._before: dict[str, ObjectBelief] = {}  # what changed since ``trust``, as it was
+        self._earlier: dict[str, ObjectBelief] = {}  # what had changed since the one before
         for name, each in self.filters.items():
             self._keep(name, each.prior(self.rngs[name]))
+        self.priors: Mapping[str, ObjectBelief] = dict(self.marginals)  # before any scan
         for name, belief in known.items():
             self._keep(building[name].name, belief)
-        self.trust()
 
     def at(self, name: str, stamp_ns: int, rng: np.random.Generator | None = None) -> ObjectBelief:
         """p(s_i) <- integral of p(s_i | t, s_i') p(s_i'), t the time since the last update."""
@@ -69,7 +70,7 @@ class Believed:
     def keep(self, beliefs: Iterable[tuple[str, ObjectBelief]]) -> None:
         """Keep new marginals."""
         for name, belief in beliefs:
-            self._trusted.setdefault(name, self.marginals[name])
+            self._before.setdefault(name, self.marginals[name])
             self._keep(name, belief)
 
     def resampled(self, ancestors: IntArray) -> None:
@@ -81,14 +82,14 @@ class Believed:
         self._in_view = {}
 
     def trust(self) -> None:
-        """From now on, ``go_back`` leads here."""
-        self._trusted = {}
+        """From now on, ``go_back`` leads to where this was last called before."""
+        self._before, self._earlier = {}, self._before
 
     def go_back(self) -> None:
-        """Forget all that was learnt since ``trust``."""
-        for name, belief in self._trusted.items():
+        """Forget all that was learnt since the last but one ``trust``."""
+        for name, belief in (self._before | self._earlier).items():
             self._keep(name, belief)
-        self._trusted, self._in_view = {}, {}
+        self._before, self._earlier, self._in_view = {}, {}, {}
 
     def _keep(self, name: str, belief: ObjectBelief) -> None:
         self.marginals[name] = belief

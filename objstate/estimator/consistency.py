@@ -13,7 +13,6 @@ from collections.abc import Hashable
 import numpy as np
 
 from objstate.config import ConsistencySettings
-from objstate.geometry import wrap
 from objstate.objects import ObjectBelief
 
 NANOSECONDS = 1e9
@@ -40,8 +39,7 @@ class Consistency:
         if not (before.settled and after.settled):
             self._open.pop(name, None)
             return
-        move = after.mean - before.mean
-        move = np.where(after.wraps, wrap(move), move)
+        move = after.moved_from(before)
         shrunk = before.std**2 - after.std**2
         began, moves, shrinks = self._open.get(name, (stamp_ns, 0.0 * move, 0.0 * move))
         moves, shrinks = moves + move, shrinks + shrunk

@@ -2,55 +2,112 @@
 
 from __future__ import annotations
 
-from objstate.config import LocalizationSettings
+from enum import Enum
+
+from objstate.config import Settings
 from objstate.estimator.tracking import NANOSECONDS
+from objstate.geometry import FloatArray, compose
+from objstate.localization import Hypotheses, apart
+
+TIED = 0.1  # probability from which a place isn't excluded
+
+
+class Verdict(Enum):
+    """What searches say of the track."""
+
+    OPEN = "open"
+    HERE = "here"  # no place explains the last scans better
+    NOT_HERE = "not here"  # others do, but which of them?
+    ELSEWHERE = "elsewhere"  # one place does, surely
 
 
 class Doubt:
     """The record of a robot's being lost: since when, how often before, when to search next.
 
-    Each search that finds nothing better doubles the wait for the next: then it is
-    the world that has changed, or the laser that sees through glass.
+    Each search that finds nothing better than the track doubles the wait for the
+    next: then it is the world that has changed, or the laser that sees through glass.
     """
 
-    def __init__(self, settings: LocalizationSettings) -> None:
-        self._settings = settings
+    def __init__(self, settings: Settings) -> None:
+        self._lost, self._search = settings.localization, settings.search
         self._past: list[tuple[int, int]] = []
-        self._fitted_ns = 0  # the last moment at which the track surely fitted
+        self._fitted_ns: int | None = None  # the last moment at which the track surely fitted
+        self._fitted_since_ns: int | None = None  # without a break
+        self._trusted_ns = 0
         self._search_from_ns = 0
-        self._wait = settings.lost_after  # s
+        self._wait = self._search.every_s
+        self._winner: FloatArray | None = None  # (3,) of the last search, driven on
+        self._wins = 0  # searches in a row that agreed on it
         self.is_lost = False
+        self.is_new = True  # no search has told whether the start is right
 
     def stretches(self, now_ns: int) -> tuple[tuple[int, int], ...]:
         """(from, to) ns of each time that the robot was lost, the present one up to now."""
-        present = [(self._fitted_ns, now_ns)] if self.is_lost else []
-        return (*self._past, *present)
+        return (*self._past, *([(self._since(now_ns), now_ns)] if self.is_lost else []))
 
     def may_search(self, now_ns: int) -> bool:
         """Whether a search isn't pointless so soon after the last."""
         return now_ns >= self._search_from_ns
 
-    def rise(self) -> None:
+    def rise(self, now_ns: int) -> None:
         """The track doesn't fit any more."""
         self.is_lost = True
+        self._fitted_ns = self._since(now_ns)
+        self._forget_winner()
+        self._search_from_ns, self._wait = now_ns, self._search.every_s
 
-    def dispel(self, now_ns: int) -> None:
-        """The track fits."""
-        self._end(now_ns)
+    def dispel(self, now_ns: int) -> bool:
+        """The track fits; whether what was learnt until now may be trusted from now on."""
+        if self._fitted_since_ns is None:
+            self._fitted_since_ns = now_ns
         self._fitted_ns = now_ns
-        self._search_from_ns, self._wait = 0, self._settings.lost_after
+        self._forget_winner()
+        if now_ns - self._fitted_since_ns >= self._lost.lost_after * NANOSECONDS:
+            self._search_from_ns, self._wait = 0, self._search.every_s
+        if now_ns - self._trusted_ns < 2.0 * self._lost.fit_after * NANOSECONDS:
+            return False
+        self._trusted_ns = now_ns
+        return True
+
+    def weigh(self, found: Hypotheses, track: FloatArray | None, now_ns: int) -> Verdict:
+        """What a search says, and those before it, of the track (3,): who is it that wins?"""
+        self._search_from_ns = now_ns + int(self._wait * NANOSECONDS)
+        self._fitted_since_ns = None
+        best, sure = found.poses[0], self._search.sure
+        agrees = self._winner is not None and apart(self._winner, best) <= 1.0
+        self._wins = (self._wins if agrees else 0) + 1 if found.shares[0] >= sure else 0
+        self._winner = best if self._wins else None
+        if self._wins >= self._search.confirmed:
+            return Verdict.ELSEWHERE if track is None or apart(track, best) > 1.0 else Verdict.HERE
+        if track is None or self.is_lost:
+            return Verdict.OPEN
+        share = float(found.shares[apart(found.poses, track) <= 1.0].sum())
+        if share < 1.0 - sure:
+            return Verdict.NOT_HERE
+        is_as_good = found.looks > self._search.confirmed and share >= TIED
+        return Verdict.HERE if is_as_good or apart(track, best) <= 1.0 else Verdict.OPEN
+
+    def drive(self, step: FloatArray) -> None:
+        """The robot has moved by a step (3,) of odometry."""
+        if self._winner is not None:
+            self._winner = compose(self._winner, step)
 
     def found(self, now_ns: int) -> None:
         """The robot was found in another place."""
-        self._end(now_ns)
+        self._past.append((self._since(now_ns), now_ns))
+        self.is_lost = self.is_new = False
+        self._fitted_ns = now_ns
+        self._forget_winner()
 
     def settle(self, now_ns: int) -> None:
         """No place fits better: the robot is where it thought, and the world has changed."""
-        self.is_lost = False
+        self.is_lost = self.is_new = False
         self._wait *= 2.0
         self._search_from_ns = now_ns + int(self._wait * NANOSECONDS)
+        self._forget_winner()
 
-    def _end(self, now_ns: int) -> None:
-        if self.is_lost:
-            self._past.append((self._fitted_ns, now_ns))
-        self.is_lost = False
+    def _since(self, now_ns: int) -> int:
+        return now_ns if self._fitted_ns is None else self._fitted_ns
+
+    def _forget_winner(self) -> None:
+        self._winner, self._wins = None, 0

@@ -13,13 +13,13 @@ from objstate.config import Settings
 from objstate.errors import LogError, SettingsError
 from objstate.estimator.believed import Believed
 from objstate.estimator.consistency import Consistency
-from objstate.estimator.doubt import Doubt
+from objstate.estimator.doubt import Doubt, Verdict
 from objstate.estimator.map_error import MapError
 from objstate.estimator.observation import Observation, observe
 from objstate.estimator.schedule import Schedule, evenly_spread
 from objstate.estimator.tracking import Track, share_through_walls
 from objstate.geometry import BoolArray, FloatArray, between, transform_from_pose
-from objstate.localization import LEVER, Localizer, PoseBelief
+from objstate.localization import LEVER, Hypotheses, Localizer, PoseBelief, Search
 from objstate.objects import ObjectBelief
 from objstate.particles import Weights
 from objstate.records import (
@@ -31,7 +31,10 @@ from objstate.records import (
     RobotBelief,
     Scan,
 )
-from objstate.sensing import BeamModel, Sensing, UncertainObject, cast_from
+from objstate.sensing import BeamModel, ExpectedRanges, Sensing, UncertainObject, cast_from
+
+FIT_BLUR = 0.1  # m; walls that are off by less fit
+FOUND_STD = np.array([0.1, 0.1, np.radians(3.0)])  # m, m, rad, of a place that was searched for
 
 
 class Estimator:
@@ -73,6 +76,7 @@ class Estimator:
         self._rng = np.random.default_rng([seed, 0])
         self._search_rng = np.random.default_rng([seed, 2])
         self._localizer = Localizer(self.settings.localization)
+        self._search = Search(ExpectedRanges(building), self.settings)
         self._sensing = Sensing(building, BeamModel(self.settings.beam_model))
         self._schedule = Schedule(self.settings.object_updates)
         self._believed = Believed(building, self.settings, seed, beliefs or {})
@@ -81,10 +85,10 @@ class Estimator:
         self._odometry: FloatArray | None = None
         self._now_ns = 0
         self._start_is_told = initial_pose is not None or global_start
-        start = self._start(initial_pose, global_start)
+        self._is_anywhere = global_start  # and no place is more likely than others as yet
+        start = self._start(initial_pose)
         self._track = None if start is None else Track(start)
-        self._search: Track | None = None
-        self._doubt = Doubt(self.settings.localization)
+        self._doubt = Doubt(self.settings)
 
     @property
     def robot(self) -> PoseBelief | None:
@@ -115,6 +119,11 @@ class Estimator:
         return self._doubt.stretches(self._now_ns)
 
     @property
+    def is_lost(self) -> bool:
+        """Whether the robot is not where it thinks, so that what it reads tells nothing of objects."""
+        return self._doubt.is_lost
+
+    @property
     def map_error(self) -> float:
         """m by which walls and hinges are off the building's model, as the log tells."""
         return self._map_error.std
@@ -142,14 +151,16 @@ class Estimator:
         self._now_ns = scan.stamp_ns
         if scan.odometry is not None:
             self._drive(scan.odometry)
+        if self._is_anywhere:
+            self._track = self._anywhere(scan)
         if self._track is None:
             self.scans_without_pose += 1
             return []
-        track = self._judged(self._track, scan)
-        if self._localizes_itself:
-            track = self._found_again(track, scan)
+        track = self._track
+        if self._localizes_itself and not self._is_anywhere:
+            track = self._found_again(self._judged(track, scan), scan)
         if self._doubt.is_lost:
-            self._track = self._localize(track, scan, scan.valid, self._rng)
+            self._track = track
             return self._unobserved(scan)
         if self._infers_jointly(track.belief):
             return self._sense_jointly(track, scan)
@@ -216,18 +227,15 @@ class Estimator:
         """p(l) <- integral of p(l | a, l') p(l'), for a new odometry reading a."""
         if self._odometry is not None:
             step = between(self._odometry, pose)
-            self._track = self._driven(self._track, step, self._rng)
-            self._search = self._driven(self._search, step, self._search_rng)
+            if self._track is not None:
+                self._track = self._driven(self._track, step)
+            self._doubt.drive(step)
         self._odometry = pose
 
-    def _driven(
-        self, track: Track | None, step: FloatArray, rng: np.random.Generator
-    ) -> Track | None:
-        if track is None:
-            return None
+    def _driven(self, track: Track, step: FloatArray) -> Track:
         if not self._localizes_itself:
             return replace(track, belief=track.belief.moved(step))
-        return replace(track, belief=self._localizer.predict(track.belief, step, rng))
+        return replace(track, belief=self._localizer.predict(track.belief, step, self._rng))
 
     def _localize(
         self, track: Track, scan: Scan, beams: BoolArray, rng: np.random.Generator
@@ -288,14 +296,20 @@ class Estimator:
         ).pose_log_likelihood(robot.poses, self._localizer.blur(robot), objects)
 
     def _scenery(
-        self, robot: PoseBelief, scan: Scan, beams: BoolArray, but: Collection[str]
+        self,
+        robot: PoseBelief,
+        scan: Scan,
+        beams: BoolArray,
+        but: Collection[str],
+        beliefs: Mapping[str, ObjectBelief] | None = None,
     ) -> list[UncertainObject]:
         """The objects that localization must reckon with, each where it may be."""
         surroundings, states = self._believed.surroundings, self.settings.localization.object_states
         names = [name for name in surroundings.within(robot, scan.range_max) if name not in but]
         walls = self._sensing.view(scan, beams).walls(robot.mean[None])[0]
         seen = surroundings.in_sight(names, robot, scan.rays.take(beams), walls)
-        return [self._believed.marginals[name].represented_by(name, states) for name in seen]
+        beliefs = self._believed.marginals if beliefs is None else beliefs
+        return [beliefs[name].represented_by(name, states) for name in seen]
 
     def _estimates(self, observation: Observation) -> list[Estimate]:
         return [
@@ -336,59 +350,98 @@ class Estimator:
     # --- lost, and found again ------------------------------------------------------
 
     def _judged(self, track: Track, scan: Scan) -> Track:
-        """The track with its record of beams that pass through walls kept up."""
-        s = self.settings.localization
-        if not self._is_narrow(track.belief):
-            return track
+        """The track with its record of how well it explains scans kept up."""
+        s, robot = self.settings.localization, track.belief
         beams = evenly_spread(scan.valid, s.max_beams)
-        walls = self._sensing.view(scan, beams).walls(track.belief.mean[None])[0]
-        through = share_through_walls(scan.ranges[beams], walls, s.lost_margin)
-        return track.judged(through, scan.stamp_ns, s)
+        if not self._is_narrow(robot) or not beams.any():
+            return track
+        view, here = self._sensing.view(scan, beams), robot.mean[None]
+        through = share_through_walls(scan.ranges[beams], view.walls(here)[0], s.lost_margin)
+        objects = self._scenery(robot, scan, beams, ())
+        fit = view.fit(float(view.pose_log_likelihood(here, FIT_BLUR, objects)[0]), FIT_BLUR)
+        return track.judged(through, fit, scan.stamp_ns, s)
 
     def _found_again(self, track: Track, scan: Scan) -> Track:
-        """While too many beams pass through walls, search anew beside the track.
+        """While the track is in doubt, search the whole building for a better place.
 
-        The track is given up only for one that fits twice as well; what was learnt of
-        objects since the track last fitted is given up as soon as it is in doubt.
+        The track is given up only for a place that explains the last scans surely better;
+        what was learnt of objects since it last fitted is given up as soon as it is lost.
         """
-        s, now = self.settings.localization, scan.stamp_ns
-        if track.misfit <= s.lost_above / 2.0:
-            self._believed.trust()
-            self._search = None
-            self._doubt.dispel(now)
+        s, now, doubt = self.settings.localization, scan.stamp_ns, self._doubt
+        if track.fits(s) and not doubt.is_lost and not doubt.is_new:
+            self._search.forget()
+            if doubt.dispel(now):
+                self._believed.trust()
             return track
-        if track.misfit <= s.lost_above or not self._doubt.may_search(now):
+        if track.is_wrong(s) and not doubt.is_lost and doubt.may_search(now):
+            self._search.forget()
+            self._lose(now)
+        found = self._searched(scan, track.belief.mean[None])
+        if found is None:
             return track
-        if not self._doubt.is_lost:
-            self._doubt.rise()
-            self._believed.go_back()
-        if self._search is None:
-            self._search = Track(self._anywhere(self._search_rng))
-            return track
-        found = self._judged(self._search, scan)
-        found = self._localize(found, scan, scan.valid, self._search_rng)
-        known, self._search = found.known_for(now), found
-        if known > s.lost_after and found.misfit < track.misfit / 2.0:
-            self._doubt.found(now)
-            self._search = None
-            return found
-        if known > 2.0 * s.lost_after:  # no better than the track: the world has changed
-            self._doubt.settle(now)
-            self._search = None
+        match doubt.weigh(found, track.belief.mean, now):
+            case Verdict.HERE:
+                self._search.forget()
+                doubt.settle(now)
+            case Verdict.NOT_HERE:
+                self._lose(now)
+            case Verdict.ELSEWHERE:
+                if not doubt.is_lost:
+                    self._lose(now)
+                return self._found(found.poses[0], now)
         return track
+
+    def _lose(self, now_ns: int) -> None:
+        """Say that the robot is lost, and take back what was learnt of objects since it fitted."""
+        self._doubt.rise(now_ns)
+        self._believed.go_back()
+
+    def _found(self, place: FloatArray, now_ns: int) -> Track:
+        self._doubt.found(now_ns)
+        self._search.forget()
+        spread = np.diag(FOUND_STD**2)
+        return Track(self._localizer.start(place, spread, self._rng))
+
+    def _searched(self, scan: Scan, also: FloatArray) -> Hypotheses | None:
+        """Where the robot may be by this scan and those before it, if it is time for a search."""
+        if self._odometry is None or not self._search.note(scan, self._odometry):
+            return None
+        if not self._doubt.may_search(scan.stamp_ns):
+            return None
+        return self._search.hypotheses(self._explained, also, self._search_rng)
+
+    def _explained(self, poses: FloatArray, scan: Scan, blur: float) -> FloatArray:
+        """Tempered log p(o | l) (p,) of poses near each other, from each with its own objects."""
+        s = self.settings.localization
+        beams = evenly_spread(scan.valid, s.max_beams)
+        near = PoseBelief(poses, Weights.uniform(len(poses)))
+        objects = self._scenery(near, scan, beams, (), self._believed.priors)
+        view = self._sensing.view(scan, beams)
+        return s.tempering * view.pose_log_likelihood(poses, blur, objects)
+
+    def _anywhere(self, scan: Scan) -> Track | None:
+        """The track of a robot that may be anywhere: where its scans up to this one fit."""
+        now = scan.stamp_ns
+        if self._odometry is None:
+            return None
+        if not self._doubt.is_lost:
+            self._doubt.rise(now)
+        found = self._searched(scan, np.empty((0, 3)))
+        if found is None:
+            return self._track
+        if self._doubt.weigh(found, None, now) is Verdict.ELSEWHERE:
+            self._is_anywhere = False
+            return self._found(found.poses[0], now)
+        return Track(found.belief(self.settings.localization.max_particles, self._search_rng))
 
     # --- the robot's start ----------------------------------------------------------
 
-    def _start(self, pose: FloatArray | None, anywhere: bool) -> PoseBelief | None:
-        if pose is not None and anywhere:
+    def _start(self, pose: FloatArray | None) -> PoseBelief | None:
+        if pose is None:
+            return None
+        if self._is_anywhere:
             raise SettingsError("--initial-pose and --global exclude each other; give one.")
-        if pose is not None:
-            return self._localizer.start(pose, self._localizer.told_covariance, self._rng)
-        return self._anywhere(self._rng) if anywhere else None
-
-    def _anywhere(self, rng: np.random.Generator) -> PoseBelief:
-        corners = self.building.walls.vertices[:, :2]
-        return self._localizer.start_anywhere(corners.min(axis=0), corners.max(axis=0), rng)
+        return self._localizer.start(pose, self._localizer.told_covariance, self._rng)
 
     def _be_told(self, record: InitialPose | GaussianRobotBelief | RobotBelief) -> None:
         """Take a pose belief from outside: as the start, or as the recorded belief."""
@@ -407,4 +460,5 @@ class Estimator:
         else:
             belief = self._localizer.start(record.mean, record.covariance, self._rng)
         self._believed.collapse()
-        self._track, self._search = Track(belief), None
+        self._track = Track(belief)
+        self._search.forget()

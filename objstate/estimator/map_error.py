@@ -32,7 +32,7 @@ class MapError:
         """m, by what the looks agree on: their mean less half its standard error."""
         mean = self._sum / self._count
         error = np.sqrt(max(self._squares / self._count - mean**2, 0.0) / self._count)
-        return float(np.sqrt(max(mean - error / 2.0, 0.0)))
+        return max(float(np.sqrt(max(mean - error / 2.0, 0.0))), self._settings.least_m)
 
     def is_due(self, stamp_ns: int) -> bool:
         """Whether enough time has gone by since the last note that its errors are forgotten."""

@@ -62,8 +62,10 @@ def observe(
         if not beams.any():
             continue
         without = backdrop.without(name)
+        best = int(np.argmax(robot.weights.log))
+        stopped = view.stopped_short(robot.poses[best], without[best])
         evidence = ScanEvidence(
-            name, view, robot.poses, robot.weights, without, tempering, shift_std
+            name, view, robot.poses, robot.weights, without, tempering, shift_std, stopped
         )
         update = believed.filters[name].update(given[name], evidence, believed.rngs[name])
         if update is None:

@@ -19,6 +19,7 @@ from objstate.evaluation.states import (
     true_courses,
 )
 from objstate.evaluation.summary import StateErrors, summarize_states, unit_of
+from objstate.evaluation.symmetry import read_symmetry
 from objstate.recording.tables import read_estimates, read_truth
 from objstate.recording.tum import TRAJECTORY, read_tum
 from objstate.records import TrueState
@@ -67,7 +68,9 @@ def evaluate(folder: str | Path, truth: str | Path, path: str | Path | None = No
     """
     estimates = read_estimates(folder)
     lost = read_lost(folder)
-    evaluation = evaluate_states(estimates, read_truth(truth), lost, source=str(truth))
+    evaluation = evaluate_states(
+        estimates, read_truth(truth), lost, read_symmetry(folder), source=str(truth)
+    )
     if path is None:
         return evaluation
     robot = compare_paths(read_tum(Path(folder) / TRAJECTORY), read_tum(path))
@@ -78,10 +81,13 @@ def evaluate_states(
     estimates: pl.DataFrame,
     truth: Iterable[TrueState],
     lost: Stretches = (),
+    symmetry: Mapping[str, int] | None = None,
     *,
     source: str = "The truth",
 ) -> Evaluation:
     """The errors of estimates (columns as in ``estimates.parquet``) against true states.
+
+    Headings of objects with some order of ``symmetry`` are compared modulo 360 degrees / order.
 
     Raises TruthError where they share no coordinate of any object, and ResultError where
     there are no estimates.
@@ -95,7 +101,7 @@ def evaluate_states(
             f"{source} tells nothing of this result's objects: it knows {_listed(courses)}, the "
             f"result has {_listed(estimated)}; use the truth of the same building."
         )
-    compared = compare_all(estimates, courses, lost)
+    compared = compare_all(estimates, courses, lost, symmetry or {})
     known, true, observed = (_objects(keys) for keys in (estimated, courses, compared))
     in_time = _objects(key for key, comparison in compared.items() if len(comparison.errors))
     return Evaluation(

@@ -26,12 +26,16 @@ class LatestState:
 
 
 def latest_states(
-    estimates: pl.DataFrame, truth: Iterable[TrueState] = (), lost: Stretches = ()
+    estimates: pl.DataFrame,
+    truth: Iterable[TrueState] = (),
+    lost: Stretches = (),
+    symmetry: Mapping[str, int] | None = None,
 ) -> list[LatestState]:
     """The latest state of every coordinate of every object, by object's name.
 
     ``estimates`` has the columns of ``estimates.parquet``; ``truth`` is in time order.
-    What was estimated while the robot was ``lost`` was taken back, and doesn't count.
+    What was estimated while the robot was ``lost`` was taken back, and doesn't count. Headings of
+    objects with some order of ``symmetry`` are compared modulo 360 degrees / order.
     """
     taken_back = within(estimates["stamp"].to_numpy(), lost)
     last = (
@@ -41,13 +45,16 @@ def latest_states(
         .sort("object", maintain_order=True)
     )
     courses = true_courses(truth)
-    return [_latest(Estimate(*row), courses) for row in last.iter_rows()]
+    rows = [Estimate(*row) for row in last.iter_rows()]
+    return [_latest(row, courses, (symmetry or {}).get(row.object, 1)) for row in rows]
 
 
-def _latest(estimate: Estimate, courses: Mapping[Coordinate, TrueCourse]) -> LatestState:
+def _latest(
+    estimate: Estimate, courses: Mapping[Coordinate, TrueCourse], symmetry: int
+) -> LatestState:
     course = courses.get((estimate.object, estimate.coordinate))
     truth = None if course is None else course.value_at(estimate.stamp_ns)
     if truth is None:
         return LatestState(estimate, None, None)
-    off = error(estimate.coordinate, np.array(estimate.mean), np.array(truth))
+    off = error(estimate.coordinate, np.array(estimate.mean), np.array(truth), symmetry)
     return LatestState(estimate, truth, float(off))

@@ -95,22 +95,30 @@ def true_courses(truth: Iterable[TrueState]) -> dict[Coordinate, TrueCourse]:
 
 
 def compare_all(
-    estimates: pl.DataFrame, courses: Mapping[Coordinate, TrueCourse], lost: Stretches = ()
+    estimates: pl.DataFrame,
+    courses: Mapping[Coordinate, TrueCourse],
+    lost: Stretches = (),
+    symmetry: Mapping[str, int] | None = None,
 ) -> dict[Coordinate, Comparison]:
     """``compare`` for every coordinate that was observed and whose truth is known."""
     return {
-        key: compare(key[1], posteriors, courses[key], lost)
+        key: compare(key[1], posteriors, courses[key], lost, (symmetry or {}).get(key[0], 1))
         for key, posteriors in observed_posteriors(estimates).items()
         if key in courses
     }
 
 
 def compare(
-    coordinate: str, posteriors: Posteriors, truth: TrueCourse, lost: Stretches = ()
+    coordinate: str,
+    posteriors: Posteriors,
+    truth: TrueCourse,
+    lost: Stretches = (),
+    symmetry: int = 1,
 ) -> Comparison:
     """Estimates beside the truth; those before the first true value are left out.
 
     Those made while the robot was ``lost`` were taken back, so that none of them is final.
+    Of an object of some order of ``symmetry``, equal headings count as one.
     """
     period = truth.period(posteriors.stamps_ns)
     known = period >= 0
@@ -119,28 +127,35 @@ def compare(
     true = truth.values[period]
     return Comparison(
         stamps_ns=posteriors.stamps_ns[known],
-        errors=error(coordinate, posteriors.means[known], true),
+        errors=error(coordinate, posteriors.means[known], true, symmetry),
         inside=inside_interval(
-            coordinate, true, posteriors.lowers[known], posteriors.uppers[known]
+            coordinate, true, posteriors.lowers[known], posteriors.uppers[known], symmetry
         ),
         final=last_of_each(period, stood) & truth.standing[period],
     )
 
 
-def error(coordinate: str, estimate: FloatArray, truth: FloatArray) -> FloatArray:
-    """Estimate minus truth; rotations the short way round."""
+def error(
+    coordinate: str, estimate: FloatArray, truth: FloatArray, symmetry: int = 1
+) -> FloatArray:
+    """Estimate minus truth; rotations the short way round, to the nearest of ``symmetry`` equal ones."""
     off = estimate - truth
-    return wrap(off) if coordinate in ROTATIONS else off
+    return wrap(symmetry * off) / symmetry if coordinate in ROTATIONS else off
 
 
 def inside_interval(
-    coordinate: str, values: FloatArray, lowers: FloatArray, uppers: FloatArray
+    coordinate: str,
+    values: FloatArray,
+    lowers: FloatArray,
+    uppers: FloatArray,
+    symmetry: int = 1,
 ) -> BoolArray:
     """(n,) whether each value lies in its interval; on the circle in any turn of it."""
     if coordinate not in ROTATIONS:
         return (lowers <= values) & (values <= uppers)
     uppers = np.where(uppers < lowers, uppers + 2 * np.pi, uppers)  # an upper bound that wrapped
-    turned = values + 2 * np.pi * np.array([[-1], [0], [1]])
+    turns = 2 * np.pi / symmetry * np.arange(-symmetry, symmetry + 1)
+    turned = values + turns[:, None]
     return np.asarray(((lowers <= turned) & (turned <= uppers)).any(axis=0))
 
 

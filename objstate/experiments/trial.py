@@ -107,7 +107,7 @@ def _run(trial: Trial, name: str, log: Path, out: Path, known: _Known) -> Run:
     options = RunOptions(settings=trial.settings[name], seed=trial.scene.seed)
     result = estimate_log([log], trial.scene.building, out, options)
     path = read_tum(out / TRAJECTORY)
-    compared = compare_all(read_estimates(out), known.courses, result.lost_ns)
+    compared = compare_all(read_estimates(out), known.courses, result.lost_ns, result.symmetry)
     return Run(
         setting=name,
         seed=trial.scene.seed,

@@ -80,7 +80,7 @@ class FurnitureLook:
 
     def gain(self, belief: ObjectBelief, scans: float) -> float:
         """Expected information gain of some scans, nats: of a Gaussian of the belief's covariance."""
-        before = sample_covariance(belief.deviations, belief.weights.values)
+        before = sample_covariance(belief.deviations, belief.standing.weights.values)
         alone = scans * self.information  # the robot's error stays the same from scan to scan
         told = np.asarray(np.linalg.solve(np.eye(3) + alone @ self.shift, alone))
         after = np.linalg.inv(np.linalg.inv(before) + (told + told.T) / 2.0)

@@ -30,6 +30,7 @@ class ObjectDynamics:
     name: str
     rate: Rate
     assumed: Dynamics  # what the settings say of it
+    is_door: bool
 
 
 @dataclass(frozen=True)
@@ -68,7 +69,12 @@ def learn_dynamics(
             joined = Waits.joined([waits[name] for name in names])
             classes[kind] = posterior_rate(joined, max(before, LEAST_RATE))
     objects = tuple(
-        ObjectDynamics(name, posterior_rate(waits[name], classes[_class(item)].mean), assumed[name])
+        ObjectDynamics(
+            name=name,
+            rate=posterior_rate(waits[name], classes[_class(item)].mean),
+            assumed=assumed[name],
+            is_door=_class(item) == "door",
+        )
         for name, item in building.objects.items()
     )
     return LearntDynamics(objects, classes, _shares(building, rests))

@@ -2,5 +2,6 @@
 
 from objstate.localization.belief import PoseBelief
 from objstate.localization.localizer import LEVER, Localizer
+from objstate.localization.search import Hypotheses, Search, apart
 
-__all__ = ["LEVER", "Localizer", "PoseBelief"]
+__all__ = ["LEVER", "Hypotheses", "Localizer", "PoseBelief", "Search", "apart"]

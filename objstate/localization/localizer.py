@@ -34,14 +34,6 @@ class Localizer:
         """The belief of somebody who was told a pose (3,) with a covariance (3, 3)."""
         return PoseBelief.gaussian(mean, covariance, self.settings.max_particles, rng)
 
-    def start_anywhere(
-        self, lower: FloatArray, upper: FloatArray, rng: np.random.Generator
-    ) -> PoseBelief:
-        """The belief of a robot anywhere in the rectangle from ``lower`` (2,) to ``upper`` (2,)."""
-        count = self.settings.global_particles
-        low, high = np.array([*lower, -np.pi]), np.array([*upper, np.pi])
-        return PoseBelief(rng.uniform(low, high, (count, 3)), Weights.uniform(count))
-
     def predict(self, belief: PoseBelief, step: FloatArray, rng: np.random.Generator) -> PoseBelief:
         """p(l | a), eq. (7): the belief after the odometry moved by ``step`` (3,)."""
         if not step.any():

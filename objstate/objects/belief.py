@@ -60,6 +60,7 @@ class ObjectBelief:
     presence: float = 1.0  # probability that it is there at all; the states are where, if it is
     stamp_ns: int | None = None  # the moment of the belief; None before the first
     last_observed_ns: int | None = None
+    scouts: int = 0  # of the last states: they look for it elsewhere, and count for nothing yet
 
     @property
     def wraps(self) -> BoolArray:
@@ -75,26 +76,72 @@ class ObjectBelief:
         return replace(self, states=states, weights=weights)
 
     @cached_property
+    def standing(self) -> ObjectBelief:
+        """The belief without its scouts."""
+        if self.scouts == 0:
+            return self
+        count = len(self.states) - self.scouts
+        log = self.weights.log[:count]
+        weights = Weights.of(np.exp(log - log.max()))
+        return replace(self, states=self.states[:count], weights=weights, scouts=0)
+
+    @cached_property
     def mean(self) -> FloatArray:
-        """(d,) directions by circular mean."""
-        values = self.weights.values
-        return np.array(
-            [
-                circular_mean(column, values) if wraps else float(values @ column)
-                for column, wraps in zip(self.states.T, self.wraps, strict=True)
-            ]
-        )
+        """(d,) directions by circular mean.
+
+        Of furniture that looks the same after some turns, all equal states count as the
+        one nearest to where it should stand.
+        """
+        states, values = self.standing.states, self.standing.weights.values
+        if self.item.kind is Kind.PLANAR:
+            yaw = self._yaw
+            return np.array([*(values @ self.item.symmetry.nearest(states, yaw)[:, :2]), yaw])
+        if self.item.wraps:
+            return np.array([circular_mean(states[:, 0], values)])
+        return np.asarray(values @ states)
+
+    @property
+    def _yaw(self) -> float:
+        """Furniture's mean heading; of several that look the same, the nearest to where it should stand."""
+        order, home = self.item.symmetry.order, float(self.item.home[2])
+        each = self.standing
+        turned = circular_mean(order * (each.states[:, 2] - home), each.weights.values)
+        return float(wrap(home + turned / order))
 
     @cached_property
     def deviations(self) -> FloatArray:
-        """(n, d) samples from the mean; directions the short way round."""
-        off = self.states - self.mean
+        """(n, d) samples, without scouts, from the mean; directions the short way round."""
+        states = self.standing.states
+        if self.item.kind is Kind.PLANAR:
+            states = self.item.symmetry.nearest(states, float(self.mean[2]))
+        off = states - self.mean
         return np.asarray(np.where(self.wraps, wrap(off), off))
+
+    def moved_from(self, before: ObjectBelief) -> FloatArray:
+        """(d,) by how much the mean differs from that of an earlier belief; the short way round."""
+        mean = self.mean
+        if self.item.kind is Kind.PLANAR:
+            mean = self.item.symmetry.nearest(mean[None], float(before.mean[2]))[0]
+        off = mean - before.mean
+        return np.asarray(np.where(self.wraps, wrap(off), off))
+
+    def unfolded(self) -> ObjectBelief:
+        """The same belief with all states that look alike: a square table has four equal headings.
+
+        The filters keep one of them, as no reading tells them apart.
+        """
+        if self.item.kind is not Kind.PLANAR:
+            return self
+        equals = self.item.symmetry.equals(self.standing.states)
+        weights = np.tile(self.standing.weights.values, len(equals))
+        return self.standing.with_samples(equals.reshape(-1, 3), Weights.of(weights))
 
     @cached_property
     def std(self) -> FloatArray:
         """(d,) standard deviations, the width of a sample's cell included."""
-        return np.asarray(np.sqrt(self.weights.values @ self.deviations**2 + self.cell**2 / 12.0))
+        return np.asarray(
+            np.sqrt(self.standing.weights.values @ self.deviations**2 + self.cell**2 / 12.0)
+        )
 
     def interval(self, share: float = CENTRAL) -> tuple[FloatArray, FloatArray]:
         """Lower and upper bounds (d,) of the central ``share`` of the posterior.
@@ -110,7 +157,7 @@ class ObjectBelief:
         return lower.clip(*limits), upper.clip(*limits)
 
     def _quantiles(self, coordinate: int, shares: FloatArray) -> FloatArray:
-        values, weights = self.deviations[:, coordinate], self.weights.values
+        values, weights = self.deviations[:, coordinate], self.standing.weights.values
         width = self.cell[coordinate]
         if width == 0.0:
             return quantiles(values, weights, shares)
@@ -160,14 +207,14 @@ class ObjectBelief:
         """
         if not 0.0 < probability <= 1.0:
             raise ValueError(f"a probability of {probability} must be above 0 and at most 1")
-        weights, off = self.weights.values, self.deviations
+        weights, off = self.standing.weights.values, self.deviations
         covariance = (weights[:, None] * off).T @ off
         tiny = np.finfo(float).eps * (1.0 + np.trace(covariance))
         root = np.linalg.cholesky(covariance + tiny * np.eye(len(covariance)))
         order = np.argsort((np.linalg.solve(root, off.T) ** 2).sum(axis=0), kind="stable")
         filled = np.cumsum(weights[order])
         enough = int(np.searchsorted(filled, probability * filled[-1] - ROUNDING)) + 1
-        states = self.states[order[:enough]]
+        states = self.standing.states[order[:enough]]
         if not self.cell.any():
             return states
         ends = np.concatenate([states - self.cell / 2, states + self.cell / 2])
@@ -188,14 +235,17 @@ class ObjectBelief:
         if self.settled:
             return UncertainObject(name, self.mean[None], np.full(1, self.presence))
         comb = (np.arange(count) + 0.5) / count
-        chosen = np.searchsorted(np.cumsum(self.weights.values), comb)
-        states = self.states[chosen.clip(max=len(self.states) - 1)]
+        each = self.standing
+        chosen = np.searchsorted(np.cumsum(each.weights.values), comb)
+        states = each.states[chosen.clip(max=len(each.states) - 1)]
         return UncertainObject(name, states, np.full(count, self.presence / count))
 
     @property
     def best(self) -> FloatArray:
         """(d,) the most probable state: the mean where there is one place, else the heaviest sample."""
-        return self.mean if self.settled else self.states[int(np.argmax(self.weights.log))]
+        if self.settled:
+            return self.mean
+        return np.asarray(self.standing.states[int(np.argmax(self.standing.weights.log))])
 
     def estimates(self, fit: float | None, lost: bool = False) -> list[Estimate]:
         """The belief as rows for people and programs, one for each coordinate.

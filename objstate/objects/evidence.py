@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -25,6 +25,8 @@ class ScanEvidence:
     background: FloatArray  # (l, n) m, expected ranges of everything else
     tempering: float  # exponent on p(o | s, l)
     shift_std: float = 0.0  # m by which the whole object may be off its place
+    # (k, 3) m, where beams end that something else than the background stopped
+    stopped: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
 
     def cast(
         self, states: FloatArray, whole: BoolArray, normals: FloatArray | None = None

@@ -66,6 +66,8 @@ class RunResult:
     counts: Mapping[str, int]
     warnings: tuple[str, ...]
     lost_ns: tuple[tuple[int, int], ...] = ()  # stretches in which the robot was lost
+    # orders of those objects that look the same after a turn by 360 degrees / order
+    symmetry: Mapping[str, int] = field(default_factory=dict)
     world: WorldUse | None = None  # where one took part
     laser_heights: Mapping[str, float] = field(default_factory=dict)  # m above the floor, by frame
 
@@ -82,6 +84,7 @@ class RunResult:
             "counts": dict(self.counts),
             "warnings": list(self.warnings),
             "lost_ns": [list(stretch) for stretch in self.lost_ns],
+            "symmetry": dict(self.symmetry),
             "world": None if self.world is None else asdict(self.world),
             "laser_heights": dict(self.laser_heights),
         }
@@ -145,6 +148,7 @@ def estimate_log(
             counts=log.counts | {"estimates": drive.estimates, "poses": len(drive.poses)},
             warnings=(*log.warnings, *estimator.warnings, *doubts(drive, estimator, options)),
             lost_ns=tuple(estimator.lost),
+            symmetry=model.symmetries,
             world=None if memory is None else memory.keep(drive.end_ns, options.settings),
             laser_heights=drive.heights,
         )

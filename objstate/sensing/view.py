@@ -10,10 +10,10 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from objstate.building.model import Building
-from objstate.geometry import BoolArray, FloatArray, IntArray
+from objstate.geometry import BoolArray, FloatArray, IntArray, transform_from_pose
 from objstate.records import Rays, Scan
 from objstate.sensing.beam_model import BeamModel
-from objstate.sensing.expected import ExpectedRanges
+from objstate.sensing.expected import ExpectedRanges, cast_from
 from objstate.sensing.level import LevelOutlines, ObjectOutline, Sweep, with_trigonometry
 
 GRAZING = 0.1  # cosine of incidence below which a range says nothing of a shift of the surface
@@ -56,6 +56,9 @@ class ScanView(Protocol):
     def explained(self, expected: FloatArray) -> BoolArray:
         """Which beams (n,) read what is expected (n,) of them, within ``EXPLAINED_SIGMAS``."""
 
+    def stopped_short(self, pose: FloatArray, expected: FloatArray) -> FloatArray:
+        """Where beams end (k, 3) m that read less than expected (n,), from a robot pose (3,)."""
+
     def log_likelihood(self, expected: FloatArray) -> FloatArray:
         """log p(o | d-hat) (p,) of all beams together, for expected ranges (p, n)."""
 
@@ -66,6 +69,9 @@ class ScanView(Protocol):
 
         ``blur`` m is added to the beam model's ``sigma_hit``, as variances add.
         """
+
+    def fit(self, log_likelihood: float, blur: float) -> float:
+        """How well a scan with that log p(o | l) is explained: 0 as by chance, 1 as it should be."""
 
     def object_log_likelihood(
         self, name: str, states: FloatArray, poses: FloatArray, comparison: Comparison
@@ -133,6 +139,11 @@ class MeshView:
         margin = EXPLAINED_SIGMAS * self._beam_model.sigma_hit
         return _agree(self._measured, expected, self._range_max, margin)
 
+    def stopped_short(self, pose: FloatArray, expected: FloatArray) -> FloatArray:
+        short = self._measured < expected - EXPLAINED_SIGMAS * self._beam_model.sigma_hit
+        origins, directions = cast_from(transform_from_pose(pose), self._rays.take(short))
+        return np.asarray(origins + self._measured[short, None] * directions)
+
     def log_likelihood(self, expected: FloatArray) -> FloatArray:
         return self._beam_model.total(self._measured, expected, self._range_max)
 
@@ -152,6 +163,9 @@ class MeshView:
             likelihood = np.einsum("s,psn->pn", item.shares, kept)
         with np.errstate(divide="ignore"):
             return np.asarray(np.log(likelihood).sum(axis=1))
+
+    def fit(self, log_likelihood: float, blur: float) -> float:
+        return self._beam_model.blurred(blur).fit(log_likelihood, self._measured, self._range_max)
 
     def object_log_likelihood(
         self, name: str, states: FloatArray, poses: FloatArray, comparison: Comparison
@@ -245,6 +259,15 @@ class LevelView:
         margin = EXPLAINED_SIGMAS * self._beam_model.sigma_hit
         return _agree(self._measured, expected, self._range_max, margin)
 
+    def stopped_short(self, pose: FloatArray, expected: FloatArray) -> FloatArray:
+        short = self._measured < expected - EXPLAINED_SIGMAS * self._beam_model.sigma_hit
+        directions, offsets = self._sweep.unsorted(self._sweep.rows[1:]).reshape(2, 2, -1)
+        reached = self._measured[short] * directions[:, short]
+        ends = reached + offsets[:, short] + self._sweep.centre[:2, None]
+        cos, sin = np.cos(pose[2]), np.sin(pose[2])
+        x, y = np.array([[cos, -sin], [sin, cos]]) @ ends + pose[:2, None]
+        return np.column_stack([x, y, np.full(len(x), self._sweep.height)])
+
     def log_likelihood(self, expected: FloatArray) -> FloatArray:
         return self._beam_model.total(self._measured, expected, self._range_max)
 
@@ -272,6 +295,9 @@ class LevelView:
             out,
         )
         return out
+
+    def fit(self, log_likelihood: float, blur: float) -> float:
+        return self._beam_model.blurred(blur).fit(log_likelihood, self._measured, self._range_max)
 
     def object_log_likelihood(
         self, name: str, states: FloatArray, poses: FloatArray, comparison: Comparison

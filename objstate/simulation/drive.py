@@ -220,9 +220,10 @@ class Simulation:
         walls = EmbreeCaster(model.walls)
         height = self.scene.lasers[0].mount.z
         for number, (start, end) in enumerate(pairwise(points)):
-            way = np.array([end.x - start.x, end.y - start.y, 0.0])
+            x, y = start.left_from
+            way = np.array([end.x - x, end.y - y, 0.0])
             length = float(np.linalg.norm(way))
-            free = walls.distances(np.array([[start.x, start.y, height]]), way[None] / length)[0]
+            free = walls.distances(np.array([[x, y, height]]), way[None] / length)[0]
             if free < length:
                 raise SettingsError(
                     f"route.waypoints.{number + 1}: the way there meets a wall after {free:.2f} m "

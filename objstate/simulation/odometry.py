@@ -28,7 +28,7 @@ def dead_reckoning(motion: Motion, noise: OdometryNoise, rng: np.random.Generato
     """
     period = 1.0 / noise.rate
     times = np.arange(0.0, motion.duration + period, period)
-    truth = motion.at(times)
+    truth = motion.by_wheels(times)
     steps = between(truth[:-1], truth[1:])
     measured = _with_errors(steps, noise, rng)
     poses = [np.zeros(3)]

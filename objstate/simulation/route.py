@@ -13,11 +13,12 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from objstate.geometry import FloatArray, wrap
-from objstate.simulation.scene import Route
+from objstate.geometry import FloatArray, between, compose, wrap
+from objstate.simulation.scene import PlanarState, Route
 
 STEP = 0.005  # m or rad between the poses of a piece; what lies between is interpolated
 STRAIGHT = 1e-6  # rad; a corner that turns by less is none
+JUMP = 1e-6  # s that it takes to carry the robot elsewhere; so soon no scan is taken
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,6 +27,9 @@ class Motion:
 
     times: FloatArray  # (n,) s, never decreasing
     track: FloatArray  # (n, 3) x, y, yaw
+    rolled: FloatArray | None = (
+        None  # (n, 3) as exact wheels feel it, where kidnapping breaks the track
+    )
 
     @property
     def duration(self) -> float:
@@ -33,7 +37,14 @@ class Motion:
 
     def at(self, times: ArrayLike) -> FloatArray:
         """Poses (..., 3) at times (...) s; before and after the motion it stands still."""
-        columns = [np.interp(np.asarray(times), self.times, column) for column in self.track.T]
+        return self._interpolated(times, self.track)
+
+    def by_wheels(self, times: ArrayLike) -> FloatArray:
+        """Poses (..., 3) at times (...) s by exact dead reckoning from the start."""
+        return self._interpolated(times, self.track if self.rolled is None else self.rolled)
+
+    def _interpolated(self, times: ArrayLike, track: FloatArray) -> FloatArray:
+        columns = [np.interp(np.asarray(times), self.times, column) for column in track.T]
         columns[2] = wrap(columns[2])
         return np.stack(columns, axis=-1)
 
@@ -67,6 +78,8 @@ def drive(route: Route) -> Motion:
             continue
         rows.append(_driven(run, rows[-1].end[2], route))
         rows.append(_pause(rows[-1].end, leg.pause))
+        if leg.kidnapped_to is not None:
+            rows.append(_kidnapped(leg.kidnapped_to))
         run, cut = [], 0.0
     return _joined(rows)
 
@@ -77,6 +90,7 @@ class _Row:
 
     times: FloatArray  # (n,) s
     track: FloatArray  # (n, 3)
+    is_elsewhere: bool = False  # the robot didn't drive here from the end of the row before
 
     @property
     def end(self) -> FloatArray:
@@ -91,6 +105,7 @@ class _Leg:
     end: FloatArray  # (2,)
     speed: float  # m/s
     pause: float  # s at its end
+    kidnapped_to: PlanarState | None = None  # from its end
 
     @property
     def length(self) -> float:
@@ -136,10 +151,11 @@ class _Corner:
 def _legs(route: Route) -> list[_Leg]:
     return [
         _Leg(
-            np.array([start.x, start.y]),
+            np.array(start.left_from),
             np.array([end.x, end.y]),
             end.speed or route.speed,
             end.pause,
+            end.kidnapped_to,
         )
         for start, end in pairwise(route.waypoints)
     ]
@@ -147,7 +163,7 @@ def _legs(route: Route) -> list[_Leg]:
 
 def _corner(leg: _Leg, next_leg: _Leg | None, route: Route) -> _Corner | None:
     """How the end of a leg is driven through; None where the robot comes to rest there."""
-    if next_leg is None or leg.pause > 0.0:
+    if next_leg is None or leg.pause > 0.0 or leg.kidnapped_to is not None:
         return None
     turn = float(wrap(next_leg.yaw - leg.yaw))
     speed = min(leg.speed, next_leg.speed)
@@ -168,6 +184,12 @@ def _ways(length: float, step: float = STEP) -> FloatArray:
 
 def _pause(pose: FloatArray, seconds: float) -> _Row:
     return _Row(np.array([0.0, seconds]), np.stack([pose, pose]))
+
+
+def _kidnapped(to: PlanarState) -> _Row:
+    """Standing, all at once, in another place."""
+    pose = np.array([to.x, to.y, to.yaw])
+    return _Row(np.array([JUMP, 2.0 * JUMP]), np.stack([pose, pose]), is_elsewhere=True)
 
 
 def _turn(pose: FloatArray, yaw: float, route: Route) -> _Row:
@@ -213,5 +235,20 @@ def _joined(rows: list[_Row]) -> Motion:
     starts = np.cumsum([0.0, *(row.times[-1] for row in rows[:-1])])
     times = np.concatenate([row.times + s for row, s in zip(rows, starts, strict=True)])
     track = np.concatenate([row.track for row in rows])
+    rolled = np.concatenate(_without_kidnapping(rows))
     keep = np.concatenate([[True], np.diff(times) > 0])
-    return Motion(times[keep], track[keep])
+    return Motion(times[keep], track[keep], rolled[keep])
+
+
+def _without_kidnapping(rows: list[_Row]) -> list[FloatArray]:
+    """The rows' tracks, each put where the one before ended."""
+    tracks = [rows[0].track]
+    for before, row in pairwise(rows):
+        if not (row.is_elsewhere or tracks[-1] is not before.track):
+            tracks.append(row.track)
+            continue
+        start = row.track[0] if row.is_elsewhere else before.end
+        moved = compose(tracks[-1][-1], between(start, row.track))
+        moved[:, 2] = tracks[-1][-1, 2] + row.track[:, 2] - start[2]
+        tracks.append(moved)
+    return tracks

@@ -19,6 +19,14 @@ Region = tuple[float, float, float, float]  # x_min, y_min, x_max, y_max
 Count = Annotated[int, Field(ge=1)]
 
 
+class PlanarState(Strict):
+    """Where a piece of furniture stands, or the robot, in the building's frame."""
+
+    x: float
+    y: float
+    yaw: float = 0.0
+
+
 class Waypoint(Strict):
     """A corner of the route."""
 
@@ -26,6 +34,13 @@ class Waypoint(Strict):
     y: float
     pause: NonNegative = 0.0  # s, standing still there
     speed: Positive | None = None  # m/s on the way to it, instead of the route's
+    kidnapped_to: PlanarState | None = None  # somebody carries the robot there; wheels don't notice
+
+    @property
+    def left_from(self) -> PointXY:
+        """Where the robot drives on from."""
+        place = self.kidnapped_to or self
+        return place.x, place.y
 
 
 class Route(Strict):
@@ -43,8 +58,7 @@ class Route(Strict):
     def _goes_somewhere(self) -> Route:
         if not self.waypoints:
             raise ValueError("a route needs at least one waypoint")
-        places = [(point.x, point.y) for point in self.waypoints]
-        if any(a == b for a, b in pairwise(places)):
+        if any(a.left_from == (b.x, b.y) for a, b in pairwise(self.waypoints)):
             raise ValueError("two waypoints in a row are at one place; use pause to stand there")
         return self
 
@@ -100,14 +114,6 @@ class Laser(Strict):
         if self.time_increment * self.beams > 1.0 / self.rate:
             raise ValueError("a sweep (beams x time_increment) must end before the next begins")
         return self
-
-
-class PlanarState(Strict):
-    """Where a piece of furniture stands, in the building's frame."""
-
-    x: float
-    y: float
-    yaw: float = 0.0
 
 
 Value = float | PlanarState

@@ -22,7 +22,8 @@ def pack_belief(belief: ObjectBelief) -> bytes:
         return pack({"ends": ends, "cell": float(belief.cell[0]), **there}, {"log": log})
     middle = belief.states.mean(axis=0)  # single precision counts from here
     off = np.asarray(belief.states - middle, dtype=SINGLE)
-    return pack({"middle": middle.tolist(), **there}, {"log": log, "off": off})
+    words = {"middle": middle.tolist(), "scouts": belief.scouts, **there}
+    return pack(words, {"log": log, "off": off})
 
 
 def unpack_belief(
@@ -38,8 +39,16 @@ def unpack_belief(
     else:
         states, cell = np.array(words["middle"]) + arrays["off"], np.zeros(3)
         states[:, 2] = wrap(states[:, 2])
-    presence = words["presence"]
-    return ObjectBelief(item, states, weights, cell, presence, stamp_ns, last_observed_ns)
+    return ObjectBelief(
+        item,
+        states,
+        weights,
+        cell,
+        words["presence"],
+        stamp_ns,
+        last_observed_ns,
+        scouts=int(words.get("scouts", 0)),
+    )
 
 
 def pack_object(item: MovableObject) -> bytes:

@@ -8,7 +8,7 @@ import numpy as np
 
 from objstate.geometry import FloatArray
 from objstate.objects import ObjectBelief, ObjectFilter
-from objstate.objects.filters import SampleFilter
+from objstate.objects.furniture import SampleFilter
 from objstate.particles import Weights, systematic
 
 
@@ -34,12 +34,17 @@ def _spread(belief: ObjectBelief, states: FloatArray) -> Weights:
 def _with_samples(belief: ObjectBelief, by: SampleFilter, rng: np.random.Generator) -> ObjectBelief:
     """Samples resampled to the filter's number, with new scouts behind them."""
     s = by.settings
-    if len(belief.states) in (s.samples + s.scouts, s.first_samples + s.scouts):
+    if (
+        belief.scouts == s.scouts
+        and len(belief.states) <= max(s.samples, s.first_samples) + s.scouts
+    ):
         return belief
-    chosen = belief.states[systematic(belief.weights, s.samples, rng)]
+    known = belief.standing
+    chosen = known.states[systematic(known.weights, s.samples, rng)]
     scouts = by.prior(rng).states[s.first_samples :]
     shares = np.append(
         np.full(s.samples, (1.0 - s.scout_weight) / s.samples),
         np.full(s.scouts, s.scout_weight / s.scouts),
     )
-    return belief.with_samples(np.concatenate([chosen, scouts]), Weights.of(shares))
+    states = np.concatenate([chosen, scouts])
+    return replace(belief, states=states, weights=Weights.of(shares), scouts=s.scouts)

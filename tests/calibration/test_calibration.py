@@ -140,6 +140,12 @@ def test_readings_of_something_else_are_doubted(eights: list[FloatArray]) -> Non
     assert any("is it the building of the log" in warning for warning in found.warnings)
 
 
+def test_a_mounting_far_off_is_told(eights: list[FloatArray]) -> None:
+    log = records(eights[:200], mounted(0.0, -0.2, 0.0))
+    found = calibrate(log, ROOM, {"laser": NOMINAL}, at(eights[0]))
+    assert any("'laser'" in warning and "(y)" in warning for warning in found.warnings)
+
+
 def test_a_robot_that_nobody_placed_is_an_error() -> None:
     with pytest.raises(LogError, match="localized nowhere"):
         calibrate(records(straight(2.0), NOMINAL), ROOM, {"laser": NOMINAL})

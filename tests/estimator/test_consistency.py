@@ -12,7 +12,7 @@ from objstate.building.model import Kind
 from objstate.config import ConsistencySettings, DoorSettings
 from objstate.estimator.consistency import Consistency
 from objstate.objects import ObjectBelief
-from objstate.objects.filters import LatticeFilter
+from objstate.objects.doors import LatticeFilter
 from objstate.particles import Weights
 from tests.rooms import door
 

@@ -1,52 +1,109 @@
-"""The record of a robot's being lost."""
+"""When a robot counts as lost, when it is searched for, and on what the searches must agree."""
 
 from __future__ import annotations
 
-from objstate.config import LocalizationSettings
-from objstate.estimator.doubt import Doubt
+import numpy as np
+import pytest
 
-SETTINGS = LocalizationSettings(lost_after=4.0)
+from objstate.config import Settings
+from objstate.estimator.doubt import Doubt, Verdict
+from objstate.estimator.tracking import Track
+from objstate.geometry import compose
+from objstate.localization import Hypotheses, PoseBelief
+from objstate.particles import Weights
+
 SECOND = 10**9
+SETTINGS = Settings()
+HERE, THERE = np.array([1.0, 2.0, 0.5]), np.array([9.0, 2.0, 0.5])
 
 
-def test_a_robot_that_fits_was_never_lost() -> None:
+def found(*poses: np.ndarray, shares: tuple[float, ...]) -> Hypotheses:
+    return Hypotheses(np.zeros(3), np.array(poses), np.array(shares), 1)
+
+
+def track() -> Track:
+    return Track(PoseBelief(HERE[None], Weights.uniform(1)))
+
+
+def test_a_stretch_begins_when_the_track_last_fitted_and_ends_when_found() -> None:
     doubt = Doubt(SETTINGS)
-    for second in range(5):
-        doubt.dispel(second * SECOND)
-    assert doubt.stretches(9 * SECOND) == ()
-    assert not doubt.is_lost
-
-
-def test_it_was_lost_since_it_last_fitted_and_up_to_now() -> None:
-    doubt = Doubt(SETTINGS)
-    doubt.dispel(2 * SECOND)
-    doubt.rise()
-    assert doubt.is_lost
-    assert doubt.stretches(7 * SECOND) == ((2 * SECOND, 7 * SECOND),)
-
-
-def test_it_is_lost_until_it_fits_again_or_was_found() -> None:
-    doubt = Doubt(SETTINGS)
-    doubt.rise()
     doubt.dispel(3 * SECOND)
-    doubt.rise()
-    doubt.found(5 * SECOND)
-    assert doubt.stretches(9 * SECOND) == ((0, 3 * SECOND), (3 * SECOND, 5 * SECOND))
+    doubt.rise(5 * SECOND)
+    assert doubt.is_lost
+    assert doubt.stretches(6 * SECOND) == ((3 * SECOND, 6 * SECOND),)
+    doubt.found(8 * SECOND)
     assert not doubt.is_lost
+    assert doubt.stretches(9 * SECOND) == ((3 * SECOND, 8 * SECOND),)
 
 
-def test_where_no_place_fits_better_it_was_never_lost_and_the_next_search_waits() -> None:
-    """Twice as long each time, until the track fits again."""
+def test_only_searches_in_a_row_that_are_sure_of_one_place_win() -> None:
     doubt = Doubt(SETTINGS)
-    now = 10 * SECOND
-    for wait in (8, 16, 32):
-        assert doubt.may_search(now)
-        doubt.rise()
+    doubt.rise(0)
+    shares = [(THERE, 0.5), (THERE, 1.0), (HERE, 1.0), (THERE, 0.6), (THERE, 1.0)]
+    for second, (place, share) in enumerate(shares):
+        rest = THERE + 5.0
+        verdict = doubt.weigh(
+            found(place, rest, shares=(share, 1.0 - share)), HERE, second * SECOND
+        )
+        assert verdict is Verdict.OPEN
+    step = np.array([2.0, 0.0, 0.0])
+    doubt.drive(step)
+    again = found(compose(THERE, step), shares=(1.0,))
+    assert doubt.weigh(again, compose(HERE, step), 5 * SECOND) is Verdict.ELSEWHERE
+
+
+@pytest.mark.parametrize(
+    ("shares", "verdict"),
+    [
+        ((0.6, 0.4), Verdict.HERE),
+        ((0.0, 1.0), Verdict.NOT_HERE),
+        ((0.05, 0.95), Verdict.OPEN),
+        ((0.4, 0.6), Verdict.OPEN),
+    ],
+)
+def test_a_track_in_doubt_that_no_search_excludes_isnt_lost(
+    shares: tuple[float, float], verdict: Verdict
+) -> None:
+    poses = [
+        pose for _, pose in sorted(zip(shares, (HERE, THERE), strict=True), key=lambda p: -p[0])
+    ]
+    ordered = tuple(sorted(shares, reverse=True))
+    assert Doubt(SETTINGS).weigh(found(*poses, shares=ordered), HERE, 0) is verdict
+
+
+def test_each_search_in_vain_doubles_the_wait_until_the_track_fits_again() -> None:
+    doubt, now, waits = Doubt(SETTINGS), 0, []
+    for _ in range(3):
         doubt.settle(now)
-        assert doubt.stretches(now) == ()
-        assert not doubt.may_search(now + wait * SECOND - 1)
-        now += wait * SECOND
+        assert not doubt.is_lost
+        since = now
+        while not doubt.may_search(now):
+            now += SECOND // 10
+        waits.append((now - since) / SECOND)
+    assert waits[1] / waits[0] == waits[2] / waits[1] == 2.0
     doubt.dispel(now)
     assert doubt.may_search(now)
-    doubt.settle(now)
-    assert doubt.may_search(now + 8 * SECOND)
+
+
+def test_what_was_learnt_is_trusted_only_after_a_while() -> None:
+    doubt = Doubt(SETTINGS)
+    trusted = [doubt.dispel(k * SECOND // 10) for k in range(1, 101)]
+    assert 1 < sum(trusted) < 10
+
+
+def test_short_readings_of_some_beams_are_no_sign_of_a_wrong_place_but_of_all_are() -> None:
+    """People leave a third of the beams alone."""
+    s, crowded, wrong = SETTINGS.localization, track(), track()
+    for k in range(1, 40):
+        crowded = crowded.judged(0.0, 0.65, k * SECOND // 5, s)
+        wrong = wrong.judged(0.0, 0.05, k * SECOND // 5, s)
+        assert not crowded.is_wrong(s)
+    assert wrong.is_wrong(s)
+    assert not wrong.fits(s)
+
+
+def test_beams_through_walls_are_a_sign_however_well_the_others_fit() -> None:
+    s, each = SETTINGS.localization, track()
+    for k in range(1, 60):
+        each = each.judged(0.3, 0.7, k * SECOND // 5, s)
+    assert each.is_wrong(s)

@@ -384,8 +384,7 @@ def test_a_robot_started_anywhere_in_a_hall_without_symmetry_finds_itself(seed: 
         Mesh.joined([fence(np.array(sides)), block(4.0, -1.5, 1.0, 2.0), block(1.5, 2.0, 0.6, 1.2)])
     )
     driven = drive(seed, place=hall, states={})
-    settings = Settings.model_validate({"localization": {"global_particles": 15_000}})
-    estimator = Estimator(hall, settings, seed=seed, global_start=True)
+    estimator = Estimator(hall, seed=seed, global_start=True)
     fed(estimator, driven.records)
     end = driven.poses[max(driven.poses)]
     assert estimator.robot is not None

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from objstate.config import DoorSettings
 from objstate.geometry import FloatArray
 from objstate.objects import ConditionalBelief, Update
-from objstate.objects.filters import LatticeFilter
+from objstate.objects.doors import LatticeFilter
 from objstate.particles import Weights
 from tests.objects.views import Formula, evidence_by
 from tests.rooms import door

@@ -14,7 +14,7 @@ from objstate.building.model import MovableObject
 from objstate.config import DoorSettings
 from objstate.geometry import FloatArray, wrap
 from objstate.objects import ObjectBelief
-from objstate.objects.filters import LatticeFilter
+from objstate.objects.doors import LatticeFilter
 from objstate.particles import Weights
 from tests.rooms import door, sliding_door, table
 
@@ -85,7 +85,7 @@ def test_yaw_wraps_and_places_do_not() -> None:
     states[:, 2] = wrap(states[:, 2])
     belief = samples_of(states)
     np.testing.assert_allclose(belief.mean[:2], [3.1, -3.1], atol=0.01)
-    assert abs(wrap(belief.mean[2] - np.pi)) < 0.01
+    assert abs(wrap(2.0 * (belief.mean[2] - np.pi))) < 0.02  # a table looks the same from behind
     np.testing.assert_allclose(belief.std, 0.1, atol=0.01)
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from objstate.config import DoorSettings
 from objstate.geometry import FloatArray
 from objstate.objects import ConditionalBelief
-from objstate.objects.filters import LatticeFilter
+from objstate.objects.doors import LatticeFilter
 from tests.rooms import door
 
 FILTER = LatticeFilter(door("door", 0.0, 0.0), DoorSettings(resolution_deg=5.0))

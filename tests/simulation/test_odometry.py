@@ -8,7 +8,7 @@ import pytest
 from objstate.geometry import between, compose
 from objstate.simulation.odometry import dead_reckoning
 from objstate.simulation.route import Motion, drive
-from objstate.simulation.scene import OdometryNoise, Route, Waypoint
+from objstate.simulation.scene import OdometryNoise, PlanarState, Route, Waypoint
 
 EXACT = {
     "translation_noise": 0.0,
@@ -54,3 +54,14 @@ def test_random_errors_do_not_depend_on_the_rate(rate: float) -> None:
     assert ends[:, 2].std() == pytest.approx(0.06, rel=0.2)
     ways = between(np.zeros(3), ends)[:, 0]
     assert np.abs(ways.mean() - 4.0) < 0.02
+
+
+def test_wheels_dont_notice_kidnapping() -> None:
+    taken = Waypoint(x=4, y=0, kidnapped_to=PlanarState(x=20, y=5, yaw=0.5))
+    motion = drive(Route(waypoints=(Waypoint(x=0, y=0), taken, Waypoint(x=20, y=8))))
+    wheels = dead_reckoning(motion, OdometryNoise(**EXACT), np.random.default_rng(0))
+    steps = np.hypot(*np.diff(wheels.poses[:, :2], axis=0).T)
+    assert steps.max() <= 0.7 / OdometryNoise().rate * 1.001
+    driven = 4.0 + 3.0  # turned by 90 degrees less 0.5 rad between the two ways
+    assert steps.sum() == pytest.approx(driven, abs=0.01)
+    assert wheels.poses[-1, 2] == pytest.approx(np.pi / 2 - 0.5, abs=1e-6)

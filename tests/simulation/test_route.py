@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pydantic import ValidationError
 
 from objstate.geometry import wrap
 from objstate.simulation.route import drive
-from objstate.simulation.scene import Route, Waypoint
+from objstate.simulation.scene import PlanarState, Route, Waypoint
 
 COORDINATE = st.integers(-8, 8)
 
@@ -76,3 +77,21 @@ def test_a_single_waypoint_is_a_place_to_stand() -> None:
     motion = drive(Route(waypoints=(Waypoint(x=1, y=2, pause=3),), start_yaw=1.0))
     assert motion.duration == 3.0
     np.testing.assert_array_equal(motion.at(np.array([0.0, 2.0])), [[1, 2, 1], [1, 2, 1]])
+
+
+def test_a_kidnapped_robot_stands_elsewhere_at_once_and_drives_on_from_there() -> None:
+    taken = Waypoint(x=4, y=0, kidnapped_to=PlanarState(x=20, y=5, yaw=1.0))
+    motion = drive(Route(waypoints=(Waypoint(x=0, y=0), taken, Waypoint(x=24, y=5))))
+    times = np.arange(0.0, motion.duration, 0.1)
+    track = motion.at(times)
+    moved = np.hypot(*np.diff(track[:, :2], axis=0).T)
+    (jump,) = np.flatnonzero(moved > 1.0)
+    np.testing.assert_allclose(track[jump, :2], [4.0, 0.0], atol=0.06)
+    np.testing.assert_allclose(track[jump + 1, :2], [20.0, 5.0], atol=1e-6)
+    np.testing.assert_allclose(motion.at(motion.duration), [24.0, 5.0, 0.0], atol=1e-6)
+
+
+def test_no_route_drives_to_where_the_robot_was_put() -> None:
+    taken = Waypoint(x=4, y=0, kidnapped_to=PlanarState(x=20, y=5))
+    with pytest.raises(ValidationError, match="two waypoints in a row"):
+        Route(waypoints=(Waypoint(x=0, y=0), taken, Waypoint(x=20, y=5)))

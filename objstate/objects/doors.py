@@ -1,0 +1,181 @@
+"""The filter of a hinged or sliding door.
+
+One degree of freedom is covered by samples at regular places, whose weights
+alone change: nothing is ever lost between them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from objstate.building.model import Kind, MovableObject
+from objstate.config import DoorSettings
+from objstate.geometry import BoolArray, FloatArray, IntArray, wrap
+from objstate.objects.belief import ObjectBelief
+from objstate.objects.conditional import ConditionalBelief, Update
+from objstate.objects.evidence import ScanEvidence
+from objstate.particles import Weights
+
+SECONDS_PER_HOUR = 3600.0
+# Where beams spread evenly over a leaf, a shift turns it by 1.5 over its width; leaf and robot are
+# off by themselves, as their squares add up.
+LEAN = 1.5 * 2.0**0.5
+FINE = 40  # states with weight that are cast at most; of more, an even comb
+NEGLIGIBLE = 1e-4  # weight, relative to the largest, below which a state is cast only coarsely
+COARSE = 8  # every so many states are cast whatever their weight
+
+
+@dataclass(frozen=True)
+class LatticeFilter:
+    """A hinged or sliding door: samples at regular angles or offsets between the limits."""
+
+    item: MovableObject
+    settings: DoorSettings
+
+    @cached_property
+    def _states(self) -> FloatArray:
+        """(n,) from limit to limit, so that a door at its stop lies on a sample."""
+        s, hinged = self.settings, self.item.kind is Kind.HINGED
+        resolution = np.radians(s.resolution_deg) if hinged else s.resolution_m
+        span = self.item.upper - self.item.lower
+        cells = max(int(np.ceil(span / resolution)), 1)
+        return np.linspace(
+            self.item.lower, self.item.upper, cells + 1, endpoint=not self.item.wraps
+        )
+
+    def prior(self, rng: np.random.Generator) -> ObjectBelief:
+        states = self._states
+        return ObjectBelief(
+            item=self.item,
+            states=states[:, None],
+            weights=Weights.of(self._prior_weights),
+            cell=np.array([states[1] - states[0]]),
+        )
+
+    @cached_property
+    def _normals(self) -> FloatArray:
+        """(n, 2) the direction in which the leaf is thin, in each state, seen from above."""
+        plan = self.item.mesh.vertices[:, :2]
+        _, axes = np.linalg.eigh(np.cov(plan.T))
+        turns = self.item.transforms(self._states[:, None])[:, :2, :2]
+        return np.asarray(turns @ axes[:, 0])
+
+    @cached_property
+    def _prior_weights(self) -> FloatArray:
+        states, s = self._states, self.settings
+        if s.prior == "uniform":
+            return np.full(len(states), 1.0 / len(states))
+        mean, std = s.prior_mean_m, s.prior_std_m
+        if self.item.kind is Kind.HINGED:
+            mean = None if s.prior_mean_deg is None else np.radians(s.prior_mean_deg)
+            std = np.radians(s.prior_std_deg)
+        off = states - (self.item.home[0] if mean is None else mean)
+        off = wrap(off) if self.item.wraps else off
+        weights = np.exp(-0.5 * (off / std) ** 2) + np.finfo(float).tiny
+        return np.asarray(weights / weights.sum())
+
+    @cached_property
+    def _rest_weights(self) -> FloatArray:
+        """(n,) where a door comes to rest that somebody has moved: closed, open, or anywhere."""
+        rest, states, closed = self.settings.rest, self._states, self.item.home[0]
+        anywhere = np.full(len(states), 1.0 / len(states))
+        if self.item.wraps:
+            return anywhere
+        std = np.radians(rest.std_deg) if self.item.kind is Kind.HINGED else rest.std_m
+        weights = rest.anywhere * anywhere
+        opened = max(self.item.lower, self.item.upper, key=lambda limit: abs(limit - closed))
+        for place, share in ((closed, rest.closed), (opened, rest.open)):
+            peak = np.exp(-0.5 * ((states - place) / std) ** 2)
+            weights = weights + share * peak / peak.sum()
+        return np.asarray(weights / weights.sum())
+
+    def predict(
+        self, belief: ObjectBelief, seconds: float, rng: np.random.Generator
+    ) -> ObjectBelief:
+        return belief.with_weights(Weights.of(self._moved(belief.weights.values, seconds)))
+
+    def predict_each(
+        self, believed: ConditionalBelief, seconds: float, rng: np.random.Generator
+    ) -> ConditionalBelief:
+        return ConditionalBelief(
+            self.predict(believed.belief, seconds, rng), self._moved(believed.given, seconds)
+        )
+
+    def _moved(self, weights: FloatArray, seconds: float) -> FloatArray:
+        """Weights (..., n) after a while: the door stays and drifts, or somebody has moved it."""
+        dynamics, hinged = self.settings.dynamics, self.item.kind is Kind.HINGED
+        drift = np.radians(dynamics.drift_deg) if hinged else dynamics.drift_m
+        stayed = np.exp(-dynamics.moves_per_hour * seconds / SECONDS_PER_HOUR)
+        drifted = self._drifted(weights, drift * np.sqrt(seconds))
+        return np.asarray(stayed * drifted + (1.0 - stayed) * self._rest_weights)
+
+    def _drifted(self, weights: FloatArray, std: float) -> FloatArray:
+        """Weights (..., n) after a random walk on the lattice of standard deviation ``std``.
+
+        A walk reflects at the limits. Its variance is met exactly, by steps to the
+        neighbours where it is below the spacing and by a Gaussian kernel where not.
+        """
+        variance = float((std / (self._states[1] - self._states[0])) ** 2)
+        if variance < 1.0:
+            before, after = np.empty_like(weights), np.empty_like(weights)
+            before[..., 1:], after[..., :-1] = weights[..., :-1], weights[..., 1:]
+            ends = (-1, 0) if self.item.wraps else (0, -1)
+            before[..., 0], after[..., -1] = weights[..., ends[0]], weights[..., ends[1]]
+            return np.asarray((1.0 - variance) * weights + variance / 2.0 * (before + after))
+        from scipy.ndimage import convolve1d
+
+        reach = min(int(np.ceil(4.0 * np.sqrt(variance))), weights.shape[-1])
+        kernel = np.exp(-0.5 * np.arange(-reach, reach + 1) ** 2 / variance)
+        mode = "wrap" if self.item.wraps else "reflect"
+        return np.asarray(convolve1d(weights, kernel / kernel.sum(), mode=mode))
+
+    def update(
+        self, believed: ConditionalBelief, evidence: ScanEvidence, rng: np.random.Generator
+    ) -> Update | None:
+        """Bayes' rule on the lattice, which is cast finely only where the belief has weight.
+
+        Between the states that are cast, the likelihood is linear.
+        """
+        from objstate.sensing import kernels
+
+        belief = believed.belief
+        chosen, whole = _worth_casting(belief.weights.values)
+        log_likelihood, bears = evidence.cast(belief.states[chosen], whole, self._normals[chosen])
+        if not bears.any():
+            return None
+        given, log_evidence = believed.given.copy(), np.empty(len(believed.given))
+        kernels.condition(given, chosen, log_likelihood, log_evidence)
+        return Update(believed.averaged(given, evidence.robot_weights.values), log_evidence, bears)
+
+    def widened(self, belief: ObjectBelief, factor: float, std_m: float) -> ObjectBelief:
+        """A hinged leaf that hangs aside reads turned by what the shift is to its mean lever."""
+        std = std_m * self._lean if self.item.kind is Kind.HINGED else std_m
+        weights = belief.weights.values
+        if belief.settled and factor < 1.0:
+            log = belief.weights.log - belief.weights.log.max()
+            weights = np.exp(log / factor)
+        elif belief.settled:
+            std = float(np.hypot(std, np.sqrt(factor - 1.0) * belief.std[0]))
+        return belief.with_weights(Weights.of(self._drifted(weights, std)))
+
+    @cached_property
+    def _lean(self) -> float:
+        """rad for each m by which the leaf hangs aside, when the turn that fits best makes up for it."""
+        plan = self.item.mesh.vertices[:, :2]
+        return LEAN / float(np.hypot(plan[:, 0], plan[:, 1]).max())
+
+
+def _worth_casting(weights: FloatArray) -> tuple[IntArray, BoolArray]:
+    """Indices of the states with weight (n,), or of a comb over them, and of a comb over all others.
+
+    Also which of them have weight.
+    """
+    heavy = weights > NEGLIGIBLE * weights.max()
+    chosen = heavy & (np.cumsum(heavy) % -(-int(heavy.sum()) // FINE) == 0)
+    chosen[::COARSE] = True
+    chosen[0] = chosen[-1] = True
+    indices = np.flatnonzero(chosen)
+    return indices, heavy[indices]

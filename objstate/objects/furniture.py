@@ -1,0 +1,340 @@
+"""The filter of a piece of furniture.
+
+Three degrees of freedom take free samples, which are resampled, and a scan that
+tells much is taken in by steps.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from objstate.building.model import MovableObject
+from objstate.building.outline import outline
+from objstate.config import FurnitureSettings
+from objstate.geometry import BoolArray, FloatArray, IntArray, square_root, wrap
+from objstate.objects.belief import SETTLED_ANGLE, SETTLED_LENGTH, ObjectBelief
+from objstate.objects.conditional import ConditionalBelief, Update
+from objstate.objects.evidence import ScanEvidence
+from objstate.objects.proposals import TracedOutline
+from objstate.particles import Weights, entropy, kld_sample_size, largest_step, systematic
+
+SECONDS_PER_HOUR = 3600.0
+RESAMPLE_BELOW = 0.5  # of the samples; resample when the effective number falls below
+FOLLOWED = 0.1  # weight of scouts after a scan, above which they are samples like others
+CARRY_ON = 0.2  # of a nudge, by which scouts spread about the best of them
+KERNEL = 0.31  # of the samples' deviation, by which copies of a sample are spread apart
+# Cells in which KLD sampling counts: what is settled fills few of them.
+BIN = 2.0 * np.array([SETTLED_LENGTH, SETTLED_LENGTH, SETTLED_ANGLE])
+KLD_ERROR, KLD_QUANTILE = 0.05, 2.33  # as pf_err and pf_z of localization
+TRIED = 400  # states through readings, of which scouts are chosen
+ON_OBJECT = 0.1  # m from where an object is known to stand, within which it stopped the beam
+FEWEST = 3  # ends of beams that may show an object
+UNLIKELY = 1e-3  # density of a place, relative to home, below which readings don't lead there
+HEIGHT_STEP = 0.01  # m; outlines at heights no further apart are one
+LEAST_PRESENCE = 1e-6  # what is never ruled out: that it is there, or that it is gone
+LEAST_SHARE = 1e-12  # weight of scouts that speak for nothing
+TINY = 1e-300
+
+
+@dataclass(frozen=True)
+class SampleFilter:
+    """Furniture: free samples of x, y, yaw; the last of them are scouts that look for it elsewhere.
+
+    Scouts have little weight, and keep it: what speaks for another place can add up
+    over many scans before it wins. Of states that look alike, samples keep to the one
+    nearest to the mean.
+    """
+
+    item: MovableObject
+    settings: FurnitureSettings
+    _outlines: dict[int, TracedOutline | None] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
+
+    def prior(self, rng: np.random.Generator) -> ObjectBelief:
+        s = self.settings
+        states = self._of_prior(s.first_samples + s.scouts, rng)
+        equal = np.full(s.first_samples, 1.0 / s.first_samples)
+        weights = _joined(equal, np.full(s.scouts, s.scout_weight / s.scouts))
+        return ObjectBelief(
+            self.item, states, weights, cell=np.zeros(3), scouts=s.scouts, presence=s.presence
+        )
+
+    def predict(
+        self, belief: ObjectBelief, seconds: float, rng: np.random.Generator
+    ) -> ObjectBelief:
+        """Every sample creeps, and is now and then moved to where the prior says."""
+        dynamics = self.settings.dynamics
+        drift = np.array([dynamics.drift_m, dynamics.drift_m, np.radians(dynamics.drift_deg)])
+        states = belief.states + drift * np.sqrt(seconds) * rng.standard_normal(belief.states.shape)
+        states[:, 2] = wrap(states[:, 2])
+        moved = -np.expm1(-dynamics.moves_per_hour * seconds / SECONDS_PER_HOUR)
+        redrawn = rng.random(len(states)) < moved
+        states[redrawn] = self._of_prior(int(redrawn.sum()), rng)
+        there = belief.presence + moved * (self.settings.presence - belief.presence)
+        return replace(belief.with_samples(states, belief.weights), presence=float(there))
+
+    def predict_each(
+        self, believed: ConditionalBelief, seconds: float, rng: np.random.Generator
+    ) -> ConditionalBelief:
+        return replace(believed, belief=self.predict(believed.belief, seconds, rng))
+
+    def update(
+        self, believed: ConditionalBelief, evidence: ScanEvidence, rng: np.random.Generator
+    ) -> Update | None:
+        """Take the evidence in by steps, each so large that enough samples survive.
+
+        Between steps the samples are resampled and spread by a kernel.
+        """
+        robot = evidence.robot_weights.values
+        log_evidence, remaining = np.zeros(len(robot)), 1.0
+        believed = self._shown(believed, evidence, rng)
+        while remaining > 0.0:
+            cast, bears = evidence.cast(believed.belief.states, self._whole(believed.belief))
+            if not bears.any():
+                return None
+            weights = believed.belief.weights
+            after, _ = _conditioned(believed.given, cast)
+            telling = np.log(robot @ after + TINY) - weights.log
+            enough = RESAMPLE_BELOW * weights.effective_size
+            step = largest_step(weights, telling, remaining, enough)
+            after, evidence_of_step = _conditioned(believed.given, step * cast)
+            log_evidence += evidence_of_step
+            remaining -= step
+            believed = self._renewed(believed.averaged(after, robot), remaining > 0.0, rng)
+        there, log_evidence = _presence(believed.belief.presence, log_evidence, robot)
+        return Update(
+            replace(believed, belief=replace(believed.belief, presence=there)), log_evidence, bears
+        )
+
+    def widened(self, belief: ObjectBelief, factor: float, std_m: float) -> ObjectBelief:
+        std = np.array([std_m, std_m, std_m * self._lean])
+        factor = factor if belief.settled else 1.0
+        belief = belief.standing
+        wider = np.sqrt(factor + (std / np.maximum(belief.std, TINY)) ** 2)
+        states = belief.mean + wider * belief.deviations
+        states[:, 2] = wrap(states[:, 2])
+        return belief.with_samples(states, belief.weights)
+
+    @cached_property
+    def _lean(self) -> float:
+        """rad for each m by which what is seen of the object may be off."""
+        plan = self.item.mesh.vertices[:, :2]
+        return 1.0 / float(np.hypot(*(plan - plan.mean(axis=0)).T).max())
+
+    # --- samples --------------------------------------------------------------------
+
+    def _whole(self, belief: ObjectBelief) -> BoolArray:
+        """Which samples (n,) differ for each robot sample: none while the object's place is open."""
+        whole = np.full(len(belief.states), belief.settled)
+        whole[-self.settings.scouts :] = False
+        return whole
+
+    def _renewed(
+        self, believed: ConditionalBelief, resample: bool, rng: np.random.Generator
+    ) -> ConditionalBelief:
+        """The samples resampled where few carry the belief, and half of the scouts sent out anew."""
+        belief, s = believed.belief, self.settings
+        values, count = belief.weights.values, len(belief.states) - s.scouts
+        stay = belief.standing
+        elsewhere = self._is_elsewhere(belief, stay)
+        share = float(values[count:][elsewhere].sum())
+        if share > FOLLOWED:  # the object may have been moved there
+            elsewhere, share = np.zeros(s.scouts, dtype=bool), 0.0
+        joins = np.append(np.ones(count, dtype=bool), ~elsewhere)
+        kept, ancestors = stay, np.arange(count)
+        if resample or self._is_poor(values[joins], count):
+            ancestors = np.flatnonzero(joins)
+            pool = stay.with_samples(belief.states[joins], Weights.of(values[joins]))
+            kept, chosen = self._resampled(pool, rng)
+            ancestors = ancestors[chosen]
+        scouts = self._scouts(kept, belief.states[count:], values[count:] * elsewhere, rng)
+        weights = _joined(kept.weights.values, self._scout_weights(share))
+        ratio = believed.given[:, ancestors] / np.maximum(values[ancestors], TINY)
+        given = weights.values * np.concatenate([ratio, np.ones((len(ratio), s.scouts))], axis=1)
+        return ConditionalBelief(
+            belief.with_samples(np.concatenate([kept.states, scouts]), weights),
+            given / given.sum(axis=1, keepdims=True),
+        )
+
+    def _is_poor(self, weights: FloatArray, count: int) -> bool:
+        """Whether few of the samples (n,), of which all but ``count`` are scouts, carry the belief."""
+        share = weights / weights.sum()
+        few = RESAMPLE_BELOW * min(count, self.settings.samples)
+        return bool(1.0 / np.sum(share**2) < few or share[count:].sum() > FOLLOWED)
+
+    def _resampled(
+        self, belief: ObjectBelief, rng: np.random.Generator
+    ) -> tuple[ObjectBelief, IntArray]:
+        """As many samples as the belief's width needs (Fox 2003), equally weighted; and their ancestors.
+
+        Copies are spread by a kernel that keeps mean and variances (Liu and West 2001), and
+        that is no wider than scouts spread, so that places that compete stay apart.
+        """
+        count, off = self._needed(belief), belief.deviations
+        widest = CARRY_ON * self._nudge / np.maximum(belief.std, TINY)
+        spread = np.minimum(KERNEL, widest)
+        root = square_root((belief.weights.values[:, None] * off).T @ off)
+        noise = rng.standard_normal((count, 3)) @ root.T
+        ancestors = systematic(belief.weights, count, rng)
+        states = belief.mean + np.sqrt(1.0 - spread**2) * off[ancestors] + spread * noise
+        states[:, 2] = wrap(states[:, 2])
+        return belief.with_samples(states, Weights.uniform(count)), ancestors
+
+    def _needed(self, belief: ObjectBelief) -> int:
+        """Samples that represent a belief of some width, by the number of cells that it fills evenly."""
+        s = self.settings
+        _, cell = np.unique(np.round(belief.deviations / BIN), axis=0, return_inverse=True)
+        weights = np.asarray(np.bincount(cell.ravel(), belief.weights.values), dtype=float)
+        filled = np.exp(entropy(weights))
+        needed = kld_sample_size(round(float(filled)), KLD_ERROR, KLD_QUANTILE)
+        return int(np.clip(needed, min(s.least_samples, s.samples), s.samples))
+
+    # --- scouts ---------------------------------------------------------------------
+
+    def _shown(
+        self, believed: ConditionalBelief, evidence: ScanEvidence, rng: np.random.Generator
+    ) -> ConditionalBelief:
+        """The last quarter of the scouts sent to where readings that nothing explains may show the object."""
+        belief = believed.belief
+        proposed = self._through_readings(belief, evidence.stopped, self.settings.scouts // 4, rng)
+        if len(proposed) == 0:
+            return believed
+        states = belief.states.copy()
+        states[-len(proposed) :] = proposed
+        return replace(believed, belief=belief.with_samples(states, belief.weights))
+
+    def _through_readings(
+        self, belief: ObjectBelief, stopped: FloatArray, count: int, rng: np.random.Generator
+    ) -> FloatArray:
+        """At most ``count`` states (c, 3) in which the outline runs through ends of beams (m, 3)."""
+        if len(stopped) < FEWEST:
+            return np.empty((0, 3))
+        traced = self._traced(float(np.median(stopped[:, 2])))
+        if traced is None:
+            return np.empty((0, 3))
+        ends = stopped[:, :2]
+        if belief.settled:
+            ends = ends[traced.distances(belief.mean[None], ends, ON_OBJECT)[0] > ON_OBJECT]
+            if len(ends) < FEWEST:
+                return np.empty((0, 3))
+        states, explained = traced.states_through(ends, TRIED, rng)
+        density = self._new_place_density(states, belief.mean)
+        able = density > UNLIKELY * self._new_place_density(self.item.home[None], belief.mean)
+        if not able.any():
+            return np.empty((0, 3))
+        likely = density[able] * np.exp(explained[able] - explained[able].max())
+        return states[able][systematic(Weights.of(likely), count, rng)]
+
+    def _traced(self, height: float) -> TracedOutline | None:
+        """The object's outline at a height above the floor, m."""
+        step = round(height / HEIGHT_STEP)
+        if step not in self._outlines:
+            level = step * HEIGHT_STEP - self.item.origin[2, 3]
+            self._outlines[step] = TracedOutline.of(outline(self.item.upright_mesh, level))
+        return self._outlines[step]
+
+    def _is_elsewhere(self, belief: ObjectBelief, stay: ObjectBelief) -> BoolArray:
+        """Which scouts (k,) have left where the samples are; the others only know the same."""
+        scouts = belief.states[len(stay.states) :]
+        off = self.item.symmetry.nearest(scouts, float(stay.mean[2])) - stay.mean
+        off[:, 2] = wrap(off[:, 2])
+        return np.asarray((np.abs(off) > self._nudge).any(axis=1))
+
+    @cached_property
+    def _nudge(self) -> FloatArray:
+        s = self.settings
+        return np.array([s.nudge_m, s.nudge_m, np.radians(s.nudge_deg)])
+
+    def _scouts(
+        self,
+        kept: ObjectBelief,
+        scouts: FloatArray,
+        weights: FloatArray,
+        rng: np.random.Generator,
+    ) -> FloatArray:
+        """Half of the scouts (k, 3) carry on about the best of them; the others start afresh.
+
+        Of those, half look near where the object stands, half where the prior says.
+        """
+        s = self.settings
+        carried, near = s.scouts // 2, s.scouts // 4
+        best = scouts[systematic(Weights.of(weights + TINY), carried, rng)]
+        nearby = kept.states[systematic(kept.weights, near, rng)]
+        on = best + CARRY_ON * self._nudge * rng.standard_normal(best.shape)
+        before, after = (self._new_place_density(each, kept.mean) for each in (best, on))
+        moves = after >= rng.random(carried) * before  # Metropolis: evidence alone leads them on
+        fresh = [
+            np.where(moves[:, None], on, best),
+            nearby + self._nudge * rng.standard_normal(nearby.shape),
+            self._of_prior(s.scouts - carried - near, rng),
+        ]
+        out = np.concatenate(fresh)
+        out[:, 2] = wrap(out[:, 2])
+        return out
+
+    def _scout_weights(self, share: float) -> FloatArray:
+        """(k,) of those that carry on, who have won ``share``, and of those that start afresh."""
+        s = self.settings
+        carried = s.scouts // 2
+        fresh = s.scouts - carried
+        return np.append(
+            np.full(carried, max(share, LEAST_SHARE) / carried),
+            np.full(fresh, s.scout_weight / fresh),
+        )
+
+    def _new_place_density(self, states: FloatArray, place: FloatArray) -> FloatArray:
+        """Density (n,), up to a factor, of states to which an object at a place (3,) is moved."""
+        s = self.settings
+        width = np.array([s.prior_std_m, s.prior_std_m, np.radians(s.prior_std_deg)])
+        densities = []
+        for middle, scale in ((self.item.home, width), (place, self._nudge)):
+            off = self.item.symmetry.nearest(states, float(middle[2])) - middle
+            off[:, 2] = wrap(off[:, 2])
+            densities.append(np.exp(-0.5 * ((off / scale) ** 2).sum(axis=1)) / scale.prod())
+            if s.prior == "uniform" and middle is self.item.home:
+                inside = (np.abs(off) <= width).all(axis=1)
+                densities[0] = inside / (8.0 * width.prod())
+        return np.asarray(densities[0] + densities[1])
+
+    def _of_prior(self, count: int, rng: np.random.Generator) -> FloatArray:
+        """(count, 3) samples of the prior around the place where the object should stand."""
+        s = self.settings
+        width = np.array([s.prior_std_m, s.prior_std_m, np.radians(s.prior_std_deg)])
+        unit = (
+            rng.standard_normal((count, 3))
+            if s.prior == "gaussian"
+            else rng.uniform(-1.0, 1.0, (count, 3))
+        )
+        states = self.item.home + width * unit
+        states[:, 2] = wrap(states[:, 2])
+        return states
+
+
+def _joined(weights: FloatArray, scouts: FloatArray) -> Weights:
+    """Weights of samples (n,), which sum to one, and of the scouts behind them (k,)."""
+    return Weights.of(np.append((1.0 - scouts.sum()) * weights, scouts))
+
+
+def _presence(
+    presence: float, log_evidence: FloatArray, robot_weights: FloatArray
+) -> tuple[float, FloatArray]:
+    """Probability that an object is there after a scan, and the scan's log evidence (l,) then.
+
+    ``log_evidence`` (l,) is that of its being there, against its absence.
+    """
+    there = np.log(presence) + log_evidence
+    either = np.logaddexp(there, np.log1p(-presence))
+    after = float(robot_weights @ np.exp(there - either))
+    return float(np.clip(after, LEAST_PRESENCE, 1.0 - LEAST_PRESENCE)), either
+
+
+def _conditioned(given: FloatArray, log_likelihood: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Bayes' rule in every row (l, n), and the log evidence (l,) of each."""
+    top = log_likelihood.max(axis=1)
+    after = given * np.exp(log_likelihood - top[:, None])
+    total = after.sum(axis=1)
+    return after / total[:, None], top + np.log(total)

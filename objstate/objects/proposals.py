@@ -1,0 +1,106 @@
+"""Where furniture may stand, by what readings show: states in which its outline runs through them.
+
+Two ends of beams and two points of the outline that are as far apart fix a state.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from objstate.geometry import FloatArray, IntArray, wrap
+
+TRACED = 96  # points along an outline
+SHORTEST = (
+    0.1  # of an object's width: ends of beams no further apart tell too little of its heading
+)
+APART = 0.04  # m by which two lengths may differ, as readings are noisy
+ON_OUTLINE = 0.08  # m from the outline, within which the end of a beam counts as on it
+POINTS = 80  # ends of beams that states are tried by; of more, an even choice
+
+
+@dataclass(frozen=True, eq=False)
+class TracedOutline:
+    """Points along an outline, and all pairs of them by length."""
+
+    points: FloatArray  # (q, 2) m, seen from the object's origin at yaw 0
+    pairs: IntArray  # (p, 2) indices of points
+    lengths: FloatArray  # (p,) m, ascending
+
+    @staticmethod
+    def of(segments: FloatArray) -> TracedOutline | None:
+        """Traced along segments (k, 2, 2); None where there are none."""
+        if len(segments) == 0:
+            return None
+        points = _along(segments)
+        first, second = np.nonzero(~np.eye(len(points), dtype=bool))
+        lengths = np.hypot(*(points[first] - points[second]).T)
+        order = np.argsort(lengths, kind="stable")
+        return TracedOutline(points, np.column_stack([first, second])[order], lengths[order])
+
+    def states_through(
+        self, ends: FloatArray, count: int, rng: np.random.Generator
+    ) -> tuple[FloatArray, FloatArray]:
+        """At most ``count`` states (c, 3) through ends of beams (m, 2), and how many they explain (c,)."""
+        ends = ends[np.unique(np.linspace(0, len(ends) - 1, min(POINTS, len(ends))).astype(int))]
+        first, second = self._end_pairs(ends, count, rng)
+        apart = second - first
+        length = np.hypot(apart[:, 0], apart[:, 1])
+        low = np.searchsorted(self.lengths, length - APART)
+        high = np.searchsorted(self.lengths, length + APART)
+        able = high > low
+        first, second, apart = first[able], second[able], apart[able]
+        low, high = low[able], high[able]
+        chosen = self.pairs[low + (rng.random(len(low)) * (high - low)).astype(np.int64)]
+        own = self.points[chosen[:, 1]] - self.points[chosen[:, 0]]
+        yaw = np.arctan2(apart[:, 1], apart[:, 0]) - np.arctan2(own[:, 1], own[:, 0])
+        middle = self.points[chosen].mean(axis=1)
+        cos, sin = np.cos(yaw), np.sin(yaw)
+        turned = np.column_stack(
+            [cos * middle[:, 0] - sin * middle[:, 1], sin * middle[:, 0] + cos * middle[:, 1]]
+        )
+        states = np.column_stack([(first + second) / 2.0 - turned, wrap(yaw)])
+        return states, self._explained(states, ends)
+
+    def distances(self, states: FloatArray, ends: FloatArray, most: float) -> FloatArray:
+        """(c, m) m from the outline in each state (c, 3) to each end (m, 2); inf beyond ``most`` m."""
+        from scipy.spatial import cKDTree
+
+        off = ends[None] - states[:, None, :2]
+        cos, sin = np.cos(states[:, 2])[:, None], np.sin(states[:, 2])[:, None]
+        own = np.stack(
+            [cos * off[..., 0] + sin * off[..., 1], cos * off[..., 1] - sin * off[..., 0]]
+        )
+        found, _ = cKDTree(self.points).query(own.reshape(2, -1).T, distance_upper_bound=most)
+        return np.asarray(found.reshape(len(states), len(ends)))
+
+    def _explained(self, states: FloatArray, ends: FloatArray) -> FloatArray:
+        return np.asarray(
+            np.isfinite(self.distances(states, ends, ON_OUTLINE)).sum(axis=1), dtype=float
+        )
+
+    def _end_pairs(
+        self, ends: FloatArray, count: int, rng: np.random.Generator
+    ) -> tuple[FloatArray, FloatArray]:
+        """Pairs of ends (c, 2), (c, 2) that may lie on one object; distant ones more often."""
+        first = ends[rng.integers(len(ends), size=count)]
+        length = np.hypot(*np.moveaxis(ends[None] - first[:, None], 2, 0))
+        widest = float(self.lengths[-1])
+        usable = (length >= SHORTEST * widest) & (length <= widest + APART)
+        filled = np.cumsum(np.where(usable, length, 0.0), axis=1)
+        able = filled[:, -1] > 0.0
+        drawn = rng.random(count) * filled[:, -1]
+        second = (filled <= drawn[:, None]).sum(axis=1).clip(max=len(ends) - 1)
+        return first[able], ends[second[able]]
+
+
+def _along(segments: FloatArray) -> FloatArray:
+    """(``TRACED``, 2) points at even distances along segments (k, 2, 2)."""
+    along = segments[:, 1] - segments[:, 0]
+    lengths = np.hypot(along[:, 0], along[:, 1])
+    filled = np.cumsum(lengths)
+    at = (np.arange(TRACED) + 0.5) / TRACED * filled[-1]
+    which = np.searchsorted(filled, at).clip(max=len(segments) - 1)
+    share = 1.0 - (filled[which] - at) / np.maximum(lengths[which], np.finfo(float).tiny)
+    return np.asarray(segments[which, 0] + share[:, None] * along[which])

@@ -1,0 +1,97 @@
+"""A robot that is carried elsewhere, and one that doesn't know where it starts."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from objstate.estimator import Estimator
+from objstate.geometry import FloatArray, between, compose, wrap
+from objstate.records import Estimate, Scan
+from tests.estimator.drives import START, START_NS, Drive, corridor, drive, truth
+
+CORRIDOR = corridor()
+SECOND = 10**9
+KIDNAPPED_S = 5.0
+
+
+@cache
+def kidnapped(seed: int) -> Drive:
+    """Along the corridor past door b, then carried back to the start; the odometry goes on."""
+    first, second = drive(seed, KIDNAPPED_S), drive(seed + 100, 9.0)
+    end = max(first.poses) + SECOND // 5
+    shift = end - START_NS
+    offset = first.records[-1].odometry
+    records, poses = list(first.records), dict(first.poses)
+    start = second.records[0].pose
+    for record in second.records:
+        if isinstance(record, Scan):
+            at = compose(offset, between(start, record.odometry))
+            records.append(replace(record, stamp_ns=record.stamp_ns + shift, odometry=at))
+        else:
+            at = compose(offset, between(start, record.pose))
+            records.append(replace(record, stamp_ns=record.stamp_ns + shift, pose=at))
+    poses |= {stamp + shift: pose for stamp, pose in second.poses.items()}
+    return Drive(records, poses)
+
+
+def error(estimator: Estimator, pose: FloatArray) -> float:
+    assert estimator.robot is not None
+    return float(np.hypot(*(estimator.robot.mean - pose)[:2]))
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_a_kidnapped_robot_says_so_soon_is_found_and_no_object_is_spoilt(seed: int) -> None:
+    driven, rows = kidnapped(seed), list[Estimate]()
+    estimator = Estimator(CORRIDOR, seed=seed, initial_pose=START)
+    said, found = None, None
+    for record in driven.records:
+        rows += estimator.feed(record)
+        since = (record.stamp_ns - START_NS) / SECOND - KIDNAPPED_S
+        if said is None and estimator.is_lost:
+            said = since
+        if said is not None and found is None and not estimator.is_lost:
+            found = since
+    assert said is not None
+    assert 0.0 < said < 2.5
+    assert found is not None
+    assert found < 8.0
+    assert error(estimator, driven.poses[max(driven.poses)]) < 0.06
+    ((since_ns, until_ns),) = estimator.lost
+    assert since_ns <= START_NS + (KIDNAPPED_S + said) * SECOND
+    assert until_ns == pytest.approx(START_NS + (KIDNAPPED_S + found) * SECOND, abs=SECOND)
+    assert all(row.lost is False for row in rows if row.stamp_ns < since_ns)
+    assert any(row.lost for row in rows)
+    assert not any(row.lost and row.observed for row in rows)
+    for name, state in truth().items():
+        belief = estimator.objects[name]
+        if belief.last_observed_ns is not None and belief.std[0] < np.radians(3.0):
+            assert abs(np.degrees(belief.mean[0] - state[0])) < 4.0
+
+
+def test_a_robot_that_may_be_anywhere_is_lost_until_it_is_found() -> None:
+    driven = drive(3, 9.0)
+    estimator, was_lost = Estimator(CORRIDOR, global_start=True), []
+    for record in driven.records:
+        estimator.feed(record)
+        if isinstance(record, Scan):
+            was_lost.append(estimator.is_lost)
+            if not estimator.is_lost:
+                assert error(estimator, driven.poses[record.stamp_ns]) < 0.3
+    assert was_lost[0]
+    assert not was_lost[-1]
+    end = driven.poses[max(driven.poses)]
+    assert estimator.robot is not None
+    assert abs(wrap(estimator.robot.mean[2] - end[2])) < np.radians(3.0)
+    assert len(estimator.lost) == 1
+
+
+def test_a_drive_without_kidnapping_is_never_lost() -> None:
+    estimator = Estimator(CORRIDOR, initial_pose=START)
+    for record in drive(4, 8.0).records:
+        estimator.feed(record)
+        assert not estimator.is_lost
+    assert estimator.lost == ()

@@ -1,0 +1,111 @@
+"""A search finds the place that explains the scans, and doesn't choose between places that do alike."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from objstate.building.model import Building, Mesh
+from objstate.config import SearchSettings, Settings
+from objstate.geometry import FloatArray, compose, wrap
+from objstate.localization import Hypotheses, Search, apart
+from objstate.localization.places import CLEARANCE, Places
+from objstate.records import Scan
+from objstate.sensing import BeamModel, ExpectedRanges, Sensing
+from tests.rooms import LASER_HEIGHT, block, building, fan, fence, observed, wall
+
+RAYS = fan(181, 1.5 * np.pi)
+TEMPERING = Settings().localization.tempering
+
+
+def hall() -> Building:
+    """Without symmetry, with a pillar and a bench."""
+    sides = np.array([(0.0, -3.0), (8.0, -3.0), (8.0, 2.0), (5.0, 3.0), (0.0, 3.0)])
+    return building(
+        Mesh.joined([fence(sides), block(4.0, -1.5, 1.0, 2.0), block(1.5, 2.0, 0.6, 1.2)])
+    )
+
+
+def alike() -> Building:
+    """Two rooms of the same shape side by side, of the same heading, with a wall between."""
+    outside = fence(np.array([(0.0, 0.0), (8.0, 0.0), (8.0, 3.0), (0.0, 3.0)]))
+    benches = [block(x, 2.0, 0.6, 1.0) for x in (1.0, 5.0)]
+    return building(Mesh.joined([outside, wall((4.0, 0.0), (4.0, 3.0), 0.001), *benches]))
+
+
+def searched(place: Building, pose: FloatArray, step: FloatArray, looks: int) -> Hypotheses:
+    """What a search makes of scans taken while driving from a pose on by a step each."""
+    rng, expected, sensing = np.random.default_rng(1), ExpectedRanges(place), Sensing(place, MODEL)
+    search = Search(expected, Settings())
+
+    def log_likelihood(poses: FloatArray, scan: Scan, blur: float) -> FloatArray:
+        return TEMPERING * sensing.view(scan).pose_log_likelihood(poses, blur, [])
+
+    odometry = np.array([3.0, 1.0, -2.0])
+    for _ in range(looks):
+        assert search.note(observed(expected, {}, pose, RAYS, rng), odometry)
+        pose, odometry = compose(pose, step), compose(odometry, step)
+    return search.hypotheses(log_likelihood, np.empty((0, 3)), rng)
+
+
+MODEL = BeamModel(Settings().beam_model)
+
+
+@pytest.mark.parametrize("x, y, yaw", [(1.0, -2.0, 0.4), (6.5, 1.0, 2.5), (3.0, 2.0, -1.6)])  # noqa: PT006
+def test_the_place_is_found_from_one_look_all_over_a_hall(x: float, y: float, yaw: float) -> None:
+    pose = np.array([x, y, yaw])
+    found = searched(hall(), pose, np.zeros(3), 1)
+    assert np.hypot(*(found.poses[0] - pose)[:2]) < 0.1
+    assert abs(wrap(found.poses[0, 2] - yaw)) < np.radians(2.0)
+    assert found.shares.sum() == pytest.approx(1.0)
+    assert (np.diff(found.shares) <= 0.0).all()
+
+
+def test_further_looks_while_driving_make_it_more_certain() -> None:
+    pose, step = np.array([1.0, -2.0, 0.4]), np.array([0.45, 0.0, 0.1])
+    once, often = (searched(hall(), pose, step, looks) for looks in (1, 4))
+    assert often.shares[0] >= once.shares[0]
+    assert often.shares[0] > 0.99
+    end = pose
+    for _ in range(3):
+        end = compose(end, step)
+    assert apart(often.poses[0], end) < 0.2
+
+
+def test_between_rooms_that_look_alike_nothing_is_chosen() -> None:
+    found = searched(alike(), np.array([2.4, 1.2, 0.3]), np.array([0.4, 0.0, 0.1]), 3)
+    assert len(found.shares) >= 2
+    np.testing.assert_allclose(found.shares[:2], 0.5, atol=0.3)
+    shift = np.abs(found.poses[0] - found.poses[1])
+    np.testing.assert_allclose(shift, [4.0, 0.0, 0.0], atol=0.1)
+
+
+def test_hypotheses_lie_apart_and_drive_on_together() -> None:
+    found = searched(alike(), np.array([2.4, 1.2, 0.3]), np.array([0.4, 0.0, 0.1]), 2)
+    for k, pose in enumerate(found.poses):
+        assert (apart(np.delete(found.poses, k, axis=0), pose) > 1.0).all()
+    step = np.array([0.3, 0.0, -0.2])
+    moved = found.moved(compose(found.odometry, step))
+    np.testing.assert_allclose(moved, compose(found.poses, step), atol=1e-9)
+
+
+def test_scans_from_one_place_are_remembered_once() -> None:
+    place = hall()
+    search = Search(ExpectedRanges(place), Settings())
+    scan = observed(ExpectedRanges(place), {}, np.array([1.0, -2.0, 0.4]), RAYS)
+    assert search.note(scan, np.zeros(3))
+    assert not search.note(scan, np.array([0.05, 0.0, 0.0]))
+    assert search.note(scan, np.array([1.0, 0.0, 0.0]))
+
+
+def test_places_are_free_inside_the_building_and_no_more_than_asked_for() -> None:
+    place = hall()
+    few = SearchSettings(max_places=150)
+    for settings in (SearchSettings(), few):
+        places = Places.of(ExpectedRanges(place), LASER_HEIGHT, settings)
+        assert 0 < len(places.points) <= settings.max_places
+        assert (places.nearest >= CLEARANCE).all()
+        assert (places.nearest <= places.farthest).all()
+        x, y = places.points.T
+        assert ((x > 0.0) & (x < 8.0) & (y > -3.0) & (y < 3.0)).all()
+    assert places.spacing > few.spacing

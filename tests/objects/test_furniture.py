@@ -1,0 +1,193 @@
+"""Laws of furniture: equal headings, finding it anywhere, and being gone."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from objstate.building.model import Building, Mesh, MovableObject
+from objstate.building.shapes import Box
+from objstate.building.symmetry import symmetry_of
+from objstate.config import BeamModelSettings, Dynamics, FurnitureSettings
+from objstate.geometry import FloatArray, between, compose, wrap
+from objstate.objects import ConditionalBelief, ObjectBelief, ScanEvidence
+from objstate.objects.furniture import SampleFilter
+from objstate.objects.proposals import TracedOutline
+from objstate.particles import Weights
+from objstate.sensing import BeamModel, ExpectedRanges, Sensing
+from tests.rooms import block, building, enclosure, fan, observed, placed, scan_of, table
+
+TEMPERING = 0.4
+SQUARE = table("table", 0.0, 0.0, size=(0.8, 0.8))
+ANYWHERE = FurnitureSettings(
+    prior="uniform", prior_std_m=2.3, prior_std_deg=180.0, dynamics=Dynamics(moves_per_hour=0.0)
+)
+LOOKS = ((-2.3, -2.3, 0.7), (-2.0, 0.0, 0.0), (0.0, -2.3, 1.5))
+
+
+def legs(width: float, depth: float) -> Mesh:
+    """Four table legs."""
+    return Mesh.joined([block(i * width / 2, j * depth / 2, 0.06, 0.06)
+                        for i in (-1, 1) for j in (-1, 1)])  # fmt: skip
+
+
+def room(item: MovableObject) -> Building:
+    return building(enclosure(6.0, 6.0), item)
+
+
+def looked(
+    item: MovableObject, state: FloatArray | None, chosen: FurnitureSettings, seed: int
+) -> ObjectBelief:
+    """What is believed after looks from three places; no state: the object isn't there."""
+    place, rng = room(item), np.random.default_rng(seed)
+    filter_ = SampleFilter(item, chosen)
+    believed = ConditionalBelief.independent(filter_.prior(rng), 1)
+    for pose in np.array(LOOKS).repeat(4, axis=0):
+        scan = observed(ExpectedRanges(place), {} if state is None else {item.name: state}, pose,
+                        fan(361, 2 * np.pi), rng)  # fmt: skip
+        view = Sensing(place, BeamModel(BeamModelSettings())).view(scan)
+        walls = view.walls(pose[None])
+        evidence = ScanEvidence(item.name, view, pose[None], Weights.uniform(1), walls, TEMPERING,
+                                stopped=view.stopped_short(pose, walls[0]))  # fmt: skip
+        update = filter_.update(believed, evidence, rng)
+        believed = believed if update is None else update.conditional
+    return believed.belief
+
+
+# --- symmetry -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("mesh", "order"),
+    [
+        (legs(0.8, 0.8), 4),
+        (legs(1.6, 0.8), 2),
+        (Box((1.2, 0.6, 0.7)).mesh(), 2),
+        (Mesh.joined([block(0.0, 0.0, 0.4, 0.01), block(0.2, 0.2, 0.01, 0.4)]), 1),
+        (Mesh.empty(), 1),
+    ],
+)
+def test_a_shape_looks_the_same_after_as_many_turns_as_it_has_equal_sides(
+    mesh: Mesh, order: int
+) -> None:
+    assert symmetry_of(mesh).order == order
+    assert symmetry_of(mesh.moved(placed(0.5, -0.2, 0.0, (0.0, 0.0, 0.3)))).order == order
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.floats(-2, 2), st.floats(-3.1, 3.1), st.floats(-1, 1), st.floats(-3.1, 3.1))
+def test_equal_states_put_the_same_shape_at_the_same_place(
+    x: float, yaw: float, aside: float, towards: float
+) -> None:
+    symmetry = symmetry_of(legs(0.8, 0.8).moved(placed(aside, 0.3)))
+    state = np.array([[x, 0.5, yaw]])
+    corners = np.array([[aside + i, 0.3 + j, 0.0] for i in (-0.4, 0.4) for j in (-0.4, 0.4)])
+    near = symmetry.nearest(state, towards)
+    assert abs(wrap(near[0, 2] - towards)) <= np.pi / 4 + 1e-6
+    for equal in (near[0], *symmetry.equals(state)[:, 0]):
+        off = compose(equal, corners)[:, None, :2] - compose(state[0], corners)[None, :, :2]
+        np.testing.assert_allclose(np.hypot(*np.moveaxis(off, 2, 0)).min(axis=0), 0.0, atol=1e-3)
+
+
+def test_a_belief_spread_over_equal_headings_is_sure_of_the_one_nearest_to_home() -> None:
+    rng = np.random.default_rng(0)
+    yaws = 0.1 + np.pi / 2 * rng.integers(4, size=400) + rng.normal(0.0, 0.02, 400)
+    states = np.column_stack([rng.normal(0.0, 0.01, (400, 2)), wrap(yaws)])
+    belief = ObjectBelief(SQUARE, states, Weights.uniform(400), cell=np.zeros(3))
+    assert belief.mean[2] == pytest.approx(0.1, abs=0.01)
+    assert belief.std[2] == pytest.approx(0.02, rel=0.2)
+    lower, upper = belief.interval()
+    assert lower[2] < 0.1 < upper[2] < 0.2
+    whole = belief.unfolded()
+    for heading in 0.1 + np.pi / 2 * np.arange(4):
+        near = np.abs(wrap(whole.states[:, 2] - heading)) < 0.2
+        assert whole.weights.values[near].sum() == pytest.approx(0.25)
+
+
+def test_a_heading_between_two_equal_ones_is_not_torn_apart() -> None:
+    yaws = np.pi / 4 + np.linspace(-0.05, 0.05, 101)
+    folded = SQUARE.symmetry.nearest(np.column_stack([np.zeros((101, 2)), yaws]), 0.0)
+    belief = ObjectBelief(SQUARE, folded, Weights.uniform(101), cell=np.zeros(3))
+    assert belief.std[2] == pytest.approx(0.03, rel=0.05)
+    assert abs(wrap(4.0 * (belief.mean[2] - np.pi / 4))) < 1e-6
+    later = belief.with_samples(folded + np.array([0.0, 0.0, 0.01]), belief.weights)
+    assert abs(later.moved_from(belief)[2]) == pytest.approx(0.01)
+
+
+# --- scouts -------------------------------------------------------------------------
+
+
+def test_scouts_count_for_nothing_in_what_is_believed() -> None:
+    states = np.array([[0.0, 0.0, 0.1], [0.02, 0.0, 0.1], [2.0, 2.0, 0.5]])
+    belief = ObjectBelief(SQUARE, states, Weights.of(np.array([1.0, 1.0, 0.1])), np.zeros(3),
+                          scouts=1)  # fmt: skip
+    np.testing.assert_allclose(belief.mean, [0.01, 0.0, 0.1], atol=1e-9)
+    np.testing.assert_allclose(belief.std, [0.01, 0.0, 0.0], atol=1e-9)
+    assert belief.settled
+    assert belief.standing.weights.values.sum() == pytest.approx(1.0)
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.floats(-2, 2), st.floats(-3, 3), st.integers(0, 1000))
+def test_states_through_readings_of_an_object_come_near_its_state(
+    x: float, yaw: float, seed: int
+) -> None:
+    rng = np.random.default_rng(seed)
+    side = np.array([[[-0.4, -0.2], [0.4, -0.2]], [[0.4, -0.2], [0.4, 0.2]]])
+    traced = TracedOutline.of(side)
+    assert traced is not None
+    true = np.array([x, 0.3, yaw])
+    on = traced.points[rng.integers(len(traced.points), size=30)]
+    ends = compose(true, np.column_stack([on, np.zeros(30)]))[:, :2]
+    states, explained = traced.states_through(ends + rng.normal(0, 0.01, ends.shape), 400, rng)
+    best = states[np.argmax(explained)]
+    assert explained.max() == 30
+    assert np.hypot(*(best - true)[:2]) < 0.12
+    assert abs(wrap(best[2] - yaw)) < 0.35
+
+
+# --- somewhere in a room ------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_table_on_legs_is_found_anywhere_in_a_room(seed: int) -> None:
+    rng = np.random.default_rng(100 + seed)
+    mesh = legs(0.9, 0.9)
+    item = MovableObject("table", SQUARE.kind, np.eye(4), SQUARE.axis, 0.0, 0.0, mesh)
+    true = rng.uniform([-1.2, -1.0, -3.0], [1.8, 1.8, 3.0])
+    belief = looked(item, true, ANYWHERE, seed)
+    assert np.hypot(*(belief.mean - true)[:2]) < 0.03
+    assert abs(wrap(4.0 * (belief.mean[2] - true[2]))) / 4.0 < np.radians(3.0)
+    assert belief.settled
+    assert belief.presence > 0.99
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_a_table_that_is_nowhere_is_gone_and_not_somewhere_else(seed: int) -> None:
+    belief = looked(SQUARE, None, ANYWHERE, seed)
+    assert belief.presence < 0.2
+    assert not belief.settled
+
+
+def test_samples_become_fewer_as_the_belief_narrows() -> None:
+    belief = looked(SQUARE, np.array([0.3, 0.5, 0.2]), ANYWHERE, 1)
+    assert len(belief.standing.states) <= ANYWHERE.samples
+    assert len(belief.standing.states) < 200
+
+
+def test_a_view_says_where_something_stopped_its_beams() -> None:
+    place, pose = room(SQUARE), np.array([-2.0, 0.3, 0.4])
+    state = {SQUARE.name: np.array([0.5, 0.2, 0.3])}
+    level, tilted = (
+        fan(181, 2 * np.pi, mount=placed(0.0, 0.0, 0.3, (0.0, tilt, 0.0))) for tilt in (0.0, 1e-4)
+    )
+    scan = observed(ExpectedRanges(place), state, pose, level)
+    for rays in (level, tilted):
+        view = Sensing(place, BeamModel(BeamModelSettings())).view(scan_of(scan.ranges, rays))
+        ends = view.stopped_short(pose, view.walls(pose[None])[0])
+        own = between(state[SQUARE.name], np.column_stack([ends[:, :2], np.zeros(len(ends))]))
+        assert len(ends) > 5
+        np.testing.assert_allclose(np.abs(own[:, :2]).max(axis=1), 0.4, atol=1e-3)
+        np.testing.assert_allclose(ends[:, 2], 0.3, atol=1e-3)
