@@ -34,8 +34,8 @@ class LookSettings(Strict):
     scans: NonNegative = 5.0  # taken where the robot stops to look
     scans_on_way: NonNegative = 1.0  # taken of one object from about one place as it drives by
     beams_share: Share = 1.0  # of a scan's beams that observe objects; less with marginal inference
-    robot_std: NonNegative = 0.03  # m, of the robot's position, which all its beams share
-    robot_yaw_std: NonNegative = 0.015  # rad
+    robot_std: NonNegative = 0.02  # m, of the robot's position, which all its beams share
+    robot_yaw_std: NonNegative = 0.01  # rad
 
 
 @dataclass(frozen=True, eq=False)
