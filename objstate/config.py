@@ -108,6 +108,7 @@ class SearchSettings(Strict):
     every_s: Positive = 1.0  # s between searches
     sure: Share = 0.99  # probability from which a place is the one
     confirmed: Count = 2  # searches in a row that must agree on it
+    track_odds: Positive = 1000.0  # by which the place that was told or followed is likelier before
 
 
 class ObjectUpdateSettings(Strict):
