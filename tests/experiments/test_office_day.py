@@ -35,11 +35,10 @@ def test_a_day_moves_what_moves_often_more_often() -> None:
 
 
 def test_looking_ends_with_recorded_outcomes() -> None:
-    worth = try_day(Trial("coordinator", 20.0, 0, 0.02))
-    assert worth.tasks > 0
+    worth = try_day(Trial("greedy nearest", 1200.0, 0, 0.02))
+    assert worth.tasks == sum(worth.outcomes.values()) > 0
     assert set(worth.outcomes) <= {"confirmed", "moved", "lost", "hidden"}
-    assert worth.realized > 0.0
-    assert worth.predicted == pytest.approx(worth.realized, rel=0.5)
+    assert worth.distance > 0.0
     assert worth.lost == 0
 
 
