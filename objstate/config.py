@@ -245,6 +245,13 @@ class Settings(Strict):
     consistency: ConsistencySettings = ConsistencySettings()
     objects: tuple[ObjectRule, ...] = ()
 
+    def with_inference(self, inference: Literal["joint", "marginal"] | None) -> Settings:
+        """The same settings with another form of inference, where one is given."""
+        if inference is None:
+            return self
+        updates = self.object_updates.model_copy(update={"inference": inference})
+        return self.model_copy(update={"object_updates": updates})
+
     def for_object(self, name: str, default_class: Literal["door", "furniture"]) -> ObjectSettings:
         """The settings of one object: its class's defaults under the rules that match its name.
 
