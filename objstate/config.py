@@ -108,6 +108,7 @@ class SearchSettings(Strict):
     every_s: Positive = 1.0  # s between searches
     sure: Share = 0.99  # probability from which a place is the one
     confirmed: Count = 2  # searches in a row that must agree on it
+    track_odds: Positive = 1000.0  # by which the place that was told or followed is likelier before
 
 
 class ObjectUpdateSettings(Strict):
@@ -243,6 +244,13 @@ class Settings(Strict):
     map_error: MapErrorSettings = MapErrorSettings()
     consistency: ConsistencySettings = ConsistencySettings()
     objects: tuple[ObjectRule, ...] = ()
+
+    def with_inference(self, inference: Literal["joint", "marginal"] | None) -> Settings:
+        """The same settings with another form of inference, where one is given."""
+        if inference is None:
+            return self
+        updates = self.object_updates.model_copy(update={"inference": inference})
+        return self.model_copy(update={"object_updates": updates})
 
     def for_object(self, name: str, default_class: Literal["door", "furniture"]) -> ObjectSettings:
         """The settings of one object: its class's defaults under the rules that match its name.

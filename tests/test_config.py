@@ -172,3 +172,12 @@ def test_a_rule_that_sets_what_the_class_has_not_is_an_error(tmp_path: Path) -> 
     settings = loaded(tmp_path, "objects: [{match: desk, resolution_deg: 1}]")
     with pytest.raises(SettingsError, match=r"object 'desk'.*resolution_deg"):
         settings.for_object("desk", "furniture")
+
+
+def test_another_inference_changes_nothing_else() -> None:
+    told = Settings.model_validate({"object_updates": {"tempering": 0.5}})
+    marginal = told.with_inference("marginal")
+    assert marginal.object_updates.inference == "marginal"
+    assert marginal.object_updates.tempering == 0.5
+    assert told.with_inference(None) is told
+    assert marginal.with_inference("joint") == told

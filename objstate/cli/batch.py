@@ -106,6 +106,7 @@ def batch(
     from objstate.batch.options import DEFAULT_TIME_LIMIT
     from objstate.config import load_settings
     from objstate.recording.batches import SUMMARY_TABLE, read_table
+    from objstate.report import write_batch_report
     from objstate.run import RunOptions
 
     options = RunOptions(
@@ -136,6 +137,8 @@ def batch(
             on_event,
         )
     summary = read_table(out, SUMMARY_TABLE)
+    if any(outcome.status == "done" for outcome in result.outcomes):
+        write_batch_report(out)
     print_warnings(_warnings(summary), quiet)
     _print(result, summary)
     if result.failed:

@@ -73,6 +73,12 @@ def estimate(
         Literal["own", "recorded"],
         typer.Option(help="Localize the robot here, or take the belief that the log holds."),
     ] = "own",
+    inference: Annotated[
+        Literal["joint", "marginal"] | None,
+        typer.Option(
+            help="Each robot sample with its own objects, or the paper's. Default: joint."
+        ),
+    ] = None,
     initial_pose: Annotated[
         str | None, typer.Option(metavar="X,Y,YAW", help=f"Where the robot starts: {POSE}.")
     ] = None,
@@ -147,7 +153,7 @@ def estimate(
     true_path = None if path is None else read_tum(path)
     mounts, clock_offsets = calibration_from(calibration, anew=calibrate)
     options = RunOptions(
-        settings=load_settings(config),
+        settings=load_settings(config).with_inference(inference),
         seed=seed,
         belief=belief,
         initial_pose=None if initial_pose is None else parse_pose(initial_pose),

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from enum import Enum
 
+import numpy as np
+
 from objstate.config import Settings
 from objstate.estimator.tracking import NANOSECONDS
 from objstate.geometry import FloatArray, compose
@@ -73,19 +75,28 @@ class Doubt:
         """What a search says, and those before it, of the track (3,): who is it that wins?"""
         self._search_from_ns = now_ns + int(self._wait * NANOSECONDS)
         self._fitted_since_ns = None
-        best, sure = found.poses[0], self._search.sure
+        shares = self._favoured(found, track)
+        best, sure = found.poses[int(np.argmax(shares))], self._search.sure
         agrees = self._winner is not None and apart(self._winner, best) <= 1.0
-        self._wins = (self._wins if agrees else 0) + 1 if found.shares[0] >= sure else 0
+        self._wins = (self._wins if agrees else 0) + 1 if shares.max() >= sure else 0
         self._winner = best if self._wins else None
         if self._wins >= self._search.confirmed:
             return Verdict.ELSEWHERE if track is None or apart(track, best) > 1.0 else Verdict.HERE
         if track is None or self.is_lost:
             return Verdict.OPEN
-        share = float(found.shares[apart(found.poses, track) <= 1.0].sum())
+        share = float(shares[apart(found.poses, track) <= 1.0].sum())
         if share < 1.0 - sure:
             return Verdict.NOT_HERE
         is_as_good = found.looks > self._search.confirmed and share >= TIED
         return Verdict.HERE if is_as_good or apart(track, best) <= 1.0 else Verdict.OPEN
+
+    def _favoured(self, found: Hypotheses, track: FloatArray | None) -> FloatArray:
+        """The hypotheses' probabilities (h,), the track's favoured by what was known before."""
+        if track is None or self.is_lost:
+            return found.shares
+        ours = apart(found.poses, track) <= 1.0
+        shares = np.where(ours, self._search.track_odds, 1.0) * found.shares
+        return np.asarray(shares / shares.sum())
 
     def drive(self, step: FloatArray) -> None:
         """The robot has moved by a step (3,) of odometry."""

@@ -37,6 +37,7 @@ def test_going_back_leads_to_what_was_trusted() -> None:
     state.keep_in_view(narrowed(state, SECOND))
     state.trust()
     trusted = dict(state.marginals)
+    state.trust()  # what is trusted is what was believed one such moment before
     for second in (2, 3):
         state.keep_in_view(narrowed(state, second * SECOND))
     assert state.marginals["door"].stamp_ns == 3 * SECOND
@@ -52,6 +53,7 @@ def test_going_back_twice_changes_nothing_more() -> None:
     state.keep_in_view(narrowed(state, SECOND))
     state.trust()
     trusted = state.marginals["door"]
+    state.trust()
     state.keep_in_view(narrowed(state, 2 * SECOND))
     state.go_back()
     state.go_back()

@@ -68,7 +68,8 @@ def test_a_track_in_doubt_that_no_search_excludes_isnt_lost(
         pose for _, pose in sorted(zip(shares, (HERE, THERE), strict=True), key=lambda p: -p[0])
     ]
     ordered = tuple(sorted(shares, reverse=True))
-    assert Doubt(SETTINGS).weigh(found(*poses, shares=ordered), HERE, 0) is verdict
+    even = Settings.model_validate({"search": {"track_odds": 1.0}})
+    assert Doubt(even).weigh(found(*poses, shares=ordered), HERE, 0) is verdict
 
 
 def test_each_search_in_vain_doubles_the_wait_until_the_track_fits_again() -> None:
@@ -107,3 +108,10 @@ def test_beams_through_walls_are_a_sign_however_well_the_others_fit() -> None:
     for k in range(1, 60):
         each = each.judged(0.3, 0.7, k * SECOND // 5, s)
     assert each.is_wrong(s)
+
+
+def test_a_track_that_was_followed_is_left_only_for_much_better_places() -> None:
+    odds = SETTINGS.search.track_odds
+    for share, verdict in ((10.0 / odds, Verdict.HERE), (1e-4 / odds, Verdict.NOT_HERE)):
+        hypotheses = found(THERE, HERE, shares=(1.0 - share, share))
+        assert Doubt(SETTINGS).weigh(hypotheses, HERE, 0) is verdict

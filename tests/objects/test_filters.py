@@ -13,6 +13,7 @@ from objstate.config import (
     DoorSettings,
     Dynamics,
     FurnitureSettings,
+    Rest,
     Settings,
 )
 from objstate.geometry import FloatArray, wrap
@@ -128,7 +129,8 @@ def moving(drift_deg: float, drift_m: float, moves: float) -> Dynamics:
 def test_two_predictions_of_half_a_minute_are_one_of_a_minute(
     item: MovableObject, moves: float
 ) -> None:
-    filter_ = LatticeFilter(item, DoorSettings(dynamics=moving(0.5, 0.005, moves)))
+    anywhere = Rest(closed=0.0, open=0.0, anywhere=1.0)
+    filter_ = LatticeFilter(item, DoorSettings(dynamics=moving(0.5, 0.005, moves), rest=anywhere))
     belief = knows(filter_, np.array([0.5]))
     half = filter_.predict(belief, 30.0, rng_of())
     twice, once = filter_.predict(half, 30.0, rng_of()), filter_.predict(belief, 60.0, rng_of())
@@ -171,12 +173,17 @@ def test_many_small_predictions_spread_as_one_long() -> None:
 
 def test_a_door_last_seen_an_hour_ago_is_uncertain_again() -> None:
     filter_ = filter_for(HINGED, Settings())
-    belief, prior = knows(filter_, np.array([0.4])), filter_.prior(rng_of())
+    belief = knows(filter_, np.array([0.4]))
     assert belief.settled
     later = filter_.predict(belief, 3600.0, rng_of())
     assert not later.settled
     long_after = filter_.predict(belief, 100 * 3600.0, rng_of())
-    np.testing.assert_allclose(long_after.weights.values, prior.weights.values, rtol=0.01)
+    rest, degrees = Rest(), np.degrees(long_after.states[:, 0])
+    weights = long_after.weights.values
+    among = rest.closed + rest.open + rest.anywhere
+    assert weights[degrees < 15.0].sum() > rest.closed / among
+    assert weights[degrees > degrees.max() - 15.0].sum() > rest.open / among
+    assert weights.min() > 0.5 * rest.anywhere / among / len(weights)
 
 
 def test_furniture_last_seen_long_ago_may_be_anywhere_in_its_prior_again() -> None:

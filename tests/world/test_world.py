@@ -27,19 +27,19 @@ def test_each_moment_is_answered_with_what_was_known_then() -> None:
     world = World.of(OBJECTS, beliefs=[at_angle(0.2, 5 * HOUR), at_angle(1.2, 6 * HOUR)])
     assert world.at(4 * HOUR)["door"].std[0] > 0.4
     assert world.at(5 * HOUR)["door"].mean[0] == pytest.approx(0.2, abs=0.01)
-    assert world.at(6 * HOUR - 1)["door"].weights.values.argmax() == 23  # 0.2 rad in half degrees
+    faded = world.at(6 * HOUR - 1)["door"].weights.values
+    assert faded[15:32].sum() > 1.5 * faded[50:67].sum()  # about 0.2 rad, in half degrees
     assert world.at()["door"].mean[0] == pytest.approx(1.2, abs=0.01)
 
 
-def test_a_belief_fades_to_the_prior() -> None:
+def test_a_belief_fades_to_where_doors_rest() -> None:
     world = World.of(OBJECTS, beliefs=[at_angle(0.2, 0)])
-    stamps = (0, 60 * SECOND, HOUR, 100 * HOUR)
+    stamps = (0, 60 * SECOND, HOUR)
     told = [entropy(world.at(stamp)["door"].weights.values) for stamp in stamps]
     assert told == sorted(told)
-    prior = World.of(OBJECTS).at(0)["door"]
-    np.testing.assert_allclose(
-        world.at(100 * HOUR)["door"].weights.values, prior.weights.values, rtol=1e-6
-    )
+    late, later = (world.at(hours * HOUR)["door"].weights.values for hours in (100, 200))
+    np.testing.assert_allclose(late, later, rtol=1e-6)
+    assert late[0] > late[90] < late[-1]  # closed or open as far as it goes, rather than between
 
 
 def test_a_prediction_is_the_filters_own() -> None:
