@@ -109,7 +109,7 @@ def total_log_likelihoods(
 
 
 @_compile
-def _first_at_or_after(bearing: float, beams: FloatArray, index: IntArray) -> Any:
+def first_at_or_after(bearing: float, beams: FloatArray, index: IntArray) -> Any:
     """The first beam whose pseudo-angle is not below ``bearing``."""
     count, cells = beams.shape[1], index.shape[0] - 1
     cell = int((bearing + 2.0) * cells / 4.0)
@@ -197,12 +197,12 @@ def _project(
     if start < -2.0:
         start, end = start + 4.0, end + 4.0
     if end > 2.0:
-        first = _first_at_or_after(start, beams, index)
-        last = _first_at_or_after(end - 4.0, beams, index)
+        first = first_at_or_after(start, beams, index)
+        last = first_at_or_after(end - 4.0, beams, index)
         _hit(first, count, ax, ay, ex, ey, beams, spread, nearest)
         _hit(0, last, ax, ay, ex, ey, beams, spread, nearest)
         return 0, count
-    first, last = _first_at_or_after(start, beams, index), _first_at_or_after(end, beams, index)
+    first, last = first_at_or_after(start, beams, index), first_at_or_after(end, beams, index)
     _hit(first, last, ax, ay, ex, ey, beams, spread, nearest)
     return first, last
 
@@ -290,100 +290,6 @@ def mark_seen(
             for i in range(first, last):
                 seen[k] |= alone[i] <= nearest[i] and alone[i] < np.inf
                 alone[i] = np.inf
-
-
-@_compile
-def _average_few(whole: BoolArray, few: IntArray, out: FloatArray) -> None:
-    """Give all poses the mean likelihood of the ``few`` in states that aren't ``whole``: ``out`` (p, s)."""
-    for s in range(whole.shape[0]):
-        if whole[s]:
-            continue
-        top, total = -np.inf, 0.0
-        for k in range(few.shape[0]):
-            top = max(top, out[few[k], s])
-        for k in range(few.shape[0]):
-            total += np.exp(out[few[k], s] - top)
-        out[:, s] = top + np.log(total / few.shape[0])
-
-
-@_compile
-def object_log_likelihood(
-    poses: FloatArray,
-    placements: FloatArray,
-    normals: FloatArray,
-    whole: BoolArray,
-    few: IntArray,
-    outline: FloatArray,
-    convex: bool,
-    background: FloatArray,
-    beams: FloatArray,
-    index: IntArray,
-    sweep: FloatArray,
-    model: FloatArray,
-    shift_std: float,
-    tempering: float,
-    out: FloatArray,
-    bears: BoolArray,
-) -> None:
-    """Change in log p(o | s, l) that an object makes, over the background alone: ``out`` (p, s).
-
-    ``background`` (p, n) is what the beams read without the object. Beams that it
-    doesn't touch contribute the same to every state (section 3 of Schulz and
-    Burgard 2001) and are left out. ``bears`` (n,) is set where a beam touches the
-    object in some state and isn't stopped before reaching it.
-
-    The likelihood has the exponent ``tempering``. The object may stand ``shift_std`` m
-    aside of its placement, along the unit normal ``normals[s]`` of its long side: an
-    error that all its beams share. A range grows with the shift by 1 over the cosine
-    of its incidence, so the readings speak of the shift as a Gaussian, and the average
-    has a closed form. States that aren't ``whole`` are cast from the poses ``few``
-    alone; their mean likelihood serves for all.
-    """
-    count = beams.shape[1]
-    nearest = np.full(count, np.inf)
-    per_density = np.empty(count)  # of each beam without the object
-    near = NEAR_SIGMAS / model[PER_SIGMA]
-    precision, variance = model[PER_SIGMA] * model[PER_SIGMA], shift_std * shift_std
-    some = np.zeros(poses.shape[0], dtype=np.bool_)
-    some[few] = True
-    for p in range(poses.shape[0]):
-        per_density[:] = 0.0
-        cos, sin = poses[p, COS], poses[p, SIN]
-        for s in range(placements.shape[0]):
-            if not (whole[s] or some[p]):
-                continue
-            first, last = _project_outline(
-                poses[p], placements[s], outline, convex, beams, index, sweep, nearest
-            )
-            nx = cos * normals[s, 0] + sin * normals[s, 1]
-            ny = -sin * normals[s, 0] + cos * normals[s, 1]
-            change, product, gradient, curvature = 0.0, 1.0, 0.0, 0.0
-            for i in range(first, last):
-                expected = nearest[i]
-                nearest[i] = np.inf
-                if expected >= background[p, i] or expected >= model[RANGE_MAX]:
-                    continue
-                measured, short = beams[MEASURED, i], beams[SHORT, i]
-                if per_density[i] == 0.0:
-                    per_density[i] = 1.0 / density(measured, short, background[p, i], model)
-                dense = density(measured, short, expected, model)
-                product *= dense * per_density[i]
-                if product < SMALL or product > LARGE:
-                    change += np.log(product)
-                    product = 1.0
-                bears[i] |= measured > expected - near
-                cosine = beams[DIRECTION_X, i] * nx + beams[DIRECTION_Y, i] * ny
-                if abs(cosine) > GRAZING and measured < np.inf:
-                    floor = model[RANDOM] + (short if measured < expected else 0.0)
-                    share = (dense - floor) / dense * precision / cosine
-                    gradient += share * (measured - expected)
-                    curvature += share / cosine
-            change = tempering * (change + np.log(product))
-            gradient *= tempering
-            curvature *= tempering
-            surely = 1.0 + curvature * variance
-            out[p, s] = change + 0.5 * (gradient * gradient * variance / surely - np.log(surely))
-    _average_few(whole, few, out)
 
 
 @_compile
