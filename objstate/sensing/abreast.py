@@ -42,35 +42,17 @@ from objstate.sensing.kernels import (
     SPREAD,
     X,
     Y,
+    bell,
     first_at_or_after,
     pseudo_angle,
 )
 
-FLAT_BELL = 36.0  # exponent from which the bell is flat: 2e-16 of its height
 DECADES = 150.0  # by which a product may grow or shrink before its logarithm is taken
 
 _compile = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 _compile_finite = njit(
     cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nnan", "nsz"}
 )
-
-
-@_compile
-def bell(exponent: float) -> Any:
-    """exp(-exponent) from 0 to ``FLAT_BELL``, by squaring, off by less than 2e-6 of itself."""
-    part = exponent / 1024.0
-    value = 1.0 - part * (1.0 - part / 2.0 * (1.0 - part / 3.0))
-    value *= value
-    value *= value
-    value *= value
-    value *= value
-    value *= value
-    value *= value
-    value *= value
-    value *= value
-    value *= value
-    value *= value
-    return value
 
 
 @_compile
@@ -110,7 +92,7 @@ def _hit_densities(
         return
     for p in range(out.shape[0]):
         off = (measured - expected[p]) * per_sigma
-        out[p] = peak * bell(min(0.5 * off * off, FLAT_BELL))
+        out[p] = peak * bell(0.5 * off * off)
 
 
 @_compile
