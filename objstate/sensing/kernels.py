@@ -32,7 +32,6 @@ FLAT_BELL = 36.0  # exponent from which the bell is flat: 2e-16 of its height
 NEAR_SIGMAS = 4.0  # a range shorter than this many sigmas before an object was stopped by another
 LEAST_DENSITY = 1e-100  # of the pure Gaussian, which has no floor of its own (21 sigmas)
 SMALL, LARGE = 1e-200, 1e200  # products are kept between these: one density more is still a float
-LEAST_EVIDENCE = 1e-250
 GRAZING = 0.1  # cosine of incidence below which a range says nothing of a shift of the surface
 LEAST_SHARE = 1e-12  # what rounding may leave of one when all shares are taken away
 
@@ -334,37 +333,6 @@ def mark_seen(
             for i in range(first, last):
                 seen[k] |= alone[i] <= nearest[i] and alone[i] < np.inf
                 alone[i] = np.inf
-
-
-@_compile
-def condition(
-    given: FloatArray, chosen: IntArray, log_likelihood: FloatArray, evidence: FloatArray
-) -> None:
-    """Bayes' rule in every row of ``given`` (p, n), with its log ``evidence`` (p,).
-
-    ``log_likelihood`` (p, k) is known at the ascending states ``chosen`` (k,), the first
-    and the last among them; between them the likelihood is linear.
-    """
-    factors = np.empty(given.shape[1])
-    for p in range(given.shape[0]):
-        top = log_likelihood[p].max()
-        left = np.exp(log_likelihood[p, 0] - top)
-        factors[0] = left
-        for k in range(1, chosen.shape[0]):
-            right = np.exp(log_likelihood[p, k] - top)
-            begin, steps = chosen[k - 1], chosen[k] - chosen[k - 1]
-            for j in range(1, steps + 1):
-                factors[begin + j] = (left * (steps - j) + right * j) / steps
-            left = right
-        total = 0.0
-        for j in range(given.shape[1]):
-            total += given[p, j] * factors[j]
-        if total < LEAST_EVIDENCE:  # this row can't have read it: its pose is wrong, not its states
-            evidence[p] = top + np.log(LEAST_EVIDENCE)
-            continue
-        for j in range(given.shape[1]):
-            given[p, j] *= factors[j] / total
-        evidence[p] = top + np.log(total)
 
 
 @_compile
