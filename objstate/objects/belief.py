@@ -240,8 +240,9 @@ class ObjectBelief:
         )
         return all(std <= limit for std, limit in zip(self.std.tolist(), limits, strict=True))
 
-    def represented_by(self, name: str, count: int) -> UncertainObject:
+    def represented_by(self, count: int) -> UncertainObject:
         """A few states that stand for the belief: its mean where settled, else an even comb."""
+        name = self.item.name
         if self.settled:
             return UncertainObject(name, self.mean[None], np.full(1, self.presence))
         comb = (np.arange(count) + 0.5) / count

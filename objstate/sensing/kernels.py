@@ -338,7 +338,8 @@ def mark_seen(
 @_compile
 def pose_log_likelihood(
     poses: FloatArray,
-    walls: FloatArray,
+    expected: FloatArray,
+    order: IntArray,
     outlines: FloatArray,
     outline_ends: IntArray,
     convex: BoolArray,
@@ -355,8 +356,8 @@ def pose_log_likelihood(
 
     Object j has the rows of ``outlines`` up to ``outline_ends[j]``, is ``convex[j]`` or
     not, and may stand at the ``placements`` up to ``placement_ends[j]``, with weights ``shares``. Where it is
-    nearer than the ``walls`` (k, 4), it is what the beam should read; else the beam
-    keeps the likelihood it had.
+    nearer than what is ``expected`` (p, n) of all else, it is what the beam should read; else the
+    beam keeps the likelihood it had. Sorted beam i has the column ``order[i]`` of it.
     """
     count = beams.shape[1]
     nearest = np.empty(count)
@@ -364,10 +365,9 @@ def pose_log_likelihood(
     likelihood = np.empty(count)
     mixed = np.zeros(count)
     kept = np.ones(count)
-    fixed = np.array([0.0, 0.0, 1.0, 0.0])
     for p in range(poses.shape[0]):
-        nearest[:] = np.inf
-        _project_outline(poses[p], fixed, walls, False, beams, index, sweep, nearest)
+        for i in range(count):
+            nearest[i] = expected[p, order[i]]
         _densities(beams[MEASURED], beams[SHORT], nearest, model, likelihood)
         outline_start, placement_start = 0, 0
         for j in range(outline_ends.shape[0]):
@@ -379,11 +379,11 @@ def pose_log_likelihood(
                 )
                 begin, end = min(begin, first), max(end, last)
                 for i in range(first, last):
-                    expected = alone[i]
+                    distance = alone[i]
                     alone[i] = np.inf
-                    if expected < nearest[i]:
+                    if distance < nearest[i]:
                         measured, short = beams[MEASURED, i], beams[SHORT, i]
-                        mixed[i] += shares[s] * density(measured, short, expected, model)
+                        mixed[i] += shares[s] * density(measured, short, distance, model)
                         kept[i] -= shares[s]
             for i in range(begin, end):
                 rest = kept[i] if kept[i] > LEAST_SHARE else 0.0
