@@ -71,6 +71,8 @@ class Places:
         from objstate.localization import kernels
 
         chosen, bins = _by_bearing(scan, beams)
+        order = np.argsort(scan.ranges[chosen], kind="stable")  # no return, infinite, comes last
+        chosen, bins = chosen[order], bins[order]
         offset = scan.rays.origins[:, :2].mean(axis=0) if len(scan) else np.zeros(2)
         model = BeamModel(beam_model, self.spacing / 2.0)
         peak, per_sigma, anything, missing, hit, reach, _ = model.parameters(scan.range_max)

@@ -6,7 +6,7 @@ that move in the floor plane. What a level sweep sees of them are segments.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache, cached_property, lru_cache
 from typing import NamedTuple, TypeVar
 
@@ -63,7 +63,7 @@ class Sweep:
     @cached_property
     def index(self) -> IntArray:
         """(m + 1,) first beam at or after each of m even steps of the pseudo-angle."""
-        count = INDEX_STEPS * len(self.order)
+        count = max(INDEX_STEPS * len(self.order), 1)
         steps = np.arange(count + 1) * (4.0 / count) - 2.0
         return np.searchsorted(self.rows[0], steps)
 
@@ -73,7 +73,7 @@ class Sweep:
             return self
         kept = beams[self.order]
         order = (np.cumsum(beams) - 1)[self.order[kept]]
-        return replace(self, order=order, rows=self.rows[:, kept])
+        return Sweep(self.height, order, self.rows.compress(kept, axis=1), self.centre)
 
     def beams(self, measured: FloatArray, short: FloatArray) -> FloatArray:
         """(7, n) the sorted beams as the kernels take them.

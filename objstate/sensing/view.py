@@ -62,11 +62,16 @@ class ScanView(Protocol):
         """log p(o | d-hat) (p,) of all beams together, for expected ranges (p, n)."""
 
     def pose_log_likelihood(
-        self, poses: FloatArray, blur: float, objects: Sequence[UncertainObject]
+        self,
+        poses: FloatArray,
+        blur: float,
+        objects: Sequence[UncertainObject],
+        walls: FloatArray | None = None,
     ) -> FloatArray:
         """log p(o | l) (p,), each beam averaged over where the objects may be.
 
-        ``blur`` m is added to the beam model's ``sigma_hit``, as variances add.
+        ``blur`` m is added to the beam model's ``sigma_hit``, as variances add. ``walls`` (p, n) m
+        saves casting them, where they are known.
         """
 
     def fit(self, log_likelihood: float, blur: float) -> float:
@@ -94,9 +99,9 @@ class Sensing:
         if sweep is None or not len(measured):
             rays = scan.rays.take(chosen)
             return MeshView(self._expected, rays, measured, self._beam_model, scan.range_max)
-        return LevelView(
-            self._outlines, sweep.take(chosen), measured, self._beam_model, scan.range_max
-        )
+        sweep = sweep.take(chosen)
+        rows = sweep.beams(measured, self._beam_model.short(measured))
+        return LevelView(self._outlines, sweep, measured, rows, self._beam_model, scan.range_max)
 
     def _sweep(self, rays: Rays) -> Sweep | None:
         """The level sweep of some rays, or None; the scans of a laser often share their rays."""
@@ -147,10 +152,14 @@ class MeshView:
         return self._beam_model.total(self._measured, expected, self._range_max)
 
     def pose_log_likelihood(
-        self, poses: FloatArray, blur: float, objects: Sequence[UncertainObject]
+        self,
+        poses: FloatArray,
+        blur: float,
+        objects: Sequence[UncertainObject],
+        walls: FloatArray | None = None,
     ) -> FloatArray:
         log_likelihood = self._beam_model.blurred(blur)(self._measured, self._range_max)
-        background = self.walls(poses)
+        background = self.walls(poses) if walls is None else walls
         likelihood = np.exp(log_likelihood(background))
         for item in objects:
             alone = self.object(item.name, item.states, poses)
@@ -232,19 +241,22 @@ class LevelView:
         outlines: LevelOutlines,
         sweep: Sweep,
         measured: FloatArray,
+        beams: FloatArray,
         beam_model: BeamModel,
         range_max: float,
     ) -> None:
         self._outlines = outlines
         self._sweep = sweep
         self._measured = measured
-        self._beams = sweep.beams(measured, beam_model.short(measured))
+        self._beams = beams  # (7, n) sorted, as the kernels take them
         self._beam_model = beam_model
         self._range_max = range_max
 
     def take(self, beams: BoolArray) -> LevelView:
-        sweep, measured = self._sweep.take(beams), self._measured[beams]
-        return LevelView(self._outlines, sweep, measured, self._beam_model, self._range_max)
+        sweep = self._sweep.take(beams)
+        rows = self._beams.compress(beams[self._sweep.order], axis=1)
+        measured = self._measured[beams]
+        return LevelView(self._outlines, sweep, measured, rows, self._beam_model, self._range_max)
 
     def walls(self, poses: FloatArray) -> FloatArray:
         walls = self._outlines.walls_in_sight(self._sweep, poses, self._range_max)
@@ -271,14 +283,18 @@ class LevelView:
         return self._beam_model.total(self._measured, expected, self._range_max)
 
     def pose_log_likelihood(
-        self, poses: FloatArray, blur: float, objects: Sequence[UncertainObject]
+        self,
+        poses: FloatArray,
+        blur: float,
+        objects: Sequence[UncertainObject],
+        walls: FloatArray | None = None,
     ) -> FloatArray:
         from objstate.sensing import kernels
 
         out = np.empty(len(poses))
         kernels.pose_log_likelihood(
             with_trigonometry(poses),
-            self.walls(poses),
+            self.walls(poses) if walls is None else walls,
             self._sweep.order,
             *self._outlines.scenery(tuple(objects), self._sweep.height),
             self._beams,
@@ -298,28 +314,36 @@ class LevelView:
         from objstate.sensing import abreast
 
         outline = self._outlines.of_object(name, self._sweep.height)
-        normals, whole, few = comparison.normals, comparison.whole, comparison.few
+        normals = np.zeros((len(states), 2)) if comparison.normals is None else comparison.normals
+        whole = np.ones(len(states), dtype=bool) if comparison.whole is None else comparison.whole
+        everyone = np.arange(len(poses))
+        few = everyone if comparison.few is None else comparison.few
+        parameters = self._beam_model.parameters(self._range_max)
+        poses, placements = map(with_trigonometry, (poses, self._outlines.placements(name, states)))
         out = np.empty((len(poses), len(states)))
         bears = np.zeros(self._beams.shape[1], dtype=bool)
-        abreast.object_log_likelihood(
-            with_trigonometry(poses),
-            with_trigonometry(self._outlines.placements(name, states)),
-            np.zeros((len(states), 2)) if normals is None else normals,
-            np.ones(len(states), dtype=bool) if whole is None else whole,
-            np.arange(len(poses)) if few is None else few,
-            outline.segments,
-            outline.convex,
-            comparison.background,
-            self._sweep.order,
-            self._beams,
-            self._sweep.index,
-            self._sweep.centre,
-            self._beam_model.parameters(self._range_max),
-            comparison.shift_std,
-            comparison.tempering,
-            out,
-            bears,
-        )
+        for chosen, some in ((everyone, np.flatnonzero(whole)), (few, np.flatnonzero(~whole))):
+            change = np.empty((len(some), len(chosen)))
+            abreast.object_log_likelihood(
+                chosen,
+                some,
+                poses,
+                placements,
+                normals,
+                outline.segments,
+                outline.convex,
+                comparison.background,
+                self._sweep.order,
+                self._beams,
+                self._sweep.index,
+                self._sweep.centre,
+                parameters,
+                comparison.shift_std,
+                comparison.tempering,
+                change,
+                bears,
+            )
+            out[:, some] = change.T if chosen is everyone else _log_mean(change)
         return out, self._sweep.unsorted(bears)
 
     def _cast(
@@ -354,6 +378,12 @@ class LevelView:
             out,
         )
         return self._sweep.unsorted(out)
+
+
+def _log_mean(logs: FloatArray) -> FloatArray:
+    """Logarithms (s,) of the means of rows (s, p) of which the logarithms are given."""
+    top = logs.max(axis=1, initial=-np.inf)
+    return np.asarray(top + np.log(np.exp(logs - top[:, None]).mean(axis=1)))
 
 
 def _agree(
