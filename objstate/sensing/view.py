@@ -23,8 +23,7 @@ from objstate.sensing.level import (
 )
 
 GRAZING = 0.1  # cosine of incidence below which a range says nothing of a shift of the surface
-ABREAST = 8  # poses from which ranges are cast side by side
-CLOSE = 0.5  # m or rad, if they lie no farther apart
+FIXED = np.array([[0.0, 0.0, 1.0, 0.0]])  # the placement of what doesn't move
 EXPLAINED_SIGMAS = 3.0  # of sigma_hit, within which a range reads what was expected
 
 
@@ -260,11 +259,12 @@ class LevelView:
 
     def walls(self, poses: FloatArray) -> FloatArray:
         walls = self._outlines.walls_in_sight(self._sweep, poses, self._range_max)
-        return self._cast(ObjectOutline(walls, convex=False), np.zeros((1, 3)), poses)[:, 0]
+        return self._cast(ObjectOutline(walls, convex=False), FIXED, poses)[:, 0]
 
     def object(self, name: str, states: FloatArray, poses: FloatArray) -> FloatArray:
         outline = self._outlines.of_object(name, self._sweep.height)
-        return self._cast(outline, self._outlines.placements(name, states), poses)
+        places = with_trigonometry(self._outlines.placements(name, states))
+        return self._cast(outline, places, poses)
 
     def explained(self, expected: FloatArray) -> BoolArray:
         margin = EXPLAINED_SIGMAS * self._beam_model.sigma_hit
@@ -293,7 +293,7 @@ class LevelView:
 
         out = np.empty(len(poses))
         kernels.pose_log_likelihood(
-            with_trigonometry(poses),
+            self._outlines.stand(poses).poses,
             self.walls(poses) if walls is None else walls,
             self._sweep.order,
             *self._outlines.scenery(tuple(objects), self._sweep.height),
@@ -319,7 +319,7 @@ class LevelView:
         everyone = np.arange(len(poses))
         few = everyone if comparison.few is None else comparison.few
         parameters = self._beam_model.parameters(self._range_max)
-        poses, placements = map(with_trigonometry, (poses, self._outlines.placements(name, states)))
+        placements = with_trigonometry(self._outlines.placements(name, states))
         out = np.empty((len(poses), len(states)))
         bears = np.zeros(self._beams.shape[1], dtype=bool)
         for chosen, some in ((everyone, np.flatnonzero(whole)), (few, np.flatnonzero(~whole))):
@@ -327,7 +327,7 @@ class LevelView:
             abreast.object_log_likelihood(
                 chosen,
                 some,
-                poses,
+                self._outlines.stand(poses).poses,
                 placements,
                 normals,
                 outline.segments,
@@ -351,12 +351,12 @@ class LevelView:
     ) -> FloatArray:
         from objstate.sensing import abreast, kernels
 
-        count = self._beams.shape[1]
-        if len(placements) == 1 and len(poses) >= ABREAST and np.ptp(poses, axis=0).max() < CLOSE:
+        count, stand = self._beams.shape[1], self._outlines.stand(poses)
+        if len(placements) == 1 and stand.are_close:
             near = np.empty((len(poses), count))
             abreast.cast(
-                with_trigonometry(poses),
-                with_trigonometry(placements)[0],
+                stand.poses,
+                placements[0],
                 outline.segments,
                 outline.convex,
                 self._beams,
@@ -368,8 +368,8 @@ class LevelView:
             return near[:, None]
         out = np.full((len(poses), len(placements), count), np.inf)
         kernels.cast(
-            with_trigonometry(poses),
-            with_trigonometry(placements),
+            stand.poses,
+            placements,
             outline.segments,
             outline.convex,
             self._beams,
