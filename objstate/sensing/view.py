@@ -16,7 +16,6 @@ from objstate.sensing.beam_model import BeamModel
 from objstate.sensing.expected import ExpectedRanges, cast_from
 from objstate.sensing.level import LevelOutlines, ObjectOutline, Sweep, with_trigonometry
 
-GRAZING = 0.1  # cosine of incidence below which a range says nothing of a shift of the surface
 EXPLAINED_SIGMAS = 3.0  # of sigma_hit, within which a range reads what was expected
 
 
@@ -190,6 +189,8 @@ class MeshView:
         few: IntArray | None = None,
     ) -> tuple[FloatArray, BoolArray]:
         """The change of log-likelihood for chosen states (s,), from all poses or a few (p,)."""
+        from objstate.sensing import kernels
+
         background = comparison.background
         if few is not None:
             poses, background = poses[few], background[few]
@@ -206,7 +207,7 @@ class MeshView:
             share = peak * np.exp(-0.5 * (off / sigma) ** 2 - with_it)
             cosine = self._cosines(poses, comparison.normals[chosen])
             per_shift = np.divide(
-                1.0, cosine, out=np.zeros_like(cosine), where=np.abs(cosine) > GRAZING
+                1.0, cosine, out=np.zeros_like(cosine), where=np.abs(cosine) > kernels.GRAZING
             )
             pull = (share * per_shift * np.where(np.isfinite(off), off, 0.0)).sum(axis=2)
             hold = (share * per_shift**2).sum(axis=2)
