@@ -98,7 +98,7 @@ def batch(
     from objstate.batch import BatchOptions, gather, run_batch
     from objstate.batch.options import DEFAULT_TIME_LIMIT
     from objstate.config import load_settings
-    from objstate.recording.batches import SUMMARY_TABLE, read_table
+    from objstate.recording.batches import read_summary_table
     from objstate.report import write_batch_report
     from objstate.run import RunOptions
 
@@ -129,7 +129,7 @@ def batch(
             on_start,
             on_event,
         )
-    summary = read_table(out, SUMMARY_TABLE)
+    summary = read_summary_table(out)
     if any(outcome.status == "done" for outcome in result.outcomes):
         write_batch_report(out)
     print_warnings(_warnings(summary), quiet)
