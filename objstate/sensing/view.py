@@ -10,9 +10,11 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from objstate.building.model import Building
+from objstate.errors import PlatformError
 from objstate.geometry import BoolArray, FloatArray, IntArray, transform_from_pose
 from objstate.records import Rays, Scan
 from objstate.sensing.beam_model import BeamModel
+from objstate.sensing.embree import needs_embree, why_no_embree
 from objstate.sensing.expected import ExpectedRanges, cast_from
 from objstate.sensing.level import LevelOutlines, ObjectOutline, Sweep, with_trigonometry
 
@@ -91,12 +93,20 @@ class Sensing:
         """The view of a scan's valid beams, or of those that ``beams`` (n,) selects."""
         chosen = scan.valid if beams is None else scan.valid & beams
         measured, sweep = scan.ranges[chosen], self._sweep(scan.rays)
+        if sweep is None and len(scan) and why_no_embree() is not None:
+            raise self._needs_embree(scan)
         if sweep is None or not len(measured):
             rays = scan.rays.take(chosen)
             return MeshView(self._expected, rays, measured, self._beam_model, scan.range_max)
         return LevelView(
             self._outlines, sweep.take(chosen), measured, self._beam_model, scan.range_max
         )
+
+    def _needs_embree(self, scan: Scan) -> PlatformError:
+        """The error for a scan that outlines don't hold for."""
+        if self._outlines.hold:
+            return needs_embree(f"The beams of laser '{scan.laser}' aren't level")
+        return needs_embree(f"Some object of '{self._expected.building.name}' moves up or down")
 
     def _sweep(self, rays: Rays) -> Sweep | None:
         """The level sweep of some rays, or None; the scans of a laser often share their rays."""
