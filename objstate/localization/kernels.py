@@ -8,7 +8,7 @@ from numba import njit
 from objstate.geometry import FloatArray, IntArray
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
 def add_scores(
     poses: FloatArray,
     cells: IntArray,
@@ -34,7 +34,13 @@ def add_scores(
     the log probabilities of no return with nothing in reach and with something. The laser stands at
     ``offset`` (2,) on the robot. Nowhere free: every beam reads anything at all.
     """
-    count, turns = bins.shape[0], nearest.shape[1]
+    turns = nearest.shape[1]
+    near, far, broad = nearest.ravel(), farthest.ravel(), breadth.ravel()
+    order = np.argsort(beams[0])  # those without a return come last
+    bearings, measured = bins[order], beams[0][order]
+    anything, short = beams[1][order], beams[2][order]
+    returns = int(np.searchsorted(measured, np.inf))
+    nowhere = anything[:returns].sum() + missing[1] * (measured.shape[0] - returns)
     for p in range(poses.shape[0]):
         cos, sin = np.cos(poses[p, 2]), np.sin(poses[p, 2])
         x = poses[p, 0] + cos * offset[0] - sin * offset[1] - corner[0]
@@ -43,23 +49,19 @@ def add_scores(
         place = -1
         if 0 <= column < cells.shape[0] and 0 <= row < cells.shape[1]:
             place = cells[column, row]
+        if place < 0:
+            out[p] += nowhere
+            continue
         turn = int(np.round(poses[p, 2] / (2.0 * np.pi) * turns)) % turns
         total = 0.0
-        for i in range(count):
-            measured = beams[0, i]
-            if place < 0:
-                total += missing[1] if measured == np.inf else beams[1, i]
-                continue
-            b = bins[i] + turn
-            b -= turns if b >= turns else 0
-            near, far = nearest[place, b], farthest[place, b]
-            if measured == np.inf:
-                total += missing[0] if far >= reach else missing[1]
-                continue
-            off, least = 0.0, beams[1, i]
-            if measured < near:
-                off, least = (near - measured) * per_sigma, beams[2, i]
-            elif measured > far:
-                off = (measured - far) * per_sigma
-            total += max(breadth[place, b] - 0.5 * off * off, least)
+        for i in range(returns):
+            b = bearings[i] + turn
+            b += place * turns - (turns if b >= turns else 0)
+            off = max(near[b] - measured[i], measured[i] - far[b], 0.0) * per_sigma
+            least = short[i] if measured[i] < near[b] else anything[i]
+            total += max(broad[b] - 0.5 * off * off, least)
+        for i in range(returns, measured.shape[0]):
+            b = bearings[i] + turn
+            b += place * turns - (turns if b >= turns else 0)
+            total += missing[0] if far[b] >= reach else missing[1]
         out[p] += total

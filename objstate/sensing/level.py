@@ -69,6 +69,8 @@ class Sweep:
 
     def take(self, beams: BoolArray) -> Sweep:
         """The sweep of some of the scan's beams (n,)."""
+        if beams.all():
+            return self
         kept = beams[self.order]
         order = (np.cumsum(beams) - 1)[self.order[kept]]
         return replace(self, order=order, rows=self.rows[:, kept])

@@ -313,13 +313,13 @@ class LevelView:
     def object_log_likelihood(
         self, name: str, states: FloatArray, poses: FloatArray, comparison: Comparison
     ) -> tuple[FloatArray, BoolArray]:
-        from objstate.sensing import kernels
+        from objstate.sensing import abreast
 
         outline = self._outlines.of_object(name, self._sweep.height)
         normals, whole, few = comparison.normals, comparison.whole, comparison.few
         out = np.empty((len(poses), len(states)))
         bears = np.zeros(self._beams.shape[1], dtype=bool)
-        kernels.object_log_likelihood(
+        abreast.object_log_likelihood(
             with_trigonometry(poses),
             with_trigonometry(self._outlines.placements(name, states)),
             np.zeros((len(states), 2)) if normals is None else normals,
@@ -327,7 +327,8 @@ class LevelView:
             np.arange(len(poses)) if few is None else few,
             outline.segments,
             outline.convex,
-            np.ascontiguousarray(comparison.background[:, self._sweep.order]),
+            comparison.background,
+            self._sweep.order,
             self._beams,
             self._sweep.index,
             self._sweep.centre,
