@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from objstate.compiling import njit
 from objstate.geometry import FloatArray, IntArray
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
+@njit(nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
 def add_scores(
     poses: FloatArray,
     cells: IntArray,

@@ -11,11 +11,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from objstate.compiling import njit
 from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.sensing.kernels import (
-    BEARING,
     CENTRE_X,
     CENTRE_Y,
     COS,
@@ -49,10 +48,8 @@ from objstate.sensing.kernels import (
 
 DECADES = 150.0  # by which a product may grow or shrink before its logarithm is taken
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-_compile_finite = njit(
-    cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nnan", "nsz"}
-)
+_compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
+_compile_finite = njit(nogil=True, error_model="numpy", fastmath={"contract", "nnan", "nsz"})
 
 
 @_compile

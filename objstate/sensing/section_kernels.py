@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from objstate.compiling import njit
 from objstate.geometry import FloatArray
 
 SLACK = 1e-9  # m by which a ray may pass an end of a segment and still hit
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy")
 def cast(rays: FloatArray, segments: FloatArray) -> FloatArray:
     """Distances (n,) along rays (n, 4), each an origin and a unit vector, to segments (k, 4)."""
     out = np.full(rays.shape[0], np.inf)
