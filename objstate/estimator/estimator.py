@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -83,6 +84,7 @@ class Estimator:
         self._believed = Believed(building, self.settings, seed, beliefs or {})
         self._map_error = MapError(self.settings.map_error)
         self._consistency = Consistency(self.settings.consistency)
+        self._represented = lru_cache(maxsize=1024)(ObjectBelief.represented_by)  # few change
         self._odometry: FloatArray | None = None
         self._now_ns = 0
         self._start_is_told = initial_pose is not None or global_start
@@ -309,7 +311,7 @@ class Estimator:
     ) -> list[UncertainObject]:
         """Objects that localization must reckon with, each where it may be."""
         states = self.settings.localization.object_states
-        return [beliefs[name].represented_by(name, states) for name in names]
+        return [self._represented(beliefs[name], states) for name in names]
 
     def _estimates(self, observation: Observation) -> list[Estimate]:
         return [

@@ -304,6 +304,139 @@ def _is_behind(ax: float, ay: float, bx: float, by: float, strayed: float) -> An
 
 
 @_compile
+def _lasers(poses: FloatArray, chosen: IntArray, sweep: FloatArray) -> Any:
+    """Where the sweep's centre is (4, p) when the robot stands at the chosen poses."""
+    lasers = np.empty((4, chosen.shape[0]))
+    for p in range(chosen.shape[0]):
+        cos, sin = poses[chosen[p], COS], poses[chosen[p], SIN]
+        lasers[X, p] = poses[chosen[p], X] + cos * sweep[CENTRE_X] - sin * sweep[CENTRE_Y]
+        lasers[Y, p] = poses[chosen[p], Y] + sin * sweep[CENTRE_X] + cos * sweep[CENTRE_Y]
+        lasers[COS, p], lasers[SIN, p] = cos, sin
+    return lasers
+
+
+@_compile
+def _seen_from(
+    middle: FloatArray, place: FloatArray, outline: FloatArray, seen: FloatArray
+) -> None:
+    """The ends ``seen`` (k, 4) of an outline that stands at a place (4,), from a laser's pose (4,)."""
+    dx, dy = place[X] - middle[X], place[Y] - middle[Y]
+    x, y = middle[COS] * dx + middle[SIN] * dy, middle[COS] * dy - middle[SIN] * dx
+    cos = place[COS] * middle[COS] + place[SIN] * middle[SIN]
+    sin = place[SIN] * middle[COS] - place[COS] * middle[SIN]
+    for j in range(outline.shape[0]):
+        for end in range(0, 4, 2):
+            seen[j, end] = x + cos * outline[j, end] - sin * outline[j, end + 1]
+            seen[j, end + 1] = y + sin * outline[j, end] + cos * outline[j, end + 1]
+
+
+@_compile
+def _project(
+    lasers: FloatArray,
+    middle: FloatArray,
+    strayed: float,
+    place: FloatArray,
+    outline: FloatArray,
+    convex: bool,
+    beams: FloatArray,
+    index: IntArray,
+    spread: float,
+    nearest: FloatArray,
+    is_touched: BoolArray,
+) -> None:
+    """Let each beam keep the nearer of ``nearest`` (n, p) and an outline (k, 4) at a place (4,).
+
+    ``is_touched`` (n,) is set for the beams that may meet the outline from some of the lasers'
+    poses (4, p), which stray so far from their middle (4,).
+    """
+    size, count = lasers.shape[1], beams.shape[1]
+    x, y, cos, sin = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
+    ax, ay, bx, by = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
+    ex, ey = np.empty(size), np.empty(size)
+    for p in range(size):
+        dx, dy = place[X] - lasers[X, p], place[Y] - lasers[Y, p]
+        x[p] = lasers[COS, p] * dx + lasers[SIN, p] * dy
+        y[p] = lasers[COS, p] * dy - lasers[SIN, p] * dx
+    for p in range(size):
+        cos[p] = place[COS] * lasers[COS, p] + place[SIN] * lasers[SIN, p]
+        sin[p] = place[SIN] * lasers[COS, p] - place[COS] * lasers[SIN, p]
+    seen = np.empty((outline.shape[0], 4))
+    _seen_from(middle, place, outline, seen)
+    sides = np.zeros(outline.shape[0], dtype=np.int64)
+    if convex:
+        for j in range(outline.shape[0]):
+            sides[j] = _is_behind(seen[j, 0], seen[j, 1], seen[j, 2], seen[j, 3], strayed + spread)
+    is_outside = sides.size > 0 and sides.min() < 0
+    for j in range(outline.shape[0]):
+        if is_outside and sides[j] > 0:  # from outside, only the near sides are seen
+            continue
+        along_x, along_y = outline[j, 2] - outline[j, 0], outline[j, 3] - outline[j, 1]
+        for p in range(size):
+            ax[p] = x[p] + cos[p] * outline[j, 0] - sin[p] * outline[j, 1]
+            ay[p] = y[p] + sin[p] * outline[j, 0] + cos[p] * outline[j, 1]
+        for p in range(size):
+            ex[p] = cos[p] * along_x - sin[p] * along_y
+            ey[p] = sin[p] * along_x + cos[p] * along_y
+        for p in range(size):
+            bx[p], by[p] = ax[p] + ex[p], ay[p] + ey[p]
+        first, touched = _covered(
+            seen[j],
+            _turns(ax, ay, seen[j, 0], seen[j, 1]),
+            _turns(bx, by, seen[j, 2], seen[j, 3]),
+            strayed,
+            spread,
+            beams,
+            index,
+        )
+        length = abs(along_x) + abs(along_y)
+        slack, least = SLACK / length, (SLACK * length) ** 2
+        for step in range(touched):
+            i = first + step
+            i -= count if i >= count else 0
+            _hit(ax, ay, ex, ey, beams[:, i], slack, least, nearest[i])
+            is_touched[i] = True
+
+
+@_compile
+def cast(
+    poses: FloatArray,
+    place: FloatArray,
+    outline: FloatArray,
+    convex: bool,
+    beams: FloatArray,
+    index: IntArray,
+    sweep: FloatArray,
+    order: IntArray,
+    out: FloatArray,
+) -> None:
+    """Ranges ``out`` (p, n) from poses (p, 4) close together to an outline (k, 4) at a place (4,).
+
+    ``out`` is in the scan's own order, of which sorted beam i is ``order[i]``.
+    """
+    lasers = _lasers(poses, np.arange(poses.shape[0]), sweep)
+    middle, count = np.empty(4), beams.shape[1]
+    strayed = _middle(lasers, middle)
+    nearest = np.full((count, poses.shape[0]), np.inf)
+    is_touched = np.zeros(count, dtype=np.bool_)
+    _project(
+        lasers,
+        middle,
+        strayed,
+        place,
+        outline,
+        convex,
+        beams,
+        index,
+        sweep[SPREAD],
+        nearest,
+        is_touched,
+    )
+    for i in range(count):
+        for p in range(poses.shape[0]):
+            out[p, order[i]] = nearest[i, p]
+
+
+@_compile
 def _change(
     chosen: IntArray,
     states: IntArray,
@@ -325,19 +458,11 @@ def _change(
 ) -> None:
     """The change of log-likelihood ``out`` (s, p) for some states (s,), from some poses (p,)."""
     size, count = chosen.shape[0], beams.shape[1]
-    lasers, middle = np.empty((4, size)), np.empty(4)
-    for p in range(size):
-        cos, sin = poses[chosen[p], COS], poses[chosen[p], SIN]
-        lasers[X, p] = poses[chosen[p], X] + cos * sweep[CENTRE_X] - sin * sweep[CENTRE_Y]
-        lasers[Y, p] = poses[chosen[p], Y] + sin * sweep[CENTRE_X] + cos * sweep[CENTRE_Y]
-        lasers[COS, p], lasers[SIN, p] = cos, sin
+    lasers, middle = _lasers(poses, chosen, sweep), np.empty(4)
     strayed = _middle(lasers, middle)
     nearest = np.full((count, size), np.inf)
     without, per_density = np.empty((count, size)), np.empty((count, size))
     is_known, is_touched = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_)
-    x, y, cos, sin = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
-    ax, ay, bx, by = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
-    ex, ey = np.empty(size), np.empty(size)
     nx, ny, per_shift = np.empty(size), np.empty(size), np.empty(size)
     hit, dense, product, change = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
     gradient, curvature = np.empty(size), np.empty(size)
@@ -347,59 +472,19 @@ def _change(
     highest = model[PEAK] + model[HIT] + model[RANDOM] + model[MISSING] + beams[SHORT].max()
     at_once = max(1, int(DECADES / max(np.log10(highest / lowest), 1.0)))
     for k in range(states.shape[0]):
-        place = placements[states[k]]
-        for p in range(size):
-            x[p] = lasers[COS, p] * (place[X] - lasers[X, p]) + lasers[SIN, p] * (
-                place[Y] - lasers[Y, p]
-            )
-            y[p] = lasers[COS, p] * (place[Y] - lasers[Y, p]) - lasers[SIN, p] * (
-                place[X] - lasers[X, p]
-            )
-            cos[p] = place[COS] * lasers[COS, p] + place[SIN] * lasers[SIN, p]
-            sin[p] = place[SIN] * lasers[COS, p] - place[COS] * lasers[SIN, p]
-        dx, dy = place[X] - middle[X], place[Y] - middle[Y]
-        to_x, to_y = middle[COS] * dx + middle[SIN] * dy, middle[COS] * dy - middle[SIN] * dx
-        turn_cos = place[COS] * middle[COS] + place[SIN] * middle[SIN]
-        turn_sin = place[SIN] * middle[COS] - place[COS] * middle[SIN]
-        seen = np.empty((outline.shape[0], 4))  # the outline from the middle
-        sides = np.zeros(outline.shape[0], dtype=np.int64)
-        for j in range(outline.shape[0]):
-            for end in range(0, 4, 2):
-                seen[j, end] = to_x + turn_cos * outline[j, end] - turn_sin * outline[j, end + 1]
-                seen[j, end + 1] = (
-                    to_y + turn_sin * outline[j, end] + turn_cos * outline[j, end + 1]
-                )
-            if convex:
-                sides[j] = _is_behind(seen[j, 0], seen[j, 1], seen[j, 2], seen[j, 3], strayed)
-        is_outside = sides.size > 0 and sides.min() < 0
-        for j in range(outline.shape[0]):
-            if is_outside and sides[j] > 0:  # from outside, only the near sides are seen
-                continue
-            along_x, along_y = outline[j, 2] - outline[j, 0], outline[j, 3] - outline[j, 1]
-            for p in range(size):
-                ax[p] = x[p] + cos[p] * outline[j, 0] - sin[p] * outline[j, 1]
-                ay[p] = y[p] + sin[p] * outline[j, 0] + cos[p] * outline[j, 1]
-            for p in range(size):
-                ex[p] = cos[p] * along_x - sin[p] * along_y
-                ey[p] = sin[p] * along_x + cos[p] * along_y
-            for p in range(size):
-                bx[p], by[p] = ax[p] + ex[p], ay[p] + ey[p]
-            first, touched = _covered(
-                seen[j],
-                _turns(ax, ay, seen[j, 0], seen[j, 1]),
-                _turns(bx, by, seen[j, 2], seen[j, 3]),
-                strayed,
-                sweep[SPREAD],
-                beams,
-                index,
-            )
-            length = abs(along_x) + abs(along_y)
-            slack, least = SLACK / length, (SLACK * length) ** 2
-            for step in range(touched):
-                i = first + step
-                i -= count if i >= count else 0
-                _hit(ax, ay, ex, ey, beams[:, i], slack, least, nearest[i])
-                is_touched[i] = True
+        _project(
+            lasers,
+            middle,
+            strayed,
+            placements[states[k]],
+            outline,
+            convex,
+            beams,
+            index,
+            sweep[SPREAD],
+            nearest,
+            is_touched,
+        )
         for p in range(size):
             nx[p] = lasers[COS, p] * normals[states[k], 0] + lasers[SIN, p] * normals[states[k], 1]
             ny[p] = lasers[COS, p] * normals[states[k], 1] - lasers[SIN, p] * normals[states[k], 0]
@@ -438,7 +523,8 @@ def _change(
                 dense[:] = floor
             else:
                 _hit_densities(nearest[i], measured, model, hit)
-                dense[:] = hit
+                for p in range(size):  # to assign a slice costs seconds of compiling
+                    dense[p] = hit[p]
                 _densities(nearest[i], measured, floor, short, dense)
             _multiply(dense, per_density[i], nearest[i], without[i], product)
             taken += 1

@@ -7,8 +7,8 @@ that move in the floor plane. What a level sweep sees of them are segments.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cache, cached_property
-from typing import TypeVar
+from functools import cache, cached_property, lru_cache
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -125,11 +125,31 @@ class Neighbourhood:
 
 
 @dataclass(frozen=True, eq=False)
+class UncertainObject:
+    """Where an object may be, as far as a scan's other readers need to know."""
+
+    name: str
+    states: FloatArray  # (k, d)
+    shares: FloatArray  # (k,) sum to the probability that it is there at all
+
+
+@dataclass(frozen=True, eq=False)
 class ObjectOutline:
     """What a level sweep sees of an object; convex loops, such as table legs, run clockwise."""
 
     segments: FloatArray  # (k, 4)
     convex: bool
+
+
+class Scenery(NamedTuple):
+    """Objects that may stand in several places each, as the kernels take them."""
+
+    outlines: FloatArray  # (k, 4) segments of one object after the other
+    outline_ends: IntArray  # (j,) where each object's segments end
+    convex: BoolArray  # (j,)
+    placements: FloatArray  # (s, 4) of one object after the other
+    placement_ends: IntArray  # (j,) where each object's placements end
+    shares: FloatArray  # (s,) their weights
 
 
 class LevelOutlines:
@@ -175,6 +195,20 @@ class LevelOutlines:
         clockwise = _clockwise(segments)
         return ObjectOutline(
             _flat(segments if clockwise is None else clockwise), clockwise is not None
+        )
+
+    @lru_cache(maxsize=64)  # noqa: B019 - lives as long as the outlines it belongs to
+    def scenery(self, objects: tuple[UncertainObject, ...], height: float) -> Scenery:
+        """Objects that localization reckons with, in a laser's plane."""
+        outlines = [self.of_object(each.name, height) for each in objects]
+        places = [self.placements(each.name, each.states) for each in objects]
+        return Scenery(
+            np.concatenate([np.empty((0, 4)), *(each.segments for each in outlines)]),
+            np.cumsum([len(each.segments) for each in outlines], dtype=np.int64),
+            np.array([each.convex for each in outlines], dtype=bool),
+            with_trigonometry(np.concatenate([np.empty((0, 3)), *places])),
+            np.cumsum([len(each) for each in places], dtype=np.int64),
+            np.concatenate([np.empty(0), *(each.shares for each in objects)]),
         )
 
     def placements(self, name: str, states: FloatArray) -> FloatArray:

@@ -16,18 +16,17 @@ from objstate.records import Rays, Scan
 from objstate.sensing.beam_model import BeamModel
 from objstate.sensing.embree import needs_embree, why_no_embree
 from objstate.sensing.expected import ExpectedRanges, cast_from
-from objstate.sensing.level import LevelOutlines, ObjectOutline, Sweep, with_trigonometry
+from objstate.sensing.level import (
+    LevelOutlines,
+    ObjectOutline,
+    Sweep,
+    UncertainObject,
+    with_trigonometry,
+)
 
+ABREAST = 8  # poses from which ranges are cast side by side
+CLOSE = 0.5  # m or rad, if they lie no farther apart
 EXPLAINED_SIGMAS = 3.0  # of sigma_hit, within which a range reads what was expected
-
-
-@dataclass(frozen=True, eq=False)
-class UncertainObject:
-    """Where an object may be, as far as a scan's other readers need to know."""
-
-    name: str
-    states: FloatArray  # (k, d)
-    shares: FloatArray  # (k,) sum to the probability that it is there at all
 
 
 @dataclass(frozen=True, eq=False)
@@ -259,8 +258,8 @@ class LevelView:
         return LevelView(self._outlines, sweep, measured, self._beam_model, self._range_max)
 
     def walls(self, poses: FloatArray) -> FloatArray:
-        walls = ObjectOutline(self._walls(poses), convex=False)
-        return self._cast(walls, np.zeros((1, 3)), poses)[:, 0]
+        walls = self._outlines.walls_in_sight(self._sweep, poses, self._range_max)
+        return self._cast(ObjectOutline(walls, convex=False), np.zeros((1, 3)), poses)[:, 0]
 
     def object(self, name: str, states: FloatArray, poses: FloatArray) -> FloatArray:
         outline = self._outlines.of_object(name, self._sweep.height)
@@ -287,18 +286,12 @@ class LevelView:
     ) -> FloatArray:
         from objstate.sensing import kernels
 
-        outlines = [self._outlines.of_object(each.name, self._sweep.height) for each in objects]
-        places = [self._outlines.placements(each.name, each.states) for each in objects]
         out = np.empty(len(poses))
         kernels.pose_log_likelihood(
             with_trigonometry(poses),
-            self._walls(poses),
-            np.concatenate([np.empty((0, 4)), *(each.segments for each in outlines)]),
-            np.cumsum([len(each.segments) for each in outlines], dtype=np.int64),
-            np.array([each.convex for each in outlines], dtype=bool),
-            with_trigonometry(np.concatenate([np.empty((0, 3)), *places])),
-            np.cumsum([len(each) for each in places], dtype=np.int64),
-            np.concatenate([np.empty(0), *(each.shares for each in objects)]),
+            self.walls(poses),
+            self._sweep.order,
+            *self._outlines.scenery(tuple(objects), self._sweep.height),
             self._beams,
             self._sweep.index,
             self._sweep.centre,
@@ -340,15 +333,27 @@ class LevelView:
         )
         return out, self._sweep.unsorted(bears)
 
-    def _walls(self, poses: FloatArray) -> FloatArray:
-        return self._outlines.walls_in_sight(self._sweep, poses, self._range_max)
-
     def _cast(
         self, outline: ObjectOutline, placements: FloatArray, poses: FloatArray
     ) -> FloatArray:
-        from objstate.sensing import kernels
+        from objstate.sensing import abreast, kernels
 
-        out = np.full((len(poses), len(placements), self._beams.shape[1]), np.inf)
+        count = self._beams.shape[1]
+        if len(placements) == 1 and len(poses) >= ABREAST and np.ptp(poses, axis=0).max() < CLOSE:
+            near = np.empty((len(poses), count))
+            abreast.cast(
+                with_trigonometry(poses),
+                with_trigonometry(placements)[0],
+                outline.segments,
+                outline.convex,
+                self._beams,
+                self._sweep.index,
+                self._sweep.centre,
+                self._sweep.order,
+                near,
+            )
+            return near[:, None]
+        out = np.full((len(poses), len(placements), count), np.inf)
         kernels.cast(
             with_trigonometry(poses),
             with_trigonometry(placements),
