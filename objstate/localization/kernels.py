@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from objstate.compiling import njit
 from objstate.geometry import FloatArray, IntArray
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
+@njit(nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
 def add_scores(
     poses: FloatArray,
     cells: IntArray,
@@ -53,7 +53,7 @@ def add_scores(
         if place < 0:
             out[p] += nowhere
             continue
-        turn = int(np.round(poses[p, 2] / (2.0 * np.pi) * turns)) % turns
+        turn = int(np.floor(poses[p, 2] / (2.0 * np.pi) * turns + 0.5)) % turns
         total = 0.0
         for i in range(returns):
             b = bins[i] + turn

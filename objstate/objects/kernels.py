@@ -6,16 +6,14 @@ Beliefs of robot samples are rows: ``given`` (p, n) holds p(s | l) over n states
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from objstate.compiling import njit
 from objstate.geometry import FloatArray, IntArray
 
 LEAST_EVIDENCE = 1e-250
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-_compile_sums = njit(
-    cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"}
-)
+_compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
+_compile_sums = njit(nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
 
 
 @_compile
@@ -42,7 +40,9 @@ def drift(
         before, after = (row[last], row[0]) if wraps else (row[0], row[last])
         to[0] = stay * row[0] + step * (before + row[min(1, last)]) + (1.0 - stayed) * rest[0]
         if last > 0:
-            to[last] = stay * row[last] + step * (row[last - 1] + after) + (1.0 - stayed) * rest[last]
+            to[last] = (
+                stay * row[last] + step * (row[last - 1] + after) + (1.0 - stayed) * rest[last]
+            )
 
 
 @_compile_sums
@@ -79,7 +79,7 @@ def condition(
             total += to[j]
         if total < LEAST_EVIDENCE:  # this row can't have read it: its pose is wrong, not its states
             evidence[p] = top + np.log(LEAST_EVIDENCE)
-            for j in range(row.shape[0]):
+            for j in range(row.shape[0]):  # to assign a slice costs seconds of compiling
                 to[j] = row[j]
             continue
         scale = 1.0 / total

@@ -18,8 +18,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from objstate.compiling import njit
 from objstate.geometry import BoolArray, FloatArray, IntArray
 
 BEARING, DIRECTION_X, DIRECTION_Y, ORIGIN_X, ORIGIN_Y, MEASURED, SHORT = range(7)
@@ -35,7 +35,7 @@ SMALL, LARGE = 1e-200, 1e200  # products are kept between these: one density mor
 GRAZING = 0.1  # cosine of incidence below which a range says nothing of a shift of the surface
 LEAST_SHARE = 1e-12  # what rounding may leave of one when all shares are taken away
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+_compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 
 
 @_compile

@@ -10,9 +10,11 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from objstate.building.model import Building
+from objstate.errors import PlatformError
 from objstate.geometry import BoolArray, FloatArray, IntArray, transform_from_pose
 from objstate.records import Rays, Scan
 from objstate.sensing.beam_model import BeamModel
+from objstate.sensing.embree import needs_embree, why_no_embree
 from objstate.sensing.expected import ExpectedRanges, cast_from
 from objstate.sensing.level import (
     LevelOutlines,
@@ -22,7 +24,6 @@ from objstate.sensing.level import (
     with_trigonometry,
 )
 
-GRAZING = 0.1  # cosine of incidence below which a range says nothing of a shift of the surface
 FIXED = np.array([[0.0, 0.0, 1.0, 0.0]])  # the placement of what doesn't move
 EXPLAINED_SIGMAS = 3.0  # of sigma_hit, within which a range reads what was expected
 
@@ -95,12 +96,20 @@ class Sensing:
         """The view of a scan's valid beams, or of those that ``beams`` (n,) selects."""
         chosen = scan.valid if beams is None else scan.valid & beams
         measured, sweep = scan.ranges[chosen], self._sweep(scan.rays)
+        if sweep is None and len(scan) and why_no_embree() is not None:
+            raise self._needs_embree(scan)
         if sweep is None or not len(measured):
             rays = scan.rays.take(chosen)
             return MeshView(self._expected, rays, measured, self._beam_model, scan.range_max)
         sweep = sweep.take(chosen)
         rows = sweep.beams(measured, self._beam_model.short(measured))
         return LevelView(self._outlines, sweep, measured, rows, self._beam_model, scan.range_max)
+
+    def _needs_embree(self, scan: Scan) -> PlatformError:
+        """The error for a scan that outlines don't hold for."""
+        if self._outlines.hold:
+            return needs_embree(f"The beams of laser '{scan.laser}' aren't level")
+        return needs_embree(f"Some object of '{self._expected.building.name}' moves up or down")
 
     def _sweep(self, rays: Rays) -> Sweep | None:
         """The level sweep of some rays, or None; the scans of a laser often share their rays."""
@@ -197,6 +206,8 @@ class MeshView:
         few: IntArray | None = None,
     ) -> tuple[FloatArray, BoolArray]:
         """The change of log-likelihood for chosen states (s,), from all poses or a few (p,)."""
+        from objstate.sensing import kernels
+
         background = comparison.background
         if few is not None:
             poses, background = poses[few], background[few]
@@ -213,7 +224,7 @@ class MeshView:
             share = peak * np.exp(-0.5 * (off / sigma) ** 2 - with_it)
             cosine = self._cosines(poses, comparison.normals[chosen])
             per_shift = np.divide(
-                1.0, cosine, out=np.zeros_like(cosine), where=np.abs(cosine) > GRAZING
+                1.0, cosine, out=np.zeros_like(cosine), where=np.abs(cosine) > kernels.GRAZING
             )
             pull = (share * per_shift * np.where(np.isfinite(off), off, 0.0)).sum(axis=2)
             hold = (share * per_shift**2).sum(axis=2)
