@@ -30,7 +30,7 @@ def add_scores(
     ``cells`` (w, h) gives the place of each cell, -1 where none is free; place c should read between
     ``nearest`` and ``farthest`` (c, b) at each of b bearings, with the log density ``breadth``
     (c, b). A beam has the bearing ``bins`` (n,) and the column of ``beams`` (3, n): its range and its
-    log density if it read anything at all, beyond what is expected and before. Beams without a
+    log density if it read anything at all, beyond what is expected and before; those without a
     return come last. ``missing`` (2,) are
     the log probabilities of no return with nothing in reach and with something. The laser stands at
     ``offset`` (2,) on the robot. Nowhere free: every beam reads anything at all.
@@ -53,7 +53,7 @@ def add_scores(
         if place < 0:
             out[p] += nowhere
             continue
-        turn = int(np.floor(poses[p, 2] / (2.0 * np.pi) * turns + 0.5)) % turns
+        turn = int(np.round(poses[p, 2] / (2.0 * np.pi) * turns)) % turns
         total = 0.0
         for i in range(returns):
             b = bins[i] + turn

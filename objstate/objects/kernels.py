@@ -60,7 +60,9 @@ def condition(
     """
     factors = np.empty(given.shape[1])
     for p in range(given.shape[0]):
-        top = log_likelihood[p].max()
+        top = -np.inf
+        for k in range(chosen.shape[0]):
+            top = max(top, log_likelihood[p, k])
         left = np.exp(log_likelihood[p, 0] - top)
         factors[0] = left
         for k in range(1, chosen.shape[0]):
@@ -77,7 +79,7 @@ def condition(
             total += to[j]
         if total < LEAST_EVIDENCE:  # this row can't have read it: its pose is wrong, not its states
             evidence[p] = top + np.log(LEAST_EVIDENCE)
-            for j in range(row.shape[0]):  # to assign a slice costs seconds of compiling
+            for j in range(row.shape[0]):
                 to[j] = row[j]
             continue
         scale = 1.0 / total

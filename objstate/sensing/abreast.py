@@ -218,7 +218,10 @@ def _look_behind(
 def _middle(lasers: FloatArray, middle: FloatArray) -> Any:
     """The mean of lasers' poses (4, p), and how far positions stray from it, m."""
     for row in range(4):
-        middle[row] = lasers[row].mean()
+        total = 0.0
+        for p in range(lasers.shape[1]):
+            total += lasers[row, p]
+        middle[row] = total / lasers.shape[1]
     length = max(np.hypot(middle[COS], middle[SIN]), SMALL)
     middle[COS] /= length
     middle[SIN] /= length
@@ -304,6 +307,15 @@ def _is_behind(ax: float, ay: float, bx: float, by: float, strayed: float) -> An
 
 
 @_compile
+def _largest(values: FloatArray) -> Any:
+    """The largest of some values (n,) that aren't negative; 0 if there are none."""
+    largest = 0.0
+    for i in range(values.shape[0]):
+        largest = max(largest, values[i])
+    return largest
+
+
+@_compile
 def _lasers(poses: FloatArray, chosen: IntArray, sweep: FloatArray) -> Any:
     """Where the sweep's centre is (4, p) when the robot stands at the chosen poses."""
     lasers = np.empty((4, chosen.shape[0]))
@@ -366,7 +378,9 @@ def _project(
     if convex:
         for j in range(outline.shape[0]):
             sides[j] = _is_behind(seen[j, 0], seen[j, 1], seen[j, 2], seen[j, 3], strayed + spread)
-    is_outside = sides.size > 0 and sides.min() < 0
+    is_outside = False
+    for j in range(outline.shape[0]):
+        is_outside |= sides[j] < 0
     for j in range(outline.shape[0]):
         if is_outside and sides[j] > 0:  # from outside, only the near sides are seen
             continue
@@ -413,10 +427,14 @@ def cast(
 
     ``out`` is in the scan's own order, of which sorted beam i is ``order[i]``.
     """
-    lasers = _lasers(poses, np.arange(poses.shape[0]), sweep)
+    everyone = np.empty(poses.shape[0], dtype=np.int64)
+    for p in range(poses.shape[0]):
+        everyone[p] = p
+    lasers = _lasers(poses, everyone, sweep)
     middle, count = np.empty(4), beams.shape[1]
     strayed = _middle(lasers, middle)
-    nearest = np.full((count, poses.shape[0]), np.inf)
+    nearest = np.empty((count, poses.shape[0]))
+    nearest.fill(np.inf)
     is_touched = np.zeros(count, dtype=np.bool_)
     _project(
         lasers,
@@ -437,7 +455,7 @@ def cast(
 
 
 @_compile
-def _change(
+def object_log_likelihood(
     chosen: IntArray,
     states: IntArray,
     poses: FloatArray,
@@ -456,11 +474,25 @@ def _change(
     out: FloatArray,
     bears: BoolArray,
 ) -> None:
-    """The change of log-likelihood ``out`` (s, p) for some states (s,), from some poses (p,)."""
+    """Change in log p(o | s, l) that an object makes, over the background alone: ``out`` (s, p).
+
+    Its ``states`` (s,) are rows of ``placements`` and ``normals``, its poses ``chosen`` (p,) rows of
+    ``poses`` and ``background``: what the beams (p, n) read without the object, in the scan's own
+    order, of which sorted beam i is ``order[i]``. Beams that the object doesn't touch contribute
+    the same to every state (section 3 of Schulz and Burgard 2001) and are left out. ``bears`` (n,)
+    is set where a beam touches the object in some state and isn't stopped before reaching it.
+
+    The likelihood has the exponent ``tempering``. The object may stand ``shift_std`` m
+    aside of its placement, along the unit normal ``normals[s]`` of its long side: an
+    error that all its beams share. A range grows with the shift by 1 over the cosine
+    of its incidence, so the readings speak of the shift as a Gaussian, and the average
+    has a closed form.
+    """
     size, count = chosen.shape[0], beams.shape[1]
     lasers, middle = _lasers(poses, chosen, sweep), np.empty(4)
     strayed = _middle(lasers, middle)
-    nearest = np.full((count, size), np.inf)
+    nearest = np.empty((count, size))
+    nearest.fill(np.inf)
     without, per_density = np.empty((count, size)), np.empty((count, size))
     is_known, is_touched = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_)
     nx, ny, per_shift = np.empty(size), np.empty(size), np.empty(size)
@@ -469,7 +501,7 @@ def _change(
     near, variance = NEAR_SIGMAS / model[PER_SIGMA], shift_std * shift_std
     precision = tempering * model[PER_SIGMA] * model[PER_SIGMA]
     lowest = max(min(_floor(0.0, model), _floor(np.inf, model)), SMALL)
-    highest = model[PEAK] + model[HIT] + model[RANDOM] + model[MISSING] + beams[SHORT].max()
+    highest = model[PEAK] + model[HIT] + model[RANDOM] + model[MISSING] + _largest(beams[SHORT])
     at_once = max(1, int(DECADES / max(np.log10(highest / lowest), 1.0)))
     for k in range(states.shape[0]):
         _project(
@@ -488,10 +520,10 @@ def _change(
         for p in range(size):
             nx[p] = lasers[COS, p] * normals[states[k], 0] + lasers[SIN, p] * normals[states[k], 1]
             ny[p] = lasers[COS, p] * normals[states[k], 1] - lasers[SIN, p] * normals[states[k], 0]
-        product[:] = 1.0
-        change[:] = 0.0
-        gradient[:] = 0.0
-        curvature[:] = 0.0
+        product.fill(1.0)
+        change.fill(0.0)
+        gradient.fill(0.0)
+        curvature.fill(0.0)
         taken = 0
         for i in range(count):
             if not is_touched[i]:
@@ -513,17 +545,17 @@ def _change(
                 )
                 is_known[i] = True
             if not _touches(nearest[i], without[i], np.inf):
-                nearest[i] = np.inf
+                nearest[i].fill(np.inf)
                 continue
             if not bears[i]:
                 bears[i] = _touches(nearest[i], without[i], beams[MEASURED, i] + near)
             floor = _floor(measured, model)
             if measured == np.inf:
-                hit[:] = 0.0
-                dense[:] = floor
+                hit.fill(0.0)
+                dense.fill(floor)
             else:
                 _hit_densities(nearest[i], measured, model, hit)
-                for p in range(size):  # to assign a slice costs seconds of compiling
+                for p in range(size):
                     dense[p] = hit[p]
                 _densities(nearest[i], measured, floor, short, dense)
             _multiply(dense, per_density[i], nearest[i], without[i], product)
@@ -534,79 +566,9 @@ def _change(
                 _per_shift(nx, ny, beams[:, i], nearest[i], without[i], per_shift)
                 _pull(hit, dense, per_shift, nearest[i], measured, gradient)
                 _hold(hit, per_shift, curvature)
-            nearest[i] = np.inf
+            nearest[i].fill(np.inf)
         for p in range(size):
             told = tempering * (change[p] + np.log(product[p]))
             surely = 1.0 + precision * curvature[p] * variance
             pulled = precision * gradient[p]
             out[k, p] = told + 0.5 * (pulled * pulled * variance / surely - np.log(surely))
-
-
-@_compile
-def object_log_likelihood(
-    poses: FloatArray,
-    placements: FloatArray,
-    normals: FloatArray,
-    whole: BoolArray,
-    few: IntArray,
-    outline: FloatArray,
-    convex: bool,
-    background: FloatArray,
-    order: IntArray,
-    beams: FloatArray,
-    index: IntArray,
-    sweep: FloatArray,
-    model: FloatArray,
-    shift_std: float,
-    tempering: float,
-    out: FloatArray,
-    bears: BoolArray,
-) -> None:
-    """Change in log p(o | s, l) that an object makes, over the background alone: ``out`` (p, s).
-
-    ``background`` (p, n) is what the beams read without the object, in the scan's own
-    order; sorted beam i is the scan's ``order[i]``. Beams that the object
-    doesn't touch contribute the same to every state (section 3 of Schulz and
-    Burgard 2001) and are left out. ``bears`` (n,) is set where a beam touches the
-    object in some state and isn't stopped before reaching it.
-
-    The likelihood has the exponent ``tempering``. The object may stand ``shift_std`` m
-    aside of its placement, along the unit normal ``normals[s]`` of its long side: an
-    error that all its beams share. A range grows with the shift by 1 over the cosine
-    of its incidence, so the readings speak of the shift as a Gaussian, and the average
-    has a closed form. States that aren't ``whole`` are cast from the poses ``few``
-    alone; their mean likelihood serves for all.
-    """
-    for is_whole in (True, False):
-        states = np.flatnonzero(whole == is_whole)
-        if states.shape[0] == 0:
-            continue
-        chosen = np.arange(poses.shape[0]) if is_whole else few
-        change = np.empty((states.shape[0], chosen.shape[0]))
-        _change(
-            chosen,
-            states,
-            poses,
-            placements,
-            normals,
-            outline,
-            convex,
-            background,
-            order,
-            beams,
-            index,
-            sweep,
-            model,
-            shift_std,
-            tempering,
-            change,
-            bears,
-        )
-        for k in range(states.shape[0]):
-            if is_whole:
-                for p in range(poses.shape[0]):
-                    out[p, states[k]] = change[k, p]
-            else:
-                top = change[k].max()
-                mean = np.exp(change[k] - top).mean()
-                out[:, states[k]] = top + np.log(mean)

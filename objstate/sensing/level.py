@@ -6,7 +6,7 @@ that move in the floor plane. What a level sweep sees of them are segments.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache, cached_property, lru_cache
 from typing import NamedTuple, TypeVar
 
@@ -20,6 +20,8 @@ from objstate.records import Rays
 
 T = TypeVar("T", bound=np.generic)
 
+ABREAST = 8  # poses from which ranges are cast side by side
+CLOSE = 0.5  # m or rad, if they lie no farther apart
 LEVEL = 1e-6  # rad or relative: a laser or an axis tilted by less counts as level or upright
 SAME_HEIGHT = 1e-6  # m
 INDEX_STEPS = 2  # of a sweep's index, for each beam
@@ -63,7 +65,7 @@ class Sweep:
     @cached_property
     def index(self) -> IntArray:
         """(m + 1,) first beam at or after each of m even steps of the pseudo-angle."""
-        count = INDEX_STEPS * len(self.order)
+        count = max(INDEX_STEPS * len(self.order), 1)
         steps = np.arange(count + 1) * (4.0 / count) - 2.0
         return np.searchsorted(self.rows[0], steps)
 
@@ -73,7 +75,7 @@ class Sweep:
             return self
         kept = beams[self.order]
         order = (np.cumsum(beams) - 1)[self.order[kept]]
-        return replace(self, order=order, rows=self.rows[:, kept])
+        return Sweep(self.height, order, self.rows.compress(kept, axis=1), self.centre)
 
     def beams(self, measured: FloatArray, short: FloatArray) -> FloatArray:
         """(7, n) the sorted beams as the kernels take them.
@@ -107,6 +109,22 @@ def pseudo_angles(directions: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
+class Stand:
+    """Robot poses as the kernels take them."""
+
+    poses: FloatArray  # (p, 4) x, y, cosine and sine of the yaw
+    are_close: bool  # so that what they see is cast side by side
+
+    @staticmethod
+    def of(poses: FloatArray) -> Stand:
+        """Of poses (p, 3)."""
+        are_close = len(poses) >= ABREAST and bool(
+            (poses.max(axis=0) - poses.min(axis=0)).max() < CLOSE
+        )
+        return Stand(with_trigonometry(poses), are_close)
+
+
+@dataclass(frozen=True, eq=False)
 class Neighbourhood:
     """The wall segments that matter to a laser inside a rectangle."""
 
@@ -114,6 +132,7 @@ class Neighbourhood:
     upper: FloatArray  # (2,) m
     reach: float  # m
     segments: FloatArray  # (k, 4)
+    is_looked_at: bool  # so that what can't be seen is left out; not worth it for a single scan
 
     def serves(self, lower: FloatArray, upper: FloatArray, reach: float) -> bool:
         """Whether it holds for places between two corners (2,), and isn't far too large for them."""
@@ -122,6 +141,11 @@ class Neighbourhood:
         inside = (self.lower <= lower).all() and (upper <= self.upper).all()
         waste = (self.upper - self.lower) - (upper - lower)
         return bool(inside and (waste <= 4.0 * STRIDE).all())
+
+    def looked_at(self) -> Neighbourhood:
+        """The same with only those segments that are seen from somewhere inside."""
+        seen = self.segments[_seen(self.segments, self.lower, self.upper)]
+        return Neighbourhood(self.lower, self.upper, self.reach, seen, is_looked_at=True)
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,12 +184,19 @@ class LevelOutlines:
         self.hold = all(moves_in_plane(item) for item in building.objects.values())
         self._walls = cache(lambda height: _flat(outline(building.walls, height)))
         self._neighbourhoods: dict[float, Neighbourhood] = {}
+        self._stand: tuple[FloatArray, Stand] | None = None  # the last, with its poses (p, 3)
+
+    def stand(self, poses: FloatArray) -> Stand:
+        """Robot poses (p, 3) as the kernels take them; a scan asks for the same often."""
+        if self._stand is None or self._stand[0] is not poses:
+            self._stand = poses, Stand.of(poses)
+        return self._stand[1]
 
     def walls_in_sight(self, sweep: Sweep, poses: FloatArray, reach: float) -> FloatArray:
         """Wall segments (k, 4) that a sweep may see within ``reach`` m from robot poses (p, 3).
 
-        Sight is tried from a grid of places; from wider beliefs than ``WIDEST_LOOK``,
-        all segments in reach are given.
+        Where it is asked about again, sight is tried from a grid of places; for beliefs wider
+        than ``WIDEST_LOOK``, all segments in reach are given.
         """
         off = sweep.centre[:2]
         around = float(np.hypot(off[0], off[1]) + sweep.centre[2])
@@ -173,7 +204,9 @@ class LevelOutlines:
         known = self._neighbourhoods.get(sweep.height)
         if known is None or not known.serves(lower, upper, reach):
             known = self._neighbourhood(sweep.height, lower - STRIDE, upper + STRIDE, reach)
-            self._neighbourhoods[sweep.height] = known
+        elif not known.is_looked_at:
+            known = known.looked_at()
+        self._neighbourhoods[sweep.height] = known
         return known.segments
 
     def _neighbourhood(
@@ -182,9 +215,8 @@ class LevelOutlines:
         walls, middle = self._walls(height), (lower + upper) / 2
         radius = reach + float(np.hypot(*(upper - lower))) / 2
         walls = walls[_distance(walls, middle) <= radius]
-        if (upper - lower).max() <= WIDEST_LOOK:
-            walls = walls[_seen(walls, lower, upper)]
-        return Neighbourhood(lower, upper, reach, np.ascontiguousarray(walls))
+        is_wide = bool((upper - lower).max() > WIDEST_LOOK)
+        return Neighbourhood(lower, upper, reach, np.ascontiguousarray(walls), is_wide)
 
     @cache  # noqa: B019 - lives as long as the outlines it belongs to
     def of_object(self, name: str, height: float) -> ObjectOutline:

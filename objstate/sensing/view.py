@@ -24,8 +24,7 @@ from objstate.sensing.level import (
     with_trigonometry,
 )
 
-ABREAST = 8  # poses from which ranges are cast side by side
-CLOSE = 0.5  # m or rad, if they lie no farther apart
+FIXED = np.array([[0.0, 0.0, 1.0, 0.0]])  # the placement of what doesn't move
 EXPLAINED_SIGMAS = 3.0  # of sigma_hit, within which a range reads what was expected
 
 
@@ -63,11 +62,16 @@ class ScanView(Protocol):
         """log p(o | d-hat) (p,) of all beams together, for expected ranges (p, n)."""
 
     def pose_log_likelihood(
-        self, poses: FloatArray, blur: float, objects: Sequence[UncertainObject]
+        self,
+        poses: FloatArray,
+        blur: float,
+        objects: Sequence[UncertainObject],
+        walls: FloatArray | None = None,
     ) -> FloatArray:
         """log p(o | l) (p,), each beam averaged over where the objects may be.
 
-        ``blur`` m is added to the beam model's ``sigma_hit``, as variances add.
+        ``blur`` m is added to the beam model's ``sigma_hit``, as variances add. ``walls`` (p, n) m
+        saves casting them, where they are known.
         """
 
     def fit(self, log_likelihood: float, blur: float) -> float:
@@ -97,9 +101,9 @@ class Sensing:
         if sweep is None or not len(measured):
             rays = scan.rays.take(chosen)
             return MeshView(self._expected, rays, measured, self._beam_model, scan.range_max)
-        return LevelView(
-            self._outlines, sweep.take(chosen), measured, self._beam_model, scan.range_max
-        )
+        sweep = sweep.take(chosen)
+        rows = sweep.beams(measured, self._beam_model.short(measured))
+        return LevelView(self._outlines, sweep, measured, rows, self._beam_model, scan.range_max)
 
     def _needs_embree(self, scan: Scan) -> PlatformError:
         """The error for a scan that outlines don't hold for."""
@@ -156,10 +160,14 @@ class MeshView:
         return self._beam_model.total(self._measured, expected, self._range_max)
 
     def pose_log_likelihood(
-        self, poses: FloatArray, blur: float, objects: Sequence[UncertainObject]
+        self,
+        poses: FloatArray,
+        blur: float,
+        objects: Sequence[UncertainObject],
+        walls: FloatArray | None = None,
     ) -> FloatArray:
         log_likelihood = self._beam_model.blurred(blur)(self._measured, self._range_max)
-        background = self.walls(poses)
+        background = self.walls(poses) if walls is None else walls
         likelihood = np.exp(log_likelihood(background))
         for item in objects:
             alone = self.object(item.name, item.states, poses)
@@ -243,27 +251,31 @@ class LevelView:
         outlines: LevelOutlines,
         sweep: Sweep,
         measured: FloatArray,
+        beams: FloatArray,
         beam_model: BeamModel,
         range_max: float,
     ) -> None:
         self._outlines = outlines
         self._sweep = sweep
         self._measured = measured
-        self._beams = sweep.beams(measured, beam_model.short(measured))
+        self._beams = beams  # (7, n) sorted, as the kernels take them
         self._beam_model = beam_model
         self._range_max = range_max
 
     def take(self, beams: BoolArray) -> LevelView:
-        sweep, measured = self._sweep.take(beams), self._measured[beams]
-        return LevelView(self._outlines, sweep, measured, self._beam_model, self._range_max)
+        sweep = self._sweep.take(beams)
+        rows = self._beams.compress(beams[self._sweep.order], axis=1)
+        measured = self._measured[beams]
+        return LevelView(self._outlines, sweep, measured, rows, self._beam_model, self._range_max)
 
     def walls(self, poses: FloatArray) -> FloatArray:
         walls = self._outlines.walls_in_sight(self._sweep, poses, self._range_max)
-        return self._cast(ObjectOutline(walls, convex=False), np.zeros((1, 3)), poses)[:, 0]
+        return self._cast(ObjectOutline(walls, convex=False), FIXED, poses)[:, 0]
 
     def object(self, name: str, states: FloatArray, poses: FloatArray) -> FloatArray:
         outline = self._outlines.of_object(name, self._sweep.height)
-        return self._cast(outline, self._outlines.placements(name, states), poses)
+        places = with_trigonometry(self._outlines.placements(name, states))
+        return self._cast(outline, places, poses)
 
     def explained(self, expected: FloatArray) -> BoolArray:
         margin = EXPLAINED_SIGMAS * self._beam_model.sigma_hit
@@ -282,14 +294,18 @@ class LevelView:
         return self._beam_model.total(self._measured, expected, self._range_max)
 
     def pose_log_likelihood(
-        self, poses: FloatArray, blur: float, objects: Sequence[UncertainObject]
+        self,
+        poses: FloatArray,
+        blur: float,
+        objects: Sequence[UncertainObject],
+        walls: FloatArray | None = None,
     ) -> FloatArray:
         from objstate.sensing import kernels
 
         out = np.empty(len(poses))
         kernels.pose_log_likelihood(
-            with_trigonometry(poses),
-            self.walls(poses),
+            self._outlines.stand(poses).poses,
+            self.walls(poses) if walls is None else walls,
             self._sweep.order,
             *self._outlines.scenery(tuple(objects), self._sweep.height),
             self._beams,
@@ -309,28 +325,36 @@ class LevelView:
         from objstate.sensing import abreast
 
         outline = self._outlines.of_object(name, self._sweep.height)
-        normals, whole, few = comparison.normals, comparison.whole, comparison.few
+        normals = np.zeros((len(states), 2)) if comparison.normals is None else comparison.normals
+        whole = np.ones(len(states), dtype=bool) if comparison.whole is None else comparison.whole
+        everyone = np.arange(len(poses))
+        few = everyone if comparison.few is None else comparison.few
+        parameters = self._beam_model.parameters(self._range_max)
+        placements = with_trigonometry(self._outlines.placements(name, states))
         out = np.empty((len(poses), len(states)))
         bears = np.zeros(self._beams.shape[1], dtype=bool)
-        abreast.object_log_likelihood(
-            with_trigonometry(poses),
-            with_trigonometry(self._outlines.placements(name, states)),
-            np.zeros((len(states), 2)) if normals is None else normals,
-            np.ones(len(states), dtype=bool) if whole is None else whole,
-            np.arange(len(poses)) if few is None else few,
-            outline.segments,
-            outline.convex,
-            comparison.background,
-            self._sweep.order,
-            self._beams,
-            self._sweep.index,
-            self._sweep.centre,
-            self._beam_model.parameters(self._range_max),
-            comparison.shift_std,
-            comparison.tempering,
-            out,
-            bears,
-        )
+        for chosen, some in ((everyone, np.flatnonzero(whole)), (few, np.flatnonzero(~whole))):
+            change = np.empty((len(some), len(chosen)))
+            abreast.object_log_likelihood(
+                chosen,
+                some,
+                self._outlines.stand(poses).poses,
+                placements,
+                normals,
+                outline.segments,
+                outline.convex,
+                comparison.background,
+                self._sweep.order,
+                self._beams,
+                self._sweep.index,
+                self._sweep.centre,
+                parameters,
+                comparison.shift_std,
+                comparison.tempering,
+                change,
+                bears,
+            )
+            out[:, some] = change.T if chosen is everyone else _log_mean(change)
         return out, self._sweep.unsorted(bears)
 
     def _cast(
@@ -338,12 +362,12 @@ class LevelView:
     ) -> FloatArray:
         from objstate.sensing import abreast, kernels
 
-        count = self._beams.shape[1]
-        if len(placements) == 1 and len(poses) >= ABREAST and np.ptp(poses, axis=0).max() < CLOSE:
+        count, stand = self._beams.shape[1], self._outlines.stand(poses)
+        if len(placements) == 1 and stand.are_close:
             near = np.empty((len(poses), count))
             abreast.cast(
-                with_trigonometry(poses),
-                with_trigonometry(placements)[0],
+                stand.poses,
+                placements[0],
                 outline.segments,
                 outline.convex,
                 self._beams,
@@ -355,8 +379,8 @@ class LevelView:
             return near[:, None]
         out = np.full((len(poses), len(placements), count), np.inf)
         kernels.cast(
-            with_trigonometry(poses),
-            with_trigonometry(placements),
+            stand.poses,
+            placements,
             outline.segments,
             outline.convex,
             self._beams,
@@ -365,6 +389,12 @@ class LevelView:
             out,
         )
         return self._sweep.unsorted(out)
+
+
+def _log_mean(logs: FloatArray) -> FloatArray:
+    """Logarithms (s,) of the means of rows (s, p) of which the logarithms are given."""
+    top = logs.max(axis=1, initial=-np.inf)
+    return np.asarray(top + np.log(np.exp(logs - top[:, None]).mean(axis=1)))
 
 
 def _agree(
