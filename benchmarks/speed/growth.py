@@ -18,6 +18,7 @@ from objstate.records import Record, Scan
 
 WARM_UP = 5  # scans that aren't counted: loops are compiled, walls cut
 ROUNDS = 3
+USUAL = 0.9  # of all scans
 BEAMS = 180
 
 
@@ -34,8 +35,9 @@ class Setting:
 class Cost:
     """Processor time, s."""
 
-    first: float  # of the first scan
-    scan: float  # of one scan later on
+    first: float  # of the first scan, which cuts the walls
+    dearest: float  # of a later one, in which the robot is looked for all over the building
+    scan: float  # the mean of the cheaper nine tenths of the others
 
 
 def growth(effort: Effort) -> list[Table]:
@@ -81,7 +83,7 @@ def growth(effort: Effort) -> list[Table]:
             rows,
             (
                 f"A corridor of an office with doors on both sides, passed at 0.7 m/s, default settings but for "
-                f"what grows, {BEAMS} beams at 5 scans a second, reading and writing excluded. The robot's own "
+                f"what grows, {BEAMS} beams at 5 scans a second, reading and writing excluded; the mean of the cheaper nine tenths of the scans, as in the dearest the whole building is searched. The robot's own "
                 "belief of 100 samples, doors of 181 states, three or four of them in reach.",
             ),
         ),
@@ -96,15 +98,17 @@ def objects_in_the_building(effort: Effort) -> Table:
     least = buildings[sizes[0]]
     drive = Drive(least, ajar(list(least.objects)), (6.0, 0.0), laser(BEAMS))
     records = drive.records(effort.scans)
-    costs = measured({size: Setting(each, records, Settings()) for size, each in buildings.items()})
+    curve = {size: Setting(each, records, Settings()) for size, each in buildings.items()}
+    costs = measured(curve, rounds=1)
     return Table(
         "Objects in the building",
-        ("objects", "wall triangles", "first scan", "one scan", "of the first row's"),
+        ("objects", "wall triangles", "first scan", "dearest", "one scan", "of the first row's"),
         [
             (
                 f"{size:,}",
                 f"{len(buildings[size].walls.faces):,}",
                 milliseconds(cost.first),
+                milliseconds(cost.dearest),
                 milliseconds(cost.scan),
                 times(cost.scan / costs[sizes[0]].scan),
             )
@@ -112,7 +116,8 @@ def objects_in_the_building(effort: Effort) -> Table:
         ],
         (
             "The same drive past the same doors, with ever more corridors beside. The first scan cuts the walls "
-            "at the laser's height.",
+            "at the laser's height; in the dearest of the others the start is held against all places of the building. "
+            "One scan is the mean of the cheaper nine tenths of the rest.",
         ),
     )
 
@@ -131,14 +136,18 @@ def _in_view(count: int, effort: Effort) -> Setting:
     return Setting(building, drive.records(min(effort.scans, 15)), Settings())
 
 
-def measured(curve: Mapping[int, Setting]) -> dict[int, Cost]:
+def measured(curve: Mapping[int, Setting], rounds: int = ROUNDS) -> dict[int, Cost]:
     """What a scan costs at each point, the points taken in turns, the median of the rounds."""
     costs: dict[int, list[Cost]] = {count: [] for count in curve}
-    for _ in range(ROUNDS):
+    for _ in range(rounds):
         for count, setting in curve.items():
             costs[count].append(_driven(setting))
     return {
-        count: Cost(median(each.first for each in all_), median(each.scan for each in all_))
+        count: Cost(
+            median(each.first for each in all_),
+            median(each.dearest for each in all_),
+            median(each.scan for each in all_),
+        )
         for count, all_ in costs.items()
     }
 
@@ -153,4 +162,5 @@ def _driven(setting: Setting) -> Cost:
         if isinstance(record, Scan):
             taken.append(between)
             between = 0.0
-    return Cost(taken[0], float(np.mean(taken[WARM_UP:])))
+    later = np.sort(taken[WARM_UP:])
+    return Cost(taken[0], float(later[-1]), float(later[: int(USUAL * len(later))].mean()))

@@ -106,12 +106,14 @@ class Estimate:
     def posterior(self, shift_std: float = SHIFT) -> ObjectBelief:
         """p(s | o), with the expected ranges of the walls and of the object."""
         view = self._sensing.view(self.case.scan)
+        background = view.walls(self.poses)
         evidence = ScanEvidence(
             name=self.case.name,
             view=view,
             poses=self.poses,
             robot_weights=Weights.uniform(SAMPLES),
-            background=view.walls(self.poses),
+            background=background,
+            log_absent=view.log_likelihood(background),
             tempering=self.tempering,
             shift_std=shift_std,
         )
