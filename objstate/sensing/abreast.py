@@ -23,7 +23,6 @@ from objstate.sensing.kernels import (
     GAUSSIAN,
     GRAZING,
     HIT,
-    LARGE,
     LEAST_DENSITY,
     MEASURED,
     MISSING,
@@ -94,11 +93,16 @@ def _hit_densities(
 
 @_compile
 def _densities(
-    expected: FloatArray, measured: float, floor: float, short: float, out: FloatArray
+    hit: FloatArray,
+    expected: FloatArray,
+    measured: float,
+    floor: float,
+    short: float,
+    out: FloatArray,
 ) -> None:
-    """Add the densities of random readings and of those that were stopped short to ``out`` (p,)."""
+    """Densities ``out`` (p,): of hits, of random readings, and of those that were stopped short."""
     for p in range(out.shape[0]):
-        out[p] += floor + (short if measured < expected[p] else 0.0)
+        out[p] = hit[p] + floor + (short if measured < expected[p] else 0.0)
 
 
 @_compile
@@ -117,11 +121,10 @@ def _multiply(
 
 @_compile
 def _flush(product: FloatArray, change: FloatArray) -> None:
-    """Move those products (p,) that leave the range of numbers into their logarithms."""
+    """Move the products (p,) into their logarithms."""
     for p in range(product.shape[0]):
-        if product[p] < SMALL or product[p] > LARGE:
-            change[p] += np.log(product[p])
-            product[p] = 1.0
+        change[p] += np.log(product[p])
+        product[p] = 1.0
 
 
 @_compile
@@ -207,7 +210,7 @@ def _look_behind(
             per_density[p] = 1.0 / (floor + clear)
     else:
         _hit_densities(without, measured, model, per_density)
-        _densities(without, measured, floor, short, per_density)
+        _densities(per_density, without, measured, floor, short, per_density)
         for p in range(chosen.shape[0]):
             per_density[p] = 1.0 / per_density[p]
     for p in range(chosen.shape[0]):
@@ -307,12 +310,21 @@ def _is_behind(ax: float, ay: float, bx: float, by: float, strayed: float) -> An
 
 
 @_compile
-def _largest(values: FloatArray) -> Any:
-    """The largest of some values (n,) that aren't negative; 0 if there are none."""
-    largest = 0.0
-    for i in range(values.shape[0]):
-        largest = max(largest, values[i])
-    return largest
+def _at_once(short: FloatArray, model: FloatArray) -> Any:
+    """How many beams' densities can be multiplied before their product leaves the floats."""
+    highest = model[PEAK] + model[HIT] + model[RANDOM] + model[MISSING]
+    for i in range(short.shape[0]):
+        highest = max(highest, model[PEAK] + model[RANDOM] + short[i])
+    lowest = max(min(_floor(0.0, model), _floor(np.inf, model)), SMALL)
+    return max(1, int(DECADES / max(np.log10(highest / lowest), 1.0)))
+
+
+@_compile
+def _turned(lasers: FloatArray, normal: FloatArray, nx: FloatArray, ny: FloatArray) -> None:
+    """A direction (2,) in the building, as seen from each laser's pose (4, p)."""
+    for p in range(nx.shape[0]):
+        nx[p] = lasers[COS, p] * normal[0] + lasers[SIN, p] * normal[1]
+        ny[p] = lasers[COS, p] * normal[1] - lasers[SIN, p] * normal[0]
 
 
 @_compile
@@ -499,10 +511,7 @@ def object_log_likelihood(
     hit, dense, product, change = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
     gradient, curvature = np.empty(size), np.empty(size)
     near, variance = NEAR_SIGMAS / model[PER_SIGMA], shift_std * shift_std
-    precision = tempering * model[PER_SIGMA] * model[PER_SIGMA]
-    lowest = max(min(_floor(0.0, model), _floor(np.inf, model)), SMALL)
-    highest = model[PEAK] + model[HIT] + model[RANDOM] + model[MISSING] + _largest(beams[SHORT])
-    at_once = max(1, int(DECADES / max(np.log10(highest / lowest), 1.0)))
+    at_once = _at_once(beams[SHORT], model)
     for k in range(states.shape[0]):
         _project(
             lasers,
@@ -517,9 +526,7 @@ def object_log_likelihood(
             nearest,
             is_touched,
         )
-        for p in range(size):
-            nx[p] = lasers[COS, p] * normals[states[k], 0] + lasers[SIN, p] * normals[states[k], 1]
-            ny[p] = lasers[COS, p] * normals[states[k], 1] - lasers[SIN, p] * normals[states[k], 0]
+        _turned(lasers, normals[states[k]], nx, ny)
         product.fill(1.0)
         change.fill(0.0)
         gradient.fill(0.0)
@@ -549,15 +556,8 @@ def object_log_likelihood(
                 continue
             if not bears[i]:
                 bears[i] = _touches(nearest[i], without[i], beams[MEASURED, i] + near)
-            floor = _floor(measured, model)
-            if measured == np.inf:
-                hit.fill(0.0)
-                dense.fill(floor)
-            else:
-                _hit_densities(nearest[i], measured, model, hit)
-                for p in range(size):
-                    dense[p] = hit[p]
-                _densities(nearest[i], measured, floor, short, dense)
+            _hit_densities(nearest[i], measured, model, hit)
+            _densities(hit, nearest[i], measured, _floor(measured, model), short, dense)
             _multiply(dense, per_density[i], nearest[i], without[i], product)
             taken += 1
             if taken % at_once == 0:
@@ -567,8 +567,11 @@ def object_log_likelihood(
                 _pull(hit, dense, per_shift, nearest[i], measured, gradient)
                 _hold(hit, per_shift, curvature)
             nearest[i].fill(np.inf)
+        _flush(product, change)
+        precision = tempering * model[PER_SIGMA] * model[PER_SIGMA]
         for p in range(size):
-            told = tempering * (change[p] + np.log(product[p]))
             surely = 1.0 + precision * curvature[p] * variance
             pulled = precision * gradient[p]
-            out[k, p] = told + 0.5 * (pulled * pulled * variance / surely - np.log(surely))
+            out[k, p] = tempering * change[p] + 0.5 * (
+                pulled * pulled * variance / surely - np.log(surely)
+            )

@@ -322,17 +322,22 @@ def mark_seen(
 ) -> None:
     """Set ``seen`` (k,) for the segments of an outline (k, 4) that some beam hits from some pose."""
     fixed = np.array([0.0, 0.0, 1.0, 0.0])
-    alone = np.full(beams.shape[1], np.inf)
+    alone, nearest = np.full(beams.shape[1], np.inf), np.empty(beams.shape[1])
+    by = np.empty(beams.shape[1], dtype=np.int64)  # which segment each beam hits
     for p in range(poses.shape[0]):
-        nearest = np.full(beams.shape[1], np.inf)
-        _project_outline(poses[p], fixed, outline, False, beams, index, sweep, nearest)
+        for i in range(beams.shape[1]):
+            nearest[i], by[i] = np.inf, -1
         for k in range(outline.shape[0]):
             first, last = _project_outline(
                 poses[p], fixed, outline[k : k + 1], False, beams, index, sweep, alone
             )
             for i in range(first, last):
-                seen[k] |= alone[i] <= nearest[i] and alone[i] < np.inf
+                if alone[i] < nearest[i]:
+                    nearest[i], by[i] = alone[i], k
                 alone[i] = np.inf
+        for i in range(beams.shape[1]):
+            if by[i] >= 0:
+                seen[by[i]] = True
 
 
 @_compile

@@ -6,7 +6,7 @@ that move in the floor plane. What a level sweep sees of them are segments.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property, lru_cache
 from typing import NamedTuple, TypeVar
 
@@ -29,6 +29,7 @@ FLAT = 1e-9  # m^2 by which a corner may stick out of an outline that counts as 
 TOUCHING = 1e-6  # m within which ends of segments are one corner
 STRIDE = 0.5  # m the robot moves before the walls in its sight are looked up again
 WIDEST_LOOK = 4.0  # m, sides of a rectangle from which sight is tried
+LOOK_AFTER = 4  # times that a place is asked about; a search asks less often
 LOOK_SPACING = 0.5  # m between the places from which it is tried
 LOOKS = 360  # beams all round
 GLIMPSES = np.array([0.02, 0.5, 0.98])  # shares of a segment's length at which it is looked at
@@ -132,7 +133,7 @@ class Neighbourhood:
     upper: FloatArray  # (2,) m
     reach: float  # m
     segments: FloatArray  # (k, 4)
-    is_looked_at: bool  # so that what can't be seen is left out; not worth it for a single scan
+    asked: int = 1  # how often it has served
 
     def serves(self, lower: FloatArray, upper: FloatArray, reach: float) -> bool:
         """Whether it holds for places between two corners (2,), and isn't far too large for them."""
@@ -142,10 +143,14 @@ class Neighbourhood:
         waste = (self.upper - self.lower) - (upper - lower)
         return bool(inside and (waste <= 4.0 * STRIDE).all())
 
-    def looked_at(self) -> Neighbourhood:
-        """The same with only those segments that are seen from somewhere inside."""
-        seen = self.segments[_seen(self.segments, self.lower, self.upper)]
-        return Neighbourhood(self.lower, self.upper, self.reach, seen, is_looked_at=True)
+    def asked_again(self) -> Neighbourhood:
+        """The same; once it is worth it, with only those segments that are seen from inside."""
+        if self.asked > LOOK_AFTER:
+            return self
+        segments, is_wide = self.segments, (self.upper - self.lower).max() > WIDEST_LOOK
+        if self.asked == LOOK_AFTER and not is_wide:
+            segments = segments[_seen(segments, self.lower, self.upper)]
+        return replace(self, segments=segments, asked=self.asked + 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,8 +209,8 @@ class LevelOutlines:
         known = self._neighbourhoods.get(sweep.height)
         if known is None or not known.serves(lower, upper, reach):
             known = self._neighbourhood(sweep.height, lower - STRIDE, upper + STRIDE, reach)
-        elif not known.is_looked_at:
-            known = known.looked_at()
+        else:
+            known = known.asked_again()
         self._neighbourhoods[sweep.height] = known
         return known.segments
 
@@ -215,8 +220,7 @@ class LevelOutlines:
         walls, middle = self._walls(height), (lower + upper) / 2
         radius = reach + float(np.hypot(*(upper - lower))) / 2
         walls = walls[_distance(walls, middle) <= radius]
-        is_wide = bool((upper - lower).max() > WIDEST_LOOK)
-        return Neighbourhood(lower, upper, reach, np.ascontiguousarray(walls), is_wide)
+        return Neighbourhood(lower, upper, reach, np.ascontiguousarray(walls))
 
     @cache  # noqa: B019 - lives as long as the outlines it belongs to
     def of_object(self, name: str, height: float) -> ObjectOutline:
