@@ -36,7 +36,13 @@ def hour(minutes: float) -> list[Table]:
     """Simulate a log of so many minutes at 10 scans a second, estimate it, watch the memory."""
     with tempfile.TemporaryDirectory() as folder:
         log = simulate(_scene(Path(folder), 60.0 * minutes), Path(folder) / "drive").log
-        command = [sys.executable, "-m", __spec__.name, str(log), str(Path(folder) / "result")]
+        return [memory_over(log)]
+
+
+def memory_over(log: Path) -> Table:
+    """What a process takes that estimates a log, as time goes by."""
+    with tempfile.TemporaryDirectory() as folder:
+        command = [sys.executable, "-m", __name__, str(log), str(Path(folder) / "result")]
         done = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True)
     looks = [json.loads(line) for line in done.stdout.splitlines()]
     rows = [
@@ -49,18 +55,16 @@ def hour(minutes: float) -> list[Table]:
         for look in looks
     ]
     last = looks[-1]
-    return [
-        Table(
-            f"{last['log_s'] / 60.0:.0f} minutes of log at 10 scans a second",
-            ("minutes of log", "MB in memory", "MB at most so far", "s of processor time"),
-            rows,
-            (
-                f"To and fro in the corridor with fourteen doors, 180 beams, default settings: "
-                f"{times(last['log_s'] / last['processor_s'])} real time, start-up, reading and "
-                "writing included. The first row is before the first scan.",
-            ),
-        )
-    ]
+    return Table(
+        f"{last['log_s'] / 60.0:.0f} minutes of log at 10 scans a second",
+        ("minutes of log", "MB in memory", "MB at most so far", "s of processor time"),
+        rows,
+        (
+            f"To and fro in the corridor with fourteen doors, 180 beams, default settings: "
+            f"{times(last['log_s'] / last['processor_s'])} real time, start-up, reading and "
+            "writing included. The first row is before the first scan.",
+        ),
+    )
 
 
 def _scene(folder: Path, seconds: float) -> Path:
