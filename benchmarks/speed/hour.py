@@ -11,12 +11,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from benchmarks.speed.table import Table, number, times
-from objstate.run import estimate_log
+from objstate.run import RunOptions, estimate_log
 from objstate.simulation import simulate
 
 CORRIDOR = Path(__file__).parents[2] / "models" / "corridor" / "corridor.urdf"
 ENDS = (1.5, 38.5)  # m along the corridor, between which the robot goes to and fro
 SPEED = 0.7  # m/s
+COMPILED = 30.0  # s of log after which all loops have been compiled
 EVERY = 600.0  # s of log between looks at the memory
 MEGABYTE = 1024.0  # kB
 
@@ -40,11 +41,9 @@ def hour(minutes: float) -> list[Table]:
 
 
 def memory_over(log: Path) -> Table:
-    """What a process takes that estimates a log, as time goes by."""
-    with tempfile.TemporaryDirectory() as folder:
-        command = [sys.executable, "-m", __name__, str(log), str(Path(folder) / "result")]
-        done = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True)
-    looks = [json.loads(line) for line in done.stdout.splitlines()]
+    """What a process takes that estimates a log, as time goes by; all loops were compiled before."""
+    _watched(log, end=COMPILED)
+    looks = _watched(log)
     rows = [
         (
             f"{look['log_s'] / 60.0:.0f}",
@@ -67,6 +66,15 @@ def memory_over(log: Path) -> Table:
     )
 
 
+def _watched(log: Path, end: float | None = None) -> list[dict[str, float]]:
+    """What ``watched`` tells in a process of its own."""
+    with tempfile.TemporaryDirectory() as folder:
+        part = [] if end is None else [str(end)]
+        command = [sys.executable, "-m", __name__, str(log), str(Path(folder) / "result"), *part]
+        done = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True)
+    return [json.loads(line) for line in done.stdout.splitlines()]
+
+
 def _scene(folder: Path, seconds: float) -> Path:
     """A scene that lasts about so long."""
     ways = max(round(seconds * SPEED / (ENDS[1] - ENDS[0])), 1)
@@ -77,7 +85,7 @@ def _scene(folder: Path, seconds: float) -> Path:
     return scene
 
 
-def watched(log: Path, out: Path) -> None:
+def watched(log: Path, out: Path, end: float | None = None) -> None:
     """Estimate a log; print what the process takes, as JSON, each time that ``EVERY`` s have gone by."""
     due = 0.0
 
@@ -92,7 +100,7 @@ def watched(log: Path, out: Path) -> None:
             look(log_s)
             due += EVERY
 
-    result = estimate_log([log], CORRIDOR, out, on_progress=on_progress)
+    result = estimate_log([log], CORRIDOR, out, RunOptions(end=end), on_progress=on_progress)
     look(result.log_seconds)
 
 
@@ -106,4 +114,4 @@ def _memory() -> Iterator[tuple[str, int]]:
 
 
 if __name__ == "__main__":
-    watched(Path(sys.argv[1]), Path(sys.argv[2]))
+    watched(Path(sys.argv[1]), Path(sys.argv[2]), *map(float, sys.argv[3:]))
