@@ -10,7 +10,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from benchmarks.speed.table import Table, number, times
+from benchmarks.speed.table import Table, number
 from objstate.run import RunOptions, estimate_log
 from objstate.simulation import simulate
 
@@ -60,7 +60,7 @@ def memory_over(log: Path) -> Table:
         rows,
         (
             f"To and fro in the corridor with fourteen doors, 180 beams, default settings: "
-            f"{times(last['log_s'] / last['processor_s'])} real time, start-up, reading and "
+            f"{number(last['log_s'] / last['processor_s'])} times real time, start-up, reading and "
             "writing included. The first row is before the first scan.",
         ),
     )
