@@ -6,6 +6,7 @@ that move in the floor plane. What a level sweep sees of them are segments.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, lru_cache
 from typing import NamedTuple, TypeVar
@@ -20,8 +21,7 @@ from objstate.records import Rays
 
 T = TypeVar("T", bound=np.generic)
 
-ABREAST = 8  # poses from which ranges are cast side by side
-CLOSE = 0.5  # m or rad, if they lie no farther apart
+ABREAST = 200  # poses from which ranges are cast side by side, at most
 LEVEL = 1e-6  # rad or relative: a laser or an axis tilted by less counts as level or upright
 SAME_HEIGHT = 1e-6  # m
 INDEX_STEPS = 2  # of a sweep's index, for each beam
@@ -111,18 +111,19 @@ def pseudo_angles(directions: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class Stand:
-    """Robot poses as the kernels take them."""
+    """Robot poses as the kernels take them, in parts that see about the same."""
 
     poses: FloatArray  # (p, 4) x, y, cosine and sine of the yaw
-    are_close: bool  # so that what they see is cast side by side
+    parts: Sequence[slice | IntArray]  # of poses that look in about the same direction
 
     @staticmethod
     def of(poses: FloatArray) -> Stand:
         """Of poses (p, 3)."""
-        are_close = len(poses) >= ABREAST and bool(
-            (poses.max(axis=0) - poses.min(axis=0)).max() < CLOSE
-        )
-        return Stand(with_trigonometry(poses), are_close)
+        count = -(-len(poses) // ABREAST)
+        parts: Sequence[slice | IntArray] = [slice(None)]
+        if count > 1:
+            parts = np.array_split(np.argsort(poses[:, 2], kind="stable"), count)
+        return Stand(with_trigonometry(poses), parts)
 
 
 @dataclass(frozen=True, eq=False)
@@ -259,13 +260,13 @@ def _seen(walls: FloatArray, lower: FloatArray, upper: FloatArray) -> BoolArray:
     each segment that isn't found yet are looked at from the rectangle's middle and
     corners, so that nothing small is missed.
     """
-    from objstate.sensing import kernels
+    from objstate.sensing import projection
 
     places = _grid(lower, upper)
     bearings = np.linspace(-np.pi, np.pi, LOOKS, endpoint=False)
     round_about = _sweep_towards(np.column_stack([np.cos(bearings), np.sin(bearings)]))
     seen = np.zeros(len(walls), dtype=bool)
-    kernels.mark_seen(
+    projection.mark_seen(
         with_trigonometry(places),
         walls,
         round_about.beams(np.zeros(LOOKS), np.zeros(LOOKS)),
@@ -292,7 +293,7 @@ def _grid(lower: FloatArray, upper: FloatArray) -> FloatArray:
 
 def _glimpsed(segments: FloatArray, screens: FloatArray, place: FloatArray) -> BoolArray:
     """Which segments (k, 4) show some of their points past screens (m, 4), from a place (2,)."""
-    from objstate.sensing import kernels
+    from objstate.sensing import projection
 
     if len(segments) == 0:
         return np.zeros(0, dtype=bool)
@@ -300,18 +301,19 @@ def _glimpsed(segments: FloatArray, screens: FloatArray, place: FloatArray) -> B
     off = (start + GLIMPSES[:, None] * along - place).reshape(-1, 2)
     distance = np.hypot(off[:, 0], off[:, 1]).clip(min=TOUCHING)
     sweep = _sweep_towards(off / distance[:, None])
-    nearest = np.full((1, 1, len(off)), np.inf)
-    kernels.cast(
+    nearest = np.empty((1, 1, len(off)))
+    projection.cast(
         np.array([[*place, 1.0, 0.0]]),
         np.array([[0.0, 0.0, 1.0, 0.0]]),
         screens,
         False,
+        sweep.order,
         sweep.beams(np.zeros(len(off)), np.zeros(len(off))),
         sweep.index,
         sweep.centre,
         nearest,
     )
-    visible = distance <= sweep.unsorted(nearest[0, 0]) + TOUCHING
+    visible = distance <= nearest[0, 0] + TOUCHING
     return np.asarray(visible.reshape(len(segments), -1).any(axis=1))
 
 
