@@ -18,6 +18,7 @@ from objstate.building.model import Building, Kind, MovableObject
 from objstate.building.outline import outline
 from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.records import Rays
+from objstate.sensing.blocks import Blocks
 
 T = TypeVar("T", bound=np.generic)
 
@@ -188,7 +189,7 @@ class LevelOutlines:
     def __init__(self, building: Building) -> None:
         self._building = building
         self.hold = all(moves_in_plane(item) for item in building.objects.values())
-        self._walls = cache(lambda height: _flat(outline(building.walls, height)))
+        self._walls = cache(lambda height: Blocks(_flat(outline(building.walls, height))))
         self._neighbourhoods: dict[float, Neighbourhood] = {}
         self._stand: tuple[FloatArray, Stand] | None = None  # the last, with its poses (p, 3)
 
@@ -218,10 +219,9 @@ class LevelOutlines:
     def _neighbourhood(
         self, height: float, lower: FloatArray, upper: FloatArray, reach: float
     ) -> Neighbourhood:
-        walls, middle = self._walls(height), (lower + upper) / 2
         radius = reach + float(np.hypot(*(upper - lower))) / 2
-        walls = walls[_distance(walls, middle) <= radius]
-        return Neighbourhood(lower, upper, reach, np.ascontiguousarray(walls))
+        walls = self._walls(height).within((lower + upper) / 2, radius)
+        return Neighbourhood(lower, upper, reach, walls)
 
     @cache  # noqa: B019 - lives as long as the outlines it belongs to
     def of_object(self, name: str, height: float) -> ObjectOutline:
@@ -379,12 +379,3 @@ def _loops(segments: FloatArray) -> list[IntArray]:
 
 def _flat(segments: FloatArray) -> FloatArray:
     return np.ascontiguousarray(segments.reshape(-1, 4))
-
-
-def _distance(segments: FloatArray, point: FloatArray) -> FloatArray:
-    """Distances (k,) of segments (k, 4) from a point (2,)."""
-    start, along = segments[:, :2], segments[:, 2:] - segments[:, :2]
-    length_squared = np.maximum((along**2).sum(axis=1), np.finfo(float).tiny)
-    share = (((point - start) * along).sum(axis=1) / length_squared).clip(0.0, 1.0)
-    nearest = start + share[:, None] * along
-    return np.asarray(np.hypot(*(nearest - point).T))
