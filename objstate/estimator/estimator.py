@@ -25,7 +25,6 @@ from objstate.localization import LEVER, Hypotheses, Localizer, PoseBelief, Sear
 from objstate.objects import ObjectBelief
 from objstate.particles import Weights
 from objstate.records import (
-    NANOSECONDS,
     Estimate,
     GaussianRobotBelief,
     InitialPose,
