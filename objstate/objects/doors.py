@@ -6,7 +6,7 @@ alone change: nothing is ever lost between them.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -100,9 +100,8 @@ class LatticeFilter:
     def predict_each(
         self, believed: ConditionalBelief, seconds: float, rng: np.random.Generator
     ) -> ConditionalBelief:
-        return ConditionalBelief(
-            self.predict(believed.belief, seconds, rng), self._moved(believed.given, seconds)
-        )
+        belief = self.predict(believed.belief, seconds, rng)
+        return replace(believed, belief=belief, given=self._moved(believed.given, seconds))
 
     def _moved(self, weights: FloatArray, seconds: float) -> FloatArray:
         """Weights (..., n) after a while: the door stays and drifts, or somebody has moved it."""

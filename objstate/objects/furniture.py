@@ -71,16 +71,25 @@ class SampleFilter:
         drift = np.array([dynamics.drift_m, dynamics.drift_m, np.radians(dynamics.drift_deg)])
         states = belief.states + drift * np.sqrt(seconds) * rng.standard_normal(belief.states.shape)
         states[:, 2] = wrap(states[:, 2])
-        moved = -np.expm1(-dynamics.moves_per_hour * seconds / SECONDS_PER_HOUR)
-        redrawn = rng.random(len(states)) < moved
+        redrawn = rng.random(len(states)) < self._moved(seconds)
         states[redrawn] = self._of_prior(int(redrawn.sum()), rng)
-        there = belief.presence + moved * (self.settings.presence - belief.presence)
-        return replace(belief.with_samples(states, belief.weights), presence=float(there))
+        there = belief.presence + self._moved(seconds) * (self.settings.presence - belief.presence)
+        return replace(belief.with_samples(states, belief.weights), presence=there)
 
     def predict_each(
         self, believed: ConditionalBelief, seconds: float, rng: np.random.Generator
     ) -> ConditionalBelief:
-        return replace(believed, belief=self.predict(believed.belief, seconds, rng))
+        towards = self.settings.presence - believed.presence
+        return replace(
+            believed,
+            belief=self.predict(believed.belief, seconds, rng),
+            presence=believed.presence + self._moved(seconds) * towards,
+        )
+
+    def _moved(self, seconds: float) -> float:
+        """Probability that somebody has moved it meanwhile."""
+        rate = self.settings.dynamics.moves_per_hour / SECONDS_PER_HOUR
+        return float(-np.expm1(-rate * seconds))
 
     def update(
         self, believed: ConditionalBelief, evidence: ScanEvidence, rng: np.random.Generator
@@ -105,10 +114,10 @@ class SampleFilter:
             log_evidence += evidence_of_step
             remaining -= step
             believed = self._renewed(believed.averaged(after, robot), remaining > 0.0, rng)
-        there, log_evidence = _presence(believed.belief.presence, log_evidence, robot)
-        return Update(
-            replace(believed, belief=replace(believed.belief, presence=there)), log_evidence, bears
-        )
+        there, log_evidence = _presence(believed.presence, log_evidence)
+        seen = evidence.robot_weights_after(log_evidence).values
+        belief = replace(believed.belief, presence=float(seen @ there))
+        return Update(replace(believed, belief=belief, presence=there), log_evidence, bears)
 
     def widened(self, belief: ObjectBelief, factor: float, std_m: float) -> ObjectBelief:
         std = np.array([std_m, std_m, std_m * self._lean])
@@ -155,9 +164,10 @@ class SampleFilter:
         weights = _joined(kept.weights.values, self._scout_weights(share))
         ratio = believed.given[:, ancestors] / np.maximum(values[ancestors], TINY)
         given = weights.values * np.concatenate([ratio, np.ones((len(ratio), s.scouts))], axis=1)
-        return ConditionalBelief(
-            belief.with_samples(np.concatenate([kept.states, scouts]), weights),
-            given / given.sum(axis=1, keepdims=True),
+        return replace(
+            believed,
+            belief=belief.with_samples(np.concatenate([kept.states, scouts]), weights),
+            given=given / given.sum(axis=1, keepdims=True),
         )
 
     def _is_poor(self, weights: FloatArray, count: int) -> bool:
@@ -319,17 +329,14 @@ def _joined(weights: FloatArray, scouts: FloatArray) -> Weights:
     return Weights.of(np.append((1.0 - scouts.sum()) * weights, scouts))
 
 
-def _presence(
-    presence: float, log_evidence: FloatArray, robot_weights: FloatArray
-) -> tuple[float, FloatArray]:
-    """Probability that an object is there after a scan, and the scan's log evidence (l,) then.
+def _presence(presence: FloatArray, log_evidence: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Probability (l,) that an object is there after a scan, and the scan's log evidence (l,) then.
 
     ``log_evidence`` (l,) is that of its being there, against its absence.
     """
     there = np.log(presence) + log_evidence
     either = np.logaddexp(there, np.log1p(-presence))
-    after = float(robot_weights @ np.exp(there - either))
-    return float(np.clip(after, LEAST_PRESENCE, 1.0 - LEAST_PRESENCE)), either
+    return np.exp(there - either).clip(LEAST_PRESENCE, 1.0 - LEAST_PRESENCE), either
 
 
 def _conditioned(given: FloatArray, log_likelihood: FloatArray) -> tuple[FloatArray, FloatArray]:
