@@ -293,10 +293,8 @@ class SampleFilter:
         """
         s = self.settings
         carried, near = s.scouts // 2, s.scouts // 4
-        weights = weights + TINY
-        chosen = systematic(Weights.of(weights), carried, rng)
-        off = self._off(scouts, kept.mean)
-        best, on = scouts[chosen], kept.mean + copies(off, weights, chosen, self._blur, rng)
+        best = scouts[systematic(Weights.of(weights + TINY), carried, rng)]
+        on = best + self._blur * rng.standard_normal(best.shape)
         nearby = kept.states[systematic(kept.weights, near, rng)]
         before, after = (self._new_place_density(each, kept.mean) for each in (best, on))
         moves = after >= rng.random(carried) * before  # Metropolis: evidence alone leads them on
