@@ -47,6 +47,8 @@ def copies(
         width = np.minimum(KERNEL, widest / np.sqrt(np.diag(covariance)))
         kept = np.sqrt(1.0 - width**2) * (off[ancestors[copied]] - mean)
         out[copied] = mean + kept + width * (noise[copied] @ square_root(covariance).T)
+    if place.max() == 0:  # or the mean would wander by chance, each time that samples are copied
+        out += (weights @ off) / weights.sum() - out.mean(axis=0)
     return out
 
 
