@@ -33,12 +33,20 @@ class Backdrop:
             if beliefs[name].settled
         }
 
-    def without(self, name: str) -> FloatArray:
-        """Expected ranges (l, n) m of everything but one object."""
+    def without(self, name: str) -> tuple[FloatArray, FloatArray]:
+        """Expected ranges (l, n) m of everything but one object, and log p(o | l) (l,) given them."""
+        if name not in self._objects:
+            return self._whole, self.log_likelihood
         others = [ranges for other, ranges in self._objects.items() if other != name]
-        return np.asarray(np.minimum.reduce([self._walls, *others]))
+        expected = np.asarray(np.minimum.reduce([self._walls, *others]))
+        return expected, self.view.log_likelihood(expected)
 
     @cached_property
-    def whole(self) -> FloatArray:
+    def log_likelihood(self) -> FloatArray:
+        """log p(o | l) (l,) given the walls and all objects whose state is known."""
+        return self.view.log_likelihood(self._whole)
+
+    @cached_property
+    def _whole(self) -> FloatArray:
         """Expected ranges (l, n) m of the walls and of all objects whose state is known."""
         return np.asarray(np.minimum.reduce([self._walls, *self._objects.values()]))

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -17,6 +18,7 @@ from objstate.estimator.doubt import Doubt, Verdict
 from objstate.estimator.map_error import MapError
 from objstate.estimator.observation import Observation, observe
 from objstate.estimator.schedule import Schedule, evenly_spread
+from objstate.estimator.sight import Sight
 from objstate.estimator.tracking import Track, share_through_walls
 from objstate.geometry import BoolArray, FloatArray, between, transform_from_pose
 from objstate.localization import LEVER, Hypotheses, Localizer, PoseBelief, Search
@@ -82,6 +84,7 @@ class Estimator:
         self._believed = Believed(building, self.settings, seed, beliefs or {})
         self._map_error = MapError(self.settings.map_error)
         self._consistency = Consistency(self.settings.consistency)
+        self._represented = lru_cache(maxsize=1024)(ObjectBelief.represented_by)  # few change
         self._odometry: FloatArray | None = None
         self._now_ns = 0
         self._start_is_told = initial_pose is not None or global_start
@@ -156,27 +159,30 @@ class Estimator:
         if self._track is None:
             self.scans_without_pose += 1
             return []
-        track = self._track
+        track, sight = self._track, self._sight(scan, self._track.belief)
         if self._localizes_itself and not self._is_anywhere:
-            track = self._found_again(self._judged(track, scan), scan)
+            track = self._found_again(self._judged(track, sight), scan)
+            if track.belief is not sight.robot:
+                sight = self._sight(scan, track.belief)
         if self._doubt.is_lost:
             self._track = track
-            return self._unobserved(scan)
+            return self._unobserved(sight)
         if self._infers_jointly(track.belief):
-            return self._sense_jointly(track, scan)
-        return self._sense_by_turns(track, scan)
+            return self._sense_jointly(track, sight)
+        return self._sense_by_turns(track, sight)
 
-    def _sense_jointly(self, track: Track, scan: Scan) -> list[Estimate]:
+    def _sense_jointly(self, track: Track, sight: Sight) -> list[Estimate]:
         """p(l, s | o_k): all beams serve both, and each robot sample l has its own p(s_i | l)."""
+        scan, s = sight.scan, self.settings.localization
         if self._map_error.is_due(scan.stamp_ns):
-            self._note_map_error(scan, track.belief)
-        near, towards = self._near(track.belief, scan, scan.valid)
-        used, s = np.asarray(towards.any(axis=0)), self.settings.localization
-        share = min(1.0, s.max_beams / max(int(scan.valid.sum()), 1))  # of the beams that count
-        free = scan.valid & ~used
+            self._note_map_error(sight)
+        near, towards = self._near(sight, sight.valid)
+        used = np.asarray(towards.any(axis=0))
+        share = min(1.0, s.max_beams / max(int(sight.valid.sum()), 1))  # of the beams that count
+        free = sight.valid & ~used
         aside = evenly_spread(free, int(np.ceil(share * free.sum())))
-        evidence = self._log_likelihood(track.belief, scan, aside, but=near)
-        observation = self._observe(near, towards, scan, track.belief)
+        evidence = self._log_likelihood(sight, aside, but=near)
+        observation = self._observe(near, towards, used, sight, track.belief)
         evidence += share * s.tempering * observation.log_evidence
         corrected = self._localizer.correct(track.belief, evidence)
         seen = self._localizer.correct(
@@ -195,28 +201,30 @@ class Estimator:
         self.corrections += 1
         return self._estimates(observation)
 
-    def _sense_by_turns(self, track: Track, scan: Scan) -> list[Estimate]:
+    def _sense_by_turns(self, track: Track, sight: Sight) -> list[Estimate]:
         """p(l | o_k) and p(s_i | o_k) as marginals, each from its share of the beams (section 2.2)."""
+        scan = sight.scan
         self._believed.collapse()
         localizing, observing = self._schedule.share_out(scan)
         if not self._localizes_itself:
             localizing, observing = np.zeros_like(localizing), scan.valid
         if localizing.any():
-            track = self._localize(track, scan, localizing, self._rng)
+            track = self._localize(track, sight, localizing)
             self.corrections += 1
         self._track = track
         if not observing.any() or not self._is_narrow(track.belief):
             return []
         robot = track.belief.thinned(self.settings.object_updates.robot_samples, self._rng)
-        near, towards = self._near(track.belief, scan, observing)
-        observation = self._observe(near, towards, scan, robot)
+        sight = self._sight(scan, track.belief)
+        near, towards = self._near(sight, observing)
+        observation = self._observe(near, towards, np.asarray(towards.any(axis=0)), sight, robot)
         self._believed.keep((name, each.belief) for name, each in observation.beliefs.items())
         return self._estimates(observation)
 
-    def _unobserved(self, scan: Scan) -> list[Estimate]:
+    def _unobserved(self, sight: Sight) -> list[Estimate]:
         """What is believed of the objects that a lost robot thinks it is near."""
-        near, _ = self._near(self._track.belief, scan, scan.valid) if self._track else ([], None)
-        beliefs = {name: self._believed.at(name, scan.stamp_ns) for name in near}
+        near, _ = self._near(sight, sight.valid)
+        beliefs = {name: self._believed.at(name, sight.scan.stamp_ns) for name in near}
         return [
             row
             for name, belief in beliefs.items()
@@ -237,19 +245,18 @@ class Estimator:
             return replace(track, belief=track.belief.moved(step))
         return replace(track, belief=self._localizer.predict(track.belief, step, self._rng))
 
-    def _localize(
-        self, track: Track, scan: Scan, beams: BoolArray, rng: np.random.Generator
-    ) -> Track:
+    def _localize(self, track: Track, sight: Sight, beams: BoolArray) -> Track:
         """p(l | o_k) <- alpha p(o_k | l) p(l)."""
-        robot = track.belief
+        robot, stamp = track.belief, sight.scan.stamp_ns
         if not self._is_narrow(robot) and not track.moved_enough(
             self._odometry, self.settings.localization
         ):
             return track
         beams = evenly_spread(beams, self.settings.localization.max_beams)
-        corrected = self._localizer.correct(robot, self._log_likelihood(robot, scan, beams))
-        renewed, _ = self._localizer.renew(corrected, rng)
-        return track.corrected(renewed, scan.stamp_ns, self._odometry)
+        evidence = self._log_likelihood(sight, beams)
+        corrected = self._localizer.correct(robot, evidence)
+        renewed, _ = self._localizer.renew(corrected, self._rng)
+        return track.corrected(renewed, stamp, self._odometry)
 
     # --- what the steps need --------------------------------------------------------
 
@@ -264,52 +271,48 @@ class Estimator:
         driven = float(np.hypot(step[0], step[1])) + LEVER * abs(float(step[2]))
         return float(-np.expm1(-driven / self.settings.object_updates.correlation_m))
 
-    def _near(self, robot: PoseBelief, scan: Scan, beams: BoolArray) -> tuple[list[str], BoolArray]:
+    def _sight(self, scan: Scan, robot: PoseBelief) -> Sight:
+        return Sight(scan, robot, self._sensing, self._believed.surroundings)
+
+    def _near(self, sight: Sight, beams: BoolArray) -> tuple[list[str], BoolArray]:
         """The objects near the robot, and which of the beams may touch each of them (m, n)."""
-        surroundings = self._believed.surroundings
-        near = surroundings.within(robot, self.settings.object_updates.max_distance)
-        return near, surroundings.towards(near, robot, scan.rays) & beams
+        return sight.near(self.settings.object_updates.max_distance, beams)
 
     def _observe(
-        self, names: list[str], towards: BoolArray, scan: Scan, robot: PoseBelief
+        self,
+        names: list[str],
+        towards: BoolArray,
+        used: BoolArray,
+        sight: Sight,
+        robot: PoseBelief,
     ) -> Observation:
-        used = np.asarray(towards.any(axis=0))
         return observe(
             self._believed,
-            self._sensing.view(scan, used),
+            sight.view(used),
             dict(zip(names, towards[:, used], strict=True)),
             robot,
-            scan.stamp_ns,
+            sight.scan.stamp_ns,
             self.settings.object_updates.tempering,
             self._map_error.std,
         )
 
     def _log_likelihood(
-        self, robot: PoseBelief, scan: Scan, beams: BoolArray, but: Collection[str] = ()
+        self, sight: Sight, beams: BoolArray, but: Collection[str] = ()
     ) -> FloatArray:
         """Tempered log p(o_k | l) (l,) of some beams, objects but those named where they may be."""
-        objects = []
+        robot, objects = sight.robot, []
         if self._is_narrow(robot):
-            objects = self._scenery(robot, scan, beams, but)
-        return self.settings.localization.tempering * self._sensing.view(
-            scan, beams
-        ).pose_log_likelihood(robot.poses, self._localizer.blur(robot), objects)
+            objects = self._scenery(sight.seen_by(beams, but), self._believed.marginals)
+        blur = self._localizer.blur(robot)
+        told = sight.view(beams).pose_log_likelihood(robot.poses, blur, objects)
+        return self.settings.localization.tempering * told
 
     def _scenery(
-        self,
-        robot: PoseBelief,
-        scan: Scan,
-        beams: BoolArray,
-        but: Collection[str],
-        beliefs: Mapping[str, ObjectBelief] | None = None,
+        self, names: Iterable[str], beliefs: Mapping[str, ObjectBelief]
     ) -> list[UncertainObject]:
-        """The objects that localization must reckon with, each where it may be."""
-        surroundings, states = self._believed.surroundings, self.settings.localization.object_states
-        names = [name for name in surroundings.within(robot, scan.range_max) if name not in but]
-        walls = self._sensing.view(scan, beams).walls(robot.mean[None])[0]
-        seen = surroundings.in_sight(names, robot, scan.rays.take(beams), walls)
-        beliefs = self._believed.marginals if beliefs is None else beliefs
-        return [beliefs[name].represented_by(name, states) for name in seen]
+        """Objects that localization must reckon with, each where it may be."""
+        states = self.settings.localization.object_states
+        return [self._represented(beliefs[name], states) for name in names]
 
     def _estimates(self, observation: Observation) -> list[Estimate]:
         return [
@@ -332,33 +335,32 @@ class Estimator:
             and self._is_narrow(robot)
         )
 
-    def _note_map_error(self, scan: Scan, robot: PoseBelief) -> None:
+    def _note_map_error(self, sight: Sight) -> None:
         """Compare what beams aside of all objects read with where the walls should be."""
-        surroundings = self._believed.surroundings
-        near = surroundings.within(robot, scan.range_max)
-        bare = np.isfinite(scan.ranges)
-        bare &= ~surroundings.towards(near, robot, scan.rays).any(axis=0)
-        walls = self._sensing.view(scan, bare).walls(robot.mean[None])[0]
-        origins, directions = cast_from(transform_from_pose(robot.mean), scan.rays.take(bare))
-        known = np.isfinite(walls)
-        places = origins[known, :2] + directions[known, :2] * walls[known, None]
-        self._map_error.note(scan.stamp_ns, places, scan.ranges[bare][known] - walls[known])
+        chosen, scan = sight.bare & np.isfinite(sight.walls), sight.scan
+        walls = sight.walls[chosen]
+        origins, directions = cast_from(
+            transform_from_pose(sight.robot.mean), scan.rays.take(chosen)
+        )
+        places = origins[:, :2] + directions[:, :2] * walls[:, None]
+        self._map_error.note(scan.stamp_ns, places, scan.ranges[chosen] - walls)
 
     def _is_narrow(self, robot: PoseBelief) -> bool:
         return robot.position_std <= self.settings.object_updates.max_position_std
 
     # --- lost, and found again ------------------------------------------------------
 
-    def _judged(self, track: Track, scan: Scan) -> Track:
+    def _judged(self, track: Track, sight: Sight) -> Track:
         """The track with its record of how well it explains scans kept up."""
-        s, robot = self.settings.localization, track.belief
-        beams = evenly_spread(scan.valid, s.max_beams)
+        s, robot, scan = self.settings.localization, sight.robot, sight.scan
+        beams = evenly_spread(sight.valid, s.max_beams)
         if not self._is_narrow(robot) or not beams.any():
             return track
-        view, here = self._sensing.view(scan, beams), robot.mean[None]
-        through = share_through_walls(scan.ranges[beams], view.walls(here)[0], s.lost_margin)
-        objects = self._scenery(robot, scan, beams, ())
-        fit = view.fit(float(view.pose_log_likelihood(here, FIT_BLUR, objects)[0]), FIT_BLUR)
+        view, walls = sight.view(beams), sight.walls[beams]
+        through = share_through_walls(scan.ranges[beams], walls, s.lost_margin)
+        objects = self._scenery(sight.seen_by(beams), self._believed.marginals)
+        likelihood = view.pose_log_likelihood(robot.mean[None], FIT_BLUR, objects, walls[None])
+        fit = view.fit(float(likelihood[0]), FIT_BLUR)
         return track.judged(through, fit, scan.stamp_ns, s)
 
     def _found_again(self, track: Track, scan: Scan) -> Track:
@@ -368,7 +370,8 @@ class Estimator:
         what was learnt of objects since it last fitted is given up as soon as it is lost.
         """
         s, now, doubt = self.settings.localization, scan.stamp_ns, self._doubt
-        if track.fits(s) and not doubt.is_lost and not doubt.is_new:
+        fits = track.fits(s) and not doubt.is_lost
+        if fits and not doubt.is_new:
             self._search.forget()
             if doubt.dispel(now):
                 self._believed.trust()
@@ -376,7 +379,7 @@ class Estimator:
         if track.is_wrong(s) and not doubt.is_lost and doubt.may_search(now):
             self._search.forget()
             self._lose(now)
-        found = self._searched(scan, track.belief.mean[None])
+        found = self._searched(scan, track.belief.mean[None], fits)
         if found is None:
             return track
         match doubt.weigh(found, track.belief.mean, now):
@@ -402,22 +405,25 @@ class Estimator:
         spread = np.diag(FOUND_STD**2)
         return Track(self._localizer.start(place, spread, self._rng))
 
-    def _searched(self, scan: Scan, also: FloatArray) -> Hypotheses | None:
-        """Where the robot may be by this scan and those before it, if it is time for a search."""
+    def _searched(self, scan: Scan, also: FloatArray, fits: bool) -> Hypotheses | None:
+        """Where the robot may be by this scan and those before it, if it is time for a search.
+
+        A new track that ``fits`` is held against other places once looks from several tell them apart.
+        """
         if self._odometry is None or not self._search.note(scan, self._odometry):
             return None
-        if not self._doubt.may_search(scan.stamp_ns):
+        is_early = self._doubt.is_new and self._search.looks <= self.settings.search.confirmed
+        if not self._doubt.may_search(scan.stamp_ns) or (fits and is_early):
             return None
         return self._search.hypotheses(self._explained, also, self._search_rng)
 
     def _explained(self, poses: FloatArray, scan: Scan, blur: float) -> FloatArray:
         """Tempered log p(o | l) (p,) of poses near each other, from each with its own objects."""
         s = self.settings.localization
-        beams = evenly_spread(scan.valid, s.max_beams)
-        near = PoseBelief(poses, Weights.uniform(len(poses)))
-        objects = self._scenery(near, scan, beams, (), self._believed.priors)
-        view = self._sensing.view(scan, beams)
-        return s.tempering * view.pose_log_likelihood(poses, blur, objects)
+        sight = self._sight(scan, PoseBelief(poses, Weights.uniform(len(poses))))
+        beams = evenly_spread(sight.valid, s.max_beams)
+        objects = self._scenery(sight.seen_by(beams), self._believed.priors)
+        return s.tempering * sight.view(beams).pose_log_likelihood(poses, blur, objects)
 
     def _anywhere(self, scan: Scan) -> Track | None:
         """The track of a robot that may be anywhere: where its scans up to this one fit."""
@@ -426,7 +432,7 @@ class Estimator:
             return None
         if not self._doubt.is_lost:
             self._doubt.rise(now)
-        found = self._searched(scan, np.empty((0, 3)))
+        found = self._searched(scan, np.empty((0, 3)), fits=False)
         if found is None:
             return self._track
         if self._doubt.weigh(found, None, now) is Verdict.ELSEWHERE:

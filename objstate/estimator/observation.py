@@ -56,21 +56,18 @@ def observe(
     given = {name: believed.given(name, len(robot.weights), stamp_ns) for name in towards}
     beliefs = {name: each.belief for name, each in given.items()}
     backdrop = Backdrop(view, robot.poses, beliefs, towards)
-    base = view.log_likelihood(backdrop.whole)
-    log_evidence, fits = tempering * base, {}
+    log_evidence, fits = tempering * backdrop.log_likelihood, {}
     for name, beams in towards.items():
         if not beams.any():
             continue
-        without = backdrop.without(name)
-        best = int(np.argmax(robot.weights.log))
-        stopped = view.stopped_short(robot.poses[best], without[best])
+        without, absent = backdrop.without(name)
         evidence = ScanEvidence(
-            name, view, robot.poses, robot.weights, without, tempering, shift_std, stopped
+            name, view, robot.poses, robot.weights, without, absent, tempering, shift_std
         )
         update = believed.filters[name].update(given[name], evidence, believed.rngs[name])
         if update is None:
             continue
-        log_evidence += update.log_evidence + tempering * (view.log_likelihood(without) - base)
+        log_evidence += update.log_evidence + tempering * (absent - backdrop.log_likelihood)
         belief = replace(update.conditional.belief, last_observed_ns=stamp_ns)
         given[name] = replace(update.conditional, belief=belief)
         fits[name] = _fit(name, belief, update, view, robot, without)

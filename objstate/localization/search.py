@@ -70,6 +70,11 @@ class Search:
         """What was seen before came from elsewhere."""
         self._looks, self._last = {}, None
 
+    @property
+    def looks(self) -> int:
+        """Scans of one laser, from different places, that are remembered."""
+        return max(map(len, self._looks.values()), default=0)
+
     def note(self, scan: Scan, odometry: FloatArray) -> bool:
         """Remember a scan if it comes from a new place; whether it was remembered."""
         s, looks = self._settings.search, self._looks.setdefault(scan.laser, [])
@@ -114,9 +119,7 @@ class Search:
         poses, score = poses[order], score[order]
         kept = _distinct_indices(poses, HYPOTHESES)
         shares = np.exp(score[kept] - score.max())
-        self._last = Hypotheses(
-            latest.odometry, poses[kept], shares / shares.sum(), max(map(len, self._looks.values()))
-        )
+        self._last = Hypotheses(latest.odometry, poses[kept], shares / shares.sum(), self.looks)
         return self._last
 
     def _candidates(self, odometry: FloatArray) -> FloatArray:

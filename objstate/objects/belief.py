@@ -114,16 +114,22 @@ class ObjectBelief:
         states = self.standing.states
         if self.item.kind is Kind.PLANAR:
             states = self.item.symmetry.nearest(states, float(self.mean[2]))
-        off = states - self.mean
-        return np.asarray(np.where(self.wraps, wrap(off), off))
+        return self._the_short_way(states - self.mean)
+
+    def _the_short_way(self, off: FloatArray) -> FloatArray:
+        """Differences (..., d) of states, those of directions by less than half a turn."""
+        if self.item.kind is Kind.PLANAR:
+            off[..., 2] = wrap(off[..., 2])
+        elif self.item.wraps:
+            off = wrap(off)
+        return off
 
     def moved_from(self, before: ObjectBelief) -> FloatArray:
         """(d,) by how much the mean differs from that of an earlier belief; the short way round."""
         mean = self.mean
         if self.item.kind is Kind.PLANAR:
             mean = self.item.symmetry.nearest(mean[None], float(before.mean[2]))[0]
-        off = mean - before.mean
-        return np.asarray(np.where(self.wraps, wrap(off), off))
+        return self._the_short_way(mean - before.mean)
 
     def unfolded(self) -> ObjectBelief:
         """The same belief with all states that look alike: a square table has four equal headings.
@@ -139,6 +145,12 @@ class ObjectBelief:
     @cached_property
     def std(self) -> FloatArray:
         """(d,) standard deviations, the width of a sample's cell included."""
+        if self._is_line:
+            from objstate.objects import kernels
+
+            mean, cell = float(self.mean[0]), float(self.cell[0])
+            variance = kernels.spread(self.states, self.weights.values, mean)
+            return np.array([math.sqrt(variance + cell * cell / 12.0)])
         return np.asarray(
             np.sqrt(self.standing.weights.values @ self.deviations**2 + self.cell**2 / 12.0)
         )
@@ -148,13 +160,26 @@ class ObjectBelief:
 
         A direction's bounds lie around its mean and may pass pi.
         """
+        if self._is_line:
+            return self._interval_on_line((1.0 - share) / 2.0)
         tails = np.array([(1.0 - share) / 2.0, (1.0 + share) / 2.0])
         off = np.array([self._quantiles(k, tails) for k in range(self.states.shape[1])])  # (d, 2)
         lower, upper = self.mean + off[:, 0], self.mean + off[:, 1]
-        if self.item.kind is Kind.PLANAR or self.item.wraps:
-            return lower, upper
-        limits = self.item.lower, self.item.upper  # a cell at a limit reaches beyond it
-        return lower.clip(*limits), upper.clip(*limits)
+        return lower, upper
+
+    @property
+    def _is_line(self) -> bool:
+        """Whether the states are a lattice between two limits."""
+        return self.cell[0] > 0.0 and not self.item.wraps
+
+    def _interval_on_line(self, tail: float) -> tuple[FloatArray, FloatArray]:
+        from objstate.objects import kernels
+
+        weights, width = self.weights.values, float(self.cell[0])
+        lower, upper = (
+            kernels.quantile(self.states, weights, width, share) for share in (tail, 1.0 - tail)
+        )  # a cell at a limit reaches beyond it
+        return np.array([max(lower, self.item.lower)]), np.array([min(upper, self.item.upper)])
 
     def _quantiles(self, coordinate: int, shares: FloatArray) -> FloatArray:
         values, weights = self.deviations[:, coordinate], self.standing.weights.values
@@ -225,13 +250,14 @@ class ObjectBelief:
         """Whether the object surely is there, and known well enough that its mean can stand in a scene."""
         if self.presence < 0.5:
             return False
-        limits = [
+        limits = (
             SETTLED_LENGTH if name in LENGTHS else SETTLED_ANGLE for name in self.item.coordinates
-        ]
-        return bool((self.std <= limits).all())
+        )
+        return all(std <= limit for std, limit in zip(self.std.tolist(), limits, strict=True))
 
-    def represented_by(self, name: str, count: int) -> UncertainObject:
+    def represented_by(self, count: int) -> UncertainObject:
         """A few states that stand for the belief: its mean where settled, else an even comb."""
+        name = self.item.name
         if self.settled:
             return UncertainObject(name, self.mean[None], np.full(1, self.presence))
         comb = (np.arange(count) + 0.5) / count

@@ -40,12 +40,12 @@ class ConditionalBelief:
 
     def blended(self, share: float) -> ConditionalBelief:
         """Each robot sample gives up a share of its own belief for the marginal."""
-        belief, kept = self.belief, 1.0 - share
-        return replace(
-            self,
-            given=kept * self.given + share * belief.weights.values,
-            presence=kept * self.presence + share * belief.presence,
-        )
+        from objstate.objects import kernels
+
+        given, marginal = np.empty_like(self.given), self.belief.weights.values
+        kernels.blend(self.given, marginal, share, given)
+        presence = (1.0 - share) * self.presence + share * self.belief.presence
+        return replace(self, given=given, presence=presence)
 
     def resampled(self, ancestors: IntArray) -> ConditionalBelief:
         """After the robot belief was resampled: each sample keeps what its ancestor (l',) believed."""

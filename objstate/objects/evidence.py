@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -23,10 +23,9 @@ class ScanEvidence:
     poses: FloatArray  # (l, 3) samples of the robot belief
     robot_weights: Weights  # (l,)
     background: FloatArray  # (l, n) m, expected ranges of everything else
+    log_absent: FloatArray  # (l,) log p(o | object absent, l)
     tempering: float  # exponent on p(o | s, l)
     shift_std: float = 0.0  # m by which the whole object may be off its place
-    # (k, 3) m, where beams end that something else than the background stopped
-    stopped: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
 
     def cast(
         self, states: FloatArray, whole: BoolArray, normals: FloatArray | None = None
@@ -52,6 +51,15 @@ class ScanEvidence:
         )
 
     @cached_property
+    def stopped(self) -> FloatArray:
+        """(k, 3) m where beams end that something else than the background stopped.
+
+        Seen from the most probable robot sample.
+        """
+        best = int(np.argmax(self.robot_weights.log))
+        return self.view.stopped_short(self.poses[best], self.background[best])
+
+    @cached_property
     def _few(self) -> IntArray:
         """Some robot samples, by an even comb over what they weigh after the scan.
 
@@ -69,10 +77,5 @@ class ScanEvidence:
 
         ``log_evidence`` (l,) is p(o | l) against the object's absence, tempered.
         """
-        weights, _ = self.robot_weights.reweight(self._absent + log_evidence)
+        weights, _ = self.robot_weights.reweight(self.tempering * self.log_absent + log_evidence)
         return weights
-
-    @cached_property
-    def _absent(self) -> FloatArray:
-        """(l,) tempered log p(o | l), were the object absent."""
-        return self.tempering * self.view.log_likelihood(self.background)

@@ -18,8 +18,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from objstate.compiling import njit
 from objstate.geometry import BoolArray, FloatArray, IntArray
 
 BEARING, DIRECTION_X, DIRECTION_Y, ORIGIN_X, ORIGIN_Y, MEASURED, SHORT = range(7)
@@ -28,18 +28,14 @@ X, Y, COS, SIN = range(4)
 PEAK, PER_SIGMA, RANDOM, MISSING, HIT, RANGE_MAX, GAUSSIAN = range(7)
 
 SLACK = 1e-9  # m, or pseudo-angle, by which a beam may pass an end of a segment and still hit
-FAR_SIGMAS = 8.0  # beyond it the Gaussian is zero beside any share of random readings
-BELL_STEPS = 512  # of the tabulated bell for each sigma: off by less than 1e-6 of its height
+FLAT_BELL = 36.0  # exponent from which the bell is flat: 2e-16 of its height
 NEAR_SIGMAS = 4.0  # a range shorter than this many sigmas before an object was stopped by another
 LEAST_DENSITY = 1e-100  # of the pure Gaussian, which has no floor of its own (21 sigmas)
 SMALL, LARGE = 1e-200, 1e200  # products are kept between these: one density more is still a float
-LEAST_EVIDENCE = 1e-250
 GRAZING = 0.1  # cosine of incidence below which a range says nothing of a shift of the surface
 LEAST_SHARE = 1e-12  # what rounding may leave of one when all shares are taken away
 
-BELL = np.exp(-0.5 * (np.arange(FAR_SIGMAS * BELL_STEPS + 2) / BELL_STEPS) ** 2)
-
-_compile = njit(cache=True, nogil=True, error_model="numpy")
+_compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 
 
 @_compile
@@ -49,6 +45,24 @@ def pseudo_angle(x: float, y: float) -> Any:
     if x < 0.0:
         t = 2.0 - t
     return -t if y < 0.0 else t
+
+
+@_compile
+def bell(exponent: float) -> Any:
+    """exp(-exponent) by squaring, off by less than 1e-4 of itself; 0 from ``FLAT_BELL`` on."""
+    part = min(exponent, FLAT_BELL) / 1024.0
+    value = 1.0 - part * (1.0 - part / 2.0 * (1.0 - part / 3.0))
+    value *= value
+    value *= value
+    value *= value
+    value *= value
+    value *= value
+    value *= value
+    value *= value
+    value *= value
+    value *= value
+    value *= value
+    return value if exponent < FLAT_BELL else 0.0
 
 
 @_compile
@@ -65,11 +79,8 @@ def density(measured: float, short: float, expected: float, model: FloatArray) -
     if measured == np.inf:
         return model[MISSING] + (model[HIT] if expected >= model[RANGE_MAX] else 0.0)
     p = model[RANDOM]
-    off = abs(measured - expected) * model[PER_SIGMA]
-    if off < FAR_SIGMAS:
-        step = off * BELL_STEPS
-        below = int(step)
-        p += model[PEAK] * (BELL[below] + (step - below) * (BELL[below + 1] - BELL[below]))
+    off = (measured - expected) * model[PER_SIGMA]
+    p += model[PEAK] * bell(0.5 * off * off)
     if measured < expected:
         p += short
     return p
@@ -90,6 +101,42 @@ def log_likelihoods(
 
 
 @_compile
+def _densities(
+    measured: FloatArray,
+    short: FloatArray,
+    expected: FloatArray,
+    model: FloatArray,
+    out: FloatArray,
+) -> None:
+    """p(d_i | d-hat_i) of each beam, as ``density``: all arrays (n,), several beams at a time."""
+    if model[GAUSSIAN] > 0.0:
+        for i in range(out.shape[0]):
+            out[i] = density(measured[i], short[i], expected[i], model)
+        return
+    peak, per_sigma, random = model[PEAK], model[PER_SIGMA], model[RANDOM]
+    for i in range(out.shape[0]):
+        off = (measured[i] - expected[i]) * per_sigma
+        stopped = short[i] if measured[i] < expected[i] else 0.0
+        out[i] = random + stopped + peak * bell(0.5 * off * off)
+    missing, clear, range_max = model[MISSING], model[MISSING] + model[HIT], model[RANGE_MAX]
+    for i in range(out.shape[0]):
+        none = clear if expected[i] >= range_max else missing
+        out[i] = none if measured[i] == np.inf else out[i]
+
+
+@_compile
+def _log_product(factors: FloatArray) -> Any:
+    """The logarithm of the product of densities (n,)."""
+    total, product = 0.0, 1.0
+    for i in range(factors.shape[0]):
+        product *= factors[i]
+        if product < SMALL or product > LARGE:
+            total += np.log(product)
+            product = 1.0
+    return total + np.log(product)
+
+
+@_compile
 def total_log_likelihoods(
     measured: FloatArray,
     short: FloatArray,
@@ -98,18 +145,14 @@ def total_log_likelihoods(
     out: FloatArray,
 ) -> None:
     """Log p(o | d-hat) of all beams together: measured and short (n,), expected (m, n), out (m,)."""
+    densities = np.empty(expected.shape[1])
     for row in range(expected.shape[0]):
-        total, product = 0.0, 1.0
-        for i in range(expected.shape[1]):
-            product *= density(measured[i], short[i], expected[row, i], model)
-            if product < SMALL or product > LARGE:
-                total += np.log(product)
-                product = 1.0
-        out[row] = total + np.log(product)
+        _densities(measured, short, expected[row], model, densities)
+        out[row] = _log_product(densities)
 
 
 @_compile
-def _first_at_or_after(bearing: float, beams: FloatArray, index: IntArray) -> Any:
+def first_at_or_after(bearing: float, beams: FloatArray, index: IntArray) -> Any:
     """The first beam whose pseudo-angle is not below ``bearing``."""
     count, cells = beams.shape[1], index.shape[0] - 1
     cell = int((bearing + 2.0) * cells / 4.0)
@@ -197,12 +240,12 @@ def _project(
     if start < -2.0:
         start, end = start + 4.0, end + 4.0
     if end > 2.0:
-        first = _first_at_or_after(start, beams, index)
-        last = _first_at_or_after(end - 4.0, beams, index)
+        first = first_at_or_after(start, beams, index)
+        last = first_at_or_after(end - 4.0, beams, index)
         _hit(first, count, ax, ay, ex, ey, beams, spread, nearest)
         _hit(0, last, ax, ay, ex, ey, beams, spread, nearest)
         return 0, count
-    first, last = _first_at_or_after(start, beams, index), _first_at_or_after(end, beams, index)
+    first, last = first_at_or_after(start, beams, index), first_at_or_after(end, beams, index)
     _hit(first, last, ax, ay, ex, ey, beams, spread, nearest)
     return first, last
 
@@ -279,148 +322,29 @@ def mark_seen(
 ) -> None:
     """Set ``seen`` (k,) for the segments of an outline (k, 4) that some beam hits from some pose."""
     fixed = np.array([0.0, 0.0, 1.0, 0.0])
-    alone = np.full(beams.shape[1], np.inf)
+    alone, nearest = np.full(beams.shape[1], np.inf), np.empty(beams.shape[1])
+    by = np.empty(beams.shape[1], dtype=np.int64)  # which segment each beam hits
     for p in range(poses.shape[0]):
-        nearest = np.full(beams.shape[1], np.inf)
-        _project_outline(poses[p], fixed, outline, False, beams, index, sweep, nearest)
+        for i in range(beams.shape[1]):
+            nearest[i], by[i] = np.inf, -1
         for k in range(outline.shape[0]):
             first, last = _project_outline(
                 poses[p], fixed, outline[k : k + 1], False, beams, index, sweep, alone
             )
             for i in range(first, last):
-                seen[k] |= alone[i] <= nearest[i] and alone[i] < np.inf
+                if alone[i] < nearest[i]:
+                    nearest[i], by[i] = alone[i], k
                 alone[i] = np.inf
-
-
-@_compile
-def _average_few(whole: BoolArray, few: IntArray, out: FloatArray) -> None:
-    """Give all poses the mean likelihood of the ``few`` in states that aren't ``whole``: ``out`` (p, s)."""
-    for s in range(whole.shape[0]):
-        if whole[s]:
-            continue
-        top, total = -np.inf, 0.0
-        for k in range(few.shape[0]):
-            top = max(top, out[few[k], s])
-        for k in range(few.shape[0]):
-            total += np.exp(out[few[k], s] - top)
-        out[:, s] = top + np.log(total / few.shape[0])
-
-
-@_compile
-def object_log_likelihood(
-    poses: FloatArray,
-    placements: FloatArray,
-    normals: FloatArray,
-    whole: BoolArray,
-    few: IntArray,
-    outline: FloatArray,
-    convex: bool,
-    background: FloatArray,
-    beams: FloatArray,
-    index: IntArray,
-    sweep: FloatArray,
-    model: FloatArray,
-    shift_std: float,
-    tempering: float,
-    out: FloatArray,
-    bears: BoolArray,
-) -> None:
-    """Change in log p(o | s, l) that an object makes, over the background alone: ``out`` (p, s).
-
-    ``background`` (p, n) is what the beams read without the object. Beams that it
-    doesn't touch contribute the same to every state (section 3 of Schulz and
-    Burgard 2001) and are left out. ``bears`` (n,) is set where a beam touches the
-    object in some state and isn't stopped before reaching it.
-
-    The likelihood has the exponent ``tempering``. The object may stand ``shift_std`` m
-    aside of its placement, along the unit normal ``normals[s]`` of its long side: an
-    error that all its beams share. A range grows with the shift by 1 over the cosine
-    of its incidence, so the readings speak of the shift as a Gaussian, and the average
-    has a closed form. States that aren't ``whole`` are cast from the poses ``few``
-    alone; their mean likelihood serves for all.
-    """
-    count = beams.shape[1]
-    nearest = np.full(count, np.inf)
-    per_density = np.empty(count)  # of each beam without the object
-    near = NEAR_SIGMAS / model[PER_SIGMA]
-    precision, variance = model[PER_SIGMA] * model[PER_SIGMA], shift_std * shift_std
-    some = np.zeros(poses.shape[0], dtype=np.bool_)
-    some[few] = True
-    for p in range(poses.shape[0]):
-        per_density[:] = 0.0
-        cos, sin = poses[p, COS], poses[p, SIN]
-        for s in range(placements.shape[0]):
-            if not (whole[s] or some[p]):
-                continue
-            first, last = _project_outline(
-                poses[p], placements[s], outline, convex, beams, index, sweep, nearest
-            )
-            nx = cos * normals[s, 0] + sin * normals[s, 1]
-            ny = -sin * normals[s, 0] + cos * normals[s, 1]
-            change, product, gradient, curvature = 0.0, 1.0, 0.0, 0.0
-            for i in range(first, last):
-                expected = nearest[i]
-                nearest[i] = np.inf
-                if expected >= background[p, i] or expected >= model[RANGE_MAX]:
-                    continue
-                measured, short = beams[MEASURED, i], beams[SHORT, i]
-                if per_density[i] == 0.0:
-                    per_density[i] = 1.0 / density(measured, short, background[p, i], model)
-                dense = density(measured, short, expected, model)
-                product *= dense * per_density[i]
-                if product < SMALL or product > LARGE:
-                    change += np.log(product)
-                    product = 1.0
-                bears[i] |= measured > expected - near
-                cosine = beams[DIRECTION_X, i] * nx + beams[DIRECTION_Y, i] * ny
-                if abs(cosine) > GRAZING and measured < np.inf:
-                    floor = model[RANDOM] + (short if measured < expected else 0.0)
-                    share = (dense - floor) / dense * precision / cosine
-                    gradient += share * (measured - expected)
-                    curvature += share / cosine
-            change = tempering * (change + np.log(product))
-            gradient *= tempering
-            curvature *= tempering
-            surely = 1.0 + curvature * variance
-            out[p, s] = change + 0.5 * (gradient * gradient * variance / surely - np.log(surely))
-    _average_few(whole, few, out)
-
-
-@_compile
-def condition(
-    given: FloatArray, chosen: IntArray, log_likelihood: FloatArray, evidence: FloatArray
-) -> None:
-    """Bayes' rule in every row of ``given`` (p, n), with its log ``evidence`` (p,).
-
-    ``log_likelihood`` (p, k) is known at the ascending states ``chosen`` (k,), the first
-    and the last among them; between them the likelihood is linear.
-    """
-    factors = np.empty(given.shape[1])
-    for p in range(given.shape[0]):
-        top = log_likelihood[p].max()
-        left = np.exp(log_likelihood[p, 0] - top)
-        factors[0] = left
-        for k in range(1, chosen.shape[0]):
-            right = np.exp(log_likelihood[p, k] - top)
-            begin, steps = chosen[k - 1], chosen[k] - chosen[k - 1]
-            for j in range(1, steps + 1):
-                factors[begin + j] = (left * (steps - j) + right * j) / steps
-            left = right
-        total = 0.0
-        for j in range(given.shape[1]):
-            total += given[p, j] * factors[j]
-        if total < LEAST_EVIDENCE:  # this row can't have read it: its pose is wrong, not its states
-            evidence[p] = top + np.log(LEAST_EVIDENCE)
-            continue
-        for j in range(given.shape[1]):
-            given[p, j] *= factors[j] / total
-        evidence[p] = top + np.log(total)
+        for i in range(beams.shape[1]):
+            if by[i] >= 0:
+                seen[by[i]] = True
 
 
 @_compile
 def pose_log_likelihood(
     poses: FloatArray,
-    walls: FloatArray,
+    expected: FloatArray,
+    order: IntArray,
     outlines: FloatArray,
     outline_ends: IntArray,
     convex: BoolArray,
@@ -437,8 +361,8 @@ def pose_log_likelihood(
 
     Object j has the rows of ``outlines`` up to ``outline_ends[j]``, is ``convex[j]`` or
     not, and may stand at the ``placements`` up to ``placement_ends[j]``, with weights ``shares``. Where it is
-    nearer than the ``walls`` (k, 4), it is what the beam should read; else the beam
-    keeps the likelihood it had.
+    nearer than what is ``expected`` (p, n) of all else, it is what the beam should read; else the
+    beam keeps the likelihood it had. Sorted beam i has the column ``order[i]`` of it.
     """
     count = beams.shape[1]
     nearest = np.empty(count)
@@ -446,12 +370,10 @@ def pose_log_likelihood(
     likelihood = np.empty(count)
     mixed = np.zeros(count)
     kept = np.ones(count)
-    fixed = np.array([0.0, 0.0, 1.0, 0.0])
     for p in range(poses.shape[0]):
-        nearest[:] = np.inf
-        _project_outline(poses[p], fixed, walls, False, beams, index, sweep, nearest)
         for i in range(count):
-            likelihood[i] = density(beams[MEASURED, i], beams[SHORT, i], nearest[i], model)
+            nearest[i] = expected[p, order[i]]
+        _densities(beams[MEASURED], beams[SHORT], nearest, model, likelihood)
         outline_start, placement_start = 0, 0
         for j in range(outline_ends.shape[0]):
             outline = outlines[outline_start : outline_ends[j]]
@@ -462,11 +384,11 @@ def pose_log_likelihood(
                 )
                 begin, end = min(begin, first), max(end, last)
                 for i in range(first, last):
-                    expected = alone[i]
+                    distance = alone[i]
                     alone[i] = np.inf
-                    if expected < nearest[i]:
+                    if distance < nearest[i]:
                         measured, short = beams[MEASURED, i], beams[SHORT, i]
-                        mixed[i] += shares[s] * density(measured, short, expected, model)
+                        mixed[i] += shares[s] * density(measured, short, distance, model)
                         kept[i] -= shares[s]
             for i in range(begin, end):
                 rest = kept[i] if kept[i] > LEAST_SHARE else 0.0
@@ -474,10 +396,4 @@ def pose_log_likelihood(
                 mixed[i] = 0.0
                 kept[i] = 1.0
             outline_start, placement_start = outline_ends[j], placement_ends[j]
-        total, product = 0.0, 1.0
-        for i in range(count):
-            product *= likelihood[i]
-            if product < SMALL or product > LARGE:
-                total += np.log(product)
-                product = 1.0
-        out[p] = total + np.log(product)
+        out[p] = _log_product(likelihood)

@@ -55,7 +55,9 @@ def doorway(item: MovableObject = HINGED) -> Building:
 def evidence_of(place: Building, name: str, scan: Scan, poses: FloatArray) -> ScanEvidence:
     view = Sensing(place, BeamModel(BeamModelSettings())).view(scan)
     weights = Weights.uniform(len(poses))
-    return ScanEvidence(name, view, poses, weights, view.walls(poses), TEMPERING)
+    walls = view.walls(poses)
+    absent = view.log_likelihood(walls)
+    return ScanEvidence(name, view, poses, weights, walls, absent, TEMPERING)
 
 
 def read(

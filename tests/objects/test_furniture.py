@@ -49,8 +49,8 @@ def looked(
                         fan(361, 2 * np.pi), rng)  # fmt: skip
         view = Sensing(place, BeamModel(BeamModelSettings())).view(scan)
         walls = view.walls(pose[None])
-        evidence = ScanEvidence(item.name, view, pose[None], Weights.uniform(1), walls, TEMPERING,
-                                stopped=view.stopped_short(pose, walls[0]))  # fmt: skip
+        evidence = ScanEvidence(item.name, view, pose[None], Weights.uniform(1), walls,
+                                view.log_likelihood(walls), TEMPERING)  # fmt: skip
         update = filter_.update(believed, evidence, rng)
         believed = believed if update is None else update.conditional
     return believed.belief

@@ -38,6 +38,9 @@ class FormulaView:
     def explained(self, expected: FloatArray) -> BoolArray:
         raise NotImplementedError
 
+    def stopped_short(self, pose: FloatArray, expected: FloatArray) -> FloatArray:
+        return np.empty((0, 3))
+
     def log_likelihood(self, expected: FloatArray) -> FloatArray:
         return np.zeros(len(expected))
 
@@ -63,7 +66,8 @@ def evidence_by(
     poses = np.zeros((1, 3)) if poses is None else poses
     weights = Weights.uniform(len(poses)) if robot_weights is None else robot_weights
     view = FormulaView(formula, bears)
-    return ScanEvidence("object", view, poses, weights, view.walls(poses), tempering)
+    absent = np.zeros(len(poses))
+    return ScanEvidence("object", view, poses, weights, view.walls(poses), absent, tempering)
 
 
 def updated(
