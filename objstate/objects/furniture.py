@@ -127,13 +127,11 @@ class SampleFilter:
         """
         values, count = believed.belief.weights.values, len(told) - self.settings.scouts
         after, of_samples = _conditioned(believed.given[:, :count], log_likelihood[:, :count])
-        top = told.max()
-        won = values * np.exp(told - top)
+        won = values * np.exp(told - told.max())
         scouts = won[count:] / won.sum()
         given = np.empty_like(believed.given)
         given[:, :count], given[:, count:] = (1.0 - scouts.sum()) * after, scouts
-        of_scouts = top + np.log(won[count:].sum() + TINY)
-        return given, np.logaddexp(of_samples, of_scouts)
+        return given, of_samples + np.log(won.sum() / (won[:count].sum() + TINY))
 
     def widened(self, belief: ObjectBelief, factor: float, std_m: float) -> ObjectBelief:
         std = np.array([std_m, std_m, std_m * self._lean])
