@@ -40,7 +40,11 @@ def after_scans(
 ) -> list[ObjectBelief]:
     """The desk's beliefs, one a scan, of a robot that knows its pose to 1 cm and 0.7 degrees."""
     rng, model = np.random.default_rng(seed), Sensing(room(), BeamModel(BeamModelSettings()))
-    believed, expected, beliefs = Believed(room(), Settings(), seed, {}), ExpectedRanges(reality), []
+    believed, expected, beliefs = (
+        Believed(room(), Settings(), seed, {}),
+        ExpectedRanges(reality),
+        [],
+    )
     states = {} if state is None else {"desk": state}
     for k in range(count):
         view = model.view(observed(expected, states, ROBOT, RAYS, rng))
@@ -151,4 +155,3 @@ def test_presence_is_averaged_blended_and_handed_on_like_all_that_robot_samples_
     assert weights @ blended.presence == pytest.approx(averaged.belief.presence)
     np.testing.assert_allclose(blended.presence[0], 0.75 * 0.9 + 0.25 * averaged.belief.presence)
     np.testing.assert_array_equal(averaged.resampled(ancestors).presence, [0.1, 0.9, 0.9])
-
