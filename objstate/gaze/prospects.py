@@ -8,13 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
 from objstate.building.model import Kind
+from objstate.gaze.entropy import belief_entropy
 from objstate.gaze.laser import LaserLooks, Look
 from objstate.gaze.viewpoints import middle_of
-from objstate.geometry import FloatArray
+from objstate.geometry import BoolArray, FloatArray
 from objstate.objects import ObjectBelief
 
 SAME = 0.1  # m and rad to which states are rounded before a look is simulated anew
@@ -74,6 +76,16 @@ class Prospects:
             if each.settled
         }
         self._gains: dict[Mark, Mapping[str, float]] = {}
+
+    @cached_property
+    def entropies(self) -> dict[str, float]:
+        """What is not known of each object, nats."""
+        return {name: belief_entropy(belief) for name, belief in self.beliefs.items()}
+
+    def near(self, places: FloatArray) -> BoolArray:
+        """(o,) which objects, in the order of the beliefs, are within reach of one of places (k, 2)."""
+        off = np.linalg.norm(self._middles - places[:, None], axis=2)
+        return np.asarray((off <= self._reach).any(axis=0))
 
     def gains_at(self, sensor: str, pose: FloatArray, scans: float) -> Mapping[str, float]:
         """Expected gain of each object in sight from ``pose`` (3,) by some scans, nats."""

@@ -13,11 +13,12 @@ from objstate.experiments.office_day.day import Day, run_day
 from objstate.experiments.office_day.office import Office, office, working_day
 from objstate.experiments.office_day.robot import Robot
 from objstate.experiments.office_day.strategies import Choose
-from objstate.gaze import Floor, Sensor
+from objstate.gaze import Floor, LookSettings, Sensor
 from objstate.maintenance import ChoiceSettings, Coordinator, CoordinatorSettings
 
 START = np.array([1.5, 5.0, 0.0])  # m, m, rad: at the west end of the north corridor
-COST_WEIGHT = 1.0  # alpha of the coordinator
+DOOR_WEIGHT = 3.0  # a nat of a door counts as three of a chest, which has three coordinates
+LOOKS = LookSettings(robot_std=0.015, robot_yaw_std=0.003)  # what this robot's filter reaches here
 SETTLING = 0.25  # of the time, after which beliefs are judged: the first drives learn everything
 
 # By strategy, what makes it drive more or less: the coordinator's threshold in nats; s between
@@ -118,9 +119,8 @@ def _way_at(curve: tuple[np.ndarray, np.ndarray], level: float) -> float:
 
 
 def _coordinator(place: Office, sensor: Sensor, trial: Trial) -> Coordinator:
-    threshold = trial.knob if trial.strategy == "coordinator" else 0.0
-    choice = ChoiceSettings(gain_threshold=threshold, cost_weight=COST_WEIGHT)
-    settings = CoordinatorSettings(choice=choice)
+    choice = ChoiceSettings(cost_weight=trial.knob if trial.strategy == "coordinator" else 1.0)
+    settings = CoordinatorSettings(choice=choice, looks=LOOKS, weights={"door_*": DOOR_WEIGHT})
     floor = Floor.of(place.shut, settings.floor)
     return Coordinator(place.building, [sensor], settings, place.settings, floor)
 
