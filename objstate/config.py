@@ -56,7 +56,7 @@ class BeamModelSettings(Strict):
 class LocalizationSettings(Strict):
     """Monte Carlo localization: where is the robot?"""
 
-    min_particles: Count = 100
+    min_particles: Count = 150
     max_particles: Count = 2000
     pf_err: Positive = 0.05  # largest error between true and estimated distribution (KLD)
     pf_z: Positive = 2.33  # upper standard normal quantile of holding pf_err: 2.33 is 0.99
@@ -77,6 +77,7 @@ class LocalizationSettings(Strict):
     tempering: Exponent = 0.1  # exponent on the likelihood of a scan
     initial_xy_std: NonNegative = 0.3  # m, of a start pose given without deviations
     initial_yaw_std_deg: NonNegative = 10.0
+    judge_every: NonNegative = 0.25  # s between scans of a laser that are held against the track
     lost_above: Share = 0.12  # of returning beams that pass through walls: the robot is lost
     lost_margin: Positive = 0.25  # m beyond a wall at which a return has passed through it
     lost_after: Positive = 4.0  # s over which that share is averaged

@@ -31,5 +31,9 @@ class ResultError(ObjstateError):
     """A result folder exists already, can't be written, or isn't one."""
 
 
+class PlatformError(ObjstateError):
+    """The machine lacks what is needed; on another it would work."""
+
+
 class WorldError(ObjstateError):
     """A world can't be opened or written, is of another building, or knows no such object."""

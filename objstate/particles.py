@@ -30,11 +30,14 @@ class Weights:
     @staticmethod
     def of(weights: FloatArray) -> Weights:
         """From non-negative weights of any sum. Raises ValueError when none is positive."""
-        total = float(np.sum(weights))
-        if not (np.isfinite(total) and total > 0 and (weights >= 0).all()):
+        total = float(weights.sum())
+        if not (0.0 < total < np.inf and weights.min() >= 0.0):
             raise ValueError("weights must be non-negative, finite and not all zero")
+        shares = weights / total
         with np.errstate(divide="ignore"):
-            return Weights(np.log(weights / total))
+            found = Weights(np.log(shares))
+        found.__dict__["values"] = shares  # known already: the cache is filled with it
+        return found
 
     def __len__(self) -> int:
         return len(self.log)

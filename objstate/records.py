@@ -13,6 +13,8 @@ import numpy as np
 
 from objstate.geometry import BoolArray, FloatArray, IntArray
 
+NANOSECONDS = 1e9  # in a second
+
 
 @dataclass(frozen=True, eq=False)
 class Odometry:

@@ -9,9 +9,9 @@ import yaml
 from pydantic import BaseModel
 
 from objstate import config
-from objstate.batch.combine import summary_schema, timings_schema
 from objstate.batch.manifest import COLUMNS as MANIFEST_COLUMNS
 from objstate.building.door_table import COLUMNS as DOOR_COLUMNS
+from objstate.recording.batches import summary_schema, timings_schema
 from objstate.recording.posteriors import posterior_schema
 from objstate.recording.tables import COLUMNS as ESTIMATE_COLUMNS
 from objstate.simulation import scene

@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Sequence
-from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,10 +24,12 @@ from objstate.recording.batches import (
     read_logs,
     read_outcome,
     result_of,
+    summary_schema,
+    timings_schema,
 )
 from objstate.recording.results import whole
 from objstate.recording.summary import read_summary
-from objstate.recording.tables import ESTIMATES, KNOWN_COORDINATES, read_estimates
+from objstate.recording.tables import ESTIMATES, read_estimates
 
 if TYPE_CHECKING:
     import polars as pl
@@ -47,32 +48,6 @@ def combine(folder: Path) -> tuple[Outcome, ...]:
     times = [_timing(folder, outcome) for outcome in outcomes]
     _write(pl.DataFrame(times, schema=timings_schema()), folder / TIMINGS_TABLE)
     return tuple(outcomes)
-
-
-@cache
-def summary_schema() -> pl.Schema:
-    """Names and types of the columns of ``summary.parquet``."""
-    import polars as pl
-
-    text, count, number = pl.String(), pl.Int64(), pl.Float64()
-    columns: dict[str, Any] = dict.fromkeys(("log", "status", "reason", "source", "building"), text)
-    columns["log_seconds"] = number
-    columns |= dict.fromkeys(("scans", "estimates", "objects_observed"), count)
-    columns |= {"lost_seconds": number, "warnings": pl.List(text), "truth_problem": text}
-    for coordinate in KNOWN_COORDINATES:
-        columns[f"{coordinate}_count"] = count
-        columns |= dict.fromkeys((f"{coordinate}_error", f"{coordinate}_coverage"), number)
-    return pl.Schema(columns | {"robot_error": number})
-
-
-@cache
-def timings_schema() -> pl.Schema:
-    """Names and types of the columns of ``timings.parquet``."""
-    import polars as pl
-
-    columns: dict[str, Any] = {"log": pl.String(), "attempts": pl.Int64()}
-    numbers = ("elapsed_seconds", "speed", "peak_memory_mb")
-    return pl.Schema(columns | dict.fromkeys(numbers, pl.Float64()))
 
 
 def _link_estimates(folder: Path, names: Sequence[str]) -> None:

@@ -13,8 +13,8 @@ import numpy as np
 
 from objstate.calibration.options import CalibrationOptions
 from objstate.geometry import FloatArray, IntArray, between, interpolate_pose, wrap
+from objstate.records import NANOSECONDS
 
-NANOSECONDS = 1e9
 STANDING = np.array([0.0005, 0.0005, 0.0005])  # m, m, rad; deviations of a step of no length
 # s before and after a moment over which its speed is taken: longer than a step of odometry,
 # whose jitter would else pass for motion, and draw the clocks together

@@ -13,7 +13,7 @@ import typer
 from objstate.cli.batch_progress import batch_progress
 from objstate.cli.console import print_text, print_warnings
 from objstate.cli.error_tables import UNITS
-from objstate.cli.options import Mounts, Quiet
+from objstate.cli.options import Config, GlobalStart, Mounts, Quiet, Topics
 from objstate.cli.parsing import POSE, parse_mounts, parse_pose, split_topics
 from objstate.cli.tables import percent
 
@@ -55,9 +55,7 @@ def batch(
         str | None,
         typer.Option(metavar="DIR|CSV", help="True states: one table, or a folder of them."),
     ] = None,
-    config: Annotated[
-        Path | None, typer.Option(metavar="YAML", help="Settings. Default: built in.")
-    ] = None,
+    config: Config = None,
     seed: Annotated[
         int, typer.Option(metavar="N", min=0, help="Of all random numbers, of every log.")
     ] = 0,
@@ -68,13 +66,8 @@ def batch(
     initial_pose: Annotated[
         str | None, typer.Option(metavar="X,Y,YAW", help=f"Where every drive starts: {POSE}.")
     ] = None,
-    global_start: Annotated[
-        bool, typer.Option("--global", help="The robot may start anywhere in the building.")
-    ] = False,
-    topics: Annotated[
-        list[str] | None,
-        typer.Option(metavar="TOPIC", help="Read only these; repeat, or separate by commas."),
-    ] = None,
+    global_start: GlobalStart = False,
+    topics: Topics = None,
     mount: Mounts = None,
     workers: Annotated[
         int | None, typer.Option(metavar="N", min=1, help="Processes. Default: one per core.")
@@ -105,7 +98,7 @@ def batch(
     from objstate.batch import BatchOptions, gather, run_batch
     from objstate.batch.options import DEFAULT_TIME_LIMIT
     from objstate.config import load_settings
-    from objstate.recording.batches import SUMMARY_TABLE, read_table
+    from objstate.recording.batches import read_summary_table
     from objstate.report import write_batch_report
     from objstate.run import RunOptions
 
@@ -136,7 +129,7 @@ def batch(
             on_start,
             on_event,
         )
-    summary = read_table(out, SUMMARY_TABLE)
+    summary = read_summary_table(out)
     if any(outcome.status == "done" for outcome in result.outcomes):
         write_batch_report(out)
     print_warnings(_warnings(summary), quiet)

@@ -9,9 +9,20 @@ import typer
 
 from objstate.cli.calibration_table import describe_calibration
 from objstate.cli.console import print_parts, print_text, print_warnings
-from objstate.cli.options import ClockOffsets, Mounts, Overwrite, Quiet
+from objstate.cli.options import (
+    ClockOffsets,
+    Config,
+    From,
+    GlobalStart,
+    InitialPose,
+    LogPaths,
+    Mounts,
+    Overwrite,
+    Quiet,
+    To,
+    Topics,
+)
 from objstate.cli.parsing import (
-    POSE,
     check_span,
     parse_clock_offsets,
     parse_mounts,
@@ -30,37 +41,18 @@ Examples:
 
 
 def calibrate(
-    logs: Annotated[
-        list[Path],
-        typer.Argument(metavar="LOG", help="A log or bag folder; several are one drive in parts."),
-    ],
+    logs: LogPaths,
     building: Annotated[Path, typer.Option(metavar="URDF", help="The building.")],
     out: Annotated[
         Path | None, typer.Option(metavar="YAML", help="The file to write, for --calibration.")
     ] = None,
-    config: Annotated[
-        Path | None, typer.Option(metavar="YAML", help="Settings. Default: built in.")
-    ] = None,
+    config: Config = None,
     seed: Annotated[int, typer.Option(metavar="N", min=0, help="Of all random numbers.")] = 0,
-    initial_pose: Annotated[
-        str | None, typer.Option(metavar="X,Y,YAW", help=f"Where the robot starts: {POSE}.")
-    ] = None,
-    global_start: Annotated[
-        bool, typer.Option("--global", help="The robot may start anywhere in the building.")
-    ] = False,
-    start: Annotated[
-        float | None,
-        typer.Option(
-            "--from", metavar="T", help="Begin there: seconds from the log's start, or since 1970."
-        ),
-    ] = None,
-    end: Annotated[
-        float | None, typer.Option("--to", metavar="T", help="End there, likewise.")
-    ] = None,
-    topics: Annotated[
-        list[str] | None,
-        typer.Option(metavar="TOPIC", help="Read only these; repeat, or separate by commas."),
-    ] = None,
+    initial_pose: InitialPose = None,
+    global_start: GlobalStart = False,
+    start: From = None,
+    end: To = None,
+    topics: Topics = None,
     mount: Mounts = None,
     clock_offset: ClockOffsets = None,
     overwrite: Overwrite = False,

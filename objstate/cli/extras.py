@@ -77,11 +77,7 @@ class Extras:
     @property
     def files(self) -> tuple[str, ...]:
         """Names of the files written."""
-        from objstate.calibration import CALIBRATION
-        from objstate.learning import DYNAMICS
-
-        asked = ((self.calibration, CALIBRATION), (self.learnt, DYNAMICS))
-        return tuple(name for what, name in asked if what is not None)
+        return tuple(self._written())
 
     def describe(self) -> Iterator[str | Table]:
         """What came of it, in the order of reading."""
@@ -93,3 +89,13 @@ class Extras:
             from objstate.learning import summary_lines
 
             yield from (f"Learnt of each {line}" for line in summary_lines(self.learnt))
+
+    def _written(self) -> Iterator[str]:
+        if self.calibration is not None:
+            from objstate.calibration import CALIBRATION
+
+            yield CALIBRATION
+        if self.learnt is not None:
+            from objstate.learning import DYNAMICS
+
+            yield DYNAMICS

@@ -13,8 +13,7 @@ from objstate.config import Settings
 from objstate.estimator.surroundings import Surroundings
 from objstate.geometry import IntArray
 from objstate.objects import ConditionalBelief, ObjectBelief, ObjectFilter, filter_for
-
-NANOSECONDS = 1e9
+from objstate.records import NANOSECONDS
 
 
 class Believed:

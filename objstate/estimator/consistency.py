@@ -14,8 +14,7 @@ import numpy as np
 
 from objstate.config import ConsistencySettings
 from objstate.objects import ObjectBelief
-
-NANOSECONDS = 1e9
+from objstate.records import NANOSECONDS
 
 
 class Consistency:

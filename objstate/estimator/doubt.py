@@ -7,9 +7,9 @@ from enum import Enum
 import numpy as np
 
 from objstate.config import Settings
-from objstate.estimator.tracking import NANOSECONDS
 from objstate.geometry import FloatArray, compose
 from objstate.localization import Hypotheses, apart
+from objstate.records import NANOSECONDS
 
 TIED = 0.1  # probability from which a place isn't excluded
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -24,6 +25,7 @@ from objstate.localization import LEVER, Hypotheses, Localizer, PoseBelief, Sear
 from objstate.objects import ObjectBelief
 from objstate.particles import Weights
 from objstate.records import (
+    NANOSECONDS,
     Estimate,
     GaussianRobotBelief,
     InitialPose,
@@ -83,6 +85,8 @@ class Estimator:
         self._believed = Believed(building, self.settings, seed, beliefs or {})
         self._map_error = MapError(self.settings.map_error)
         self._consistency = Consistency(self.settings.consistency)
+        self._judged_ns: dict[str, int] = {}  # by laser
+        self._represented = lru_cache(maxsize=1024)(ObjectBelief.represented_by)  # few change
         self._odometry: FloatArray | None = None
         self._now_ns = 0
         self._start_is_told = initial_pose is not None or global_start
@@ -174,13 +178,13 @@ class Estimator:
         scan, s = sight.scan, self.settings.localization
         if self._map_error.is_due(scan.stamp_ns):
             self._note_map_error(sight)
-        near, towards = self._near(sight, scan.valid)
+        near, towards = self._near(sight, sight.valid)
         used = np.asarray(towards.any(axis=0))
-        share = min(1.0, s.max_beams / max(int(scan.valid.sum()), 1))  # of the beams that count
-        free = scan.valid & ~used
+        share = min(1.0, s.max_beams / max(int(sight.valid.sum()), 1))  # of the beams that count
+        free = sight.valid & ~used
         aside = evenly_spread(free, int(np.ceil(share * free.sum())))
         evidence = self._log_likelihood(sight, aside, but=near)
-        observation = self._observe(near, towards, used, scan, track.belief)
+        observation = self._observe(near, towards, used, sight, track.belief)
         evidence += share * s.tempering * observation.log_evidence
         corrected = self._localizer.correct(track.belief, evidence)
         seen = self._localizer.correct(
@@ -213,14 +217,15 @@ class Estimator:
         if not observing.any() or not self._is_narrow(track.belief):
             return []
         robot = track.belief.thinned(self.settings.object_updates.robot_samples, self._rng)
-        near, towards = self._near(self._sight(scan, track.belief), observing)
-        observation = self._observe(near, towards, np.asarray(towards.any(axis=0)), scan, robot)
+        sight = self._sight(scan, track.belief)
+        near, towards = self._near(sight, observing)
+        observation = self._observe(near, towards, np.asarray(towards.any(axis=0)), sight, robot)
         self._believed.keep((name, each.belief) for name, each in observation.beliefs.items())
         return self._estimates(observation)
 
     def _unobserved(self, sight: Sight) -> list[Estimate]:
         """What is believed of the objects that a lost robot thinks it is near."""
-        near, _ = self._near(sight, sight.scan.valid)
+        near, _ = self._near(sight, sight.valid)
         beliefs = {name: self._believed.at(name, sight.scan.stamp_ns) for name in near}
         return [
             row
@@ -280,15 +285,15 @@ class Estimator:
         names: list[str],
         towards: BoolArray,
         used: BoolArray,
-        scan: Scan,
+        sight: Sight,
         robot: PoseBelief,
     ) -> Observation:
         return observe(
             self._believed,
-            self._sensing.view(scan, used),
+            sight.view(used),
             dict(zip(names, towards[:, used], strict=True)),
             robot,
-            scan.stamp_ns,
+            sight.scan.stamp_ns,
             self.settings.object_updates.tempering,
             self._map_error.std,
         )
@@ -300,16 +305,16 @@ class Estimator:
         robot, objects = sight.robot, []
         if self._is_narrow(robot):
             objects = self._scenery(sight.seen_by(beams, but), self._believed.marginals)
-        return self.settings.localization.tempering * self._sensing.view(
-            sight.scan, beams
-        ).pose_log_likelihood(robot.poses, self._localizer.blur(robot), objects)
+        blur = self._localizer.blur(robot)
+        told = sight.view(beams).pose_log_likelihood(robot.poses, blur, objects)
+        return self.settings.localization.tempering * told
 
     def _scenery(
         self, names: Iterable[str], beliefs: Mapping[str, ObjectBelief]
     ) -> list[UncertainObject]:
         """Objects that localization must reckon with, each where it may be."""
         states = self.settings.localization.object_states
-        return [beliefs[name].represented_by(name, states) for name in names]
+        return [self._represented(beliefs[name], states) for name in names]
 
     def _estimates(self, observation: Observation) -> list[Estimate]:
         return [
@@ -350,13 +355,16 @@ class Estimator:
     def _judged(self, track: Track, sight: Sight) -> Track:
         """The track with its record of how well it explains scans kept up."""
         s, robot, scan = self.settings.localization, sight.robot, sight.scan
-        beams = evenly_spread(scan.valid, s.max_beams)
-        if not self._is_narrow(robot) or not beams.any():
+        beams = evenly_spread(sight.valid, s.max_beams)
+        judged_ns = self._judged_ns.get(scan.laser)
+        is_due = judged_ns is None or scan.stamp_ns - judged_ns >= s.judge_every * NANOSECONDS
+        if not is_due or not self._is_narrow(robot) or not beams.any():
             return track
-        view = self._sensing.view(scan, beams)
-        through = share_through_walls(scan.ranges[beams], sight.walls[beams], s.lost_margin)
+        self._judged_ns[scan.laser] = scan.stamp_ns
+        view, walls = sight.view(beams), sight.walls[beams]
+        through = share_through_walls(scan.ranges[beams], walls, s.lost_margin)
         objects = self._scenery(sight.seen_by(beams), self._believed.marginals)
-        likelihood = view.pose_log_likelihood(robot.mean[None], FIT_BLUR, objects)
+        likelihood = view.pose_log_likelihood(robot.mean[None], FIT_BLUR, objects, walls[None])
         fit = view.fit(float(likelihood[0]), FIT_BLUR)
         return track.judged(through, fit, scan.stamp_ns, s)
 
@@ -417,11 +425,10 @@ class Estimator:
     def _explained(self, poses: FloatArray, scan: Scan, blur: float) -> FloatArray:
         """Tempered log p(o | l) (p,) of poses near each other, from each with its own objects."""
         s = self.settings.localization
-        beams = evenly_spread(scan.valid, s.max_beams)
         sight = self._sight(scan, PoseBelief(poses, Weights.uniform(len(poses))))
+        beams = evenly_spread(sight.valid, s.max_beams)
         objects = self._scenery(sight.seen_by(beams), self._believed.priors)
-        view = self._sensing.view(scan, beams)
-        return s.tempering * view.pose_log_likelihood(poses, blur, objects)
+        return s.tempering * sight.view(beams).pose_log_likelihood(poses, blur, objects)
 
     def _anywhere(self, scan: Scan) -> Track | None:
         """The track of a robot that may be anywhere: where its scans up to this one fit."""

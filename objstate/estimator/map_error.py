@@ -12,8 +12,7 @@ import numpy as np
 
 from objstate.config import MapErrorSettings
 from objstate.geometry import FloatArray
-
-NANOSECONDS = 1e9
+from objstate.records import NANOSECONDS
 
 
 class MapError:

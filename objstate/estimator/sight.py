@@ -12,7 +12,7 @@ from objstate.estimator.surroundings import SPREAD_SIGMAS, Surroundings
 from objstate.geometry import BoolArray, FloatArray
 from objstate.localization import PoseBelief
 from objstate.records import Scan
-from objstate.sensing import Sensing
+from objstate.sensing import ScanView, Sensing
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,8 +28,21 @@ class Sight:
     def walls(self) -> FloatArray:
         """Range (n,) m of the walls for each beam; not a number for beams that say nothing."""
         out = np.full(len(self.scan), np.nan)
-        out[self.scan.valid] = self.sensing.view(self.scan).walls(self.robot.mean[None])[0]
+        out[self.valid] = self._whole.walls(self.robot.mean[None])[0]
         return out
+
+    @cached_property
+    def valid(self) -> BoolArray:
+        """Which beams (n,) say anything."""
+        return self.scan.valid
+
+    @cached_property
+    def _whole(self) -> ScanView:
+        return self.sensing.view(self.scan)
+
+    def view(self, beams: BoolArray) -> ScanView:
+        """The view of some of the beams (n,) that say anything."""
+        return self._whole.take(beams[self.valid])
 
     @cached_property
     def names(self) -> list[str]:

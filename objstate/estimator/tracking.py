@@ -14,8 +14,8 @@ import numpy as np
 from objstate.config import LocalizationSettings
 from objstate.geometry import FloatArray, between
 from objstate.localization import PoseBelief
+from objstate.records import NANOSECONDS
 
-NANOSECONDS = 1e9
 TINY = 1e-3  # s, in which a mean over a track's life so far begins
 
 

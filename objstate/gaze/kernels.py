@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from objstate.compiling import njit
 from objstate.geometry import FloatArray, IntArray
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True)
 def gains_along(
     means: FloatArray,  # (n, 2)
     variances: FloatArray,  # (n, d)

@@ -9,7 +9,7 @@ from objstate.config import Count, Positive, Strict
 from objstate.gaze.floor import Floor, leaf_ends
 from objstate.geometry import FloatArray, IntArray
 from objstate.objects import ObjectBelief
-from objstate.sensing.embree import EmbreeCaster
+from objstate.sensing.casters import Caster
 
 SIGHT = 0.05  # m before a wall at which what stands there still counts as in sight
 
@@ -34,7 +34,7 @@ def middle_of(belief: ObjectBelief) -> FloatArray:
 def viewpoints(
     belief: ObjectBelief,
     floor: Floor,
-    walls: EmbreeCaster,
+    walls: Caster,
     height: float,
     settings: ViewpointSettings,
     piece: int,
@@ -59,9 +59,7 @@ def viewpoints(
     return np.column_stack([floor.places[chosen], yaw]), chosen
 
 
-def _in_sight(
-    places: FloatArray, middle: FloatArray, walls: EmbreeCaster, height: float
-) -> np.ndarray:
+def _in_sight(places: FloatArray, middle: FloatArray, walls: Caster, height: float) -> np.ndarray:
     """Which places (n, 2) no wall separates from a point (2,)."""
     off = np.column_stack([places - middle, np.zeros(len(places))])
     length = np.linalg.norm(off, axis=1)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from objstate.config import LocalizationSettings
-from objstate.geometry import FloatArray, IntArray, square_root, wrap
+from objstate.geometry import FloatArray, IntArray, square_root, weighted_pose_mean, wrap
 from objstate.localization.belief import PoseBelief
 from objstate.localization.motion import sample_motion
 from objstate.particles import Weights, kld_sample_size, largest_step, systematic
@@ -103,8 +103,10 @@ class Localizer:
         return np.array([s.bin_xy, s.bin_xy, np.radians(s.bin_yaw_deg)])
 
     def _occupied(self, poses: FloatArray) -> int:
-        """How many cells of the KLD grid hold a sample."""
-        cells = np.floor(poses / self._bin).astype(np.int64)
+        """How many cells of the KLD grid, the first of which has its middle in theirs, hold a sample."""
+        off = poses - weighted_pose_mean(poses, np.full(len(poses), 1.0 / len(poses)))
+        off[:, 2] = wrap(off[:, 2])
+        cells = np.round(off / self._bin).astype(np.int64)
         cells -= cells.min(axis=0)
         x_cells, y_cells, _ = cells.max(axis=0) + 1
         return len(np.unique(cells[:, 0] + x_cells * (cells[:, 1] + y_cells * cells[:, 2])))

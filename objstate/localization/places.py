@@ -71,6 +71,8 @@ class Places:
         from objstate.localization import kernels
 
         chosen, bins = _by_bearing(scan, beams)
+        order = np.argsort(scan.ranges[chosen], kind="stable")  # no return, infinite, comes last
+        chosen, bins = chosen[order], bins[order]
         offset = scan.rays.origins[:, :2].mean(axis=0) if len(scan) else np.zeros(2)
         model = BeamModel(beam_model, self.spacing / 2.0)
         peak, per_sigma, anything, missing, hit, reach, _ = model.parameters(scan.range_max)
@@ -114,11 +116,12 @@ def _look_round(
 
 
 def _by_bearing(scan: Scan, most: int) -> tuple[IntArray, IntArray]:
-    """Which beams (n,) of a scan to look up, evenly spread, and their bearings in steps (n,)."""
+    """Which beams (n,) of a scan to look up, the shortest first, and their bearings in steps (n,)."""
     level = np.abs(scan.rays.directions[:, 2]) <= LEVEL
     usable = np.flatnonzero(scan.valid & level)
     if len(usable) > most:
         usable = usable[np.arange(most) * len(usable) // most]
+    usable = usable[np.argsort(scan.ranges[usable])]
     bearings = np.arctan2(scan.rays.directions[usable, 1], scan.rays.directions[usable, 0])
     steps = np.round(bearings / (2.0 * np.pi) * TURNS).astype(np.int64)
     return usable, steps % TURNS

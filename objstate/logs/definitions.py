@@ -109,18 +109,11 @@ def _store(message_type: MessageType) -> Typestore:
     from rosbags.typesys import Stores, get_typestore
 
     own = _own_types(message_type)
-    standard = _standard_types(message_type.wire)
     if message_type.wire == ROS1:
         # ROS 2 headers have no ``seq``; the conversion to CDR leaves it out.
         own.pop(HEADER, None)
-    types = own | {name: standard[name] for name in standard.keys() - own.keys()}
-    if message_type.name not in types:
-        raise LogError(
-            f"The log does not define the type {message_type.name}, and it is not a standard "
-            "one: record it as MCAP or rosbag1, which carry definitions."
-        )
     store = get_typestore(Stores.EMPTY)
-    store.register(_closure(message_type.name, types))
+    store.register(_closure(message_type, own))
     return store
 
 
@@ -153,19 +146,30 @@ def _standard_types(wire: str) -> Typesdict:
     return tf | particles | dict(ros1) | {HEADER: ros2[HEADER]}
 
 
-def _closure(name: str, types: Typesdict) -> Typesdict:
-    """The type and all that it depends on."""
+def _closure(message_type: MessageType, own: Typesdict) -> Typesdict:
+    """The type and all that it depends on, of the log's ``own`` types or else of the standard ones."""
     needed: Typesdict = {}
-    waiting = [name]
+    waiting = [message_type.name]
     while waiting:
         current = waiting.pop()
         if current in needed:
             continue
-        if current not in types:
-            raise LogError(f"The definition of {name} lacks the type {current}, which it uses.")
-        needed[current] = types[current]
-        waiting += [n for _, field in types[current][1] for n in _named(field)]
+        needed[current] = own[current] if current in own else _standard(current, message_type)
+        waiting += [n for _, field in needed[current][1] for n in _named(field)]
     return needed
+
+
+def _standard(name: str, message_type: MessageType) -> Any:
+    """A standard type that the log uses and doesn't define; only then they are loaded."""
+    standard = _standard_types(message_type.wire)
+    if name in standard:
+        return standard[name]
+    if name == message_type.name:
+        raise LogError(
+            f"The log does not define the type {name}, and it is not a standard "
+            "one: record it as MCAP or rosbag1, which carry definitions."
+        )
+    raise LogError(f"The definition of {message_type.name} lacks the type {name}, which it uses.")
 
 
 def _named(field: Any) -> list[str]:

@@ -20,7 +20,7 @@ from objstate.gaze.viewpoints import ViewpointSettings, viewpoints
 from objstate.geometry import FloatArray, IntArray, wrap
 from objstate.maintenance.choice import ChoiceSettings, costs, utilities
 from objstate.objects import ObjectBelief
-from objstate.sensing.embree import EmbreeCaster
+from objstate.sensing.casters import caster_of
 
 HEADINGS = 8  # headings, evenly spread, in which looks on the way are simulated
 LEAST = -1e3  # nats: less entropy than any belief has
@@ -102,7 +102,7 @@ class Coordinator:
         self._reach = estimation.object_updates.max_distance
         lasers = {each.name: LaserLooks(building, each, estimation, s.looks) for each in sensors}
         self._library = LookLibrary(lasers)
-        self._walls = EmbreeCaster(building.walls)
+        self._walls = caster_of(building.walls)
         self._viewpoints: dict[tuple[object, ...], tuple[FloatArray, IntArray]] = {}
         self._weights = {name: _weight(name, s.weights) for name in building.objects}
         self._fadings = fadings(

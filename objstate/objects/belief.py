@@ -114,16 +114,22 @@ class ObjectBelief:
         states = self.standing.states
         if self.item.kind is Kind.PLANAR:
             states = self.item.symmetry.nearest(states, float(self.mean[2]))
-        off = states - self.mean
-        return np.asarray(np.where(self.wraps, wrap(off), off))
+        return self._the_short_way(states - self.mean)
+
+    def _the_short_way(self, off: FloatArray) -> FloatArray:
+        """Differences (..., d) of states, those of directions by less than half a turn."""
+        if self.item.kind is Kind.PLANAR:
+            off[..., 2] = wrap(off[..., 2])
+        elif self.item.wraps:
+            off = wrap(off)
+        return off
 
     def moved_from(self, before: ObjectBelief) -> FloatArray:
         """(d,) by how much the mean differs from that of an earlier belief; the short way round."""
         mean = self.mean
         if self.item.kind is Kind.PLANAR:
             mean = self.item.symmetry.nearest(mean[None], float(before.mean[2]))[0]
-        off = mean - before.mean
-        return np.asarray(np.where(self.wraps, wrap(off), off))
+        return self._the_short_way(mean - before.mean)
 
     def unfolded(self) -> ObjectBelief:
         """The same belief with all states that look alike: a square table has four equal headings.
@@ -153,18 +159,22 @@ class ObjectBelief:
         lower, upper = self.mean + off[:, 0], self.mean + off[:, 1]
         if self.item.kind is Kind.PLANAR or self.item.wraps:
             return lower, upper
-        limits = self.item.lower, self.item.upper  # a cell at a limit reaches beyond it
-        return lower.clip(*limits), upper.clip(*limits)
+        lowest, highest = self.item.lower, self.item.upper  # a cell at a limit reaches beyond it
+        return np.maximum(lower, lowest), np.minimum(upper, highest)
 
     def _quantiles(self, coordinate: int, shares: FloatArray) -> FloatArray:
         values, weights = self.deviations[:, coordinate], self.standing.weights.values
         width = self.cell[coordinate]
         if width == 0.0:
             return quantiles(values, weights, shares)
-        order = np.argsort(values, kind="stable")  # each cell's mass is spread over its width
-        edges = np.append(values[order] - width / 2, values[order[-1]] + width / 2)
-        filled = np.concatenate([[0.0], np.cumsum(weights[order])])
-        return np.asarray(np.interp(shares, filled, edges))
+        if self.item.wraps:  # a lattice is in order, but for where the circle is cut open
+            order = np.argsort(values, kind="stable")
+            values, weights = values[order], weights[order]
+        edges, filled = np.empty(len(values) + 1), np.empty(len(values) + 1)
+        edges[:-1], edges[-1] = values, values[-1] + width
+        filled[0] = 0.0
+        np.cumsum(weights, out=filled[1:])
+        return np.asarray(np.interp(shares, filled, edges - width / 2))  # mass fills its cell
 
     @cached_property
     def clear_width(self) -> Distribution:
@@ -225,13 +235,14 @@ class ObjectBelief:
         """Whether the object surely is there, and known well enough that its mean can stand in a scene."""
         if self.presence < 0.5:
             return False
-        limits = [
+        limits = (
             SETTLED_LENGTH if name in LENGTHS else SETTLED_ANGLE for name in self.item.coordinates
-        ]
-        return bool((self.std <= limits).all())
+        )
+        return all(std <= limit for std, limit in zip(self.std.tolist(), limits, strict=True))
 
-    def represented_by(self, name: str, count: int) -> UncertainObject:
+    def represented_by(self, count: int) -> UncertainObject:
         """A few states that stand for the belief: its mean where settled, else an even comb."""
+        name = self.item.name
         if self.settled:
             return UncertainObject(name, self.mean[None], np.full(1, self.presence))
         comb = (np.arange(count) + 0.5) / count

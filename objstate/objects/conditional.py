@@ -35,7 +35,10 @@ class ConditionalBelief:
 
     def blended(self, share: float) -> ConditionalBelief:
         """Each robot sample gives up a share of its own belief for the marginal."""
-        given = (1.0 - share) * self.given + share * self.belief.weights.values
+        from objstate.objects import kernels
+
+        given = np.empty_like(self.given)
+        kernels.blend(self.given, self.belief.weights.values, share, given)
         return replace(self, given=given)
 
     def resampled(self, ancestors: IntArray) -> ConditionalBelief:

@@ -6,6 +6,7 @@ alone change: nothing is ever lost between them.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -46,13 +47,18 @@ class LatticeFilter:
             self.item.lower, self.item.upper, cells + 1, endpoint=not self.item.wraps
         )
 
+    @cached_property
+    def _spacing(self) -> float:
+        """rad or m between neighbouring states."""
+        return float(self._states[1] - self._states[0])
+
     def prior(self, rng: np.random.Generator) -> ObjectBelief:
         states = self._states
         return ObjectBelief(
             item=self.item,
             states=states[:, None],
             weights=Weights.of(self._prior_weights),
-            cell=np.array([states[1] - states[0]]),
+            cell=np.array([self._spacing]),
         )
 
     @cached_property
@@ -95,7 +101,8 @@ class LatticeFilter:
     def predict(
         self, belief: ObjectBelief, seconds: float, rng: np.random.Generator
     ) -> ObjectBelief:
-        return belief.with_weights(Weights.of(self._moved(belief.weights.values, seconds)))
+        moved = self._moved(belief.weights.values[None], seconds)[0]
+        return belief.with_weights(Weights.of(moved))
 
     def predict_each(
         self, believed: ConditionalBelief, seconds: float, rng: np.random.Generator
@@ -105,32 +112,34 @@ class LatticeFilter:
         )
 
     def _moved(self, weights: FloatArray, seconds: float) -> FloatArray:
-        """Weights (..., n) after a while: the door stays and drifts, or somebody has moved it."""
+        """Weights (m, n) after a while: the door stays and drifts, or somebody has moved it."""
         dynamics, hinged = self.settings.dynamics, self.item.kind is Kind.HINGED
-        drift = np.radians(dynamics.drift_deg) if hinged else dynamics.drift_m
-        stayed = np.exp(-dynamics.moves_per_hour * seconds / SECONDS_PER_HOUR)
-        drifted = self._drifted(weights, drift * np.sqrt(seconds))
-        return np.asarray(stayed * drifted + (1.0 - stayed) * self._rest_weights)
+        drift = math.radians(dynamics.drift_deg) if hinged else dynamics.drift_m
+        stayed = math.exp(-dynamics.moves_per_hour * seconds / SECONDS_PER_HOUR)
+        return self._drifted(weights, drift * math.sqrt(seconds), stayed)
 
-    def _drifted(self, weights: FloatArray, std: float) -> FloatArray:
-        """Weights (..., n) after a random walk on the lattice of standard deviation ``std``.
+    def _drifted(self, weights: FloatArray, std: float, stayed: float = 1.0) -> FloatArray:
+        """Weights (m, n) after a random walk on the lattice of standard deviation ``std``.
 
         A walk reflects at the limits. Its variance is met exactly, by steps to the
-        neighbours where it is below the spacing and by a Gaussian kernel where not.
+        neighbours where it is below the spacing and by a Gaussian kernel where not. All but a
+        share of ``stayed`` don't walk: somebody puts them to rest.
         """
-        variance = float((std / (self._states[1] - self._states[0])) ** 2)
+        from objstate.objects import kernels
+
+        variance = (std / self._spacing) ** 2
         if variance < 1.0:
-            before, after = np.empty_like(weights), np.empty_like(weights)
-            before[..., 1:], after[..., :-1] = weights[..., :-1], weights[..., 1:]
-            ends = (-1, 0) if self.item.wraps else (0, -1)
-            before[..., 0], after[..., -1] = weights[..., ends[0]], weights[..., ends[1]]
-            return np.asarray((1.0 - variance) * weights + variance / 2.0 * (before + after))
+            out = np.empty_like(weights)
+            rest = self._rest_weights
+            kernels.drift(weights, variance, self.item.wraps, stayed, rest, out)
+            return out
         from scipy.ndimage import convolve1d
 
         reach = min(int(np.ceil(4.0 * np.sqrt(variance))), weights.shape[-1])
         kernel = np.exp(-0.5 * np.arange(-reach, reach + 1) ** 2 / variance)
         mode = "wrap" if self.item.wraps else "reflect"
-        return np.asarray(convolve1d(weights, kernel / kernel.sum(), mode=mode))
+        walked = convolve1d(weights, kernel / kernel.sum(), mode=mode)
+        return np.asarray(stayed * walked + (1.0 - stayed) * self._rest_weights)
 
     def update(
         self, believed: ConditionalBelief, evidence: ScanEvidence, rng: np.random.Generator
@@ -139,15 +148,15 @@ class LatticeFilter:
 
         Between the states that are cast, the likelihood is linear.
         """
-        from objstate.sensing import kernels
+        from objstate.objects import kernels
 
         belief = believed.belief
         chosen, whole = _worth_casting(belief.weights.values)
         log_likelihood, bears = evidence.cast(belief.states[chosen], whole, self._normals[chosen])
         if not bears.any():
             return None
-        given, log_evidence = believed.given.copy(), np.empty(len(believed.given))
-        kernels.condition(given, chosen, log_likelihood, log_evidence)
+        given, log_evidence = np.empty_like(believed.given), np.empty(len(believed.given))
+        kernels.condition(believed.given, chosen, log_likelihood, given, log_evidence)
         return Update(believed.averaged(given, evidence.robot_weights.values), log_evidence, bears)
 
     def widened(self, belief: ObjectBelief, factor: float, std_m: float) -> ObjectBelief:
@@ -158,8 +167,8 @@ class LatticeFilter:
             log = belief.weights.log - belief.weights.log.max()
             weights = np.exp(log / factor)
         elif belief.settled:
-            std = float(np.hypot(std, np.sqrt(factor - 1.0) * belief.std[0]))
-        return belief.with_weights(Weights.of(self._drifted(weights, std)))
+            std = math.hypot(std, math.sqrt(factor - 1.0) * belief.std[0])
+        return belief.with_weights(Weights.of(self._drifted(weights[None], std)[0]))
 
     @cached_property
     def _lean(self) -> float:
@@ -174,7 +183,9 @@ def _worth_casting(weights: FloatArray) -> tuple[IntArray, BoolArray]:
     Also which of them have weight.
     """
     heavy = weights > NEGLIGIBLE * weights.max()
-    chosen = heavy & (np.cumsum(heavy) % -(-int(heavy.sum()) // FINE) == 0)
+    every = -(-int(np.count_nonzero(heavy)) // FINE)
+    chosen = heavy if every == 1 else heavy & (np.cumsum(heavy) % every == 0)
+    chosen = chosen.copy()
     chosen[::COARSE] = True
     chosen[0] = chosen[-1] = True
     indices = np.flatnonzero(chosen)

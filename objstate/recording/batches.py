@@ -10,12 +10,14 @@ import json
 import shutil
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from objstate.errors import ResultError
+from objstate.recording.parquet import read_parquet
 from objstate.recording.results import MARK, whole
-from objstate.recording.tables import ESTIMATES
+from objstate.recording.tables import ESTIMATES, KNOWN_COORDINATES
 
 if TYPE_CHECKING:
     import polars as pl
@@ -127,15 +129,36 @@ def scan_batch(folder: str | Path) -> pl.LazyFrame:
     return pl.concat(frames, how="diagonal")
 
 
-def read_table(folder: str | Path, name: str) -> pl.DataFrame:
-    """``summary.parquet`` or ``timings.parquet`` of a batch. Raises ResultError."""
+@cache
+def summary_schema() -> pl.Schema:
+    """Names and types of the columns of ``summary.parquet``."""
     import polars as pl
 
-    path = Path(folder) / name
-    try:
-        return pl.read_parquet(path)
-    except (OSError, pl.exceptions.PolarsError) as error:
-        raise ResultError(f"{path} can't be read ({error}); run `objstate batch` again.") from error
+    text, count, number = pl.String(), pl.Int64(), pl.Float64()
+    columns: dict[str, Any] = dict.fromkeys(("log", "status", "reason", "source", "building"), text)
+    columns["log_seconds"] = number
+    columns |= dict.fromkeys(("scans", "estimates", "objects_observed"), count)
+    columns |= {"lost_seconds": number, "warnings": pl.List(text), "truth_problem": text}
+    for coordinate in KNOWN_COORDINATES:
+        columns[f"{coordinate}_count"] = count
+        columns |= dict.fromkeys((f"{coordinate}_error", f"{coordinate}_coverage"), number)
+    return pl.Schema(columns | {"robot_error": number})
+
+
+@cache
+def timings_schema() -> pl.Schema:
+    """Names and types of the columns of ``timings.parquet``."""
+    import polars as pl
+
+    columns: dict[str, Any] = {"log": pl.String(), "attempts": pl.Int64()}
+    numbers = ("elapsed_seconds", "speed", "peak_memory_mb")
+    return pl.Schema(columns | dict.fromkeys(numbers, pl.Float64()))
+
+
+def read_summary_table(folder: str | Path) -> pl.DataFrame:
+    """``summary.parquet`` of a batch. Raises ResultError where there is none."""
+    cure = "run `objstate batch` to its end"
+    return read_parquet(Path(folder) / SUMMARY_TABLE, summary_schema(), cure)
 
 
 def _write_json(path: Path, content: Mapping[str, Any]) -> None:

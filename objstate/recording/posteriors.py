@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from objstate.errors import ResultError
 from objstate.geometry import FloatArray
+from objstate.recording.parquet import read_parquet
 from objstate.recording.spool import ROWS_IN_MEMORY, Spool
 
 if TYPE_CHECKING:
@@ -70,20 +70,5 @@ class PosteriorWriter(Spool):
 
 def read_posteriors(folder: str | Path) -> pl.DataFrame:
     """The posteriors of a result folder. Raises ResultError where there are none."""
-    import polars as pl
-
-    path = Path(folder) / POSTERIORS
-    if not path.is_file():
-        raise ResultError(
-            f"{folder} holds no {POSTERIORS}; make the result anew with `objstate estimate`."
-        )
-    try:
-        frame = pl.read_parquet(path)
-    except pl.exceptions.PolarsError as error:
-        raise ResultError(f"{path} is not a Parquet file that can be read: {error}.") from error
-    if frame.schema != posterior_schema():
-        raise ResultError(
-            f"{path} has the columns {dict(frame.schema)} instead of {dict(posterior_schema())}; "
-            "make it anew with `objstate estimate`."
-        )
-    return frame
+    cure = "make the result anew with `objstate estimate`"
+    return read_parquet(Path(folder) / POSTERIORS, posterior_schema(), cure)

@@ -10,7 +10,8 @@ from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from objstate.errors import ResultError, TruthError
+from objstate.errors import TruthError
+from objstate.recording.parquet import read_parquet
 from objstate.recording.spool import ROWS_IN_MEMORY, Spool
 from objstate.records import Estimate, TrueState
 
@@ -70,21 +71,8 @@ class EstimateWriter(Spool):
 
 def read_estimates(folder: str | Path) -> pl.DataFrame:
     """The estimates of a result folder. Raises ResultError where there are none."""
-    import polars as pl
-
-    path = Path(folder) / ESTIMATES
-    if not path.is_file():
-        raise ResultError(f"{folder} holds no {ESTIMATES}; make it with `objstate estimate`.")
-    try:
-        frame = pl.read_parquet(path)
-    except pl.exceptions.PolarsError as error:
-        raise ResultError(f"{path} is not a Parquet file that can be read: {error}.") from error
-    if frame.schema != estimate_schema():
-        raise ResultError(
-            f"{path} has the columns {dict(frame.schema)} instead of {dict(estimate_schema())}; "
-            "make it anew with `objstate estimate`."
-        )
-    return frame
+    cure = "make it with `objstate estimate`"
+    return read_parquet(Path(folder) / ESTIMATES, estimate_schema(), cure)
 
 
 def write_truth(path: str | Path, rows: Iterable[TrueState]) -> None:

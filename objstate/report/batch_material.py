@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from objstate.building import load_building
 from objstate.building.model import Building
-from objstate.errors import ObjstateError, ResultError
+from objstate.errors import ObjstateError
 from objstate.evaluation import LatestState, latest_states, read_lost
 from objstate.recording.batches import (
-    SUMMARY_TABLE,
     BatchLog,
     Outcome,
     read_logs,
     read_outcome,
+    read_summary_table,
     result_of,
 )
 from objstate.recording.summary import read_summary
@@ -23,9 +23,6 @@ from objstate.recording.tables import read_estimates, read_truth
 from objstate.recording.tum import TRAJECTORY, read_tum
 from objstate.records import Path as RobotPath
 from objstate.report.coverage import Coverage, coverages
-
-if TYPE_CHECKING:
-    import polars as pl
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,20 +65,11 @@ def read_batch(folder: str | Path, building: str | Path | None = None) -> BatchM
     return BatchMaterial(
         folder=folder,
         outcomes=outcomes,
-        rows={row["log"]: row for row in _summary(folder).iter_rows(named=True)},
+        rows={row["log"]: row for row in read_summary_table(folder).iter_rows(named=True)},
         done=[_read_done(folder, log, doubts) for log in finished],
         buildings=_buildings([log.building for log in finished], building, doubts),
         doubts=tuple(dict.fromkeys(doubts)),
     )
-
-
-def _summary(folder: Path) -> pl.DataFrame:
-    import polars as pl
-
-    path = folder / SUMMARY_TABLE
-    if not path.is_file():
-        raise ResultError(f"{folder} holds no {SUMMARY_TABLE}; run `objstate batch` to its end.")
-    return pl.read_parquet(path)
 
 
 def _read_done(folder: Path, log: BatchLog, doubts: list[str]) -> DoneLog:

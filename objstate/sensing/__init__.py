@@ -2,7 +2,8 @@
 
 from objstate.sensing.beam_model import BeamModel
 from objstate.sensing.expected import ExpectedRanges, cast_from
-from objstate.sensing.view import Comparison, ScanView, Sensing, UncertainObject
+from objstate.sensing.level import UncertainObject
+from objstate.sensing.view import Comparison, ScanView, Sensing
 
 __all__ = [
     "BeamModel",

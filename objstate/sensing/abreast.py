@@ -11,11 +11,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from objstate.compiling import njit
 from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.sensing.kernels import (
-    BEARING,
     CENTRE_X,
     CENTRE_Y,
     COS,
@@ -24,7 +23,6 @@ from objstate.sensing.kernels import (
     GAUSSIAN,
     GRAZING,
     HIT,
-    LARGE,
     LEAST_DENSITY,
     MEASURED,
     MISSING,
@@ -49,10 +47,8 @@ from objstate.sensing.kernels import (
 
 DECADES = 150.0  # by which a product may grow or shrink before its logarithm is taken
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-_compile_finite = njit(
-    cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nnan", "nsz"}
-)
+_compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
+_compile_finite = njit(nogil=True, error_model="numpy", fastmath={"contract", "nnan", "nsz"})
 
 
 @_compile
@@ -97,11 +93,16 @@ def _hit_densities(
 
 @_compile
 def _densities(
-    expected: FloatArray, measured: float, floor: float, short: float, out: FloatArray
+    hit: FloatArray,
+    expected: FloatArray,
+    measured: float,
+    floor: float,
+    short: float,
+    out: FloatArray,
 ) -> None:
-    """Add the densities of random readings and of those that were stopped short to ``out`` (p,)."""
+    """Densities ``out`` (p,): of hits, of random readings, and of those that were stopped short."""
     for p in range(out.shape[0]):
-        out[p] += floor + (short if measured < expected[p] else 0.0)
+        out[p] = hit[p] + floor + (short if measured < expected[p] else 0.0)
 
 
 @_compile
@@ -120,11 +121,10 @@ def _multiply(
 
 @_compile
 def _flush(product: FloatArray, change: FloatArray) -> None:
-    """Move those products (p,) that leave the range of numbers into their logarithms."""
+    """Move the products (p,) into their logarithms."""
     for p in range(product.shape[0]):
-        if product[p] < SMALL or product[p] > LARGE:
-            change[p] += np.log(product[p])
-            product[p] = 1.0
+        change[p] += np.log(product[p])
+        product[p] = 1.0
 
 
 @_compile
@@ -210,7 +210,7 @@ def _look_behind(
             per_density[p] = 1.0 / (floor + clear)
     else:
         _hit_densities(without, measured, model, per_density)
-        _densities(without, measured, floor, short, per_density)
+        _densities(per_density, without, measured, floor, short, per_density)
         for p in range(chosen.shape[0]):
             per_density[p] = 1.0 / per_density[p]
     for p in range(chosen.shape[0]):
@@ -221,7 +221,10 @@ def _look_behind(
 def _middle(lasers: FloatArray, middle: FloatArray) -> Any:
     """The mean of lasers' poses (4, p), and how far positions stray from it, m."""
     for row in range(4):
-        middle[row] = lasers[row].mean()
+        total = 0.0
+        for p in range(lasers.shape[1]):
+            total += lasers[row, p]
+        middle[row] = total / lasers.shape[1]
     length = max(np.hypot(middle[COS], middle[SIN]), SMALL)
     middle[COS] /= length
     middle[SIN] /= length
@@ -307,7 +310,164 @@ def _is_behind(ax: float, ay: float, bx: float, by: float, strayed: float) -> An
 
 
 @_compile
-def _change(
+def _at_once(short: FloatArray, model: FloatArray) -> Any:
+    """How many beams' densities can be multiplied before their product leaves the floats."""
+    highest = model[PEAK] + model[HIT] + model[RANDOM] + model[MISSING]
+    for i in range(short.shape[0]):
+        highest = max(highest, model[PEAK] + model[RANDOM] + short[i])
+    lowest = max(min(_floor(0.0, model), _floor(np.inf, model)), SMALL)
+    return max(1, int(DECADES / max(np.log10(highest / lowest), 1.0)))
+
+
+@_compile
+def _turned(lasers: FloatArray, normal: FloatArray, nx: FloatArray, ny: FloatArray) -> None:
+    """A direction (2,) in the building, as seen from each laser's pose (4, p)."""
+    for p in range(nx.shape[0]):
+        nx[p] = lasers[COS, p] * normal[0] + lasers[SIN, p] * normal[1]
+        ny[p] = lasers[COS, p] * normal[1] - lasers[SIN, p] * normal[0]
+
+
+@_compile
+def _lasers(poses: FloatArray, chosen: IntArray, sweep: FloatArray) -> Any:
+    """Where the sweep's centre is (4, p) when the robot stands at the chosen poses."""
+    lasers = np.empty((4, chosen.shape[0]))
+    for p in range(chosen.shape[0]):
+        cos, sin = poses[chosen[p], COS], poses[chosen[p], SIN]
+        lasers[X, p] = poses[chosen[p], X] + cos * sweep[CENTRE_X] - sin * sweep[CENTRE_Y]
+        lasers[Y, p] = poses[chosen[p], Y] + sin * sweep[CENTRE_X] + cos * sweep[CENTRE_Y]
+        lasers[COS, p], lasers[SIN, p] = cos, sin
+    return lasers
+
+
+@_compile
+def _seen_from(
+    middle: FloatArray, place: FloatArray, outline: FloatArray, seen: FloatArray
+) -> None:
+    """The ends ``seen`` (k, 4) of an outline that stands at a place (4,), from a laser's pose (4,)."""
+    dx, dy = place[X] - middle[X], place[Y] - middle[Y]
+    x, y = middle[COS] * dx + middle[SIN] * dy, middle[COS] * dy - middle[SIN] * dx
+    cos = place[COS] * middle[COS] + place[SIN] * middle[SIN]
+    sin = place[SIN] * middle[COS] - place[COS] * middle[SIN]
+    for j in range(outline.shape[0]):
+        for end in range(0, 4, 2):
+            seen[j, end] = x + cos * outline[j, end] - sin * outline[j, end + 1]
+            seen[j, end + 1] = y + sin * outline[j, end] + cos * outline[j, end + 1]
+
+
+@_compile
+def _project(
+    lasers: FloatArray,
+    middle: FloatArray,
+    strayed: float,
+    place: FloatArray,
+    outline: FloatArray,
+    convex: bool,
+    beams: FloatArray,
+    index: IntArray,
+    spread: float,
+    nearest: FloatArray,
+    is_touched: BoolArray,
+) -> None:
+    """Let each beam keep the nearer of ``nearest`` (n, p) and an outline (k, 4) at a place (4,).
+
+    ``is_touched`` (n,) is set for the beams that may meet the outline from some of the lasers'
+    poses (4, p), which stray so far from their middle (4,).
+    """
+    size, count = lasers.shape[1], beams.shape[1]
+    x, y, cos, sin = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
+    ax, ay, bx, by = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
+    ex, ey = np.empty(size), np.empty(size)
+    for p in range(size):
+        dx, dy = place[X] - lasers[X, p], place[Y] - lasers[Y, p]
+        x[p] = lasers[COS, p] * dx + lasers[SIN, p] * dy
+        y[p] = lasers[COS, p] * dy - lasers[SIN, p] * dx
+    for p in range(size):
+        cos[p] = place[COS] * lasers[COS, p] + place[SIN] * lasers[SIN, p]
+        sin[p] = place[SIN] * lasers[COS, p] - place[COS] * lasers[SIN, p]
+    seen = np.empty((outline.shape[0], 4))
+    _seen_from(middle, place, outline, seen)
+    sides = np.zeros(outline.shape[0], dtype=np.int64)
+    if convex:
+        for j in range(outline.shape[0]):
+            sides[j] = _is_behind(seen[j, 0], seen[j, 1], seen[j, 2], seen[j, 3], strayed + spread)
+    is_outside = False
+    for j in range(outline.shape[0]):
+        is_outside |= sides[j] < 0
+    for j in range(outline.shape[0]):
+        if is_outside and sides[j] > 0:  # from outside, only the near sides are seen
+            continue
+        along_x, along_y = outline[j, 2] - outline[j, 0], outline[j, 3] - outline[j, 1]
+        for p in range(size):
+            ax[p] = x[p] + cos[p] * outline[j, 0] - sin[p] * outline[j, 1]
+            ay[p] = y[p] + sin[p] * outline[j, 0] + cos[p] * outline[j, 1]
+        for p in range(size):
+            ex[p] = cos[p] * along_x - sin[p] * along_y
+            ey[p] = sin[p] * along_x + cos[p] * along_y
+        for p in range(size):
+            bx[p], by[p] = ax[p] + ex[p], ay[p] + ey[p]
+        first, touched = _covered(
+            seen[j],
+            _turns(ax, ay, seen[j, 0], seen[j, 1]),
+            _turns(bx, by, seen[j, 2], seen[j, 3]),
+            strayed,
+            spread,
+            beams,
+            index,
+        )
+        length = abs(along_x) + abs(along_y)
+        slack, least = SLACK / length, (SLACK * length) ** 2
+        for step in range(touched):
+            i = first + step
+            i -= count if i >= count else 0
+            _hit(ax, ay, ex, ey, beams[:, i], slack, least, nearest[i])
+            is_touched[i] = True
+
+
+@_compile
+def cast(
+    poses: FloatArray,
+    place: FloatArray,
+    outline: FloatArray,
+    convex: bool,
+    beams: FloatArray,
+    index: IntArray,
+    sweep: FloatArray,
+    order: IntArray,
+    out: FloatArray,
+) -> None:
+    """Ranges ``out`` (p, n) from poses (p, 4) close together to an outline (k, 4) at a place (4,).
+
+    ``out`` is in the scan's own order, of which sorted beam i is ``order[i]``.
+    """
+    everyone = np.empty(poses.shape[0], dtype=np.int64)
+    for p in range(poses.shape[0]):
+        everyone[p] = p
+    lasers = _lasers(poses, everyone, sweep)
+    middle, count = np.empty(4), beams.shape[1]
+    strayed = _middle(lasers, middle)
+    nearest = np.empty((count, poses.shape[0]))
+    nearest.fill(np.inf)
+    is_touched = np.zeros(count, dtype=np.bool_)
+    _project(
+        lasers,
+        middle,
+        strayed,
+        place,
+        outline,
+        convex,
+        beams,
+        index,
+        sweep[SPREAD],
+        nearest,
+        is_touched,
+    )
+    for i in range(count):
+        for p in range(poses.shape[0]):
+            out[p, order[i]] = nearest[i, p]
+
+
+@_compile
+def object_log_likelihood(
     chosen: IntArray,
     states: IntArray,
     poses: FloatArray,
@@ -326,90 +486,51 @@ def _change(
     out: FloatArray,
     bears: BoolArray,
 ) -> None:
-    """The change of log-likelihood ``out`` (s, p) for some states (s,), from some poses (p,)."""
+    """Change in log p(o | s, l) that an object makes, over the background alone: ``out`` (s, p).
+
+    Its ``states`` (s,) are rows of ``placements`` and ``normals``, its poses ``chosen`` (p,) rows of
+    ``poses`` and ``background``: what the beams (p, n) read without the object, in the scan's own
+    order, of which sorted beam i is ``order[i]``. Beams that the object doesn't touch contribute
+    the same to every state (section 3 of Schulz and Burgard 2001) and are left out. ``bears`` (n,)
+    is set where a beam touches the object in some state and isn't stopped before reaching it.
+
+    The likelihood has the exponent ``tempering``. The object may stand ``shift_std`` m
+    aside of its placement, along the unit normal ``normals[s]`` of its long side: an
+    error that all its beams share. A range grows with the shift by 1 over the cosine
+    of its incidence, so the readings speak of the shift as a Gaussian, and the average
+    has a closed form.
+    """
     size, count = chosen.shape[0], beams.shape[1]
-    lasers, middle = np.empty((4, size)), np.empty(4)
-    for p in range(size):
-        cos, sin = poses[chosen[p], COS], poses[chosen[p], SIN]
-        lasers[X, p] = poses[chosen[p], X] + cos * sweep[CENTRE_X] - sin * sweep[CENTRE_Y]
-        lasers[Y, p] = poses[chosen[p], Y] + sin * sweep[CENTRE_X] + cos * sweep[CENTRE_Y]
-        lasers[COS, p], lasers[SIN, p] = cos, sin
+    lasers, middle = _lasers(poses, chosen, sweep), np.empty(4)
     strayed = _middle(lasers, middle)
-    nearest = np.full((count, size), np.inf)
+    nearest = np.empty((count, size))
+    nearest.fill(np.inf)
     without, per_density = np.empty((count, size)), np.empty((count, size))
     is_known, is_touched = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_)
-    x, y, cos, sin = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
-    ax, ay, bx, by = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
-    ex, ey = np.empty(size), np.empty(size)
     nx, ny, per_shift = np.empty(size), np.empty(size), np.empty(size)
     hit, dense, product, change = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
     gradient, curvature = np.empty(size), np.empty(size)
     near, variance = NEAR_SIGMAS / model[PER_SIGMA], shift_std * shift_std
-    precision = tempering * model[PER_SIGMA] * model[PER_SIGMA]
-    lowest = max(min(_floor(0.0, model), _floor(np.inf, model)), SMALL)
-    highest = model[PEAK] + model[HIT] + model[RANDOM] + model[MISSING] + beams[SHORT].max()
-    at_once = max(1, int(DECADES / max(np.log10(highest / lowest), 1.0)))
+    at_once = _at_once(beams[SHORT], model)
     for k in range(states.shape[0]):
-        place = placements[states[k]]
-        for p in range(size):
-            x[p] = lasers[COS, p] * (place[X] - lasers[X, p]) + lasers[SIN, p] * (
-                place[Y] - lasers[Y, p]
-            )
-            y[p] = lasers[COS, p] * (place[Y] - lasers[Y, p]) - lasers[SIN, p] * (
-                place[X] - lasers[X, p]
-            )
-            cos[p] = place[COS] * lasers[COS, p] + place[SIN] * lasers[SIN, p]
-            sin[p] = place[SIN] * lasers[COS, p] - place[COS] * lasers[SIN, p]
-        dx, dy = place[X] - middle[X], place[Y] - middle[Y]
-        to_x, to_y = middle[COS] * dx + middle[SIN] * dy, middle[COS] * dy - middle[SIN] * dx
-        turn_cos = place[COS] * middle[COS] + place[SIN] * middle[SIN]
-        turn_sin = place[SIN] * middle[COS] - place[COS] * middle[SIN]
-        seen = np.empty((outline.shape[0], 4))  # the outline from the middle
-        sides = np.zeros(outline.shape[0], dtype=np.int64)
-        for j in range(outline.shape[0]):
-            for end in range(0, 4, 2):
-                seen[j, end] = to_x + turn_cos * outline[j, end] - turn_sin * outline[j, end + 1]
-                seen[j, end + 1] = (
-                    to_y + turn_sin * outline[j, end] + turn_cos * outline[j, end + 1]
-                )
-            if convex:
-                sides[j] = _is_behind(seen[j, 0], seen[j, 1], seen[j, 2], seen[j, 3], strayed)
-        is_outside = sides.size > 0 and sides.min() < 0
-        for j in range(outline.shape[0]):
-            if is_outside and sides[j] > 0:  # from outside, only the near sides are seen
-                continue
-            along_x, along_y = outline[j, 2] - outline[j, 0], outline[j, 3] - outline[j, 1]
-            for p in range(size):
-                ax[p] = x[p] + cos[p] * outline[j, 0] - sin[p] * outline[j, 1]
-                ay[p] = y[p] + sin[p] * outline[j, 0] + cos[p] * outline[j, 1]
-            for p in range(size):
-                ex[p] = cos[p] * along_x - sin[p] * along_y
-                ey[p] = sin[p] * along_x + cos[p] * along_y
-            for p in range(size):
-                bx[p], by[p] = ax[p] + ex[p], ay[p] + ey[p]
-            first, touched = _covered(
-                seen[j],
-                _turns(ax, ay, seen[j, 0], seen[j, 1]),
-                _turns(bx, by, seen[j, 2], seen[j, 3]),
-                strayed,
-                sweep[SPREAD],
-                beams,
-                index,
-            )
-            length = abs(along_x) + abs(along_y)
-            slack, least = SLACK / length, (SLACK * length) ** 2
-            for step in range(touched):
-                i = first + step
-                i -= count if i >= count else 0
-                _hit(ax, ay, ex, ey, beams[:, i], slack, least, nearest[i])
-                is_touched[i] = True
-        for p in range(size):
-            nx[p] = lasers[COS, p] * normals[states[k], 0] + lasers[SIN, p] * normals[states[k], 1]
-            ny[p] = lasers[COS, p] * normals[states[k], 1] - lasers[SIN, p] * normals[states[k], 0]
-        product[:] = 1.0
-        change[:] = 0.0
-        gradient[:] = 0.0
-        curvature[:] = 0.0
+        _project(
+            lasers,
+            middle,
+            strayed,
+            placements[states[k]],
+            outline,
+            convex,
+            beams,
+            index,
+            sweep[SPREAD],
+            nearest,
+            is_touched,
+        )
+        _turned(lasers, normals[states[k]], nx, ny)
+        product.fill(1.0)
+        change.fill(0.0)
+        gradient.fill(0.0)
+        curvature.fill(0.0)
         taken = 0
         for i in range(count):
             if not is_touched[i]:
@@ -431,18 +552,12 @@ def _change(
                 )
                 is_known[i] = True
             if not _touches(nearest[i], without[i], np.inf):
-                nearest[i] = np.inf
+                nearest[i].fill(np.inf)
                 continue
             if not bears[i]:
                 bears[i] = _touches(nearest[i], without[i], beams[MEASURED, i] + near)
-            floor = _floor(measured, model)
-            if measured == np.inf:
-                hit[:] = 0.0
-                dense[:] = floor
-            else:
-                _hit_densities(nearest[i], measured, model, hit)
-                dense[:] = hit
-                _densities(nearest[i], measured, floor, short, dense)
+            _hit_densities(nearest[i], measured, model, hit)
+            _densities(hit, nearest[i], measured, _floor(measured, model), short, dense)
             _multiply(dense, per_density[i], nearest[i], without[i], product)
             taken += 1
             if taken % at_once == 0:
@@ -451,79 +566,12 @@ def _change(
                 _per_shift(nx, ny, beams[:, i], nearest[i], without[i], per_shift)
                 _pull(hit, dense, per_shift, nearest[i], measured, gradient)
                 _hold(hit, per_shift, curvature)
-            nearest[i] = np.inf
+            nearest[i].fill(np.inf)
+        _flush(product, change)
+        precision = tempering * model[PER_SIGMA] * model[PER_SIGMA]
         for p in range(size):
-            told = tempering * (change[p] + np.log(product[p]))
             surely = 1.0 + precision * curvature[p] * variance
             pulled = precision * gradient[p]
-            out[k, p] = told + 0.5 * (pulled * pulled * variance / surely - np.log(surely))
-
-
-@_compile
-def object_log_likelihood(
-    poses: FloatArray,
-    placements: FloatArray,
-    normals: FloatArray,
-    whole: BoolArray,
-    few: IntArray,
-    outline: FloatArray,
-    convex: bool,
-    background: FloatArray,
-    order: IntArray,
-    beams: FloatArray,
-    index: IntArray,
-    sweep: FloatArray,
-    model: FloatArray,
-    shift_std: float,
-    tempering: float,
-    out: FloatArray,
-    bears: BoolArray,
-) -> None:
-    """Change in log p(o | s, l) that an object makes, over the background alone: ``out`` (p, s).
-
-    ``background`` (p, n) is what the beams read without the object, in the scan's own
-    order; sorted beam i is the scan's ``order[i]``. Beams that the object
-    doesn't touch contribute the same to every state (section 3 of Schulz and
-    Burgard 2001) and are left out. ``bears`` (n,) is set where a beam touches the
-    object in some state and isn't stopped before reaching it.
-
-    The likelihood has the exponent ``tempering``. The object may stand ``shift_std`` m
-    aside of its placement, along the unit normal ``normals[s]`` of its long side: an
-    error that all its beams share. A range grows with the shift by 1 over the cosine
-    of its incidence, so the readings speak of the shift as a Gaussian, and the average
-    has a closed form. States that aren't ``whole`` are cast from the poses ``few``
-    alone; their mean likelihood serves for all.
-    """
-    for is_whole in (True, False):
-        states = np.flatnonzero(whole == is_whole)
-        if states.shape[0] == 0:
-            continue
-        chosen = np.arange(poses.shape[0]) if is_whole else few
-        change = np.empty((states.shape[0], chosen.shape[0]))
-        _change(
-            chosen,
-            states,
-            poses,
-            placements,
-            normals,
-            outline,
-            convex,
-            background,
-            order,
-            beams,
-            index,
-            sweep,
-            model,
-            shift_std,
-            tempering,
-            change,
-            bears,
-        )
-        for k in range(states.shape[0]):
-            if is_whole:
-                for p in range(poses.shape[0]):
-                    out[p, states[k]] = change[k, p]
-            else:
-                top = change[k].max()
-                mean = np.exp(change[k] - top).mean()
-                out[:, states[k]] = top + np.log(mean)
+            out[k, p] = tempering * change[p] + 0.5 * (
+                pulled * pulled * variance / surely - np.log(surely)
+            )

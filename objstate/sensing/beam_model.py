@@ -8,6 +8,7 @@ robot's pose and the map (eq. 10), which a tempering exponent below one corrects
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -27,11 +28,12 @@ class BeamModel:
 
     def parameters(self, range_max: float) -> FloatArray:
         """(7,) the model as the kernels take it, for a laser that sees up to ``range_max`` m."""
-        hit, _, missing, random = self._shares
+        hit, _, missing, random = self._shares.tolist()
+        sigma = self.sigma_hit
         return np.array(
             [
-                hit / (self.sigma_hit * np.sqrt(2.0 * np.pi)),
-                1.0 / self.sigma_hit,
+                hit / (sigma * math.sqrt(2.0 * math.pi)),
+                1.0 / sigma,
                 random / range_max,
                 missing,
                 hit,
@@ -57,12 +59,14 @@ class BeamModel:
 
     def blurred(self, blur: float) -> BeamModel:
         """The model with ``sigma_hit`` widened by ``blur`` m, as variances add."""
-        return BeamModel(self.settings, float(np.hypot(self.blur, blur)))
+        model = BeamModel(self.settings, math.hypot(self.blur, blur))
+        model.__dict__["_shares"] = self._shares  # the same: the cache is filled with it
+        return model
 
     @property
     def sigma_hit(self) -> float:
         """Standard deviation of a hit, m, blur included."""
-        return float(np.hypot(self.settings.sigma_hit, self.blur))
+        return math.hypot(self.settings.sigma_hit, self.blur)
 
     def fit(self, log_likelihood: float, measured: FloatArray, range_max: float) -> float:
         """How well ranges (n,) with that log-likelihood are explained.

@@ -2,14 +2,39 @@
 
 from __future__ import annotations
 
+from functools import cache
+from typing import TYPE_CHECKING
+
 import numpy as np
-from embreex.mesh_construction import TriangleMesh
-from embreex.rtcore_scene import EmbreeScene
 
 from objstate.building.model import Mesh
+from objstate.errors import PlatformError
 from objstate.geometry import FloatArray
 
+if TYPE_CHECKING:
+    from embreex.rtcore_scene import EmbreeScene
+
 MISS = 1e36  # embreex reads 1e37 where a ray hits nothing
+
+
+@cache
+def why_no_embree() -> str | None:
+    """Why embreex can't be loaded, or None where it can."""
+    try:
+        import embreex.mesh_construction
+        import embreex.rtcore_scene  # noqa: F401
+    except ImportError as error:
+        return str(error)
+    return None
+
+
+def needs_embree(what: str) -> PlatformError:
+    """The error that tells ``what`` can't be cast without Embree."""
+    return PlatformError(
+        f"{what}: only embreex casts that, and it can't be loaded here ({why_no_embree()}). Where "
+        "there is no wheel of it, as for Linux on Arm, build it from source, or leave lasers that "
+        "aren't level out (--topics). Level lasers do without."
+    )
 
 
 class EmbreeCaster:
@@ -24,6 +49,9 @@ class EmbreeCaster:
         self._centre = np.zeros(3)
         if len(mesh.faces) == 0:
             return
+        from embreex.mesh_construction import TriangleMesh
+        from embreex.rtcore_scene import EmbreeScene
+
         self._centre = (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0)) / 2
         vertices = np.ascontiguousarray(mesh.vertices - self._centre, dtype=np.float32)
         self._scene = EmbreeScene(robust=True)

@@ -11,10 +11,10 @@ from functools import cache
 
 import numpy as np
 
-from objstate.building.model import Building
+from objstate.building.model import Building, MovableObject
 from objstate.geometry import FloatArray, invert, transform_from_pose
 from objstate.records import Rays
-from objstate.sensing.embree import EmbreeCaster
+from objstate.sensing.casters import Caster, caster_of
 
 
 class ExpectedRanges:
@@ -22,8 +22,8 @@ class ExpectedRanges:
 
     def __init__(self, building: Building) -> None:
         self.building = building
-        self._walls = EmbreeCaster(building.walls)
-        self._object_caster = cache(lambda name: EmbreeCaster(building[name].mesh))
+        self._walls = caster_of(building.walls)
+        self._object_caster = cache(lambda name: _caster_of(building[name]))
 
     def walls(self, poses: FloatArray, rays: Rays) -> FloatArray:
         """Ranges (p, n) m to the fixed walls from robot poses (p, 3); inf where there are none."""
@@ -45,6 +45,10 @@ class ExpectedRanges:
         for name, state in states.items():
             nearest = np.minimum(nearest, self.object(name, state[None], poses, rays)[:, 0])
         return nearest
+
+
+def _caster_of(item: MovableObject) -> Caster:
+    return caster_of(item.mesh, upright=item.transforms(item.home[None])[0, :3, :3])
 
 
 def cast_from(base: FloatArray, rays: Rays) -> tuple[FloatArray, FloatArray]:

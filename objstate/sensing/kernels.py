@@ -18,8 +18,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from objstate.compiling import njit
 from objstate.geometry import BoolArray, FloatArray, IntArray
 
 BEARING, DIRECTION_X, DIRECTION_Y, ORIGIN_X, ORIGIN_Y, MEASURED, SHORT = range(7)
@@ -32,11 +32,10 @@ FLAT_BELL = 36.0  # exponent from which the bell is flat: 2e-16 of its height
 NEAR_SIGMAS = 4.0  # a range shorter than this many sigmas before an object was stopped by another
 LEAST_DENSITY = 1e-100  # of the pure Gaussian, which has no floor of its own (21 sigmas)
 SMALL, LARGE = 1e-200, 1e200  # products are kept between these: one density more is still a float
-LEAST_EVIDENCE = 1e-250
 GRAZING = 0.1  # cosine of incidence below which a range says nothing of a shift of the surface
 LEAST_SHARE = 1e-12  # what rounding may leave of one when all shares are taken away
 
-_compile = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+_compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 
 
 @_compile
@@ -323,54 +322,29 @@ def mark_seen(
 ) -> None:
     """Set ``seen`` (k,) for the segments of an outline (k, 4) that some beam hits from some pose."""
     fixed = np.array([0.0, 0.0, 1.0, 0.0])
-    alone = np.full(beams.shape[1], np.inf)
+    alone, nearest = np.full(beams.shape[1], np.inf), np.empty(beams.shape[1])
+    by = np.empty(beams.shape[1], dtype=np.int64)  # which segment each beam hits
     for p in range(poses.shape[0]):
-        nearest = np.full(beams.shape[1], np.inf)
-        _project_outline(poses[p], fixed, outline, False, beams, index, sweep, nearest)
+        for i in range(beams.shape[1]):
+            nearest[i], by[i] = np.inf, -1
         for k in range(outline.shape[0]):
             first, last = _project_outline(
                 poses[p], fixed, outline[k : k + 1], False, beams, index, sweep, alone
             )
             for i in range(first, last):
-                seen[k] |= alone[i] <= nearest[i] and alone[i] < np.inf
+                if alone[i] < nearest[i]:
+                    nearest[i], by[i] = alone[i], k
                 alone[i] = np.inf
-
-
-@_compile
-def condition(
-    given: FloatArray, chosen: IntArray, log_likelihood: FloatArray, evidence: FloatArray
-) -> None:
-    """Bayes' rule in every row of ``given`` (p, n), with its log ``evidence`` (p,).
-
-    ``log_likelihood`` (p, k) is known at the ascending states ``chosen`` (k,), the first
-    and the last among them; between them the likelihood is linear.
-    """
-    factors = np.empty(given.shape[1])
-    for p in range(given.shape[0]):
-        top = log_likelihood[p].max()
-        left = np.exp(log_likelihood[p, 0] - top)
-        factors[0] = left
-        for k in range(1, chosen.shape[0]):
-            right = np.exp(log_likelihood[p, k] - top)
-            begin, steps = chosen[k - 1], chosen[k] - chosen[k - 1]
-            for j in range(1, steps + 1):
-                factors[begin + j] = (left * (steps - j) + right * j) / steps
-            left = right
-        total = 0.0
-        for j in range(given.shape[1]):
-            total += given[p, j] * factors[j]
-        if total < LEAST_EVIDENCE:  # this row can't have read it: its pose is wrong, not its states
-            evidence[p] = top + np.log(LEAST_EVIDENCE)
-            continue
-        for j in range(given.shape[1]):
-            given[p, j] *= factors[j] / total
-        evidence[p] = top + np.log(total)
+        for i in range(beams.shape[1]):
+            if by[i] >= 0:
+                seen[by[i]] = True
 
 
 @_compile
 def pose_log_likelihood(
     poses: FloatArray,
-    walls: FloatArray,
+    expected: FloatArray,
+    order: IntArray,
     outlines: FloatArray,
     outline_ends: IntArray,
     convex: BoolArray,
@@ -387,8 +361,8 @@ def pose_log_likelihood(
 
     Object j has the rows of ``outlines`` up to ``outline_ends[j]``, is ``convex[j]`` or
     not, and may stand at the ``placements`` up to ``placement_ends[j]``, with weights ``shares``. Where it is
-    nearer than the ``walls`` (k, 4), it is what the beam should read; else the beam
-    keeps the likelihood it had.
+    nearer than what is ``expected`` (p, n) of all else, it is what the beam should read; else the
+    beam keeps the likelihood it had. Sorted beam i has the column ``order[i]`` of it.
     """
     count = beams.shape[1]
     nearest = np.empty(count)
@@ -396,10 +370,9 @@ def pose_log_likelihood(
     likelihood = np.empty(count)
     mixed = np.zeros(count)
     kept = np.ones(count)
-    fixed = np.array([0.0, 0.0, 1.0, 0.0])
     for p in range(poses.shape[0]):
-        nearest[:] = np.inf
-        _project_outline(poses[p], fixed, walls, False, beams, index, sweep, nearest)
+        for i in range(count):
+            nearest[i] = expected[p, order[i]]
         _densities(beams[MEASURED], beams[SHORT], nearest, model, likelihood)
         outline_start, placement_start = 0, 0
         for j in range(outline_ends.shape[0]):
@@ -411,11 +384,11 @@ def pose_log_likelihood(
                 )
                 begin, end = min(begin, first), max(end, last)
                 for i in range(first, last):
-                    expected = alone[i]
+                    distance = alone[i]
                     alone[i] = np.inf
-                    if expected < nearest[i]:
+                    if distance < nearest[i]:
                         measured, short = beams[MEASURED, i], beams[SHORT, i]
-                        mixed[i] += shares[s] * density(measured, short, expected, model)
+                        mixed[i] += shares[s] * density(measured, short, distance, model)
                         kept[i] -= shares[s]
             for i in range(begin, end):
                 rest = kept[i] if kept[i] > LEAST_SHARE else 0.0

@@ -7,8 +7,8 @@ that move in the floor plane. What a level sweep sees of them are segments.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cache, cached_property
-from typing import TypeVar
+from functools import cache, cached_property, lru_cache
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,8 @@ from objstate.records import Rays
 
 T = TypeVar("T", bound=np.generic)
 
+ABREAST = 8  # poses from which ranges are cast side by side
+CLOSE = 0.5  # m or rad, if they lie no farther apart
 LEVEL = 1e-6  # rad or relative: a laser or an axis tilted by less counts as level or upright
 SAME_HEIGHT = 1e-6  # m
 INDEX_STEPS = 2  # of a sweep's index, for each beam
@@ -27,6 +29,7 @@ FLAT = 1e-9  # m^2 by which a corner may stick out of an outline that counts as 
 TOUCHING = 1e-6  # m within which ends of segments are one corner
 STRIDE = 0.5  # m the robot moves before the walls in its sight are looked up again
 WIDEST_LOOK = 4.0  # m, sides of a rectangle from which sight is tried
+LOOK_AFTER = 4  # times that a place is asked about; a search asks less often
 LOOK_SPACING = 0.5  # m between the places from which it is tried
 LOOKS = 360  # beams all round
 GLIMPSES = np.array([0.02, 0.5, 0.98])  # shares of a segment's length at which it is looked at
@@ -63,7 +66,7 @@ class Sweep:
     @cached_property
     def index(self) -> IntArray:
         """(m + 1,) first beam at or after each of m even steps of the pseudo-angle."""
-        count = INDEX_STEPS * len(self.order)
+        count = max(INDEX_STEPS * len(self.order), 1)
         steps = np.arange(count + 1) * (4.0 / count) - 2.0
         return np.searchsorted(self.rows[0], steps)
 
@@ -73,7 +76,7 @@ class Sweep:
             return self
         kept = beams[self.order]
         order = (np.cumsum(beams) - 1)[self.order[kept]]
-        return replace(self, order=order, rows=self.rows[:, kept])
+        return Sweep(self.height, order, self.rows.compress(kept, axis=1), self.centre)
 
     def beams(self, measured: FloatArray, short: FloatArray) -> FloatArray:
         """(7, n) the sorted beams as the kernels take them.
@@ -107,6 +110,22 @@ def pseudo_angles(directions: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
+class Stand:
+    """Robot poses as the kernels take them."""
+
+    poses: FloatArray  # (p, 4) x, y, cosine and sine of the yaw
+    are_close: bool  # so that what they see is cast side by side
+
+    @staticmethod
+    def of(poses: FloatArray) -> Stand:
+        """Of poses (p, 3)."""
+        are_close = len(poses) >= ABREAST and bool(
+            (poses.max(axis=0) - poses.min(axis=0)).max() < CLOSE
+        )
+        return Stand(with_trigonometry(poses), are_close)
+
+
+@dataclass(frozen=True, eq=False)
 class Neighbourhood:
     """The wall segments that matter to a laser inside a rectangle."""
 
@@ -114,6 +133,7 @@ class Neighbourhood:
     upper: FloatArray  # (2,) m
     reach: float  # m
     segments: FloatArray  # (k, 4)
+    asked: int = 1  # how often it has served
 
     def serves(self, lower: FloatArray, upper: FloatArray, reach: float) -> bool:
         """Whether it holds for places between two corners (2,), and isn't far too large for them."""
@@ -122,6 +142,24 @@ class Neighbourhood:
         inside = (self.lower <= lower).all() and (upper <= self.upper).all()
         waste = (self.upper - self.lower) - (upper - lower)
         return bool(inside and (waste <= 4.0 * STRIDE).all())
+
+    def asked_again(self) -> Neighbourhood:
+        """The same; once it is worth it, with only those segments that are seen from inside."""
+        if self.asked > LOOK_AFTER:
+            return self
+        segments, is_wide = self.segments, (self.upper - self.lower).max() > WIDEST_LOOK
+        if self.asked == LOOK_AFTER and not is_wide:
+            segments = segments[_seen(segments, self.lower, self.upper)]
+        return replace(self, segments=segments, asked=self.asked + 1)
+
+
+@dataclass(frozen=True, eq=False)
+class UncertainObject:
+    """Where an object may be, as far as a scan's other readers need to know."""
+
+    name: str
+    states: FloatArray  # (k, d)
+    shares: FloatArray  # (k,) sum to the probability that it is there at all
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,6 +170,17 @@ class ObjectOutline:
     convex: bool
 
 
+class Scenery(NamedTuple):
+    """Objects that may stand in several places each, as the kernels take them."""
+
+    outlines: FloatArray  # (k, 4) segments of one object after the other
+    outline_ends: IntArray  # (j,) where each object's segments end
+    convex: BoolArray  # (j,)
+    placements: FloatArray  # (s, 4) of one object after the other
+    placement_ends: IntArray  # (j,) where each object's placements end
+    shares: FloatArray  # (s,) their weights
+
+
 class LevelOutlines:
     """Outlines of a building's walls and objects at the heights of its level lasers."""
 
@@ -140,12 +189,19 @@ class LevelOutlines:
         self.hold = all(moves_in_plane(item) for item in building.objects.values())
         self._walls = cache(lambda height: _flat(outline(building.walls, height)))
         self._neighbourhoods: dict[float, Neighbourhood] = {}
+        self._stand: tuple[FloatArray, Stand] | None = None  # the last, with its poses (p, 3)
+
+    def stand(self, poses: FloatArray) -> Stand:
+        """Robot poses (p, 3) as the kernels take them; a scan asks for the same often."""
+        if self._stand is None or self._stand[0] is not poses:
+            self._stand = poses, Stand.of(poses)
+        return self._stand[1]
 
     def walls_in_sight(self, sweep: Sweep, poses: FloatArray, reach: float) -> FloatArray:
         """Wall segments (k, 4) that a sweep may see within ``reach`` m from robot poses (p, 3).
 
-        Sight is tried from a grid of places; from wider beliefs than ``WIDEST_LOOK``,
-        all segments in reach are given.
+        Where it is asked about again, sight is tried from a grid of places; for beliefs wider
+        than ``WIDEST_LOOK``, all segments in reach are given.
         """
         off = sweep.centre[:2]
         around = float(np.hypot(off[0], off[1]) + sweep.centre[2])
@@ -153,7 +209,9 @@ class LevelOutlines:
         known = self._neighbourhoods.get(sweep.height)
         if known is None or not known.serves(lower, upper, reach):
             known = self._neighbourhood(sweep.height, lower - STRIDE, upper + STRIDE, reach)
-            self._neighbourhoods[sweep.height] = known
+        else:
+            known = known.asked_again()
+        self._neighbourhoods[sweep.height] = known
         return known.segments
 
     def _neighbourhood(
@@ -162,8 +220,6 @@ class LevelOutlines:
         walls, middle = self._walls(height), (lower + upper) / 2
         radius = reach + float(np.hypot(*(upper - lower))) / 2
         walls = walls[_distance(walls, middle) <= radius]
-        if (upper - lower).max() <= WIDEST_LOOK:
-            walls = walls[_seen(walls, lower, upper)]
         return Neighbourhood(lower, upper, reach, np.ascontiguousarray(walls))
 
     @cache  # noqa: B019 - lives as long as the outlines it belongs to
@@ -175,6 +231,20 @@ class LevelOutlines:
         clockwise = _clockwise(segments)
         return ObjectOutline(
             _flat(segments if clockwise is None else clockwise), clockwise is not None
+        )
+
+    @lru_cache(maxsize=64)  # noqa: B019 - lives as long as the outlines it belongs to
+    def scenery(self, objects: tuple[UncertainObject, ...], height: float) -> Scenery:
+        """Objects that localization reckons with, in a laser's plane."""
+        outlines = [self.of_object(each.name, height) for each in objects]
+        places = [self.placements(each.name, each.states) for each in objects]
+        return Scenery(
+            np.concatenate([np.empty((0, 4)), *(each.segments for each in outlines)]),
+            np.cumsum([len(each.segments) for each in outlines], dtype=np.int64),
+            np.array([each.convex for each in outlines], dtype=bool),
+            with_trigonometry(np.concatenate([np.empty((0, 3)), *places])),
+            np.cumsum([len(each) for each in places], dtype=np.int64),
+            np.concatenate([np.empty(0), *(each.shares for each in objects)]),
         )
 
     def placements(self, name: str, states: FloatArray) -> FloatArray:

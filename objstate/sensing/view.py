@@ -10,23 +10,22 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from objstate.building.model import Building
+from objstate.errors import PlatformError
 from objstate.geometry import BoolArray, FloatArray, IntArray, transform_from_pose
 from objstate.records import Rays, Scan
 from objstate.sensing.beam_model import BeamModel
+from objstate.sensing.embree import needs_embree, why_no_embree
 from objstate.sensing.expected import ExpectedRanges, cast_from
-from objstate.sensing.level import LevelOutlines, ObjectOutline, Sweep, with_trigonometry
+from objstate.sensing.level import (
+    LevelOutlines,
+    ObjectOutline,
+    Sweep,
+    UncertainObject,
+    with_trigonometry,
+)
 
-GRAZING = 0.1  # cosine of incidence below which a range says nothing of a shift of the surface
+FIXED = np.array([[0.0, 0.0, 1.0, 0.0]])  # the placement of what doesn't move
 EXPLAINED_SIGMAS = 3.0  # of sigma_hit, within which a range reads what was expected
-
-
-@dataclass(frozen=True, eq=False)
-class UncertainObject:
-    """Where an object may be, as far as a scan's other readers need to know."""
-
-    name: str
-    states: FloatArray  # (k, d)
-    shares: FloatArray  # (k,) sum to the probability that it is there at all
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,11 +62,16 @@ class ScanView(Protocol):
         """log p(o | d-hat) (p,) of all beams together, for expected ranges (p, n)."""
 
     def pose_log_likelihood(
-        self, poses: FloatArray, blur: float, objects: Sequence[UncertainObject]
+        self,
+        poses: FloatArray,
+        blur: float,
+        objects: Sequence[UncertainObject],
+        walls: FloatArray | None = None,
     ) -> FloatArray:
         """log p(o | l) (p,), each beam averaged over where the objects may be.
 
-        ``blur`` m is added to the beam model's ``sigma_hit``, as variances add.
+        ``blur`` m is added to the beam model's ``sigma_hit``, as variances add. ``walls`` (p, n) m
+        saves casting them, where they are known.
         """
 
     def fit(self, log_likelihood: float, blur: float) -> float:
@@ -92,12 +96,20 @@ class Sensing:
         """The view of a scan's valid beams, or of those that ``beams`` (n,) selects."""
         chosen = scan.valid if beams is None else scan.valid & beams
         measured, sweep = scan.ranges[chosen], self._sweep(scan.rays)
+        if sweep is None and len(scan) and why_no_embree() is not None:
+            raise self._needs_embree(scan)
         if sweep is None or not len(measured):
             rays = scan.rays.take(chosen)
             return MeshView(self._expected, rays, measured, self._beam_model, scan.range_max)
-        return LevelView(
-            self._outlines, sweep.take(chosen), measured, self._beam_model, scan.range_max
-        )
+        sweep = sweep.take(chosen)
+        rows = sweep.beams(measured, self._beam_model.short(measured))
+        return LevelView(self._outlines, sweep, measured, rows, self._beam_model, scan.range_max)
+
+    def _needs_embree(self, scan: Scan) -> PlatformError:
+        """The error for a scan that outlines don't hold for."""
+        if self._outlines.hold:
+            return needs_embree(f"The beams of laser '{scan.laser}' aren't level")
+        return needs_embree(f"Some object of '{self._expected.building.name}' moves up or down")
 
     def _sweep(self, rays: Rays) -> Sweep | None:
         """The level sweep of some rays, or None; the scans of a laser often share their rays."""
@@ -148,10 +160,14 @@ class MeshView:
         return self._beam_model.total(self._measured, expected, self._range_max)
 
     def pose_log_likelihood(
-        self, poses: FloatArray, blur: float, objects: Sequence[UncertainObject]
+        self,
+        poses: FloatArray,
+        blur: float,
+        objects: Sequence[UncertainObject],
+        walls: FloatArray | None = None,
     ) -> FloatArray:
         log_likelihood = self._beam_model.blurred(blur)(self._measured, self._range_max)
-        background = self.walls(poses)
+        background = self.walls(poses) if walls is None else walls
         likelihood = np.exp(log_likelihood(background))
         for item in objects:
             alone = self.object(item.name, item.states, poses)
@@ -190,6 +206,8 @@ class MeshView:
         few: IntArray | None = None,
     ) -> tuple[FloatArray, BoolArray]:
         """The change of log-likelihood for chosen states (s,), from all poses or a few (p,)."""
+        from objstate.sensing import kernels
+
         background = comparison.background
         if few is not None:
             poses, background = poses[few], background[few]
@@ -206,7 +224,7 @@ class MeshView:
             share = peak * np.exp(-0.5 * (off / sigma) ** 2 - with_it)
             cosine = self._cosines(poses, comparison.normals[chosen])
             per_shift = np.divide(
-                1.0, cosine, out=np.zeros_like(cosine), where=np.abs(cosine) > GRAZING
+                1.0, cosine, out=np.zeros_like(cosine), where=np.abs(cosine) > kernels.GRAZING
             )
             pull = (share * per_shift * np.where(np.isfinite(off), off, 0.0)).sum(axis=2)
             hold = (share * per_shift**2).sum(axis=2)
@@ -233,27 +251,31 @@ class LevelView:
         outlines: LevelOutlines,
         sweep: Sweep,
         measured: FloatArray,
+        beams: FloatArray,
         beam_model: BeamModel,
         range_max: float,
     ) -> None:
         self._outlines = outlines
         self._sweep = sweep
         self._measured = measured
-        self._beams = sweep.beams(measured, beam_model.short(measured))
+        self._beams = beams  # (7, n) sorted, as the kernels take them
         self._beam_model = beam_model
         self._range_max = range_max
 
     def take(self, beams: BoolArray) -> LevelView:
-        sweep, measured = self._sweep.take(beams), self._measured[beams]
-        return LevelView(self._outlines, sweep, measured, self._beam_model, self._range_max)
+        sweep = self._sweep.take(beams)
+        rows = self._beams.compress(beams[self._sweep.order], axis=1)
+        measured = self._measured[beams]
+        return LevelView(self._outlines, sweep, measured, rows, self._beam_model, self._range_max)
 
     def walls(self, poses: FloatArray) -> FloatArray:
-        walls = ObjectOutline(self._walls(poses), convex=False)
-        return self._cast(walls, np.zeros((1, 3)), poses)[:, 0]
+        walls = self._outlines.walls_in_sight(self._sweep, poses, self._range_max)
+        return self._cast(ObjectOutline(walls, convex=False), FIXED, poses)[:, 0]
 
     def object(self, name: str, states: FloatArray, poses: FloatArray) -> FloatArray:
         outline = self._outlines.of_object(name, self._sweep.height)
-        return self._cast(outline, self._outlines.placements(name, states), poses)
+        places = with_trigonometry(self._outlines.placements(name, states))
+        return self._cast(outline, places, poses)
 
     def explained(self, expected: FloatArray) -> BoolArray:
         margin = EXPLAINED_SIGMAS * self._beam_model.sigma_hit
@@ -272,22 +294,20 @@ class LevelView:
         return self._beam_model.total(self._measured, expected, self._range_max)
 
     def pose_log_likelihood(
-        self, poses: FloatArray, blur: float, objects: Sequence[UncertainObject]
+        self,
+        poses: FloatArray,
+        blur: float,
+        objects: Sequence[UncertainObject],
+        walls: FloatArray | None = None,
     ) -> FloatArray:
         from objstate.sensing import kernels
 
-        outlines = [self._outlines.of_object(each.name, self._sweep.height) for each in objects]
-        places = [self._outlines.placements(each.name, each.states) for each in objects]
         out = np.empty(len(poses))
         kernels.pose_log_likelihood(
-            with_trigonometry(poses),
-            self._walls(poses),
-            np.concatenate([np.empty((0, 4)), *(each.segments for each in outlines)]),
-            np.cumsum([len(each.segments) for each in outlines], dtype=np.int64),
-            np.array([each.convex for each in outlines], dtype=bool),
-            with_trigonometry(np.concatenate([np.empty((0, 3)), *places])),
-            np.cumsum([len(each) for each in places], dtype=np.int64),
-            np.concatenate([np.empty(0), *(each.shares for each in objects)]),
+            self._outlines.stand(poses).poses,
+            self.walls(poses) if walls is None else walls,
+            self._sweep.order,
+            *self._outlines.scenery(tuple(objects), self._sweep.height),
             self._beams,
             self._sweep.index,
             self._sweep.centre,
@@ -305,42 +325,62 @@ class LevelView:
         from objstate.sensing import abreast
 
         outline = self._outlines.of_object(name, self._sweep.height)
-        normals, whole, few = comparison.normals, comparison.whole, comparison.few
+        normals = np.zeros((len(states), 2)) if comparison.normals is None else comparison.normals
+        whole = np.ones(len(states), dtype=bool) if comparison.whole is None else comparison.whole
+        everyone = np.arange(len(poses))
+        few = everyone if comparison.few is None else comparison.few
+        parameters = self._beam_model.parameters(self._range_max)
+        placements = with_trigonometry(self._outlines.placements(name, states))
         out = np.empty((len(poses), len(states)))
         bears = np.zeros(self._beams.shape[1], dtype=bool)
-        abreast.object_log_likelihood(
-            with_trigonometry(poses),
-            with_trigonometry(self._outlines.placements(name, states)),
-            np.zeros((len(states), 2)) if normals is None else normals,
-            np.ones(len(states), dtype=bool) if whole is None else whole,
-            np.arange(len(poses)) if few is None else few,
-            outline.segments,
-            outline.convex,
-            comparison.background,
-            self._sweep.order,
-            self._beams,
-            self._sweep.index,
-            self._sweep.centre,
-            self._beam_model.parameters(self._range_max),
-            comparison.shift_std,
-            comparison.tempering,
-            out,
-            bears,
-        )
+        for chosen, some in ((everyone, np.flatnonzero(whole)), (few, np.flatnonzero(~whole))):
+            change = np.empty((len(some), len(chosen)))
+            abreast.object_log_likelihood(
+                chosen,
+                some,
+                self._outlines.stand(poses).poses,
+                placements,
+                normals,
+                outline.segments,
+                outline.convex,
+                comparison.background,
+                self._sweep.order,
+                self._beams,
+                self._sweep.index,
+                self._sweep.centre,
+                parameters,
+                comparison.shift_std,
+                comparison.tempering,
+                change,
+                bears,
+            )
+            out[:, some] = change.T if chosen is everyone else _log_mean(change)
         return out, self._sweep.unsorted(bears)
-
-    def _walls(self, poses: FloatArray) -> FloatArray:
-        return self._outlines.walls_in_sight(self._sweep, poses, self._range_max)
 
     def _cast(
         self, outline: ObjectOutline, placements: FloatArray, poses: FloatArray
     ) -> FloatArray:
-        from objstate.sensing import kernels
+        from objstate.sensing import abreast, kernels
 
-        out = np.full((len(poses), len(placements), self._beams.shape[1]), np.inf)
+        count, stand = self._beams.shape[1], self._outlines.stand(poses)
+        if len(placements) == 1 and stand.are_close:
+            near = np.empty((len(poses), count))
+            abreast.cast(
+                stand.poses,
+                placements[0],
+                outline.segments,
+                outline.convex,
+                self._beams,
+                self._sweep.index,
+                self._sweep.centre,
+                self._sweep.order,
+                near,
+            )
+            return near[:, None]
+        out = np.full((len(poses), len(placements), count), np.inf)
         kernels.cast(
-            with_trigonometry(poses),
-            with_trigonometry(placements),
+            stand.poses,
+            placements,
             outline.segments,
             outline.convex,
             self._beams,
@@ -349,6 +389,12 @@ class LevelView:
             out,
         )
         return self._sweep.unsorted(out)
+
+
+def _log_mean(logs: FloatArray) -> FloatArray:
+    """Logarithms (s,) of the means of rows (s, p) of which the logarithms are given."""
+    top = logs.max(axis=1, initial=-np.inf)
+    return np.asarray(top + np.log(np.exp(logs - top[:, None]).mean(axis=1)))
 
 
 def _agree(

@@ -8,7 +8,7 @@ import numpy as np
 
 from objstate.building.model import Mesh
 from objstate.geometry import FloatArray, transform, transform_from_pose
-from objstate.sensing.embree import EmbreeCaster
+from objstate.sensing.casters import Caster, caster_of
 from objstate.simulation.route import Motion
 from objstate.simulation.scene import Boxes, People, PointXY, Region
 
@@ -49,10 +49,10 @@ class Crowd:
 
     def __init__(self, walkers: list[Walker], boxes: Mesh) -> None:
         self._walkers = walkers
-        self._boxes = EmbreeCaster(boxes)
-        self._leg = EmbreeCaster(_cylinder(LEG_RADIUS, 0.0, LEG_TOP))
-        self._torso = EmbreeCaster(_cylinder(BODY_RADIUS, LEG_TOP, BODY_TOP))
-        self._body = EmbreeCaster(_cylinder(BODY_RADIUS, 0.0, BODY_TOP))
+        self._boxes = caster_of(boxes)
+        self._leg = caster_of(_cylinder(LEG_RADIUS, 0.0, LEG_TOP))
+        self._torso = caster_of(_cylinder(BODY_RADIUS, LEG_TOP, BODY_TOP))
+        self._body = caster_of(_cylinder(BODY_RADIUS, 0.0, BODY_TOP))
 
     def distances(
         self, time: float, robot: FloatArray, origins: FloatArray, directions: FloatArray
@@ -68,7 +68,7 @@ class Crowd:
 
     def _limbs(
         self, walker: Walker, person: FloatArray, time: float
-    ) -> list[tuple[EmbreeCaster, FloatArray]]:
+    ) -> list[tuple[Caster, FloatArray]]:
         if walker.shape == "body":
             return [(self._body, person[:2])]
         ahead = np.array([np.cos(person[2]), np.sin(person[2])])

@@ -28,7 +28,7 @@ from objstate.recording.tables import write_truth
 from objstate.recording.tum import write_tum
 from objstate.records import Path as RobotPath
 from objstate.records import TrueState
-from objstate.sensing.embree import EmbreeCaster
+from objstate.sensing.casters import caster_of
 from objstate.simulation import messages
 from objstate.simulation.crowd import Crowd, boxes_mesh, walkers
 from objstate.simulation.lasers import Exposure, Scanner, World, reading
@@ -217,7 +217,7 @@ class Simulation:
     def _refuse_walls_on_the_way(self, model: Building) -> None:
         """A robot that drives through a wall is a slip of the pen in the route."""
         points = self.scene.route.waypoints
-        walls = EmbreeCaster(model.walls)
+        walls = caster_of(model.walls)
         height = self.scene.lasers[0].mount.z
         for number, (start, end) in enumerate(pairwise(points)):
             x, y = start.left_from

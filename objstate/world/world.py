@@ -15,10 +15,10 @@ from objstate.building.model import Kind, MovableObject
 from objstate.config import Settings
 from objstate.errors import WorldError
 from objstate.objects import ObjectBelief, ObjectFilter, filter_for
+from objstate.records import NANOSECONDS
 from objstate.world.blocking import Blockage, blocked
 from objstate.world.fitting import fitted
 
-NANOSECONDS = 1e9
 NAMES_SHOWN = 10  # so many names tell what the others are like
 UNUSED_RNG = np.random.default_rng(0)  # for doors, whose filters draw nothing
 

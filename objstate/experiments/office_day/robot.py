@@ -16,7 +16,7 @@ from objstate.experiments.office_day.office import Office
 from objstate.gaze.sensors import Sensor
 from objstate.geometry import FloatArray, between, compose, wrap
 from objstate.objects import ObjectBelief
-from objstate.records import Odometry, Scan
+from objstate.records import NANOSECONDS, Odometry, Scan
 from objstate.simulation.crowd import Crowd
 from objstate.simulation.lasers import World, reading
 from objstate.simulation.scene import Laser, OdometryNoise
@@ -27,7 +27,6 @@ TURN_RATE = 0.8  # rad/s
 SCAN_EVERY = 1.0  # m of way
 LOOK_SCANS = 5
 LOOK_PERIOD = 0.2  # s between the scans of a look
-NANOSECONDS = 1e9
 ODOMETRY = OdometryNoise(translation_scale=0.005, rotation_scale=0.005)
 
 

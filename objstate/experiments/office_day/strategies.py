@@ -12,8 +12,7 @@ from objstate.gaze.floor import Ways, length_of
 from objstate.geometry import FloatArray
 from objstate.maintenance import Coordinator
 from objstate.objects import ObjectBelief
-
-NANOSECONDS = 1e9
+from objstate.records import NANOSECONDS
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from objstate.geometry import FloatArray, IntArray
-from objstate.sensing import kernels
+from objstate.objects import kernels
 
 STATES = 17
 SEEDS = st.integers(0, 10_000)
@@ -18,8 +18,8 @@ def conditioned(
     prior: FloatArray, chosen: IntArray, log_likelihood: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Rows (p, n) after the likelihood (p, k) of chosen states, and their log evidence (p,)."""
-    after, evidence = prior.copy(), np.empty(len(prior))
-    kernels.condition(after, chosen, log_likelihood, evidence)
+    after, evidence = np.empty_like(prior), np.empty(len(prior))
+    kernels.condition(prior, chosen, log_likelihood, after, evidence)
     return after, evidence
 
 

@@ -1,0 +1,38 @@
+"""numba's ``njit``, for machines that have no place to keep what it compiles."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from functools import cache
+from typing import Any, TypeVar
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+logger = logging.getLogger(__name__)
+
+
+def njit(**options: Any) -> Callable[[F], F]:
+    """``numba.njit(cache=True, **options)``, or without the cache where none can be written.
+
+    numba keeps compiled loops beside their source, else in the user's cache folder, and refuses to
+    compile where it may write to neither, as in a container with a read-only file system.
+    """
+    import numba
+
+    def compiled(function: F) -> F:
+        try:
+            return numba.njit(cache=True, **options)(function)  # type: ignore[no-any-return]
+        except RuntimeError:
+            _tell()
+            return numba.njit(**options)(function)  # type: ignore[no-any-return]
+
+    return compiled
+
+
+@cache
+def _tell() -> None:
+    logger.warning(
+        "There is no place to keep compiled loops, so every run compiles them anew; "
+        "set NUMBA_CACHE_DIR to a folder that can be written."
+    )

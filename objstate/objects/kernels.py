@@ -1,0 +1,97 @@
+"""The loops of the lattice filter over robot samples and states, compiled.
+
+Beliefs of robot samples are rows: ``given`` (p, n) holds p(s | l) over n states in order.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from objstate.compiling import njit
+from objstate.geometry import FloatArray, IntArray
+
+LEAST_EVIDENCE = 1e-250
+
+_compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
+_compile_sums = njit(nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
+
+
+@_compile
+def drift(
+    weights: FloatArray,
+    variance: float,
+    wraps: bool,
+    stayed: float,
+    rest: FloatArray,
+    out: FloatArray,
+) -> None:
+    """Each row of ``weights`` (p, n) after a while, into ``out`` (p, n).
+
+    A share of ``stayed`` takes a random walk with a ``variance`` below 1, in cells squared, by
+    steps to the neighbours; at the ends it is reflected, or goes on where the lattice ``wraps``.
+    The others are now distributed as ``rest`` (n,).
+    """
+    last = weights.shape[1] - 1
+    stay, step = stayed * (1.0 - variance), stayed * variance / 2.0
+    for p in range(weights.shape[0]):
+        row, to = weights[p], out[p]
+        for j in range(1, last):
+            to[j] = stay * row[j] + step * (row[j - 1] + row[j + 1]) + (1.0 - stayed) * rest[j]
+        before, after = (row[last], row[0]) if wraps else (row[0], row[last])
+        to[0] = stay * row[0] + step * (before + row[min(1, last)]) + (1.0 - stayed) * rest[0]
+        if last > 0:
+            to[last] = (
+                stay * row[last] + step * (row[last - 1] + after) + (1.0 - stayed) * rest[last]
+            )
+
+
+@_compile_sums
+def condition(
+    given: FloatArray,
+    chosen: IntArray,
+    log_likelihood: FloatArray,
+    out: FloatArray,
+    evidence: FloatArray,
+) -> None:
+    """Bayes' rule in every row of ``given`` (p, n), into ``out`` (p, n), with its log ``evidence`` (p,).
+
+    ``log_likelihood`` (p, k) is known at the ascending states ``chosen`` (k,), the first
+    and the last among them; between them the likelihood is linear.
+    """
+    factors = np.empty(given.shape[1])
+    for p in range(given.shape[0]):
+        top = -np.inf
+        for k in range(chosen.shape[0]):
+            top = max(top, log_likelihood[p, k])
+        left = np.exp(log_likelihood[p, 0] - top)
+        factors[0] = left
+        for k in range(1, chosen.shape[0]):
+            right = np.exp(log_likelihood[p, k] - top)
+            begin, steps = chosen[k - 1], chosen[k] - chosen[k - 1]
+            slope = (right - left) / steps
+            for j in range(1, steps):
+                factors[begin + j] = left + slope * j
+            factors[begin + steps] = right
+            left = right
+        row, to, total = given[p], out[p], 0.0
+        for j in range(row.shape[0]):
+            to[j] = row[j] * factors[j]
+            total += to[j]
+        if total < LEAST_EVIDENCE:  # this row can't have read it: its pose is wrong, not its states
+            evidence[p] = top + np.log(LEAST_EVIDENCE)
+            for j in range(row.shape[0]):  # to assign a slice costs seconds of compiling
+                to[j] = row[j]
+            continue
+        scale = 1.0 / total
+        for j in range(row.shape[0]):
+            to[j] *= scale
+        evidence[p] = top + np.log(total)
+
+
+@_compile
+def blend(given: FloatArray, marginal: FloatArray, share: float, out: FloatArray) -> None:
+    """Rows (p, n) that give up a share of themselves for the marginal (n,), into ``out`` (p, n)."""
+    for p in range(given.shape[0]):
+        row, to = given[p], out[p]
+        for j in range(marginal.shape[0]):
+            to[j] = (1.0 - share) * row[j] + share * marginal[j]

@@ -1,0 +1,49 @@
+"""Level rays against any triangle mesh, without Embree: by the outline in which their plane cuts it."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+from objstate.building.model import Mesh
+from objstate.building.outline import outline
+from objstate.geometry import FloatArray
+from objstate.sensing.embree import needs_embree
+
+LEVEL = 1e-6  # rad by which a ray may be tilted and still count as level
+SAME_HEIGHT = 1e-6  # m
+
+
+class SectionCaster:
+    """Distances to one rigid mesh, in the mesh's own frame, along rays that are level.
+
+    ``upright`` (3, 3) turns that frame into one whose z axis points up.
+    """
+
+    def __init__(self, mesh: Mesh, upright: FloatArray) -> None:
+        self._upright = upright
+        turned = Mesh(mesh.vertices @ upright.T, mesh.faces)
+        self._section = cache(lambda step: _flat(outline(turned, step * SAME_HEIGHT)))
+
+    def distances(self, origins: FloatArray, directions: FloatArray) -> FloatArray:
+        """Distance (n,) m along rays from ``origins`` (n, 3) in unit ``directions`` (n, 3); inf where nothing is hit.
+
+        Raises PlatformError for rays that aren't level.
+        """
+        from objstate.sensing import section_kernels
+
+        starts, along = origins @ self._upright.T, directions @ self._upright.T
+        if np.abs(along[:, 2]).max(initial=0.0) > LEVEL:
+            raise needs_embree("Some rays aren't level")
+        out = np.full(len(starts), np.inf)
+        heights, at = np.unique(np.rint(starts[:, 2] / SAME_HEIGHT), return_inverse=True)
+        for number, step in enumerate(heights.tolist()):
+            rays = np.flatnonzero(at == number)
+            rows = np.hstack([starts[rays, :2], along[rays, :2]])
+            out[rays] = section_kernels.cast(rows, self._section(step))
+        return out
+
+
+def _flat(segments: FloatArray) -> FloatArray:
+    return np.ascontiguousarray(segments.reshape(-1, 4))
