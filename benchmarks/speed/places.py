@@ -186,4 +186,3 @@ def _scan(ranges: FloatArray, rays: Rays, rng: np.random.Generator, stamp_ns: in
 def ajar(names: Sequence[str]) -> dict[str, FloatArray]:
     """States of doors, each open by another angle."""
     return {name: np.array([0.2 + 1.2 * (0.37 * k % 1.0)]) for k, name in enumerate(names)}
-

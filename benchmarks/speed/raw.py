@@ -78,10 +78,7 @@ class BruteForce:
         return np.asarray(change.sum(axis=2))
 
 
-def posterior(
-    prior: FloatArray, log_likelihood: FloatArray, tempering: float
-) -> FloatArray:
+def posterior(prior: FloatArray, log_likelihood: FloatArray, tempering: float) -> FloatArray:
     """p(s) (s,) by Bayes' rule given each of equally likely robot poses (p, s), then averaged."""
     given = prior * np.exp(tempering * (log_likelihood - log_likelihood.max(axis=1)[:, None]))
     return np.asarray((given / given.sum(axis=1, keepdims=True)).mean(axis=0))
-

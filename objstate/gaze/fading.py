@@ -75,8 +75,8 @@ def fadings(
     known: dict[tuple[object, ...], Fading] = {}
     found = {}
     for name, item in objects.items():
-        kind = "furniture" if item.kind is Kind.PLANAR else "door"
-        key = (settings.for_object(name, kind).model_dump_json(), *_shape(item))
+        of = settings.for_object(name, "furniture" if item.kind is Kind.PLANAR else "door")
+        key = (of.model_dump_json(), *_shape(item))
         if key not in known:
             known[key] = Fading.of(item, settings, std_m, std_rad)
         found[name] = known[key]
@@ -107,4 +107,3 @@ def _length(item: MovableObject) -> float:
     """m, of a door's leaf."""
     near, far = leaf_ends(item)
     return round(float(np.hypot(*(far - near))), 6)
-

@@ -27,6 +27,13 @@ LEAST = -1e3  # nats: less entropy than any belief has
 STRAYED = 0.25  # m that furniture may be moved before its viewpoints are sought anew
 
 
+class GainWeight(Strict):
+    """How much the gains of some objects count; those of all others count as they are."""
+
+    match: str  # shell-style: * ? [..]
+    weight: NonNegative = 1.0
+
+
 class CoordinatorSettings(Strict):
     """All settings of the choice of what to look at next."""
 
@@ -34,7 +41,7 @@ class CoordinatorSettings(Strict):
     looks: LookSettings = LookSettings()
     viewpoints: ViewpointSettings = ViewpointSettings()
     floor: FloorSettings = FloorSettings()
-    weights: dict[str, NonNegative] = {}  # what a gain counts, by pattern of names; later ones win
+    weights: tuple[GainWeight, ...] = ()  # of objects whose names match; later ones win
     stride: Positive = 1.0  # m between the places on the way from which looks are simulated
 
 
@@ -262,6 +269,7 @@ class Coordinator:
         return np.column_stack([places, wrap(heading)])
 
 
-def _weight(name: str, weights: Mapping[str, float]) -> float:
-    """What an object's gain counts: the last of the patterns that match; 1 by default."""
-    return next((w for p, w in reversed(weights.items()) if fnmatchcase(name, p)), 1.0)
+def _weight(name: str, weights: Sequence[GainWeight]) -> float:
+    """What an object's gains count: by the last rule that matches."""
+    matching = [each.weight for each in weights if fnmatchcase(name, each.match)]
+    return matching[-1] if matching else 1.0

@@ -14,14 +14,14 @@ from objstate.experiments.office_day.office import Office, office, working_day
 from objstate.experiments.office_day.robot import Robot
 from objstate.experiments.office_day.strategies import Choose
 from objstate.gaze import Floor, LookSettings, Sensor
-from objstate.maintenance import ChoiceSettings, Coordinator, CoordinatorSettings
+from objstate.maintenance import ChoiceSettings, Coordinator, CoordinatorSettings, GainWeight
 
 START = np.array([1.5, 5.0, 0.0])  # m, m, rad: at the west end of the north corridor
-DOOR_WEIGHT = 3.0  # a nat of a door counts as three of a chest, which has three coordinates
+DOORS = GainWeight(match="door_*", weight=3.0)  # one coordinate, against three of a chest
 LOOKS = LookSettings(robot_std=0.015, robot_yaw_std=0.003)  # what this robot's filter reaches here
 SETTLING = 0.25  # of the time, after which beliefs are judged: the first drives learn everything
 
-# By strategy, what makes it drive more or less: the coordinator's threshold in nats; s between
+# By strategy, what makes it drive more or less: the weight of the coordinator's cost; s between
 # the beginnings of rounds, s after which an object counts as old, s between random looks.
 KNOBS: dict[str, tuple[float, ...]] = {
     "coordinator": (15.0, 25.0, 45.0),
@@ -120,7 +120,7 @@ def _way_at(curve: tuple[np.ndarray, np.ndarray], level: float) -> float:
 
 def _coordinator(place: Office, sensor: Sensor, trial: Trial) -> Coordinator:
     choice = ChoiceSettings(cost_weight=trial.knob if trial.strategy == "coordinator" else 1.0)
-    settings = CoordinatorSettings(choice=choice, looks=LOOKS, weights={"door_*": DOOR_WEIGHT})
+    settings = CoordinatorSettings(choice=choice, looks=LOOKS, weights=(DOORS,))
     floor = Floor.of(place.shut, settings.floor)
     return Coordinator(place.building, [sensor], settings, place.settings, floor)
 
