@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from objstate.building.model import Building, Mesh
 from objstate.errors import SettingsError
 from objstate.gaze import Sensor
 from objstate.maintenance import (
@@ -14,6 +15,7 @@ from objstate.maintenance import (
     next_tasks,
 )
 from tests.gaze.places import chest, priors, surely, two_rooms
+from tests.rooms import enclosure, wall
 
 ROOMS = two_rooms(chest("near", 2.5, 1.2), chest("far", -3.0, 1.2))
 LASER = Sensor("laser")
@@ -134,6 +136,19 @@ def test_a_plan_is_followed_whatever_it_gains() -> None:
 def test_a_plan_with_an_unknown_object_is_refused(coordinator: Coordinator) -> None:
     with pytest.raises(SettingsError, match=r"'pass gate': there is no such object; .* door"):
         next_tasks(coordinator, [], priors(ROOMS), 0, plans=[Plan("pass", "gate")])
+
+
+def test_a_plan_whose_object_is_seen_from_nowhere_is_refused() -> None:
+    shut = Building("shut", Mesh.joined([enclosure(8.0, 4.0), wall((0.0, -2.0), (0.0, 2.0))]),
+                    ROOMS.objects)  # fmt: skip
+    beliefs = priors(shut)
+    coordinator = Coordinator(shut, [LASER])
+    ranked = coordinator.actions(beliefs, AT)
+    assert "far" not in {each.object for each in ranked}
+    with pytest.raises(
+        SettingsError, match="'grab far': the robot can look at 'far' from no place"
+    ):
+        next_tasks(coordinator, ranked, beliefs, 0, plans=[Plan("grab", "far")])
 
 
 def test_a_robot_without_sensors_is_refused() -> None:
