@@ -19,7 +19,7 @@ from objstate.maintenance import ChoiceSettings, Coordinator, CoordinatorSetting
 
 START = np.array([1.5, 5.0, 0.0])  # m, m, rad: at the west end of the north corridor
 DOORS = GainWeight(match="door_*", weight=3.0)  # one coordinate, against three of a chest
-LOOKS = LookSettings(robot_std=0.015, robot_yaw_std=0.003)  # what this robot's filter reaches here
+LOOKS = LookSettings(robot_std=0.01, robot_yaw_std=0.002)  # what this robot's filter reaches here
 SETTLING = 0.25  # of the time, after which beliefs are judged: the first drives learn everything
 
 COORDINATOR = "coordinator"
@@ -27,7 +27,7 @@ COORDINATOR = "coordinator"
 # By strategy, what makes it drive more or less: the weight of the coordinator's cost; s between
 # the beginnings of rounds, s after which an object counts as old, s between random looks.
 KNOBS: dict[str, tuple[float, ...]] = {
-    COORDINATOR: (0.9, 1.3),
+    COORDINATOR: (0.7, 1.1),
     "fixed round": (1500.0, 2700.0),
     "oldest first": (2400.0,),
     "greedy nearest": (1500.0, 2700.0),
