@@ -1,8 +1,9 @@
-# make run: estimate the sample log.   make test: check and test.   Both set up .venv first.
+# make run: estimate the sample log.   make test: check and test.   All set up .venv first.
+# make bench: how fast it is, into docs/performance.md.   make bench-hour: memory over an hour of log.
 PYTHON ?= $(firstword $(shell command -v python3.11 python3 python))
 BIN := .venv/bin
 
-.PHONY: run test
+.PHONY: run test bench bench-hour
 
 run: .venv/.stamp
 	$(BIN)/objstate estimate logs/corridor.mcap --building models/corridor/corridor.urdf \
@@ -14,6 +15,12 @@ test: .venv/.stamp
 	$(BIN)/mypy --strict objstate
 	$(BIN)/lint-imports
 	$(BIN)/pytest
+
+bench: .venv/.stamp
+	$(BIN)/python -m benchmarks.speed
+
+bench-hour: .venv/.stamp
+	$(BIN)/python -m benchmarks.speed --hour
 
 .venv/.stamp: pyproject.toml constraints.txt
 	$(PYTHON) -m venv .venv

@@ -77,7 +77,6 @@ class LocalizationSettings(Strict):
     tempering: Exponent = 0.1  # exponent on the likelihood of a scan
     initial_xy_std: NonNegative = 0.3  # m, of a start pose given without deviations
     initial_yaw_std_deg: NonNegative = 10.0
-    judge_every: NonNegative = 0.25  # s between scans of a laser that are held against the track
     lost_above: Share = 0.12  # of returning beams that pass through walls: the robot is lost
     lost_margin: Positive = 0.25  # m beyond a wall at which a return has passed through it
     lost_after: Positive = 4.0  # s over which that share is averaged
@@ -136,7 +135,7 @@ class MapErrorSettings(Strict):
     """How far walls and hinges are off the model: a first guess, which the log refines."""
 
     std_m: NonNegative = 0.005  # the first guess
-    least_m: NonNegative = 0.002  # no building is measured better
+    least_m: NonNegative = 0.001  # no building is measured better
     weight: Positive = 20.0  # of it, in repeated looks at a place
     every_s: Positive = 1.0  # between looks; by then the robot's own errors are others
     cell_m: Positive = 0.5  # size of a place

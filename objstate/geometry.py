@@ -38,6 +38,11 @@ def compose(a: FloatArray, b: FloatArray) -> FloatArray:
 
 def between(a: FloatArray, b: FloatArray) -> FloatArray:
     """Pose ``b`` seen from pose ``a``: ``compose(a, between(a, b)) == b``."""
+    if a.ndim == b.ndim == 1:  # the most frequent case, without the cost of arrays
+        (ax, ay, heading), (bx, by, towards) = a.tolist(), b.tolist()
+        c, s, x, y = math.cos(heading), math.sin(heading), bx - ax, by - ay
+        turn = (towards - heading + math.pi) % (2 * math.pi) - math.pi
+        return np.array([c * x + s * y, -s * x + c * y, turn])
     a, b = np.broadcast_arrays(a, b)
     cos, sin = np.cos(a[..., 2]), np.sin(a[..., 2])
     dx, dy = b[..., 0] - a[..., 0], b[..., 1] - a[..., 1]
@@ -69,9 +74,10 @@ def weighted_pose_mean(poses: FloatArray, weights: FloatArray) -> FloatArray:
     return np.array([xy[0], xy[1], circular_mean(poses[:, 2], weights)])
 
 
-def weighted_pose_covariance(poses: FloatArray, weights: FloatArray) -> FloatArray:
-    """Covariance (3, 3) of weighted pose samples about their mean; yaw differences wrapped."""
-    mean = weighted_pose_mean(poses, weights)
+def weighted_pose_covariance(
+    poses: FloatArray, weights: FloatArray, mean: FloatArray
+) -> FloatArray:
+    """Covariance (3, 3) of weighted pose samples about their mean (3,); yaw differences wrapped."""
     off = poses - mean
     off[:, 2] = wrap(off[:, 2])
     return np.asarray((weights[:, None] * off).T @ off)

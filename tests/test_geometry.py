@@ -183,8 +183,8 @@ def test_mean_and_covariance_of_samples_do_not_see_where_pi_is(
     expected = weighted_pose_mean(samples, weights) + np.array([place[0], place[1], turn])
     assert_same_pose(weighted_pose_mean(moved, weights), expected)
     np.testing.assert_allclose(
-        weighted_pose_covariance(moved, weights),
-        weighted_pose_covariance(samples, weights),
+        weighted_pose_covariance(moved, weights, weighted_pose_mean(moved, weights)),
+        weighted_pose_covariance(samples, weights, weighted_pose_mean(samples, weights)),
         atol=1e-8,
     )
 
@@ -193,4 +193,5 @@ def test_covariance_is_numpys() -> None:
     rng = np.random.default_rng(0)
     samples, weights = rng.normal(0.0, 0.1, (40, 3)), rng.dirichlet(np.ones(40))
     reference = np.cov(samples[:, :2].T, aweights=weights, ddof=0)
-    np.testing.assert_allclose(weighted_pose_covariance(samples, weights)[:2, :2], reference)
+    mean = weighted_pose_mean(samples, weights)
+    np.testing.assert_allclose(weighted_pose_covariance(samples, weights, mean)[:2, :2], reference)

@@ -41,4 +41,4 @@ def milliseconds(seconds: float) -> str:
 
 
 def times(ratio: float) -> str:
-    return f"{number(ratio)} times"
+    return f"{number(ratio)} ×"

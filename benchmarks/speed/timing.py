@@ -21,7 +21,7 @@ class Effort:
     most_objects: int  # in a building
 
 
-FULL = Effort(rounds=15, logs=5, scans=60, most_objects=10_000)
+FULL = Effort(rounds=7, logs=3, scans=60, most_objects=10_000)
 QUICK = Effort(rounds=3, logs=1, scans=20, most_objects=1_000)
 
 

@@ -25,7 +25,6 @@ from objstate.localization import LEVER, Hypotheses, Localizer, PoseBelief, Sear
 from objstate.objects import ObjectBelief
 from objstate.particles import Weights
 from objstate.records import (
-    NANOSECONDS,
     Estimate,
     GaussianRobotBelief,
     InitialPose,
@@ -85,7 +84,6 @@ class Estimator:
         self._believed = Believed(building, self.settings, seed, beliefs or {})
         self._map_error = MapError(self.settings.map_error)
         self._consistency = Consistency(self.settings.consistency)
-        self._judged_ns: dict[str, int] = {}  # by laser
         self._represented = lru_cache(maxsize=1024)(ObjectBelief.represented_by)  # few change
         self._odometry: FloatArray | None = None
         self._now_ns = 0
@@ -356,11 +354,8 @@ class Estimator:
         """The track with its record of how well it explains scans kept up."""
         s, robot, scan = self.settings.localization, sight.robot, sight.scan
         beams = evenly_spread(sight.valid, s.max_beams)
-        judged_ns = self._judged_ns.get(scan.laser)
-        is_due = judged_ns is None or scan.stamp_ns - judged_ns >= s.judge_every * NANOSECONDS
-        if not is_due or not self._is_narrow(robot) or not beams.any():
+        if not self._is_narrow(robot) or not beams.any():
             return track
-        self._judged_ns[scan.laser] = scan.stamp_ns
         view, walls = sight.view(beams), sight.walls[beams]
         through = share_through_walls(scan.ranges[beams], walls, s.lost_margin)
         objects = self._scenery(sight.seen_by(beams), self._believed.marginals)

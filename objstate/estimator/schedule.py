@@ -41,5 +41,6 @@ def evenly_spread(beams: BoolArray, most: int) -> BoolArray:
     if len(chosen) <= most:
         return beams
     kept = np.zeros_like(beams)
-    kept[chosen[np.linspace(0, len(chosen) - 1, most).round().astype(int)]] = True
+    steps = np.arange(most) * (len(chosen) - 1)
+    kept[chosen[(2 * steps + most - 1) // (2 * max(most - 1, 1))]] = True
     return kept

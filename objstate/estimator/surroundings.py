@@ -11,7 +11,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from objstate.building.model import Building, Kind, MovableObject
-from objstate.geometry import BoolArray, FloatArray, transform_from_pose
+from objstate.geometry import FloatArray, transform_from_pose
 from objstate.localization import PoseBelief
 from objstate.objects import ObjectBelief
 from objstate.records import Rays
@@ -62,23 +62,6 @@ class Surroundings:
         half = np.sqrt((radius**2 - aside).clip(min=0.0))
         hit = (aside <= radius**2) & (along + half > 0.0)
         return np.where(hit, (along - half).clip(min=0.0) / level, np.inf)
-
-    def towards(self, names: Iterable[str], robot: PoseBelief, rays: Rays) -> BoolArray:
-        """Which beams (m, n) may touch each named object in one of its states (section 3)."""
-        return np.asarray(np.isfinite(self.entries(names, robot, rays)))
-
-    def in_sight(
-        self, names: Iterable[str], robot: PoseBelief, rays: Rays, walls: FloatArray
-    ) -> list[str]:
-        """Those named objects that some beam may reach before it meets a wall at range (n,)."""
-        names = list(names)
-        entries = self.entries(names, robot, rays)
-        slack = SPREAD_SIGMAS * robot.position_std
-        return [
-            name
-            for name, entry in zip(names, entries, strict=True)
-            if (entry < walls + slack).any()
-        ]
 
 
 def item_states(item: MovableObject) -> FloatArray:

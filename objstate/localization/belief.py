@@ -39,7 +39,7 @@ class PoseBelief:
     @cached_property
     def covariance(self) -> FloatArray:
         """(3, 3) of x, y, yaw about the mean."""
-        return weighted_pose_covariance(self.poses, self.weights.values)
+        return weighted_pose_covariance(self.poses, self.weights.values, self.mean)
 
     @cached_property
     def position_std(self) -> float:

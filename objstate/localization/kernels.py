@@ -53,7 +53,7 @@ def add_scores(
         if place < 0:
             out[p] += nowhere
             continue
-        turn = int(np.floor(poses[p, 2] / (2.0 * np.pi) * turns + 0.5)) % turns
+        turn = int(np.round(poses[p, 2] / (2.0 * np.pi) * turns)) % turns
         total = 0.0
         for i in range(returns):
             b = bins[i] + turn

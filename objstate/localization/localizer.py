@@ -107,6 +107,8 @@ class Localizer:
         off = poses - weighted_pose_mean(poses, np.full(len(poses), 1.0 / len(poses)))
         off[:, 2] = wrap(off[:, 2])
         cells = np.round(off / self._bin).astype(np.int64)
+        if not cells.any():
+            return 1
         cells -= cells.min(axis=0)
         x_cells, y_cells, _ = cells.max(axis=0) + 1
         return len(np.unique(cells[:, 0] + x_cells * (cells[:, 1] + y_cells * cells[:, 2])))

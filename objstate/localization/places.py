@@ -116,12 +116,11 @@ def _look_round(
 
 
 def _by_bearing(scan: Scan, most: int) -> tuple[IntArray, IntArray]:
-    """Which beams (n,) of a scan to look up, the shortest first, and their bearings in steps (n,)."""
+    """Which beams (n,) of a scan to look up, evenly spread, and their bearings in steps (n,)."""
     level = np.abs(scan.rays.directions[:, 2]) <= LEVEL
     usable = np.flatnonzero(scan.valid & level)
     if len(usable) > most:
         usable = usable[np.arange(most) * len(usable) // most]
-    usable = usable[np.argsort(scan.ranges[usable])]
     bearings = np.arctan2(scan.rays.directions[usable, 1], scan.rays.directions[usable, 0])
     steps = np.round(bearings / (2.0 * np.pi) * TURNS).astype(np.int64)
     return usable, steps % TURNS

@@ -145,6 +145,12 @@ class ObjectBelief:
     @cached_property
     def std(self) -> FloatArray:
         """(d,) standard deviations, the width of a sample's cell included."""
+        if self._is_line:
+            from objstate.objects import kernels
+
+            mean, cell = float(self.mean[0]), float(self.cell[0])
+            variance = kernels.spread(self.states, self.weights.values, mean)
+            return np.array([math.sqrt(variance + cell * cell / 12.0)])
         return np.asarray(
             np.sqrt(self.standing.weights.values @ self.deviations**2 + self.cell**2 / 12.0)
         )
@@ -154,27 +160,36 @@ class ObjectBelief:
 
         A direction's bounds lie around its mean and may pass pi.
         """
+        if self._is_line:
+            return self._interval_on_line((1.0 - share) / 2.0)
         tails = np.array([(1.0 - share) / 2.0, (1.0 + share) / 2.0])
         off = np.array([self._quantiles(k, tails) for k in range(self.states.shape[1])])  # (d, 2)
         lower, upper = self.mean + off[:, 0], self.mean + off[:, 1]
-        if self.item.kind is Kind.PLANAR or self.item.wraps:
-            return lower, upper
-        lowest, highest = self.item.lower, self.item.upper  # a cell at a limit reaches beyond it
-        return np.maximum(lower, lowest), np.minimum(upper, highest)
+        return lower, upper
+
+    @property
+    def _is_line(self) -> bool:
+        """Whether the states are a lattice between two limits."""
+        return self.cell[0] > 0.0 and not self.item.wraps
+
+    def _interval_on_line(self, tail: float) -> tuple[FloatArray, FloatArray]:
+        from objstate.objects import kernels
+
+        weights, width = self.weights.values, float(self.cell[0])
+        lower, upper = (
+            kernels.quantile(self.states, weights, width, share) for share in (tail, 1.0 - tail)
+        )  # a cell at a limit reaches beyond it
+        return np.array([max(lower, self.item.lower)]), np.array([min(upper, self.item.upper)])
 
     def _quantiles(self, coordinate: int, shares: FloatArray) -> FloatArray:
         values, weights = self.deviations[:, coordinate], self.standing.weights.values
         width = self.cell[coordinate]
         if width == 0.0:
             return quantiles(values, weights, shares)
-        if self.item.wraps:  # a lattice is in order, but for where the circle is cut open
-            order = np.argsort(values, kind="stable")
-            values, weights = values[order], weights[order]
-        edges, filled = np.empty(len(values) + 1), np.empty(len(values) + 1)
-        edges[:-1], edges[-1] = values, values[-1] + width
-        filled[0] = 0.0
-        np.cumsum(weights, out=filled[1:])
-        return np.asarray(np.interp(shares, filled, edges - width / 2))  # mass fills its cell
+        order = np.argsort(values, kind="stable")  # each cell's mass is spread over its width
+        edges = np.append(values[order] - width / 2, values[order[-1]] + width / 2)
+        filled = np.concatenate([[0.0], np.cumsum(weights[order])])
+        return np.asarray(np.interp(shares, filled, edges))
 
     @cached_property
     def clear_width(self) -> Distribution:

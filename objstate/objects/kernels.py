@@ -5,6 +5,8 @@ Beliefs of robot samples are rows: ``given`` (p, n) holds p(s | l) over n states
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from objstate.compiling import njit
@@ -95,3 +97,24 @@ def blend(given: FloatArray, marginal: FloatArray, share: float, out: FloatArray
         row, to = given[p], out[p]
         for j in range(marginal.shape[0]):
             to[j] = (1.0 - share) * row[j] + share * marginal[j]
+
+
+@_compile
+def spread(states: FloatArray, weights: FloatArray, mean: float) -> Any:
+    """The variance of a lattice's states (n, 1) about a mean."""
+    total = 0.0
+    for j in range(weights.shape[0]):
+        off = states[j, 0] - mean
+        total += weights[j] * off * off
+    return total
+
+
+@_compile
+def quantile(states: FloatArray, weights: FloatArray, width: float, share: float) -> Any:
+    """The state below which a share of a lattice's weight lies, each cell's spread over its width."""
+    before = 0.0
+    for j in range(weights.shape[0]):
+        if before + weights[j] >= share and weights[j] > 0.0:
+            return states[j, 0] + width * ((share - before) / weights[j] - 0.5)
+        before += weights[j]
+    return states[weights.shape[0] - 1, 0] + width / 2.0

@@ -218,7 +218,8 @@ class MeshView:
         bears = (touched & (self._measured > alone - self._near)).any(axis=(0, 1))
         variance = comparison.shift_std**2
         if comparison.normals is not None and variance > 0.0:
-            off = np.where(touched & np.isfinite(self._measured), self._measured - alone, np.inf)
+            off = np.full(alone.shape, np.inf)
+            np.subtract(self._measured, alone, out=off, where=touched & np.isfinite(self._measured))
             sigma = self._beam_model.sigma_hit
             peak = self._beam_model.parameters(self._range_max)[0]
             share = peak * np.exp(-0.5 * (off / sigma) ** 2 - with_it)

@@ -50,7 +50,7 @@ def test_every_beam_that_touches_an_object_in_some_state_is_towards_it(
 ) -> None:
     surroundings = Surroundings(ROOM)
     names = list(ROOM.objects)
-    towards = surroundings.towards(names, exactly(pose), RAYS)
+    towards = np.isfinite(surroundings.entries(names, exactly(pose), RAYS))
     for name, mask in zip(names, towards, strict=True):
         item = ROOM[name]
         between = np.array([item.lower + share * (item.upper - item.lower)])
@@ -62,7 +62,7 @@ def test_every_beam_that_touches_an_object_in_some_state_is_towards_it(
 def test_few_beams_that_never_touch_an_object_are_towards_it() -> None:
     """A door's height is no part of its reach over the floor."""
     pose = np.array([-2.0, -2.0, 0.0])
-    (mask,) = Surroundings(ROOM).towards(["door"], exactly(pose), RAYS)
+    (mask,) = np.isfinite(Surroundings(ROOM).entries(["door"], exactly(pose), RAYS))
     circle = 2 * np.arcsin(0.9 / 4.0)  # a leaf of 0.9 m seen from 4 m
     assert mask.sum() * 2 * np.pi / 240 == pytest.approx(circle, abs=0.06)
 
@@ -80,6 +80,8 @@ def test_an_uncertain_robot_takes_more_beams() -> None:
     pose = np.array([-2.0, -2.0, 0.0])
     unsure = PoseBelief.gaussian(pose, np.diag([0.04, 0.04, 0.01]), 500, np.random.default_rng(0))
     surroundings = Surroundings(ROOM)
-    (sure,), (more,) = (surroundings.towards(["door"], r, RAYS) for r in (exactly(pose), unsure))
+    (sure,), (more,) = (
+        np.isfinite(surroundings.entries(["door"], r, RAYS)) for r in (exactly(pose), unsure)
+    )
     assert more.sum() > sure.sum()
     assert not (sure & ~more).any()

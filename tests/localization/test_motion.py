@@ -28,7 +28,9 @@ steps = st.tuples(st.floats(-0.5, 0.5), st.floats(-0.5, 0.5), st.floats(-1, 1)).
 def spread(samples: FloatArray) -> FloatArray:
     """(3,) standard deviations."""
     weights = np.full(len(samples), 1.0 / len(samples))
-    return np.sqrt(np.diag(weighted_pose_covariance(samples, weights)))
+    return np.sqrt(
+        np.diag(weighted_pose_covariance(samples, weights, weighted_pose_mean(samples, weights)))
+    )
 
 
 def driven(step: FloatArray, times: int, settings: LocalizationSettings, seed: int) -> FloatArray:

@@ -105,11 +105,11 @@ def test_a_belief_that_is_narrow_is_settled(std: float, settled: bool) -> None:
 
 
 def test_a_settled_belief_is_represented_by_its_mean_any_other_by_a_comb() -> None:
-    narrow = lattice(std=0.02).represented_by("door", 7)
+    narrow = lattice(std=0.02).represented_by(7)
     np.testing.assert_allclose(narrow.states, [lattice(std=0.02).mean])
     assert narrow.shares.sum() == pytest.approx(1.0)
     wide = lattice(std=0.3)
-    comb = wide.represented_by("door", 50)
+    comb = wide.represented_by(50)
     assert comb.shares.sum() == pytest.approx(1.0)
     assert comb.shares @ comb.states[:, 0] == pytest.approx(wide.mean[0], abs=0.02)
     assert comb.states[:, 0].std() == pytest.approx(wide.std[0], rel=0.05)

@@ -14,7 +14,7 @@ from objstate.config import BeamModelSettings
 from objstate.geometry import FloatArray, between, transform_from_pose
 from objstate.records import Rays
 from objstate.sensing import BeamModel, ScanView, Sensing, cast_from
-from objstate.sensing.level import Sweep
+from objstate.sensing.level import ABREAST, Stand, Sweep
 from objstate.sensing.view import LevelView
 from tests.rooms import (
     LASER_HEIGHT,
@@ -121,6 +121,28 @@ def test_a_laser_may_stand_anywhere_on_the_robot_and_upside_down(
     rays = beams_at(np.linspace(-2.0, 2.0, 120), frame)
     assume(outside_of(boxes, rays, robot))
     assert_as_embree_sees(hall(boxes), rays, robot)
+
+
+@settings(max_examples=EXAMPLES, deadline=None)
+@given(blocks, fans, poses, st.floats(0.0, 0.24), st.integers(0, 1000), st.booleans())
+def test_many_robot_poses_abreast_as_embree_sees_them(
+    boxes: list[tuple[float, ...]],
+    rays: Rays,
+    robot: FloatArray,
+    spread: float,
+    seed: int,
+    drives: bool,
+) -> None:
+    """Poses close together are cast side by side, each beam over a range that serves them all."""
+    rays = driven(rays, np.array([0.5, 0.1, 0.4])) if drives else rays
+    cloud = robot + spread * np.random.default_rng(seed).uniform(-1.0, 1.0, (ABREAST, 3))
+    assume(all(outside_of(boxes, rays, pose) for pose in cloud))
+    assert Stand.of(cloud).are_close
+    clutter = hall(boxes)
+    view = level_view(building(Mesh.empty(), standing("clutter", clutter)), rays)
+    found = view.object("clutter", np.zeros((1, 3)), cloud)[:, 0]
+    for pose, ranges in zip(cloud[:3], found, strict=False):
+        assert_as_embree(ranges, clutter, *cast_from(transform_from_pose(pose), rays))
 
 
 @settings(max_examples=EXAMPLES, deadline=None)

@@ -1,0 +1,172 @@
+"""Whole logs, start-up, and what a second core is worth."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+
+from benchmarks.speed.table import Table, number, times
+from benchmarks.speed.timing import Effort
+from objstate.run import RunResult, estimate_log
+
+ROOT = Path(__file__).parents[2]
+LOG = ROOT / "logs" / "corridor.mcap"
+BUILDING = ROOT / "models" / "corridor" / "corridor.urdf"
+COMMAND = (sys.executable, str(ROOT / "cli.py"))
+SHORT = 20.0  # s of log in which all loops are needed
+CORES = 2
+
+
+@dataclass(frozen=True)
+class Taken:
+    """Seconds, by the clock and of the processor."""
+
+    wall: float
+    processor: float
+
+    @staticmethod
+    def median(all_: list[Taken]) -> Taken:
+        return Taken(median(each.wall for each in all_), median(each.processor for each in all_))
+
+
+def sample_log(effort: Effort) -> list[Table]:
+    """The sample log, in one process and as a user types it."""
+    seconds = _estimate().log_seconds  # compiles, and imports all there is
+    inside, typed = [], []
+    for _ in range(effort.logs):
+        inside.append(_taken(_estimate, resource.RUSAGE_SELF))
+        typed.append(_taken(_typed, resource.RUSAGE_CHILDREN))
+    rows = [
+        (name, number(each.processor), times(seconds / each.processor), number(each.wall))
+        for name, each in (
+            ("start-up excluded", Taken.median(inside)),
+            ("as a user types it, start-up and table included", Taken.median(typed)),
+        )
+    ]
+    return [
+        Table(
+            "The sample log",
+            ("", "s of processor time", "real time", "s by the clock"),
+            rows,
+            (
+                f"{LOG.name}: {seconds:.0f} s, two lasers of 180 beams at 5 scans a second each, "
+                f"fourteen doors; default settings, reading and writing included.",
+            ),
+        )
+    ]
+
+
+def start_up(effort: Effort) -> list[Table]:
+    """How long a user waits before anything is estimated."""
+    with tempfile.TemporaryDirectory() as folder:
+        begin = dict(os.environ, NUMBA_CACHE_DIR=folder)
+        first = _taken(lambda: _typed(begin, end=SHORT), resource.RUSAGE_CHILDREN)
+        later = [
+            _taken(lambda: _typed(begin, end=SHORT), resource.RUSAGE_CHILDREN)
+            for _ in range(effort.logs)
+        ]
+    shown = [
+        _taken(lambda: _started(*COMMAND, "--help"), resource.RUSAGE_CHILDREN)
+        for _ in range(effort.rounds)
+    ]
+    cached, help_ = Taken.median(later), Taken.median(shown)
+    rows = [
+        ("`objstate --help`", number(help_.processor), number(help_.wall)),
+        (
+            f"the first {SHORT:.0f} s of the sample log, loops compiled before",
+            number(cached.processor),
+            number(cached.wall),
+        ),
+        (
+            "the same on a fresh install: loops are compiled",
+            number(first.processor),
+            number(first.wall),
+        ),
+        (
+            "what compiling holds it up by",
+            number(first.processor - cached.processor),
+            number(first.wall - cached.wall),
+        ),
+    ]
+    return [Table("Start-up", ("", "s of processor time", "s by the clock"), rows)]
+
+
+def two_cores(effort: Effort) -> list[Table]:
+    """Two logs by one process, one after the other, and by two at once."""
+    taken: dict[int, list[float]] = {1: [], CORES: []}
+    with _pool(1) as one, _pool(CORES) as both:
+        for _ in range(effort.logs):
+            for pool, workers in ((one, 1), (both, CORES)):
+                taken[workers].append(_together(pool))
+    alone, together = median(taken[1]), median(taken[CORES])
+    load = os.getloadavg()[0]
+    return [
+        Table(
+            "Two cores",
+            ("two runs of the sample log", "s by the clock", ""),
+            [
+                ("one after the other", number(alone), "1"),
+                ("at once, in two processes", number(together), times(alone / together)),
+            ],
+            (
+                f"As `objstate batch` runs logs. The processes have started and compiled before. "
+                f"{load:.1f} processes were running or waiting on this machine, ours included.",
+            ),
+        )
+    ]
+
+
+def _estimate() -> RunResult:
+    with tempfile.TemporaryDirectory() as folder:
+        return estimate_log([LOG], BUILDING, Path(folder) / "result")
+
+
+def _typed(environment: dict[str, str] | None = None, end: float | None = None) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        result = str(Path(folder) / "result")
+        part = () if end is None else ("--to", str(end))
+        given = ("estimate", str(LOG), "--building", str(BUILDING), "--out", result)
+        _started(*COMMAND, *given, *part, environment=environment)
+
+
+def _started(*command: str, environment: dict[str, str] | None = None) -> None:
+    subprocess.run(command, check=True, capture_output=True, env=environment)
+
+
+def _taken(call: Callable[[], object], who: int) -> Taken:
+    used, began = _processor(who), time.perf_counter()
+    call()
+    return Taken(time.perf_counter() - began, _processor(who) - used)
+
+
+def _processor(who: int) -> float:
+    used = resource.getrusage(who)
+    return used.ru_utime + used.ru_stime
+
+
+@contextmanager
+def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
+    """Processes that have run the log before."""
+    spawn = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(workers, mp_context=spawn) as pool:
+        _together(pool)
+        yield pool
+
+
+def _together(pool: ProcessPoolExecutor) -> float:
+    """s by the clock until as many runs as there are cores are done."""
+    began = time.perf_counter()
+    for run in [pool.submit(_estimate) for _ in range(CORES)]:
+        run.result()
+    return time.perf_counter() - began

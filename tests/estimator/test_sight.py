@@ -1,0 +1,60 @@
+"""What a scan may see: nothing that it does see is left out, and what walls hide is."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from objstate.building.model import Mesh
+from objstate.config import BeamModelSettings
+from objstate.estimator.sight import Sight
+from objstate.estimator.surroundings import Surroundings
+from objstate.geometry import BoolArray, FloatArray
+from objstate.localization import PoseBelief
+from objstate.particles import Weights
+from objstate.records import Scan
+from objstate.sensing import BeamModel, Sensing
+from tests.rooms import building, door, enclosure, fan, wall
+
+RAYS = fan(181, 2 * np.pi)
+PLACE = building(
+    Mesh.joined([enclosure(12.0, 10.0), wall((1.0, -5.0), (1.0, 5.0))]),
+    door("here", -2.0, 2.0, 0.3),
+    door("behind", 3.0, 2.0, 0.3),
+)
+
+
+def sight(pose: FloatArray, ranges: FloatArray | None = None) -> Sight:
+    measured = np.full(len(RAYS), 2.0) if ranges is None else ranges
+    scan = Scan(0, "laser", measured, RAYS, 0.02, 20.0)
+    sensing = Sensing(PLACE, BeamModel(BeamModelSettings()))
+    robot = PoseBelief(pose[None], Weights.uniform(1))
+    return Sight(scan, robot, sensing, Surroundings(PLACE))
+
+
+def every(count: int) -> BoolArray:
+    return np.ones(count, dtype=bool)
+
+
+def test_an_object_behind_a_wall_is_in_range_but_not_seen() -> None:
+    found = sight(np.array([-2.0, -1.0, 0.4]))
+    assert found.names == ["here", "behind"]
+    assert found.seen_by(every(len(RAYS))) == ["here"]
+    assert found.seen_by(every(len(RAYS)), but=["here"]) == []
+
+
+def test_only_beams_towards_an_object_see_it() -> None:
+    found = sight(np.array([-2.0, -1.0, 0.0]))
+    _, towards = found.near(10.0, every(len(RAYS)))
+    assert found.seen_by(~towards[0] & ~towards[1]) == []
+    assert found.seen_by(towards[0]) == ["here"]
+
+
+def test_beams_that_say_nothing_meet_no_wall_and_touch_nothing() -> None:
+    ranges = np.full(len(RAYS), 2.0)
+    ranges[::2] = np.nan
+    found = sight(np.array([-2.0, -1.0, 0.0]), ranges)
+    assert np.isnan(found.walls[::2]).all()
+    assert np.isfinite(found.walls[1::2]).all()
+    _, towards = found.near(10.0, found.valid)
+    assert not towards[:, ::2].any()
+    assert not found.bare[::2].any()
