@@ -56,8 +56,8 @@ def _savings(found: Sequence[Worth]) -> Table:
         ("right doors", lambda worth: worth.right),
     ):
         for each in savings(found, measure):
-            distances = f"{each.own:.0f}", f"{each.best:.0f}"
-            table.add_row(what, each.strategy, f"{each.knob:g}", *distances, percent(each.share))
+            others = (f"{each.best:.0f}", percent(each.share)) if each.strategy else ("-", "-")
+            table.add_row(what, each.strategy, f"{each.knob:g}", f"{each.own:.0f}", *others)
     return table
 
 
