@@ -30,6 +30,21 @@ def njit(**options: Any) -> Callable[[F], F]:
     return compiled
 
 
+def when_compiling(tell: Callable[[], None]) -> None:
+    """Call ``tell`` once, as soon as a loop is compiled in this process rather than loaded."""
+    from numba.core import event
+
+    class Listener(event.Listener):
+        def on_start(self, event: object) -> None:
+            told()
+
+        def on_end(self, event: object) -> None:
+            pass
+
+    told = cache(tell)
+    event.register("numba:compile", Listener())  # type: ignore[no-untyped-call]
+
+
 @cache
 def _tell() -> None:
     logger.warning(

@@ -47,3 +47,10 @@ def test_where_they_can_be_kept_they_are(tmp_path: Path) -> None:
 def test_what_cant_be_compiled_is_an_error() -> None:
     with pytest.raises(numba.TypingError):
         njit()(lambda text: text.nonsense())("text")
+
+
+def test_who_waits_for_the_compiler_is_told_once(tmp_path: Path) -> None:
+    script = "from objstate.compiling import when_compiling\nwhen_compiling(lambda: print('now'))\n"
+    first, again = (run(script + SCRIPT, NUMBA_CACHE_DIR=str(tmp_path)) for _ in range(2))
+    assert first.stdout == "now\n[2.]\n"
+    assert again.stdout == "[2.]\n"

@@ -8,6 +8,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from objstate.cli.console import error_console
+from objstate.compiling import when_compiling
+
+COMPILING = "Compiling the inner loops, once after an install: about ten seconds."
 
 Report = Callable[[float, float], None]  # share done from 0 to 1, seconds of the log done
 
@@ -15,6 +18,8 @@ Report = Callable[[float, float], None]  # share done from 0 to 1, seconds of th
 @contextmanager
 def progress_bar(label: str, quiet: bool) -> Iterator[Report | None]:
     """A bar to report to; None where nobody would see it: quiet, or stderr is no terminal."""
+    if not quiet:
+        when_compiling(lambda: error_console().print(COMPILING))
     if quiet or not sys.stderr.isatty():
         yield None
         return

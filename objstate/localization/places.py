@@ -37,15 +37,19 @@ class Places:
         """The free places of a building, seen by a laser at a height."""
         corners = expected.building.walls.vertices[:, :2]
         corner, upper = corners.min(axis=0), corners.max(axis=0)
-        spacing = settings.spacing
-        while True:
+        spacing = max(
+            settings.spacing, float(np.sqrt(np.prod(upper - corner) / settings.max_places))
+        )
+        is_final = spacing == settings.spacing
+        while True:  # in a large building, a first look tells how much of it is free
             shape = np.ceil((upper - corner) / spacing).astype(int).clip(min=1)
             column, row = np.divmod(np.arange(shape.prod()), shape[1])
             points = corner + (np.column_stack([column, row]) + 0.5) * spacing
             ranges, free = _look_round(expected, points, height)
-            if free.sum() <= settings.max_places:
+            if is_final and free.sum() <= settings.max_places:
                 break
-            spacing *= float(np.sqrt(1.1 * free.sum() / settings.max_places))
+            share = 1.1 * max(int(free.sum()), 1) / settings.max_places
+            spacing, is_final = max(settings.spacing, spacing * float(np.sqrt(share))), True
         cells = np.full(len(points), -1)
         cells[free] = np.arange(free.sum())
         about = np.stack([np.roll(ranges[free], turn, axis=1) for turn in (-1, 0, 1)])

@@ -6,6 +6,7 @@ that move in the floor plane. What a level sweep sees of them are segments.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, lru_cache
 from typing import NamedTuple, TypeVar
@@ -17,11 +18,11 @@ from objstate.building.model import Building, Kind, MovableObject
 from objstate.building.outline import outline
 from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.records import Rays
+from objstate.sensing.blocks import Blocks
 
 T = TypeVar("T", bound=np.generic)
 
-ABREAST = 8  # poses from which ranges are cast side by side
-CLOSE = 0.5  # m or rad, if they lie no farther apart
+ABREAST = 200  # poses from which ranges are cast side by side, at most
 LEVEL = 1e-6  # rad or relative: a laser or an axis tilted by less counts as level or upright
 SAME_HEIGHT = 1e-6  # m
 INDEX_STEPS = 2  # of a sweep's index, for each beam
@@ -111,18 +112,19 @@ def pseudo_angles(directions: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class Stand:
-    """Robot poses as the kernels take them."""
+    """Robot poses as the kernels take them, in parts that see about the same."""
 
     poses: FloatArray  # (p, 4) x, y, cosine and sine of the yaw
-    are_close: bool  # so that what they see is cast side by side
+    parts: Sequence[slice | IntArray]  # of poses that look in about the same direction
 
     @staticmethod
     def of(poses: FloatArray) -> Stand:
         """Of poses (p, 3)."""
-        are_close = len(poses) >= ABREAST and bool(
-            (poses.max(axis=0) - poses.min(axis=0)).max() < CLOSE
-        )
-        return Stand(with_trigonometry(poses), are_close)
+        count = -(-len(poses) // ABREAST)
+        parts: Sequence[slice | IntArray] = [slice(None)]
+        if count > 1:
+            parts = np.array_split(np.argsort(poses[:, 2], kind="stable"), count)
+        return Stand(with_trigonometry(poses), parts)
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,7 +189,7 @@ class LevelOutlines:
     def __init__(self, building: Building) -> None:
         self._building = building
         self.hold = all(moves_in_plane(item) for item in building.objects.values())
-        self._walls = cache(lambda height: _flat(outline(building.walls, height)))
+        self._walls = cache(lambda height: Blocks(_flat(outline(building.walls, height))))
         self._neighbourhoods: dict[float, Neighbourhood] = {}
         self._stand: tuple[FloatArray, Stand] | None = None  # the last, with its poses (p, 3)
 
@@ -217,10 +219,9 @@ class LevelOutlines:
     def _neighbourhood(
         self, height: float, lower: FloatArray, upper: FloatArray, reach: float
     ) -> Neighbourhood:
-        walls, middle = self._walls(height), (lower + upper) / 2
         radius = reach + float(np.hypot(*(upper - lower))) / 2
-        walls = walls[_distance(walls, middle) <= radius]
-        return Neighbourhood(lower, upper, reach, np.ascontiguousarray(walls))
+        walls = self._walls(height).within((lower + upper) / 2, radius)
+        return Neighbourhood(lower, upper, reach, walls)
 
     @cache  # noqa: B019 - lives as long as the outlines it belongs to
     def of_object(self, name: str, height: float) -> ObjectOutline:
@@ -259,13 +260,13 @@ def _seen(walls: FloatArray, lower: FloatArray, upper: FloatArray) -> BoolArray:
     each segment that isn't found yet are looked at from the rectangle's middle and
     corners, so that nothing small is missed.
     """
-    from objstate.sensing import kernels
+    from objstate.sensing import projection
 
     places = _grid(lower, upper)
     bearings = np.linspace(-np.pi, np.pi, LOOKS, endpoint=False)
     round_about = _sweep_towards(np.column_stack([np.cos(bearings), np.sin(bearings)]))
     seen = np.zeros(len(walls), dtype=bool)
-    kernels.mark_seen(
+    projection.mark_seen(
         with_trigonometry(places),
         walls,
         round_about.beams(np.zeros(LOOKS), np.zeros(LOOKS)),
@@ -292,7 +293,7 @@ def _grid(lower: FloatArray, upper: FloatArray) -> FloatArray:
 
 def _glimpsed(segments: FloatArray, screens: FloatArray, place: FloatArray) -> BoolArray:
     """Which segments (k, 4) show some of their points past screens (m, 4), from a place (2,)."""
-    from objstate.sensing import kernels
+    from objstate.sensing import projection
 
     if len(segments) == 0:
         return np.zeros(0, dtype=bool)
@@ -300,18 +301,19 @@ def _glimpsed(segments: FloatArray, screens: FloatArray, place: FloatArray) -> B
     off = (start + GLIMPSES[:, None] * along - place).reshape(-1, 2)
     distance = np.hypot(off[:, 0], off[:, 1]).clip(min=TOUCHING)
     sweep = _sweep_towards(off / distance[:, None])
-    nearest = np.full((1, 1, len(off)), np.inf)
-    kernels.cast(
+    nearest = np.empty((1, 1, len(off)))
+    projection.cast(
         np.array([[*place, 1.0, 0.0]]),
         np.array([[0.0, 0.0, 1.0, 0.0]]),
         screens,
         False,
+        sweep.order,
         sweep.beams(np.zeros(len(off)), np.zeros(len(off))),
         sweep.index,
         sweep.centre,
         nearest,
     )
-    visible = distance <= sweep.unsorted(nearest[0, 0]) + TOUCHING
+    visible = distance <= nearest[0, 0] + TOUCHING
     return np.asarray(visible.reshape(len(segments), -1).any(axis=1))
 
 
@@ -377,12 +379,3 @@ def _loops(segments: FloatArray) -> list[IntArray]:
 
 def _flat(segments: FloatArray) -> FloatArray:
     return np.ascontiguousarray(segments.reshape(-1, 4))
-
-
-def _distance(segments: FloatArray, point: FloatArray) -> FloatArray:
-    """Distances (k,) of segments (k, 4) from a point (2,)."""
-    start, along = segments[:, :2], segments[:, 2:] - segments[:, :2]
-    length_squared = np.maximum((along**2).sum(axis=1), np.finfo(float).tiny)
-    share = (((point - start) * along).sum(axis=1) / length_squared).clip(0.0, 1.0)
-    nearest = start + share[:, None] * along
-    return np.asarray(np.hypot(*(nearest - point).T))

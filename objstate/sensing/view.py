@@ -301,20 +301,28 @@ class LevelView:
         objects: Sequence[UncertainObject],
         walls: FloatArray | None = None,
     ) -> FloatArray:
-        from objstate.sensing import kernels
+        from objstate.sensing import likelihood
 
-        out = np.empty(len(poses))
-        kernels.pose_log_likelihood(
-            self._outlines.stand(poses).poses,
-            self.walls(poses) if walls is None else walls,
-            self._sweep.order,
-            *self._outlines.scenery(tuple(objects), self._sweep.height),
-            self._beams,
-            self._sweep.index,
-            self._sweep.centre,
+        stand, known = self._outlines.stand(poses), self.walls(poses) if walls is None else walls
+        scenery = self._outlines.scenery(tuple(objects), self._sweep.height)
+        model, out = (
             self._beam_model.blurred(blur).parameters(self._range_max),
-            out,
+            np.empty(len(poses)),
         )
+        for part in stand.parts:
+            log_likelihood = np.empty(len(stand.poses[part]))
+            likelihood.pose_log_likelihood(
+                stand.poses[part],
+                known[part],
+                *scenery,
+                self._sweep.order,
+                self._beams,
+                self._sweep.index,
+                self._sweep.centre,
+                model,
+                log_likelihood,
+            )
+            out[part] = log_likelihood
         return out
 
     def fit(self, log_likelihood: float, blur: float) -> float:
@@ -323,28 +331,26 @@ class LevelView:
     def object_log_likelihood(
         self, name: str, states: FloatArray, poses: FloatArray, comparison: Comparison
     ) -> tuple[FloatArray, BoolArray]:
-        from objstate.sensing import abreast
+        from objstate.sensing import likelihood
 
         outline = self._outlines.of_object(name, self._sweep.height)
         normals = np.zeros((len(states), 2)) if comparison.normals is None else comparison.normals
         whole = np.ones(len(states), dtype=bool) if comparison.whole is None else comparison.whole
-        everyone = np.arange(len(poses))
-        few = everyone if comparison.few is None else comparison.few
-        parameters = self._beam_model.parameters(self._range_max)
         placements = with_trigonometry(self._outlines.placements(name, states))
-        out = np.empty((len(poses), len(states)))
-        bears = np.zeros(self._beams.shape[1], dtype=bool)
-        for chosen, some in ((everyone, np.flatnonzero(whole)), (few, np.flatnonzero(~whole))):
-            change = np.empty((len(some), len(chosen)))
-            abreast.object_log_likelihood(
-                chosen,
+        parameters = self._beam_model.parameters(self._range_max)
+        stand, bears = self._outlines.stand(poses).poses, np.zeros(self._beams.shape[1], dtype=bool)
+
+        def change(some: IntArray, few: IntArray | None = None) -> FloatArray:
+            chosen = slice(None) if few is None else few
+            out = np.empty((len(some), len(stand[chosen])))
+            likelihood.object_log_likelihood(
                 some,
-                self._outlines.stand(poses).poses,
+                stand[chosen],
                 placements,
                 normals,
                 outline.segments,
                 outline.convex,
-                comparison.background,
+                comparison.background[chosen],
                 self._sweep.order,
                 self._beams,
                 self._sweep.index,
@@ -352,44 +358,39 @@ class LevelView:
                 parameters,
                 comparison.shift_std,
                 comparison.tempering,
-                change,
+                out,
                 bears,
             )
-            out[:, some] = change.T if chosen is everyone else _log_mean(change)
+            return out
+
+        out = np.empty((len(poses), len(states)))
+        out[:, whole] = change(np.flatnonzero(whole)).T
+        if not whole.all():
+            out[:, ~whole] = _log_mean(change(np.flatnonzero(~whole), comparison.few))
         return out, self._sweep.unsorted(bears)
 
     def _cast(
         self, outline: ObjectOutline, placements: FloatArray, poses: FloatArray
     ) -> FloatArray:
-        from objstate.sensing import abreast, kernels
+        from objstate.sensing import projection
 
-        count, stand = self._beams.shape[1], self._outlines.stand(poses)
-        if len(placements) == 1 and stand.are_close:
-            near = np.empty((len(poses), count))
-            abreast.cast(
-                stand.poses,
-                placements[0],
+        stand, count = self._outlines.stand(poses), self._beams.shape[1]
+        out = np.empty((len(poses), len(placements), count))
+        for part in stand.parts:
+            ranges = np.empty((len(stand.poses[part]), len(placements), count))
+            projection.cast(
+                stand.poses[part],
+                placements,
                 outline.segments,
                 outline.convex,
+                self._sweep.order,
                 self._beams,
                 self._sweep.index,
                 self._sweep.centre,
-                self._sweep.order,
-                near,
+                ranges,
             )
-            return near[:, None]
-        out = np.full((len(poses), len(placements), count), np.inf)
-        kernels.cast(
-            stand.poses,
-            placements,
-            outline.segments,
-            outline.convex,
-            self._beams,
-            self._sweep.index,
-            self._sweep.centre,
-            out,
-        )
-        return self._sweep.unsorted(out)
+            out[part] = ranges
+        return out
 
 
 def _log_mean(logs: FloatArray) -> FloatArray:

@@ -1,0 +1,436 @@
+"""How likely a scan is, for many robot poses abreast, compiled.
+
+As in ``projection``, poses run along the last axis of every array here, and the loops over
+them hold one statement each, so that the processor takes several poses at a time. Beams,
+poses, placements and outlines are as in ``kernels``.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from objstate.compiling import njit
+from objstate.geometry import BoolArray, FloatArray, IntArray
+from objstate.sensing.kernels import (
+    COS,
+    DIRECTION_X,
+    DIRECTION_Y,
+    GAUSSIAN,
+    GRAZING,
+    HIT,
+    LARGE,
+    LEAST_DENSITY,
+    MEASURED,
+    MISSING,
+    PEAK,
+    PER_SIGMA,
+    RANDOM,
+    RANGE_MAX,
+    SHORT,
+    SIN,
+    SMALL,
+    SPREAD,
+    bell,
+)
+from objstate.sensing.projection import project, stands, strays
+
+DECADES = 150.0  # by which a product may grow or shrink before its logarithm is taken
+NEAR_SIGMAS = 4.0  # a range shorter than this many sigmas before an object was stopped by another
+LEAST_SHARE = 1e-12  # what rounding may leave of one when all shares are taken away
+
+_compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
+
+
+@_compile
+def _hit_densities(
+    expected: FloatArray, measured: float, model: FloatArray, out: FloatArray
+) -> None:
+    """The density of a hit of what is expected (p,), without the floor that all readings have."""
+    peak, per_sigma = model[PEAK], model[PER_SIGMA]
+    if model[GAUSSIAN] > 0.0:
+        for p in range(out.shape[0]):
+            off = (measured - min(expected[p], model[RANGE_MAX])) * per_sigma
+            out[p] = peak * np.exp(-0.5 * off * off)
+        return
+    for p in range(out.shape[0]):
+        off = (measured - expected[p]) * per_sigma
+        out[p] = peak * bell(0.5 * off * off)
+
+
+@_compile
+def _densities(
+    hit: FloatArray,
+    expected: FloatArray,
+    measured: float,
+    floor: float,
+    short: float,
+    out: FloatArray,
+) -> None:
+    """Densities ``out`` (p,): of hits, of random readings, and of those that were stopped short."""
+    for p in range(out.shape[0]):
+        out[p] = hit[p] + floor + (short if measured < expected[p] else 0.0)
+
+
+@_compile
+def _floor(measured: float, model: FloatArray) -> Any:
+    """The density that a reading has whatever is expected; that of a missing return is a probability."""
+    if model[GAUSSIAN] > 0.0:
+        return LEAST_DENSITY
+    return model[MISSING] if measured == np.inf else model[RANDOM]
+
+
+@_compile
+def _read(measured: float, model: FloatArray) -> Any:
+    """What a beam reads: the pure Gaussian takes a missing return for one at the end of the range."""
+    return min(measured, model[RANGE_MAX]) if model[GAUSSIAN] > 0.0 else measured
+
+
+@_compile
+def _look(
+    expected: FloatArray,
+    measured: float,
+    short: float,
+    model: FloatArray,
+    out: FloatArray,
+) -> None:
+    """The density ``out`` (p,) of one beam's reading, for what is expected (p,)."""
+    floor = _floor(measured, model)
+    if measured == np.inf:
+        for p in range(out.shape[0]):
+            out[p] = floor + (model[HIT] if expected[p] >= model[RANGE_MAX] else 0.0)
+    else:
+        _hit_densities(expected, measured, model, out)
+        _densities(out, expected, measured, floor, short, out)
+
+
+@_compile
+def _look_behind(
+    background: FloatArray,
+    beam: int,
+    measured: float,
+    short: float,
+    model: FloatArray,
+    without: FloatArray,
+    per_density: FloatArray,
+) -> None:
+    """What a beam reads ``without`` (p,) the object, up to the range, and one over its density then."""
+    for p in range(without.shape[0]):
+        without[p] = background[p, beam]
+    _look(without, measured, short, model, per_density)
+    for p in range(without.shape[0]):
+        per_density[p] = 1.0 / per_density[p]
+    for p in range(without.shape[0]):
+        without[p] = min(without[p], model[RANGE_MAX])
+
+
+@_compile
+def _multiply(
+    dense: FloatArray,
+    per_density: FloatArray,
+    nearest: FloatArray,
+    without: FloatArray,
+    product: FloatArray,
+) -> None:
+    """Take one beam into the products (p,), where it touches the object."""
+    for p in range(product.shape[0]):
+        ratio = dense[p] * per_density[p]
+        product[p] *= ratio if nearest[p] < without[p] else 1.0
+
+
+@_compile
+def _flush(product: FloatArray, change: FloatArray) -> None:
+    """Move the products (p,) into their logarithms."""
+    for p in range(product.shape[0]):
+        change[p] += np.log(product[p])
+        product[p] = 1.0
+
+
+@_compile
+def _per_shift(
+    nx: FloatArray,
+    ny: FloatArray,
+    beam: FloatArray,
+    nearest: FloatArray,
+    without: FloatArray,
+    out: FloatArray,
+) -> None:
+    """m by which a range grows for each m of a surface's shift along its normal; 0 if it doesn't tell."""
+    dx, dy = beam[DIRECTION_X], beam[DIRECTION_Y]
+    for p in range(out.shape[0]):
+        cosine = dx * nx[p] + dy * ny[p]
+        tells = (abs(cosine) > GRAZING) & (nearest[p] < without[p])
+        grows = 1.0 / cosine
+        out[p] = grows if tells else 0.0
+
+
+@_compile
+def _pull(
+    hit: FloatArray,
+    dense: FloatArray,
+    per_shift: FloatArray,
+    nearest: FloatArray,
+    measured: float,
+    gradient: FloatArray,
+) -> None:
+    """Add what one beam says of a shift, by its share of a hit, to the log-density's gradient (p,).
+
+    ``hit`` (p,) becomes the derivative of the expected error.
+    """
+    for p in range(hit.shape[0]):
+        hit[p] *= per_shift[p] / dense[p]
+    for p in range(hit.shape[0]):
+        off = measured - nearest[p]
+        gradient[p] += hit[p] * off if per_shift[p] != 0.0 else 0.0
+
+
+@_compile
+def _hold(hit: FloatArray, per_shift: FloatArray, curvature: FloatArray) -> None:
+    """The same for the curvature (p,)."""
+    for p in range(hit.shape[0]):
+        curvature[p] += hit[p] * per_shift[p]
+
+
+@_compile
+def _touches(nearest: FloatArray, without: FloatArray, most: float) -> Any:
+    """Whether a beam touches the object from some pose, nearer than ``most`` m."""
+    found = 0
+    for p in range(nearest.shape[0]):
+        found |= (nearest[p] < without[p]) & (nearest[p] < most)
+    return found != 0
+
+
+@_compile
+def _at_once(short: FloatArray, model: FloatArray) -> Any:
+    """How many beams' densities can be multiplied before their product leaves the floats."""
+    highest = model[PEAK] + model[HIT] + model[RANDOM] + model[MISSING]
+    for i in range(short.shape[0]):
+        highest = max(highest, model[PEAK] + model[RANDOM] + short[i])
+    lowest = max(min(_floor(0.0, model), _floor(np.inf, model)), SMALL)
+    return max(1, int(DECADES / max(np.log10(highest / lowest), 1.0)))
+
+
+@_compile
+def _turned(lasers: FloatArray, normal: FloatArray, nx: FloatArray, ny: FloatArray) -> None:
+    """A direction (2,) in the building, as seen from each laser's pose (4, p)."""
+    for p in range(nx.shape[0]):
+        nx[p] = lasers[COS, p] * normal[0] + lasers[SIN, p] * normal[1]
+        ny[p] = lasers[COS, p] * normal[1] - lasers[SIN, p] * normal[0]
+
+
+@_compile
+def object_log_likelihood(
+    states: IntArray,
+    poses: FloatArray,
+    placements: FloatArray,
+    normals: FloatArray,
+    outline: FloatArray,
+    convex: bool,
+    background: FloatArray,
+    order: IntArray,
+    beams: FloatArray,
+    index: IntArray,
+    sweep: FloatArray,
+    model: FloatArray,
+    shift_std: float,
+    tempering: float,
+    out: FloatArray,
+    bears: BoolArray,
+) -> None:
+    """Change in log p(o | s, l) that an object makes, over the background alone: ``out`` (s, p).
+
+    Its ``states`` (s,) are rows of ``placements`` and ``normals``. ``background`` (p, n) is what the
+    beams read without the object, in the scan's own order, of which sorted beam i is ``order[i]``. Beams that the object doesn't touch contribute
+    the same to every state (section 3 of Schulz and Burgard 2001) and are left out. ``bears`` (n,)
+    is set where a beam touches the object in some state and isn't stopped before reaching it.
+
+    The likelihood has the exponent ``tempering``. The object may stand ``shift_std`` m
+    aside of its placement, along the unit normal ``normals[s]`` of its long side: an
+    error that all its beams share. A range grows with the shift by 1 over the cosine
+    of its incidence, so the readings speak of the shift as a Gaussian, and the average
+    has a closed form.
+    """
+    size, count = poses.shape[0], beams.shape[1]
+    lasers, middle = stands(poses, sweep), np.empty(4)
+    strayed = strays(lasers, middle)
+    nearest = np.empty((count, size))
+    nearest.fill(np.inf)
+    without, per_density = np.empty((count, size)), np.empty((count, size))
+    is_known, is_touched = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_)
+    nx, ny, per_shift = np.empty(size), np.empty(size), np.empty(size)
+    hit, dense, product, change = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
+    gradient, curvature = np.empty(size), np.empty(size)
+    near, variance = NEAR_SIGMAS / model[PER_SIGMA], shift_std * shift_std
+    at_once = _at_once(beams[SHORT], model)
+    for k in range(states.shape[0]):
+        project(
+            lasers,
+            middle,
+            strayed,
+            placements[states[k]],
+            outline,
+            convex,
+            beams,
+            index,
+            sweep[SPREAD],
+            nearest,
+            is_touched,
+        )
+        _turned(lasers, normals[states[k]], nx, ny)
+        product.fill(1.0)
+        change.fill(0.0)
+        gradient.fill(0.0)
+        curvature.fill(0.0)
+        taken = 0
+        for i in range(count):
+            if not is_touched[i]:
+                continue
+            is_touched[i] = False
+            measured, short = _read(beams[MEASURED, i], model), beams[SHORT, i]
+            if not is_known[i]:
+                _look_behind(
+                    background,
+                    order[i],
+                    measured,
+                    short,
+                    model,
+                    without[i],
+                    per_density[i],
+                )
+                is_known[i] = True
+            if not _touches(nearest[i], without[i], np.inf):
+                nearest[i].fill(np.inf)
+                continue
+            if not bears[i]:
+                bears[i] = _touches(nearest[i], without[i], beams[MEASURED, i] + near)
+            _hit_densities(nearest[i], measured, model, hit)
+            _densities(hit, nearest[i], measured, _floor(measured, model), short, dense)
+            _multiply(dense, per_density[i], nearest[i], without[i], product)
+            taken += 1
+            if taken % at_once == 0:
+                _flush(product, change)
+            if variance > 0.0 and beams[MEASURED, i] < np.inf:
+                _per_shift(nx, ny, beams[:, i], nearest[i], without[i], per_shift)
+                _pull(hit, dense, per_shift, nearest[i], measured, gradient)
+                _hold(hit, per_shift, curvature)
+            nearest[i].fill(np.inf)
+        _flush(product, change)
+        precision = tempering * model[PER_SIGMA] * model[PER_SIGMA]
+        for p in range(size):
+            surely = 1.0 + precision * curvature[p] * variance
+            pulled = precision * gradient[p]
+            out[k, p] = tempering * change[p] + 0.5 * (
+                pulled * pulled * variance / surely - np.log(surely)
+            )
+
+
+@_compile
+def _mix(
+    alone: FloatArray,
+    expected: FloatArray,
+    dense: FloatArray,
+    share: float,
+    mixed: FloatArray,
+    kept: FloatArray,
+) -> None:
+    """Take in, with its share, a place (p,) at which an object is nearer than all else."""
+    for p in range(mixed.shape[0]):
+        mixed[p] += share * dense[p] if alone[p] < expected[p] else 0.0
+    for p in range(kept.shape[0]):
+        kept[p] -= share if alone[p] < expected[p] else 0.0
+
+
+@_compile
+def _replace(likelihood: FloatArray, mixed: FloatArray, kept: FloatArray) -> None:
+    """Give each likelihood (p,) up for the mixture, as far as its share isn't kept."""
+    for p in range(likelihood.shape[0]):
+        rest = kept[p] if kept[p] > LEAST_SHARE else 0.0
+        likelihood[p] = rest * likelihood[p] + mixed[p]
+        mixed[p] = 0.0
+        kept[p] = 1.0
+
+
+@_compile
+def _log_products(likelihood: FloatArray, out: FloatArray) -> None:
+    """Logarithms ``out`` (p,) of the products over beams of likelihoods (n, p)."""
+    product = np.ones(out.shape[0])
+    out.fill(0.0)
+    for i in range(likelihood.shape[0]):
+        row, leaves = likelihood[i], 0
+        for p in range(out.shape[0]):
+            product[p] *= row[p]
+            leaves |= (product[p] < SMALL) | (product[p] > LARGE)
+        if leaves:
+            _flush(product, out)
+    _flush(product, out)
+
+
+@_compile
+def pose_log_likelihood(
+    poses: FloatArray,
+    expected: FloatArray,
+    outlines: FloatArray,
+    outline_ends: IntArray,
+    convex: BoolArray,
+    placements: FloatArray,
+    placement_ends: IntArray,
+    shares: FloatArray,
+    order: IntArray,
+    beams: FloatArray,
+    index: IntArray,
+    sweep: FloatArray,
+    model: FloatArray,
+    out: FloatArray,
+) -> None:
+    """Log p(o | l) ``out`` (p,), each beam averaged over where uncertain objects may be.
+
+    Object j has the rows of ``outlines`` up to ``outline_ends[j]``, is ``convex[j]`` or
+    not, and may stand at the ``placements`` up to ``placement_ends[j]``, with weights ``shares``. Where it is
+    nearer than what is ``expected`` (p, n) of all else, it is what the beam should read; else the
+    beam keeps the likelihood it had. Sorted beam i has the column ``order[i]`` of it.
+    """
+    size, count = poses.shape[0], beams.shape[1]
+    lasers, middle = stands(poses, sweep), np.empty(4)
+    strayed = strays(lasers, middle)
+    without, likelihood = np.empty((count, size)), np.empty((count, size))
+    alone, mixed, kept = np.empty((count, size)), np.zeros((count, size)), np.ones((count, size))
+    alone.fill(np.inf)
+    dense = np.empty(size)
+    is_touched, is_mixed = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_)
+    for i in range(count):
+        for p in range(size):
+            without[i, p] = expected[p, order[i]]
+        _look(without[i], _read(beams[MEASURED, i], model), beams[SHORT, i], model, likelihood[i])
+    outline_start, placement_start = 0, 0
+    for j in range(outline_ends.shape[0]):
+        outline = outlines[outline_start : outline_ends[j]]
+        for s in range(placement_start, placement_ends[j]):
+            project(
+                lasers,
+                middle,
+                strayed,
+                placements[s],
+                outline,
+                convex[j],
+                beams,
+                index,
+                sweep[SPREAD],
+                alone,
+                is_touched,
+            )
+            for i in range(count):
+                if not is_touched[i]:
+                    continue
+                is_touched[i] = False
+                if _touches(alone[i], without[i], np.inf):
+                    is_mixed[i] = True
+                    _look(alone[i], _read(beams[MEASURED, i], model), beams[SHORT, i], model, dense)
+                    _mix(alone[i], without[i], dense, shares[s], mixed[i], kept[i])
+                alone[i].fill(np.inf)
+        for i in range(count):
+            if is_mixed[i]:
+                is_mixed[i] = False
+                _replace(likelihood[i], mixed[i], kept[i])
+        outline_start, placement_start = outline_ends[j], placement_ends[j]
+    _log_products(likelihood, out)

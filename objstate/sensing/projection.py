@@ -1,0 +1,358 @@
+"""Which beams an outline touches, and at what range, from many robot poses abreast; compiled.
+
+A segment is projected onto the range of beams that it covers, and each of those keeps
+the nearest hit. So the work for a scan grows with its beams, not with beams times segments.
+Robot samples lie close together, so an outline covers about the same beams from all of
+them. Poses therefore run along the last axis of every array here, and the loops over them
+are short and without branches: the processor takes several poses at a time. Beams, poses,
+placements and outlines are as in ``kernels``.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from objstate.compiling import njit
+from objstate.geometry import BoolArray, FloatArray, IntArray
+from objstate.sensing.kernels import (
+    BEARING,
+    CENTRE_X,
+    CENTRE_Y,
+    COS,
+    DIRECTION_X,
+    DIRECTION_Y,
+    ORIGIN_X,
+    ORIGIN_Y,
+    SIN,
+    SPREAD,
+    X,
+    Y,
+)
+
+SLACK = 1e-9  # m, or pseudo-angle, by which a beam may pass an end of a segment and still hit
+TINY = 1e-200  # length of a mean direction of headings all round
+
+_compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
+_compile_finite = njit(nogil=True, error_model="numpy", fastmath={"contract", "nnan", "nsz"})
+
+
+@_compile
+def pseudo_angle(x: float, y: float) -> Any:
+    """A number that grows with the bearing of (x, y): -2 at -pi, 0 at 0, 2 at pi."""
+    t = abs(y) / (abs(x) + abs(y))
+    if x < 0.0:
+        t = 2.0 - t
+    return -t if y < 0.0 else t
+
+
+@_compile
+def _first_at_or_after(bearing: float, beams: FloatArray, index: IntArray) -> Any:
+    """The first beam whose pseudo-angle is not below ``bearing``."""
+    count, cells = beams.shape[1], index.shape[0] - 1
+    cell = int((bearing + 2.0) * cells / 4.0)
+    i = index[min(max(cell, 0), cells)]
+    while i < count and beams[BEARING, i] < bearing:
+        i += 1
+    return i
+
+
+@_compile
+def _hit(
+    ax: FloatArray,
+    ay: FloatArray,
+    ex: FloatArray,
+    ey: FloatArray,
+    beam: FloatArray,
+    slack: float,
+    least: float,
+    nearest: FloatArray,
+) -> None:
+    """Let one beam (7,) keep the nearer of what it has and a segment from a along e, from each pose."""
+    dx, dy, ox, oy = beam[DIRECTION_X], beam[DIRECTION_Y], beam[ORIGIN_X], beam[ORIGIN_Y]
+    for p in range(nearest.shape[0]):
+        fx, fy = ax[p] - ox, ay[p] - oy
+        turn = dx * ey[p] - dy * ex[p]
+        squared = turn * turn
+        along = (fx * dy - fy * dx) * turn
+        distance = (fx * ey[p] - fy * ex[p]) / turn
+        hits = (along >= -slack * squared) & (along <= (1.0 + slack) * squared) & (squared > least)
+        closer = hits & (distance >= 0.0) & (distance < nearest[p])
+        nearest[p] = distance if closer else nearest[p]
+
+
+@_compile
+def stands(poses: FloatArray, sweep: FloatArray) -> Any:
+    """Where the sweep's centre is (4, p) when the robot stands at poses (p, 4)."""
+    lasers = np.empty((4, poses.shape[0]))
+    for p in range(poses.shape[0]):
+        cos, sin = poses[p, COS], poses[p, SIN]
+        lasers[X, p] = poses[p, X] + cos * sweep[CENTRE_X] - sin * sweep[CENTRE_Y]
+        lasers[Y, p] = poses[p, Y] + sin * sweep[CENTRE_X] + cos * sweep[CENTRE_Y]
+        lasers[COS, p], lasers[SIN, p] = cos, sin
+    return lasers
+
+
+@_compile
+def strays(lasers: FloatArray, middle: FloatArray) -> Any:
+    """The mean of lasers' poses (4, p), and how far positions stray from it, m."""
+    for row in range(4):
+        total = 0.0
+        for p in range(lasers.shape[1]):
+            total += lasers[row, p]
+        middle[row] = total / lasers.shape[1]
+    length = max(np.hypot(middle[COS], middle[SIN]), TINY)
+    middle[COS] /= length
+    middle[SIN] /= length
+    strayed = 0.0
+    for p in range(lasers.shape[1]):
+        off = (lasers[X, p] - middle[X]) ** 2 + (lasers[Y, p] - middle[Y]) ** 2
+        strayed = max(strayed, off)
+    return np.sqrt(strayed)
+
+
+@_compile_finite
+def _turns(x: FloatArray, y: FloatArray, to_x: float, to_y: float) -> Any:
+    """Least and largest tangent of the turn from one direction to those of (x, y) (p,).
+
+    Both are infinite where some are turned by 90 degrees or more.
+    """
+    least, largest, ahead = np.inf, -np.inf, np.inf
+    for p in range(x.shape[0]):
+        along, across = to_x * x[p] + to_y * y[p], to_x * y[p] - to_y * x[p]
+        tangent = across / along
+        least, largest, ahead = min(least, tangent), max(largest, tangent), min(ahead, along)
+    return (least, largest) if ahead > 0.0 else (-np.inf, np.inf)
+
+
+@_compile
+def _bearing(x: float, y: float, tangent: float, about: float) -> Any:
+    """The pseudo-angle of (x, y) turned on by a tangent, unwrapped to be near another."""
+    found = pseudo_angle(x - tangent * y, y + tangent * x)
+    if found - about > 2.0:
+        return found - 4.0
+    return found + 4.0 if found - about < -2.0 else found
+
+
+@_compile
+def _covered(
+    segment: FloatArray,
+    starts: Any,
+    ends: Any,
+    strayed: float,
+    spread: float,
+    beams: FloatArray,
+    index: IntArray,
+) -> Any:
+    """The first beam that a segment (4,) may touch from any pose, and how many.
+
+    It is seen from the poses' middle, from which they stray so far; ``starts`` and ``ends`` are how
+    its ends' bearings turn from there to the poses. ``spread`` is how far beams' origins are apart.
+    """
+    count = beams.shape[1]
+    ax, ay, bx, by = segment[0], segment[1], segment[2], segment[3]
+    ex, ey = bx - ax, by - ay
+    squared, along = ex * ex + ey * ey, 0.0
+    if squared > 0.0:
+        along = min(max(-(ax * ex + ay * ey) / squared, 0.0), 1.0)
+    gap = np.sqrt((ax + along * ex) ** 2 + (ay + along * ey) ** 2) - strayed
+    if gap <= spread + SLACK or starts[0] == -np.inf or ends[0] == -np.inf:
+        return 0, count
+    margin = SLACK + np.arcsin(spread / gap)  # pseudo-angles grow no faster than angles
+    about = pseudo_angle(ax, ay)
+    of_end = _bearing(bx, by, 0.0, about)
+    low = min(_bearing(ax, ay, starts[0], about), _bearing(bx, by, ends[0], of_end)) - margin
+    high = max(_bearing(ax, ay, starts[1], about), _bearing(bx, by, ends[1], of_end)) + margin
+    if high - low >= 4.0:
+        return 0, count
+    if low < -2.0:
+        low, high = low + 4.0, high + 4.0
+    if low >= 2.0:
+        low, high = low - 4.0, high - 4.0
+    first = _first_at_or_after(low, beams, index)
+    if high > 2.0:
+        return first, count - first + _first_at_or_after(high - 4.0, beams, index)
+    return first, _first_at_or_after(high, beams, index) - first
+
+
+@_compile
+def _is_behind(ax: float, ay: float, bx: float, by: float, strayed: float) -> Any:
+    """Whether all poses are on the inner side of a clockwise outline's segment: 1, on the outer: -1."""
+    ex, ey = bx - ax, by - ay
+    across, margin = ax * ey - ay * ex, strayed * np.sqrt(ex * ex + ey * ey)
+    if across <= -margin:
+        return 1
+    return -1 if across > margin else 0
+
+
+@_compile
+def _seen_from(
+    middle: FloatArray, place: FloatArray, outline: FloatArray, seen: FloatArray
+) -> None:
+    """The ends ``seen`` (k, 4) of an outline that stands at a place (4,), from a laser's pose (4,)."""
+    dx, dy = place[X] - middle[X], place[Y] - middle[Y]
+    x, y = middle[COS] * dx + middle[SIN] * dy, middle[COS] * dy - middle[SIN] * dx
+    cos = place[COS] * middle[COS] + place[SIN] * middle[SIN]
+    sin = place[SIN] * middle[COS] - place[COS] * middle[SIN]
+    for j in range(outline.shape[0]):
+        for end in range(0, 4, 2):
+            seen[j, end] = x + cos * outline[j, end] - sin * outline[j, end + 1]
+            seen[j, end + 1] = y + sin * outline[j, end] + cos * outline[j, end + 1]
+
+
+@_compile
+def project(
+    lasers: FloatArray,
+    middle: FloatArray,
+    strayed: float,
+    place: FloatArray,
+    outline: FloatArray,
+    convex: bool,
+    beams: FloatArray,
+    index: IntArray,
+    spread: float,
+    nearest: FloatArray,
+    is_touched: BoolArray,
+) -> None:
+    """Let each beam keep the nearer of ``nearest`` (n, p) and an outline (k, 4) at a place (4,).
+
+    ``is_touched`` (n,) is set for the beams that may meet the outline from some of the lasers'
+    poses (4, p), which stray so far from their middle (4,).
+    """
+    size, count = lasers.shape[1], beams.shape[1]
+    x, y, cos, sin = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
+    ax, ay, bx, by = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
+    ex, ey = np.empty(size), np.empty(size)
+    for p in range(size):
+        dx, dy = place[X] - lasers[X, p], place[Y] - lasers[Y, p]
+        x[p] = lasers[COS, p] * dx + lasers[SIN, p] * dy
+        y[p] = lasers[COS, p] * dy - lasers[SIN, p] * dx
+    for p in range(size):
+        cos[p] = place[COS] * lasers[COS, p] + place[SIN] * lasers[SIN, p]
+        sin[p] = place[SIN] * lasers[COS, p] - place[COS] * lasers[SIN, p]
+    seen = np.empty((outline.shape[0], 4))
+    _seen_from(middle, place, outline, seen)
+    sides = np.zeros(outline.shape[0], dtype=np.int64)
+    if convex:
+        for j in range(outline.shape[0]):
+            sides[j] = _is_behind(seen[j, 0], seen[j, 1], seen[j, 2], seen[j, 3], strayed + spread)
+    is_outside = False
+    for j in range(outline.shape[0]):
+        is_outside |= sides[j] < 0
+    for j in range(outline.shape[0]):
+        if is_outside and sides[j] > 0:  # from outside, only the near sides are seen
+            continue
+        along_x, along_y = outline[j, 2] - outline[j, 0], outline[j, 3] - outline[j, 1]
+        for p in range(size):
+            ax[p] = x[p] + cos[p] * outline[j, 0] - sin[p] * outline[j, 1]
+            ay[p] = y[p] + sin[p] * outline[j, 0] + cos[p] * outline[j, 1]
+        for p in range(size):
+            ex[p] = cos[p] * along_x - sin[p] * along_y
+            ey[p] = sin[p] * along_x + cos[p] * along_y
+        for p in range(size):
+            bx[p], by[p] = ax[p] + ex[p], ay[p] + ey[p]
+        first, touched = _covered(
+            seen[j],
+            _turns(ax, ay, seen[j, 0], seen[j, 1]),
+            _turns(bx, by, seen[j, 2], seen[j, 3]),
+            strayed,
+            spread,
+            beams,
+            index,
+        )
+        length = abs(along_x) + abs(along_y)
+        slack, least = SLACK / length, (SLACK * length) ** 2
+        for step in range(touched):
+            i = first + step
+            i -= count if i >= count else 0
+            _hit(ax, ay, ex, ey, beams[:, i], slack, least, nearest[i])
+            is_touched[i] = True
+
+
+@_compile
+def cast(
+    poses: FloatArray,
+    placements: FloatArray,
+    outline: FloatArray,
+    convex: bool,
+    order: IntArray,
+    beams: FloatArray,
+    index: IntArray,
+    sweep: FloatArray,
+    out: FloatArray,
+) -> None:
+    """Ranges ``out`` (p, s, n) from poses (p, 4) to an outline (k, 4) at placements (s, 4).
+
+    ``out`` is in the scan's own order, of which sorted beam i is ``order[i]``.
+    """
+    lasers, middle = stands(poses, sweep), np.empty(4)
+    strayed, count = strays(lasers, middle), beams.shape[1]
+    nearest = np.empty((count, poses.shape[0]))
+    is_touched = np.zeros(count, dtype=np.bool_)
+    for s in range(placements.shape[0]):
+        nearest.fill(np.inf)
+        project(
+            lasers,
+            middle,
+            strayed,
+            placements[s],
+            outline,
+            convex,
+            beams,
+            index,
+            sweep[SPREAD],
+            nearest,
+            is_touched,
+        )
+        for i in range(count):
+            for p in range(poses.shape[0]):
+                out[p, s, order[i]] = nearest[i, p]
+
+
+@_compile
+def mark_seen(
+    poses: FloatArray,
+    outline: FloatArray,
+    beams: FloatArray,
+    index: IntArray,
+    sweep: FloatArray,
+    seen: BoolArray,
+) -> None:
+    """Set ``seen`` (k,) for the segments of an outline (k, 4) that some beam hits from some pose."""
+    lasers, middle = stands(poses, sweep), np.empty(4)
+    strayed, count, size = strays(lasers, middle), beams.shape[1], poses.shape[0]
+    fixed = np.zeros(4)
+    fixed[COS] = 1.0
+    nearest, alone = np.empty((count, size)), np.empty((count, size))
+    nearest.fill(np.inf)
+    alone.fill(np.inf)
+    by = np.empty((count, size), dtype=np.int64)  # which segment each beam hits
+    by.fill(-1)
+    is_touched = np.zeros(count, dtype=np.bool_)
+    for k in range(outline.shape[0]):
+        project(
+            lasers,
+            middle,
+            strayed,
+            fixed,
+            outline[k : k + 1],
+            False,
+            beams,
+            index,
+            sweep[SPREAD],
+            alone,
+            is_touched,
+        )
+        for i in range(count):
+            if is_touched[i]:
+                is_touched[i] = False
+                for p in range(size):
+                    is_nearer = alone[i, p] < nearest[i, p]
+                    nearest[i, p] = alone[i, p] if is_nearer else nearest[i, p]
+                    by[i, p] = k if is_nearer else by[i, p]
+                    alone[i, p] = np.inf
+    for i in range(count):
+        for p in range(size):
+            if by[i, p] >= 0:
+                seen[by[i, p]] = True
