@@ -110,8 +110,8 @@ def whole_scans(effort: Effort) -> list[Table]:
             (
                 f"{segments(building.walls):,} wall segments, {len(building.walls.faces):,} triangles, "
                 f"{BEAMS} beams all round, reach 8 m; the mean over {SAMPLES} samples of a robot belief. "
-                f"Outlines and embreex agree up to there within {1e3 * same.max():.2g} mm on all of {each.rays:,} beams "
-                f"but {len(off) - len(same)}, which pass an edge on its other side.",
+                f"Outlines and embreex agree up to there within {1e3 * same.max():.2g} mm; "
+                f"{len(off) - len(same)} of {each.rays:,} beams pass an edge on its other side.",
                 "The walls in sight of the belief are found once for every half metre that the robot drives. From "
                 "elsewhere is with that: the samples stand 6 m away from those before.",
             ),

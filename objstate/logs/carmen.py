@@ -54,6 +54,9 @@ LASER_MAX = 80.0
 # m; CARMEN's lasers report no smaller reading than this
 LASER_MIN = 0.02
 
+# m; CARMEN knows no heights, and a laser on the floor itself would see under all that stands on it
+LASER_HEIGHT = 0.3
+
 # m; a laser pose farther than this from the robot's is no mounting but another frame
 LARGEST_OFFSET = 2.0
 
@@ -181,7 +184,7 @@ class CarmenFile:
             offset = float(parameters[laser.offset_parameter])
         else:
             offset = self._offset_in_line(reading)
-        translation = (offset, 0.0, 0.0)
+        translation = (offset, 0.0, LASER_HEIGHT)
         return _static_transform(laser.frame, translation, laser.yaw, reading.stamp_ns)
 
     def _offset_in_line(self, reading: Reading) -> float:

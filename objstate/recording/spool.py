@@ -12,7 +12,8 @@ if TYPE_CHECKING:
 
     import polars as pl
 
-ROWS_IN_MEMORY = 100_000  # about 10 MB; more are spilled to disk, so that a long log stays flat
+ROWS_IN_MEMORY = 20_000  # about 5 MB; more are spilled to disk, so that a long log stays flat
+ROWS_IN_GROUP = 100_000  # of the file that is written
 
 
 class Spool:
@@ -74,7 +75,7 @@ class Spool:
 
         rest = self._take()
         if not self._spilled:
-            rest.write_parquet(self.path, row_group_size=ROWS_IN_MEMORY)
+            rest.write_parquet(self.path, row_group_size=ROWS_IN_GROUP)
             return
         parts = pl.concat([pl.scan_parquet(self._spilled), rest.lazy()])
-        parts.sink_parquet(self.path, row_group_size=ROWS_IN_MEMORY, maintain_order=True)
+        parts.sink_parquet(self.path, row_group_size=ROWS_IN_GROUP, maintain_order=True)

@@ -14,7 +14,7 @@ LOGS = {
     "birmingham-p3dx/trace0.bag": (958, 726, [0.135, 0, 0.202], "laser"),
     "olin-ac109-neato/ac109_1_demo.bag": (553, 361, [-0.1016, 0, 0.0889], "base_laser_link"),
     "olin-mac-tb4/macfirst_floor_take_2": (355, 720, [0.0039, 0, 0.1395], "rplidar_link"),
-    "fr079/freiburg-079-corrected.log.gz": (4791, 360, [0, 0, 0], "front_laser"),
+    "fr079/freiburg-079-corrected.log.gz": (4791, 360, [0, 0, 0.3], "front_laser"),
 }
 
 

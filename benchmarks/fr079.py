@@ -1,0 +1,121 @@
+"""Doors that stand open all the time, in a building made from the log's own scans: ``fr079.py``
+
+The Freiburg 079 log comes with corrected poses. A map is made of its scans by counting, doors are put
+where leaves are seen to stand, and the log is run in that building with the robot's own localization.
+Nobody moves these leaves, so each pass should find them where the last one did. Prints for each door
+and pass the last estimate with its 90 % interval, and the leaf's bearing.
+"""
+
+from __future__ import annotations
+
+import csv
+import tempfile
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from objstate.building import building_from_map
+from objstate.evaluation import compare_paths
+from objstate.geometry import FloatArray, transform_from_pose
+from objstate.logs import open_log
+from objstate.recording.tables import read_estimates
+from objstate.recording.tum import TRAJECTORY, read_tum
+from objstate.records import NANOSECONDS, Scan
+from objstate.records import Path as RobotPath
+from objstate.run import RunOptions, estimate_log
+from objstate.sensing import cast_from
+
+HERE = Path(__file__).parent
+LOG = HERE.parents[1] / "shared" / "data" / "fr079" / "freiburg-079-corrected.log.gz"
+DOORS = HERE / "fr079_doors.csv"
+CELL = 0.05  # m
+MARGIN = 12.0  # m about the robot's way that the map covers
+REACH = 12.0  # m up to which beams count
+HITS, SHARE = 3, 0.15  # a wall is where so many beams end, and such a share of those that come by
+PASS_NS = 10 * 10**9  # without a look at a door, the next is another pass
+
+
+def main() -> None:
+    """Make the map, run the log, say what came of it."""
+    if not LOG.exists():
+        print(f"skipped: {LOG} is missing")
+        return
+    scans = [record for record in open_log([LOG]) if isinstance(record, Scan)]
+    corrected = RobotPath(
+        np.array([scan.stamp_ns for scan in scans], dtype=np.int64),
+        np.array([scan.odometry for scan in scans]),
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        urdf = building_from_map(write_map(scans, Path(folder)), DOORS, Path(folder) / "building")
+        options = RunOptions(initial_pose=corrected.poses[0])
+        result = estimate_log([LOG], urdf, Path(folder) / "result", options)
+        print(f"{result.log_seconds:.0f} s of log in {result.elapsed_seconds:.0f} s")
+        print(f"lost: {[[(t - result.begin_ns) / 1e9 for t in s] for s in result.lost_ns]}")
+        off = compare_paths(read_tum(result.folder / TRAJECTORY), corrected)
+        print(
+            f"from the corrected poses: {off.position.mean:.3f} m, {np.degrees(off.yaw.mean):.2f} deg"
+        )
+        estimates = read_estimates(result.folder)
+    for door in csv.DictReader(DOORS.open()):
+        print_passes(door, estimates.filter(estimates["object"] == door["door"]), result.begin_ns)
+
+
+def print_passes(door: dict[str, str], rows, begin_ns: int) -> None:
+    """The last estimate of each pass."""
+    rows = rows.filter(rows["observed"])
+    stamps = rows["stamp"].to_numpy()
+    ends = [k for k, (a, b) in enumerate(pairwise([*stamps, np.inf])) if b - a > PASS_NS]
+    sign = 1.0 if door["opens"] == "ccw" else -1.0
+    print(f"{door['door']}: {len(stamps)} looks in {len(ends)} passes")
+    for k in ends:
+        mean, lower, upper = (np.degrees(rows[name][k]) for name in ("mean", "lower", "upper"))
+        print(
+            f"  {(stamps[k] - begin_ns) / NANOSECONDS:5.0f} s: {mean:.1f} deg ({lower:.1f} to {upper:.1f}), "
+            f"fit {rows['fit'][k]:.2f}, bearing {float(door['closed_bearing_deg']) + sign * mean:.0f} deg"
+        )
+
+
+def write_map(scans: list[Scan], folder: Path) -> Path:
+    """An occupancy grid by counting where beams end and where they pass; the path of its YAML."""
+    poses = np.array([scan.odometry for scan in scans])
+    corner = poses[:, :2].min(axis=0) - MARGIN
+    shape = np.ceil((poses[:, :2].max(axis=0) + MARGIN - corner) / CELL).astype(int)
+    hits, passed = np.zeros(shape), np.zeros(shape)
+    for scan in scans[::2]:
+        returned = np.isfinite(scan.ranges) & (scan.ranges < REACH)
+        origins, directions = cast_from(
+            transform_from_pose(scan.odometry), scan.rays.take(returned)
+        )
+        ranges = scan.ranges[returned]
+        count(hits, origins[:, :2] + directions[:, :2] * ranges[:, None], corner)
+        for step in np.arange(CELL, REACH, CELL):
+            beams = step < ranges - 2.0 * CELL
+            count(passed, origins[beams, :2] + directions[beams, :2] * step, corner)
+    image = np.full(shape, 205, dtype=np.uint8)
+    image[passed > 2] = 254
+    image[(hits >= HITS) & (hits > SHARE * (hits + passed / 2.0))] = 0
+    rows = np.ascontiguousarray(image.T[::-1])
+    (folder / "map.pgm").write_bytes(f"P5 {shape[0]} {shape[1]} 255\n".encode() + rows.tobytes())
+    about = {
+        "image": "map.pgm",
+        "resolution": CELL,
+        "origin": [*corner.tolist(), 0.0],
+        "negate": 0,
+        "occupied_thresh": 0.65,
+        "free_thresh": 0.196,
+    }
+    (folder / "map.yaml").write_text(yaml.safe_dump(about))
+    return folder / "map.yaml"
+
+
+def count(grid: FloatArray, points: FloatArray, corner: FloatArray) -> None:
+    """Add one to the cells of a grid (w, h) in which points (n, 2) lie."""
+    cells = np.floor((points - corner) / CELL).astype(int)
+    inside = ((cells >= 0) & (cells < grid.shape)).all(axis=1)
+    np.add.at(grid, tuple(cells[inside].T), 1.0)
+
+
+if __name__ == "__main__":
+    main()
