@@ -100,11 +100,16 @@ def _tasks(tasks: list[VerificationTask]) -> Table:
 
 
 def _ranked(actions: list[Action], settings: CoordinatorSettings) -> Table:
-    title = f"By utility; gains in nats, above {settings.choice.gain_threshold:g} worth the way"
-    numbers = ("x", "y", "yaw", "gain", "cost", "utility")
+    s = settings.choice
+    unit = "nats" if s.counting == "gain" else "nat hours"
+    title = (
+        f"By utility; worth the way above {s.least_utility:g}, with a gain above "
+        f"{s.gain_threshold:g} nats; worth in {unit}"
+    )
+    numbers = ("x", "y", "yaw", "gain", "worth", "cost", "utility")
     table = new_table(title, ("object", "sensor"), numbers)
     for each in actions:
-        figures = (each.gain, each.cost, each.utility)
+        figures = (each.gain, each.worth, each.cost, each.utility)
         x, y, yaw = each.pose
         cells = [f"{x:.2f}", f"{y:.2f}", _degrees(yaw), *(f"{value:.2f}" for value in figures)]
         table.add_row(each.object, each.sensor, *cells)
@@ -137,6 +142,7 @@ def _action_words(action: Action) -> dict[str, Any]:
         "pose": action.pose.tolist(),
         "gain": action.gain,
         "gains": dict(action.gains),
+        "worth": action.worth,
         "distance": action.distance,
         "cost": action.cost,
         "utility": action.utility,

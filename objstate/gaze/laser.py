@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 
@@ -24,6 +25,7 @@ from objstate.sensing import BeamModel, ExpectedRanges, ScanView, Sensing
 
 FAKES = 8  # states of a door's belief, each with an equal share, at which readings are faked
 TEMPLATES = 16  # states of a door, evenly spread, at which readings are simulated
+KEPT = 4096  # scans of walls and of single objects
 NUDGE = np.array([0.05, 0.05, 0.05])  # m, m, rad by which furniture is shifted to see what changes
 FORWARD = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 0], [1, 0, 1], [0, 1, 1]], dtype=float)
 
@@ -111,6 +113,10 @@ class LaserLooks:
         nothing = np.full(len(rays), np.inf)
         self._scan = Scan(0, sensor.name, nothing, rays, sensor.range_min, sensor.range_max)
         self._view: ScanView = Sensing(building, model).view(self._scan)
+        self._walls = lru_cache(KEPT)(
+            self._walls_from
+        )  # objects looked at from one place share these
+        self._other = lru_cache(KEPT)(self._other_from)
 
     def look(
         self, belief: ObjectBelief, pose: FloatArray, others: Mapping[str, FloatArray]
@@ -151,10 +157,19 @@ class LaserLooks:
         return float(np.hypot(position, yaw * distance))
 
     def _background(self, others: Mapping[str, FloatArray], pose: FloatArray) -> FloatArray:
-        nearest = self._expected.walls(pose[None], self._scan.rays)[0]
+        nearest = self._walls(pose.tobytes())
         for name, state in others.items():
-            nearest = np.minimum(nearest, self._view.object(name, state[None], pose[None])[0, 0])
-        return np.asarray(nearest)
+            nearest = np.minimum(nearest, self._other(name, state.tobytes(), pose.tobytes()))
+        return nearest
+
+    def _walls_from(self, pose: bytes) -> FloatArray:
+        """What the beams (n,) read of walls alone."""
+        return np.asarray(self._expected.walls(np.frombuffer(pose)[None], self._scan.rays)[0])
+
+    def _other_from(self, name: str, state: bytes, pose: bytes) -> FloatArray:
+        """What the beams (n,) read of an object alone."""
+        states, poses = np.frombuffer(state)[None], np.frombuffer(pose)[None]
+        return np.asarray(self._view.object(name, states, poses)[0, 0])
 
     def _told(self, expected: FloatArray, fakes: IntArray) -> FloatArray:
         """Tempered log-likelihood (k, s) of states with ranges (s, n), by the readings of some."""

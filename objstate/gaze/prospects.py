@@ -8,15 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
-from objstate.building.model import Kind
+from objstate.building.model import Kind, MovableObject
+from objstate.gaze.entropy import belief_entropy
 from objstate.gaze.laser import LaserLooks, Look
 from objstate.gaze.viewpoints import middle_of
-from objstate.geometry import FloatArray
+from objstate.geometry import BoolArray, FloatArray, wrap
 from objstate.objects import ObjectBelief
 
+MARGIN = 0.2  # m, more than simulated looks shift an object
 SAME = 0.1  # m and rad to which states are rounded before a look is simulated anew
 
 Mark = tuple[object, ...]
@@ -68,12 +71,23 @@ class Prospects:
         self._reach = reach
         self._names = list(beliefs)
         self._middles = np.array([middle_of(each) for each in beliefs.values()]).reshape(-1, 2)
+        self._radii = np.array([_radius(each.item) for each in beliefs.values()])
         self._standing = {
             name: _Standing(each.mean, (name, _rounded(each.mean)))
             for name, each in beliefs.items()
             if each.settled
         }
         self._gains: dict[Mark, Mapping[str, float]] = {}
+
+    @cached_property
+    def entropies(self) -> dict[str, float]:
+        """What is not known of each object, nats."""
+        return {name: belief_entropy(belief) for name, belief in self.beliefs.items()}
+
+    def near(self, places: FloatArray) -> BoolArray:
+        """(o,) which objects, in the order of the beliefs, are within reach of one of places (k, 2)."""
+        off = np.linalg.norm(self._middles - places[:, None], axis=2)
+        return np.asarray((off <= self._reach).any(axis=0))
 
     def gains_at(self, sensor: str, pose: FloatArray, scans: float) -> Mapping[str, float]:
         """Expected gain of each object in sight from ``pose`` (3,) by some scans, nats."""
@@ -83,10 +97,18 @@ class Prospects:
         return self._gains[key]
 
     def _looked(self, sensor: str, pose: FloatArray, scans: float) -> dict[str, float]:
-        distance = np.linalg.norm(self._middles - pose[:2], axis=1)
+        off = self._middles - pose[:2]
+        distance = np.hypot(off[:, 0], off[:, 1])
         near = [self._names[k] for k in np.flatnonzero(distance <= self._reach)]
+        # an object is wholly out of view where even its nearest point is, seen from there
+        turn = np.abs(wrap(np.arctan2(off[:, 1], off[:, 0]) - pose[2]))
+        width = np.where(
+            distance > self._radii, np.arcsin(np.minimum(self._radii / distance, 1.0)), np.pi
+        )
+        half = self._library.lasers[sensor].sensor.field_of_view / 2.0
+        in_view = {self._names[k] for k in np.flatnonzero(turn - width <= half)}
         gains = {}
-        for name in near:
+        for name in (each for each in near if each in in_view):
             others = {o: self._standing[o] for o in near if o != name and o in self._standing}
             look = self._library.look(sensor, self.beliefs[name], pose, others)
             if look is not None:
@@ -96,3 +118,13 @@ class Prospects:
 
 def _rounded(state: FloatArray) -> bytes:
     return np.asarray(np.rint(state / SAME)).tobytes()
+
+
+def _radius(item: MovableObject) -> float:
+    """m from where an object is looked for, within which all of it is where its look is simulated."""
+    widest = float(np.hypot(*item.mesh.vertices[:, :2].T).max())
+    if item.kind is Kind.PLANAR:
+        return widest + MARGIN
+    if item.kind is Kind.SLIDING:
+        return widest + max(abs(item.lower), abs(item.upper)) + MARGIN
+    return 1.5 * widest + MARGIN  # half of the leaf to the hinge, and the leaf

@@ -1,7 +1,7 @@
 """What to look at next: gain against cost, what plans ask for, and what came of it (Elfring et al. 2014)."""
 
 from objstate.maintenance.choice import ChoiceSettings
-from objstate.maintenance.coordinator import Action, Coordinator, CoordinatorSettings
+from objstate.maintenance.coordinator import Action, Coordinator, CoordinatorSettings, GainWeight
 from objstate.maintenance.tasks import (
     Expectation,
     Outcome,
@@ -31,6 +31,7 @@ __all__ = [
     "Coordinator",
     "CoordinatorSettings",
     "Expectation",
+    "GainWeight",
     "Outcome",
     "Plan",
     "Situation",

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
 
 import numpy as np
 
 from objstate.building.model import Building, Kind
-from objstate.config import Positive, Settings, Strict
+from objstate.config import NonNegative, Positive, Settings, Strict
 from objstate.errors import SettingsError
+from objstate.gaze.fading import fadings
 from objstate.gaze.floor import Floor, FloorSettings, Ways, length_of
 from objstate.gaze.laser import LaserLooks, LookSettings
 from objstate.gaze.prospects import LookLibrary, Prospects
@@ -21,7 +23,15 @@ from objstate.objects import ObjectBelief
 from objstate.sensing.casters import caster_of
 
 HEADINGS = 8  # headings, evenly spread, in which looks on the way are simulated
+LEAST = -1e3  # nats: less entropy than any belief has
 STRAYED = 0.25  # m that furniture may be moved before its viewpoints are sought anew
+
+
+class GainWeight(Strict):
+    """How much the gains of some objects count; those of all others count as they are."""
+
+    match: str  # shell-style: * ? [..]
+    weight: NonNegative = 1.0
 
 
 class CoordinatorSettings(Strict):
@@ -31,7 +41,20 @@ class CoordinatorSettings(Strict):
     looks: LookSettings = LookSettings()
     viewpoints: ViewpointSettings = ViewpointSettings()
     floor: FloorSettings = FloorSettings()
+    weights: tuple[GainWeight, ...] = ()  # of objects whose names match; later ones win
     stride: Positive = 1.0  # m between the places on the way from which looks are simulated
+
+
+@dataclass(frozen=True, eq=False)
+class _Candidate:
+    """An action that isn't weighed yet."""
+
+    object: str
+    sensor: str
+    pose: FloatArray  # (3,)
+    way: FloatArray  # (k, 2) m
+    stops: FloatArray  # (n, 3) poses on the way from which looks are simulated
+    distance: float  # m
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +67,7 @@ class Action:
     way: FloatArray = field(repr=False)  # (k, 2) m, from the robot to there
     gains: Mapping[str, float]  # nats, expected of each object seen on the way or from there
     distance: float  # m, the length of the way
+    worth: float  # of the gains as the settings count and weigh them: nat h, or nats
     cost: float  # eq. (8)
     utility: float  # eq. (9)
 
@@ -87,6 +111,10 @@ class Coordinator:
         self._library = LookLibrary(lasers)
         self._walls = caster_of(building.walls)
         self._viewpoints: dict[tuple[object, ...], tuple[FloatArray, IntArray]] = {}
+        self._weights = {name: _weight(name, s.weights) for name in building.objects}
+        self._fadings = fadings(
+            building.objects, estimation, s.looks.robot_std, s.looks.robot_yaw_std
+        )
 
     def actions(
         self,
@@ -105,15 +133,40 @@ class Coordinator:
         names = list(beliefs) if only is None else list(only)
         if may_drive:
             ways = self.floor.ways_from(at[:2], beliefs)
-            found = [each for name in names for each in self._of(prospects, name, ways)]
+            found = [
+                self._weighed(prospects, each)
+                for name in names
+                for each in self._of(prospects, name, ways)
+            ]
         else:
             found = [each for name in names for each in self._from_here(prospects, name, at)]
         return sorted(found, key=lambda action: -action.utility)
 
     def best(self, actions: Sequence[Action]) -> Action | None:
-        """Eqs. (7), (10), (11): the first of ranked actions above the gain threshold, if any."""
-        threshold = self.settings.choice.gain_threshold
-        return next((each for each in actions if each.gain > threshold), None)
+        """Eqs. (7), (10), (11): the first of ranked actions above the thresholds, if any."""
+        s = self.settings.choice
+        useful = (each for each in actions if each.utility > s.least_utility)
+        return next((each for each in useful if each.gain > s.gain_threshold), None)
+
+    def choose(self, beliefs: Mapping[str, ObjectBelief], at: FloatArray) -> Action | None:
+        """The best of all ``actions`` of a robot at (3,), found without weighing those that can't be.
+
+        Raises SettingsError for a place that is not on the free floor.
+        """
+        prospects = Prospects(self._library, beliefs, self._reach)
+        ways = self.floor.ways_from(at[:2], beliefs)
+        candidates = [each for name in beliefs for each in self._of(prospects, name, ways)]
+        if not candidates:
+            return None
+        most, s = self._most(prospects, candidates), self.settings.choice
+        found, least = None, s.least_utility
+        for k in np.argsort(-most, kind="stable").tolist():
+            if most[k] <= least:
+                break
+            action = self._weighed(prospects, candidates[k])
+            if action.utility > least and action.gain > s.gain_threshold:
+                found, least = action, action.utility
+        return found
 
     def places(
         self, belief: ObjectBelief, sensor: Sensor, piece: int
@@ -130,41 +183,76 @@ class Coordinator:
 
     # --- the actions of one object --------------------------------------------------
 
-    def _of(self, prospects: Prospects, name: str, ways: Ways) -> list[Action]:
-        found, piece = [], int(self.floor.pieces[ways.start])
+    def _of(self, prospects: Prospects, name: str, ways: Ways) -> Iterator[_Candidate]:
+        piece = int(self.floor.pieces[ways.start])
         for sensor in self.sensors.values():
             poses, ends = self.places(prospects.beliefs[name], sensor, piece)
             for pose, end in zip(poses, ends.tolist(), strict=True):
                 cells = ways.to(end)
                 if cells is not None:
-                    found.append(self._action(prospects, name, sensor.name, pose, cells))
-        return found
+                    yield _Candidate(name, sensor.name, pose, *self._on(cells))
+
+    def _on(self, cells: IntArray) -> tuple[FloatArray, FloatArray, float]:
+        """The way through cells, the poses on it from which to look, and its length."""
+        way = self.floor.places[cells]
+        return way, self._looked_from(cells), length_of(way)
 
     def _from_here(self, prospects: Prospects, name: str, at: FloatArray) -> list[Action]:
         here = np.array([self.floor.nearest(at[:2])])
-        found = [self._action(prospects, name, sensor, at, here) for sensor in self.sensors]
-        return [each for each in found if name in each.gains]
+        each = [_Candidate(name, sensor, at, *self._on(here)) for sensor in self.sensors]
+        found = [self._weighed(prospects, candidate) for candidate in each]
+        return [action for action in found if name in action.gains]
 
-    def _action(
-        self, prospects: Prospects, name: str, sensor: str, pose: FloatArray, cells: IntArray
-    ) -> Action:
-        way, choice = self.floor.places[cells], self.settings.choice
-        gains, distance = self._gains_along(prospects, sensor, cells, pose), length_of(way)
-        cost = costs(np.array([distance]), choice)
-        utility = utilities(np.array([sum(gains.values())]), cost, choice)
-        return Action(name, sensor, pose, way, gains, distance, float(cost[0]), float(utility[0]))
+    def _weighed(self, prospects: Prospects, candidate: _Candidate) -> Action:
+        """An action with all that it promises."""
+        gains = self._gains_along(prospects, candidate)
+        worth = self._worth(prospects, gains)
+        cost, utility = self._useful(np.array([worth]), np.array([candidate.distance]))
+        return Action(
+            candidate.object,
+            candidate.sensor,
+            candidate.pose,
+            candidate.way,
+            gains,
+            candidate.distance,
+            worth,
+            float(cost[0]),
+            float(utility[0]),
+        )
 
-    def _gains_along(
-        self, prospects: Prospects, sensor: str, cells: IntArray, pose: FloatArray
-    ) -> dict[str, float]:
-        """Expected gain of each object seen on a way through cells (k,) or from its end (3,), nats.
+    def _useful(self, worths: FloatArray, distances: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Costs and utilities (a,), eqs. (8) and (9)."""
+        cost = costs(distances, self.settings.choice)
+        return cost, utilities(worths, cost, self.settings.choice)
+
+    def _worth(self, prospects: Prospects, gains: Mapping[str, float]) -> float:
+        """What gains count, nat h or nats, each by its object's weight."""
+        if self.settings.choice.counting == "gain":
+            return sum(self._weights[name] * gain for name, gain in gains.items())
+        return sum(
+            self._weights[name] * self._fadings[name].worth(prospects.entropies[name], gain)
+            for name, gain in gains.items()
+        )
+
+    def _most(self, prospects: Prospects, candidates: Sequence[_Candidate]) -> FloatArray:
+        """Utilities (a,) that no action exceeds: those of seeing all within reach as well as can be."""
+        if self.settings.choice.counting == "gain":
+            return np.full(len(candidates), np.inf)
+        all_ = {name: entropy - LEAST for name, entropy in prospects.entropies.items()}
+        each = np.array([self._worth(prospects, {name: gain}) for name, gain in all_.items()])
+        near = [prospects.near(np.vstack([c.stops, c.pose])[:, :2]) for c in candidates]
+        distances = np.array([candidate.distance for candidate in candidates])
+        return self._useful(np.array(near) @ each, distances)[1]
+
+    def _gains_along(self, prospects: Prospects, candidate: _Candidate) -> dict[str, float]:
+        """Expected gain of each object seen on a way or from its end, nats.
 
         Looks at one object from neighbouring places tell much the same: the best counts.
         """
-        looks = self.settings.looks
-        gains = dict(prospects.gains_at(sensor, pose, looks.scans))
-        for place in self._looked_from(cells):
-            for name, gain in prospects.gains_at(sensor, place, looks.scans_on_way).items():
+        looks, sensor = self.settings.looks, candidate.sensor
+        gains = dict(prospects.gains_at(sensor, candidate.pose, looks.scans))
+        for stop in candidate.stops:
+            for name, gain in prospects.gains_at(sensor, stop, looks.scans_on_way).items():
                 gains[name] = max(gain, gains.get(name, 0.0))
         return gains
 
@@ -179,3 +267,9 @@ class Coordinator:
         heading = np.rint(np.arctan2(ahead[:, 1], ahead[:, 0]) / turn) * turn
         places = self.floor.places[self.floor.nodes[cells[index]]]
         return np.column_stack([places, wrap(heading)])
+
+
+def _weight(name: str, weights: Sequence[GainWeight]) -> float:
+    """What an object's gains count: by the last rule that matches."""
+    matching = [each.weight for each in weights if fnmatchcase(name, each.match)]
+    return matching[-1] if matching else 1.0

@@ -72,7 +72,8 @@ def next_tasks(
     """What to verify now, of ranked actions: what plans ask for, in their order, then the best.
 
     The set V of eqs. (11) and (12). What a trigger asks for is done whatever it gains, by
-    the most useful of its actions. Raises SettingsError for a plan with an unknown object.
+    the most useful of its actions. Raises SettingsError for a plan with an unknown object, or
+    with one that no action updates: nobody may believe that it was verified.
     """
     found = []
     for plan in plans:
@@ -81,9 +82,13 @@ def next_tasks(
             raise SettingsError(f"'{plan}': there is no such object; there are {known}.")
         belief = beliefs[plan.object]
         if trigger(Situation(belief, now_ns, plan)):
-            for_it = [action for action in ranked if action.object == plan.object]
-            expected, why_now = Expectation.of(belief), f"before: {plan}"
-            found += [VerificationTask(each, expected, why_now) for each in for_it[:1]]
+            action = next((each for each in ranked if each.object == plan.object), None)
+            if action is None:
+                raise SettingsError(
+                    f"'{plan}': the robot can look at '{plan.object}' from no place that it "
+                    "reaches; bring it nearer, or plan without looking."
+                )
+            found.append(VerificationTask(action, Expectation.of(belief), f"before: {plan}"))
     useful = coordinator.best(ranked)
     if useful is not None:
         expected = Expectation.of(beliefs[useful.object])

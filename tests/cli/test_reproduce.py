@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
 
+from objstate.experiments import office_day
+from objstate.experiments.office_day import Trial, Worth
 from objstate.experiments.schulz2001 import desks
 
 
@@ -56,3 +59,39 @@ def test_papers_are_listed(run) -> None:
     outcome = run("reproduce")
     assert outcome.code == 0
     assert "schulz2001" in outcome.out
+
+
+def test_strategies_are_compared_and_what_is_saved_is_said(
+    run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def compared(hours: float, days: int, processes: int) -> list[Worth]:
+        assert (hours, days, processes) == (0.5, 1, 1)
+        path = np.array([[2.0, 5.0, 0.0], [20.0, 5.0, 0.0]])
+        points = [("coordinator", 1.0, 120.0, -10.0, 0.8), ("greedy nearest", 2.0, 100.0, -5.0, 0.7),
+                  ("greedy nearest", 1.0, 300.0, -15.0, 0.9)]  # fmt: skip
+        return [
+            Worth(
+                Trial(name, knob, 1, hours), way, entropy, right, 9.0, 8.0, 1, {"moved": 1}, 0, path
+            )
+            for name, knob, way, entropy, right in points
+        ]
+
+    monkeypatch.setattr(office_day, "compare", compared)
+    out = tmp_path / "out"
+    given = (
+        "reproduce",
+        "maintenance",
+        "--hours",
+        0.5,
+        "--days",
+        1,
+        "--processes",
+        1,
+        "--out",
+        out,
+    )
+    outcome = run(*given)
+    assert (outcome.code, outcome.err) == (0, "")
+    rows = [line.split() for line in outcome.out.splitlines() if line.startswith(" total entropy")]
+    assert rows == [["total", "entropy", "greedy", "nearest", "1", "120", "200", "40"]]
+    assert (out / "trials.csv").is_file()

@@ -1,10 +1,12 @@
 """Some minutes in the office."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from objstate.building.model import Kind
-from objstate.experiments.office_day import Trial, Worth, saving, try_day
+from objstate.experiments.office_day import Trial, Worth, savings, try_day, write
 from objstate.experiments.office_day.office import office, working_day
 from objstate.gaze import Floor
 
@@ -42,14 +44,49 @@ def test_looking_ends_with_recorded_outcomes() -> None:
     assert worth.lost == 0
 
 
-def test_the_saving_is_read_off_where_both_know_the_same() -> None:
-    def worth(strategy: str, knob: float, distance: float, entropy: float) -> Worth:
-        trial = Trial(strategy, knob, 0, 1.0)
-        return Worth(trial, distance, entropy, 0.5, 0.0, 0.0, 1, {}, 0)
+def worth(strategy: str, knob: float, distance: float, entropy: float, seed: int = 1) -> Worth:
+    path = np.array([[2.0, 5.0, 0.0], [20.0, 5.0, 0.0]])
+    trial = Trial(strategy, knob, seed, 1.0)
+    return Worth(trial, distance, entropy, 0.5, 0.0, 0.0, 1, {"confirmed": 1}, 0, path)
 
+
+def test_the_saving_is_read_off_where_both_know_the_same() -> None:
     found = [
         *(worth("coordinator", k, 100.0 + 100.0 * k, -k) for k in range(3)),
         *(worth("random", k, 200.0 + 200.0 * k, -k) for k in range(3)),
         *(worth("fixed round", k, 900.0, -0.1 * k) for k in range(3)),
+        worth("oldest first", 0, 50.0, 5.0),
     ]
-    assert saving(found, lambda each: each.entropy) == pytest.approx(0.5)
+    saved = savings(found, lambda each: each.entropy)
+    assert [each.knob for each in saved] == [0, 1, 2]
+    assert [each.share for each in saved] == pytest.approx([0.5, 0.5, 0.5])
+    assert {each.strategy for each in saved} == {"random"}
+
+
+def test_where_nobody_else_knows_as_much_nothing_is_said() -> None:
+    found = [worth("coordinator", 1.0, 100.0, -9.0), worth("random", 1.0, 100.0, 0.0)]
+    (saved,) = savings(found, lambda each: each.entropy)
+    assert np.isnan(saved.share)
+
+
+def test_days_count_by_their_mean() -> None:
+    found = [
+        *(worth("coordinator", 1.0, 40.0 * day, -3.0 * day, day) for day in (1, 3)),
+        *(worth("random", 1.0, 50.0 * day, -day, day) for day in (1, 3)),
+        *(worth("random", 2.0, 100.0 * day, -5.0 * day, day) for day in (1, 3)),
+    ]
+    (saved,) = savings(found, lambda each: each.entropy)
+    assert saved.own == 80.0
+    assert saved.best == pytest.approx(150.0)
+
+
+def test_a_comparison_is_written_with_pictures(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    names = ("coordinator", "greedy nearest", "fixed round")
+    found = [worth(name, k, 100.0 * k, -k) for name in names for k in (1.0, 2.0)]
+    write(found, tmp_path / "out")
+    files = {each.name for each in (tmp_path / "out").iterdir()}
+    assert files >= {"trials.csv", "curves.png", "paths.png"}
+    rows = (tmp_path / "out" / "trials.csv").read_text().splitlines()
+    assert len(rows) == 1 + len(found)
+    assert rows[1].startswith("coordinator,1.0,1,1.0,100.0000,-1.0000")

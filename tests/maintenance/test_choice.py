@@ -21,7 +21,7 @@ def test_costs_and_utilities_are_those_of_the_paper() -> None:
 def test_the_best_is_above_the_threshold_and_no_other_such_is_more_useful(
     values: list[float], threshold: float
 ) -> None:
-    gain, s = np.array(values), ChoiceSettings(gain_threshold=threshold)
+    gain, s = np.array(values), ChoiceSettings(gain_threshold=threshold, least_utility=-np.inf)
     utility = utilities(gain, costs(np.arange(len(gain), dtype=float), s), s)
     chosen = best(gain, utility, s)
     if chosen is None:
@@ -33,7 +33,18 @@ def test_the_best_is_above_the_threshold_and_no_other_such_is_more_useful(
 
 @given(gains)
 def test_of_equal_gains_the_nearest_is_the_best(values: list[float]) -> None:
-    s = ChoiceSettings(gain_threshold=-1.0)
+    s = ChoiceSettings(gain_threshold=-1.0, least_utility=-np.inf)
     distances = np.arange(len(values), dtype=float)
     equal = np.full(len(values), values[0])
     assert best(equal, utilities(equal, costs(distances, s), s), s) == 0
+
+
+@given(gains)
+def test_what_is_less_useful_than_waiting_is_left_undone(values: list[float]) -> None:
+    gain, s = np.array(values), ChoiceSettings(gain_threshold=-1.0)
+    utility = utilities(gain, costs(10.0 * np.arange(1.0, len(gain) + 1), s), s)
+    chosen = best(gain, utility, s)
+    if chosen is None:
+        assert (utility <= 0.0).all()
+    else:
+        assert utility[chosen] == utility.max() > 0.0

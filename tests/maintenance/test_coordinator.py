@@ -3,10 +3,19 @@
 import numpy as np
 import pytest
 
+from objstate.building.model import Building, Mesh
 from objstate.errors import SettingsError
 from objstate.gaze import Sensor
-from objstate.maintenance import ChoiceSettings, Coordinator, CoordinatorSettings, Plan, next_tasks
+from objstate.maintenance import (
+    ChoiceSettings,
+    Coordinator,
+    CoordinatorSettings,
+    GainWeight,
+    Plan,
+    next_tasks,
+)
 from tests.gaze.places import chest, priors, surely, two_rooms
+from tests.rooms import enclosure, wall
 
 ROOMS = two_rooms(chest("near", 2.5, 1.2), chest("far", -3.0, 1.2))
 LASER = Sensor("laser")
@@ -28,7 +37,7 @@ def test_actions_are_ranked_and_their_figures_agree(coordinator: Coordinator) ->
     for each in actions:
         assert each.gain == pytest.approx(sum(each.gains.values()))
         assert each.cost == pytest.approx(each.distance / s.cost_scale)
-        assert each.utility == pytest.approx(each.gain / s.gain_norm - s.cost_weight * each.cost)
+        assert each.utility == pytest.approx(each.worth / s.gain_norm - s.cost_weight * each.cost)
         assert each.distance == pytest.approx(np.hypot(*np.diff(each.way, axis=0).T).sum())
         assert each.way[-1] == pytest.approx(each.pose[:2])
         assert each.way[0] == pytest.approx(AT[:2], abs=0.2)
@@ -37,6 +46,32 @@ def test_actions_are_ranked_and_their_figures_agree(coordinator: Coordinator) ->
 def test_the_second_time_gives_the_same(coordinator: Coordinator) -> None:
     first, second = (coordinator.actions(priors(ROOMS), AT) for _ in range(2))
     assert [(a.object, a.utility) for a in first] == [(a.object, a.utility) for a in second]
+
+
+@pytest.mark.parametrize("counting", ["gain", "lasting gain"])
+@pytest.mark.parametrize("cost_weight", [0.2, 2.0, 50.0])
+def test_what_is_chosen_is_the_best_of_all_actions(counting: str, cost_weight: float) -> None:
+    choice = ChoiceSettings.model_validate({"counting": counting, "cost_weight": cost_weight})
+    coordinator = Coordinator(ROOMS, [LASER], CoordinatorSettings(choice=choice))
+    beliefs = priors(ROOMS)
+    chosen = coordinator.choose(beliefs, AT)
+    best = coordinator.best(coordinator.actions(beliefs, AT))
+    assert (chosen is None) == (best is None) == (cost_weight == 50.0)
+    if chosen is not None and best is not None:
+        assert (chosen.object, chosen.utility) == (best.object, best.utility)
+
+
+def test_gains_alone_are_worth_what_they_are() -> None:
+    settings = CoordinatorSettings(choice=ChoiceSettings(counting="gain"))
+    for each in Coordinator(ROOMS, [LASER], settings).actions(priors(ROOMS), AT):
+        assert each.worth == pytest.approx(each.gain)
+
+
+def test_the_last_weight_that_matches_counts() -> None:
+    weights = (GainWeight(match="*", weight=5.0), GainWeight(match="[nf]*", weight=0.0))
+    settings = CoordinatorSettings(choice=ChoiceSettings(counting="gain"), weights=weights)
+    for each in Coordinator(ROOMS, [LASER], settings).actions(priors(ROOMS), AT):
+        assert each.worth == pytest.approx(5.0 * each.gains.get("door", 0.0))
 
 
 def test_a_closed_door_makes_the_room_behind_it_dear(coordinator: Coordinator) -> None:
@@ -101,6 +136,19 @@ def test_a_plan_is_followed_whatever_it_gains() -> None:
 def test_a_plan_with_an_unknown_object_is_refused(coordinator: Coordinator) -> None:
     with pytest.raises(SettingsError, match=r"'pass gate': there is no such object; .* door"):
         next_tasks(coordinator, [], priors(ROOMS), 0, plans=[Plan("pass", "gate")])
+
+
+def test_a_plan_whose_object_is_seen_from_nowhere_is_refused() -> None:
+    shut = Building("shut", Mesh.joined([enclosure(8.0, 4.0), wall((0.0, -2.0), (0.0, 2.0))]),
+                    ROOMS.objects)  # fmt: skip
+    beliefs = priors(shut)
+    coordinator = Coordinator(shut, [LASER])
+    ranked = coordinator.actions(beliefs, AT)
+    assert "far" not in {each.object for each in ranked}
+    with pytest.raises(
+        SettingsError, match="'grab far': the robot can look at 'far' from no place"
+    ):
+        next_tasks(coordinator, ranked, beliefs, 0, plans=[Plan("grab", "far")])
 
 
 def test_a_robot_without_sensors_is_refused() -> None:

@@ -5,10 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from objstate.gaze import Floor, belief_entropy
+from objstate.estimator import Estimator
+from objstate.gaze import Floor, Sensor, belief_entropy
+from objstate.geometry import FloatArray, wrap
 from objstate.maintenance import Expectation, Outcome, outcome, scattered
 from objstate.objects import ObjectBelief
+from objstate.records import RobotBelief
+from objstate.sensing import ExpectedRanges
 from tests.gaze.places import chest, prior, surely, two_rooms
+from tests.rooms import scan_of
 
 ROOMS = two_rooms(chest("chest", 2.0, 1.0))
 DOOR = surely(prior(ROOMS["door"]), 0.5)
@@ -54,3 +59,34 @@ def test_a_lost_object_could_be_anywhere_on_the_floor_and_keeps_its_name() -> No
     lost = scattered(prior(ROOMS["chest"]), floor, np.random.default_rng(0))
     middle, width = np.array([0.0, 0.0]), np.array([8.0, 4.0])
     assert np.abs(lost.states[:, :2] - middle).max(axis=0) == pytest.approx(width / 2, abs=0.5)
+
+
+@pytest.mark.parametrize("truth", [(2.2, 0.8, 0.2), (2.8, -1.0, 0.6), (1.5, -0.9, 1.2)])
+def test_a_lost_object_is_the_same_object_when_it_is_seen_again(truth: tuple[float, ...]) -> None:
+    before = prior(ROOMS["chest"])
+    lost = replace(scattered(before, Floor.of(ROOMS), np.random.default_rng(1)), stamp_ns=0)
+    found = seen_from(
+        lost, np.array(truth), np.array([[0.8, 0.0, 0.0], [1.2, 0.3, -0.4], [2.2, 0.1, 0.0]])
+    )
+    assert found.item is before.item
+    assert found.settled
+    off = found.item.symmetry.nearest(found.mean[None], truth[2])[0] - truth
+    assert np.abs(off[:2]).max() < 0.08
+    assert abs(wrap(off[2])) < 0.15
+    assert outcome(Expectation.of(lost), lost, found) is Outcome.CONFIRMED  # it could be anywhere
+
+
+def seen_from(belief: ObjectBelief, truth: FloatArray, poses: FloatArray) -> ObjectBelief:
+    """The belief after a robot that knows where it is has looked from some poses (k, 3)."""
+    laser, rng, stamp = Sensor("laser", sigma=0.02), np.random.default_rng(0), 0
+    name = belief.item.name
+    estimator = Estimator(ROOMS, seed=0, belief="recorded", beliefs={name: belief})
+    states = {other: item.home for other, item in ROOMS.objects.items()} | {name: truth}
+    for pose in poses:
+        estimator.feed(RobotBelief(stamp, pose[None], np.ones(1)))
+        exact = ExpectedRanges(ROOMS).scene(states, pose[None], laser.rays())[0]
+        for _ in range(5):
+            stamp += 10**8
+            ranges = exact + laser.sigma * rng.standard_normal(len(exact))
+            estimator.feed(scan_of(ranges, laser.rays(), stamp_ns=stamp))
+    return estimator.objects[name]

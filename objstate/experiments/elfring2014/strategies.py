@@ -45,6 +45,8 @@ def _coordinator(setup: Setup) -> Choose:
     sensor, counting = setup.sensor, setup.assumptions.counting
     settings = ChoiceSettings(
         gain_threshold=setup.gain_threshold,
+        counting="gain",
+        least_utility=-np.inf,
         gain_norm=setup.gain_norm,
         cost_weight=setup.cost_weight,
         cost_scale=setup.room,

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from objstate.experiments.elfring2014.setup import Assumptions, Setup
 from objstate.experiments.elfring2014.simulation import simulate
+from objstate.experiments.processes import in_order
 from objstate.geometry import FloatArray
 
 THRESHOLDS = (2.0, 4.0, 6.0, 8.0, 9.0, 10.0, 12.0, 14.0, 16.0, 20.0)  # nats, Fig. 4
 WEIGHTS = (0.05, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 1.7, 2.0)  # Fig. 6
 INTERVAL = 1.96  # standard deviations of a mean to either side: 95 %
-CHUNK = 5  # runs that a process takes at a time
 
 
 @dataclass(frozen=True)
@@ -53,12 +52,7 @@ class Averages:
 def averages(setups: Sequence[Setup], runs: int, processes: int) -> list[Averages]:
     """Of each set-up over ``runs`` runs. The number of processes changes nothing but the time."""
     jobs = [(setup, seed) for setup in setups for seed in range(runs)]
-    if processes == 1:
-        rows = [_row(job) for job in jobs]
-    else:
-        with ProcessPoolExecutor(processes) as pool:
-            rows = list(pool.map(_row, jobs, chunksize=CHUNK))
-    table = np.array(rows).reshape(len(setups), runs, -1)
+    table = np.array(list(in_order(_row, jobs, processes))).reshape(len(setups), runs, -1)
     return [Averages.of(setup, each) for setup, each in zip(setups, table, strict=True)]
 
 

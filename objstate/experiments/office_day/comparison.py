@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -13,21 +12,26 @@ from objstate.experiments.office_day.day import Day, run_day
 from objstate.experiments.office_day.office import Office, office, working_day
 from objstate.experiments.office_day.robot import Robot
 from objstate.experiments.office_day.strategies import Choose
-from objstate.gaze import Floor, Sensor
-from objstate.maintenance import ChoiceSettings, Coordinator, CoordinatorSettings
+from objstate.experiments.processes import in_order
+from objstate.gaze import Floor, LookSettings, Sensor
+from objstate.geometry import FloatArray
+from objstate.maintenance import ChoiceSettings, Coordinator, CoordinatorSettings, GainWeight
 
 START = np.array([1.5, 5.0, 0.0])  # m, m, rad: at the west end of the north corridor
-COST_WEIGHT = 1.0  # alpha of the coordinator
+DOORS = GainWeight(match="door_*", weight=3.0)  # one coordinate, against three of a chest
+LOOKS = LookSettings(robot_std=0.01, robot_yaw_std=0.002)  # what this robot's filter reaches here
 SETTLING = 0.25  # of the time, after which beliefs are judged: the first drives learn everything
 
-# By strategy, what makes it drive more or less: the coordinator's threshold in nats; s between
+COORDINATOR = "coordinator"
+
+# By strategy, what makes it drive more or less: the weight of the coordinator's cost; s between
 # the beginnings of rounds, s after which an object counts as old, s between random looks.
 KNOBS: dict[str, tuple[float, ...]] = {
-    "coordinator": (15.0, 25.0, 45.0),
-    "fixed round": (1200.0, 2400.0, 4800.0),
-    "oldest first": (1200.0, 2400.0, 4800.0),
-    "greedy nearest": (1200.0, 2400.0, 4800.0),
-    "random": (40.0, 80.0, 160.0),
+    COORDINATOR: (1.1,),
+    "fixed round": (1500.0, 2700.0),
+    "oldest first": (2400.0,),
+    "greedy nearest": (1500.0, 2700.0),
+    "random": (120.0,),
 }
 
 
@@ -41,7 +45,7 @@ class Trial:
     hours: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Worth:
     """What a trial came to, after settling."""
 
@@ -54,6 +58,22 @@ class Worth:
     tasks: int
     outcomes: dict[str, int]
     lost: int  # stretches in which the robot was lost
+    path: FloatArray = field(repr=False)  # (n, 3) where the robot was, from the beginning
+
+
+@dataclass(frozen=True)
+class Saving:
+    """What the coordinator drives, and what others drive to know the same."""
+
+    knob: float  # of the coordinator
+    own: float  # m an hour
+    best: float  # m an hour, of the other strategy that drives least; nan where none knows the same
+    strategy: str  # which that is
+
+    @property
+    def share(self) -> float:
+        """Of the other's way that the coordinator saves."""
+        return 1.0 - self.own / self.best
 
 
 def compare(
@@ -64,12 +84,9 @@ def compare(
         Trial(name, knob, seed, hours)
         for name, values in (knobs or KNOBS).items()
         for knob in values
-        for seed in range(days)
+        for seed in range(1, days + 1)
     ]
-    if processes == 1:
-        return [try_day(trial) for trial in trials]
-    with ProcessPoolExecutor(processes) as pool:
-        return list(pool.map(try_day, trials))
+    return list(in_order(try_day, trials, processes))
 
 
 def try_day(trial: Trial) -> Worth:
@@ -82,18 +99,23 @@ def try_day(trial: Trial) -> Worth:
     return _worth(trial, run_day(place, truth, robot, choose, trial.hours))
 
 
-def saving(found: Sequence[Worth], measure: Callable[[Worth], float]) -> float:
-    """Share of the best other strategy's way that the coordinator saves where a measure is equal.
+def savings(found: Sequence[Worth], measure: Callable[[Worth], float]) -> list[Saving]:
+    """For each of the coordinator's knobs, how far others drive where a measure is equal.
 
-    Each strategy is a curve of the measure over the distance, straight between its knobs.
-    The comparison is at the middle of what the coordinator reached. NaN where no other
-    strategy reached that.
+    Each strategy is a curve of the measure over the distance, means over days, straight
+    between its knobs; it counts where its curve reaches the coordinator's measure.
     """
-    own = _curve(found, "coordinator", measure)
-    level = float(np.median(own[1]))
-    others = {each.trial.strategy for each in found} - {"coordinator"}
-    ways = [_way_at(_curve(found, name, measure), level) for name in sorted(others)]
-    return 1.0 - _way_at(own, level) / float(np.nanmin([*ways, np.inf]))
+    names = sorted({each.trial.strategy for each in found} - {COORDINATOR})
+    others = {name: _curve(found, name, measure) for name in names}
+    saved = []
+    for knob in sorted({w.trial.knob for w in found if w.trial.strategy == COORDINATOR}):
+        own = [w for w in found if (w.trial.strategy, w.trial.knob) == (COORDINATOR, knob)]
+        distance, level = (float(np.mean(all_)) for all_ in zip(*((w.distance, measure(w)) for w in own), strict=True))  # fmt: skip
+        ways = {name: _way_at(curve, level) for name, curve in others.items()}
+        ways = {name: way for name, way in ways.items() if np.isfinite(way)}
+        best = min(ways, key=ways.__getitem__, default="")
+        saved.append(Saving(knob, distance, ways.get(best, float("nan")), best))
+    return saved
 
 
 def _curve(
@@ -118,9 +140,8 @@ def _way_at(curve: tuple[np.ndarray, np.ndarray], level: float) -> float:
 
 
 def _coordinator(place: Office, sensor: Sensor, trial: Trial) -> Coordinator:
-    threshold = trial.knob if trial.strategy == "coordinator" else 0.0
-    choice = ChoiceSettings(gain_threshold=threshold, cost_weight=COST_WEIGHT)
-    settings = CoordinatorSettings(choice=choice)
+    choice = ChoiceSettings(cost_weight=trial.knob if trial.strategy == COORDINATOR else 1.0)
+    settings = CoordinatorSettings(choice=choice, looks=LOOKS, weights=(DOORS,))
     floor = Floor.of(place.shut, settings.floor)
     return Coordinator(place.building, [sensor], settings, place.settings, floor)
 
@@ -128,7 +149,7 @@ def _coordinator(place: Office, sensor: Sensor, trial: Trial) -> Coordinator:
 def _strategy(trial: Trial, coordinator: Coordinator) -> Choose:
     rng = np.random.default_rng([trial.seed, 2])
     makers: dict[str, Callable[[], Choose]] = {
-        "coordinator": lambda: strategies.coordinated(coordinator),
+        COORDINATOR: lambda: strategies.coordinated(coordinator),
         "fixed round": lambda: strategies.fixed_round(coordinator, trial.knob),
         "oldest first": lambda: strategies.oldest_first(coordinator, trial.knob),
         "greedy nearest": lambda: strategies.greedy_nearest(coordinator, trial.knob),
@@ -151,4 +172,5 @@ def _worth(trial: Trial, day: Day) -> Worth:
         tasks=day.tasks,
         outcomes=day.outcomes,
         lost=day.lost,
+        path=day.path,
     )

@@ -31,6 +31,7 @@ class Day:
     entropies: FloatArray = field(repr=False)  # (t,) nats, of all objects together
     right: FloatArray = field(repr=False)  # (t,) share of doors whose angle is right
     driven: FloatArray = field(repr=False)  # (t,) m until then
+    path: FloatArray = field(repr=False)  # (n, 3) where the robot was
     predicted: FloatArray = field(repr=False)  # (k,) nats, of each task
     realized: FloatArray = field(repr=False)  # (k,) nats
     outcomes: dict[str, int]  # of the tasks
@@ -75,6 +76,7 @@ def run_day(
         entropies=entropies,
         right=right,
         driven=driven,
+        path=np.array(robot.path),
         predicted=np.array(predicted),
         realized=np.array(realized),
         outcomes=dict(sorted(outcomes.items())),

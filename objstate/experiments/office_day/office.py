@@ -8,7 +8,7 @@ import numpy as np
 
 from objstate.building.model import Building, Kind, Mesh, MovableObject
 from objstate.building.shapes import Box
-from objstate.config import Dynamics, ObjectRule, Settings
+from objstate.config import Dynamics, ObjectRule, Rest, Settings
 from objstate.geometry import FloatArray, rotation_about, transform, wrap
 from objstate.simulation.states import StateHistory, Swing
 
@@ -23,6 +23,7 @@ UP = np.array([0.0, 0.0, 1.0])
 # Moves in an hour: a third of the doors are busy, a third are ordinary, a third hardly ever move.
 DOOR_RATES = (3.0, 0.5, 0.05)
 FURNITURE_RATES = (1.0, 0.1)
+REST = Rest()  # where doors come to rest, as the estimator's settings have it
 SPREAD_M, SPREAD_RAD = 0.2, np.radians(15.0)  # of where somebody leaves furniture
 SWING = 2.0  # s in which somebody moves an object
 
@@ -102,9 +103,13 @@ def _history(
 
 
 def _left_at(item: MovableObject, rng: np.random.Generator) -> FloatArray:
-    """(d,) where somebody leaves an object."""
+    """(d,) where somebody leaves an object: a door closed, wide open or between, as it rests."""
     if item.kind is not Kind.PLANAR:
-        return np.array([rng.uniform(item.lower, item.upper)])
+        between = float(rng.uniform(item.lower, item.upper))
+        from_stop = abs(float(np.radians(REST.std_deg) * rng.standard_normal()))
+        rests = (item.lower + from_stop, item.upper - from_stop, between)
+        shares = np.array([REST.closed, REST.open, REST.anywhere])
+        return np.array([rests[int(rng.choice(3, p=shares / shares.sum()))]])
     width = np.array([SPREAD_M, SPREAD_M, SPREAD_RAD])
     state = item.home + width * rng.standard_normal(3)
     state[2] = wrap(state[2])

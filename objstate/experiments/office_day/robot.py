@@ -44,6 +44,7 @@ class Robot:
         self.time = 0.0  # s
         self.pose = start  # (3,) where it really is
         self.driven = 0.0  # m
+        self.path = [start]  # poses (3,) on its way so far
         self.estimator = Estimator(place.building, place.settings, seed, initial_pose=start)
         self._odometry = np.zeros(3)
         self._sensor = sensor
@@ -103,6 +104,7 @@ class Robot:
         self.time += length / SPEED + turn / TURN_RATE
         self._odometry = compose(self._odometry, self._noisy(step, length, turn))
         self.pose = pose
+        self.path.append(pose)
         self.estimator.feed(Odometry(self.now_ns, self._odometry))
 
     def _noisy(self, step: FloatArray, length: float, turn: float) -> FloatArray:

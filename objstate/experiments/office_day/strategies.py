@@ -46,7 +46,7 @@ def coordinated(coordinator: Coordinator) -> Choose:
     """The most useful action above the coordinator's gain threshold."""
 
     def choose(moment: Moment) -> Goal | None:
-        action = coordinator.best(coordinator.actions(moment.beliefs, moment.at))
+        action = coordinator.choose(moment.beliefs, moment.at)
         if action is None:
             return None
         return Goal(action.object, action.pose, action.way, action.gains)
