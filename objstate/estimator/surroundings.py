@@ -48,7 +48,7 @@ class Surroundings:
             names, circles = among, circles[[self._index[name] for name in among]].reshape(-1, 3)
         x, y, radius = circles.T
         east, north, reach = x - robot.mean[0], y - robot.mean[1], radius + distance
-        return [names[k] for k in np.flatnonzero(east**2 + north**2 <= reach**2)]
+        return [names[k] for k in np.flatnonzero(east**2 + north**2 <= reach**2).tolist()]
 
     def entries(self, names: Iterable[str], robot: PoseBelief, rays: Rays) -> FloatArray:
         """Range (m, n) at which each beam enters each named object's circle; inf where it passes by.
