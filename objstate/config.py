@@ -135,7 +135,7 @@ class MapErrorSettings(Strict):
     """How far walls and hinges are off the model: a first guess, which the log refines."""
 
     std_m: NonNegative = 0.005  # the first guess
-    least_m: NonNegative = 0.001  # no building is measured better
+    least_m: NonNegative = 0.0015  # no building is measured better
     weight: Positive = 20.0  # of it, in repeated looks at a place
     every_s: Positive = 1.0  # between looks; by then the robot's own errors are others
     cell_m: Positive = 0.5  # size of a place

@@ -56,7 +56,7 @@ class Sight:
 
     def near(self, distance: float, beams: BoolArray) -> tuple[list[str], BoolArray]:
         """The objects within a distance, and which of the beams (n,) may touch each of them (m, n)."""
-        near = set(self.surroundings.within(self.robot, distance))
+        near = set(self.surroundings.within(self.robot, distance, self.names))
         chosen = [k for k, name in enumerate(self.names) if name in near]
         towards = np.isfinite(self.entries[chosen]) & beams  # section 3 of the paper
         return [self.names[k] for k in chosen], towards

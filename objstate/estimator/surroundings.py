@@ -6,7 +6,7 @@ hinge of a door, the middle of a sliding door's way, the believed place of furni
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -38,11 +38,17 @@ class Surroundings:
             radius = self._reach[name] + strayed
             self._circles[self._index[name]] = [*belief.mean[:2], radius]
 
-    def within(self, robot: PoseBelief, distance: float) -> list[str]:
-        """Names of the objects whose circles come within ``distance`` m of the robot."""
-        x, y, radius = self._circles.T
-        gap = np.hypot(x - robot.mean[0], y - robot.mean[1]) - radius
-        return [self.names[k] for k in np.flatnonzero(gap <= distance)]
+    def within(
+        self, robot: PoseBelief, distance: float, among: Sequence[str] | None = None
+    ) -> list[str]:
+        """Names of the objects, of all or of some, whose circles come within ``distance`` m of the robot."""
+        names: Sequence[str] = self.names
+        circles = self._circles
+        if among is not None:
+            names, circles = among, circles[[self._index[name] for name in among]].reshape(-1, 3)
+        x, y, radius = circles.T
+        east, north, reach = x - robot.mean[0], y - robot.mean[1], radius + distance
+        return [names[k] for k in np.flatnonzero(east**2 + north**2 <= reach**2).tolist()]
 
     def entries(self, names: Iterable[str], robot: PoseBelief, rays: Rays) -> FloatArray:
         """Range (m, n) at which each beam enters each named object's circle; inf where it passes by.

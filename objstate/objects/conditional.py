@@ -22,28 +22,34 @@ class ConditionalBelief:
     """An object's belief given each of l robot samples, over n states that they share."""
 
     belief: ObjectBelief  # p(s), when the robot samples are averaged over
-    given: FloatArray  # (l, n) p(s | l), each row sums to one
+    given: FloatArray  # (l, n) p(s | l) of an object that is there; each row sums to one
+    presence: FloatArray  # (l,) p(there | l)
 
     @staticmethod
     def independent(belief: ObjectBelief, count: int) -> ConditionalBelief:
         """Of an object that comes into view: each of ``count`` robot samples believes the same."""
-        return ConditionalBelief(belief, np.tile(belief.weights.values, (count, 1)))
+        rows = np.tile(belief.weights.values, (count, 1))
+        return ConditionalBelief(belief, rows, np.full(count, belief.presence))
 
     def averaged(self, given: FloatArray, robot_weights: FloatArray) -> ConditionalBelief:
         """With new conditional weights (l, n), the marginal by the robot weights (l,)."""
-        return ConditionalBelief(self.belief.with_weights(Weights.of(robot_weights @ given)), given)
+        there = robot_weights * self.presence
+        presence = float(there.sum() / robot_weights.sum())
+        belief = replace(self.belief.with_weights(Weights.of(there @ given)), presence=presence)
+        return replace(self, belief=belief, given=given)
 
     def blended(self, share: float) -> ConditionalBelief:
         """Each robot sample gives up a share of its own belief for the marginal."""
         from objstate.objects import kernels
 
-        given = np.empty_like(self.given)
-        kernels.blend(self.given, self.belief.weights.values, share, given)
-        return replace(self, given=given)
+        given, marginal = np.empty_like(self.given), self.belief.weights.values
+        kernels.blend(self.given, marginal, share, given)
+        presence = (1.0 - share) * self.presence + share * self.belief.presence
+        return replace(self, given=given, presence=presence)
 
     def resampled(self, ancestors: IntArray) -> ConditionalBelief:
         """After the robot belief was resampled: each sample keeps what its ancestor (l',) believed."""
-        return replace(self, given=self.given[ancestors])
+        return replace(self, given=self.given[ancestors], presence=self.presence[ancestors])
 
 
 @dataclass(frozen=True, eq=False)

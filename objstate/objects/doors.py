@@ -7,7 +7,7 @@ alone change: nothing is ever lost between them.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -107,9 +107,8 @@ class LatticeFilter:
     def predict_each(
         self, believed: ConditionalBelief, seconds: float, rng: np.random.Generator
     ) -> ConditionalBelief:
-        return ConditionalBelief(
-            self.predict(believed.belief, seconds, rng), self._moved(believed.given, seconds)
-        )
+        belief = self.predict(believed.belief, seconds, rng)
+        return replace(believed, belief=belief, given=self._moved(believed.given, seconds))
 
     def _moved(self, weights: FloatArray, seconds: float) -> FloatArray:
         """Weights (m, n) after a while: the door stays and drifts, or somebody has moved it."""

@@ -14,20 +14,18 @@ import numpy as np
 from objstate.building.model import MovableObject
 from objstate.building.outline import outline
 from objstate.config import FurnitureSettings
-from objstate.geometry import BoolArray, FloatArray, IntArray, square_root, wrap
-from objstate.objects.belief import SETTLED_ANGLE, SETTLED_LENGTH, ObjectBelief
+from objstate.geometry import BoolArray, FloatArray, IntArray, wrap
+from objstate.objects.belief import ObjectBelief
 from objstate.objects.conditional import ConditionalBelief, Update
 from objstate.objects.evidence import ScanEvidence
+from objstate.objects.places import copies, occupied
 from objstate.objects.proposals import TracedOutline
-from objstate.particles import Weights, entropy, kld_sample_size, largest_step, systematic
+from objstate.particles import Weights, kld_sample_size, largest_step, systematic
 
 SECONDS_PER_HOUR = 3600.0
 RESAMPLE_BELOW = 0.5  # of the samples; resample when the effective number falls below
 FOLLOWED = 0.1  # weight of scouts after a scan, above which they are samples like others
-CARRY_ON = 0.2  # of a nudge, by which scouts spread about the best of them
-KERNEL = 0.31  # of the samples' deviation, by which copies of a sample are spread apart
-# Cells in which KLD sampling counts: what is settled fills few of them.
-BIN = 2.0 * np.array([SETTLED_LENGTH, SETTLED_LENGTH, SETTLED_ANGLE])
+SPREAD = 0.2  # of a nudge, by which copies of a sample are spread at most
 KLD_ERROR, KLD_QUANTILE = 0.05, 2.33  # as pf_err and pf_z of localization
 TRIED = 400  # states through readings, of which scouts are chosen
 ON_OBJECT = 0.1  # m from where an object is known to stand, within which it stopped the beam
@@ -37,6 +35,7 @@ HEIGHT_STEP = 0.01  # m; outlines at heights no further apart are one
 LEAST_PRESENCE = 1e-6  # what is never ruled out: that it is there, or that it is gone
 LEAST_SHARE = 1e-12  # weight of scouts that speak for nothing
 TINY = 1e-300
+ROOT_TAU = np.sqrt(2.0 * np.pi)
 
 
 @dataclass(frozen=True)
@@ -71,16 +70,25 @@ class SampleFilter:
         drift = np.array([dynamics.drift_m, dynamics.drift_m, np.radians(dynamics.drift_deg)])
         states = belief.states + drift * np.sqrt(seconds) * rng.standard_normal(belief.states.shape)
         states[:, 2] = wrap(states[:, 2])
-        moved = -np.expm1(-dynamics.moves_per_hour * seconds / SECONDS_PER_HOUR)
-        redrawn = rng.random(len(states)) < moved
+        redrawn = rng.random(len(states)) < self._moved(seconds)
         states[redrawn] = self._of_prior(int(redrawn.sum()), rng)
-        there = belief.presence + moved * (self.settings.presence - belief.presence)
-        return replace(belief.with_samples(states, belief.weights), presence=float(there))
+        there = belief.presence + self._moved(seconds) * (self.settings.presence - belief.presence)
+        return replace(belief.with_samples(states, belief.weights), presence=there)
 
     def predict_each(
         self, believed: ConditionalBelief, seconds: float, rng: np.random.Generator
     ) -> ConditionalBelief:
-        return replace(believed, belief=self.predict(believed.belief, seconds, rng))
+        towards = self.settings.presence - believed.presence
+        return replace(
+            believed,
+            belief=self.predict(believed.belief, seconds, rng),
+            presence=believed.presence + self._moved(seconds) * towards,
+        )
+
+    def _moved(self, seconds: float) -> float:
+        """Probability that somebody has moved it meanwhile."""
+        rate = self.settings.dynamics.moves_per_hour / SECONDS_PER_HOUR
+        return float(-np.expm1(-rate * seconds))
 
     def update(
         self, believed: ConditionalBelief, evidence: ScanEvidence, rng: np.random.Generator
@@ -91,24 +99,39 @@ class SampleFilter:
         """
         robot = evidence.robot_weights.values
         log_evidence, remaining = np.zeros(len(robot)), 1.0
+        without = evidence.robot_weights_after(log_evidence).values
         believed = self._shown(believed, evidence, rng)
         while remaining > 0.0:
             cast, bears = evidence.cast(believed.belief.states, self._whole(believed.belief))
             if not bears.any():
                 return None
-            weights = believed.belief.weights
-            after, _ = _conditioned(believed.given, cast)
-            telling = np.log(robot @ after + TINY) - weights.log
+            weights, told = believed.belief.weights, _told(believed.given, cast, without)
             enough = RESAMPLE_BELOW * weights.effective_size
-            step = largest_step(weights, telling, remaining, enough)
-            after, evidence_of_step = _conditioned(believed.given, step * cast)
+            step = largest_step(weights, told, remaining, enough)
+            after, evidence_of_step = self._taken_in(believed, step * cast, step * told)
             log_evidence += evidence_of_step
             remaining -= step
             believed = self._renewed(believed.averaged(after, robot), remaining > 0.0, rng)
-        there, log_evidence = _presence(believed.belief.presence, log_evidence, robot)
-        return Update(
-            replace(believed, belief=replace(believed.belief, presence=there)), log_evidence, bears
-        )
+        there, log_evidence = _presence(believed.presence, log_evidence)
+        seen = evidence.robot_weights_after(log_evidence).values
+        belief = replace(believed.belief, presence=float(seen @ there))
+        return Update(replace(believed, belief=belief, presence=there), log_evidence, bears)
+
+    def _taken_in(
+        self, believed: ConditionalBelief, log_likelihood: FloatArray, told: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Bayes' rule in every row (l, n), and the log evidence (l,) of each.
+
+        What scouts win or lose is the same in all rows, by what all robot samples together are
+        ``told`` (n,): in the row of one that misses the object, anything would win.
+        """
+        values, count = believed.belief.weights.values, len(told) - self.settings.scouts
+        after, of_samples = _conditioned(believed.given[:, :count], log_likelihood[:, :count])
+        won = values * np.exp(told - told.max())
+        scouts = won[count:] / won.sum()
+        given = np.empty_like(believed.given)
+        given[:, :count], given[:, count:] = (1.0 - scouts.sum()) * after, scouts
+        return given, of_samples + np.log(won.sum() / (won[:count].sum() + TINY))
 
     def widened(self, belief: ObjectBelief, factor: float, std_m: float) -> ObjectBelief:
         std = np.array([std_m, std_m, std_m * self._lean])
@@ -155,9 +178,10 @@ class SampleFilter:
         weights = _joined(kept.weights.values, self._scout_weights(share))
         ratio = believed.given[:, ancestors] / np.maximum(values[ancestors], TINY)
         given = weights.values * np.concatenate([ratio, np.ones((len(ratio), s.scouts))], axis=1)
-        return ConditionalBelief(
-            belief.with_samples(np.concatenate([kept.states, scouts]), weights),
-            given / given.sum(axis=1, keepdims=True),
+        return replace(
+            believed,
+            belief=belief.with_samples(np.concatenate([kept.states, scouts]), weights),
+            given=given / given.sum(axis=1, keepdims=True),
         )
 
     def _is_poor(self, weights: FloatArray, count: int) -> bool:
@@ -169,43 +193,45 @@ class SampleFilter:
     def _resampled(
         self, belief: ObjectBelief, rng: np.random.Generator
     ) -> tuple[ObjectBelief, IntArray]:
-        """As many samples as the belief's width needs (Fox 2003), equally weighted; and their ancestors.
-
-        Copies are spread by a kernel that keeps mean and variances (Liu and West 2001), and
-        that is no wider than scouts spread, so that places that compete stay apart.
-        """
-        count, off = self._needed(belief), belief.deviations
-        widest = CARRY_ON * self._nudge / np.maximum(belief.std, TINY)
-        spread = np.minimum(KERNEL, widest)
-        root = square_root((belief.weights.values[:, None] * off).T @ off)
-        noise = rng.standard_normal((count, 3)) @ root.T
+        """As many samples as the belief's width needs (Fox 2003), equally weighted; and their ancestors."""
+        s, off, values = self.settings, belief.deviations, belief.weights.values
+        needed = kld_sample_size(occupied(off, values), KLD_ERROR, KLD_QUANTILE)
+        count = int(np.clip(needed, min(s.least_samples, s.samples), s.samples))
         ancestors = systematic(belief.weights, count, rng)
-        states = belief.mean + np.sqrt(1.0 - spread**2) * off[ancestors] + spread * noise
+        states = belief.mean + copies(off, values, ancestors, self._blur, rng)
         states[:, 2] = wrap(states[:, 2])
         return belief.with_samples(states, Weights.uniform(count)), ancestors
-
-    def _needed(self, belief: ObjectBelief) -> int:
-        """Samples that represent a belief of some width, by the number of cells that it fills evenly."""
-        s = self.settings
-        _, cell = np.unique(np.round(belief.deviations / BIN), axis=0, return_inverse=True)
-        weights = np.asarray(np.bincount(cell.ravel(), belief.weights.values), dtype=float)
-        filled = np.exp(entropy(weights))
-        needed = kld_sample_size(round(float(filled)), KLD_ERROR, KLD_QUANTILE)
-        return int(np.clip(needed, min(s.least_samples, s.samples), s.samples))
 
     # --- scouts ---------------------------------------------------------------------
 
     def _shown(
         self, believed: ConditionalBelief, evidence: ScanEvidence, rng: np.random.Generator
     ) -> ConditionalBelief:
-        """The last quarter of the scouts sent to where readings that nothing explains may show the object."""
+        """The last quarter of the scouts sent to where readings that nothing explains may show the object.
+
+        They lie closer there than the places to which it may have been moved, and weigh less for it.
+        """
         belief = believed.belief
         proposed = self._through_readings(belief, evidence.stopped, self.settings.scouts // 4, rng)
         if len(proposed) == 0:
             return believed
-        states = belief.states.copy()
+        states, factor = belief.states.copy(), np.ones(len(belief.states))
         states[-len(proposed) :] = proposed
-        return replace(believed, belief=belief.with_samples(states, belief.weights))
+        due = self._new_place_density(proposed, belief.mean) / self._crowding(proposed)
+        factor[-len(proposed) :] = np.minimum(due, 1.0)
+        given = factor * believed.given
+        return replace(
+            believed,
+            belief=belief.with_samples(states, Weights.of(factor * belief.weights.values)),
+            given=given / given.sum(axis=1, keepdims=True),
+        )
+
+    def _crowding(self, states: FloatArray) -> FloatArray:
+        """Density (c,) with which states (c, 3) lie about each of themselves."""
+        off = states[:, None] - states
+        off[..., 2] = wrap(off[..., 2])
+        near = np.exp(-0.5 * ((off / self._blur) ** 2).sum(axis=2))
+        return np.asarray(near.mean(axis=1) / (ROOT_TAU * self._blur).prod())
 
     def _through_readings(
         self, belief: ObjectBelief, stopped: FloatArray, count: int, rng: np.random.Generator
@@ -240,14 +266,17 @@ class SampleFilter:
     def _is_elsewhere(self, belief: ObjectBelief, stay: ObjectBelief) -> BoolArray:
         """Which scouts (k,) have left where the samples are; the others only know the same."""
         scouts = belief.states[len(stay.states) :]
-        off = self.item.symmetry.nearest(scouts, float(stay.mean[2])) - stay.mean
-        off[:, 2] = wrap(off[:, 2])
-        return np.asarray((np.abs(off) > self._nudge).any(axis=1))
+        return np.asarray((np.abs(self._off(scouts, stay.mean)) > self._nudge).any(axis=1))
 
     @cached_property
     def _nudge(self) -> FloatArray:
         s = self.settings
         return np.array([s.nudge_m, s.nudge_m, np.radians(s.nudge_deg)])
+
+    @property
+    def _blur(self) -> FloatArray:
+        """(3,) deviations of what one sample alone stands for."""
+        return SPREAD * self._nudge
 
     def _scouts(
         self,
@@ -263,8 +292,8 @@ class SampleFilter:
         s = self.settings
         carried, near = s.scouts // 2, s.scouts // 4
         best = scouts[systematic(Weights.of(weights + TINY), carried, rng)]
+        on = best + self._blur * rng.standard_normal(best.shape)
         nearby = kept.states[systematic(kept.weights, near, rng)]
-        on = best + CARRY_ON * self._nudge * rng.standard_normal(best.shape)
         before, after = (self._new_place_density(each, kept.mean) for each in (best, on))
         moves = after >= rng.random(carried) * before  # Metropolis: evidence alone leads them on
         fresh = [
@@ -287,18 +316,21 @@ class SampleFilter:
         )
 
     def _new_place_density(self, states: FloatArray, place: FloatArray) -> FloatArray:
-        """Density (n,), up to a factor, of states to which an object at a place (3,) is moved."""
+        """Density (n,) of states to which an object at a place (3,) is moved: near it, or as the prior."""
         s = self.settings
         width = np.array([s.prior_std_m, s.prior_std_m, np.radians(s.prior_std_deg)])
-        densities = []
-        for middle, scale in ((self.item.home, width), (place, self._nudge)):
-            off = self.item.symmetry.nearest(states, float(middle[2])) - middle
-            off[:, 2] = wrap(off[:, 2])
-            densities.append(np.exp(-0.5 * ((off / scale) ** 2).sum(axis=1)) / scale.prod())
-            if s.prior == "uniform" and middle is self.item.home:
-                inside = (np.abs(off) <= width).all(axis=1)
-                densities[0] = inside / (8.0 * width.prod())
-        return np.asarray(densities[0] + densities[1])
+        from_home, off = self._off(states, self.item.home), self._off(states, place)
+        if s.prior == "gaussian":
+            by_prior = _gaussian(from_home, width)
+        else:
+            by_prior = (np.abs(from_home) <= width).all(axis=1) / (2.0 * width).prod()
+        return np.asarray((by_prior + _gaussian(off, self._nudge)) / 2.0)
+
+    def _off(self, states: FloatArray, place: FloatArray) -> FloatArray:
+        """(n, 3) from a place (3,) to states (n, 3), or to those that look the same and are nearest."""
+        off = self.item.symmetry.nearest(states, float(place[2])) - place
+        off[:, 2] = wrap(off[:, 2])
+        return np.asarray(off)
 
     def _of_prior(self, count: int, rng: np.random.Generator) -> FloatArray:
         """(count, 3) samples of the prior around the place where the object should stand."""
@@ -314,22 +346,31 @@ class SampleFilter:
         return states
 
 
+def _gaussian(off: FloatArray, std: FloatArray) -> FloatArray:
+    """Densities (n,) of deviations (n, d) with standard deviations (d,)."""
+    return np.asarray(np.exp(-0.5 * ((off / std) ** 2).sum(axis=1)) / (ROOT_TAU * std).prod())
+
+
 def _joined(weights: FloatArray, scouts: FloatArray) -> Weights:
     """Weights of samples (n,), which sum to one, and of the scouts behind them (k,)."""
     return Weights.of(np.append((1.0 - scouts.sum()) * weights, scouts))
 
 
-def _presence(
-    presence: float, log_evidence: FloatArray, robot_weights: FloatArray
-) -> tuple[float, FloatArray]:
-    """Probability that an object is there after a scan, and the scan's log evidence (l,) then.
+def _presence(presence: FloatArray, log_evidence: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Probability (l,) that an object is there after a scan, and the scan's log evidence (l,) then.
 
     ``log_evidence`` (l,) is that of its being there, against its absence.
     """
     there = np.log(presence) + log_evidence
     either = np.logaddexp(there, np.log1p(-presence))
-    after = float(robot_weights @ np.exp(there - either))
-    return float(np.clip(after, LEAST_PRESENCE, 1.0 - LEAST_PRESENCE)), either
+    return np.exp(there - either).clip(LEAST_PRESENCE, 1.0 - LEAST_PRESENCE), either
+
+
+def _told(given: FloatArray, log_likelihood: FloatArray, robot: FloatArray) -> FloatArray:
+    """Log-likelihood (n,) of each state from all robot samples (l,) together, given (l, n) by each."""
+    top = log_likelihood.max()
+    told = robot @ (given * np.exp(log_likelihood - top))
+    return np.asarray(top + np.log(told + TINY) - np.log(robot @ given + TINY))
 
 
 def _conditioned(given: FloatArray, log_likelihood: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from objstate.logs import open_log, open_messages
+from objstate.logs.carmen import LASER_HEIGHT
 from objstate.records import Odometry, Scan
 
 
@@ -52,8 +53,8 @@ def test_the_rear_laser_looks_back_from_its_offset(tmp_path) -> None:
         laser_line("RLASER", 180, 5.1, laser=(-0.2, 0, math.pi)),
     )
     front, rear = scans(path)
-    np.testing.assert_allclose(front.rays.origins[0], [0.3, 0, 0], atol=1e-9)
-    np.testing.assert_allclose(rear.rays.origins[0], [-0.2, 0, 0], atol=1e-9)
+    np.testing.assert_allclose(front.rays.origins[0], [0.3, 0, LASER_HEIGHT], atol=1e-9)
+    np.testing.assert_allclose(rear.rays.origins[0], [-0.2, 0, LASER_HEIGHT], atol=1e-9)
     np.testing.assert_allclose(rear.rays.directions[90], [-1, 0, 0], atol=1e-6)
 
 
@@ -61,7 +62,7 @@ def test_without_parameters_the_line_tells_the_offset(tmp_path) -> None:
     robot, laser = (1.0, 1.0, math.pi / 2), (1.0, 1.25, math.pi / 2)
     path = write(tmp_path / "a.log", laser_line("FLASER", 180, 5.0, laser=laser, robot=robot))
     (scan,) = scans(path)
-    np.testing.assert_allclose(scan.rays.origins[0], [0.25, 0, 0], atol=1e-9)
+    np.testing.assert_allclose(scan.rays.origins[0], [0.25, 0, LASER_HEIGHT], atol=1e-9)
 
 
 def test_where_both_poses_are_one_the_laser_is_the_centre(tmp_path) -> None:
@@ -71,7 +72,7 @@ def test_where_both_poses_are_one_the_laser_is_the_centre(tmp_path) -> None:
         laser_line("FLASER", 180, 5.0, laser=(2, 1, 0), robot=(2, 1, 0)),
     )
     (scan,) = scans(path)
-    np.testing.assert_array_equal(scan.rays.origins[0], [0, 0, 0])
+    np.testing.assert_array_equal(scan.rays.origins[0], [0, 0, LASER_HEIGHT])
 
 
 @pytest.mark.parametrize(("reading", "is_return"), [(80.98, True), (80.99, False), (81.91, False)])
@@ -117,7 +118,7 @@ def test_robotlaser_lines_say_their_own_angles(tmp_path) -> None:
     np.testing.assert_array_equal(scan.ranges, [1, 2, np.inf, 4, 5])
     assert scan.range_max == 30.0
     assert scan.stamp_ns == 7_500_000_000
-    np.testing.assert_allclose(scan.rays.origins[0], [0.2, 0, 0], atol=1e-9)
+    np.testing.assert_allclose(scan.rays.origins[0], [0.2, 0, LASER_HEIGHT], atol=1e-9)
 
 
 def test_damaged_lines_are_left_out_and_told(tmp_path) -> None:

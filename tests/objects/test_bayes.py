@@ -65,7 +65,8 @@ def update(
     """The door's belief given each robot sample (l, s), after a scan."""
     weights, rng = Weights.of(robot), np.random.default_rng(0)
     poses = np.zeros((len(robot), 3))
-    believed = ConditionalBelief(FILTER.prior(rng), given_).averaged(given_, robot)
+    prior = ConditionalBelief.independent(FILTER.prior(rng), len(robot))
+    believed = prior.averaged(given_, robot)
     evidence = evidence_by(told(log_likelihood), poses, weights, tempering)
     after = FILTER.update(believed, evidence, rng)
     assert after is not None

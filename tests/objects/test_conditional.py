@@ -25,7 +25,7 @@ def tables(seed: int, robots: int) -> tuple[ConditionalBelief, FloatArray]:
     rng = np.random.default_rng(seed)
     rows = rng.dirichlet(np.ones(len(PRIOR.states)), robots)
     robot = rng.dirichlet(np.ones(robots))
-    return ConditionalBelief(PRIOR, rows).averaged(rows, robot), robot
+    return ConditionalBelief.independent(PRIOR, robots).averaged(rows, robot), robot
 
 
 @settings(max_examples=30, deadline=None)
