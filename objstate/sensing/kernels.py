@@ -1,11 +1,7 @@
-"""The loops over robot samples, states, segments and beams, compiled.
+"""What the compiled loops of level sweeps work on, and the beam model among them.
 
-Everything here is level: a laser that sweeps a horizontal plane sees walls and
-objects as outlines, lists of segments ``(ax, ay, bx, by)``. A segment is projected
-onto the range of beams that it covers, and each of those keeps the nearest hit.
-So the work for a scan grows with its beams, not with beams times segments.
-
-Bearings are compared as pseudo-angles, which grow with the bearing from -2 at -pi
+A laser that sweeps a horizontal plane sees walls and objects as outlines, lists of
+segments ``(ax, ay, bx, by)``. Bearings are compared as pseudo-angles, which grow with the bearing from -2 at -pi
 to 2 at pi and need no trigonometry. ``beams`` (7, n) holds a row for each of the
 constants below, sorted by bearing in the robot's frame; ``index`` finds the first
 beam at or after a bearing; ``sweep`` (3,) is the centre of the beams' origins in
@@ -27,13 +23,10 @@ CENTRE_X, CENTRE_Y, SPREAD = range(3)
 X, Y, COS, SIN = range(4)
 PEAK, PER_SIGMA, RANDOM, MISSING, HIT, RANGE_MAX, GAUSSIAN = range(7)
 
-SLACK = 1e-9  # m, or pseudo-angle, by which a beam may pass an end of a segment and still hit
 FLAT_BELL = 36.0  # exponent from which the bell is flat: 2e-16 of its height
-NEAR_SIGMAS = 4.0  # a range shorter than this many sigmas before an object was stopped by another
 LEAST_DENSITY = 1e-100  # of the pure Gaussian, which has no floor of its own (21 sigmas)
 SMALL, LARGE = 1e-200, 1e200  # products are kept between these: one density more is still a float
 GRAZING = 0.1  # cosine of incidence below which a range says nothing of a shift of the surface
-LEAST_SHARE = 1e-12  # what rounding may leave of one when all shares are taken away
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 

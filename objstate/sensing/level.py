@@ -84,7 +84,8 @@ class Sweep:
 
         ``measured`` (n,) are the ranges, ``short`` (n,) their densities if stopped before the target.
         """
-        return np.vstack([self.rows, measured[self.order], short[self.order]])
+        rows = np.vstack([self.rows, measured[self.order], short[self.order]])
+        return np.ascontiguousarray(rows)
 
     def unsorted(self, values: NDArray[T]) -> NDArray[T]:
         """Values (..., n) of sorted beams in the scan's own order."""

@@ -322,6 +322,7 @@ def mark_seen(
     """Set ``seen`` (k,) for the segments of an outline (k, 4) that some beam hits from some pose."""
     lasers, middle = stands(poses, sweep), np.empty(4)
     strayed, count, size = strays(lasers, middle), beams.shape[1], poses.shape[0]
+    is_convex = outline.shape[0] < 0  # no: but for a literal, all would be compiled once more
     fixed = np.zeros(4)
     fixed[COS] = 1.0
     nearest, alone = np.empty((count, size)), np.empty((count, size))
@@ -337,7 +338,7 @@ def mark_seen(
             strayed,
             fixed,
             outline[k : k + 1],
-            False,
+            is_convex,
             beams,
             index,
             sweep[SPREAD],
