@@ -190,7 +190,7 @@ class LevelOutlines:
     def __init__(self, building: Building) -> None:
         self._building = building
         self.hold = all(moves_in_plane(item) for item in building.objects.values())
-        self._walls = cache(lambda height: Blocks(_flat(outline(building.walls, height))))
+        self._walls = cache(lambda height: Blocks(flat(outline(building.walls, height))))
         self._neighbourhoods: dict[float, Neighbourhood] = {}
         self._stand: tuple[FloatArray, Stand] | None = None  # the last, with its poses (p, 3)
 
@@ -232,7 +232,7 @@ class LevelOutlines:
         segments = outline(item.mesh.moved(home), height) - home[:2, 3]
         clockwise = _clockwise(segments)
         return ObjectOutline(
-            _flat(segments if clockwise is None else clockwise), clockwise is not None
+            flat(segments if clockwise is None else clockwise), clockwise is not None
         )
 
     @lru_cache(maxsize=64)  # noqa: B019 - lives as long as the outlines it belongs to
@@ -378,5 +378,6 @@ def _loops(segments: FloatArray) -> list[IntArray]:
         label = spread
 
 
-def _flat(segments: FloatArray) -> FloatArray:
+def flat(segments: FloatArray) -> FloatArray:
+    """Segments (k, 2, 2) as the kernels take them (k, 4)."""
     return np.ascontiguousarray(segments.reshape(-1, 4))

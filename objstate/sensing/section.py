@@ -10,9 +10,7 @@ from objstate.building.model import Mesh
 from objstate.building.outline import outline
 from objstate.geometry import FloatArray
 from objstate.sensing.embree import needs_embree
-
-LEVEL = 1e-6  # rad by which a ray may be tilted and still count as level
-SAME_HEIGHT = 1e-6  # m
+from objstate.sensing.level import LEVEL, SAME_HEIGHT, flat
 
 
 class SectionCaster:
@@ -24,7 +22,7 @@ class SectionCaster:
     def __init__(self, mesh: Mesh, upright: FloatArray) -> None:
         self._upright = upright
         turned = Mesh(mesh.vertices @ upright.T, mesh.faces)
-        self._section = cache(lambda step: _flat(outline(turned, step * SAME_HEIGHT)))
+        self._section = cache(lambda step: flat(outline(turned, step * SAME_HEIGHT)))
 
     def distances(self, origins: FloatArray, directions: FloatArray) -> FloatArray:
         """Distance (n,) m along rays from ``origins`` (n, 3) in unit ``directions`` (n, 3); inf where nothing is hit.
@@ -43,7 +41,3 @@ class SectionCaster:
             rows = np.hstack([starts[rays, :2], along[rays, :2]])
             out[rays] = section_kernels.cast(rows, self._section(step))
         return out
-
-
-def _flat(segments: FloatArray) -> FloatArray:
-    return np.ascontiguousarray(segments.reshape(-1, 4))
