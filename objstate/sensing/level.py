@@ -6,7 +6,8 @@ that move in the floor plane. What a level sweep sees of them are segments.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, lru_cache
 from typing import NamedTuple, TypeVar
@@ -21,6 +22,7 @@ from objstate.records import Rays
 from objstate.sensing.blocks import Blocks
 
 T = TypeVar("T", bound=np.generic)
+Rectangle = tuple[float, float, float, float]  # m: left, bottom, right, top
 
 ABREAST = 200  # poses from which ranges are cast side by side, at most
 LEVEL = 1e-6  # rad or relative: a laser or an axis tilted by less counts as level or upright
@@ -63,6 +65,12 @@ class Sweep:
             rows=np.vstack([bearing, rays.directions[order, :2].T, offset.T]),
             centre=np.array([*centre, np.hypot(*offset.T).max()]),
         )
+
+    @cached_property
+    def around(self) -> float:
+        """m by which beams begin aside of the robot, at most."""
+        x, y, spread = self.centre.tolist()
+        return math.hypot(x, y) + float(spread)
 
     @cached_property
     def index(self) -> IntArray:
@@ -118,6 +126,12 @@ class Stand:
     poses: FloatArray  # (p, 4) x, y, cosine and sine of the yaw
     parts: Sequence[slice | IntArray]  # of poses that look in about the same direction
 
+    @cached_property
+    def rectangle(self) -> Rectangle:
+        """In which the robot stands."""
+        lower, upper = self.poses[:, :2].min(axis=0), self.poses[:, :2].max(axis=0)
+        return (*lower.tolist(), *upper.tolist())
+
     @staticmethod
     def of(poses: FloatArray) -> Stand:
         """Of poses (p, 3)."""
@@ -127,32 +141,44 @@ class Stand:
             parts = np.array_split(np.argsort(poses[:, 2], kind="stable"), count)
         return Stand(with_trigonometry(poses), parts)
 
+    def each(self, of: Callable[..., FloatArray], *also: FloatArray) -> FloatArray:
+        """What ``of`` gives (p, ...) for the poses, and for ``also`` (p, ...), part by part."""
+        if len(self.parts) == 1:
+            return of(self.poses, *also)
+        found = [of(self.poses[part], *(each[part] for each in also)) for part in self.parts]
+        out = np.empty((len(self.poses), *found[0].shape[1:]))
+        for part, each in zip(self.parts, found, strict=True):
+            out[part] = each
+        return out
+
 
 @dataclass(frozen=True, eq=False)
 class Neighbourhood:
     """The wall segments that matter to a laser inside a rectangle."""
 
-    lower: FloatArray  # (2,) m
-    upper: FloatArray  # (2,) m
+    rectangle: Rectangle
     reach: float  # m
     segments: FloatArray  # (k, 4)
     asked: int = 1  # how often it has served
 
-    def serves(self, lower: FloatArray, upper: FloatArray, reach: float) -> bool:
-        """Whether it holds for places between two corners (2,), and isn't far too large for them."""
-        if reach > self.reach:
-            return False
-        inside = (self.lower <= lower).all() and (upper <= self.upper).all()
-        waste = (self.upper - self.lower) - (upper - lower)
-        return bool(inside and (waste <= 4.0 * STRIDE).all())
+    def serves(self, rectangle: Rectangle, reach: float) -> bool:
+        """Whether it holds for places in a rectangle, and isn't far too large for it."""
+        left, bottom, right, top = rectangle
+        known_left, known_bottom, known_right, known_top = self.rectangle
+        holds = known_left <= left and right <= known_right
+        holds = holds and known_bottom <= bottom and top <= known_top and reach <= self.reach
+        most = 4.0 * STRIDE
+        wide = (known_right - known_left) - (right - left) > most
+        return holds and not wide and (known_top - known_bottom) - (top - bottom) <= most
 
     def asked_again(self) -> Neighbourhood:
         """The same; once it is worth it, with only those segments that are seen from inside."""
         if self.asked > LOOK_AFTER:
             return self
-        segments, is_wide = self.segments, (self.upper - self.lower).max() > WIDEST_LOOK
+        segments, (left, bottom, right, top) = self.segments, self.rectangle
+        is_wide = max(right - left, top - bottom) > WIDEST_LOOK
         if self.asked == LOOK_AFTER and not is_wide:
-            segments = segments[_seen(segments, self.lower, self.upper)]
+            segments = segments[_seen(segments, np.array([left, bottom]), np.array([right, top]))]
         return replace(self, segments=segments, asked=self.asked + 1)
 
 
@@ -196,6 +222,8 @@ class LevelOutlines:
 
     def stand(self, poses: FloatArray) -> Stand:
         """Robot poses (p, 3) as the kernels take them; a scan asks for the same often."""
+        if len(poses) == 1:
+            return Stand.of(poses)
         if self._stand is None or self._stand[0] is not poses:
             self._stand = poses, Stand.of(poses)
         return self._stand[1]
@@ -206,23 +234,20 @@ class LevelOutlines:
         Where it is asked about again, sight is tried from a grid of places; for beliefs wider
         than ``WIDEST_LOOK``, all segments in reach are given.
         """
-        off = sweep.centre[:2]
-        around = float(np.hypot(off[0], off[1]) + sweep.centre[2])
-        lower, upper = poses[:, :2].min(axis=0) - around, poses[:, :2].max(axis=0) + around
         known = self._neighbourhoods.get(sweep.height)
-        if known is None or not known.serves(lower, upper, reach):
-            known = self._neighbourhood(sweep.height, lower - STRIDE, upper + STRIDE, reach)
+        rectangle = _widened(self.stand(poses).rectangle, sweep.around)
+        if known is None or not known.serves(rectangle, reach):
+            known = self._neighbourhood(sweep.height, _widened(rectangle, STRIDE), reach)
         else:
             known = known.asked_again()
         self._neighbourhoods[sweep.height] = known
         return known.segments
 
-    def _neighbourhood(
-        self, height: float, lower: FloatArray, upper: FloatArray, reach: float
-    ) -> Neighbourhood:
-        radius = reach + float(np.hypot(*(upper - lower))) / 2
-        walls = self._walls(height).within((lower + upper) / 2, radius)
-        return Neighbourhood(lower, upper, reach, walls)
+    def _neighbourhood(self, height: float, rectangle: Rectangle, reach: float) -> Neighbourhood:
+        left, bottom, right, top = rectangle
+        radius = reach + math.hypot(right - left, top - bottom) / 2
+        middle = np.array([left + right, bottom + top]) / 2
+        return Neighbourhood(rectangle, reach, self._walls(height).within(middle, radius))
 
     @cache  # noqa: B019 - lives as long as the outlines it belongs to
     def of_object(self, name: str, height: float) -> ObjectOutline:
@@ -324,6 +349,11 @@ def _sweep_towards(directions: FloatArray) -> Sweep:
     sweep = Sweep.of(Rays(np.zeros_like(level), level))
     assert sweep is not None
     return sweep
+
+
+def _widened(rectangle: Rectangle, by: float) -> Rectangle:
+    left, bottom, right, top = rectangle
+    return left - by, bottom - by, right + by, top + by
 
 
 def moves_in_plane(item: MovableObject) -> bool:
