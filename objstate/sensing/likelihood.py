@@ -226,7 +226,7 @@ def object_log_likelihood(
     placements: FloatArray,
     normals: FloatArray,
     outline: FloatArray,
-    convex: bool,
+    rim: int,
     background: FloatArray,
     order: IntArray,
     beams: FloatArray,
@@ -270,7 +270,7 @@ def object_log_likelihood(
             strayed,
             placements[states[k]],
             outline,
-            convex,
+            rim,
             beams,
             index,
             sweep[SPREAD],
@@ -372,7 +372,7 @@ def pose_log_likelihood(
     expected: FloatArray,
     outlines: FloatArray,
     outline_ends: IntArray,
-    convex: BoolArray,
+    rims: IntArray,
     placements: FloatArray,
     placement_ends: IntArray,
     shares: FloatArray,
@@ -385,8 +385,8 @@ def pose_log_likelihood(
 ) -> None:
     """Log p(o | l) ``out`` (p,), each beam averaged over where uncertain objects may be.
 
-    Object j has the rows of ``outlines`` up to ``outline_ends[j]``, is ``convex[j]`` or
-    not, and may stand at the ``placements`` up to ``placement_ends[j]``, with weights ``shares``. Where it is
+    Object j has the rows of ``outlines`` up to ``outline_ends[j]``, of which the first ``rims[j]``
+    are its rim, and may stand at the ``placements`` up to ``placement_ends[j]``, with weights ``shares``. Where it is
     nearer than what is ``expected`` (p, n) of all else, it is what the beam should read; else the
     beam keeps the likelihood it had. Sorted beam i has the column ``order[i]`` of it.
     """
@@ -412,7 +412,7 @@ def pose_log_likelihood(
                 strayed,
                 placements[s],
                 outline,
-                convex[j],
+                rims[j],
                 beams,
                 index,
                 sweep[SPREAD],
