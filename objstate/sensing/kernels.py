@@ -35,7 +35,7 @@ _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 def bell(exponent: float) -> Any:
     """exp(-exponent) by squaring, off by less than 1e-4 of itself; 0 from ``FLAT_BELL`` on."""
     part = min(exponent, FLAT_BELL) / 1024.0
-    value = 1.0 - part * (1.0 - part / 2.0 * (1.0 - part / 3.0))
+    value = 1.0 - part * (1.0 - part * (1.0 / 2.0) * (1.0 - part * (1.0 / 3.0)))
     value *= value
     value *= value
     value *= value

@@ -60,20 +60,6 @@ def _hit_densities(
 
 
 @_compile
-def _densities(
-    hit: FloatArray,
-    expected: FloatArray,
-    measured: float,
-    floor: float,
-    short: float,
-    out: FloatArray,
-) -> None:
-    """Densities ``out`` (p,): of hits, of random readings, and of those that were stopped short."""
-    for p in range(out.shape[0]):
-        out[p] = hit[p] + floor + (short if measured < expected[p] else 0.0)
-
-
-@_compile
 def _floor(measured: float, model: FloatArray) -> Any:
     """The density that a reading has whatever is expected; that of a missing return is a probability."""
     if model[GAUSSIAN] > 0.0:
@@ -102,7 +88,8 @@ def _look(
             out[p] = floor + (model[HIT] if expected[p] >= model[RANGE_MAX] else 0.0)
     else:
         _hit_densities(expected, measured, model, out)
-        _densities(out, expected, measured, floor, short, out)
+        for p in range(out.shape[0]):
+            out[p] += floor + (short if measured < expected[p] else 0.0)
 
 
 @_compile
@@ -126,15 +113,20 @@ def _look_behind(
 
 
 @_compile
-def _multiply(
-    dense: FloatArray,
-    per_density: FloatArray,
+def _take_in(
+    hit: FloatArray,
     nearest: FloatArray,
     without: FloatArray,
+    per_density: FloatArray,
+    measured: float,
+    floor: float,
+    short: float,
+    dense: FloatArray,
     product: FloatArray,
 ) -> None:
-    """Take one beam into the products (p,), where it touches the object."""
+    """The densities ``dense`` (p,) of one beam, taken into the products (p,) where it touches the object."""
     for p in range(product.shape[0]):
+        dense[p] = hit[p] + floor + (short if measured < nearest[p] else 0.0)
         ratio = dense[p] * per_density[p]
         product[p] *= ratio if nearest[p] < without[p] else 1.0
 
@@ -305,8 +297,17 @@ def object_log_likelihood(
             if not bears[i]:
                 bears[i] = _touches(nearest[i], without[i], beams[MEASURED, i] + near)
             _hit_densities(nearest[i], measured, model, hit)
-            _densities(hit, nearest[i], measured, _floor(measured, model), short, dense)
-            _multiply(dense, per_density[i], nearest[i], without[i], product)
+            _take_in(
+                hit,
+                nearest[i],
+                without[i],
+                per_density[i],
+                measured,
+                _floor(measured, model),
+                short,
+                dense,
+                product,
+            )
             taken += 1
             if taken % at_once == 0:
                 _flush(product, change)
