@@ -28,7 +28,6 @@ ABREAST = 200  # poses from which ranges are cast side by side, at most
 LEVEL = 1e-6  # rad or relative: a laser or an axis tilted by less counts as level or upright
 SAME_HEIGHT = 1e-6  # m
 INDEX_STEPS = 2  # of a sweep's index, for each beam
-FLAT = 1e-9  # m^2 by which a corner may stick out of an outline that counts as convex
 TOUCHING = 1e-6  # m within which ends of segments are one corner
 STRIDE = 0.5  # m the robot moves before the walls in its sight are looked up again
 WIDEST_LOOK = 4.0  # m, sides of a rectangle from which sight is tried
@@ -193,10 +192,10 @@ class UncertainObject:
 
 @dataclass(frozen=True, eq=False)
 class ObjectOutline:
-    """What a level sweep sees of an object; convex loops, such as table legs, run clockwise."""
+    """What a level sweep sees of an object."""
 
     segments: FloatArray  # (k, 4)
-    convex: bool
+    rim: int = 0  # the first are closed loops, clockwise, outside of which nothing else is seen
 
 
 class Scenery(NamedTuple):
@@ -204,7 +203,7 @@ class Scenery(NamedTuple):
 
     outlines: FloatArray  # (k, 4) segments of one object after the other
     outline_ends: IntArray  # (j,) where each object's segments end
-    convex: BoolArray  # (j,)
+    rims: IntArray  # (j,) how many of each object's segments are its rim
     placements: FloatArray  # (s, 4) of one object after the other
     placement_ends: IntArray  # (j,) where each object's placements end
     shares: FloatArray  # (s,) their weights
@@ -254,11 +253,7 @@ class LevelOutlines:
         """Outline of an object at a height, about its origin in its home state."""
         item = self._building[name]
         home = item.transforms(item.home[None])[0]
-        segments = outline(item.mesh.moved(home), height) - home[:2, 3]
-        clockwise = _clockwise(segments)
-        return ObjectOutline(
-            flat(segments if clockwise is None else clockwise), clockwise is not None
-        )
+        return _rimmed(outline(item.mesh.moved(home), height) - home[:2, 3])
 
     @lru_cache(maxsize=64)  # noqa: B019 - lives as long as the outlines it belongs to
     def scenery(self, objects: tuple[UncertainObject, ...], height: float) -> Scenery:
@@ -268,7 +263,7 @@ class LevelOutlines:
         return Scenery(
             np.concatenate([np.empty((0, 4)), *(each.segments for each in outlines)]),
             np.cumsum([len(each.segments) for each in outlines], dtype=np.int64),
-            np.array([each.convex for each in outlines], dtype=bool),
+            np.array([each.rim for each in outlines], dtype=np.int64),
             with_trigonometry(np.concatenate([np.empty((0, 3)), *places])),
             np.cumsum([len(each) for each in places], dtype=np.int64),
             np.concatenate([np.empty(0), *(each.shares for each in objects)]),
@@ -295,6 +290,7 @@ def _seen(walls: FloatArray, lower: FloatArray, upper: FloatArray) -> BoolArray:
     projection.mark_seen(
         with_trigonometry(places),
         walls,
+        0,
         round_about.beams(np.zeros(LOOKS), np.zeros(LOOKS)),
         round_about.index,
         round_about.centre,
@@ -332,7 +328,7 @@ def _glimpsed(segments: FloatArray, screens: FloatArray, place: FloatArray) -> B
         np.array([[*place, 1.0, 0.0]]),
         np.array([[0.0, 0.0, 1.0, 0.0]]),
         screens,
-        False,
+        0,
         sweep.order,
         sweep.beams(np.zeros(len(off)), np.zeros(len(off))),
         sweep.index,
@@ -380,32 +376,25 @@ def _placements(item: MovableObject, states: FloatArray) -> FloatArray:
     return out
 
 
-def _clockwise(segments: FloatArray) -> FloatArray | None:
-    """Segments (k, 2, 2) of convex loops, each with the inside on its right; None if some loop isn't convex."""
-    out = segments.copy()
-    for loop in _loops(segments):
-        start, along = segments[loop, 0], segments[loop, 1] - segments[loop, 0]
-        to_corner = segments[loop].reshape(-1, 2)[None] - start[:, None]
-        side = along[:, None, 0] * to_corner[..., 1] - along[:, None, 1] * to_corner[..., 0]
-        left, right = (side >= -FLAT).all(axis=1), (side <= FLAT).all(axis=1)
-        if len(loop) < 3 or not np.all(left | right):
-            return None
-        out[loop] = np.where(np.asarray(right)[:, None, None], segments[loop], segments[loop, ::-1])
-    return out
+def _rimmed(segments: FloatArray) -> ObjectOutline:
+    """The outline that segments (k, 2, 2) make, its rim first; some may hang loose, then it has none."""
+    import shapely
 
-
-def _loops(segments: FloatArray) -> list[IntArray]:
-    """Indices of the segments (k, 2, 2) that hang together by their ends."""
-    _, corner = np.unique(np.round(segments.reshape(-1, 2) / TOUCHING), axis=0, return_inverse=True)
-    ends = corner.reshape(-1, 2)
-    label = np.arange(corner.max(initial=-1) + 1)
-    while True:  # each corner takes the least label of its neighbours until none changes
-        least = label[ends].min(axis=1)
-        spread = label.copy()
-        np.minimum.at(spread, ends, least[:, None])
-        if np.array_equal(spread, label):
-            return [np.flatnonzero(label[ends[:, 0]] == name) for name in np.unique(label)]
-        label = spread
+    lines = shapely.unary_union(shapely.linestrings(segments), grid_size=TOUCHING)
+    filled = shapely.unary_union(shapely.polygonize([lines]))
+    if filled.is_empty or not shapely.difference(lines, filled).is_empty:
+        return ObjectOutline(flat(segments))
+    solids = shapely.get_parts(shapely.simplify(filled, TOUCHING))
+    loops = [shapely.get_coordinates(shapely.get_exterior_ring(solid)) for solid in solids]
+    clockwise = [
+        loop[::-1] if shapely.is_ccw(shapely.linearrings(loop)) else loop for loop in loops
+    ]
+    rim = np.concatenate([np.stack([loop[:-1], loop[1:]], axis=1) for loop in clockwise])
+    within = shapely.get_parts(shapely.difference(lines, shapely.boundary(filled)))
+    rest = [
+        np.stack([line[:-1], line[1:]], axis=1) for line in map(shapely.get_coordinates, within)
+    ]
+    return ObjectOutline(flat(np.concatenate([rim, *rest])), len(rim))
 
 
 def flat(segments: FloatArray) -> FloatArray:

@@ -60,20 +60,6 @@ def _hit_densities(
 
 
 @_compile
-def _densities(
-    hit: FloatArray,
-    expected: FloatArray,
-    measured: float,
-    floor: float,
-    short: float,
-    out: FloatArray,
-) -> None:
-    """Densities ``out`` (p,): of hits, of random readings, and of those that were stopped short."""
-    for p in range(out.shape[0]):
-        out[p] = hit[p] + floor + (short if measured < expected[p] else 0.0)
-
-
-@_compile
 def _floor(measured: float, model: FloatArray) -> Any:
     """The density that a reading has whatever is expected; that of a missing return is a probability."""
     if model[GAUSSIAN] > 0.0:
@@ -102,7 +88,8 @@ def _look(
             out[p] = floor + (model[HIT] if expected[p] >= model[RANGE_MAX] else 0.0)
     else:
         _hit_densities(expected, measured, model, out)
-        _densities(out, expected, measured, floor, short, out)
+        for p in range(out.shape[0]):
+            out[p] += floor + (short if measured < expected[p] else 0.0)
 
 
 @_compile
@@ -215,7 +202,7 @@ def object_log_likelihood(
     placements: FloatArray,
     normals: FloatArray,
     outline: FloatArray,
-    convex: bool,
+    rim: int,
     background: FloatArray,
     order: IntArray,
     beams: FloatArray,
@@ -258,7 +245,7 @@ def object_log_likelihood(
             strayed,
             placements[states[k]],
             outline,
-            convex,
+            rim,
             beams,
             index,
             sweep[SPREAD],
@@ -368,7 +355,7 @@ def pose_log_likelihood(
     expected: FloatArray,
     outlines: FloatArray,
     outline_ends: IntArray,
-    convex: BoolArray,
+    rims: IntArray,
     placements: FloatArray,
     placement_ends: IntArray,
     shares: FloatArray,
@@ -381,8 +368,8 @@ def pose_log_likelihood(
 ) -> None:
     """Log p(o | l) ``out`` (p,), each beam averaged over where uncertain objects may be.
 
-    Object j has the rows of ``outlines`` up to ``outline_ends[j]``, is ``convex[j]`` or
-    not, and may stand at the ``placements`` up to ``placement_ends[j]``, with weights ``shares``. Where it is
+    Object j has the rows of ``outlines`` up to ``outline_ends[j]``, of which the first ``rims[j]``
+    are its rim, and may stand at the ``placements`` up to ``placement_ends[j]``, with weights ``shares``. Where it is
     nearer than what is ``expected`` (p, n) of all else, it is what the beam should read; else the
     beam keeps the likelihood it had. Sorted beam i has the column ``order[i]`` of it.
     """
@@ -408,7 +395,7 @@ def pose_log_likelihood(
                 strayed,
                 placements[s],
                 outline,
-                convex[j],
+                rims[j],
                 beams,
                 index,
                 sweep[SPREAD],

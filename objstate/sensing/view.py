@@ -271,7 +271,7 @@ class LevelView:
 
     def walls(self, poses: FloatArray) -> FloatArray:
         walls = self._outlines.walls_in_sight(self._sweep, poses, self._range_max)
-        return self._cast(ObjectOutline(walls, convex=False), FIXED, poses)[:, 0]
+        return self._cast(ObjectOutline(walls), FIXED, poses)[:, 0]
 
     def object(self, name: str, states: FloatArray, poses: FloatArray) -> FloatArray:
         outline = self._outlines.of_object(name, self._sweep.height)
@@ -348,7 +348,7 @@ class LevelView:
                 placements,
                 normals,
                 outline.segments,
-                outline.convex,
+                outline.rim,
                 comparison.background[chosen],
                 self._sweep.order,
                 self._beams,
@@ -381,7 +381,7 @@ class LevelView:
                 abreast,
                 placements,
                 outline.segments,
-                outline.convex,
+                outline.rim,
                 self._sweep.order,
                 self._beams,
                 self._sweep.index,
