@@ -37,7 +37,8 @@ def inner(**options: Any) -> Callable[[F], F]:
     """
     import numba
 
-    return numba.njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, **options)  # type: ignore[no-any-return]
+    options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    return numba.njit(**options)  # type: ignore[no-any-return]
 
 
 def when_compiling(tell: Callable[[], None]) -> None:
