@@ -31,7 +31,9 @@ INDEX_STEPS = 2  # of a sweep's index, for each beam
 TOUCHING = 1e-6  # m within which ends of segments are one corner
 STRIDE = 0.5  # m the robot moves before the walls in its sight are looked up again
 WIDEST_LOOK = 4.0  # m, sides of a rectangle from which sight is tried
-LOOK_AFTER = 4000  # segments that a place has been asked for: a robot that drives on leaves it first
+LOOK_AFTER = (
+    4000  # segments that a place has been asked for: a robot that drives on leaves it first
+)
 LOOK_SPACING = 0.5  # m between the places from which it is tried
 LOOKS = 360  # beams all round
 GLIMPSES = np.array([0.02, 0.5, 0.98])  # shares of a segment's length at which it is looked at
