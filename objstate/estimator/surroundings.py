@@ -38,6 +38,10 @@ class Surroundings:
             radius = self._reach[name] + strayed
             self._circles[self._index[name]] = [*belief.mean[:2], radius]
 
+    def circles(self, names: Iterable[str]) -> FloatArray:
+        """(m, 3) x, y and radius, m, of the circles in which named objects can be."""
+        return self._circles[[self._index[name] for name in names]].reshape(-1, 3)
+
     def within(
         self, robot: PoseBelief, distance: float, among: Sequence[str] | None = None
     ) -> list[str]:
@@ -45,7 +49,7 @@ class Surroundings:
         names: Sequence[str] = self.names
         circles = self._circles
         if among is not None:
-            names, circles = among, circles[[self._index[name] for name in among]].reshape(-1, 3)
+            names, circles = among, self.circles(among)
         x, y, radius = circles.T
         east, north, reach = x - robot.mean[0], y - robot.mean[1], radius + distance
         return [names[k] for k in np.flatnonzero(east**2 + north**2 <= reach**2).tolist()]
@@ -55,7 +59,7 @@ class Surroundings:
 
         The circles are widened by what the robot's own uncertainty may shift them.
         """
-        chosen = self._circles[[self._index[name] for name in names]].reshape(-1, 3)
+        chosen = self.circles(names)
         origins, directions = cast_from(transform_from_pose(robot.mean), rays)
         to_x = chosen[:, 0, None] - origins[:, 0]
         to_y = chosen[:, 1, None] - origins[:, 1]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -176,10 +176,10 @@ class Floor:
     def _occupied(self, belief: ObjectBelief) -> IntArray:
         """The cells in which the robot would touch furniture at its mean."""
         margin, covered = self.settings.robot_radius, footprint(belief.item, belief.mean[None])
-        near = self._within(covered.min(axis=0) - margin, covered.max(axis=0) + margin)
+        near = self.within(covered.min(axis=0) - margin, covered.max(axis=0) + margin)
         return near[_inside(self.places[near], covered, margin)]
 
-    def _within(self, lower: FloatArray, upper: FloatArray) -> IntArray:
+    def within(self, lower: FloatArray, upper: FloatArray) -> IntArray:
         """Numbers of the cells between two corners (2,)."""
         low = np.ceil((lower - self.origin) / self.settings.resolution).astype(np.int64).clip(min=0)
         high = np.floor((upper - self.origin) / self.settings.resolution).astype(np.int64) + 1
@@ -206,7 +206,20 @@ class Ways:
             cells.append(int(self.before[cells[-1]]))
         return np.array(cells[::-1])
 
+    def to_each(self, cells: IntArray) -> IntArray:
+        """Cells (k, n) of the ways to some cells (n,), which can be reached; short ones begin late.
 
+        All are as long as the longest: the others wait at the start.
+        """
+        before = self.before.copy()
+        before[self.start] = self.start
+        passed = [cells]
+        while (passed[-1] != self.start).any():
+            passed.append(before[passed[-1]])
+        return np.array(passed[::-1])
+
+
+@lru_cache(maxsize=4096)
 def leaf_ends(item: MovableObject) -> tuple[FloatArray, FloatArray]:
     """Both ends (2,) of a door's leaf when the door is as its model shows it."""
     plan = item.mesh.vertices[:, :2]
