@@ -8,7 +8,7 @@ and behind it, and the same beam model as the estimator's says which states they
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import TypeVar
 
 import numpy as np
@@ -107,15 +107,19 @@ class LaserLooks:
             keep(self._seen_of_walls, key, known[key])
         return np.array([known[key] for key in keys]).reshape(len(keys), -1)
 
-    def in_sight(self, poses: FloatArray, circles: FloatArray, reach: FloatArray) -> BoolArray:
-        """(k, o) which circles (o, 3) of x, y and radius a beam enters before walls, from poses (k, 3).
+    def in_sight(
+        self, poses: FloatArray, circles: FloatArray, reach: FloatArray, through_walls: bool
+    ) -> BoolArray:
+        """(k, o) which circles (o, 3) of x, y and radius some beam enters from poses (k, 3).
 
         Their middles are no farther than ``reach`` (o,) m.
         """
         from objstate.gaze import kernels
 
+        ranges = np.full((len(poses), len(self._bearings)), self.sensor.range_max)
+        if not through_walls:
+            ranges = np.minimum(ranges, self.walls(poses))
         out = np.empty((len(poses), len(circles)), dtype=bool)
-        ranges = np.minimum(self.walls(poses), self.sensor.range_max)
         kernels.in_sight(poses, self._bearings, ranges, circles, reach, out)
         return out
 
@@ -160,6 +164,7 @@ def compared(states: int) -> IntArray:
     return evenly(states, COMPARED)
 
 
+@cache
 def evenly(count: int, chosen: int) -> IntArray:
     """Numbers (k,) of no more than ``chosen`` of ``count`` things, evenly spread, both ends included."""
     return np.unique(np.linspace(0, count - 1, chosen).round().astype(np.int64))

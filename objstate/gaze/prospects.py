@@ -106,14 +106,15 @@ class Prospects:
         """What is not known of each object (o,), nats."""
         return np.array([belief_entropy(belief) for belief in self.beliefs.values()])
 
-    def near(self, sensor: str, poses: FloatArray) -> BoolArray:
+    def near(self, sensor: str, poses: FloatArray, through_walls: bool = False) -> BoolArray:
         """(k, o) which objects, in the order of the beliefs, a sensor may see from poses (k, 3).
 
-        They are within reach, and some beam comes near them before it ends at a wall.
+        They are within reach, and some beam comes near them before it ends at a wall; or after it,
+        ``through_walls``, which is found sooner.
         """
         reach = self._circles[:, 2] + self._library.reach - MARGIN
         circles = self._circles + np.array([0.0, 0.0, MARGIN])
-        return self._library.lasers[sensor].in_sight(poses, circles, reach)
+        return self._library.lasers[sensor].in_sight(poses, circles, reach, through_walls)
 
     def told(
         self, sensor: str, name: str, pose: FloatArray, near: BoolArray, scans: float

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from typing import overload
 
@@ -55,7 +55,7 @@ class _Candidate:
     way: IntArray  # (k,) cells, the first of them maybe more than once
     distance: float  # m
     poses: FloatArray  # (n, 3) from which looks are simulated: on the way, and last from its end
-    near: BoolArray  # (n, o) which objects may be seen from each
+    near: BoolArray  # (n, o) which objects may be seen from each, from its end also through walls
 
 
 @dataclass(frozen=True, eq=False)
@@ -224,7 +224,8 @@ class Coordinator:
         names, poses, ends = names[reached], poses[reached], ends[reached]
         routes = self._routes(ways.to_each(ends))
         stops, which = np.unique(routes.stops, axis=0, return_inverse=True)
-        near, at_end = prospects.near(sensor, stops)[which], prospects.near(sensor, poses)
+        near = prospects.near(sensor, stops)[which]
+        at_end = prospects.near(sensor, poses, through_walls=True)
         first = np.cumsum(routes.counts) - routes.counts
         for k, (name, start, count) in enumerate(
             zip(names.tolist(), first, routes.counts, strict=True)
@@ -289,6 +290,8 @@ class Coordinator:
 
         Until an object's looks are simulated, it counts as if all were learnt, (o,) ``full``.
         """
+        at_end = prospects.near(candidate.sensor, candidate.poses[-1:])
+        candidate = replace(candidate, near=np.vstack([candidate.near[:-1], at_end]))
         s, gains, worth = self.settings.choice, dict[str, float](), 0.0
         cost = float(costs(np.array(candidate.distance), s))
         order = np.flatnonzero(candidate.near.any(axis=0))
