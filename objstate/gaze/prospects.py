@@ -69,7 +69,7 @@ class LookLibrary:
 
     def circles(self, beliefs: Mapping[str, ObjectBelief]) -> FloatArray:
         """(o, 3) x, y and radius, m, that hold objects in all states of a door, or furniture at its mean."""
-        circles = self._surroundings.circles(beliefs)
+        circles = self._surroundings.circles(list(beliefs))
         for circle, belief in zip(circles, beliefs.values(), strict=True):
             if belief.item.kind is Kind.PLANAR:
                 circle[:2] = belief.mean[:2]
