@@ -65,6 +65,8 @@ class LaserLooks:
         nothing = np.full(len(rays), np.inf)
         self._scan = Scan(0, sensor.name, nothing, rays, sensor.range_min, sensor.range_max)
         self._view: ScanView = Sensing(building, model).view(self._scan)
+        for name, item in building.objects.items():  # finds its outline, which nobody waits for yet
+            self._view.object(name, item.home[None], np.zeros((1, 3)))
         self._seen_of_walls: dict[bytes, FloatArray] = {}  # (n,) by pose
         self._other = lru_cache(KEPT)(self._other_from)
 
