@@ -52,13 +52,6 @@ class Rays:
         level = np.hypot(self.directions[:, 0], self.directions[:, 1]).clip(min=STEEP)
         return self.directions[:, :2] / level[:, None], level
 
-    @cached_property
-    def spacing(self) -> float:
-        """rad between neighbouring beams, on average, seen from above."""
-        courses, _ = self.courses
-        apart = np.arccos((courses[1:] * courses[:-1]).sum(axis=1).clip(-1.0, 1.0))
-        return max(float(apart.mean()), STEEP) if len(apart) else math.tau
-
 
 @dataclass(frozen=True, eq=False)
 class Scan:

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d
 
 from objstate.estimator.surroundings import SPREAD_SIGMAS, Surroundings
 from objstate.geometry import BoolArray, FloatArray
 from objstate.localization import PoseBelief
 from objstate.records import Scan
 from objstate.sensing import ScanView, Sensing
-
-EDGE = 1.0  # m to the nearest edge at which walls are told apart
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,25 +61,14 @@ class Sight:
         """
         near = set(self.surroundings.within(self.robot, distance, self.names))
         chosen = [k for k, name in enumerate(self.names) if name in near]
-        towards = (self.entries[chosen] < self.farthest) & beams
+        towards = np.isfinite(self.entries[chosen]) & beams
         return [self.names[k] for k in chosen], towards
 
     def seen_by(self, beams: BoolArray, but: Collection[str] = ()) -> list[str]:
         """Objects, but those named, that some of the beams (n,) may reach before they meet a wall."""
-        reached = np.flatnonzero((self.entries < self.farthest)[:, beams].any(axis=1))
+        farthest = self.walls[beams] + SPREAD_SIGMAS * self.robot.position_std
+        reached = np.flatnonzero((self.entries[:, beams] < farthest).any(axis=1))
         return [self.names[k] for k in reached if self.names[k] not in but]
-
-    @cached_property
-    def farthest(self) -> FloatArray:
-        """Range (n,) m up to which each beam may see from some robot sample, before it meets a wall.
-
-        Beside an edge, a sample that is turned or aside a little sees as far as the next beams do.
-        """
-        strayed = SPREAD_SIGMAS * self.robot.position_std
-        turned = SPREAD_SIGMAS * math.sqrt(self.robot.covariance[2, 2]) + strayed / EDGE
-        beams = 1 + math.ceil(min(turned, math.pi) / self.scan.rays.spacing)
-        walls = np.where(self.valid, self.walls, 0.0)
-        return np.asarray(maximum_filter1d(walls, 2 * beams + 1, mode="nearest") + strayed)
 
     @property
     def bare(self) -> BoolArray:

@@ -133,3 +133,16 @@ def total_log_likelihoods(
     for row in range(expected.shape[0]):
         _densities(measured, short, expected[row], model, densities)
         out[row] = _log_product(densities)
+
+
+@_compile
+def each_total_log_likelihood(
+    measured: FloatArray,
+    short: FloatArray,
+    expected: FloatArray,
+    model: FloatArray,
+    out: FloatArray,
+) -> None:
+    """The same for each of some scans: measured and short (m, n), expected (p, n), out (m, p)."""
+    for k in range(measured.shape[0]):
+        total_log_likelihoods(measured[k], short[k], expected, model, out[k])

@@ -31,7 +31,9 @@ INDEX_STEPS = 2  # of a sweep's index, for each beam
 TOUCHING = 1e-6  # m within which ends of segments are one corner
 STRIDE = 0.5  # m the robot moves before the walls in its sight are looked up again
 WIDEST_LOOK = 4.0  # m, sides of a rectangle from which sight is tried
-LOOK_AFTER = 4  # times that a place is asked about; a search asks less often
+LOOK_AFTER = (
+    4000  # segments that a place has been asked for: a robot that drives on leaves it first
+)
 LOOK_SPACING = 0.5  # m between the places from which it is tried
 LOOKS = 360  # beams all round
 GLIMPSES = np.array([0.02, 0.5, 0.98])  # shares of a segment's length at which it is looked at
@@ -159,6 +161,7 @@ class Neighbourhood:
     reach: float  # m
     segments: FloatArray  # (k, 4)
     asked: int = 1  # how often it has served
+    is_seen: bool = False  # whether it has been looked at which of them can be seen
 
     def serves(self, rectangle: Rectangle, reach: float) -> bool:
         """Whether it holds for places in a rectangle, and isn't far too large for it."""
@@ -172,13 +175,13 @@ class Neighbourhood:
 
     def asked_again(self) -> Neighbourhood:
         """The same; once it is worth it, with only those segments that are seen from inside."""
-        if self.asked > LOOK_AFTER:
+        if self.is_seen:
             return self
         segments, (left, bottom, right, top) = self.segments, self.rectangle
-        is_wide = max(right - left, top - bottom) > WIDEST_LOOK
-        if self.asked == LOOK_AFTER and not is_wide:
+        is_worth_it = self.asked * len(segments) >= LOOK_AFTER
+        if is_worth_it and max(right - left, top - bottom) <= WIDEST_LOOK:
             segments = segments[_seen(segments, np.array([left, bottom]), np.array([right, top]))]
-        return replace(self, segments=segments, asked=self.asked + 1)
+        return replace(self, segments=segments, asked=self.asked + 1, is_seen=is_worth_it)
 
 
 @dataclass(frozen=True, eq=False)

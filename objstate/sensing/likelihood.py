@@ -299,6 +299,9 @@ def object_log_likelihood(
             taken += 1
             if taken % at_once == 0:
                 _flush(product, change)
+        if taken == 0:
+            out[k].fill(0.0)
+            continue
         _flush(product, change)
         precision = tempering * model[PER_SIGMA] * model[PER_SIGMA]
         for p in range(size):
