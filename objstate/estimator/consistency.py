@@ -49,12 +49,12 @@ class Consistency:
     def note(self, before: ObjectBelief, after: ObjectBelief) -> None:
         """Take in how a scan changed an object's belief."""
         name, of, s = after.item.name, after.item.kind, self._settings
-        moved = after.moved_from(before) / before.std
-        was_moved = bool(np.abs(moved).max() > s.jump)
-        if was_moved or not (before.settled and after.settled):
-            self._open.pop(name, None)
+        stretch = self._open.pop(name, None)
+        if not (before.settled and after.settled and before.std.all()):
             return
-        shrunk, stretch = 1.0 - (after.std / before.std) ** 2, self._open.pop(name, None)
+        moved, shrunk = after.moved_from(before) / before.std, 1.0 - (after.std / before.std) ** 2
+        if np.abs(moved).max() > s.jump:
+            return
         if stretch is not None:
             moved, shrunk = moved + stretch.moved, shrunk + stretch.shrunk
         if shrunk.mean() < s.stretch:

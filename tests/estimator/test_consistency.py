@@ -78,3 +78,13 @@ def test_each_class_learns_for_itself_and_unsettled_beliefs_teach_nothing() -> N
 @pytest.mark.parametrize("believed_noise", [NOISE / 100.0, NOISE * 100.0])
 def test_the_factor_keeps_between_its_bounds(believed_noise: float) -> None:
     assert SETTINGS.least <= learnt(believed_noise) <= SETTINGS.most
+
+
+def test_a_door_that_somebody_moves_teaches_nothing() -> None:
+    consistency, (here, there) = (
+        Consistency(SETTINGS),
+        (gaussian("door", a, 0.02) for a in (0.4, 1.2)),
+    )
+    for before, after in [(here, there), (there, here)] * 20:
+        consistency.note(before, after)
+    assert consistency.factor(Kind.HINGED) == 1.0
