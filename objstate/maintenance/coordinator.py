@@ -222,6 +222,7 @@ class Coordinator:
         stops, which = np.unique(routes.stops, axis=0, return_inverse=True)
         near = prospects.near(sensor.name, stops)[which]
         at_end = prospects.near(sensor.name, poses, through_walls=True)
+        at_end[routes.distances == 0.0] &= ~prospects.just_seen  # a robot that stays errs as before
         last = np.cumsum(routes.counts)
         for k, (name, pose, _) in enumerate(goals):
             passed = slice(last[k] - routes.counts[k], last[k])
@@ -284,7 +285,7 @@ class Coordinator:
 
         Until an object's looks are simulated, it counts as if all were learnt, (o,) ``full``.
         """
-        at_end = prospects.near(candidate.sensor, candidate.poses[-1:])
+        at_end = candidate.near[-1:] & prospects.near(candidate.sensor, candidate.poses[-1:])
         candidate = replace(candidate, near=np.vstack([candidate.near[:-1], at_end]))
         s, gains, worth = self.settings.choice, dict[str, float](), 0.0
         cost = float(costs(np.array(candidate.distance), s))
