@@ -107,7 +107,7 @@ class LaserLooks:
             known = known | dict(zip(new, ranges, strict=True))
         for key in new:
             keep(self._seen_of_walls, key, known[key])
-        return np.array([known[key] for key in keys]).reshape(len(keys), -1)
+        return np.array([known[key] for key in keys]).reshape(len(keys), len(self._bearings))
 
     def in_sight(
         self, poses: FloatArray, circles: FloatArray, reach: FloatArray, through_walls: bool

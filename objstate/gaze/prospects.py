@@ -21,6 +21,7 @@ from objstate.geometry import BoolArray, FloatArray
 from objstate.objects import ObjectBelief
 
 MARGIN = 0.2  # m by which the robot and objects may be off when the look is taken
+MOMENT = 10**9  # ns after a look, in which another from the same place tells nothing new
 SAME = 0.1  # m and rad to which states are rounded before a look is simulated anew
 
 Mark = tuple[object, ...]
@@ -84,11 +85,7 @@ class Prospects:
         beliefs: of all objects.
     """
 
-    def __init__(
-        self,
-        library: LookLibrary,
-        beliefs: Mapping[str, ObjectBelief],
-    ) -> None:
+    def __init__(self, library: LookLibrary, beliefs: Mapping[str, ObjectBelief]) -> None:
         self.beliefs = beliefs
         self.names = list(beliefs)
         self._library = library
@@ -105,6 +102,15 @@ class Prospects:
     def entropies(self) -> FloatArray:
         """What is not known of each object (o,), nats."""
         return np.array([belief_entropy(belief) for belief in self.beliefs.values()])
+
+    @property
+    def just_seen(self) -> BoolArray:
+        """(o,) which objects were observed a moment ago."""
+        stamps = [(each.stamp_ns, each.last_observed_ns) for each in self.beliefs.values()]
+        return np.array(
+            [now is not None and seen is not None and now - seen <= MOMENT for now, seen in stamps],
+            dtype=bool,
+        )
 
     def near(self, sensor: str, poses: FloatArray, through_walls: bool = False) -> BoolArray:
         """(k, o) which objects, in the order of the beliefs, a sensor may see from poses (k, 3).

@@ -156,11 +156,7 @@ class Coordinator:
         useful = (each for each in actions if each.utility > s.least_utility)
         return next((each for each in useful if each.gain > s.gain_threshold), None)
 
-    def choose(
-        self,
-        beliefs: Mapping[str, ObjectBelief],
-        at: FloatArray,
-    ) -> Action | None:
+    def choose(self, beliefs: Mapping[str, ObjectBelief], at: FloatArray) -> Action | None:
         """The best of all ``actions`` of a robot at (3,), found without weighing those that can't be.
 
         Raises SettingsError for a place that is not on the free floor.
@@ -198,45 +194,44 @@ class Coordinator:
         self, prospects: Prospects, names: Sequence[str], ways: Ways
     ) -> list[_Candidate]:
         """All actions on objects, with each sensor."""
-        piece = int(self.floor.pieces[ways.start])
         return [
             each
             for sensor in self.sensors.values()
-            for each in self._of_sensor(
-                prospects,
-                sensor.name,
-                {name: self.places(prospects.beliefs[name], sensor, piece) for name in names},
-                ways,
-            )
+            for each in self._of_sensor(prospects, sensor, names, ways)
         ]
 
     def _of_sensor(
         self,
         prospects: Prospects,
-        sensor: str,
-        places: Mapping[str, tuple[FloatArray, IntArray]],
+        sensor: Sensor,
+        names: Sequence[str],
         ways: Ways,
     ) -> Iterator[_Candidate]:
-        """Actions from places, by object, that some way leads to."""
-        names = np.repeat(list(places), [len(cells) for _, cells in places.values()])
-        poses, ends = (np.concatenate(parts) for parts in zip(*places.values(), strict=True))
-        reached = np.isfinite(ways.costs[ends])
-        names, poses, ends = names[reached], poses[reached], ends[reached]
+        """Actions with one sensor, from the places that some way leads to."""
+        piece = int(self.floor.pieces[ways.start])
+        goals = [
+            (name, pose, end)
+            for name in names
+            for pose, end in zip(*self.places(prospects.beliefs[name], sensor, piece), strict=True)
+            if np.isfinite(ways.costs[end])
+        ]
+        if not goals:
+            return
+        poses, ends = (np.array(each) for each in list(zip(*goals, strict=True))[1:])
         routes = self._routes(ways.to_each(ends))
         stops, which = np.unique(routes.stops, axis=0, return_inverse=True)
-        near = prospects.near(sensor, stops)[which]
-        at_end = prospects.near(sensor, poses, through_walls=True)
-        first = np.cumsum(routes.counts) - routes.counts
-        for k, (name, start, count) in enumerate(
-            zip(names.tolist(), first, routes.counts, strict=True)
-        ):
-            passed = slice(start, start + count)
+        near = prospects.near(sensor.name, stops)[which]
+        at_end = prospects.near(sensor.name, poses, through_walls=True)
+        at_end[routes.distances == 0.0] &= ~prospects.just_seen  # a robot that stays errs as before
+        last = np.cumsum(routes.counts)
+        for k, (name, pose, _) in enumerate(goals):
+            passed = slice(last[k] - routes.counts[k], last[k])
             yield _Candidate(
                 name,
-                sensor,
+                sensor.name,
                 routes.cells[:, k],
                 float(routes.distances[k]),
-                np.vstack([routes.stops[passed], poses[k]]),
+                np.vstack([routes.stops[passed], pose]),
                 np.vstack([near[passed], at_end[k]]),
             )
 
@@ -290,7 +285,7 @@ class Coordinator:
 
         Until an object's looks are simulated, it counts as if all were learnt, (o,) ``full``.
         """
-        at_end = prospects.near(candidate.sensor, candidate.poses[-1:])
+        at_end = candidate.near[-1:] & prospects.near(candidate.sensor, candidate.poses[-1:])
         candidate = replace(candidate, near=np.vstack([candidate.near[:-1], at_end]))
         s, gains, worth = self.settings.choice, dict[str, float](), 0.0
         cost = float(costs(np.array(candidate.distance), s))

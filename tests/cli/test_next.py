@@ -10,6 +10,8 @@ from objstate.world.store import open_store
 from tests.cli.conftest import Run
 from tests.cli.test_commands import ROOM
 
+CORRIDOR = Path(__file__).parents[2] / "models/corridor/corridor.urdf"
+
 
 @pytest.fixture(scope="module")
 def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -39,6 +41,20 @@ def test_plans_go_first(place: Path, run: Run) -> None:
     assert told["tasks"][0]["why"] == "before: pass office_door"
     assert len(told["tasks"][0]["pose"]) == 3
     assert told["actions"][0]["utility"] >= told["actions"][-1]["utility"]
+
+
+def test_a_plan_goes_ahead_of_what_is_more_useful(run: Run, tmp_path: Path) -> None:
+    open_store(tmp_path / "world.db", load_building(CORRIDOR))
+    given = ["--world", tmp_path / "world.db", "--building", CORRIDOR, "--at", "2,0,0", "--json"]
+    best = json.loads(run("next", *given, "--top", 1).out)["actions"][0]["object"]
+    other = "door_07" if best != "door_07" else "door_01"
+    done = run("next", *given, "--top", 1, "--for", f"pass {other}")
+    assert done.code == 0, done.err
+    told = json.loads(done.out)
+    assert [each["object"] for each in told["tasks"]] == [other, best]
+    assert told["tasks"][0]["why"] == f"before: pass {other}"
+    assert told["tasks"][0]["utility"] < told["tasks"][1]["utility"]
+    assert told["actions"][0]["object"] == best
 
 
 def test_sensors_are_told_apart(place: Path, run: Run) -> None:

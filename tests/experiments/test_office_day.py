@@ -44,6 +44,12 @@ def test_looking_ends_with_recorded_outcomes() -> None:
     assert worth.lost == 0
 
 
+def test_what_the_coordinator_promises_is_kept() -> None:
+    worth = try_day(Trial("coordinator", 1.1, 21, 0.3))
+    assert worth.tasks > 5
+    assert worth.predicted == pytest.approx(worth.realized, rel=0.3)
+
+
 def worth(strategy: str, knob: float, distance: float, entropy: float, seed: int = 1) -> Worth:
     path = np.array([[2.0, 5.0, 0.0], [20.0, 5.0, 0.0]])
     trial = Trial(strategy, knob, seed, 1.0)

@@ -84,3 +84,18 @@ def test_the_way_from_a_place_to_itself_is_no_way_at_all() -> None:
     cells = ways.to(ways.start)
     assert cells is not None
     assert cells.tolist() == [ways.start]
+
+
+def test_ways_to_several_places_are_the_ways_to_each() -> None:
+    rooms = two_rooms()
+    floor = Floor.of(rooms)
+    ways = floor.ways_from(WEST, {"door": prior(rooms["door"])})
+    ends = np.array([floor.nearest(EAST), ways.start, floor.nearest(np.array([-3.0, 1.0]))])
+    together = ways.to_each(ends)
+    assert (together[0] == ways.start).all()
+    for k, end in enumerate(ends.tolist()):
+        alone = ways.to(end)
+        assert alone is not None
+        waits = len(together) - len(alone)
+        assert together[waits:, k].tolist() == alone.tolist()
+        assert (together[:waits, k] == ways.start).all()

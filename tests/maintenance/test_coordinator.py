@@ -1,5 +1,7 @@
 """Actions in two rooms with a door between them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -95,6 +97,17 @@ def test_a_robot_that_must_stay_updates_only_what_it_sees(coordinator: Coordinat
     actions = coordinator.actions(priors(ROOMS), AT, may_drive=False)
     assert {each.object for each in actions} == {"near"}
     assert all(each.distance == 0.0 and each.cost == 0.0 for each in actions)
+
+
+def test_who_has_just_looked_gains_nothing_by_staying(coordinator: Coordinator) -> None:
+    seen = {name: replace(each, last_observed_ns=0) for name, each in priors(ROOMS).items()}
+    pose = coordinator.actions(seen, AT, only=["near"])[0].pose
+    for beliefs, gains in ((priors(ROOMS), True), (seen, False)):
+        actions = coordinator.actions(beliefs, pose, only=["near"])
+        (here,) = (each for each in actions if each.distance == 0.0)
+        assert (here.gains.get("near", 0.0) > 0.5) is gains
+        assert all(each.gains["near"] > 0.5 for each in actions if each.distance > 0.5)
+    assert coordinator.actions(seen, pose, only=["near"], may_drive=False)[0].gain > 0.5
 
 
 def test_a_sensor_that_sees_farther_is_another_action() -> None:

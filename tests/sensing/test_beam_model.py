@@ -185,3 +185,18 @@ def test_without_a_share_of_random_readings_some_are_impossible() -> None:
     model = BeamModel(BeamModelSettings(z_short=0, z_max=0, z_rand=0))
     assert probability(model, 5.0, 3.0) == 0.0
     assert probability(model, np.inf, 3.0) == 0.0
+
+
+@pytest.mark.parametrize("kind", ["mixture", "gaussian"])
+def test_scans_together_are_each_scan_and_each_is_the_sum_over_its_beams(kind: str) -> None:
+    model, rng = (
+        BeamModel(BeamModelSettings.model_validate({"model": kind})),
+        np.random.default_rng(0),
+    )
+    measured, expected = rng.uniform(0.5, 9.0, (3, 20)), rng.uniform(0.5, 11.0, (5, 20))
+    measured[1, :4] = np.inf
+    together = model.totals(measured, expected, RANGE_MAX)
+    for scan, totals in zip(measured, together, strict=True):
+        assert totals.tolist() == model.total(scan, expected, RANGE_MAX).tolist()
+        beams = model(scan, RANGE_MAX)(expected)
+        assert totals == pytest.approx(beams.sum(axis=1), rel=1e-3)
