@@ -5,12 +5,24 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from fnmatch import fnmatchcase
 
+import numpy as np
+
 from objstate.building.model import Building
 from objstate.estimator import Estimator
 from objstate.run.drive import Drive
 from objstate.run.options import RunOptions
 from objstate.run.start import start_outside
 
+COMPASS = (  # of a frame whose x axis points east (REP-103), counter-clockwise
+    "east",
+    "north-east",
+    "north",
+    "north-west",
+    "west",
+    "south-west",
+    "south",
+    "south-east",
+)
 NAMES_SHOWN = 5  # so many names tell what the others are like
 
 
@@ -22,6 +34,7 @@ def doubts(drive: Drive, estimator: Estimator, options: RunOptions) -> list[str]
         *_of_lasers(drive, building, options),
         *_of_path(drive, estimator, options),
         *_of_objects(drive, building),
+        *_of_hinges(estimator),
     ]
 
 
@@ -89,6 +102,15 @@ def _of_objects(drive: Drive, building: Building) -> Iterator[str]:
         yield (
             "The robot passed objects, but no beam bore on any of them; their states are what was "
             "assumed before. Do the lasers see them at their height?"
+        )
+
+
+def _of_hinges(estimator: Estimator) -> Iterator[str]:
+    for name, (x, y) in estimator.hung_elsewhere.items():
+        way = COMPASS[round(np.arctan2(y, x) / (np.pi / 4.0)) % len(COMPASS)]
+        yield (
+            f"Door '{name}' fits better hung {np.hypot(x, y):.2f} m {way} of its place in the model "
+            f"(x {x:+.2f} m, y {y:+.2f} m); its angle is that of a leaf there. Move its joint's origin."
         )
 
 
