@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 from functools import lru_cache
@@ -335,7 +336,8 @@ class Estimator:
     def _published(self, name: str, belief: ObjectBelief) -> ObjectBelief:
         """The belief of somebody who knows that the building's model is off."""
         factor = self._consistency.factor(belief.item.kind)
-        return self._believed.filters[name].widened(belief, factor, self._map_error.std)
+        std = math.hypot(self._map_error.std, self._hinges.std(belief))
+        return self._believed.filters[name].widened(belief, factor, std)
 
     def _infers_jointly(self, robot: PoseBelief) -> bool:
         s = self.settings.object_updates
@@ -359,14 +361,14 @@ class Estimator:
     def _note_hinges(self, sight: Sight, observation: Observation) -> None:
         """Remember how doors looked; those that look strange may hang elsewhere."""
         for name in observation.fits:
-            if not self._hinges.is_due(name, self._driven_m):
+            belief = self._believed.marginals[name]
+            if not self._hinges.is_due(belief, self._driven_m):
                 continue
             others = {
                 other: each.belief.mean
                 for other, each in observation.beliefs.items()
                 if other != name and each.belief.settled
             }
-            belief = self._believed.marginals[name]
             self._hinges.note(belief, sight, self._driven_m, self._map_error.std, others)
             if self._hinges.seems_off(name):
                 self._hang(name)
@@ -374,9 +376,8 @@ class Estimator:
     def _hang(self, name: str) -> None:
         """Look for a door's hinge, and hang it where it surely is."""
         hanging = self._hinges.search(name, self._sensing)
-        if hanging.elsewhere < self.settings.hinges.sure:
+        if hanging is None:
             return
-        self._hinges.found[name] = hanging
         item = rehung(self.building[name], hanging.offset)
         self._believed.hang(replace(hanging.belief, item=item))
         self._sensing = self._sensing.with_object(item)

@@ -19,6 +19,7 @@ from objstate.config import Settings
 from objstate.estimator.sight import Sight
 from objstate.geometry import BoolArray, FloatArray, transform, transform_from_pose
 from objstate.objects import ObjectBelief, filter_for
+from objstate.objects.belief import SETTLED_ANGLE
 from objstate.objects.doors import LatticeFilter
 from objstate.objects.hanging import Hanging, Look, find_hinge
 from objstate.records import Scan
@@ -83,8 +84,12 @@ class Watch:
     pull: float = 0.0  # sum of offsets over variances, 1/m
     hold: float = 0.0  # sum of one over variances, 1/m^2
 
+    settled: FloatArray | None = None  # (d,) the state at the last glance, where it was known
+    jumped: bool = False  # whether that changed
+
     def since_now(self, wait: int) -> None:
         self.count = self.stopped = self.strange = 0
+        self.jumped = False
         self.pull = self.hold = 0.0
         self.wait = wait
 
@@ -114,10 +119,12 @@ class Hinges:
         }
         self.found: dict[str, Hanging] = {}  # of doors that surely hang elsewhere
 
-    def is_due(self, name: str, driven: float) -> bool:
-        """Whether a door is to be looked at after so many m of driving."""
-        watch = self._watches.get(name)
-        return watch is not None and driven - watch.driven >= watch.spacing
+    def is_due(self, belief: ObjectBelief, driven: float) -> bool:
+        """Whether a door is to be looked at after so many m of driving, or since it has changed."""
+        watch = self._watches.get(belief.item.name)
+        return watch is not None and (
+            driven - watch.driven >= watch.spacing or _has_changed(watch, belief)
+        )
 
     def note(
         self,
@@ -130,6 +137,8 @@ class Hinges:
         """Remember a scan in which a door was seen, and how strange it looked there."""
         watch, s = self._watches[belief.item.name], self._settings
         watch.driven = driven
+        watch.jumped |= _has_changed(watch, belief)
+        watch.settled = belief.mean if belief.settled else None
         pose = sight.robot.mean
         ends = _stopped(sight.scan, pose, sight.walls)
         hinge = belief.item.origin[:2, 3]
@@ -154,18 +163,23 @@ class Hinges:
     def seems_off(self, name: str) -> bool:
         """Whether what has been read of a door is worth a search for its hinge."""
         watch, s = self._watches[name], self._settings
-        if watch.count < watch.wait or len(watch.glances) < s.least_looks:
+        if len(watch.glances) < s.least_looks or (watch.count < watch.wait and not watch.jumped):
             return False
+        if watch.jumped:
+            return True
         pulled = abs(watch.pull) >= s.doubt_sigmas * np.sqrt(watch.hold) and watch.hold > 0.0
         return pulled or watch.strange >= s.doubt_share * watch.stopped
 
-    def search(self, name: str, sensing: Sensing) -> Hanging:
-        """Where a door's hinge is, by all that is remembered of it."""
+    def search(self, name: str, sensing: Sensing) -> Hanging | None:
+        """Where a door's hinge is, by all that is remembered of it; None where nothing is new."""
         watch = self._watches[name]
         looks = [self._look(name, glance, sensing) for glance in watch.glances]
         hanging = find_hinge(self._filters[name], looks, self._settings)
         watch.since_now(2 * max(watch.count, self._settings.least_looks))
-        return hanging
+        if hanging.elsewhere >= (0.5 if name in self.found else self._settings.sure):
+            self.found[name] = hanging
+            return hanging
+        return self.found.pop(name, None) and hanging
 
     def _look(self, name: str, glance: Glance, sensing: Sensing) -> Look:
         item, scan = self._building[name], glance.scan
@@ -179,11 +193,27 @@ class Hinges:
         view: ScanView = self._sensing.view(scan, beams)
         return Look(scan.stamp_ns, view, glance.pose, background, glance.shift_std)
 
+    def std(self, belief: ObjectBelief) -> float:
+        """m by which a door found elsewhere may still be off, along the normal of its leaf."""
+        item = belief.item
+        if item.name not in self.found:
+            return 0.0
+        turn = item.transforms(belief.mean[None])[0, :2, :2]
+        normal = turn @ Leaf.of(item).across
+        return float(np.sqrt(normal @ self.found[item.name].covariance @ normal))
+
     def forget(self) -> None:
         """Forget all looks: the robot wasn't where it thought."""
         for watch in self._watches.values():
             watch.glances = []
             watch.since_now(self._settings.least_looks)
+
+
+def _has_changed(watch: Watch, belief: ObjectBelief) -> bool:
+    """Whether a door that was known isn't what it was."""
+    if watch.settled is None:
+        return False
+    return not belief.settled or abs(float(belief.mean[0] - watch.settled[0])) > SETTLED_ANGLE
 
 
 def rehung(item: MovableObject, offset: FloatArray) -> MovableObject:
