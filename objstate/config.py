@@ -160,7 +160,7 @@ class HingeSettings(Strict):
     most_m: Positive = 0.3  # from its place, to which a hinge is looked for
     spacing_m: Positive = 0.06  # between the places that are tried first
     sigma_hit: Positive = 0.03  # m, of the beam model that they are compared with
-    tempering: Exponent = 0.2  # exponent on the likelihood of a look
+    tempering: Exponent = 0.3  # exponent on the likelihood of a look
     sure: Share = 0.99  # probability from which a door hangs elsewhere
     looks: Count = 12  # that are remembered of a door
     least_looks: Count = 4  # by which places are compared

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 from functools import lru_cache
@@ -336,7 +335,7 @@ class Estimator:
     def _published(self, name: str, belief: ObjectBelief) -> ObjectBelief:
         """The belief of somebody who knows that the building's model is off."""
         factor = self._consistency.factor(belief.item.kind)
-        std = math.hypot(self._map_error.std, self._hinges.std(belief))
+        std = max(self._map_error.std, self._hinges.std(belief))
         return self._believed.filters[name].widened(belief, factor, std)
 
     def _infers_jointly(self, robot: PoseBelief) -> bool:

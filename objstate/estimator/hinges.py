@@ -8,6 +8,7 @@ are as they should be.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
@@ -90,7 +91,6 @@ class Watch:
     def since_now(self, wait: int) -> None:
         self.count = self.stopped = self.strange = 0
         self.jumped = False
-        self.pull = self.hold = 0.0
         self.wait = wait
 
 
@@ -176,8 +176,10 @@ class Hinges:
         looks = [self._look(name, glance, sensing) for glance in watch.glances]
         hanging = find_hinge(self._filters[name], looks, self._settings)
         watch.since_now(2 * max(watch.count, self._settings.least_looks))
+        if watch.jumped: watch.pull = watch.hold = 0.0
         if hanging.elsewhere >= (0.5 if name in self.found else self._settings.sure):
             self.found[name] = hanging
+            watch.pull = watch.hold = 0.0
             return hanging
         return self.found.pop(name, None) and hanging
 
@@ -194,10 +196,13 @@ class Hinges:
         return Look(scan.stamp_ns, view, glance.pose, background, glance.shift_std)
 
     def std(self, belief: ObjectBelief) -> float:
-        """m by which a door found elsewhere may still be off, along the normal of its leaf."""
+        """m by which a door may hang aside of where it is taken to, along the normal of its leaf."""
         item = belief.item
-        if item.name not in self.found:
+        watch = self._watches.get(item.name)
+        if watch is None or watch.hold == 0.0:
             return 0.0
+        if item.name not in self.found:
+            return math.sqrt(max((watch.pull / watch.hold) ** 2 - 1.0 / watch.hold, 0.0))
         turn = item.transforms(belief.mean[None])[0, :2, :2]
         normal = turn @ Leaf.of(item).across
         return float(np.sqrt(normal @ self.found[item.name].covariance @ normal))
