@@ -15,7 +15,7 @@ from objstate.errors import LogError, SettingsError
 from objstate.estimator.believed import Believed
 from objstate.estimator.consistency import Consistency
 from objstate.estimator.doubt import Doubt, Verdict
-from objstate.estimator.hinges import Hinges, rehung
+from objstate.estimator.hinges import Hinges
 from objstate.estimator.map_error import MapError
 from objstate.estimator.observation import Observation, observe
 from objstate.estimator.schedule import Schedule, evenly_spread
@@ -137,7 +137,10 @@ class Estimator:
     @property
     def hung_elsewhere(self) -> dict[str, FloatArray]:
         """Doors that surely don't hang where the model has them, by how much (2,) m."""
-        return {name: each.offset for name, each in self._hinges.found.items()}
+        return {
+            name: self._believed.marginals[name].item.origin[:2, 3] - self.building[name].origin[:2, 3]
+            for name in self._hinges.found
+        }
 
     def feed(self, record: Record) -> list[Estimate]:
         """Take one record in; what it changed in the objects' beliefs comes back."""
@@ -374,12 +377,10 @@ class Estimator:
 
     def _hang(self, name: str) -> None:
         """Look for a door's hinge, and hang it where it surely is."""
-        hanging = self._hinges.search(name, self._sensing)
-        if hanging is None:
-            return
-        item = rehung(self.building[name], hanging.offset)
-        self._believed.hang(replace(hanging.belief, item=item))
-        self._sensing = self._sensing.with_object(item)
+        belief = self._hinges.search(name, self._sensing)
+        if belief is not None:
+            self._believed.hang(belief)
+            self._sensing = self._sensing.with_object(belief.item)
 
     def _is_narrow(self, robot: PoseBelief) -> bool:
         return robot.position_std <= self.settings.object_updates.max_position_std

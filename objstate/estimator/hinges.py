@@ -1,9 +1,9 @@
-"""Doors that hang elsewhere than the model says: looks at them are remembered, and held
-against other places of the hinge where they are strange.
+"""Doors that hang elsewhere than the model says, learnt over a log.
 
-A look is strange where the leaf's own readings lie aside of it, by a line through them, or
-where what stops beams before the walls isn't the leaf. Next to nothing is done while looks
-are as they should be.
+Looks at each door are remembered. Where they are strange, its hinge is looked for: where a
+line through the leaf's readings passes the hinge, where what stopped beams isn't the leaf,
+or where a door that was known suddenly is another. While nothing is strange, next to
+nothing is done.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from functools import lru_cache
 import numpy as np
 
 from objstate.building.model import Building, Kind, Mesh, MovableObject
-from objstate.config import Settings
+from objstate.config import HingeSettings, Settings
 from objstate.estimator.sight import Sight
 from objstate.geometry import BoolArray, FloatArray, transform, transform_from_pose
 from objstate.objects import ObjectBelief, filter_for
@@ -24,17 +24,213 @@ from objstate.objects.belief import SETTLED_ANGLE
 from objstate.objects.doors import LatticeFilter
 from objstate.objects.hanging import Hanging, Look, find_hinge
 from objstate.records import Scan
-from objstate.sensing import BeamModel, ScanView, Sensing, cast_from
+from objstate.sensing import BeamModel, Sensing, cast_from
 
 STOPPED = 0.15  # m short of a wall, by which something has stopped a beam
 ASIDE = 0.15  # m from the leaf within which a reading may be one of it
 BEYOND = 0.05  # m past the leaf's edges, likewise
-POINTS = 5  # readings that a look needs at least
-SPAN = 0.25  # m along the leaf that they must cover for a line
+POINTS = 5  # readings of the leaf that a line needs
+SPAN = 0.25  # m along the leaf that they must cover
+KEPT = 0.5  # probability down to which a door that was found elsewhere stays there
+LEAVES_KEPT = 4096  # leaves of so many doors are remembered
+
+
+class Hinges:
+    """Where doors hang: looks at them, and what became of those that looked strange."""
+
+    def __init__(self, building: Building, settings: Settings) -> None:
+        self.found: dict[str, Hanging] = {}  # of doors that surely hang elsewhere
+        self._building = building
+        self._settings = settings.hinges
+        sharp = min(settings.beam_model.sigma_hit, settings.hinges.sigma_hit)
+        model = BeamModel(settings.beam_model.model_copy(update={"sigma_hit": sharp}))
+        self._sensing = Sensing(replace(building, walls=Mesh.empty()), model)  # walls are remembered
+        self._filters = {
+            name: door
+            for name, item in building.objects.items()
+            if item.kind is Kind.HINGED
+            and isinstance(door := filter_for(item, settings), LatticeFilter)
+        }
+        self._watches = {name: _Watch(settings.hinges) for name in self._filters}
+
+    def is_due(self, belief: ObjectBelief, driven: float) -> bool:
+        """Whether a door is to be looked at, after so many m of driving or as it has changed."""
+        watch = self._watches.get(belief.item.name)
+        return watch is not None and watch.is_due(belief, driven)
+
+    def note(
+        self,
+        belief: ObjectBelief,
+        sight: Sight,
+        driven: float,
+        map_error: float,
+        others: Mapping[str, FloatArray],
+    ) -> None:
+        """Remember a scan in which a door was seen, and how strange it looked.
+
+        ``driven`` and ``map_error`` are in m; ``others`` are states (d,) of known doors beside it.
+        """
+        robot, leaf = sight.robot, _Leaf.of(belief.item)
+        shift_std = math.hypot(robot.position_std, map_error)
+        ends = _stopped(sight.scan, robot.mean, sight.walls)
+        off = ends - belief.item.origin[:2, 3]
+        near = ends[(off**2).sum(axis=1) <= (leaf.reach + self._settings.most_m) ** 2]
+        self._watches[belief.item.name].add(
+            _Glance(sight.scan, robot.mean, sight.walls, shift_std, others),
+            leaf.held_against(near, belief, robot.mean),
+            belief,
+            driven,
+        )
+
+    def seems_off(self, name: str) -> bool:
+        """Whether what has been read of a door is worth a search for its hinge."""
+        return self._watches[name].is_strange
+
+    def search(self, name: str, sensing: Sensing) -> ObjectBelief | None:
+        """What is believed of a door after a search for its hinge, hung where it surely is.
+
+        None where it stays where it hangs, in the model's place. ``sensing`` knows where the others hang.
+        """
+        watch, item = self._watches[name], self._building[name]
+        looks = [self._look(item, glance, sensing) for glance in watch.glances]
+        hanging = find_hinge(self._filters[name], looks, self._settings)
+        was_found = name in self.found
+        if hanging.elsewhere >= (KEPT if was_found else self._settings.sure):
+            self.found[name] = hanging
+            belief = replace(hanging.belief, item=_rehung(item, hanging.offset))
+        elif was_found:
+            del self.found[name]
+            belief = hanging.belief
+        else:
+            watch.searched(None)
+            return None
+        watch.searched(belief)
+        return belief
+
+    def std(self, belief: ObjectBelief) -> float:
+        """m by which a door may hang aside of where it is taken to, along the normal of its leaf."""
+        item = belief.item
+        if item.name not in self.found:
+            watch = self._watches.get(item.name)
+            return 0.0 if watch is None else watch.aside
+        turn = item.transforms(belief.mean[None])[0, :2, :2]
+        normal = turn @ _Leaf.of(item).across
+        return float(np.sqrt(normal @ self.found[item.name].covariance @ normal))
+
+    def forget(self) -> None:
+        """Forget all looks: the robot wasn't where it thought."""
+        self._watches = {name: _Watch(self._settings) for name in self._watches}
+
+    def _look(self, item: MovableObject, glance: _Glance, sensing: Sensing) -> Look:
+        scan, pose = glance.scan, glance.pose
+        within = _Leaf.of(item).reach + self._settings.most_m
+        beams = scan.valid & _passes(scan, pose, item.origin[:2, 3], within)
+        view, background = sensing.view(scan, beams), glance.walls[beams]
+        for other, state in glance.others.items():
+            background = np.minimum(background, view.object(other, state[None], pose[None])[0, 0])
+        sharp = self._sensing.view(scan, beams)
+        return Look(scan.stamp_ns, sharp, pose, background, glance.shift_std)
 
 
 @dataclass(frozen=True, eq=False)
-class Leaf:
+class _Glance:
+    """One scan in which a door was seen, as it is remembered."""
+
+    scan: Scan  # of n beams
+    pose: FloatArray  # (3,)
+    walls: FloatArray  # (n,) m, expected of all beams
+    shift_std: float  # m by which robot and walls may be off
+    others: Mapping[str, FloatArray]  # states (d,) of the known doors beside it
+
+
+@dataclass(frozen=True)
+class _Strangeness:
+    """How a leaf's readings lie about it, seen from one place."""
+
+    stopped: int  # beams that something stopped near it
+    strange: int  # of these, beams that the leaf didn't stop
+    aside: float = 0.0  # m by which a line through the readings passes the hinge
+    std: float = math.inf  # m, of that
+
+
+class _Watch:
+    """What is remembered of one door, and what was strange since its hinge was last looked for."""
+
+    def __init__(self, settings: HingeSettings) -> None:
+        self.glances: list[_Glance] = []
+        self._settings = settings
+        self._spacing = settings.every_m
+        self._driven = -math.inf  # m, at the last glance
+        self._known: float | None = None  # rad, the angle at the last glance, where it was known
+        self._wait = settings.least_looks  # glances until the next search
+        self._pull = 0.0  # sum of what lines pass the hinge by, over their variances, 1/m
+        self._hold = 0.0  # sum of one over these variances, 1/m^2
+        self._restart()
+
+    def _restart(self) -> None:
+        self._count = self._stopped = self._strange = 0
+        self._has_jumped = False
+
+    def is_due(self, belief: ObjectBelief, driven: float) -> bool:
+        return driven - self._driven >= self._spacing or self._is_another(belief)
+
+    def add(self, glance: _Glance, look: _Strangeness, belief: ObjectBelief, driven: float) -> None:
+        """Remember one more glance; of many, every other one, so that those of long ago count too."""
+        self._has_jumped |= self._is_another(belief)
+        self._know(belief)
+        self._driven = driven
+        self.glances.append(glance)
+        if len(self.glances) > self._settings.looks:
+            self.glances = self.glances[1::2]
+            self._spacing *= 2.0
+        self._count += 1
+        self._stopped += look.stopped
+        self._strange += look.strange
+        if look.std < math.inf:
+            variance = look.std**2 + glance.shift_std**2
+            self._pull += look.aside / variance
+            self._hold += 1.0 / variance
+
+    @property
+    def is_strange(self) -> bool:
+        s = self._settings
+        if len(self.glances) < s.least_looks:
+            return False
+        if self._has_jumped:
+            return True
+        if self._count < self._wait:
+            return False
+        is_aside = abs(self._pull) >= s.doubt_sigmas * math.sqrt(self._hold) > 0.0
+        return is_aside or self._strange > s.doubt_share * self._stopped
+
+    @property
+    def aside(self) -> float:
+        """m by which the leaf's readings surely lie aside of it."""
+        if self._hold == 0.0:
+            return 0.0
+        return math.sqrt(max((self._pull / self._hold) ** 2 - 1.0 / self._hold, 0.0))
+
+    def searched(self, belief: ObjectBelief | None) -> None:
+        """A search has told what to believe of the door from now on, or nothing: then wait longer."""
+        self._wait = 2 * max(self._count, self._settings.least_looks)
+        if belief is not None or self._has_jumped:  # lines were those of another state
+            self._pull = self._hold = 0.0
+        if belief is not None:
+            self._know(belief)
+        self._restart()
+
+    def _know(self, belief: ObjectBelief) -> None:
+        self._known = float(belief.mean[0]) if belief.settled else None
+
+    def _is_another(self, belief: ObjectBelief) -> bool:
+        """Whether a door that was known isn't what it was."""
+        if self._known is None:
+            return False
+        return not belief.settled or abs(float(belief.mean[0]) - self._known) > SETTLED_ANGLE
+
+
+@dataclass(frozen=True, eq=False)
+class _Leaf:
     """A hinged leaf from above, along and across, seen from its hinge."""
 
     along: FloatArray  # (2,) unit vectors in the link's frame
@@ -45,184 +241,46 @@ class Leaf:
     reach: float  # m, of its farthest corner from the hinge
 
     @staticmethod
-    @lru_cache(maxsize=4096)
-    def of(item: MovableObject) -> Leaf:
+    @lru_cache(maxsize=LEAVES_KEPT)
+    def of(item: MovableObject) -> _Leaf:
         plan = item.mesh.vertices[:, :2]
         _, axes = np.linalg.eigh(np.cov(plan.T))
-        across, along = plan @ axes[:, 0], plan @ axes[:, 1]
-        return Leaf(
-            along=axes[:, 1],
-            across=axes[:, 0],
-            near=float(along.min()),
-            far=float(along.max()),
-            sides=(float(across.min()), float(across.max())),
+        across, along = axes.T
+        return _Leaf(
+            along=along,
+            across=across,
+            near=float((plan @ along).min()),
+            far=float((plan @ along).max()),
+            sides=(float((plan @ across).min()), float((plan @ across).max())),
             reach=float(np.hypot(plan[:, 0], plan[:, 1]).max()),
         )
 
-
-@dataclass(frozen=True, eq=False)
-class Glance:
-    """One scan in which a door was seen, as it is remembered."""
-
-    scan: Scan
-    pose: FloatArray  # (3,)
-    walls: FloatArray  # (n,) m, expected of all beams
-    shift_std: float  # m by which robot and walls may be off
-    others: Mapping[str, FloatArray]  # states (d,) of the doors beside it that are known
-
-
-@dataclass
-class Watch:
-    """What is remembered of one door, and what has been strange since its hinge was last looked for."""
-
-    glances: list[Glance] = field(default_factory=list)
-    spacing: float = 0.0  # m driven between glances
-    driven: float = -np.inf  # m, at the last
-    count: int = 0  # glances since
-    wait: int = 0  # so many are needed before the next search
-    stopped: int = 0  # beams
-    strange: int = 0  # of them, that the leaf didn't stop
-    pull: float = 0.0  # sum of offsets over variances, 1/m
-    hold: float = 0.0  # sum of one over variances, 1/m^2
-
-    settled: FloatArray | None = None  # (d,) the state at the last glance, where it was known
-    jumped: bool = False  # whether that changed
-
-    def since_now(self, wait: int) -> None:
-        self.count = self.stopped = self.strange = 0
-        self.jumped = False
-        self.wait = wait
+    def held_against(
+        self, ends: FloatArray, belief: ObjectBelief, pose: FloatArray
+    ) -> _Strangeness:
+        """The leaf in its most probable state against where beams end (k, 2) m, from a pose (3,)."""
+        place = belief.item.transforms(belief.best[None])[0]
+        turn, hinge = place[:2, :2], place[:2, 3]
+        eye, own = (pose[:2] - hinge) @ turn, (ends - hinge) @ turn
+        side = self.sides[int(eye @ self.across > sum(self.sides) / 2.0)]
+        lever, off = own @ self.along, own @ self.across - side
+        on = (np.abs(off) <= ASIDE) & (lever >= self.near - BEYOND) & (lever <= self.far + BEYOND)
+        lever, off = lever[on], off[on]
+        strange = len(ends) - len(lever)
+        if len(lever) < POINTS or np.ptp(lever) < SPAN:
+            return _Strangeness(len(ends), strange)
+        middle = float(lever.mean())
+        spread = lever - middle
+        squares = float(spread @ spread)
+        slope = float(spread @ off) / squares
+        aside = float(off.mean()) - slope * middle
+        rest = off - aside - slope * lever
+        variance = float(rest @ rest) / (len(rest) - 2) * (1.0 / len(rest) + middle**2 / squares)
+        return _Strangeness(len(ends), strange, aside, math.sqrt(variance))
 
 
-class Hinges:
-    """Where doors hang, learnt over a log."""
-
-    def __init__(self, building: Building, settings: Settings) -> None:
-        self._building = building
-        self._settings = settings.hinges
-        model = settings.beam_model
-        sharp = min(model.sigma_hit, settings.hinges.sigma_hit)
-        # what stands behind a leaf is remembered, and need not be cast
-        self._sensing = Sensing(
-            replace(building, walls=Mesh.empty()),
-            BeamModel(model.model_copy(update={"sigma_hit": sharp})),
-        )
-        self._filters = {
-            name: door
-            for name, item in building.objects.items()
-            if item.kind is Kind.HINGED
-            and isinstance(door := filter_for(item, settings), LatticeFilter)
-        }
-        self._watches = {
-            name: Watch(spacing=settings.hinges.every_m, wait=settings.hinges.least_looks)
-            for name in self._filters
-        }
-        self.found: dict[str, Hanging] = {}  # of doors that surely hang elsewhere
-
-    def is_due(self, belief: ObjectBelief, driven: float) -> bool:
-        """Whether a door is to be looked at after so many m of driving, or since it has changed."""
-        watch = self._watches.get(belief.item.name)
-        return watch is not None and (
-            driven - watch.driven >= watch.spacing or _has_changed(watch, belief)
-        )
-
-    def note(
-        self,
-        belief: ObjectBelief,
-        sight: Sight,
-        driven: float,
-        map_error: float,
-        others: Mapping[str, FloatArray],
-    ) -> None:
-        """Remember a scan in which a door was seen, and how strange it looked there."""
-        watch, s = self._watches[belief.item.name], self._settings
-        watch.driven = driven
-        watch.jumped |= _has_changed(watch, belief)
-        watch.settled = belief.mean if belief.settled else None
-        pose = sight.robot.mean
-        ends = _stopped(sight.scan, pose, sight.walls)
-        hinge = belief.item.origin[:2, 3]
-        leaf = Leaf.of(belief.item)
-        ends = ends[((ends - hinge) ** 2).sum(axis=1) <= (leaf.reach + s.most_m) ** 2]
-        if len(ends) < POINTS:
-            return
-        shift_std = float(np.hypot(sight.robot.position_std, map_error))
-        watch.glances.append(Glance(sight.scan, pose, sight.walls, shift_std, others))
-        if len(watch.glances) > s.looks:  # every other one: those of long ago count as well
-            watch.glances = watch.glances[1::2]
-            watch.spacing *= 2.0
-        off, std, strange = _line(belief, leaf, ends, pose)
-        watch.count += 1
-        watch.stopped += len(ends)
-        watch.strange += strange
-        if np.isfinite(std):
-            variance = std**2 + shift_std**2
-            watch.pull += off / variance
-            watch.hold += 1.0 / variance
-
-    def seems_off(self, name: str) -> bool:
-        """Whether what has been read of a door is worth a search for its hinge."""
-        watch, s = self._watches[name], self._settings
-        if len(watch.glances) < s.least_looks or (watch.count < watch.wait and not watch.jumped):
-            return False
-        if watch.jumped:
-            return True
-        pulled = abs(watch.pull) >= s.doubt_sigmas * np.sqrt(watch.hold) and watch.hold > 0.0
-        return pulled or watch.strange >= s.doubt_share * watch.stopped
-
-    def search(self, name: str, sensing: Sensing) -> Hanging | None:
-        """Where a door's hinge is, by all that is remembered of it; None where nothing is new."""
-        watch = self._watches[name]
-        looks = [self._look(name, glance, sensing) for glance in watch.glances]
-        hanging = find_hinge(self._filters[name], looks, self._settings)
-        watch.since_now(2 * max(watch.count, self._settings.least_looks))
-        if watch.jumped: watch.pull = watch.hold = 0.0
-        if hanging.elsewhere >= (0.5 if name in self.found else self._settings.sure):
-            self.found[name] = hanging
-            watch.pull = watch.hold = 0.0
-            return hanging
-        return self.found.pop(name, None) and hanging
-
-    def _look(self, name: str, glance: Glance, sensing: Sensing) -> Look:
-        item, scan = self._building[name], glance.scan
-        within = Leaf.of(item).reach + self._settings.most_m
-        beams = scan.valid & _passes(scan, glance.pose, item.origin[:2, 3], within)
-        background = glance.walls[beams]
-        behind = sensing.view(scan, beams)
-        for other, state in glance.others.items():
-            alone = behind.object(other, state[None], glance.pose[None])[0, 0]
-            background = np.minimum(background, alone)
-        view: ScanView = self._sensing.view(scan, beams)
-        return Look(scan.stamp_ns, view, glance.pose, background, glance.shift_std)
-
-    def std(self, belief: ObjectBelief) -> float:
-        """m by which a door may hang aside of where it is taken to, along the normal of its leaf."""
-        item = belief.item
-        watch = self._watches.get(item.name)
-        if watch is None or watch.hold == 0.0:
-            return 0.0
-        if item.name not in self.found:
-            return math.sqrt(max((watch.pull / watch.hold) ** 2 - 1.0 / watch.hold, 0.0))
-        turn = item.transforms(belief.mean[None])[0, :2, :2]
-        normal = turn @ Leaf.of(item).across
-        return float(np.sqrt(normal @ self.found[item.name].covariance @ normal))
-
-    def forget(self) -> None:
-        """Forget all looks: the robot wasn't where it thought."""
-        for watch in self._watches.values():
-            watch.glances = []
-            watch.since_now(self._settings.least_looks)
-
-
-def _has_changed(watch: Watch, belief: ObjectBelief) -> bool:
-    """Whether a door that was known isn't what it was."""
-    if watch.settled is None:
-        return False
-    return not belief.settled or abs(float(belief.mean[0] - watch.settled[0])) > SETTLED_ANGLE
-
-
-def rehung(item: MovableObject, offset: FloatArray) -> MovableObject:
-    """A door hung elsewhere by an offset (2,) m."""
+def _rehung(item: MovableObject, offset: FloatArray) -> MovableObject:
+    """A door whose hinge is elsewhere by an offset (2,) m."""
     return replace(item, origin=transform(np.eye(3), [*offset, 0.0]) @ item.origin)
 
 
@@ -241,30 +299,3 @@ def _passes(scan: Scan, pose: FloatArray, place: FloatArray, distance: float) ->
     along = (to * directions[:, :2]).sum(axis=1) / level
     aside = np.abs(to[:, 0] * directions[:, 1] - to[:, 1] * directions[:, 0]) / level
     return np.asarray((aside <= distance) & (along >= -distance))
-
-
-def _line(
-    belief: ObjectBelief, leaf: Leaf, ends: FloatArray, pose: FloatArray
-) -> tuple[float, float, int]:
-    """How far (m, and its deviation) a line through a leaf's readings passes its hinge.
-
-    ``ends`` (k, 2) m are where beams were stopped, by the leaf or not; also how many not. The deviation
-    is infinite where too few tell.
-    """
-    place = belief.item.transforms(belief.best[None])[0]
-    own = (ends - place[:2, 3]) @ place[:2, :2]
-    eye = (pose[:2] - place[:2, 3]) @ place[:2, :2] @ leaf.across
-    side = leaf.sides[1] if eye > sum(leaf.sides) / 2.0 else leaf.sides[0]
-    lever, off = own @ leaf.along, own @ leaf.across - side
-    on = (np.abs(off) <= ASIDE) & (lever >= leaf.near - BEYOND) & (lever <= leaf.far + BEYOND)
-    strange = len(ends) - int(np.count_nonzero(on))
-    lever, off = lever[on], off[on]
-    if len(lever) < POINTS or np.ptp(lever) < SPAN:
-        return 0.0, np.inf, strange
-    middle, spread = lever.mean(), lever - lever.mean()
-    squares = spread @ spread
-    slope = spread @ off / squares
-    at_hinge = off.mean() - slope * middle
-    rest = off - at_hinge - slope * lever
-    variance = (rest @ rest) / (len(rest) - 2) * (1.0 / len(rest) + middle**2 / squares)
-    return float(at_hinge), float(np.sqrt(variance)), strange

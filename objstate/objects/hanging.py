@@ -52,14 +52,14 @@ class Hanging:
 
     @property
     def offset(self) -> FloatArray:
-        """(2,) m, where it hangs on average."""
-        return np.asarray(self.weights.values @ self.offsets)
+        """(2,) m, on average, of a hinge that is elsewhere."""
+        return np.asarray(self.weights.values[1:] @ self.offsets[1:] / self.elsewhere)
 
     @property
     def covariance(self) -> FloatArray:
-        """(2, 2) m^2 of the offset."""
-        off = self.offsets - self.offset
-        return np.asarray((self.weights.values[:, None] * off).T @ off)
+        """(2, 2) m^2 of that offset."""
+        off = self.offsets[1:] - self.offset
+        return np.asarray((self.weights.values[1:, None] * off).T @ off / self.elsewhere)
 
     @property
     def belief(self) -> ObjectBelief:
