@@ -165,7 +165,9 @@ class HingeSettings(Strict):
     looks: Count = 12  # that are remembered of a door
     least_looks: Count = 4  # by which places are compared
     every_m: Positive = 0.3  # m driven between looks
-    doubt_sigmas: Positive = 2.0  # by which a leaf's readings lie aside of it: its hinge is looked for
+    doubt_sigmas: Positive = (
+        2.0  # by which a leaf's readings lie aside of it: its hinge is looked for
+    )
     doubt_share: Share = 0.25  # of the beams stopped near it that the leaf didn't stop: likewise
 
 

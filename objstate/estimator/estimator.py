@@ -138,7 +138,8 @@ class Estimator:
     def hung_elsewhere(self) -> dict[str, FloatArray]:
         """Doors that surely don't hang where the model has them, by how much (2,) m."""
         return {
-            name: self._believed.marginals[name].item.origin[:2, 3] - self.building[name].origin[:2, 3]
+            name: self._believed.marginals[name].item.origin[:2, 3]
+            - self.building[name].origin[:2, 3]
             for name in self._hinges.found
         }
 

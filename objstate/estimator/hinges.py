@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -44,7 +44,9 @@ class Hinges:
         self._settings = settings.hinges
         sharp = min(settings.beam_model.sigma_hit, settings.hinges.sigma_hit)
         model = BeamModel(settings.beam_model.model_copy(update={"sigma_hit": sharp}))
-        self._sensing = Sensing(replace(building, walls=Mesh.empty()), model)  # walls are remembered
+        self._sensing = Sensing(
+            replace(building, walls=Mesh.empty()), model
+        )  # walls are remembered
         self._filters = {
             name: door
             for name, item in building.objects.items()
@@ -175,10 +177,15 @@ class _Watch:
         return driven - self._driven >= self._spacing or self._is_another(belief)
 
     def add(self, glance: _Glance, look: _Strangeness, belief: ObjectBelief, driven: float) -> None:
-        """Remember one more glance; of many, every other one, so that those of long ago count too."""
+        """Remember one more glance; of many, every other one, so that those of long ago count too.
+
+        A glance at next to nothing of it is left out, but for one that changed what is believed.
+        """
+        self._driven = driven
+        if look.stopped < POINTS and not self._is_another(belief):
+            return
         self._has_jumped |= self._is_another(belief)
         self._know(belief)
-        self._driven = driven
         self.glances.append(glance)
         if len(self.glances) > self._settings.looks:
             self.glances = self.glances[1::2]
