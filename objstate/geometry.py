@@ -62,7 +62,7 @@ def interpolate_pose(a: FloatArray, b: FloatArray, share: ArrayLike) -> FloatArr
 
 def circular_mean(angles: FloatArray, weights: FloatArray) -> float:
     """The direction of the weighted mean of unit vectors, rad."""
-    return float(np.arctan2(np.sum(weights * np.sin(angles)), np.sum(weights * np.cos(angles))))
+    return math.atan2(float(weights @ np.sin(angles)), float(weights @ np.cos(angles)))
 
 
 def weighted_pose_mean(poses: FloatArray, weights: FloatArray) -> FloatArray:
@@ -70,8 +70,9 @@ def weighted_pose_mean(poses: FloatArray, weights: FloatArray) -> FloatArray:
 
     ``poses`` (n, 3), ``weights`` (n,) summing to one; returns (3,).
     """
-    xy = weights @ poses[:, :2]
-    return np.array([xy[0], xy[1], circular_mean(poses[:, 2], weights)])
+    mean = weights @ poses
+    mean[2] = circular_mean(poses[:, 2], weights)
+    return np.asarray(mean)
 
 
 def weighted_pose_covariance(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -25,7 +26,7 @@ class Weights:
 
     @staticmethod
     def uniform(count: int) -> Weights:
-        return Weights(np.full(count, -np.log(count)))
+        return Weights._known(np.full(count, -math.log(count)), np.full(count, 1.0 / count))
 
     @staticmethod
     def of(weights: FloatArray) -> Weights:
@@ -35,9 +36,7 @@ class Weights:
             raise ValueError("weights must be non-negative, finite and not all zero")
         shares = weights / total
         with np.errstate(divide="ignore"):
-            found = Weights(np.log(shares))
-        found.__dict__["values"] = shares  # known already: the cache is filled with it
-        return found
+            return Weights._known(np.log(shares), shares)
 
     def __len__(self) -> int:
         return len(self.log)
@@ -51,7 +50,7 @@ class Weights:
     @property
     def effective_size(self) -> float:
         """Kish's effective number of samples, between 1 and n."""
-        return float(1.0 / np.sum(self.values**2))
+        return 1.0 / float(self.values @ self.values)
 
     def reweight(self, log_likelihood: FloatArray) -> tuple[Weights, float]:
         """The weights after evidence (n,), and the log evidence ``log sum_i w_i p(o | i)``.
@@ -59,14 +58,23 @@ class Weights:
         Raises ImpossibleEvidenceError when no sample could have produced the evidence.
         """
         log = self.log + log_likelihood
-        top = float(np.max(log))
-        if not np.isfinite(top):
+        top = float(log.max())
+        if not math.isfinite(top):
             raise ImpossibleEvidenceError(
                 "No sample of the belief can explain the reading; give the beam model a share "
                 "of random readings (z_rand above 0)."
             )
-        evidence = top + float(np.log(np.sum(np.exp(log - top))))
-        return Weights(log - evidence), evidence
+        unscaled = np.exp(log - top)
+        total = float(unscaled.sum())
+        evidence = top + math.log(total)
+        return Weights._known(log - evidence, unscaled / total), evidence
+
+    @staticmethod
+    def _known(log: FloatArray, values: FloatArray) -> Weights:
+        """Weights of which the values are known already: the cache is filled with them."""
+        weights = Weights(log)
+        weights.__dict__["values"] = values
+        return weights
 
 
 def largest_step(

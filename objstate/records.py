@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
 from objstate.geometry import BoolArray, FloatArray, IntArray
 
 NANOSECONDS = 1e9  # in a second
+STEEP = 1e-9  # cosine of a beam's slope that counts as upright
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +42,15 @@ class Rays:
     def take(self, index: IntArray | BoolArray) -> Rays:
         """The beams that a NumPy index or mask selects."""
         return Rays(self.origins[index], self.directions[index])
+
+    @cached_property
+    def courses(self) -> tuple[FloatArray, FloatArray]:
+        """Seen from above: unit directions (n, 2), and the shares (n,) of their ranges that beams cover.
+
+        Beams that point straight up or down have no direction.
+        """
+        level = np.hypot(self.directions[:, 0], self.directions[:, 1]).clip(min=STEEP)
+        return self.directions[:, :2] / level[:, None], level
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,6 +24,8 @@ class Symmetry:
 
     def nearest(self, states: FloatArray, yaw: float) -> FloatArray:
         """Of the equal states of each state (n, 3), those whose yaw is nearest to ``yaw`` rad."""
+        if self.order == 1:
+            return states
         part = 2.0 * np.pi / self.order
         return self._turned(states, -part * np.round(wrap(states[:, 2] - yaw) / part))
 

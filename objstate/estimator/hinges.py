@@ -18,7 +18,7 @@ import numpy as np
 from objstate.building.model import Building, Kind, Mesh, MovableObject
 from objstate.config import HingeSettings, Settings
 from objstate.estimator.sight import Sight
-from objstate.geometry import BoolArray, FloatArray, transform, transform_from_pose
+from objstate.geometry import BoolArray, FloatArray, between, transform, transform_from_pose
 from objstate.objects import ObjectBelief, filter_for
 from objstate.objects.belief import SETTLED_ANGLE
 from objstate.objects.doors import LatticeFilter
@@ -300,9 +300,8 @@ def _stopped(scan: Scan, pose: FloatArray, walls: FloatArray) -> FloatArray:
 
 def _passes(scan: Scan, pose: FloatArray, place: FloatArray, distance: float) -> BoolArray:
     """Which beams (n,) come within a distance of a place (2,), m."""
-    origins, directions = cast_from(transform_from_pose(pose), scan.rays)
-    to = place - origins[:, :2]
-    level = np.hypot(directions[:, 0], directions[:, 1]).clip(min=1e-9)
-    along = (to * directions[:, :2]).sum(axis=1) / level
-    aside = np.abs(to[:, 0] * directions[:, 1] - to[:, 1] * directions[:, 0]) / level
-    return np.asarray((aside <= distance) & (along >= -distance))
+    directions, _ = scan.rays.courses
+    x, y = (between(pose, np.array([*place, 0.0]))[:2] - scan.rays.origins[:, :2]).T
+    along = x * directions[:, 0] + y * directions[:, 1]
+    aside = x * directions[:, 1] - y * directions[:, 0]
+    return np.asarray((np.abs(aside) <= distance) & (along >= -distance))

@@ -55,10 +55,13 @@ class Sight:
         return self.surroundings.entries(self.names, self.robot, self.scan.rays)
 
     def near(self, distance: float, beams: BoolArray) -> tuple[list[str], BoolArray]:
-        """The objects within a distance, and which of the beams (n,) may touch each of them (m, n)."""
+        """The objects within a distance, and which of the beams (n,) may touch each of them (m, n).
+
+        The other beams are the same whatever the object does (section 3 of the paper).
+        """
         near = set(self.surroundings.within(self.robot, distance, self.names))
         chosen = [k for k, name in enumerate(self.names) if name in near]
-        towards = np.isfinite(self.entries[chosen]) & beams  # section 3 of the paper
+        towards = np.isfinite(self.entries[chosen]) & beams
         return [self.names[k] for k in chosen], towards
 
     def seen_by(self, beams: BoolArray, but: Collection[str] = ()) -> list[str]:

@@ -6,16 +6,16 @@ hinge of a door, the middle of a sliding door's way, the believed place of furni
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from objstate.building.model import Building, Kind, MovableObject
-from objstate.geometry import FloatArray, transform_from_pose
+from objstate.geometry import FloatArray
 from objstate.localization import PoseBelief
 from objstate.objects import ObjectBelief
 from objstate.records import Rays
-from objstate.sensing import cast_from
 from objstate.sensing.level import moves_in_plane
 
 SPREAD_SIGMAS = 3.0  # how far samples of a belief stray from its mean
@@ -46,32 +46,41 @@ class Surroundings:
         self, robot: PoseBelief, distance: float, among: Sequence[str] | None = None
     ) -> list[str]:
         """Names of the objects, of all or of some, whose circles come within ``distance`` m of the robot."""
-        names: Sequence[str] = self.names
-        circles = self._circles
-        if among is not None:
-            names, circles = among, circles[[self._index[name] for name in among]].reshape(-1, 3)
-        x, y, radius = circles.T
-        east, north, reach = x - robot.mean[0], y - robot.mean[1], radius + distance
-        return [names[k] for k in np.flatnonzero(east**2 + north**2 <= reach**2).tolist()]
+        names, circles = self.names if among is None else among, self._circles_of(among)
+        off, reach = circles[:, :2] - robot.mean[:2], circles[:, 2] + distance
+        near = (off * off).sum(axis=1) <= reach * reach
+        return [names[k] for k in np.flatnonzero(near).tolist()]
 
-    def entries(self, names: Iterable[str], robot: PoseBelief, rays: Rays) -> FloatArray:
+    def entries(self, names: Sequence[str], robot: PoseBelief, rays: Rays) -> FloatArray:
         """Range (m, n) at which each beam enters each named object's circle; inf where it passes by.
 
         The circles are widened by what the robot's own uncertainty may shift them.
         """
-        chosen = self._circles[[self._index[name] for name in names]].reshape(-1, 3)
-        origins, directions = cast_from(transform_from_pose(robot.mean), rays)
-        to_x = chosen[:, 0, None] - origins[:, 0]
-        to_y = chosen[:, 1, None] - origins[:, 1]
-        yaw_std = float(np.sqrt(robot.covariance[2, 2]))
-        margin = SPREAD_SIGMAS * (robot.position_std + yaw_std * np.hypot(to_x, to_y))
-        radius = chosen[:, 2, None] + margin
-        level = np.hypot(directions[:, 0], directions[:, 1]).clip(min=1e-9)
-        along = (to_x * directions[:, 0] + to_y * directions[:, 1]) / level
-        aside = to_x**2 + to_y**2 - along**2
-        half = np.sqrt((radius**2 - aside).clip(min=0.0))
-        hit = (aside <= radius**2) & (along + half > 0.0)
-        return np.where(hit, (along - half).clip(min=0.0) / level, np.inf)
+        circles = self._circles_of(names)
+        x, y, yaw = robot.mean.tolist()
+        cos, sin = math.cos(yaw), math.sin(yaw)
+        east, north = circles[:, 0] - x, circles[:, 1] - y
+        seen = np.array([cos * east + sin * north, cos * north - sin * east])  # from the robot
+        yaw_std = math.sqrt(robot.covariance[2, 2])
+        margin = robot.position_std + yaw_std * np.hypot(seen[0], seen[1])
+        radius = (circles[:, 2] + SPREAD_SIGMAS * margin)[:, None]
+        directions, level = rays.courses
+        to_x = seen[0][:, None] - rays.origins[:, 0]
+        to_y = seen[1][:, None] - rays.origins[:, 1]
+        along = to_x * directions[:, 0] + to_y * directions[:, 1]
+        aside = to_x * directions[:, 1] - to_y * directions[:, 0]
+        squared = radius * radius - aside * aside
+        half = np.sqrt(np.maximum(squared, 0.0))
+        passes = (squared < 0.0) | (along + half <= 0.0)
+        entered = np.maximum(along - half, 0.0) / level
+        entered[passes] = np.inf
+        return np.asarray(entered)
+
+    def _circles_of(self, names: Sequence[str] | None) -> FloatArray:
+        """Circles (m, 3) of some objects, or of all."""
+        if names is None:
+            return self._circles
+        return self._circles[[self._index[name] for name in names]].reshape(-1, 3)
 
 
 def item_states(item: MovableObject) -> FloatArray:

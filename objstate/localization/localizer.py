@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from objstate.config import LocalizationSettings
-from objstate.geometry import FloatArray, IntArray, square_root, weighted_pose_mean, wrap
+from objstate.geometry import FloatArray, IntArray, square_root, wrap
 from objstate.localization.belief import PoseBelief
 from objstate.localization.motion import sample_motion
 from objstate.particles import Weights, kld_sample_size, largest_step, systematic
@@ -54,8 +55,10 @@ class Localizer:
         while samples are sparse.
         """
         enough = self.settings.least_effective * len(belief.weights)
-        step = largest_step(belief.weights, log_likelihood, 1.0, enough)
-        weights, _ = belief.weights.reweight(step * log_likelihood)
+        weights, _ = belief.weights.reweight(log_likelihood)
+        if weights.effective_size < enough:
+            step = largest_step(belief.weights, log_likelihood, 1.0, enough)
+            weights, _ = belief.weights.reweight(step * log_likelihood)
         return PoseBelief(belief.poses, weights)
 
     def renew(
@@ -79,15 +82,15 @@ class Localizer:
         belief rather than copies of one sample.
         """
         s = self.settings
-        most = max(s.max_particles, len(belief.weights) // 2)
-        survivors = belief.poses[systematic(belief.weights, len(belief.weights), rng)]
-        needed = kld_sample_size(self._occupied(survivors), s.pf_err, s.pf_z)
-        count = int(np.clip(needed, s.min_particles, most))
-        ancestors = systematic(belief.weights, count, rng)
-        poses = belief.poses[ancestors]
-        jittered = poses + rng.standard_normal(poses.shape) @ self._kernel(belief, count).T
-        jittered[:, 2] = wrap(jittered[:, 2])
-        return PoseBelief(jittered, Weights.uniform(count)), ancestors
+        ancestors = systematic(belief.weights, len(belief.weights), rng)
+        needed = kld_sample_size(self._occupied(belief.poses[ancestors]), s.pf_err, s.pf_z)
+        count = min(max(needed, s.min_particles), max(s.max_particles, len(ancestors) // 2))
+        if count != len(ancestors):
+            ancestors = systematic(belief.weights, count, rng)
+        poses = rng.standard_normal((count, 3)) @ self._kernel(belief, count).T
+        poses += belief.poses[ancestors]
+        poses[:, 2] = wrap(poses[:, 2])
+        return PoseBelief(poses, Weights.uniform(count)), ancestors
 
     def _kernel(self, belief: PoseBelief, count: int) -> FloatArray:
         """Square root (3, 3) of the covariance of the kernel around each of ``count`` samples."""
@@ -96,7 +99,7 @@ class Localizer:
         widest = np.abs(root).sum(axis=1) / self._bin
         return np.asarray(root / max(1.0, float(widest.max())))
 
-    @property
+    @cached_property
     def _bin(self) -> FloatArray:
         """(3,) sizes of the KLD grid's cells."""
         s = self.settings
@@ -104,11 +107,12 @@ class Localizer:
 
     def _occupied(self, poses: FloatArray) -> int:
         """How many cells of the KLD grid, the first of which has its middle in theirs, hold a sample."""
-        off = poses - weighted_pose_mean(poses, np.full(len(poses), 1.0 / len(poses)))
+        off = poses - PoseBelief(poses, Weights.uniform(len(poses))).mean
         off[:, 2] = wrap(off[:, 2])
-        cells = np.round(off / self._bin).astype(np.int64)
+        cells = np.rint(off / self._bin)
         if not cells.any():
             return 1
+        cells = cells.astype(np.int64)
         cells -= cells.min(axis=0)
         x_cells, y_cells, _ = cells.max(axis=0) + 1
         return len(np.unique(cells[:, 0] + x_cells * (cells[:, 1] + y_cells * cells[:, 2])))

@@ -9,6 +9,8 @@ So the spread after a drive doesn't depend on the odometry's rate.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from objstate.config import LocalizationSettings
@@ -20,19 +22,16 @@ def sample_motion(
 ) -> FloatArray:
     """Poses (n, 3) after the odometry moved by ``step`` (3,) in the robot's frame, with noise."""
     s = settings
-    translation, rotation = float(np.hypot(step[0], step[1])), abs(float(step[2]))
+    translation, rotation = math.hypot(step[0], step[1]), abs(float(step[2]))
     driven, turned = translation * s.update_min_d, rotation * s.update_min_a  # m^2, rad^2
-    half_turn_std = np.sqrt((s.alpha1 * turned + s.alpha2 * driven) / 2.0)
-    length_std = np.sqrt(s.alpha3 * driven + s.alpha4 * turned)
-    noise = rng.standard_normal((3, len(poses)))
-    before, after = half_turn_std * noise[0], half_turn_std * noise[1]
-    heading = poses[:, 2] + before
-    direction = heading + np.arctan2(step[1], step[0])
-    length = translation + length_std * noise[2]
-    return np.column_stack(
-        [
-            poses[:, 0] + length * np.cos(direction),
-            poses[:, 1] + length * np.sin(direction),
-            wrap(heading + step[2] + after),
-        ]
-    )
+    half_turn_std = math.sqrt((s.alpha1 * turned + s.alpha2 * driven) / 2.0)
+    length_std = math.sqrt(s.alpha3 * driven + s.alpha4 * turned)
+    before, after, longer = rng.standard_normal((3, len(poses)))
+    heading = poses[:, 2] + half_turn_std * before
+    direction = heading + math.atan2(step[1], step[0])
+    length = translation + length_std * longer
+    out = np.empty_like(poses)
+    out[:, 0] = poses[:, 0] + length * np.cos(direction)
+    out[:, 1] = poses[:, 1] + length * np.sin(direction)
+    out[:, 2] = wrap(heading + (step[2] + half_turn_std * after))
+    return out

@@ -294,7 +294,8 @@ class SampleFilter:
         best = scouts[systematic(Weights.of(weights + TINY), carried, rng)]
         on = best + self._blur * rng.standard_normal(best.shape)
         nearby = kept.states[systematic(kept.weights, near, rng)]
-        before, after = (self._new_place_density(each, kept.mean) for each in (best, on))
+        both = self._new_place_density(np.concatenate([best, on]), kept.mean)
+        before, after = both[:carried], both[carried:]
         moves = after >= rng.random(carried) * before  # Metropolis: evidence alone leads them on
         fresh = [
             np.where(moves[:, None], on, best),

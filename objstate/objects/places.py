@@ -10,13 +10,16 @@ from objstate.particles import entropy
 
 # Cells in which samples are counted: what is settled fills few of them.
 BIN = 2.0 * np.array([SETTLED_LENGTH, SETTLED_LENGTH, SETTLED_ANGLE])
+CELLS = 1 << 20  # along each axis, that are told apart
+AXES = np.array([CELLS * CELLS, CELLS, 1])
+TOUCHING = (np.indices((3, 3, 3)).reshape(3, -1).T - 1) @ AXES  # from a cell to those that touch it
 KERNEL = 0.31  # of the deviation of a place's samples, by which copies of a sample are spread
 
 
 def occupied(off: FloatArray, weights: FloatArray) -> int:
     """Number of cells that samples (n, 3) of x, y, yaw about their mean fill, were all filled evenly."""
-    _, cell = np.unique(np.round(off / BIN), axis=0, return_inverse=True)
-    shares = np.asarray(np.bincount(cell.ravel(), weights), dtype=float)
+    _, cell = np.unique(_cells(off), return_inverse=True)
+    shares = np.asarray(np.bincount(cell, weights), dtype=float)
     return round(float(np.exp(entropy(shares))))
 
 
@@ -54,14 +57,19 @@ def copies(
 
 def places(off: FloatArray) -> IntArray:
     """(n,) which place each sample (n, 3) belongs to: cells that touch make one place."""
-    cells, cell = np.unique(np.round(off / BIN), axis=0, return_inverse=True)
-    if len(cells) == 1:
-        return np.zeros(len(off), dtype=np.int64)
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-    from scipy.spatial import cKDTree
+    cells, cell = np.unique(_cells(off), return_inverse=True)
+    place, left = np.zeros(len(cells), dtype=np.int64), {c: k for k, c in enumerate(cells.tolist())}
+    number = 0
+    while left:
+        reached = [left.popitem()]
+        for middle, k in reached:
+            place[k] = number
+            touching = [c for c in (middle + TOUCHING).tolist() if c in left]
+            reached += [(c, left.pop(c)) for c in touching]
+        number += 1
+    return place[cell]
 
-    pairs = cKDTree(cells).query_pairs(1.0, p=np.inf, output_type="ndarray")
-    links = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=2 * (len(cells),))
-    _, place = connected_components(links, directed=False)
-    return np.asarray(place[cell.ravel()], dtype=np.int64)
+
+def _cells(off: FloatArray) -> IntArray:
+    """(n,) the number of the cell in which each sample (n, 3) lies."""
+    return np.asarray(np.round(off / BIN).astype(np.int64) @ AXES)

@@ -33,13 +33,12 @@ _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 
 @_compile
 def bell(exponent: float) -> Any:
-    """exp(-exponent) by squaring, off by less than 1e-4 of itself; 0 from ``FLAT_BELL`` on."""
-    part = min(exponent, FLAT_BELL) / 1024.0
-    value = 1.0 - part * (1.0 - part / 2.0 * (1.0 - part / 3.0))
-    value *= value
-    value *= value
-    value *= value
-    value *= value
+    """exp(-exponent) by squaring; 0 from ``FLAT_BELL`` on.
+
+    It is off by less than 1e-4 of itself up to an exponent of 10, and by 2e-6 of that beyond.
+    """
+    part = min(exponent, FLAT_BELL) / 64.0
+    value = 1.0 - part * (1.0 - part / 2.0 * (1.0 - part * (1.0 / 3.0) * (1.0 - part / 4.0)))
     value *= value
     value *= value
     value *= value

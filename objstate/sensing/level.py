@@ -6,7 +6,8 @@ that move in the floor plane. What a level sweep sees of them are segments.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, lru_cache
@@ -22,16 +23,18 @@ from objstate.records import Rays
 from objstate.sensing.blocks import Blocks
 
 T = TypeVar("T", bound=np.generic)
+Rectangle = tuple[float, float, float, float]  # m: left, bottom, right, top
 
 ABREAST = 200  # poses from which ranges are cast side by side, at most
 LEVEL = 1e-6  # rad or relative: a laser or an axis tilted by less counts as level or upright
 SAME_HEIGHT = 1e-6  # m
 INDEX_STEPS = 2  # of a sweep's index, for each beam
-FLAT = 1e-9  # m^2 by which a corner may stick out of an outline that counts as convex
 TOUCHING = 1e-6  # m within which ends of segments are one corner
 STRIDE = 0.5  # m the robot moves before the walls in its sight are looked up again
 WIDEST_LOOK = 4.0  # m, sides of a rectangle from which sight is tried
-LOOK_AFTER = 4  # times that a place is asked about; a search asks less often
+LOOK_AFTER = (
+    4000  # segments that a place has been asked for: a robot that drives on leaves it first
+)
 LOOK_SPACING = 0.5  # m between the places from which it is tried
 LOOKS = 360  # beams all round
 GLIMPSES = np.array([0.02, 0.5, 0.98])  # shares of a segment's length at which it is looked at
@@ -64,6 +67,12 @@ class Sweep:
             rows=np.vstack([bearing, rays.directions[order, :2].T, offset.T]),
             centre=np.array([*centre, np.hypot(*offset.T).max()]),
         )
+
+    @cached_property
+    def around(self) -> float:
+        """m by which beams begin aside of the robot, at most."""
+        x, y, spread = self.centre.tolist()
+        return math.hypot(x, y) + float(spread)
 
     @cached_property
     def index(self) -> IntArray:
@@ -119,6 +128,12 @@ class Stand:
     poses: FloatArray  # (p, 4) x, y, cosine and sine of the yaw
     parts: Sequence[slice | IntArray]  # of poses that look in about the same direction
 
+    @cached_property
+    def rectangle(self) -> Rectangle:
+        """In which the robot stands."""
+        lower, upper = self.poses[:, :2].min(axis=0), self.poses[:, :2].max(axis=0)
+        return (*lower.tolist(), *upper.tolist())
+
     @staticmethod
     def of(poses: FloatArray) -> Stand:
         """Of poses (p, 3)."""
@@ -128,33 +143,46 @@ class Stand:
             parts = np.array_split(np.argsort(poses[:, 2], kind="stable"), count)
         return Stand(with_trigonometry(poses), parts)
 
+    def each(self, of: Callable[..., FloatArray], *also: FloatArray) -> FloatArray:
+        """What ``of`` gives (p, ...) for the poses, and for ``also`` (p, ...), part by part."""
+        if len(self.parts) == 1:
+            return of(self.poses, *also)
+        found = [of(self.poses[part], *(each[part] for each in also)) for part in self.parts]
+        out = np.empty((len(self.poses), *found[0].shape[1:]))
+        for part, each in zip(self.parts, found, strict=True):
+            out[part] = each
+        return out
+
 
 @dataclass(frozen=True, eq=False)
 class Neighbourhood:
     """The wall segments that matter to a laser inside a rectangle."""
 
-    lower: FloatArray  # (2,) m
-    upper: FloatArray  # (2,) m
+    rectangle: Rectangle
     reach: float  # m
     segments: FloatArray  # (k, 4)
     asked: int = 1  # how often it has served
+    is_seen: bool = False  # whether it has been looked at which of them can be seen
 
-    def serves(self, lower: FloatArray, upper: FloatArray, reach: float) -> bool:
-        """Whether it holds for places between two corners (2,), and isn't far too large for them."""
-        if reach > self.reach:
-            return False
-        inside = (self.lower <= lower).all() and (upper <= self.upper).all()
-        waste = (self.upper - self.lower) - (upper - lower)
-        return bool(inside and (waste <= 4.0 * STRIDE).all())
+    def serves(self, rectangle: Rectangle, reach: float) -> bool:
+        """Whether it holds for places in a rectangle, and isn't far too large for it."""
+        left, bottom, right, top = rectangle
+        known_left, known_bottom, known_right, known_top = self.rectangle
+        holds = known_left <= left and right <= known_right
+        holds = holds and known_bottom <= bottom and top <= known_top and reach <= self.reach
+        most = 4.0 * STRIDE
+        wide = (known_right - known_left) - (right - left) > most
+        return holds and not wide and (known_top - known_bottom) - (top - bottom) <= most
 
     def asked_again(self) -> Neighbourhood:
         """The same; once it is worth it, with only those segments that are seen from inside."""
-        if self.asked > LOOK_AFTER:
+        if self.is_seen:
             return self
-        segments, is_wide = self.segments, (self.upper - self.lower).max() > WIDEST_LOOK
-        if self.asked == LOOK_AFTER and not is_wide:
-            segments = segments[_seen(segments, self.lower, self.upper)]
-        return replace(self, segments=segments, asked=self.asked + 1)
+        segments, (left, bottom, right, top) = self.segments, self.rectangle
+        is_worth_it = self.asked * len(segments) >= LOOK_AFTER
+        if is_worth_it and max(right - left, top - bottom) <= WIDEST_LOOK:
+            segments = segments[_seen(segments, np.array([left, bottom]), np.array([right, top]))]
+        return replace(self, segments=segments, asked=self.asked + 1, is_seen=is_worth_it)
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,10 +196,10 @@ class UncertainObject:
 
 @dataclass(frozen=True, eq=False)
 class ObjectOutline:
-    """What a level sweep sees of an object; convex loops, such as table legs, run clockwise."""
+    """What a level sweep sees of an object."""
 
     segments: FloatArray  # (k, 4)
-    convex: bool
+    rim: int = 0  # the first are closed loops, clockwise, outside of which nothing else is seen
 
 
 class Scenery(NamedTuple):
@@ -179,7 +207,7 @@ class Scenery(NamedTuple):
 
     outlines: FloatArray  # (k, 4) segments of one object after the other
     outline_ends: IntArray  # (j,) where each object's segments end
-    convex: BoolArray  # (j,)
+    rims: IntArray  # (j,) how many of each object's segments are its rim
     placements: FloatArray  # (s, 4) of one object after the other
     placement_ends: IntArray  # (j,) where each object's placements end
     shares: FloatArray  # (s,) their weights
@@ -203,6 +231,8 @@ class LevelOutlines:
 
     def stand(self, poses: FloatArray) -> Stand:
         """Robot poses (p, 3) as the kernels take them; a scan asks for the same often."""
+        if len(poses) == 1:
+            return Stand.of(poses)
         if self._stand is None or self._stand[0] is not poses:
             self._stand = poses, Stand.of(poses)
         return self._stand[1]
@@ -213,34 +243,27 @@ class LevelOutlines:
         Where it is asked about again, sight is tried from a grid of places; for beliefs wider
         than ``WIDEST_LOOK``, all segments in reach are given.
         """
-        off = sweep.centre[:2]
-        around = float(np.hypot(off[0], off[1]) + sweep.centre[2])
-        lower, upper = poses[:, :2].min(axis=0) - around, poses[:, :2].max(axis=0) + around
         known = self._neighbourhoods.get(sweep.height)
-        if known is None or not known.serves(lower, upper, reach):
-            known = self._neighbourhood(sweep.height, lower - STRIDE, upper + STRIDE, reach)
+        rectangle = _widened(self.stand(poses).rectangle, sweep.around)
+        if known is None or not known.serves(rectangle, reach):
+            known = self._neighbourhood(sweep.height, _widened(rectangle, STRIDE), reach)
         else:
             known = known.asked_again()
         self._neighbourhoods[sweep.height] = known
         return known.segments
 
-    def _neighbourhood(
-        self, height: float, lower: FloatArray, upper: FloatArray, reach: float
-    ) -> Neighbourhood:
-        radius = reach + float(np.hypot(*(upper - lower))) / 2
-        walls = self._walls(height).within((lower + upper) / 2, radius)
-        return Neighbourhood(lower, upper, reach, walls)
+    def _neighbourhood(self, height: float, rectangle: Rectangle, reach: float) -> Neighbourhood:
+        left, bottom, right, top = rectangle
+        radius = reach + math.hypot(right - left, top - bottom) / 2
+        middle = np.array([left + right, bottom + top]) / 2
+        return Neighbourhood(rectangle, reach, self._walls(height).within(middle, radius))
 
     @cache  # noqa: B019 - lives as long as the outlines it belongs to
     def of_object(self, name: str, height: float) -> ObjectOutline:
         """Outline of an object at a height, about its origin in its home state."""
         item = self._building[name]
         home = item.transforms(item.home[None])[0]
-        segments = outline(item.mesh.moved(home), height) - home[:2, 3]
-        clockwise = _clockwise(segments)
-        return ObjectOutline(
-            flat(segments if clockwise is None else clockwise), clockwise is not None
-        )
+        return _rimmed(outline(item.mesh.moved(home), height) - home[:2, 3])
 
     @lru_cache(maxsize=64)  # noqa: B019 - lives as long as the outlines it belongs to
     def scenery(self, objects: tuple[UncertainObject, ...], height: float) -> Scenery:
@@ -250,7 +273,7 @@ class LevelOutlines:
         return Scenery(
             np.concatenate([np.empty((0, 4)), *(each.segments for each in outlines)]),
             np.cumsum([len(each.segments) for each in outlines], dtype=np.int64),
-            np.array([each.convex for each in outlines], dtype=bool),
+            np.array([each.rim for each in outlines], dtype=np.int64),
             with_trigonometry(np.concatenate([np.empty((0, 3)), *places])),
             np.cumsum([len(each) for each in places], dtype=np.int64),
             np.concatenate([np.empty(0), *(each.shares for each in objects)]),
@@ -277,6 +300,7 @@ def _seen(walls: FloatArray, lower: FloatArray, upper: FloatArray) -> BoolArray:
     projection.mark_seen(
         with_trigonometry(places),
         walls,
+        0,
         round_about.beams(np.zeros(LOOKS), np.zeros(LOOKS)),
         round_about.index,
         round_about.centre,
@@ -314,7 +338,7 @@ def _glimpsed(segments: FloatArray, screens: FloatArray, place: FloatArray) -> B
         np.array([[*place, 1.0, 0.0]]),
         np.array([[0.0, 0.0, 1.0, 0.0]]),
         screens,
-        False,
+        0,
         sweep.order,
         sweep.beams(np.zeros(len(off)), np.zeros(len(off))),
         sweep.index,
@@ -331,6 +355,11 @@ def _sweep_towards(directions: FloatArray) -> Sweep:
     sweep = Sweep.of(Rays(np.zeros_like(level), level))
     assert sweep is not None
     return sweep
+
+
+def _widened(rectangle: Rectangle, by: float) -> Rectangle:
+    left, bottom, right, top = rectangle
+    return left - by, bottom - by, right + by, top + by
 
 
 def moves_in_plane(item: MovableObject) -> bool:
@@ -357,32 +386,25 @@ def _placements(item: MovableObject, states: FloatArray) -> FloatArray:
     return out
 
 
-def _clockwise(segments: FloatArray) -> FloatArray | None:
-    """Segments (k, 2, 2) of convex loops, each with the inside on its right; None if some loop isn't convex."""
-    out = segments.copy()
-    for loop in _loops(segments):
-        start, along = segments[loop, 0], segments[loop, 1] - segments[loop, 0]
-        to_corner = segments[loop].reshape(-1, 2)[None] - start[:, None]
-        side = along[:, None, 0] * to_corner[..., 1] - along[:, None, 1] * to_corner[..., 0]
-        left, right = (side >= -FLAT).all(axis=1), (side <= FLAT).all(axis=1)
-        if len(loop) < 3 or not np.all(left | right):
-            return None
-        out[loop] = np.where(np.asarray(right)[:, None, None], segments[loop], segments[loop, ::-1])
-    return out
+def _rimmed(segments: FloatArray) -> ObjectOutline:
+    """The outline that segments (k, 2, 2) make, its rim first; some may hang loose, then it has none."""
+    import shapely
 
-
-def _loops(segments: FloatArray) -> list[IntArray]:
-    """Indices of the segments (k, 2, 2) that hang together by their ends."""
-    _, corner = np.unique(np.round(segments.reshape(-1, 2) / TOUCHING), axis=0, return_inverse=True)
-    ends = corner.reshape(-1, 2)
-    label = np.arange(corner.max(initial=-1) + 1)
-    while True:  # each corner takes the least label of its neighbours until none changes
-        least = label[ends].min(axis=1)
-        spread = label.copy()
-        np.minimum.at(spread, ends, least[:, None])
-        if np.array_equal(spread, label):
-            return [np.flatnonzero(label[ends[:, 0]] == name) for name in np.unique(label)]
-        label = spread
+    lines = shapely.unary_union(shapely.linestrings(segments), grid_size=TOUCHING)
+    filled = shapely.unary_union(shapely.polygonize([lines]))
+    if filled.is_empty or not shapely.difference(lines, filled).is_empty:
+        return ObjectOutline(flat(segments))
+    solids = shapely.get_parts(shapely.simplify(filled, TOUCHING))
+    loops = [shapely.get_coordinates(shapely.get_exterior_ring(solid)) for solid in solids]
+    clockwise = [
+        loop[::-1] if shapely.is_ccw(shapely.linearrings(loop)) else loop for loop in loops
+    ]
+    rim = np.concatenate([np.stack([loop[:-1], loop[1:]], axis=1) for loop in clockwise])
+    within = shapely.get_parts(shapely.difference(lines, shapely.boundary(filled)))
+    rest = [
+        np.stack([line[:-1], line[1:]], axis=1) for line in map(shapely.get_coordinates, within)
+    ]
+    return ObjectOutline(flat(np.concatenate([rim, *rest])), len(rim))
 
 
 def flat(segments: FloatArray) -> FloatArray:

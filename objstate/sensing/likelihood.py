@@ -60,20 +60,6 @@ def _hit_densities(
 
 
 @_compile
-def _densities(
-    hit: FloatArray,
-    expected: FloatArray,
-    measured: float,
-    floor: float,
-    short: float,
-    out: FloatArray,
-) -> None:
-    """Densities ``out`` (p,): of hits, of random readings, and of those that were stopped short."""
-    for p in range(out.shape[0]):
-        out[p] = hit[p] + floor + (short if measured < expected[p] else 0.0)
-
-
-@_compile
 def _floor(measured: float, model: FloatArray) -> Any:
     """The density that a reading has whatever is expected; that of a missing return is a probability."""
     if model[GAUSSIAN] > 0.0:
@@ -102,7 +88,8 @@ def _look(
             out[p] = floor + (model[HIT] if expected[p] >= model[RANGE_MAX] else 0.0)
     else:
         _hit_densities(expected, measured, model, out)
-        _densities(out, expected, measured, floor, short, out)
+        for p in range(out.shape[0]):
+            out[p] += floor + (short if measured < expected[p] else 0.0)
 
 
 @_compile
@@ -126,17 +113,46 @@ def _look_behind(
 
 
 @_compile
-def _multiply(
-    dense: FloatArray,
-    per_density: FloatArray,
+def _take_in(
+    hit: FloatArray,
     nearest: FloatArray,
     without: FloatArray,
+    per_density: FloatArray,
+    measured: float,
+    floor: float,
+    short: float,
     product: FloatArray,
 ) -> None:
-    """Take one beam into the products (p,), where it touches the object."""
+    """Take one beam into the products (p,), where it touches the object; ``nearest`` is infinite again."""
     for p in range(product.shape[0]):
-        ratio = dense[p] * per_density[p]
+        ratio = (hit[p] + floor + (short if measured < nearest[p] else 0.0)) * per_density[p]
         product[p] *= ratio if nearest[p] < without[p] else 1.0
+        nearest[p] = np.inf
+
+
+@_compile
+def _pull(
+    hit: FloatArray,
+    nearest: FloatArray,
+    without: FloatArray,
+    measured: float,
+    floor: float,
+    short: float,
+    per_shift: float,
+    gradient: FloatArray,
+    curvature: FloatArray,
+) -> None:
+    """Add what one beam says of a shift, by its share of a hit.
+
+    That is to the log-density's gradient (p,) and curvature (p,), in sigmas.
+    """
+    for p in range(gradient.shape[0]):
+        touches = nearest[p] < without[p]
+        dense = hit[p] + floor + (short if measured < nearest[p] else 0.0)
+        pulled = hit[p] / dense * per_shift
+        off = measured - nearest[p]
+        gradient[p] += pulled * off if touches else 0.0
+        curvature[p] += pulled * per_shift if touches else 0.0
 
 
 @_compile
@@ -148,48 +164,16 @@ def _flush(product: FloatArray, change: FloatArray) -> None:
 
 
 @_compile
-def _per_shift(
-    nx: FloatArray,
-    ny: FloatArray,
-    beam: FloatArray,
-    nearest: FloatArray,
-    without: FloatArray,
-    out: FloatArray,
-) -> None:
-    """m by which a range grows for each m of a surface's shift along its normal; 0 if it doesn't tell."""
-    dx, dy = beam[DIRECTION_X], beam[DIRECTION_Y]
-    for p in range(out.shape[0]):
-        cosine = dx * nx[p] + dy * ny[p]
-        tells = (abs(cosine) > GRAZING) & (nearest[p] < without[p])
-        grows = 1.0 / cosine
-        out[p] = grows if tells else 0.0
+def _per_shift(normal: FloatArray, middle: FloatArray, beam: FloatArray) -> Any:
+    """m by which a range grows for each m of a surface's shift along its normal (2,) in the building.
 
-
-@_compile
-def _pull(
-    hit: FloatArray,
-    dense: FloatArray,
-    per_shift: FloatArray,
-    nearest: FloatArray,
-    measured: float,
-    gradient: FloatArray,
-) -> None:
-    """Add what one beam says of a shift, by its share of a hit, to the log-density's gradient (p,).
-
-    ``hit`` (p,) becomes the derivative of the expected error.
+    As seen from the middle (4,) of the lasers' poses; 0 where the beam doesn't tell.
     """
-    for p in range(hit.shape[0]):
-        hit[p] *= per_shift[p] / dense[p]
-    for p in range(hit.shape[0]):
-        off = measured - nearest[p]
-        gradient[p] += hit[p] * off if per_shift[p] != 0.0 else 0.0
-
-
-@_compile
-def _hold(hit: FloatArray, per_shift: FloatArray, curvature: FloatArray) -> None:
-    """The same for the curvature (p,)."""
-    for p in range(hit.shape[0]):
-        curvature[p] += hit[p] * per_shift[p]
+    nx = middle[COS] * normal[0] + middle[SIN] * normal[1]
+    ny = middle[COS] * normal[1] - middle[SIN] * normal[0]
+    cosine = beam[DIRECTION_X] * nx + beam[DIRECTION_Y] * ny
+    tells = abs(cosine) > GRAZING and beam[MEASURED] < np.inf
+    return 1.0 / cosine if tells else 0.0
 
 
 @_compile
@@ -212,21 +196,13 @@ def _at_once(short: FloatArray, model: FloatArray) -> Any:
 
 
 @_compile
-def _turned(lasers: FloatArray, normal: FloatArray, nx: FloatArray, ny: FloatArray) -> None:
-    """A direction (2,) in the building, as seen from each laser's pose (4, p)."""
-    for p in range(nx.shape[0]):
-        nx[p] = lasers[COS, p] * normal[0] + lasers[SIN, p] * normal[1]
-        ny[p] = lasers[COS, p] * normal[1] - lasers[SIN, p] * normal[0]
-
-
-@_compile
 def object_log_likelihood(
     states: IntArray,
     poses: FloatArray,
     placements: FloatArray,
     normals: FloatArray,
     outline: FloatArray,
-    convex: bool,
+    rim: int,
     background: FloatArray,
     order: IntArray,
     beams: FloatArray,
@@ -258,8 +234,7 @@ def object_log_likelihood(
     nearest.fill(np.inf)
     without, per_density = np.empty((count, size)), np.empty((count, size))
     is_known, is_touched = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_)
-    nx, ny, per_shift = np.empty(size), np.empty(size), np.empty(size)
-    hit, dense, product, change = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
+    hit, product, change = np.empty(size), np.empty(size), np.empty(size)
     gradient, curvature = np.empty(size), np.empty(size)
     near, variance = NEAR_SIGMAS / model[PER_SIGMA], shift_std * shift_std
     at_once = _at_once(beams[SHORT], model)
@@ -270,14 +245,13 @@ def object_log_likelihood(
             strayed,
             placements[states[k]],
             outline,
-            convex,
+            rim,
             beams,
             index,
             sweep[SPREAD],
             nearest,
             is_touched,
         )
-        _turned(lasers, normals[states[k]], nx, ny)
         product.fill(1.0)
         change.fill(0.0)
         gradient.fill(0.0)
@@ -305,16 +279,28 @@ def object_log_likelihood(
             if not bears[i]:
                 bears[i] = _touches(nearest[i], without[i], beams[MEASURED, i] + near)
             _hit_densities(nearest[i], measured, model, hit)
-            _densities(hit, nearest[i], measured, _floor(measured, model), short, dense)
-            _multiply(dense, per_density[i], nearest[i], without[i], product)
+            floor, per_shift = _floor(measured, model), 0.0
+            if variance > 0.0:
+                per_shift = _per_shift(normals[states[k]], middle, beams[:, i])
+            if per_shift != 0.0:
+                _pull(
+                    hit,
+                    nearest[i],
+                    without[i],
+                    measured,
+                    floor,
+                    short,
+                    per_shift,
+                    gradient,
+                    curvature,
+                )
+            _take_in(hit, nearest[i], without[i], per_density[i], measured, floor, short, product)
             taken += 1
             if taken % at_once == 0:
                 _flush(product, change)
-            if variance > 0.0 and beams[MEASURED, i] < np.inf:
-                _per_shift(nx, ny, beams[:, i], nearest[i], without[i], per_shift)
-                _pull(hit, dense, per_shift, nearest[i], measured, gradient)
-                _hold(hit, per_shift, curvature)
-            nearest[i].fill(np.inf)
+        if taken == 0:
+            out[k].fill(0.0)
+            continue
         _flush(product, change)
         precision = tempering * model[PER_SIGMA] * model[PER_SIGMA]
         for p in range(size):
@@ -372,7 +358,7 @@ def pose_log_likelihood(
     expected: FloatArray,
     outlines: FloatArray,
     outline_ends: IntArray,
-    convex: BoolArray,
+    rims: IntArray,
     placements: FloatArray,
     placement_ends: IntArray,
     shares: FloatArray,
@@ -385,8 +371,8 @@ def pose_log_likelihood(
 ) -> None:
     """Log p(o | l) ``out`` (p,), each beam averaged over where uncertain objects may be.
 
-    Object j has the rows of ``outlines`` up to ``outline_ends[j]``, is ``convex[j]`` or
-    not, and may stand at the ``placements`` up to ``placement_ends[j]``, with weights ``shares``. Where it is
+    Object j has the rows of ``outlines`` up to ``outline_ends[j]``, of which the first ``rims[j]``
+    are its rim, and may stand at the ``placements`` up to ``placement_ends[j]``, with weights ``shares``. Where it is
     nearer than what is ``expected`` (p, n) of all else, it is what the beam should read; else the
     beam keeps the likelihood it had. Sorted beam i has the column ``order[i]`` of it.
     """
@@ -412,7 +398,7 @@ def pose_log_likelihood(
                 strayed,
                 placements[s],
                 outline,
-                convex[j],
+                rims[j],
                 beams,
                 index,
                 sweep[SPREAD],

@@ -136,6 +136,17 @@ def _bearing(x: float, y: float, tangent: float, about: float) -> Any:
 
 
 @_compile
+def _gap(segment: FloatArray) -> Any:
+    """The distance of the origin from a segment (4,)."""
+    ax, ay, bx, by = segment[0], segment[1], segment[2], segment[3]
+    ex, ey = bx - ax, by - ay
+    squared, along = ex * ex + ey * ey, 0.0
+    if squared > 0.0:
+        along = min(max(-(ax * ex + ay * ey) / squared, 0.0), 1.0)
+    return np.sqrt((ax + along * ex) ** 2 + (ay + along * ey) ** 2)
+
+
+@_compile
 def _covered(
     segment: FloatArray,
     starts: Any,
@@ -150,15 +161,10 @@ def _covered(
     It is seen from the poses' middle, from which they stray so far; ``starts`` and ``ends`` are how
     its ends' bearings turn from there to the poses. ``spread`` is how far beams' origins are apart.
     """
-    count = beams.shape[1]
-    ax, ay, bx, by = segment[0], segment[1], segment[2], segment[3]
-    ex, ey = bx - ax, by - ay
-    squared, along = ex * ex + ey * ey, 0.0
-    if squared > 0.0:
-        along = min(max(-(ax * ex + ay * ey) / squared, 0.0), 1.0)
-    gap = np.sqrt((ax + along * ex) ** 2 + (ay + along * ey) ** 2) - strayed
+    count, gap = beams.shape[1], _gap(segment) - strayed
     if gap <= spread + SLACK or starts[0] == -np.inf or ends[0] == -np.inf:
         return 0, count
+    ax, ay, bx, by = segment[0], segment[1], segment[2], segment[3]
     margin = SLACK + np.arcsin(spread / gap)  # pseudo-angles grow no faster than angles
     about = pseudo_angle(ax, ay)
     of_end = _bearing(bx, by, 0.0, about)
@@ -177,13 +183,23 @@ def _covered(
 
 
 @_compile
-def _is_behind(ax: float, ay: float, bx: float, by: float, strayed: float) -> Any:
-    """Whether all poses are on the inner side of a clockwise outline's segment: 1, on the outer: -1."""
-    ex, ey = bx - ax, by - ay
-    across, margin = ax * ey - ay * ex, strayed * np.sqrt(ex * ex + ey * ey)
-    if across <= -margin:
-        return 1
-    return -1 if across > margin else 0
+def _is_behind(segment: FloatArray, margin: float) -> Any:
+    """Whether all within a margin of the origin is on the right, inner, side of a rim's segment (4,)."""
+    ex, ey = segment[2] - segment[0], segment[3] - segment[1]
+    return segment[0] * ey - segment[1] * ex <= -margin * np.sqrt(ex * ex + ey * ey)
+
+
+@_compile
+def _is_outside(seen: FloatArray, rim: int, margin: float) -> Any:
+    """Whether all within a margin of the origin is outside of the closed loops ``seen[:rim]`` (k, 4)."""
+    turns = 0  # of the loops about the origin
+    for j in range(rim):
+        if _gap(seen[j]) <= margin:
+            return False
+        across = seen[j, 0] * seen[j, 3] - seen[j, 1] * seen[j, 2]
+        turns += (seen[j, 1] <= 0.0) & (seen[j, 3] > 0.0) & (across > 0.0)
+        turns -= (seen[j, 3] <= 0.0) & (seen[j, 1] > 0.0) & (across < 0.0)
+    return (rim > 0) & (turns == 0)
 
 
 @_compile
@@ -208,7 +224,7 @@ def project(
     strayed: float,
     place: FloatArray,
     outline: FloatArray,
-    convex: bool,
+    rim: int,
     beams: FloatArray,
     index: IntArray,
     spread: float,
@@ -218,7 +234,8 @@ def project(
     """Let each beam keep the nearer of ``nearest`` (n, p) and an outline (k, 4) at a place (4,).
 
     ``is_touched`` (n,) is set for the beams that may meet the outline from some of the lasers'
-    poses (4, p), which stray so far from their middle (4,).
+    poses (4, p), which stray so far from their middle (4,). From outside of the outline's first
+    ``rim`` segments, of these alone the near sides are seen.
     """
     size, count = lasers.shape[1], beams.shape[1]
     x, y, cos, sin = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
@@ -233,15 +250,9 @@ def project(
         sin[p] = place[SIN] * lasers[COS, p] - place[COS] * lasers[SIN, p]
     seen = np.empty((outline.shape[0], 4))
     _seen_from(middle, place, outline, seen)
-    sides = np.zeros(outline.shape[0], dtype=np.int64)
-    if convex:
-        for j in range(outline.shape[0]):
-            sides[j] = _is_behind(seen[j, 0], seen[j, 1], seen[j, 2], seen[j, 3], strayed + spread)
-    is_outside = False
-    for j in range(outline.shape[0]):
-        is_outside |= sides[j] < 0
-    for j in range(outline.shape[0]):
-        if is_outside and sides[j] > 0:  # from outside, only the near sides are seen
+    is_outside = _is_outside(seen, rim, strayed + spread)
+    for j in range(rim if is_outside else outline.shape[0]):
+        if is_outside and _is_behind(seen[j], strayed + spread):
             continue
         along_x, along_y = outline[j, 2] - outline[j, 0], outline[j, 3] - outline[j, 1]
         for p in range(size):
@@ -275,7 +286,7 @@ def cast(
     poses: FloatArray,
     placements: FloatArray,
     outline: FloatArray,
-    convex: bool,
+    rim: int,
     order: IntArray,
     beams: FloatArray,
     index: IntArray,
@@ -298,7 +309,7 @@ def cast(
             strayed,
             placements[s],
             outline,
-            convex,
+            rim,
             beams,
             index,
             sweep[SPREAD],
@@ -314,15 +325,18 @@ def cast(
 def mark_seen(
     poses: FloatArray,
     outline: FloatArray,
+    rim: int,
     beams: FloatArray,
     index: IntArray,
     sweep: FloatArray,
     seen: BoolArray,
 ) -> None:
-    """Set ``seen`` (k,) for the segments of an outline (k, 4) that some beam hits from some pose."""
+    """Set ``seen`` (k,) for the segments of an outline (k, 4) that some beam hits from some pose.
+
+    ``rim`` is 0: no segment alone is a closed loop.
+    """
     lasers, middle = stands(poses, sweep), np.empty(4)
     strayed, count, size = strays(lasers, middle), beams.shape[1], poses.shape[0]
-    is_convex = outline.shape[0] < 0  # no: but for a literal, all would be compiled once more
     fixed = np.zeros(4)
     fixed[COS] = 1.0
     nearest, alone = np.empty((count, size)), np.empty((count, size))
@@ -338,7 +352,7 @@ def mark_seen(
             strayed,
             fixed,
             outline[k : k + 1],
-            is_convex,
+            rim,
             beams,
             index,
             sweep[SPREAD],

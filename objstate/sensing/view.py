@@ -279,7 +279,7 @@ class LevelView:
 
     def walls(self, poses: FloatArray) -> FloatArray:
         walls = self._outlines.walls_in_sight(self._sweep, poses, self._range_max)
-        return self._cast(ObjectOutline(walls, convex=False), FIXED, poses)[:, 0]
+        return self._cast(ObjectOutline(walls), FIXED, poses)[:, 0]
 
     def object(self, name: str, states: FloatArray, poses: FloatArray) -> FloatArray:
         outline = self._outlines.of_object(name, self._sweep.height)
@@ -313,25 +313,24 @@ class LevelView:
 
         stand, known = self._outlines.stand(poses), self.walls(poses) if walls is None else walls
         scenery = self._outlines.scenery(tuple(objects), self._sweep.height)
-        model, out = (
-            self._beam_model.blurred(blur).parameters(self._range_max),
-            np.empty(len(poses)),
-        )
-        for part in stand.parts:
-            log_likelihood = np.empty(len(stand.poses[part]))
+        model = self._beam_model.blurred(blur).parameters(self._range_max)
+
+        def log_likelihood(abreast: FloatArray, expected: FloatArray) -> FloatArray:
+            found = np.empty(len(abreast))
             likelihood.pose_log_likelihood(
-                stand.poses[part],
-                known[part],
+                abreast,
+                expected,
                 *scenery,
                 self._sweep.order,
                 self._beams,
                 self._sweep.index,
                 self._sweep.centre,
                 model,
-                log_likelihood,
+                found,
             )
-            out[part] = log_likelihood
-        return out
+            return found
+
+        return stand.each(log_likelihood, known)
 
     def fit(self, log_likelihood: float, blur: float) -> float:
         return self._beam_model.blurred(blur).fit(log_likelihood, self._measured, self._range_max)
@@ -357,7 +356,7 @@ class LevelView:
                 placements,
                 normals,
                 outline.segments,
-                outline.convex,
+                outline.rim,
                 comparison.background[chosen],
                 self._sweep.order,
                 self._beams,
@@ -383,22 +382,23 @@ class LevelView:
         from objstate.sensing import projection
 
         stand, count = self._outlines.stand(poses), self._beams.shape[1]
-        out = np.empty((len(poses), len(placements), count))
-        for part in stand.parts:
-            ranges = np.empty((len(stand.poses[part]), len(placements), count))
+
+        def ranges(abreast: FloatArray) -> FloatArray:
+            found = np.empty((len(abreast), len(placements), count))
             projection.cast(
-                stand.poses[part],
+                abreast,
                 placements,
                 outline.segments,
-                outline.convex,
+                outline.rim,
                 self._sweep.order,
                 self._beams,
                 self._sweep.index,
                 self._sweep.centre,
-                ranges,
+                found,
             )
-            out[part] = ranges
-        return out
+            return found
+
+        return stand.each(ranges)
 
 
 def _log_mean(logs: FloatArray) -> FloatArray:
