@@ -18,13 +18,13 @@ import numpy as np
 from objstate.building.model import Building, Kind, Mesh, MovableObject
 from objstate.config import HingeSettings, Settings
 from objstate.estimator.sight import Sight
-from objstate.geometry import BoolArray, FloatArray, between, transform, transform_from_pose
+from objstate.geometry import BoolArray, FloatArray, between, transform
 from objstate.objects import ObjectBelief, filter_for
 from objstate.objects.belief import SETTLED_ANGLE
 from objstate.objects.doors import LatticeFilter
 from objstate.objects.hanging import Hanging, Look, find_hinge
 from objstate.records import Scan
-from objstate.sensing import BeamModel, Sensing, cast_from
+from objstate.sensing import BeamModel, Sensing
 
 STOPPED = 0.15  # m short of a wall, by which something has stopped a beam
 ASIDE = 0.15  # m from the leaf within which a reading may be one of it
@@ -56,9 +56,15 @@ class Hinges:
         self._watches = {name: _Watch(settings.hinges) for name in self._filters}
 
     def is_due(self, belief: ObjectBelief, driven: float) -> bool:
-        """Whether a door is to be looked at, after so many m of driving or as it has changed."""
-        watch = self._watches.get(belief.item.name)
-        return watch is not None and watch.is_due(belief, driven)
+        """Whether a door is to be looked at, after so many m of driving.
+
+        A door that was found elsewhere is, too, as soon as it seems to be another.
+        """
+        name = belief.item.name
+        watch = self._watches.get(name)
+        if watch is None:
+            return False
+        return watch.is_due(driven) or (name in self.found and watch.is_another(belief))
 
     def note(
         self,
@@ -74,19 +80,19 @@ class Hinges:
         """
         robot, leaf = sight.robot, _Leaf.of(belief.item)
         shift_std = math.hypot(robot.position_std, map_error)
-        ends = _stopped(sight.scan, robot.mean, sight.walls)
-        off = ends - belief.item.origin[:2, 3]
-        near = ends[(off**2).sum(axis=1) <= (leaf.reach + self._settings.most_m) ** 2]
+        hinge, within = belief.item.origin[:2, 3], leaf.reach + self._settings.most_m
+        ends = _stopped(sight.scan, robot.mean, sight.walls, hinge, within)
         self._watches[belief.item.name].add(
             _Glance(sight.scan, robot.mean, sight.walls, shift_std, others),
-            leaf.held_against(near, belief, robot.mean),
+            leaf.held_against(ends, belief, robot.mean),
             belief,
             driven,
         )
 
     def seems_off(self, name: str) -> bool:
         """Whether what has been read of a door is worth a search for its hinge."""
-        return self._watches[name].is_strange
+        watch = self._watches[name]
+        return watch.is_strange or (name in self.found and watch.has_jumped)
 
     def search(self, name: str, sensing: Sensing) -> ObjectBelief | None:
         """What is believed of a door after a search for its hinge, hung where it surely is.
@@ -96,11 +102,11 @@ class Hinges:
         watch, item = self._watches[name], self._building[name]
         looks = [self._look(item, glance, sensing) for glance in watch.glances]
         hanging = find_hinge(self._filters[name], looks, self._settings)
-        was_found = name in self.found
-        if hanging.elsewhere >= (KEPT if was_found else self._settings.sure):
+        before = self.found.get(name)
+        if self._is_elsewhere(item, hanging, before, watch.glances):
             self.found[name] = hanging
             belief = replace(hanging.belief, item=_rehung(item, hanging.offset))
-        elif was_found:
+        elif before is not None and hanging.elsewhere < KEPT:
             del self.found[name]
             belief = hanging.belief
         else:
@@ -108,6 +114,38 @@ class Hinges:
             return None
         watch.searched(belief)
         return belief
+
+    def _is_elsewhere(
+        self, item: MovableObject, hanging: Hanging, before: Hanging | None, glances: list[_Glance]
+    ) -> bool:
+        """Whether a door surely hangs elsewhere than before, or where it was found already.
+
+        Decimetres away, the leaf must be what stopped most of those beams that seemed strange.
+        """
+        s = self._settings
+        if hanging.elsewhere < (s.sure if before is None else KEPT):
+            return False
+        offset = hanging.offset
+        doubtful = s.least_sigmas * max(glance.shift_std for glance in glances)
+        if before is None and np.hypot(*offset) < doubtful:
+            return False
+        if np.hypot(*(offset - (0.0 if before is None else before.offset))) <= ASIDE:
+            return True
+        there = replace(hanging.belief, item=_rehung(item, offset))
+        strange = self._strange(hanging.belief_in_place, glances)
+        return self._strange(there, glances) <= s.most_strange * strange
+
+    def _strange(self, belief: ObjectBelief, glances: list[_Glance]) -> float:
+        """Share of the beams stopped near a door that its leaf didn't stop."""
+        leaf, hinge = _Leaf.of(belief.item), belief.item.origin[:2, 3]
+        within = leaf.reach + self._settings.most_m
+        looks = [
+            leaf.held_against(
+                _stopped(glance.scan, glance.pose, glance.walls, hinge, within), belief, glance.pose
+            )
+            for glance in glances
+        ]
+        return sum(each.strange for each in looks) / max(sum(each.stopped for each in looks), 1)
 
     def std(self, belief: ObjectBelief) -> float:
         """m by which a door may hang aside of where it is taken to, along the normal of its leaf."""
@@ -171,10 +209,10 @@ class _Watch:
 
     def _restart(self) -> None:
         self._count = self._stopped = self._strange = 0
-        self._has_jumped = False
+        self.has_jumped = False
 
-    def is_due(self, belief: ObjectBelief, driven: float) -> bool:
-        return driven - self._driven >= self._spacing or self._is_another(belief)
+    def is_due(self, driven: float) -> bool:
+        return driven - self._driven >= self._spacing
 
     def add(self, glance: _Glance, look: _Strangeness, belief: ObjectBelief, driven: float) -> None:
         """Remember one more glance; of many, every other one, so that those of long ago count too.
@@ -182,9 +220,9 @@ class _Watch:
         A glance at next to nothing of it is left out, but for one that changed what is believed.
         """
         self._driven = driven
-        if look.stopped < POINTS and not self._is_another(belief):
+        if look.stopped < POINTS and not self.is_another(belief):
             return
-        self._has_jumped |= self._is_another(belief)
+        self.has_jumped |= self.is_another(belief)
         self._know(belief)
         self.glances.append(glance)
         if len(self.glances) > self._settings.looks:
@@ -201,10 +239,6 @@ class _Watch:
     @property
     def is_strange(self) -> bool:
         s = self._settings
-        if len(self.glances) < s.least_looks:
-            return False
-        if self._has_jumped:
-            return True
         if self._count < self._wait:
             return False
         is_aside = abs(self._pull) >= s.doubt_sigmas * math.sqrt(self._hold) > 0.0
@@ -220,7 +254,7 @@ class _Watch:
     def searched(self, belief: ObjectBelief | None) -> None:
         """A search has told what to believe of the door from now on, or nothing: then wait longer."""
         self._wait = 2 * max(self._count, self._settings.least_looks)
-        if belief is not None or self._has_jumped:  # lines were those of another state
+        if belief is not None or self.has_jumped:  # lines were those of another state
             self._pull = self._hold = 0.0
         if belief is not None:
             self._know(belief)
@@ -229,7 +263,7 @@ class _Watch:
     def _know(self, belief: ObjectBelief) -> None:
         self._known = float(belief.mean[0]) if belief.settled else None
 
-    def _is_another(self, belief: ObjectBelief) -> bool:
+    def is_another(self, belief: ObjectBelief) -> bool:
         """Whether a door that was known isn't what it was."""
         if self._known is None:
             return False
@@ -266,6 +300,8 @@ class _Leaf:
         self, ends: FloatArray, belief: ObjectBelief, pose: FloatArray
     ) -> _Strangeness:
         """The leaf in its most probable state against where beams end (k, 2) m, from a pose (3,)."""
+        if len(ends) < POINTS:
+            return _Strangeness(len(ends), 0)
         place = belief.item.transforms(belief.best[None])[0]
         turn, hinge = place[:2, :2], place[:2, 3]
         eye, own = (pose[:2] - hinge) @ turn, (ends - hinge) @ turn
@@ -291,11 +327,17 @@ def _rehung(item: MovableObject, offset: FloatArray) -> MovableObject:
     return replace(item, origin=transform(np.eye(3), [*offset, 0.0]) @ item.origin)
 
 
-def _stopped(scan: Scan, pose: FloatArray, walls: FloatArray) -> FloatArray:
-    """Where beams end (k, 2) m that something stopped short of the walls (n,)."""
+def _stopped(
+    scan: Scan, pose: FloatArray, walls: FloatArray, place: FloatArray, distance: float
+) -> FloatArray:
+    """Where beams end (k, 2) m that something near a place (2,) stopped short of the walls (n,)."""
     short = scan.ranges < walls - STOPPED
-    origins, directions = cast_from(transform_from_pose(pose), scan.rays.take(short))
-    return np.asarray(origins[:, :2] + directions[:, :2] * scan.ranges[short, None])
+    rays, ranges = scan.rays, scan.ranges[short, None]
+    ends = rays.origins[short, :2] + ranges * rays.directions[short, :2]
+    cos, sin = math.cos(pose[2]), math.sin(pose[2])
+    ends = ends @ np.array([[cos, sin], [-sin, cos]]) + pose[:2]
+    off = ends - place
+    return np.asarray(ends[(off * off).sum(axis=1) <= distance * distance])
 
 
 def _passes(scan: Scan, pose: FloatArray, place: FloatArray, distance: float) -> BoolArray:

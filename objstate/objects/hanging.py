@@ -62,6 +62,13 @@ class Hanging:
         return np.asarray((self.weights.values[1:, None] * off).T @ off / self.elsewhere)
 
     @property
+    def belief_in_place(self) -> ObjectBelief:
+        """p(s) of a door that hangs where the model has it."""
+        alone = np.zeros(len(self.offsets))
+        alone[0] = 1.0
+        return self.given.averaged(self.given.given, alone).belief
+
+    @property
     def belief(self) -> ObjectBelief:
         """p(s), averaged over where the hinge may be."""
         return self.given.averaged(self.given.given, self.weights.values).belief
