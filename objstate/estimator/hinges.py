@@ -126,7 +126,7 @@ class Hinges:
         if hanging.elsewhere < (s.sure if before is None else KEPT):
             return False
         offset = hanging.offset
-        doubtful = s.least_sigmas * max(glance.shift_std for glance in glances)
+        doubtful = s.least_sigmas * float(np.median([glance.shift_std for glance in glances]))
         if before is None and np.hypot(*offset) < doubtful:
             return False
         if np.hypot(*(offset - (0.0 if before is None else before.offset))) <= ASIDE:
