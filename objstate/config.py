@@ -20,6 +20,7 @@ from objstate.errors import SettingsError
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Share = Annotated[float, Field(ge=0, le=1)]
+Probability = Annotated[float, Field(gt=0, le=1)]
 Exponent = Annotated[float, Field(gt=0, le=1)]
 Count = Annotated[int, Field(ge=1)]
 ResolutionDeg = Annotated[float, Field(ge=0.01, le=30)]
@@ -155,7 +156,7 @@ class ConsistencySettings(Strict):
 class HingeSettings(Strict):
     """Doors that hang elsewhere than the model says: when, and where, the hinge is looked for."""
 
-    in_place: Exponent = 0.9  # probability that a door hangs where the model has it; 1: all do
+    in_place: Probability = 0.9  # probability that a door hangs where the model has it; 1: all do
     std_m: Positive = 0.15  # of the places of all others
     most_m: Positive = 0.3  # from its place, to which a hinge is looked for
     spacing_m: Positive = 0.06  # between the places that are tried first

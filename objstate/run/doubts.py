@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterator
 from fnmatch import fnmatchcase
-
-import numpy as np
 
 from objstate.building.model import Building
 from objstate.estimator import Estimator
@@ -13,7 +12,7 @@ from objstate.run.drive import Drive
 from objstate.run.options import RunOptions
 from objstate.run.start import start_outside
 
-COMPASS = (  # of a frame whose x axis points east (REP-103), counter-clockwise
+COMPASS = (  # counter-clockwise
     "east",
     "north-east",
     "north",
@@ -107,11 +106,16 @@ def _of_objects(drive: Drive, building: Building) -> Iterator[str]:
 
 def _of_hinges(estimator: Estimator) -> Iterator[str]:
     for name, (x, y) in estimator.hung_elsewhere.items():
-        way = COMPASS[round(np.arctan2(y, x) / (np.pi / 4.0)) % len(COMPASS)]
         yield (
-            f"Door '{name}' fits better hung {np.hypot(x, y):.2f} m {way} of its place in the model "
-            f"(x {x:+.2f} m, y {y:+.2f} m); its angle is that of a leaf there. Move its joint's origin."
+            f"Door '{name}' fits better hung {math.hypot(x, y):.2f} m {compass(x, y)} of its place in "
+            f"the model (x {x:+.2f} m, y {y:+.2f} m); its angle is that of a leaf there. Move its "
+            "joint's origin."
         )
+
+
+def compass(x: float, y: float) -> str:
+    """The way to (x, y) from the origin of a frame whose x axis points east (REP-103)."""
+    return COMPASS[round(math.atan2(y, x) / (math.pi / 4.0)) % len(COMPASS)]
 
 
 def _some(names: Collection[str]) -> str:
