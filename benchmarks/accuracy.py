@@ -3,7 +3,8 @@
 ``--settings FILE`` estimates with other settings than the defaults. Prints a row for each seed, and one over all: final door errors in degrees (the
 last observed estimate before a state changes or the log ends), the share of
 truths inside the 90 % intervals, the Cramér-Rao bound (root mean square, deg) and
-how many times it the root mean square error is, and the robot's own error.
+how many times it the root mean square error is, the robot's own error, and for how long it was said
+to be lost, which it never is.
 """
 
 from __future__ import annotations
@@ -20,13 +21,14 @@ from objstate.config import Settings, load_settings
 from objstate.evaluation import compare_paths, latest_states
 from objstate.recording.tables import read_estimates, read_truth
 from objstate.recording.tum import read_tum
+from objstate.records import NANOSECONDS
 from objstate.run import RunOptions, estimate_log
 from objstate.simulation import simulate
 from objstate.simulation.scene import load_scene
 
 HEADER = (
     "| seed | doors | mean error | median | largest | within 5 deg | in 90 % interval | bound "
-    "| error / bound | robot | times real time |"
+    "| error / bound | robot | said to be lost | times real time |"
 )
 
 
@@ -38,6 +40,7 @@ class Row:
     inside: np.ndarray  # (n,) whether the 90 % intervals hold
     limit: BoundErrors  # of all doors' angles
     robot: float  # m, mean error
+    lost: float  # s for which it was said to be lost
     speed: float  # times real time
 
 
@@ -75,6 +78,7 @@ def drive(scene: Path, seed: int, settings: Settings) -> Row:
             ),
             limit=next(each for each in limits if each.coordinate == "angle"),
             robot=robot.position.mean,
+            lost=sum(end - begin for begin, end in result.lost_ns) / NANOSECONDS,
             speed=result.log_seconds / result.elapsed_seconds,
         )
 
@@ -92,6 +96,7 @@ def print_rows(name: str, rows: list[Row]) -> None:
         f"{errors.max():.2f} | {100 * np.mean(errors <= 5):.0f} % | {100 * inside.mean():.0f} % | "
         f"{np.degrees(bound):.2f} | {error / bound:.1f} | "
         f"{100 * np.mean([row.robot for row in rows]):.1f} cm | "
+        f"{sum(row.lost for row in rows):.1f} s | "
         f"{np.median([row.speed for row in rows]):.0f} |",
         flush=True,
     )

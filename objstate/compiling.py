@@ -30,6 +30,17 @@ def njit(**options: Any) -> Callable[[F], F]:
     return compiled
 
 
+def inner(**options: Any) -> Callable[[F], F]:
+    """``numba.njit(**options)`` for what only compiled loops call.
+
+    What Python would need to call it isn't compiled, and it is kept as a part of those that call it.
+    """
+    import numba
+
+    options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    return numba.njit(**options)  # type: ignore[no-any-return]
+
+
 def when_compiling(tell: Callable[[], None]) -> None:
     """Call ``tell`` once, as soon as a loop is compiled in this process rather than loaded."""
     from numba.core import event

@@ -147,9 +147,12 @@ class MapErrorSettings(Strict):
 class ConsistencySettings(Strict):
     """How the log corrects the widths of beliefs: by how far their means move."""
 
-    stretch_s: Positive = 1.0  # over which the moves of a mean add up
-    weight: Positive = 10.0  # of the first guess, which is that the widths are right, in stretches
-    least: Positive = 0.05  # factor on a variance
+    stretch: Positive = (
+        0.5  # shares of itself that a variance shrinks by while a mean's moves add up
+    )
+    weight: Positive = 5.0  # of the first guess, that the widths are right, in deviations expected
+    jump: Positive = 5.0  # deviations that a mean moves by in one scan if the object was moved
+    least: Positive = 0.1  # factor on a variance
     most: Positive = 10.0
 
 

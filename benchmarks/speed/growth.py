@@ -84,7 +84,7 @@ def growth(effort: Effort) -> list[Table]:
             (
                 f"A corridor of an office with doors on both sides, passed at 0.7 m/s, default settings but for "
                 f"what grows, {BEAMS} beams at 5 scans a second, reading and writing excluded; the mean of the cheaper nine tenths of the scans, as in the dearest the whole building is searched. The robot's own "
-                "belief of 100 samples, doors of 181 states, three or four of them in reach.",
+                "belief of 100 samples, doors of 181 states, three or four of them in reach. Objects in view: doors on both sides of a short corridor, beams all round.",
             ),
         ),
         objects_in_the_building(effort),
@@ -132,7 +132,8 @@ def _robot_samples(count: int) -> Settings:
 def _in_view(count: int, effort: Effort) -> Setting:
     building, everything = closets(count), closets(8)
     shut = {name: np.zeros(1) for name in everything.objects}
-    drive = Drive(everything, shut | ajar(list(building.objects)), (-1.0, 0.0), laser(BEAMS))
+    rays = laser(BEAMS, 2.0 * np.pi)  # or those behind the robot wouldn't be in view
+    drive = Drive(everything, shut | ajar(list(building.objects)), (-1.0, 0.0), rays)
     return Setting(building, drive.records(min(effort.scans, 15)), Settings())
 
 

@@ -3,18 +3,31 @@
 What a belief's mean will move by is on average as much, squared, as its variance
 will shrink by: the mean of a posterior is a martingale. Beliefs whose means move
 less are too wide, and those whose means move more too narrow, because their errors
-go together where the model takes them to be independent.
+go together where the model takes them to be independent. A stretch lasts until the
+variance has shrunk by some share, what it grew by meanwhile left aside: not by time,
+for shrinkage close to nothing, which beliefs of samples have by chance, says nothing.
 """
 
 from __future__ import annotations
 
 from collections.abc import Hashable
+from dataclasses import dataclass
 
 import numpy as np
 
 from objstate.config import ConsistencySettings
+from objstate.geometry import FloatArray
 from objstate.objects import ObjectBelief
-from objstate.records import NANOSECONDS
+
+OF_MEAN = np.sqrt(np.pi / 2.0)  # a Gaussian's deviation by its mean distance from zero
+
+
+@dataclass(frozen=True, eq=False)
+class Stretch:
+    """How a belief (d,) changed for a while, each scan by the deviation that it found."""
+
+    moved: FloatArray  # the mean, in deviations
+    shrunk: FloatArray  # the variance, as a share of itself
 
 
 class Consistency:
@@ -22,33 +35,32 @@ class Consistency:
 
     def __init__(self, settings: ConsistencySettings) -> None:
         self._settings = settings
-        self._moved: dict[Hashable, float] = {}  # by class: sums over stretches of time
-        self._stretches: dict[Hashable, float] = {}
-        self._open: dict[str, tuple[int, np.ndarray, np.ndarray]] = {}
+        self._moved: dict[Hashable, float] = {}  # by class: sums over stretches and coordinates
+        self._expected: dict[Hashable, float] = {}
+        self._open: dict[str, Stretch] = {}
 
     def factor(self, of: Hashable) -> float:
         """For objects of one class; 1 where nothing is known."""
         s = self._settings
-        moved = self._moved.get(of, 0.0) + s.weight
-        return float(np.clip(moved / (self._stretches.get(of, 0.0) + s.weight), s.least, s.most))
+        moved, expected = self._moved.get(of, 0.0), self._expected.get(of, 0.0)
+        ratio = (moved + s.weight) / (expected + s.weight)
+        return float(np.clip(ratio**2, s.least, s.most))
 
-    def note(self, before: ObjectBelief, after: ObjectBelief, stamp_ns: int) -> None:
+    def note(self, before: ObjectBelief, after: ObjectBelief) -> None:
         """Take in how a scan changed an object's belief."""
-        name = after.item.name
-        if not (before.settled and after.settled):
+        name, of, s = after.item.name, after.item.kind, self._settings
+        moved = after.moved_from(before) / before.std
+        was_moved = bool(np.abs(moved).max() > s.jump)
+        if was_moved or not (before.settled and after.settled):
             self._open.pop(name, None)
             return
-        move = after.moved_from(before)
-        shrunk = before.std**2 - after.std**2
-        began, moves, shrinks = self._open.get(name, (stamp_ns, 0.0 * move, 0.0 * move))
-        moves, shrinks = moves + move, shrinks + shrunk
-        if stamp_ns - began < self._settings.stretch_s * NANOSECONDS:
-            self._open[name] = (began, moves, shrinks)
+        shrunk, stretch = 1.0 - (after.std / before.std) ** 2, self._open.pop(name, None)
+        if stretch is not None:
+            moved, shrunk = moved + stretch.moved, shrunk + stretch.shrunk
+        if shrunk.mean() < s.stretch:
+            self._open[name] = Stretch(moved, shrunk)
             return
-        self._open.pop(name)
-        telling = shrinks > 0.0
-        if telling.any():
-            of, ratios = after.item.kind, moves[telling] ** 2 / shrinks[telling]
-            ratio = float(np.mean(np.minimum(ratios, self._settings.most)))
-            self._moved[of] = self._moved.get(of, 0.0) + ratio
-            self._stretches[of] = self._stretches.get(of, 0.0) + 1.0
+        telling = shrunk > 0.0
+        by_mean, by_variance = OF_MEAN * np.abs(moved[telling]), np.sqrt(shrunk[telling])
+        self._moved[of] = self._moved.get(of, 0.0) + float(by_mean.sum())
+        self._expected[of] = self._expected.get(of, 0.0) + float(by_variance.sum())

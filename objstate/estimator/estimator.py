@@ -202,9 +202,7 @@ class Estimator:
         )
         observation = observation.settled_by(seen, self._forgotten(track))
         for name in observation.fits:
-            self._consistency.note(
-                observation.predicted[name], observation.beliefs[name].belief, scan.stamp_ns
-            )
+            self._consistency.note(observation.predicted[name], observation.beliefs[name].belief)
         self._believed.keep_in_view(observation.beliefs)
         robot, ancestors = self._localizer.renew(corrected, self._rng)
         if ancestors is not None:

@@ -46,7 +46,7 @@ class Surroundings:
         self, robot: PoseBelief, distance: float, among: Sequence[str] | None = None
     ) -> list[str]:
         """Names of the objects, of all or of some, whose circles come within ``distance`` m of the robot."""
-        names, circles = self.names if among is None else among, self._circles_of(among)
+        names, circles = self.names if among is None else among, self.circles(among)
         off, reach = circles[:, :2] - robot.mean[:2], circles[:, 2] + distance
         near = (off * off).sum(axis=1) <= reach * reach
         return [names[k] for k in np.flatnonzero(near).tolist()]
@@ -56,7 +56,7 @@ class Surroundings:
 
         The circles are widened by what the robot's own uncertainty may shift them.
         """
-        circles = self._circles_of(names)
+        circles = self.circles(names)
         x, y, yaw = robot.mean.tolist()
         cos, sin = math.cos(yaw), math.sin(yaw)
         east, north = circles[:, 0] - x, circles[:, 1] - y
@@ -76,8 +76,8 @@ class Surroundings:
         entered[passes] = np.inf
         return np.asarray(entered)
 
-    def _circles_of(self, names: Sequence[str] | None) -> FloatArray:
-        """Circles (m, 3) of some objects, or of all."""
+    def circles(self, names: Sequence[str] | None) -> FloatArray:
+        """(m, 3) x, y and radius, m, of the circles of some objects, or of all."""
         if names is None:
             return self._circles
         return self._circles[[self._index[name] for name in names]].reshape(-1, 3)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -99,6 +99,14 @@ class Floor:
         return np.asarray(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1))
 
     @cached_property
+    def _adjacency(self) -> tuple[IntArray, IntArray, IntArray]:
+        """Numbers (2 e,) of the edges that leave each cell, cell by cell, and to where; where each begins."""
+        both = np.concatenate([self._edges, self._edges[:, ::-1]])
+        order = np.lexsort(both.T[::-1])
+        starts = np.searchsorted(both[order, 0], np.arange(self.free.size + 1))
+        return order % len(self._edges), both[order, 1], starts
+
+    @cached_property
     def _doorways(self) -> dict[str, IntArray]:
         """By door, the free cells that the closed leaf would touch a robot in."""
         doors = [item for item in self.building.objects.values() if item.kind is not Kind.PLANAR]
@@ -132,19 +140,15 @@ class Floor:
 
         Raises SettingsError for a place that is not on the free floor.
         """
-        from scipy.sparse import coo_array
+        from scipy.sparse import csr_array
         from scipy.sparse.csgraph import dijkstra
 
         start = self.nearest(place)
-        toll = self._tolls(beliefs)
-        edges = self._edges
+        toll, edges, size = self._tolls(beliefs), self._edges, self.free.size
         weights = self._lengths + (toll[edges[:, 0]] + toll[edges[:, 1]]) / 2.0
-        open_ = np.isfinite(weights)
-        size = self.free.size
-        graph = coo_array(
-            (weights[open_], (edges[open_, 0], edges[open_, 1])), shape=(size, size)
-        ).tocsr()
-        cost, before = dijkstra(graph, directed=False, indices=start, return_predecessors=True)
+        which, cells, starts = self._adjacency
+        graph = csr_array((weights[which], cells, starts), shape=(size, size))
+        cost, before = dijkstra(graph, indices=start, return_predecessors=True)
         return Ways(self, start, cost, before.astype(np.int64))
 
     def nearest(self, place: FloatArray) -> int:
@@ -176,10 +180,10 @@ class Floor:
     def _occupied(self, belief: ObjectBelief) -> IntArray:
         """The cells in which the robot would touch furniture at its mean."""
         margin, covered = self.settings.robot_radius, footprint(belief.item, belief.mean[None])
-        near = self._within(covered.min(axis=0) - margin, covered.max(axis=0) + margin)
+        near = self.within(covered.min(axis=0) - margin, covered.max(axis=0) + margin)
         return near[_inside(self.places[near], covered, margin)]
 
-    def _within(self, lower: FloatArray, upper: FloatArray) -> IntArray:
+    def within(self, lower: FloatArray, upper: FloatArray) -> IntArray:
         """Numbers of the cells between two corners (2,)."""
         low = np.ceil((lower - self.origin) / self.settings.resolution).astype(np.int64).clip(min=0)
         high = np.floor((upper - self.origin) / self.settings.resolution).astype(np.int64) + 1
@@ -206,7 +210,20 @@ class Ways:
             cells.append(int(self.before[cells[-1]]))
         return np.array(cells[::-1])
 
+    def to_each(self, cells: IntArray) -> IntArray:
+        """Cells (k, n) of the ways to some cells (n,), which can be reached; short ones begin late.
 
+        All are as long as the longest: the others wait at the start.
+        """
+        before = self.before.copy()
+        before[self.start] = self.start
+        passed = [cells]
+        while (passed[-1] != self.start).any():
+            passed.append(before[passed[-1]])
+        return np.array(passed[::-1])
+
+
+@lru_cache(maxsize=4096)
 def leaf_ends(item: MovableObject) -> tuple[FloatArray, FloatArray]:
     """Both ends (2,) of a door's leaf when the door is as its model shows it."""
     plan = item.mesh.vertices[:, :2]

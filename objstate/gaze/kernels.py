@@ -1,11 +1,11 @@
-"""Compiled loops: the forward simulation of a way."""
+"""Compiled loops: the forward simulation of a way, and what is in sight."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from objstate.compiling import njit
-from objstate.geometry import FloatArray, IntArray
+from objstate.geometry import BoolArray, FloatArray, IntArray
 
 
 @njit(nogil=True)
@@ -44,3 +44,33 @@ def gains_along(
                 unseen = variances[n] + lengths[a] * drift[n]
                 gain += 0.5 * np.log(unseen / spread).sum()
         out[a] = gain
+
+
+@njit(nogil=True)
+def in_sight(
+    poses: FloatArray,  # (k, 3)
+    bearings: FloatArray,  # (n,) rad, of beams from the middle of the robot
+    ranges: FloatArray,  # (k, n) m, how far they see
+    circles: FloatArray,  # (o, 3) x, y, radius
+    reach: FloatArray,  # (o,) m, from a pose to the middles of circles
+    out: BoolArray,  # (k, o)
+) -> None:
+    """Which circles some beam enters from each pose."""
+    x, y = np.empty(len(bearings)), np.empty(len(bearings))
+    for k in range(len(poses)):
+        for n in range(len(bearings)):
+            x[n], y[n] = np.cos(poses[k, 2] + bearings[n]), np.sin(poses[k, 2] + bearings[n])
+        for o in range(len(circles)):
+            out[k, o] = False
+            dx, dy = circles[o, 0] - poses[k, 0], circles[o, 1] - poses[k, 1]
+            if dx * dx + dy * dy > reach[o] * reach[o]:
+                continue
+            for n in range(len(bearings)):
+                along, aside = dx * x[n] + dy * y[n], dx * y[n] - dy * x[n]
+                room = circles[o, 2] ** 2 - aside**2
+                if room < 0.0:
+                    continue
+                half = np.sqrt(room)
+                if along + half > 0.0 and along - half < ranges[k, n]:
+                    out[k, o] = True
+                    break

@@ -8,26 +8,29 @@ and behind it, and the same beam model as the estimator's says which states they
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cache, lru_cache
+from typing import TypeVar
 
 import numpy as np
 
 from objstate.building.model import Building, Kind
 from objstate.config import NonNegative, Settings, Share, Strict
-from objstate.gaze.entropy import gaussian_entropy, sample_covariance
 from objstate.gaze.floor import leaf_ends
 from objstate.gaze.sensors import Sensor
-from objstate.geometry import FloatArray, IntArray
+from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.objects import ObjectBelief
 from objstate.records import Scan
 from objstate.sensing import BeamModel, ExpectedRanges, ScanView, Sensing
 
-FAKES = 8  # states of a door's belief, each with an equal share, at which readings are faked
-TEMPLATES = 16  # states of a door, evenly spread, at which readings are simulated
-KEPT = 4096  # scans of walls and of single objects
+COMPARED = 60  # states of a door, evenly spread, that a look is simulated to tell apart
+TEMPLATES = 16  # of these, evenly spread, at which readings are faked
+KEPT = 10_000  # of looks, and of scans of walls and of single objects
 NUDGE = np.array([0.05, 0.05, 0.05])  # m, m, rad by which furniture is shifted to see what changes
+TINY = 1e-300
 FORWARD = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 0], [1, 0, 1], [0, 1, 1]], dtype=float)
+
+K = TypeVar("K")
+V = TypeVar("V")
 
 
 class LookSettings(Strict):
@@ -38,58 +41,6 @@ class LookSettings(Strict):
     beams_share: Share = 1.0  # of a scan's beams that observe objects; less with marginal inference
     robot_std: NonNegative = 0.02  # m, of the robot's position, which all its beams share
     robot_yaw_std: NonNegative = 0.01  # rad
-
-
-@dataclass(frozen=True, eq=False)
-class DoorLook:
-    """Log-likelihoods of all a door's states, were the readings of a scan those of some state."""
-
-    chosen: IntArray = field(repr=False)  # (k,) numbers of the states whose readings are simulated
-    log_likelihood: FloatArray = field(repr=False)  # (k, s)
-    smear: float = 0.0  # states by which the robot's own uncertainty shifts what it reads
-
-    def gain(self, belief: ObjectBelief, scans: float) -> float:
-        """Expected information gain of some scans, nats: the mean over what the door may be.
-
-        A state between two simulated ones takes the readings of the nearer, shifted.
-        """
-        prior = belief.weights.values
-        comb = (np.arange(FAKES) + 0.5) / FAKES
-        fakes = np.searchsorted(np.cumsum(prior), comb).clip(max=len(prior) - 1)
-        nearest = np.abs(self.chosen[None] - fakes[:, None]).argmin(axis=1)
-        shift = fakes - self.chosen[nearest]
-        states = (np.arange(len(prior)) - shift[:, None]).clip(0, len(prior) - 1)
-        shifted = scans * self.log_likelihood[nearest[:, None], states]
-        posterior = prior * self._smeared(np.exp(shifted - shifted.max(axis=1, keepdims=True)))
-        posterior /= posterior.sum(axis=1, keepdims=True)
-        return float(_entropies(prior[None])[0] - _entropies(posterior).mean())
-
-    def _smeared(self, likelihood: FloatArray) -> FloatArray:
-        """Likelihoods (k, s) averaged over where the robot may be."""
-        if self.smear == 0.0:
-            return likelihood
-        from scipy.ndimage import gaussian_filter1d
-
-        return np.asarray(gaussian_filter1d(likelihood, self.smear, axis=1, mode="nearest"))
-
-
-@dataclass(frozen=True, eq=False)
-class FurnitureLook:
-    """The information (3, 3) that a scan of furniture at its estimated place would hold."""
-
-    information: FloatArray
-    shift: FloatArray  # (3, 3) covariance by which the robot's own uncertainty shifts it
-
-    def gain(self, belief: ObjectBelief, scans: float) -> float:
-        """Expected information gain of some scans, nats: of a Gaussian of the belief's covariance."""
-        before = sample_covariance(belief.deviations, belief.standing.weights.values)
-        alone = scans * self.information  # the robot's error stays the same from scan to scan
-        told = np.asarray(np.linalg.solve(np.eye(3) + alone @ self.shift, alone))
-        after = np.linalg.inv(np.linalg.inv(before) + (told + told.T) / 2.0)
-        return float(gaussian_entropy(before) - gaussian_entropy(np.asarray(after)))
-
-
-Look = DoorLook | FurnitureLook
 
 
 class LaserLooks:
@@ -110,33 +61,69 @@ class LaserLooks:
         self._exponent = s.object_updates.tempering * looks.beams_share
         self._expected = ExpectedRanges(building)
         rays = sensor.rays()
+        self._bearings = np.arctan2(rays.directions[:, 1], rays.directions[:, 0])
         nothing = np.full(len(rays), np.inf)
         self._scan = Scan(0, sensor.name, nothing, rays, sensor.range_min, sensor.range_max)
         self._view: ScanView = Sensing(building, model).view(self._scan)
-        self._walls = lru_cache(KEPT)(
-            self._walls_from
-        )  # objects looked at from one place share these
+        for name, item in building.objects.items():  # finds its outline, which nobody waits for yet
+            self._view.object(name, item.home[None], np.zeros((1, 3)))
+        self._seen_of_walls: dict[bytes, FloatArray] = {}  # (n,) by pose
         self._other = lru_cache(KEPT)(self._other_from)
 
     def look(
-        self, belief: ObjectBelief, pose: FloatArray, others: Mapping[str, FloatArray]
-    ) -> Look | None:
-        """What a look from ``pose`` (3,) would tell of an object; None where no beam can reach it.
+        self,
+        belief: ObjectBelief,
+        pose: FloatArray,
+        others: Mapping[str, FloatArray],
+        scans: float,
+    ) -> FloatArray | None:
+        """What some scans from ``pose`` (3,) would tell of an object; None where no beam can reach it.
 
-        ``others`` are the states (d,) of other objects that stand before or behind it.
+        Of a door the log-likelihoods (k, c) of the states that ``compared`` names, were the readings
+        those of its ``TEMPLATES``; of furniture the information (3, 3) that readings at its mean hold.
+        What looks from several places tell adds up. ``others`` are the states (d,) of other objects that stand
+        before or behind it.
         """
-        name, states = belief.item.name, _compared_states(belief)
-        alone = self._view.object(name, states, pose[None])[0]  # (s, n)
+        states = _compared_states(belief)
+        alone = self._view.object(belief.item.name, states, pose[None])[0]  # (s, n)
         background = self._background(others, pose)
-        touched = ((alone < background) & (alone < self.sensor.range_max)).any(axis=0)
+        touched = alone.min(axis=0) < np.minimum(background, self.sensor.range_max)
         if not touched.any():
             return None
-        expected = np.minimum(alone, background)[:, touched]
+        expected = np.minimum(alone[:, touched], background[touched])
         if belief.item.kind is Kind.PLANAR:
-            information = _information(self._told(expected, np.array([0]))[0])
-            return FurnitureLook(information, self._shift(belief.mean, pose))
-        chosen = np.unique(np.linspace(0, len(states) - 1, TEMPLATES).round().astype(np.int64))
-        return DoorLook(chosen, self._told(expected, chosen), self._smear(belief, pose))
+            information = scans * _information(self._told(expected, np.array([0]))[0])
+            return _shared(information, self._shift(belief.mean, pose))
+        told = scans * self._told(expected, evenly(len(states), TEMPLATES))
+        between = float(states[1, 0] - states[0, 0])
+        return _smeared(told, self._smear(belief, pose) / between)
+
+    def walls(self, poses: FloatArray) -> FloatArray:
+        """What the beams read (k, n) of walls alone from poses (k, 3), m; cast once from each."""
+        known, keys = self._seen_of_walls, [pose.tobytes() for pose in poses]
+        new = {key: k for k, key in enumerate(keys) if key not in known}
+        if new:
+            ranges = self._expected.walls(poses[list(new.values())], self._scan.rays)
+            known = known | dict(zip(new, ranges, strict=True))
+        for key in new:
+            keep(self._seen_of_walls, key, known[key])
+        return np.array([known[key] for key in keys]).reshape(len(keys), -1)
+
+    def in_sight(
+        self, poses: FloatArray, circles: FloatArray, reach: FloatArray, through_walls: bool
+    ) -> BoolArray:
+        """(k, o) which circles (o, 3) of x, y and radius some beam enters from poses (k, 3).
+
+        Their middles are no farther than ``reach`` (o,) m.
+        """
+        from objstate.gaze import kernels
+
+        ranges = np.full((len(poses), len(self._bearings)), self.sensor.range_max)
+        if not through_walls:
+            ranges = np.minimum(ranges, self.walls(poses))
+        out = np.empty((len(poses), len(circles)), dtype=bool)
+        kernels.in_sight(poses, self._bearings, ranges, circles, reach, out)
+        return out
 
     def _shift(self, state: FloatArray, pose: FloatArray) -> FloatArray:
         """Covariance (3, 3) of where furniture at a state (3,) seems to be from an uncertain pose."""
@@ -144,12 +131,12 @@ class LaserLooks:
         return np.diag([seems, seems, float(self._robot_std[1])]) ** 2
 
     def _smear(self, belief: ObjectBelief, pose: FloatArray) -> float:
-        """Standard deviation, in states, of what a door's state seems to be from an uncertain pose."""
+        """Standard deviation, rad or m, of what a door's state seems to be from an uncertain pose."""
         near, far = leaf_ends(belief.item)
         seems = self._seems(float(np.hypot(*((near + far) / 2.0 - pose[:2]))))
         if belief.item.kind is Kind.HINGED:
-            seems /= float(np.hypot(*(far - near))) / 2.0  # rad at the middle of the leaf
-        return seems / float(belief.cell[0])
+            seems /= float(np.hypot(*(far - near))) / 2.0  # at the middle of the leaf
+        return seems
 
     def _seems(self, distance: float) -> float:
         """Standard deviation, m, of where something so far away seems to be."""
@@ -157,14 +144,10 @@ class LaserLooks:
         return float(np.hypot(position, yaw * distance))
 
     def _background(self, others: Mapping[str, FloatArray], pose: FloatArray) -> FloatArray:
-        nearest = self._walls(pose.tobytes())
-        for name, state in others.items():
-            nearest = np.minimum(nearest, self._other(name, state.tobytes(), pose.tobytes()))
-        return nearest
-
-    def _walls_from(self, pose: bytes) -> FloatArray:
-        """What the beams (n,) read of walls alone."""
-        return np.asarray(self._expected.walls(np.frombuffer(pose)[None], self._scan.rays)[0])
+        alone = [
+            self._other(name, state.tobytes(), pose.tobytes()) for name, state in others.items()
+        ]
+        return np.asarray(np.min([self.walls(pose[None])[0], *alone], axis=0))
 
     def _other_from(self, name: str, state: bytes, pose: bytes) -> FloatArray:
         """What the beams (n,) read of an object alone."""
@@ -175,14 +158,31 @@ class LaserLooks:
         """Tempered log-likelihood (k, s) of states with ranges (s, n), by the readings of some."""
         reach = self.sensor.range_max
         read = np.where(expected < reach, expected, np.inf)
-        told = [self._model(read[k], reach)(expected).sum(axis=-1) for k in fakes]
-        return self._exponent * np.array(told)
+        return self._exponent * self._model.totals(read[fakes], expected, reach)
+
+
+def compared(states: int) -> IntArray:
+    """Numbers (c,) of the states, of so many of a door, that a look is simulated to tell apart."""
+    return evenly(states, COMPARED)
+
+
+@cache
+def evenly(count: int, chosen: int) -> IntArray:
+    """Numbers (k,) of no more than ``chosen`` of ``count`` things, evenly spread, both ends included."""
+    return np.unique(np.linspace(0, count - 1, chosen).round().astype(np.int64))
+
+
+def keep(known: dict[K, V], key: K, value: V) -> None:
+    """Add to what is known; of too much, the oldest is forgotten."""
+    known[key] = value
+    if len(known) > KEPT:
+        del known[next(iter(known))]
 
 
 def _compared_states(belief: ObjectBelief) -> FloatArray:
-    """States (s, d) told apart: all of a door's; of furniture its mean, and what lies around it."""
+    """States (s, d) told apart: many of a door's; of furniture its mean, and what lies around it."""
     if belief.item.kind is not Kind.PLANAR:
-        return belief.states
+        return belief.states[compared(len(belief.states))]
     steps = np.concatenate([np.zeros((1, 3)), FORWARD, -FORWARD])
     return np.asarray(belief.mean + NUDGE * steps)
 
@@ -198,7 +198,24 @@ def _information(told: FloatArray) -> FloatArray:
     return np.asarray((vectors * values.clip(min=0.0)) @ vectors.T)
 
 
-def _entropies(weights: FloatArray) -> FloatArray:
-    """Shannon entropies (k,) of rows of weights (k, s), nats."""
-    logs = np.log(np.where(weights > 0.0, weights, 1.0))
-    return np.asarray(-(weights * logs).sum(axis=1))
+def _shared(information: FloatArray, shift: FloatArray) -> FloatArray:
+    """What information (3, 3) is left of, when an error of covariance ``shift`` (3, 3) is in all of it.
+
+    Scans from one place share the robot's error: no number of them makes up for it.
+    """
+    told = np.linalg.solve(np.eye(3) + information @ shift, information)
+    return np.asarray((told + told.T) / 2.0)
+
+
+def _smeared(log_likelihood: FloatArray, smear: float) -> FloatArray:
+    """Log-likelihoods (k, c), their likelihoods averaged over where the robot may be.
+
+    ``smear`` is the standard deviation, in states, of what the robot's error shifts.
+    """
+    if smear == 0.0:
+        return log_likelihood
+    from scipy.ndimage import gaussian_filter1d
+
+    top = log_likelihood.max(axis=1, keepdims=True)
+    likelihood = gaussian_filter1d(np.exp(log_likelihood - top), smear, axis=1, mode="nearest")
+    return np.asarray(np.log(likelihood + TINY))

@@ -7,43 +7,23 @@ are kept, and used again as long as nothing moved that they show.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from objstate.building.model import Kind, MovableObject
+from objstate.building.model import Building, Kind
+from objstate.estimator.surroundings import Surroundings
 from objstate.gaze.entropy import belief_entropy
-from objstate.gaze.laser import LaserLooks, Look
-from objstate.gaze.viewpoints import middle_of
-from objstate.geometry import BoolArray, FloatArray, wrap
+from objstate.gaze.gains import Gain, gain_of
+from objstate.gaze.laser import LaserLooks, keep
+from objstate.geometry import BoolArray, FloatArray
 from objstate.objects import ObjectBelief
 
-MARGIN = 0.2  # m, more than simulated looks shift an object
+MARGIN = 0.2  # m by which the robot and objects may be off when the look is taken
 SAME = 0.1  # m and rad to which states are rounded before a look is simulated anew
 
 Mark = tuple[object, ...]
-
-
-@dataclass(frozen=True)
-class LookLibrary:
-    """Looks of some lasers, each simulated once."""
-
-    lasers: Mapping[str, LaserLooks]
-    _known: dict[Mark, Look | None] = field(default_factory=dict, init=False, repr=False)
-
-    def look(
-        self, sensor: str, belief: ObjectBelief, pose: FloatArray, others: Mapping[str, _Standing]
-    ) -> Look | None:
-        """What a sensor's look from ``pose`` (3,) tells of an object before or behind others."""
-        around = tuple(each.mark for each in others.values())
-        key: Mark = (sensor, belief.item.name, pose.tobytes(), around)
-        if belief.item.kind is Kind.PLANAR:
-            key += (_rounded(belief.mean),)
-        if key not in self._known:
-            states = {name: each.state for name, each in others.items()}
-            self._known[key] = self.lasers[sensor].look(belief, pose, states)
-        return self._known[key]
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,77 +34,109 @@ class _Standing:
     mark: Mark
 
 
+class LookLibrary:
+    """Looks of some lasers in one building, each simulated once.
+
+    Args:
+        building: the walls and the objects.
+        lasers: by name of the sensor.
+        reach: m from the robot, within which the estimator updates objects.
+    """
+
+    def __init__(self, building: Building, lasers: Mapping[str, LaserLooks], reach: float) -> None:
+        self.lasers = lasers
+        self.reach = reach
+        self._surroundings = Surroundings(building)
+        self._known: dict[Mark, FloatArray | None] = {}
+
+    def look(
+        self,
+        sensor: str,
+        belief: ObjectBelief,
+        pose: FloatArray,
+        others: Mapping[str, _Standing],
+        scans: float,
+    ) -> FloatArray | None:
+        """What some scans of a sensor from ``pose`` (3,) tell of an object before or behind others."""
+        around = tuple(each.mark for each in others.values())
+        key: Mark = (sensor, belief.item.name, pose.tobytes(), scans, around)
+        if belief.item.kind is Kind.PLANAR:
+            key += (_rounded(belief.mean),)
+        if key not in self._known:
+            states = {name: each.state for name, each in others.items()}
+            keep(self._known, key, self.lasers[sensor].look(belief, pose, states, scans))
+        return self._known[key]
+
+    def circles(self, beliefs: Mapping[str, ObjectBelief]) -> FloatArray:
+        """(o, 3) x, y and radius, m, that hold objects in all states of a door, or furniture at its mean."""
+        circles = self._surroundings.circles(list(beliefs))
+        for circle, belief in zip(circles, beliefs.values(), strict=True):
+            if belief.item.kind is Kind.PLANAR:
+                circle[:2] = belief.mean[:2]
+        return circles
+
+
 class Prospects:
-    """Expected gains under one moment's beliefs.
+    """What looks would tell under one moment's beliefs.
 
     Args:
         library: what looks tell.
         beliefs: of all objects.
-        reach: m from the robot, within which the estimator updates objects.
     """
 
     def __init__(
-        self, library: LookLibrary, beliefs: Mapping[str, ObjectBelief], reach: float
+        self,
+        library: LookLibrary,
+        beliefs: Mapping[str, ObjectBelief],
     ) -> None:
         self.beliefs = beliefs
+        self.names = list(beliefs)
         self._library = library
-        self._reach = reach
-        self._names = list(beliefs)
-        self._middles = np.array([middle_of(each) for each in beliefs.values()]).reshape(-1, 2)
-        self._radii = np.array([_radius(each.item) for each in beliefs.values()])
+        self._circles = library.circles(beliefs)
         self._standing = {
             name: _Standing(each.mean, (name, _rounded(each.mean)))
             for name, each in beliefs.items()
             if each.settled
         }
-        self._gains: dict[Mark, Mapping[str, float]] = {}
+        self._gains: dict[str, Gain] = {}
+        self._told: dict[Mark, FloatArray | None] = {}
 
     @cached_property
-    def entropies(self) -> dict[str, float]:
-        """What is not known of each object, nats."""
-        return {name: belief_entropy(belief) for name, belief in self.beliefs.items()}
+    def entropies(self) -> FloatArray:
+        """What is not known of each object (o,), nats."""
+        return np.array([belief_entropy(belief) for belief in self.beliefs.values()])
 
-    def near(self, places: FloatArray) -> BoolArray:
-        """(o,) which objects, in the order of the beliefs, are within reach of one of places (k, 2)."""
-        off = np.linalg.norm(self._middles - places[:, None], axis=2)
-        return np.asarray((off <= self._reach).any(axis=0))
+    def near(self, sensor: str, poses: FloatArray, through_walls: bool = False) -> BoolArray:
+        """(k, o) which objects, in the order of the beliefs, a sensor may see from poses (k, 3).
 
-    def gains_at(self, sensor: str, pose: FloatArray, scans: float) -> Mapping[str, float]:
-        """Expected gain of each object in sight from ``pose`` (3,) by some scans, nats."""
-        key = (sensor, pose.tobytes(), scans)
-        if key not in self._gains:
-            self._gains[key] = self._looked(sensor, pose, scans)
-        return self._gains[key]
+        They are within reach, and some beam comes near them before it ends at a wall; or after it,
+        ``through_walls``, which is found sooner.
+        """
+        reach = self._circles[:, 2] + self._library.reach - MARGIN
+        circles = self._circles + np.array([0.0, 0.0, MARGIN])
+        return self._library.lasers[sensor].in_sight(poses, circles, reach, through_walls)
 
-    def _looked(self, sensor: str, pose: FloatArray, scans: float) -> dict[str, float]:
-        off = self._middles - pose[:2]
-        distance = np.hypot(off[:, 0], off[:, 1])
-        near = [self._names[k] for k in np.flatnonzero(distance <= self._reach)]
-        # an object is wholly out of view where even its nearest point is, seen from there
-        turn = np.abs(wrap(np.arctan2(off[:, 1], off[:, 0]) - pose[2]))
-        width = np.where(
-            distance > self._radii, np.arcsin(np.minimum(self._radii / distance, 1.0)), np.pi
-        )
-        half = self._library.lasers[sensor].sensor.field_of_view / 2.0
-        in_view = {self._names[k] for k in np.flatnonzero(turn - width <= half)}
-        gains = {}
-        for name in (each for each in near if each in in_view):
-            others = {o: self._standing[o] for o in near if o != name and o in self._standing}
-            look = self._library.look(sensor, self.beliefs[name], pose, others)
-            if look is not None:
-                gains[name] = look.gain(self.beliefs[name], scans)
-        return gains
+    def told(
+        self, sensor: str, name: str, pose: FloatArray, near: BoolArray, scans: float
+    ) -> FloatArray | None:
+        """What some scans from ``pose`` (3,) tell of an object, ``near`` (o,) what is there."""
+        key = (sensor, name, pose.tobytes(), scans)
+        if key not in self._told:
+            others = {
+                other: self._standing[other]
+                for k in np.flatnonzero(near).tolist()
+                if (other := self.names[k]) != name and other in self._standing
+            }
+            belief = self.beliefs[name]
+            self._told[key] = self._library.look(sensor, belief, pose, others, scans)
+        return self._told[key]
+
+    def gain(self, name: str, told: FloatArray) -> float:
+        """Expected gain, nats, of what some looks tell of an object together."""
+        if name not in self._gains:
+            self._gains[name] = gain_of(self.beliefs[name])
+        return self._gains[name](told)
 
 
 def _rounded(state: FloatArray) -> bytes:
     return np.asarray(np.rint(state / SAME)).tobytes()
-
-
-def _radius(item: MovableObject) -> float:
-    """m from where an object is looked for, within which all of it is where its look is simulated."""
-    widest = float(np.hypot(*item.mesh.vertices[:, :2].T).max())
-    if item.kind is Kind.PLANAR:
-        return widest + MARGIN
-    if item.kind is Kind.SLIDING:
-        return widest + max(abs(item.lower), abs(item.upper)) + MARGIN
-    return 1.5 * widest + MARGIN  # half of the leaf to the hinge, and the leaf

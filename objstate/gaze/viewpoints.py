@@ -45,14 +45,14 @@ def viewpoints(
     face it, and are as far from one another as can be.
     """
     s, middle = settings, middle_of(belief)
-    off = floor.places - middle
-    distance = np.hypot(off[:, 0], off[:, 1])
-    ring = (floor.pieces == piece) & (distance >= s.nearest) & (distance <= s.farthest)
-    cells = np.flatnonzero(ring)
-    cells = cells[_in_sight(floor.places[cells], middle, walls, height)]
-    if not len(cells):
-        return np.zeros((0, 3)), cells
-    first = int(np.abs(distance[cells] - s.preferred).argmin())
+    cells = floor.within(middle - s.farthest, middle + s.farthest)
+    distance = np.hypot(*(floor.places[cells] - middle).T)
+    ring = (floor.pieces[cells] == piece) & (distance >= s.nearest) & (distance <= s.farthest)
+    ring[ring] = _in_sight(floor.places[cells[ring]], middle, walls, height)
+    if not ring.any():
+        return np.zeros((0, 3)), cells[ring]
+    cells, distance = cells[ring], distance[ring]
+    first = int(np.abs(distance - s.preferred).argmin())
     chosen = cells[_far_apart(floor.places[cells], first, s.places)]
     towards = middle - floor.places[chosen]
     yaw = np.arctan2(towards[:, 1], towards[:, 0])

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
+from typing import overload
 
 import numpy as np
 
@@ -12,12 +13,12 @@ from objstate.building.model import Building, Kind
 from objstate.config import NonNegative, Positive, Settings, Strict
 from objstate.errors import SettingsError
 from objstate.gaze.fading import fadings
-from objstate.gaze.floor import Floor, FloorSettings, Ways, length_of
+from objstate.gaze.floor import Floor, FloorSettings, Ways
 from objstate.gaze.laser import LaserLooks, LookSettings
 from objstate.gaze.prospects import LookLibrary, Prospects
 from objstate.gaze.sensors import Sensor
 from objstate.gaze.viewpoints import ViewpointSettings, viewpoints
-from objstate.geometry import FloatArray, IntArray, wrap
+from objstate.geometry import BoolArray, FloatArray, IntArray, wrap
 from objstate.maintenance.choice import ChoiceSettings, costs, utilities
 from objstate.objects import ObjectBelief
 from objstate.sensing.casters import caster_of
@@ -51,10 +52,20 @@ class _Candidate:
 
     object: str
     sensor: str
-    pose: FloatArray  # (3,)
-    way: FloatArray  # (k, 2) m
-    stops: FloatArray  # (n, 3) poses on the way from which looks are simulated
+    way: IntArray  # (k,) cells, the first of them maybe more than once
     distance: float  # m
+    poses: FloatArray  # (n, 3) from which looks are simulated: on the way, and last from its end
+    near: BoolArray  # (n, o) which objects may be seen from each, from its end also through walls
+
+
+@dataclass(frozen=True, eq=False)
+class _Routes:
+    """Ways to several places, side by side."""
+
+    cells: IntArray  # (k, a)
+    distances: FloatArray  # (a,) m
+    stops: FloatArray  # (n, 3) poses from which looks on the ways are simulated, way by way
+    counts: IntArray  # (a,) of these, by way
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,9 +117,8 @@ class Coordinator:
         self.building = building
         self.floor = floor or Floor.of(building, s.floor)
         self.sensors = {each.name: each for each in sensors}
-        self._reach = estimation.object_updates.max_distance
         lasers = {each.name: LaserLooks(building, each, estimation, s.looks) for each in sensors}
-        self._library = LookLibrary(lasers)
+        self._library = LookLibrary(building, lasers, estimation.object_updates.max_distance)
         self._walls = caster_of(building.walls)
         self._viewpoints: dict[tuple[object, ...], tuple[FloatArray, IntArray]] = {}
         self._weights = {name: _weight(name, s.weights) for name in building.objects}
@@ -129,17 +139,15 @@ class Coordinator:
         A robot that may not drive can only update what it sees from where it is.
         Raises SettingsError for a place that is not on the free floor.
         """
-        prospects = Prospects(self._library, beliefs, self._reach)
+        prospects = Prospects(self._library, beliefs)
         names = list(beliefs) if only is None else list(only)
         if may_drive:
-            ways = self.floor.ways_from(at[:2], beliefs)
-            found = [
-                self._weighed(prospects, each)
-                for name in names
-                for each in self._of(prospects, name, ways)
-            ]
+            candidates = self._candidates(prospects, names, self.floor.ways_from(at[:2], beliefs))
         else:
-            found = [each for name in names for each in self._from_here(prospects, name, at)]
+            candidates = self._from_here(prospects, names, at)
+        full = self._full(prospects)
+        weighed = [self._weighed(prospects, full, each) for each in candidates]
+        found = [each for each in weighed if may_drive or each.object in each.gains]
         return sorted(found, key=lambda action: -action.utility)
 
     def best(self, actions: Sequence[Action]) -> Action | None:
@@ -148,23 +156,26 @@ class Coordinator:
         useful = (each for each in actions if each.utility > s.least_utility)
         return next((each for each in useful if each.gain > s.gain_threshold), None)
 
-    def choose(self, beliefs: Mapping[str, ObjectBelief], at: FloatArray) -> Action | None:
+    def choose(
+        self,
+        beliefs: Mapping[str, ObjectBelief],
+        at: FloatArray,
+    ) -> Action | None:
         """The best of all ``actions`` of a robot at (3,), found without weighing those that can't be.
 
         Raises SettingsError for a place that is not on the free floor.
         """
-        prospects = Prospects(self._library, beliefs, self._reach)
+        prospects = Prospects(self._library, beliefs)
         ways = self.floor.ways_from(at[:2], beliefs)
-        candidates = [each for name in beliefs for each in self._of(prospects, name, ways)]
-        if not candidates:
-            return None
-        most, s = self._most(prospects, candidates), self.settings.choice
+        candidates = self._candidates(prospects, list(beliefs), ways)
+        full, s = self._full(prospects), self.settings.choice
+        most = self._most(full, candidates)
         found, least = None, s.least_utility
         for k in np.argsort(-most, kind="stable").tolist():
             if most[k] <= least:
                 break
-            action = self._weighed(prospects, candidates[k])
-            if action.utility > least and action.gain > s.gain_threshold:
+            action = self._weighed(prospects, full, candidates[k], least)
+            if action is not None and action.gain > s.gain_threshold:
                 found, least = action, action.utility
         return found
 
@@ -181,92 +192,175 @@ class Coordinator:
             )
         return self._viewpoints[key]
 
-    # --- the actions of one object --------------------------------------------------
+    # --- candidates -----------------------------------------------------------------
 
-    def _of(self, prospects: Prospects, name: str, ways: Ways) -> Iterator[_Candidate]:
+    def _candidates(
+        self, prospects: Prospects, names: Sequence[str], ways: Ways
+    ) -> list[_Candidate]:
+        """All actions on objects, with each sensor."""
         piece = int(self.floor.pieces[ways.start])
-        for sensor in self.sensors.values():
-            poses, ends = self.places(prospects.beliefs[name], sensor, piece)
-            for pose, end in zip(poses, ends.tolist(), strict=True):
-                cells = ways.to(end)
-                if cells is not None:
-                    yield _Candidate(name, sensor.name, pose, *self._on(cells))
+        return [
+            each
+            for sensor in self.sensors.values()
+            for each in self._of_sensor(
+                prospects,
+                sensor.name,
+                {name: self.places(prospects.beliefs[name], sensor, piece) for name in names},
+                ways,
+            )
+        ]
 
-    def _on(self, cells: IntArray) -> tuple[FloatArray, FloatArray, float]:
-        """The way through cells, the poses on it from which to look, and its length."""
-        way = self.floor.places[cells]
-        return way, self._looked_from(cells), length_of(way)
+    def _of_sensor(
+        self,
+        prospects: Prospects,
+        sensor: str,
+        places: Mapping[str, tuple[FloatArray, IntArray]],
+        ways: Ways,
+    ) -> Iterator[_Candidate]:
+        """Actions from places, by object, that some way leads to."""
+        names = np.repeat(list(places), [len(cells) for _, cells in places.values()])
+        poses, ends = (np.concatenate(parts) for parts in zip(*places.values(), strict=True))
+        reached = np.isfinite(ways.costs[ends])
+        names, poses, ends = names[reached], poses[reached], ends[reached]
+        routes = self._routes(ways.to_each(ends))
+        stops, which = np.unique(routes.stops, axis=0, return_inverse=True)
+        near = prospects.near(sensor, stops)[which]
+        at_end = prospects.near(sensor, poses, through_walls=True)
+        first = np.cumsum(routes.counts) - routes.counts
+        for k, (name, start, count) in enumerate(
+            zip(names.tolist(), first, routes.counts, strict=True)
+        ):
+            passed = slice(start, start + count)
+            yield _Candidate(
+                name,
+                sensor,
+                routes.cells[:, k],
+                float(routes.distances[k]),
+                np.vstack([routes.stops[passed], poses[k]]),
+                np.vstack([near[passed], at_end[k]]),
+            )
 
-    def _from_here(self, prospects: Prospects, name: str, at: FloatArray) -> list[Action]:
-        here = np.array([self.floor.nearest(at[:2])])
-        each = [_Candidate(name, sensor, at, *self._on(here)) for sensor in self.sensors]
-        found = [self._weighed(prospects, candidate) for candidate in each]
-        return [action for action in found if name in action.gains]
+    def _routes(self, cells: IntArray) -> _Routes:
+        """Ways (k, a) with the poses on them from which to look: a stride apart, and where they end.
 
-    def _weighed(self, prospects: Prospects, candidate: _Candidate) -> Action:
-        """An action with all that it promises."""
-        gains = self._gains_along(prospects, candidate)
-        worth = self._worth(prospects, gains)
-        cost, utility = self._useful(np.array([worth]), np.array([candidate.distance]))
+        Each pose is at its cell's node, and looks ahead.
+        """
+        steps = np.diff(self.floor.places[cells], axis=0)  # (k - 1, a, 2)
+        lengths = np.hypot(steps[..., 0], steps[..., 1])
+        driven = np.cumsum(lengths, axis=0)
+        strides = np.floor(driven / self.settings.stride)
+        looks = np.diff(strides, axis=0, prepend=0.0) > 0.0
+        looks[-1:] = lengths[-1:] > 0.0
+        way, step = np.nonzero(looks.T)
+        turn = 2.0 * np.pi / HEADINGS
+        ahead = steps[step, way]
+        heading = wrap(np.rint(np.arctan2(ahead[:, 1], ahead[:, 0]) / turn) * turn)
+        places = self.floor.places[self.floor.nodes[cells[step + 1, way]]]
+        distances = lengths.sum(axis=0)
+        return _Routes(cells, distances, np.column_stack([places, heading]), looks.sum(axis=0))
+
+    def _from_here(
+        self, prospects: Prospects, names: Sequence[str], at: FloatArray
+    ) -> list[_Candidate]:
+        """Actions that need no way."""
+        here, poses = np.array([self.floor.nearest(at[:2])]), at[None]
+        near = {sensor: prospects.near(sensor, poses) for sensor in self.sensors}
+        return [
+            _Candidate(name, sensor, here, 0.0, poses, near[sensor])
+            for name in names
+            for sensor in self.sensors
+        ]
+
+    # --- what they are worth --------------------------------------------------------
+
+    @overload
+    def _weighed(self, prospects: Prospects, full: FloatArray, candidate: _Candidate) -> Action: ...
+    @overload
+    def _weighed(
+        self, prospects: Prospects, full: FloatArray, candidate: _Candidate, least: float
+    ) -> Action | None: ...
+    def _weighed(
+        self,
+        prospects: Prospects,
+        full: FloatArray,
+        candidate: _Candidate,
+        least: float = -np.inf,
+    ) -> Action | None:
+        """An action with all that it promises; None as soon as it can't be more useful than ``least``.
+
+        Until an object's looks are simulated, it counts as if all were learnt, (o,) ``full``.
+        """
+        at_end = prospects.near(candidate.sensor, candidate.poses[-1:])
+        candidate = replace(candidate, near=np.vstack([candidate.near[:-1], at_end]))
+        s, gains, worth = self.settings.choice, dict[str, float](), 0.0
+        cost = float(costs(np.array(candidate.distance), s))
+        order = np.flatnonzero(candidate.near.any(axis=0))
+        order = order[np.argsort(-full[order], kind="stable")]
+        left = float(full[order].sum())
+        for k in order.tolist():
+            left -= full[k]
+            told = self._told_along(prospects, candidate, k)
+            if told is not None:
+                name = prospects.names[k]
+                gains[name] = prospects.gain(name, told)
+                worth += self._worth(name, float(prospects.entropies[k]), gains[name])
+            if float(utilities(np.array(worth + left), np.array(cost), s)) <= least:
+                return None
+        utility = float(utilities(np.array(worth), np.array(cost), s))
+        if utility <= least:
+            return None
         return Action(
             candidate.object,
             candidate.sensor,
-            candidate.pose,
-            candidate.way,
+            candidate.poses[-1],
+            self.floor.places[_once(candidate.way)],
             gains,
             candidate.distance,
             worth,
-            float(cost[0]),
-            float(utility[0]),
+            cost,
+            utility,
         )
 
-    def _useful(self, worths: FloatArray, distances: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Costs and utilities (a,), eqs. (8) and (9)."""
-        cost = costs(distances, self.settings.choice)
-        return cost, utilities(worths, cost, self.settings.choice)
+    def _told_along(self, prospects: Prospects, candidate: _Candidate, k: int) -> FloatArray | None:
+        """What looks on a way and from its end tell of an object together; None where it isn't seen.
 
-    def _worth(self, prospects: Prospects, gains: Mapping[str, float]) -> float:
-        """What gains count, nat h or nats, each by its object's weight."""
-        if self.settings.choice.counting == "gain":
-            return sum(self._weights[name] * gain for name, gain in gains.items())
-        return sum(
-            self._weights[name] * self._fadings[name].worth(prospects.entropies[name], gain)
-            for name, gain in gains.items()
-        )
-
-    def _most(self, prospects: Prospects, candidates: Sequence[_Candidate]) -> FloatArray:
-        """Utilities (a,) that no action exceeds: those of seeing all within reach as well as can be."""
-        if self.settings.choice.counting == "gain":
-            return np.full(len(candidates), np.inf)
-        all_ = {name: entropy - LEAST for name, entropy in prospects.entropies.items()}
-        each = np.array([self._worth(prospects, {name: gain}) for name, gain in all_.items()])
-        near = [prospects.near(np.vstack([c.stops, c.pose])[:, :2]) for c in candidates]
-        distances = np.array([candidate.distance for candidate in candidates])
-        return self._useful(np.array(near) @ each, distances)[1]
-
-    def _gains_along(self, prospects: Prospects, candidate: _Candidate) -> dict[str, float]:
-        """Expected gain of each object seen on a way or from its end, nats.
-
-        Looks at one object from neighbouring places tell much the same: the best counts.
+        Between places a stride apart, the robot's errors are others. Where it arrives, a look
+        ahead counts only if that from the same place at the end doesn't show the object.
         """
-        looks, sensor = self.settings.looks, candidate.sensor
-        gains = dict(prospects.gains_at(sensor, candidate.pose, looks.scans))
-        for stop in candidate.stops:
-            for name, gain in prospects.gains_at(sensor, stop, looks.scans_on_way).items():
-                gains[name] = max(gain, gains.get(name, 0.0))
-        return gains
+        looks, name = self.settings.looks, prospects.names[k]
+        seen = np.flatnonzero(candidate.near[:, k])[::-1].tolist()
+        end, together = len(candidate.poses) - 1, None
+        for stop in seen:
+            if together is not None and stop == end - 1:
+                continue
+            scans = looks.scans if stop == end else looks.scans_on_way
+            pose, near = candidate.poses[stop], candidate.near[stop]
+            told = prospects.told(candidate.sensor, name, pose, near, scans)
+            if told is not None:
+                together = told if together is None else together + told
+        return together
 
-    def _looked_from(self, cells: IntArray) -> FloatArray:
-        """Poses (k, 3) on a way through cells, a stride apart, each at its cell's node."""
-        way = self.floor.places[cells]
-        driven = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(way, axis=0), axis=1)))
-        marks = np.arange(self.settings.stride, driven[-1], self.settings.stride)
-        index = np.searchsorted(driven, marks)
-        ahead = way[index] - way[index - 1]
-        turn = 2.0 * np.pi / HEADINGS
-        heading = np.rint(np.arctan2(ahead[:, 1], ahead[:, 0]) / turn) * turn
-        places = self.floor.places[self.floor.nodes[cells[index]]]
-        return np.column_stack([places, wrap(heading)])
+    def _worth(self, name: str, entropy: float, gain: float) -> float:
+        """What a gain from an entropy counts, nat h or nats, by its object's weight."""
+        if self.settings.choice.counting == "gain":
+            return self._weights[name] * gain
+        return self._weights[name] * self._fadings[name].worth(entropy, gain)
+
+    def _full(self, prospects: Prospects) -> FloatArray:
+        """(o,) what it would be worth to learn all of each object."""
+        known = zip(prospects.names, prospects.entropies.tolist(), strict=True)
+        return np.array([self._worth(name, nats, nats - LEAST) for name, nats in known])
+
+    def _most(self, full: FloatArray, candidates: Sequence[_Candidate]) -> FloatArray:
+        """Utilities (a,) that no action exceeds: those of seeing all within reach as well as can be."""
+        near = np.array([each.near.any(axis=0) for each in candidates]).reshape(-1, len(full))
+        cost = costs(np.array([each.distance for each in candidates]), self.settings.choice)
+        return utilities(near @ full, cost, self.settings.choice)
+
+
+def _once(way: IntArray) -> IntArray:
+    """Cells of a way (k,) without those at its start in which it waits."""
+    return way[max(int((way != way[0]).argmax()) - 1, 0) :]
 
 
 def _weight(name: str, weights: Sequence[GainWeight]) -> float:

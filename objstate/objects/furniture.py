@@ -33,6 +33,9 @@ FEWEST = 3  # ends of beams that may show an object
 UNLIKELY = 1e-3  # density of a place, relative to home, below which readings don't lead there
 HEIGHT_STEP = 0.01  # m; outlines at heights no further apart are one
 LEAST_PRESENCE = 1e-6  # what is never ruled out: that it is there, or that it is gone
+LEVER = (
+    3.0  # m between walls: what they are off by turns the robot, and what it sees, by so much less
+)
 LEAST_SHARE = 1e-12  # weight of scouts that speak for nothing
 TINY = 1e-300
 ROOT_TAU = np.sqrt(2.0 * np.pi)
@@ -134,19 +137,13 @@ class SampleFilter:
         return given, of_samples + np.log(won.sum() / (won[:count].sum() + TINY))
 
     def widened(self, belief: ObjectBelief, factor: float, std_m: float) -> ObjectBelief:
-        std = np.array([std_m, std_m, std_m * self._lean])
+        std = np.array([std_m, std_m, std_m / LEVER])
         factor = factor if belief.settled else 1.0
         belief = belief.standing
         wider = np.sqrt(factor + (std / np.maximum(belief.std, TINY)) ** 2)
         states = belief.mean + wider * belief.deviations
         states[:, 2] = wrap(states[:, 2])
         return belief.with_samples(states, belief.weights)
-
-    @cached_property
-    def _lean(self) -> float:
-        """rad for each m by which what is seen of the object may be off."""
-        plan = self.item.mesh.vertices[:, :2]
-        return 1.0 / float(np.hypot(*(plan - plan.mean(axis=0)).T).max())
 
     # --- samples --------------------------------------------------------------------
 

@@ -6,10 +6,15 @@ Two ends of beams and two points of the outline that are as far apart fix a stat
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from objstate.geometry import FloatArray, IntArray, wrap
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
 
 TRACED = 96  # points along an outline
 SHORTEST = (
@@ -65,15 +70,19 @@ class TracedOutline:
 
     def distances(self, states: FloatArray, ends: FloatArray, most: float) -> FloatArray:
         """(c, m) m from the outline in each state (c, 3) to each end (m, 2); inf beyond ``most`` m."""
-        from scipy.spatial import cKDTree
-
         off = ends[None] - states[:, None, :2]
         cos, sin = np.cos(states[:, 2])[:, None], np.sin(states[:, 2])[:, None]
         own = np.stack(
             [cos * off[..., 0] + sin * off[..., 1], cos * off[..., 1] - sin * off[..., 0]]
         )
-        found, _ = cKDTree(self.points).query(own.reshape(2, -1).T, distance_upper_bound=most)
+        found, _ = self._tree.query(own.reshape(2, -1).T, distance_upper_bound=most)
         return np.asarray(found.reshape(len(states), len(ends)))
+
+    @cached_property
+    def _tree(self) -> cKDTree:
+        from scipy.spatial import cKDTree
+
+        return cKDTree(self.points)
 
     def _explained(self, states: FloatArray, ends: FloatArray) -> FloatArray:
         return np.asarray(

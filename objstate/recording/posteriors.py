@@ -11,12 +11,13 @@ import numpy as np
 
 from objstate.geometry import FloatArray
 from objstate.recording.parquet import read_parquet
-from objstate.recording.spool import ROWS_IN_MEMORY, Spool
+from objstate.recording.spool import Spool
 
 if TYPE_CHECKING:
     import polars as pl
 
 POSTERIORS = "posteriors.parquet"
+ROWS_IN_MEMORY = 4_000  # about 2 MB
 WHOLE = 65_535  # what the masses of one posterior sum to, but for rounding
 
 

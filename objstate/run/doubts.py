@@ -68,7 +68,7 @@ def _of_lasers(drive: Drive, building: Building, options: RunOptions) -> Iterato
 
 
 def _of_path(drive: Drive, estimator: Estimator, options: RunOptions) -> Iterator[str]:
-    outside = start_outside(drive.poses[0], estimator.building)
+    outside = start_outside(drive.start, estimator.building)
     if outside is not None:
         yield outside
     if estimator.scans_without_pose:

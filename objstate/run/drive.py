@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -23,8 +24,8 @@ class Drive:
     estimates: int = 0
     observed: int = 0  # estimates of objects on which a beam bore
     heights: dict[str, float] = field(default_factory=dict)  # m above the floor, by laser
-    stamps_ns: list[int] = field(default_factory=list)  # of the poses
-    poses: list[FloatArray] = field(default_factory=list)  # (3,) at each scan
+    stamps_ns: array[int] = field(default_factory=lambda: array("q"))  # of scans with a pose
+    poses: array[float] = field(default_factory=lambda: array("d"))  # x, y, yaw at each of them
 
     def note(self, record: Record, estimator: Estimator, estimates: Sequence[Estimate]) -> None:
         """Take note of a record and of what is believed after it."""
@@ -43,7 +44,12 @@ class Drive:
     @property
     def path(self) -> Path:
         """The robot's pose at each scan, from where it is known on."""
-        return Path(np.array(self.stamps_ns, dtype=np.int64), np.array(self.poses).reshape(-1, 3))
+        return Path(np.array(self.stamps_ns), np.array(self.poses).reshape(-1, 3))
+
+    @property
+    def start(self) -> FloatArray:
+        """The first pose (3,) that is known. Raises IndexError where none is."""
+        return np.asarray(self.path.poses[0])
 
     def _note_scan(self, scan: Scan, robot: PoseBelief | None) -> None:
         self.scans += 1
@@ -51,4 +57,4 @@ class Drive:
             self.heights[scan.laser] = float(scan.rays.origins[0, 2])
         if robot is not None:
             self.stamps_ns.append(scan.stamp_ns)
-            self.poses.append(robot.mean)
+            self.poses.extend(robot.mean)

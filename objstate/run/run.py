@@ -145,7 +145,7 @@ def estimate_log(
             begin_ns=drive.begin_ns,
             log_seconds=drive.seconds,
             elapsed_seconds=time.monotonic() - began,
-            counts=log.counts | {"estimates": drive.estimates, "poses": len(drive.poses)},
+            counts=log.counts | {"estimates": drive.estimates, "poses": len(drive.stamps_ns)},
             warnings=(*log.warnings, *estimator.warnings, *doubts(drive, estimator, options)),
             lost_ns=tuple(estimator.lost),
             symmetry=model.symmetries,
@@ -246,7 +246,7 @@ def _check_robot(drive: Drive, log: Log, options: RunOptions) -> None:
             "The log holds no robot belief (a PoseArray, ParticleCloud or "
             "PoseWithCovarianceStamped); localize with --belief own."
         )
-    if not drive.poses:
+    if not drive.stamps_ns:
         raise LogError(
             f"Nothing says where the robot starts: {_where_no_start_is(options)}; "
             "give --initial-pose X,Y,YAW, or --global."

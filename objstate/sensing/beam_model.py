@@ -111,3 +111,17 @@ class BeamModel:
             out,
         )
         return out
+
+    def totals(self, measured: FloatArray, expected: FloatArray, range_max: float) -> FloatArray:
+        """The same (m, p) of each of some scans (m, n)."""
+        from objstate.sensing import kernels
+
+        out = np.empty((len(measured), len(expected)))
+        kernels.each_total_log_likelihood(
+            np.ascontiguousarray(measured),
+            self.short(measured),
+            np.ascontiguousarray(expected),
+            self.parameters(range_max),
+            out,
+        )
+        return out

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from objstate.compiling import njit
+from objstate.compiling import inner, njit
 from objstate.geometry import FloatArray
 
 BEARING, DIRECTION_X, DIRECTION_Y, ORIGIN_X, ORIGIN_Y, MEASURED, SHORT = range(7)
@@ -29,9 +29,10 @@ SMALL, LARGE = 1e-200, 1e200  # products are kept between these: one density mor
 GRAZING = 0.1  # cosine of incidence below which a range says nothing of a shift of the surface
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
+_inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
 
 
-@_compile
+@_inner
 def bell(exponent: float) -> Any:
     """exp(-exponent) by squaring; 0 from ``FLAT_BELL`` on.
 
@@ -48,7 +49,7 @@ def bell(exponent: float) -> Any:
     return value if exponent < FLAT_BELL else 0.0
 
 
-@_compile
+@_inner
 def density(measured: float, short: float, expected: float, model: FloatArray) -> Any:
     """p(d | d-hat) of one beam: AMCL's four-part mixture, or the paper's Gaussian.
 
@@ -83,7 +84,7 @@ def log_likelihoods(
             out[row, i] = np.log(density(measured[i], short[i], expected[row, i], model))
 
 
-@_compile
+@_inner
 def _densities(
     measured: FloatArray,
     short: FloatArray,
@@ -107,7 +108,7 @@ def _densities(
         out[i] = none if measured[i] == np.inf else out[i]
 
 
-@_compile
+@_inner
 def _log_product(factors: FloatArray) -> Any:
     """The logarithm of the product of densities (n,)."""
     total, product = 0.0, 1.0
@@ -132,3 +133,16 @@ def total_log_likelihoods(
     for row in range(expected.shape[0]):
         _densities(measured, short, expected[row], model, densities)
         out[row] = _log_product(densities)
+
+
+@_compile
+def each_total_log_likelihood(
+    measured: FloatArray,
+    short: FloatArray,
+    expected: FloatArray,
+    model: FloatArray,
+    out: FloatArray,
+) -> None:
+    """The same for each of some scans: measured and short (m, n), expected (p, n), out (m, p)."""
+    for k in range(measured.shape[0]):
+        total_log_likelihoods(measured[k], short[k], expected, model, out[k])

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from objstate.compiling import njit
+from objstate.compiling import inner, njit
 from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.sensing.kernels import (
     COS,
@@ -41,9 +41,10 @@ NEAR_SIGMAS = 4.0  # a range shorter than this many sigmas before an object was 
 LEAST_SHARE = 1e-12  # what rounding may leave of one when all shares are taken away
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
+_inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
 
 
-@_compile
+@_inner
 def _hit_densities(
     expected: FloatArray, measured: float, model: FloatArray, out: FloatArray
 ) -> None:
@@ -59,7 +60,7 @@ def _hit_densities(
         out[p] = peak * bell(0.5 * off * off)
 
 
-@_compile
+@_inner
 def _floor(measured: float, model: FloatArray) -> Any:
     """The density that a reading has whatever is expected; that of a missing return is a probability."""
     if model[GAUSSIAN] > 0.0:
@@ -67,13 +68,13 @@ def _floor(measured: float, model: FloatArray) -> Any:
     return model[MISSING] if measured == np.inf else model[RANDOM]
 
 
-@_compile
+@_inner
 def _read(measured: float, model: FloatArray) -> Any:
     """What a beam reads: the pure Gaussian takes a missing return for one at the end of the range."""
     return min(measured, model[RANGE_MAX]) if model[GAUSSIAN] > 0.0 else measured
 
 
-@_compile
+@_inner
 def _look(
     expected: FloatArray,
     measured: float,
@@ -92,7 +93,7 @@ def _look(
             out[p] += floor + (short if measured < expected[p] else 0.0)
 
 
-@_compile
+@_inner
 def _look_behind(
     background: FloatArray,
     beam: int,
@@ -112,7 +113,7 @@ def _look_behind(
         without[p] = min(without[p], model[RANGE_MAX])
 
 
-@_compile
+@_inner
 def _take_in(
     hit: FloatArray,
     nearest: FloatArray,
@@ -130,7 +131,7 @@ def _take_in(
         nearest[p] = np.inf
 
 
-@_compile
+@_inner
 def _pull(
     hit: FloatArray,
     nearest: FloatArray,
@@ -155,7 +156,7 @@ def _pull(
         curvature[p] += pulled * per_shift if touches else 0.0
 
 
-@_compile
+@_inner
 def _flush(product: FloatArray, change: FloatArray) -> None:
     """Move the products (p,) into their logarithms."""
     for p in range(product.shape[0]):
@@ -163,7 +164,7 @@ def _flush(product: FloatArray, change: FloatArray) -> None:
         product[p] = 1.0
 
 
-@_compile
+@_inner
 def _per_shift(normal: FloatArray, middle: FloatArray, beam: FloatArray) -> Any:
     """m by which a range grows for each m of a surface's shift along its normal (2,) in the building.
 
@@ -176,7 +177,7 @@ def _per_shift(normal: FloatArray, middle: FloatArray, beam: FloatArray) -> Any:
     return 1.0 / cosine if tells else 0.0
 
 
-@_compile
+@_inner
 def _touches(nearest: FloatArray, without: FloatArray, most: float) -> Any:
     """Whether a beam touches the object from some pose, nearer than ``most`` m."""
     found = 0
@@ -185,7 +186,7 @@ def _touches(nearest: FloatArray, without: FloatArray, most: float) -> Any:
     return found != 0
 
 
-@_compile
+@_inner
 def _at_once(short: FloatArray, model: FloatArray) -> Any:
     """How many beams' densities can be multiplied before their product leaves the floats."""
     highest = model[PEAK] + model[HIT] + model[RANDOM] + model[MISSING]
@@ -311,7 +312,7 @@ def object_log_likelihood(
             )
 
 
-@_compile
+@_inner
 def _mix(
     alone: FloatArray,
     expected: FloatArray,
@@ -327,7 +328,7 @@ def _mix(
         kept[p] -= share if alone[p] < expected[p] else 0.0
 
 
-@_compile
+@_inner
 def _replace(likelihood: FloatArray, mixed: FloatArray, kept: FloatArray) -> None:
     """Give each likelihood (p,) up for the mixture, as far as its share isn't kept."""
     for p in range(likelihood.shape[0]):
@@ -337,7 +338,7 @@ def _replace(likelihood: FloatArray, mixed: FloatArray, kept: FloatArray) -> Non
         kept[p] = 1.0
 
 
-@_compile
+@_inner
 def _log_products(likelihood: FloatArray, out: FloatArray) -> None:
     """Logarithms ``out`` (p,) of the products over beams of likelihoods (n, p)."""
     product = np.ones(out.shape[0])

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from objstate.compiling import njit
+from objstate.compiling import inner, njit
 from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.sensing.kernels import (
     BEARING,
@@ -35,10 +35,11 @@ SLACK = 1e-9  # m, or pseudo-angle, by which a beam may pass an end of a segment
 TINY = 1e-200  # length of a mean direction of headings all round
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
-_compile_finite = njit(nogil=True, error_model="numpy", fastmath={"contract", "nnan", "nsz"})
+_inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
+_inner_finite = inner(nogil=True, error_model="numpy", fastmath={"contract", "nnan", "nsz"})
 
 
-@_compile
+@_inner
 def pseudo_angle(x: float, y: float) -> Any:
     """A number that grows with the bearing of (x, y): -2 at -pi, 0 at 0, 2 at pi."""
     t = abs(y) / (abs(x) + abs(y))
@@ -47,7 +48,7 @@ def pseudo_angle(x: float, y: float) -> Any:
     return -t if y < 0.0 else t
 
 
-@_compile
+@_inner
 def _first_at_or_after(bearing: float, beams: FloatArray, index: IntArray) -> Any:
     """The first beam whose pseudo-angle is not below ``bearing``."""
     count, cells = beams.shape[1], index.shape[0] - 1
@@ -58,7 +59,7 @@ def _first_at_or_after(bearing: float, beams: FloatArray, index: IntArray) -> An
     return i
 
 
-@_compile
+@_inner
 def _hit(
     ax: FloatArray,
     ay: FloatArray,
@@ -82,7 +83,7 @@ def _hit(
         nearest[p] = distance if closer else nearest[p]
 
 
-@_compile
+@_inner
 def stands(poses: FloatArray, sweep: FloatArray) -> Any:
     """Where the sweep's centre is (4, p) when the robot stands at poses (p, 4)."""
     lasers = np.empty((4, poses.shape[0]))
@@ -94,7 +95,7 @@ def stands(poses: FloatArray, sweep: FloatArray) -> Any:
     return lasers
 
 
-@_compile
+@_inner
 def strays(lasers: FloatArray, middle: FloatArray) -> Any:
     """The mean of lasers' poses (4, p), and how far positions stray from it, m."""
     for row in range(4):
@@ -112,7 +113,7 @@ def strays(lasers: FloatArray, middle: FloatArray) -> Any:
     return np.sqrt(strayed)
 
 
-@_compile_finite
+@_inner_finite
 def _turns(x: FloatArray, y: FloatArray, to_x: float, to_y: float) -> Any:
     """Least and largest tangent of the turn from one direction to those of (x, y) (p,).
 
@@ -126,7 +127,7 @@ def _turns(x: FloatArray, y: FloatArray, to_x: float, to_y: float) -> Any:
     return (least, largest) if ahead > 0.0 else (-np.inf, np.inf)
 
 
-@_compile
+@_inner
 def _bearing(x: float, y: float, tangent: float, about: float) -> Any:
     """The pseudo-angle of (x, y) turned on by a tangent, unwrapped to be near another."""
     found = pseudo_angle(x - tangent * y, y + tangent * x)
@@ -135,7 +136,7 @@ def _bearing(x: float, y: float, tangent: float, about: float) -> Any:
     return found + 4.0 if found - about < -2.0 else found
 
 
-@_compile
+@_inner
 def _gap(segment: FloatArray) -> Any:
     """The distance of the origin from a segment (4,)."""
     ax, ay, bx, by = segment[0], segment[1], segment[2], segment[3]
@@ -146,7 +147,7 @@ def _gap(segment: FloatArray) -> Any:
     return np.sqrt((ax + along * ex) ** 2 + (ay + along * ey) ** 2)
 
 
-@_compile
+@_inner
 def _covered(
     segment: FloatArray,
     starts: Any,
@@ -182,14 +183,14 @@ def _covered(
     return first, _first_at_or_after(high, beams, index) - first
 
 
-@_compile
+@_inner
 def _is_behind(segment: FloatArray, margin: float) -> Any:
     """Whether all within a margin of the origin is on the right, inner, side of a rim's segment (4,)."""
     ex, ey = segment[2] - segment[0], segment[3] - segment[1]
     return segment[0] * ey - segment[1] * ex <= -margin * np.sqrt(ex * ex + ey * ey)
 
 
-@_compile
+@_inner
 def _is_outside(seen: FloatArray, rim: int, margin: float) -> Any:
     """Whether all within a margin of the origin is outside of the closed loops ``seen[:rim]`` (k, 4)."""
     turns = 0  # of the loops about the origin
@@ -202,7 +203,7 @@ def _is_outside(seen: FloatArray, rim: int, margin: float) -> Any:
     return (rim > 0) & (turns == 0)
 
 
-@_compile
+@_inner
 def _seen_from(
     middle: FloatArray, place: FloatArray, outline: FloatArray, seen: FloatArray
 ) -> None:
@@ -217,7 +218,7 @@ def _seen_from(
             seen[j, end + 1] = y + sin * outline[j, end] + cos * outline[j, end + 1]
 
 
-@_compile
+@_inner
 def project(
     lasers: FloatArray,
     middle: FloatArray,

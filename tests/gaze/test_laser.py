@@ -8,6 +8,7 @@ from objstate.config import MapErrorSettings
 from objstate.estimator import Estimator
 from objstate.gaze.entropy import belief_entropy
 from objstate.gaze.floor import Floor
+from objstate.gaze.gains import gain_of
 from objstate.gaze.laser import LaserLooks, LookSettings
 from objstate.gaze.sensors import Sensor
 from objstate.gaze.viewpoints import ViewpointSettings, middle_of, viewpoints
@@ -28,8 +29,8 @@ def gain(
     rooms: Building, belief: ObjectBelief, pose: FloatArray, others: dict[str, FloatArray]
 ) -> float | None:
     exactly = LookSettings(robot_std=MapErrorSettings().std_m, robot_yaw_std=0.0)
-    look = LaserLooks(rooms, LASER, looks=exactly).look(belief, pose, others)
-    return None if look is None else look.gain(belief, SCANS)
+    told = LaserLooks(rooms, LASER, looks=exactly).look(belief, pose, others, SCANS)
+    return None if told is None else gain_of(belief)(told)
 
 
 def learnt(rooms: Building, name: str, state: FloatArray, pose: FloatArray, seed: int) -> float:
@@ -88,9 +89,10 @@ def test_who_knows_already_gains_little() -> None:
 def test_more_scans_tell_more_and_never_more_than_there_is() -> None:
     rooms = two_rooms()
     belief = prior(rooms["door"])
-    look = LaserLooks(rooms, LASER).look(belief, AT_DOOR, {})
-    assert look is not None
-    gains = [look.gain(belief, scans) for scans in (0.0, 1.0, 3.0, 10.0)]
+    looks = LaserLooks(rooms, LASER)
+    told = [looks.look(belief, AT_DOOR, {}, scans) for scans in (0.0, 1.0, 3.0, 10.0)]
+    gains = [gain_of(belief)(each) for each in told if each is not None]
+    assert len(gains) == len(told)
     assert gains[0] == pytest.approx(0.0, abs=1e-9)
     assert gains == sorted(gains)
     assert gains[-1] <= np.log(len(belief.states))

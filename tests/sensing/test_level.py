@@ -145,6 +145,44 @@ def test_many_robot_poses_abreast_as_embree_sees_them(
 
 
 @settings(max_examples=EXAMPLES, deadline=None)
+@given(blocks, fans, poses, st.floats(0.0, 0.24), st.integers(0, 1000), st.booleans())
+@example(
+    [(2.0, 0.0, 0.4, 1.6, 0.0), (2.6, 0.6, 0.8, 0.4, 0.0), (2.6, -0.6, 0.8, 0.4, 0.0)],
+    fan(181),
+    np.array([4.5, 0.1, np.pi]),
+    0.1,
+    1,
+    False,
+)  # into a U of three cupboards
+@example(
+    [(2.0, 0.0, 1.0, 1.0, 0.0), (3.0, 1.0, 1.0, 1.0, 0.0)], fan(181), np.zeros(3), 0.1, 1, True
+)
+def test_solid_things_from_outside_as_embree_sees_them(
+    boxes: list[tuple[float, ...]],
+    rays: Rays,
+    robot: FloatArray,
+    spread: float,
+    seed: int,
+    has_sheet: bool,
+) -> None:
+    """Touching, overlapping, apart, and with a sheet that closes nothing: far sides are left out, not near ones."""
+    cloud = robot + spread * np.random.default_rng(seed).uniform(-1.0, 1.0, (9, 3))
+    assume(boxes and all(outside_of(boxes, rays, pose) for pose in cloud))
+    sheet = fence(np.array([[-1.0, 2.0], [1.5, 2.5]])) if has_sheet else Mesh.empty()
+    clutter = Mesh.joined([*(block(*box) for box in boxes), sheet])
+    view = level_view(building(Mesh.empty(), standing("clutter", clutter)), rays)
+    found = view.object("clutter", np.zeros((1, 3)), cloud)[:, 0]
+    for pose, ranges in zip(cloud[:3], found, strict=False):
+        assert_as_embree(ranges, clutter, *cast_from(transform_from_pose(pose), rays))
+
+
+def test_a_robot_inside_a_ring_sees_the_ring_from_within() -> None:
+    ring, rays = enclosure(3.0, 3.0), fan(181, 2 * np.pi)
+    for robot in (np.array([0.3, 0.2, 0.5]), np.array([4.0, 0.2, 3.0])):  # within and without
+        assert_as_embree_sees(ring, rays, robot)
+
+
+@settings(max_examples=EXAMPLES, deadline=None)
 @given(fans, poses, st.floats(-0.2, 2.0), st.floats(0.0, 0.9), poses, st.booleans())
 def test_objects_in_any_state_as_embree_sees_them(
     rays: Rays,
