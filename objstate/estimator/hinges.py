@@ -249,7 +249,8 @@ class _Watch:
         """m by which the leaf's readings surely lie aside of it."""
         if self._hold == 0.0:
             return 0.0
-        return math.sqrt(max((self._pull / self._hold) ** 2 - 1.0 / self._hold, 0.0))
+        by_chance = self._settings.doubt_sigmas**2 / self._hold
+        return math.sqrt(max((self._pull / self._hold) ** 2 - by_chance, 0.0))
 
     def searched(self, belief: ObjectBelief | None) -> None:
         """A search has told what to believe of the door from now on, or nothing: then wait longer."""
