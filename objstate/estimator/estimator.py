@@ -438,7 +438,7 @@ class Estimator:
         for name in list(self._hinges.found):
             item = self._believed.marginals[name].item
             self._sensing = self._sensing.with_object(item)
-            if item is self.building[name]:
+            if np.array_equal(item.origin, self.building[name].origin):
                 del self._hinges.found[name]
 
     def _found(self, place: FloatArray, now_ns: int) -> Track:
