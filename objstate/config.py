@@ -20,6 +20,7 @@ from objstate.errors import SettingsError
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Share = Annotated[float, Field(ge=0, le=1)]
+Probability = Annotated[float, Field(gt=0, le=1)]
 Exponent = Annotated[float, Field(gt=0, le=1)]
 Count = Annotated[int, Field(ge=1)]
 ResolutionDeg = Annotated[float, Field(ge=0.01, le=30)]
@@ -153,6 +154,27 @@ class ConsistencySettings(Strict):
     most: Positive = 10.0
 
 
+class HingeSettings(Strict):
+    """Doors that hang elsewhere than the model says: when, and where, the hinge is looked for."""
+
+    in_place: Probability = 0.9  # probability that a door hangs where the model has it; 1: all do
+    std_m: Positive = 0.15  # of the places of all others
+    most_m: Positive = 0.3  # from its place, to which a hinge is looked for
+    spacing_m: Positive = 0.06  # between the places that are tried first
+    sigma_hit: Positive = 0.03  # m, of the beam model that they are compared with
+    tempering: Exponent = 0.2  # exponent on the likelihood of a look
+    sure: Share = 0.99  # probability from which a door hangs elsewhere
+    least_sigmas: Positive = 1.5  # of what robot and walls may be off: nearer is its place
+    most_strange: Share = 0.5  # of the strange beams, that may be left decimetres away
+    looks: Count = 12  # that are remembered of a door
+    least_looks: Count = 6  # by which places are compared
+    every_m: Positive = 0.3  # m driven between looks
+    doubt_sigmas: Positive = (
+        2.0  # by which a leaf's readings lie aside of it: its hinge is looked for
+    )
+    doubt_share: Share = 0.25  # of the beams stopped near it that the leaf didn't stop: likewise
+
+
 class Dynamics(Strict):
     """p(s | t, s'): an object stays, drifts a little, and is now and then moved by somebody."""
 
@@ -244,6 +266,7 @@ class Settings(Strict):
     object_updates: ObjectUpdateSettings = ObjectUpdateSettings()
     map_error: MapErrorSettings = MapErrorSettings()
     consistency: ConsistencySettings = ConsistencySettings()
+    hinges: HingeSettings = HingeSettings()
     objects: tuple[ObjectRule, ...] = ()
 
     def with_inference(self, inference: Literal["joint", "marginal"] | None) -> Settings:

@@ -25,6 +25,7 @@ GROUPS = {
     "`search`": config.SearchSettings,
     "`object_updates`": config.ObjectUpdateSettings,
     "`map_error`": config.MapErrorSettings,
+    "`hinges`": config.HingeSettings,
     "`consistency`": config.ConsistencySettings,
     "scene": scene.Scene,
     "scene: `route`": scene.Route,

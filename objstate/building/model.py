@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import cached_property
 from pathlib import Path
@@ -137,6 +137,10 @@ class Building:
         """The orders of the objects that look the same after some turns."""
         orders = {name: item.symmetry.order for name, item in self.objects.items()}
         return {name: order for name, order in orders.items() if order > 1}
+
+    def with_object(self, item: MovableObject) -> Building:
+        """The same building with another object of a name that it has."""
+        return replace(self, objects={**self.objects, item.name: item})
 
     def __getitem__(self, name: str) -> MovableObject:
         try:

@@ -26,7 +26,8 @@ class Believed:
         seed: int,
         known: Mapping[str, ObjectBelief],
     ) -> None:
-        self.filters: Mapping[str, ObjectFilter] = {
+        self._settings = settings
+        self.filters: dict[str, ObjectFilter] = {
             name: filter_for(item, settings) for name, item in building.objects.items()
         }
         self.rngs = {
@@ -90,7 +91,16 @@ class Believed:
             self._keep(name, belief)
         self._before, self._earlier, self._in_view = {}, {}, {}
 
+    def hang(self, belief: ObjectBelief) -> None:
+        """Keep what is believed of a door that hangs elsewhere from now on."""
+        self._in_view.pop(belief.item.name, None)
+        self.keep([(belief.item.name, belief)])
+
     def _keep(self, name: str, belief: ObjectBelief) -> None:
+        before = self.marginals.get(name, belief)
+        if belief.item is not before.item:
+            self.filters[name] = filter_for(belief.item, self._settings)
+            self.surroundings.rehang(belief.item)
         self.marginals[name] = belief
         self.surroundings.follow(name, belief)
 

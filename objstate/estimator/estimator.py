@@ -15,6 +15,7 @@ from objstate.errors import LogError, SettingsError
 from objstate.estimator.believed import Believed
 from objstate.estimator.consistency import Consistency
 from objstate.estimator.doubt import Doubt, Verdict
+from objstate.estimator.hinges import Hinges
 from objstate.estimator.map_error import MapError
 from objstate.estimator.observation import Observation, observe
 from objstate.estimator.schedule import Schedule, evenly_spread
@@ -84,8 +85,10 @@ class Estimator:
         self._believed = Believed(building, self.settings, seed, beliefs or {})
         self._map_error = MapError(self.settings.map_error)
         self._consistency = Consistency(self.settings.consistency)
+        self._hinges = Hinges(building, self.settings)
         self._represented = lru_cache(maxsize=1024)(ObjectBelief.represented_by)  # few change
         self._odometry: FloatArray | None = None
+        self._driven_m = 0.0
         self._now_ns = 0
         self._start_is_told = initial_pose is not None or global_start
         self._is_anywhere = global_start  # and no place is more likely than others as yet
@@ -130,6 +133,15 @@ class Estimator:
     def map_error(self) -> float:
         """m by which walls and hinges are off the building's model, as the log tells."""
         return self._map_error.std
+
+    @property
+    def hung_elsewhere(self) -> dict[str, FloatArray]:
+        """Doors that surely don't hang where the model has them, by how much (2,) m."""
+        return {
+            name: self._believed.marginals[name].item.origin[:2, 3]
+            - self.building[name].origin[:2, 3]
+            for name in self._hinges.found
+        }
 
     def feed(self, record: Record) -> list[Estimate]:
         """Take one record in; what it changed in the objects' beliefs comes back."""
@@ -197,6 +209,7 @@ class Estimator:
             self._believed.resampled(ancestors)
         self._track = track.corrected(robot, scan.stamp_ns, self._odometry)
         self.corrections += 1
+        self._note_hinges(sight, observation)
         return self._estimates(observation)
 
     def _sense_by_turns(self, track: Track, sight: Sight) -> list[Estimate]:
@@ -217,6 +230,7 @@ class Estimator:
         near, towards = self._near(sight, observing)
         observation = self._observe(near, towards, np.asarray(towards.any(axis=0)), sight, robot)
         self._believed.keep((name, each.belief) for name, each in observation.beliefs.items())
+        self._note_hinges(sight, observation)
         return self._estimates(observation)
 
     def _unobserved(self, sight: Sight) -> list[Estimate]:
@@ -233,6 +247,7 @@ class Estimator:
         """p(l) <- integral of p(l | a, l') p(l'), for a new odometry reading a."""
         if self._odometry is not None:
             step = between(self._odometry, pose)
+            self._driven_m += float(np.hypot(step[0], step[1]))
             if self._track is not None:
                 self._track = self._driven(self._track, step)
             self._doubt.drive(step)
@@ -322,7 +337,8 @@ class Estimator:
     def _published(self, name: str, belief: ObjectBelief) -> ObjectBelief:
         """The belief of somebody who knows that the building's model is off."""
         factor = self._consistency.factor(belief.item.kind)
-        return self._believed.filters[name].widened(belief, factor, self._map_error.std)
+        std = max(self._map_error.std, self._hinges.std(belief))
+        return self._believed.filters[name].widened(belief, factor, std)
 
     def _infers_jointly(self, robot: PoseBelief) -> bool:
         s = self.settings.object_updates
@@ -342,6 +358,28 @@ class Estimator:
         )
         places = origins[:, :2] + directions[:, :2] * walls[:, None]
         self._map_error.note(scan.stamp_ns, places, scan.ranges[chosen] - walls)
+
+    def _note_hinges(self, sight: Sight, observation: Observation) -> None:
+        """Remember how doors looked; those that look strange may hang elsewhere."""
+        for name in observation.fits:
+            belief = self._believed.marginals[name]
+            if not self._hinges.is_due(belief, self._driven_m):
+                continue
+            others = {
+                other: each.belief.mean
+                for other, each in observation.beliefs.items()
+                if other != name and each.belief.settled
+            }
+            self._hinges.note(belief, sight, self._driven_m, self._map_error.std, others)
+            if self._hinges.seems_off(name):
+                self._hang(name)
+
+    def _hang(self, name: str) -> None:
+        """Look for a door's hinge, and hang it where it surely is."""
+        belief = self._hinges.search(name, self._sensing)
+        if belief is not None:
+            self._believed.hang(belief)
+            self._sensing = self._sensing.with_object(belief.item)
 
     def _is_narrow(self, robot: PoseBelief) -> bool:
         return robot.position_std <= self.settings.object_updates.max_position_std
@@ -396,6 +434,12 @@ class Estimator:
         """Say that the robot is lost, and take back what was learnt of objects since it fitted."""
         self._doubt.rise(now_ns)
         self._believed.go_back()
+        self._hinges.forget()
+        for name in list(self._hinges.found):
+            item = self._believed.marginals[name].item
+            self._sensing = self._sensing.with_object(item)
+            if np.array_equal(item.origin, self.building[name].origin):
+                del self._hinges.found[name]
 
     def _found(self, place: FloatArray, now_ns: int) -> Track:
         self._doubt.found(now_ns)

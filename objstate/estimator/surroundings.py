@@ -38,6 +38,10 @@ class Surroundings:
             radius = self._reach[name] + strayed
             self._circles[self._index[name]] = [*belief.mean[:2], radius]
 
+    def rehang(self, item: MovableObject) -> None:
+        """Let an object's circle follow its hinge."""
+        self._circles[self._index[item.name]] = _circle(item, self._reach[item.name])
+
     def within(
         self, robot: PoseBelief, distance: float, among: Sequence[str] | None = None
     ) -> list[str]:

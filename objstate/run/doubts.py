@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterator
 from fnmatch import fnmatchcase
 
@@ -11,6 +12,16 @@ from objstate.run.drive import Drive
 from objstate.run.options import RunOptions
 from objstate.run.start import start_outside
 
+COMPASS = (  # counter-clockwise
+    "east",
+    "north-east",
+    "north",
+    "north-west",
+    "west",
+    "south-west",
+    "south",
+    "south-east",
+)
 NAMES_SHOWN = 5  # so many names tell what the others are like
 
 
@@ -22,6 +33,7 @@ def doubts(drive: Drive, estimator: Estimator, options: RunOptions) -> list[str]
         *_of_lasers(drive, building, options),
         *_of_path(drive, estimator, options),
         *_of_objects(drive, building),
+        *_of_hinges(estimator),
     ]
 
 
@@ -90,6 +102,20 @@ def _of_objects(drive: Drive, building: Building) -> Iterator[str]:
             "The robot passed objects, but no beam bore on any of them; their states are what was "
             "assumed before. Do the lasers see them at their height?"
         )
+
+
+def _of_hinges(estimator: Estimator) -> Iterator[str]:
+    for name, (x, y) in estimator.hung_elsewhere.items():
+        yield (
+            f"Door '{name}' fits better hung {math.hypot(x, y):.2f} m {compass(x, y)} of its place in "
+            f"the model (x {x:+.2f} m, y {y:+.2f} m); its angle is that of a leaf there. Move its "
+            "joint's origin."
+        )
+
+
+def compass(x: float, y: float) -> str:
+    """The way to (x, y) from the origin of a frame whose x axis points east (REP-103)."""
+    return COMPASS[round(math.atan2(y, x) / (math.pi / 4.0)) % len(COMPASS)]
 
 
 def _some(names: Collection[str]) -> str:

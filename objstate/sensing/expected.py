@@ -7,6 +7,7 @@ the expected range is the nearer of the two. So a state costs no rebuilding.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import copy
 from functools import cache
 
 import numpy as np
@@ -24,6 +25,12 @@ class ExpectedRanges:
         self.building = building
         self._walls = caster_of(building.walls)
         self._object_caster = cache(lambda name: _caster_of(building[name]))
+
+    def with_object(self, item: MovableObject) -> ExpectedRanges:
+        """The same building but for one object, which now stands elsewhere."""
+        other = copy(self)
+        other.building = self.building.with_object(item)
+        return other
 
     def walls(self, poses: FloatArray, rays: Rays) -> FloatArray:
         """Ranges (p, n) m to the fixed walls from robot poses (p, 3); inf where there are none."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, lru_cache
 from typing import NamedTuple, TypeVar
@@ -221,6 +222,12 @@ class LevelOutlines:
         self._walls = cache(lambda height: Blocks(flat(outline(building.walls, height))))
         self._neighbourhoods: dict[float, Neighbourhood] = {}
         self._stand: tuple[FloatArray, Stand] | None = None  # the last, with its poses (p, 3)
+
+    def with_object(self, item: MovableObject) -> LevelOutlines:
+        """The same building but for one object, which now stands elsewhere."""
+        other = copy(self)
+        other._building = self._building.with_object(item)
+        return other
 
     def stand(self, poses: FloatArray) -> Stand:
         """Robot poses (p, 3) as the kernels take them; a scan asks for the same often."""

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 from typing import Protocol
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from objstate.building.model import Building
+from objstate.building.model import Building, MovableObject
 from objstate.errors import PlatformError
 from objstate.geometry import BoolArray, FloatArray, IntArray, transform_from_pose
 from objstate.records import Rays, Scan
@@ -104,6 +105,13 @@ class Sensing:
         sweep = sweep.take(chosen)
         rows = sweep.beams(measured, self._beam_model.short(measured))
         return LevelView(self._outlines, sweep, measured, rows, self._beam_model, scan.range_max)
+
+    def with_object(self, item: MovableObject) -> Sensing:
+        """The same building but for one object of a name it has, which now stands elsewhere."""
+        other = copy(self)
+        other._outlines = self._outlines.with_object(item)
+        other._expected = self._expected.with_object(item)
+        return other
 
     def _needs_embree(self, scan: Scan) -> PlatformError:
         """The error for a scan that outlines don't hold for."""

@@ -19,6 +19,7 @@ from objstate.recording.tables import read_estimates
 from objstate.recording.tum import read_tum
 from objstate.records import Estimate, Record
 from objstate.run import RunOptions, estimate_log
+from objstate.run.doubts import compass
 from objstate.run.inputs import describe_building, describe_log, log_identity
 from objstate.simulation import simulate
 from objstate.world.store import open_store
@@ -179,6 +180,30 @@ def test_a_mounting_that_cannot_be_is_doubted(
     warnings = estimate_log([log], building, tmp_path / "out", told).warnings
     doubts = [warning for warning in warnings if "mount" in warning]
     assert [doubt in warning for warning in doubts] == [True] * (doubt is not None)
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "way"),
+    [(0.2, 0.0, "east"), (-0.1, 0.11, "north-west"), (0.0, -0.3, "south"), (-0.2, -0.01, "west")],
+)
+def test_the_way_to_a_hinge_is_told_by_the_compass(x: float, y: float, way: str) -> None:
+    assert compass(x, y) == way
+
+
+def test_a_door_that_hangs_elsewhere_is_told_with_where(tmp_path: Path) -> None:
+    model = hall(tmp_path, DOOR.format(x=2, width=0.9)).rename(tmp_path / "model.urdf")
+    real = DOOR.format(x=2, width=0.9).replace('xyz="2 0 0"', 'xyz="2 0.2 0"')
+    hall(tmp_path, real)
+    scene = tmp_path / "pass.scene.yaml"
+    route = "{waypoints: [{x: -1.0, y: -0.8}, {x: 5.0, y: -0.8}]}"
+    scene.write_text(
+        f"building: hall.urdf\nroute: {route}\nobjects: [{{name: door, initial: 0.3}}]\n"
+    )
+    log = simulate(scene, tmp_path / "drive", seed=1).log
+    warnings = estimate_log([log], model, tmp_path / "out").warnings
+    (told,) = [warning for warning in warnings if "hung" in warning]
+    assert "Door 'door' fits better hung 0." in told
+    assert "north of its place in the model" in told
 
 
 def test_objects_that_no_beam_bore_on_are_a_warning(tmp_path: Path) -> None:
