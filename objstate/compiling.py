@@ -33,11 +33,12 @@ def njit(**options: Any) -> Callable[[F], F]:
 def inner(**options: Any) -> Callable[[F], F]:
     """``numba.njit(**options)`` for what only compiled loops call.
 
-    What Python would need to call it isn't compiled, and it is kept as a part of those that call it.
+    It becomes a part of each of those. Were there a function of its own, several loops would hold copies
+    of it, rounded differently, and which of them runs would depend on what was compiled or loaded before.
     """
     import numba
 
-    options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "forceinline": True}
     return numba.njit(**options)  # type: ignore[no-any-return]
 
 

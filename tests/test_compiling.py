@@ -12,6 +12,7 @@ import pytest
 
 from objstate.compiling import njit
 
+ROOT = Path(__file__).parents[1]
 SCRIPT = """
 import logging
 import numpy as np
@@ -42,6 +43,19 @@ def test_where_they_can_be_kept_they_are(tmp_path: Path) -> None:
     done = run(SCRIPT, NUMBA_CACHE_DIR=str(tmp_path))
     assert (done.stdout, done.stderr) == ("[2.]\n", "")
     assert len(list(tmp_path.rglob("*.nbc"))) == 1
+
+
+def test_loops_just_compiled_give_the_bytes_of_those_that_were_kept(tmp_path: Path) -> None:
+    log, building = (
+        str(ROOT / each) for each in ("logs/corridor.mcap", "models/corridor/corridor.urdf")
+    )
+    written = []
+    for result in (tmp_path / "compiled", tmp_path / "kept"):
+        given = ["estimate", log, "--building", building, "--to", "8", "--out", str(result)]
+        kept = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "loops")}
+        subprocess.run([sys.executable, ROOT / "cli.py", *given], env=kept, check=True)
+        written.append((result / "estimates.parquet").read_bytes())
+    assert written[0] == written[1]
 
 
 def test_what_cant_be_compiled_is_an_error() -> None:
