@@ -150,7 +150,7 @@ class ConsistencySettings(Strict):
     stretch: Positive = 0.2  # of its variance that a belief loses while its mean's moves add up
     weight: Positive = 2.0  # of the first guess, that the widths are right, in deviations expected
     jump: Positive = 5.0  # deviations that a mean moves by in one scan if the object was moved
-    least: Positive = 0.15  # factor on a variance
+    least: Positive = 0.08  # factor on a variance
     most: Positive = 10.0
 
 
