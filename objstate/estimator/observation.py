@@ -33,7 +33,9 @@ class Observation:
         return replace(
             self,
             beliefs={
-                name: each.averaged(each.given, weights).blended(forgotten)
+                name: each.averaged(each.given, weights)
+                .apportioned(self.predicted[name], weights)
+                .blended(forgotten)
                 for name, each in self.beliefs.items()
             },
         )

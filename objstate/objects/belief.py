@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -61,6 +61,9 @@ class ObjectBelief:
     stamp_ns: int | None = None  # the moment of the belief; None before the first
     last_observed_ns: int | None = None
     scouts: int = 0  # of the last states: they look for it elsewhere, and count for nothing yet
+    shared: FloatArray = field(  # (d,) or (1,), of the variance what errors of the robot cause
+        default_factory=partial(np.zeros, 1)
+    )
 
     @property
     def wraps(self) -> BoolArray:
@@ -154,6 +157,12 @@ class ObjectBelief:
         return np.asarray(
             np.sqrt(self.standing.weights.values @ self.deviations**2 + self.cell**2 / 12.0)
         )
+
+    def kept_of(self, factor: float) -> FloatArray:
+        """(d,) what a factor on the variance leaves of it, when one below 1 spares the ``shared`` part."""
+        if factor >= 1.0:
+            return np.full(len(self.std), factor)
+        return factor + (1.0 - factor) * np.minimum(self.shared / self.std**2, 1.0)
 
     def interval(self, share: float = CENTRAL) -> tuple[FloatArray, FloatArray]:
         """Lower and upper bounds (d,) of the central ``share`` of the posterior.

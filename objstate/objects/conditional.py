@@ -24,12 +24,13 @@ class ConditionalBelief:
     belief: ObjectBelief  # p(s), when the robot samples are averaged over
     given: FloatArray  # (l, n) p(s | l) of an object that is there; each row sums to one
     presence: FloatArray  # (l,) p(there | l)
+    inherited: FloatArray  # (d,) or (1,) of ``belief.shared``, what no longer shows in ``given``
 
     @staticmethod
     def independent(belief: ObjectBelief, count: int) -> ConditionalBelief:
         """Of an object that comes into view: each of ``count`` robot samples believes the same."""
         rows = np.tile(belief.weights.values, (count, 1))
-        return ConditionalBelief(belief, rows, np.full(count, belief.presence))
+        return ConditionalBelief(belief, rows, np.full(count, belief.presence), belief.shared)
 
     def averaged(self, given: FloatArray, robot_weights: FloatArray) -> ConditionalBelief:
         """With new conditional weights (l, n), the marginal by the robot weights (l,)."""
@@ -38,6 +39,22 @@ class ConditionalBelief:
         belief = replace(self.belief.with_weights(Weights.of(there @ given)), presence=presence)
         return replace(self, belief=belief, given=given)
 
+    def apportioned(self, before: ObjectBelief, robot_weights: FloatArray) -> ConditionalBelief:
+        """With what a scan made of the variance that errors of the robot cause.
+
+        Robot samples (l,) that believe in other states show what their own error does. Of earlier errors
+        is left what the scan leaves of the belief ``before`` it: a mean moves by 1 - v / v0 of
+        what a scan is off the mean, when it takes the variance from v0 to v.
+        """
+        there, off = robot_weights * self.presence, self.belief.deviations
+        rows = self.given[:, : len(off)]
+        means = rows @ off / rows.sum(axis=1, keepdims=True)
+        between = there @ means**2 / there.sum()
+        left = np.minimum(self.belief.std / before.std, 1.0) ** 4
+        inherited = left * self.inherited
+        belief = replace(self.belief, shared=inherited + between)
+        return replace(self, belief=belief, inherited=inherited)
+
     def blended(self, share: float) -> ConditionalBelief:
         """Each robot sample gives up a share of its own belief for the marginal."""
         from objstate.objects import kernels
@@ -45,7 +62,10 @@ class ConditionalBelief:
         given, marginal = np.empty_like(self.given), self.belief.weights.values
         kernels.blend(self.given, marginal, share, given)
         presence = (1.0 - share) * self.presence + share * self.belief.presence
-        return replace(self, given=given, presence=presence)
+        shown = (1.0 - share) ** 2 * (self.belief.shared - self.inherited)
+        return replace(
+            self, given=given, presence=presence, inherited=self.belief.shared - shown
+        )
 
     def resampled(self, ancestors: IntArray) -> ConditionalBelief:
         """After the robot belief was resampled: each sample keeps what its ancestor (l',) believed."""

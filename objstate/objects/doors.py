@@ -162,6 +162,7 @@ class LatticeFilter:
         """A hinged leaf that hangs aside reads turned by what the shift is to its mean lever."""
         std = std_m * self._lean if self.item.kind is Kind.HINGED else std_m
         weights = belief.weights.values
+        factor = float(belief.kept_of(factor)[0])
         if belief.settled and factor < 1.0:
             log = belief.weights.log - belief.weights.log.max()
             weights = np.exp(log / factor)

@@ -138,9 +138,9 @@ class SampleFilter:
 
     def widened(self, belief: ObjectBelief, factor: float, std_m: float) -> ObjectBelief:
         std = np.array([std_m, std_m, std_m / LEVER])
-        factor = factor if belief.settled else 1.0
+        kept = belief.kept_of(factor) if belief.settled else 1.0
         belief = belief.standing
-        wider = np.sqrt(factor + (std / np.maximum(belief.std, TINY)) ** 2)
+        wider = np.sqrt(kept + (std / np.maximum(belief.std, TINY)) ** 2)
         states = belief.mean + wider * belief.deviations
         states[:, 2] = wrap(states[:, 2])
         return belief.with_samples(states, belief.weights)
