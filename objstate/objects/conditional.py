@@ -63,9 +63,7 @@ class ConditionalBelief:
         kernels.blend(self.given, marginal, share, given)
         presence = (1.0 - share) * self.presence + share * self.belief.presence
         shown = (1.0 - share) ** 2 * (self.belief.shared - self.inherited)
-        return replace(
-            self, given=given, presence=presence, inherited=self.belief.shared - shown
-        )
+        return replace(self, given=given, presence=presence, inherited=self.belief.shared - shown)
 
     def resampled(self, ancestors: IntArray) -> ConditionalBelief:
         """After the robot belief was resampled: each sample keeps what its ancestor (l',) believed."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -11,6 +13,7 @@ from objstate.config import DoorSettings
 from objstate.geometry import FloatArray
 from objstate.objects import ConditionalBelief
 from objstate.objects.doors import LatticeFilter
+from objstate.particles import Weights
 from tests.rooms import door
 
 FILTER = LatticeFilter(door("door", 0.0, 0.0), DoorSettings(resolution_deg=5.0))
@@ -86,3 +89,45 @@ def test_a_resampled_robot_sample_believes_what_its_ancestor_did() -> None:
 def test_at_first_every_robot_sample_believes_the_same(robots: int) -> None:
     believed = ConditionalBelief.independent(PRIOR, robots)
     np.testing.assert_array_equal(believed.given, np.tile(PRIOR.weights.values, (robots, 1)))
+
+
+# --- what errors of the robot cause -------------------------------------------------
+
+
+@settings(max_examples=30, deadline=None)
+@given(SEEDS, ROBOTS)
+def test_what_robot_samples_disagree_about_is_shared_and_the_rest_is_theirs(
+    seed: int, robots: int
+) -> None:
+    believed, robot = tables(seed, robots)
+    belief = believed.apportioned(PRIOR, robot).belief
+    off = PRIOR.states[:, 0] - believed.belief.mean
+    means = believed.given @ off
+    within = robot @ (believed.given @ off**2 - means**2)
+    cell = PRIOR.cell[0] ** 2 / 12.0
+    assert belief.shared[0] + within + cell == pytest.approx(belief.std[0] ** 2)
+    np.testing.assert_array_equal(belief.weights.values, believed.belief.weights.values)
+
+
+@settings(max_examples=30, deadline=None)
+@given(SEEDS, ROBOTS, SHARES)
+def test_what_is_forgotten_of_the_robots_errors_stays_in_the_belief(
+    seed: int, robots: int, share: float
+) -> None:
+    believed, robot = tables(seed, robots)
+    before = believed.apportioned(PRIOR, robot)
+    blended = before.blended(share)
+    after = blended.averaged(blended.given, robot).apportioned(blended.belief, robot)
+    np.testing.assert_allclose(after.belief.shared, before.belief.shared, rtol=1e-6)
+
+
+def test_of_former_errors_is_left_what_a_scan_leaves_of_the_mean() -> None:
+    wide, narrow = (
+        PRIOR.with_weights(Weights.of(np.exp(-0.5 * ((PRIOR.states[:, 0] - 0.8) / std) ** 2)))
+        for std in (0.4, 0.2)
+    )
+    seen = ConditionalBelief.independent(replace(wide, shared=np.array([0.01])), 3)
+    given = np.tile(narrow.weights.values, (3, 1))
+    after = seen.averaged(given, np.full(3, 1.0 / 3.0)).apportioned(wide, np.full(3, 1.0 / 3.0))
+    left = (narrow.std / wide.std) ** 2
+    np.testing.assert_allclose(after.belief.shared, 0.01 * left**2, rtol=1e-9)

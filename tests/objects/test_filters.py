@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -409,6 +411,20 @@ def test_a_settled_door_is_published_with_its_variance_changed_by_the_factor(
     told = filter_.widened(belief, factor, 0.0)
     assert told.mean[0] == pytest.approx(belief.mean[0], abs=1e-3)
     assert told.std[0] == pytest.approx(np.sqrt(factor) * belief.std[0], rel=0.05)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
+def test_what_errors_of_the_robot_cause_is_spared_by_a_factor_below_one(share: float) -> None:
+    door = LatticeFilter(HINGED, DoorSettings(resolution_deg=0.1))
+    table = SampleFilter(TABLE, FurnitureSettings())
+    prior, anywhere = door.prior(rng_of()), table.prior(rng_of()).standing
+    ajar = prior.with_weights(Weights.of(np.exp(-0.5 * ((prior.states[:, 0] - 0.7) / 0.04) ** 2)))
+    close = anywhere.with_samples(TABLE.home + 0.1 * anywhere.deviations, anywhere.weights)
+    for filter_, belief in ((door, ajar), (table, close)):
+        seen = replace(belief, shared=share * belief.std**2)
+        for factor, left in ((0.1, 0.1 + 0.9 * share), (4.0, 4.0)):
+            told = filter_.widened(seen, factor, 0.0)
+            np.testing.assert_allclose(told.std**2 / seen.std**2, left, rtol=0.08)
 
 
 def test_where_the_building_is_off_by_nothing_and_widths_are_right_nothing_changes() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -143,7 +144,7 @@ def rows(presence: Sequence[float]) -> ConditionalBelief:
         np.random.default_rng(0)
     )
     alike = ConditionalBelief.independent(prior, len(presence))
-    return ConditionalBelief(alike.belief, alike.given, np.array(presence))
+    return replace(alike, presence=np.array(presence))
 
 
 def test_presence_is_averaged_blended_and_handed_on_like_all_that_robot_samples_believe() -> None:
