@@ -118,7 +118,7 @@ def test_what_is_forgotten_of_the_robots_errors_stays_in_the_belief(
     before = believed.apportioned(PRIOR, robot)
     blended = before.blended(share)
     after = blended.averaged(blended.given, robot).apportioned(blended.belief, robot)
-    np.testing.assert_allclose(after.belief.shared, before.belief.shared, rtol=1e-6)
+    np.testing.assert_allclose(after.belief.shared, before.belief.shared, rtol=1e-6, atol=1e-15)
 
 
 def test_of_former_errors_is_left_what_a_scan_leaves_of_the_mean() -> None:
