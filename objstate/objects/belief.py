@@ -162,7 +162,8 @@ class ObjectBelief:
         """(d,) what a factor on the variance leaves of it, when one below 1 spares the ``shared`` part."""
         if factor >= 1.0:
             return np.full(len(self.std), factor)
-        return factor + (1.0 - factor) * np.minimum(self.shared / self.std**2, 1.0)
+        variance = np.maximum(self.std**2, np.finfo(float).tiny)
+        return np.asarray(factor + (1.0 - factor) * np.minimum(self.shared / variance, 1.0))
 
     def interval(self, share: float = CENTRAL) -> tuple[FloatArray, FloatArray]:
         """Lower and upper bounds (d,) of the central ``share`` of the posterior.

@@ -40,17 +40,17 @@ class ConditionalBelief:
         return replace(self, belief=belief, given=given)
 
     def apportioned(self, before: ObjectBelief, robot_weights: FloatArray) -> ConditionalBelief:
-        """With what a scan made of the variance that errors of the robot cause.
+        """With what a scan left, and made, of the variance that errors of the robot cause.
 
-        Robot samples (l,) that believe in other states show what their own error does. Of earlier errors
-        is left what the scan leaves of the belief ``before`` it: a mean moves by 1 - v / v0 of
-        what a scan is off the mean, when it takes the variance from v0 to v.
+        What robot samples of weights (l,) disagree about is what their errors cause now. Of what earlier ones
+        caused, (v / v0)^2 is left by a scan that takes the variance v0 of the belief ``before``
+        it to v: the mean keeps v / v0 of its error.
         """
         there, off = robot_weights * self.presence, self.belief.deviations
         rows = self.given[:, : len(off)]
         means = rows @ off / rows.sum(axis=1, keepdims=True)
         between = there @ means**2 / there.sum()
-        left = np.minimum(self.belief.std / before.std, 1.0) ** 4
+        left = np.minimum(self.belief.std / np.maximum(before.std, np.finfo(float).tiny), 1.0) ** 4
         inherited = left * self.inherited
         belief = replace(self.belief, shared=inherited + between)
         return replace(self, belief=belief, inherited=inherited)

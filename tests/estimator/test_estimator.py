@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from objstate.building.model import Mesh
-from objstate.config import Settings
+from objstate.config import ConsistencySettings, MapErrorSettings, Settings
 from objstate.errors import BuildingError, SettingsError
 from objstate.estimator import Estimator
 from objstate.geometry import FloatArray, wrap
@@ -22,6 +22,7 @@ from objstate.records import (
     RobotBelief,
     Scan,
 )
+from objstate.sensing import ExpectedRanges
 from tests.estimator.drives import START, START_NS, Drive, corridor, drive, truth
 from tests.rooms import block, building, fan, fence, placed, scan_of, table
 
@@ -390,3 +391,28 @@ def test_a_robot_started_anywhere_in_a_hall_without_symmetry_finds_itself(seed: 
     assert estimator.robot is not None
     assert np.hypot(*(estimator.robot.mean - end)[:2]) < 0.1
     assert abs(wrap(estimator.robot.mean[2] - end[2])) < np.radians(3.0)
+
+
+# --- a robot that stands ------------------------------------------------------------
+
+
+def test_however_often_a_robot_looks_from_one_place_its_own_error_stays_in_what_it_says() -> None:
+    """A factor far below one, as of readings that are far better than taken to be, spares it."""
+    sure = Settings(
+        consistency=ConsistencySettings(least=0.01, most=0.01),
+        map_error=MapErrorSettings(std_m=1e-4, least_m=0.0),
+    )
+    estimator, rng = Estimator(CORRIDOR, sure), np.random.default_rng(0)
+    pose, rays = np.array([1.8, 0.2, 0.5]), fan(181)
+    exact = ExpectedRanges(CORRIDOR).scene(truth(), pose[None], rays)[0]
+    estimator.feed(InitialPose(START_NS - 1, pose, TOLD))
+    estimator.feed(Odometry(START_NS, np.zeros(3)))
+    shares = []
+    for k in range(60):
+        ranges = exact + 0.03 * rng.standard_normal(len(exact))
+        estimator.feed(scan_of(ranges, rays, START_NS + k * 10**8, odometry=np.zeros(3)))
+        door = estimator.objects["a"]
+        if door.settled:
+            shares.append(float(door.shared[0] / door.std[0] ** 2))
+    assert 0.0 < shares[-1] < 1.0
+    assert np.mean(shares[-10:]) > 0.5
