@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 
@@ -77,6 +78,12 @@ class ObjectBelief:
 
     def with_samples(self, states: FloatArray, weights: Weights) -> ObjectBelief:
         return replace(self, states=states, weights=weights)
+
+    def with_shared(self, shared: FloatArray) -> ObjectBelief:
+        """With another ``shared`` (d,); what was computed of the belief already is kept."""
+        known = copy(self)
+        object.__setattr__(known, "shared", shared)
+        return known
 
     @cached_property
     def standing(self) -> ObjectBelief:

@@ -48,11 +48,13 @@ class ConditionalBelief:
         """
         there, off = robot_weights * self.presence, self.belief.deviations
         rows = self.given[:, : len(off)]
-        means = rows @ off / rows.sum(axis=1, keepdims=True)
+        means = rows @ off
+        if self.belief.scouts:
+            means /= rows.sum(axis=1, keepdims=True)
         between = there @ means**2 / there.sum()
         left = np.minimum(self.belief.std / np.maximum(before.std, np.finfo(float).tiny), 1.0) ** 4
         inherited = left * self.inherited
-        belief = replace(self.belief, shared=inherited + between)
+        belief = self.belief.with_shared(inherited + between)
         return replace(self, belief=belief, inherited=inherited)
 
     def blended(self, share: float) -> ConditionalBelief:
