@@ -79,11 +79,10 @@ class Hinges:
         ``driven`` and ``map_error`` are in m; ``others`` are states (d,) of known doors beside it.
         """
         robot, leaf = sight.robot, _Leaf.of(belief.item)
-        shift_std = math.hypot(robot.position_std, map_error)
         hinge, within = belief.item.origin[:2, 3], leaf.reach + self._settings.most_m
         ends = _stopped(sight.scan, robot.mean, sight.walls, hinge, within)
         self._watches[belief.item.name].add(
-            _Glance(sight.scan, robot.mean, sight.walls, shift_std, others),
+            _Glance(sight.scan, robot.mean, sight.walls, robot.position_std, map_error, others),
             leaf.held_against(ends, belief, robot.mean),
             belief,
             driven,
@@ -126,8 +125,7 @@ class Hinges:
         if hanging.elsewhere < (s.sure if before is None else KEPT):
             return False
         offset = hanging.offset
-        doubtful = s.least_sigmas * float(np.median([glance.shift_std for glance in glances]))
-        if before is None and np.hypot(*offset) < doubtful:
+        if before is None and np.hypot(*offset) < s.least_sigmas * _lasting_std(glances):
             return False
         if np.hypot(*(offset - (0.0 if before is None else before.offset))) <= ASIDE:
             return True
@@ -179,8 +177,14 @@ class _Glance:
     scan: Scan  # of n beams
     pose: FloatArray  # (3,)
     walls: FloatArray  # (n,) m, expected of all beams
-    shift_std: float  # m by which robot and walls may be off
+    robot_std: float  # m by which the robot may be off
+    map_error: float  # m by which walls may be
     others: Mapping[str, FloatArray]  # states (d,) of the known doors beside it
+
+    @property
+    def shift_std(self) -> float:
+        """m by which both together may be off."""
+        return math.hypot(self.robot_std, self.map_error)
 
 
 @dataclass(frozen=True)
@@ -321,6 +325,12 @@ class _Leaf:
         rest = off - aside - slope * lever
         variance = float(rest @ rest) / (len(rest) - 2) * (1.0 / len(rest) + middle**2 / squares)
         return _Strangeness(len(ends), strange, aside, math.sqrt(variance))
+
+
+def _lasting_std(glances: list[_Glance]) -> float:
+    """m by which all glances together may be off: the robot's error is another in each, the walls' isn't."""
+    robot = float(np.median([glance.robot_std for glance in glances]))
+    return math.hypot(robot / math.sqrt(len(glances)), glances[-1].map_error)
 
 
 def _rehung(item: MovableObject, offset: FloatArray) -> MovableObject:
