@@ -56,15 +56,9 @@ class Hinges:
         self._watches = {name: _Watch(settings.hinges) for name in self._filters}
 
     def is_due(self, belief: ObjectBelief, driven: float) -> bool:
-        """Whether a door is to be looked at, after so many m of driving.
-
-        A door that was found elsewhere is, too, as soon as it seems to be another.
-        """
-        name = belief.item.name
-        watch = self._watches.get(name)
-        if watch is None:
-            return False
-        return watch.is_due(driven) or (name in self.found and watch.is_another(belief))
+        """Whether a door is to be looked at, after so many m of driving."""
+        watch = self._watches.get(belief.item.name)
+        return watch is not None and watch.is_due(belief, driven)
 
     def note(
         self,
@@ -91,12 +85,13 @@ class Hinges:
     def seems_off(self, name: str) -> bool:
         """Whether what has been read of a door is worth a search for its hinge."""
         watch = self._watches[name]
-        return watch.is_strange or (name in self.found and watch.has_jumped)
+        return watch.is_strange or watch.has_jumped
 
     def search(self, name: str, sensing: Sensing) -> ObjectBelief | None:
         """What is believed of a door after a search for its hinge, hung where it surely is.
 
-        None where it stays where it hangs, in the model's place. ``sensing`` knows where the others hang.
+        A door in its place that seems to be another, but surely is as it was by all looks, is so.
+        None where nothing changes. ``sensing`` knows where the others hang.
         """
         watch, item = self._watches[name], self._building[name]
         looks = [self._look(item, glance, sensing) for glance in watch.glances]
@@ -107,6 +102,8 @@ class Hinges:
             belief = replace(hanging.belief, item=_rehung(item, hanging.offset))
         elif before is not None and hanging.elsewhere < KEPT:
             del self.found[name]
+            belief = hanging.belief
+        elif before is None and watch.is_as_before(hanging.belief):
             belief = hanging.belief
         else:
             watch.searched(None)
@@ -205,7 +202,7 @@ class _Watch:
         self._settings = settings
         self._spacing = settings.every_m
         self._driven = -math.inf  # m, at the last glance
-        self._known: float | None = None  # rad, the angle at the last glance, where it was known
+        self._known: float | None = None  # rad, the angle at the last glance at which it was known
         self._wait = settings.least_looks  # glances until the next search
         self._pull = 0.0  # sum of what lines pass the hinge by, over their variances, 1/m
         self._hold = 0.0  # sum of one over these variances, 1/m^2
@@ -213,10 +210,12 @@ class _Watch:
 
     def _restart(self) -> None:
         self._count = self._stopped = self._strange = 0
-        self.has_jumped = False
+        self._jumped_from: float | None = None  # rad
 
-    def is_due(self, driven: float) -> bool:
-        return driven - self._driven >= self._spacing
+    def is_due(self, belief: ObjectBelief, driven: float) -> bool:
+        """Whether it is time for a glance; of a door that seems to be another, sooner."""
+        spacing = self._settings.every_m if self.is_another(belief) else self._spacing
+        return driven - self._driven >= spacing
 
     def add(self, glance: _Glance, look: _Strangeness, belief: ObjectBelief, driven: float) -> None:
         """Remember one more glance; of many, every other one, so that those of long ago count too.
@@ -226,7 +225,8 @@ class _Watch:
         self._driven = driven
         if look.stopped < POINTS and not self.is_another(belief):
             return
-        self.has_jumped |= self.is_another(belief)
+        if self.is_another(belief):
+            self._jumped_from = self._known
         self._know(belief)
         self.glances.append(glance)
         if len(self.glances) > self._settings.looks:
@@ -239,6 +239,10 @@ class _Watch:
             variance = look.std**2 + glance.shift_std**2
             self._pull += look.aside / variance
             self._hold += 1.0 / variance
+
+    @property
+    def has_jumped(self) -> bool:
+        return self._jumped_from is not None
 
     @property
     def is_strange(self) -> bool:
@@ -266,13 +270,21 @@ class _Watch:
         self._restart()
 
     def _know(self, belief: ObjectBelief) -> None:
-        self._known = float(belief.mean[0]) if belief.settled else None
+        if belief.settled:
+            self._known = float(belief.mean[0])
 
     def is_another(self, belief: ObjectBelief) -> bool:
         """Whether a door that was known isn't what it was."""
-        if self._known is None:
-            return False
-        return not belief.settled or abs(float(belief.mean[0]) - self._known) > SETTLED_ANGLE
+        return self._known is not None and not _is_about(belief, self._known)
+
+    def is_as_before(self, belief: ObjectBelief) -> bool:
+        """Whether a door that seemed to be another surely is what it was before that."""
+        return self._jumped_from is not None and _is_about(belief, self._jumped_from)
+
+
+def _is_about(belief: ObjectBelief, angle: float) -> bool:
+    """Whether a door is known to be open by about an angle, rad."""
+    return belief.settled and abs(float(belief.mean[0]) - angle) <= SETTLED_ANGLE
 
 
 @dataclass(frozen=True, eq=False)
