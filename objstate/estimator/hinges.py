@@ -73,8 +73,7 @@ class Hinges:
         ``driven`` and ``map_error`` are in m; ``others`` are states (d,) of known doors beside it.
         """
         robot, leaf = sight.robot, _Leaf.of(belief.item)
-        hinge, within = belief.item.origin[:2, 3], leaf.reach + self._settings.most_m
-        ends = _stopped(sight.scan, robot.mean, sight.walls, hinge, within)
+        ends = self._stopped(belief.item, sight.scan, robot.mean, sight.walls)
         self._watches[belief.item.name].add(
             _Glance(sight.scan, robot.mean, sight.walls, robot.position_std, map_error, others),
             leaf.held_against(ends, belief, robot.mean),
@@ -132,15 +131,22 @@ class Hinges:
 
     def _strange(self, belief: ObjectBelief, glances: list[_Glance]) -> float:
         """Share of the beams stopped near a door that its leaf didn't stop."""
-        leaf, hinge = _Leaf.of(belief.item), belief.item.origin[:2, 3]
-        within = leaf.reach + self._settings.most_m
-        looks = [
-            leaf.held_against(
-                _stopped(glance.scan, glance.pose, glance.walls, hinge, within), belief, glance.pose
-            )
-            for glance in glances
-        ]
+        item, looks = belief.item, []
+        for glance in glances:
+            ends = self._stopped(self._building[item.name], glance.scan, glance.pose, glance.walls)
+            looks.append(_Leaf.of(item).held_against(ends, belief, glance.pose))
         return sum(each.strange for each in looks) / max(sum(each.stopped for each in looks), 1)
+
+    def _stopped(
+        self, item: MovableObject, scan: Scan, pose: FloatArray, walls: FloatArray
+    ) -> FloatArray:
+        """Where beams end (k, 2) m, short of the walls (n,), that a door's leaf may have stopped."""
+        short = scan.ranges < walls - STOPPED
+        rays, ranges = scan.rays, scan.ranges[short, None]
+        ends = rays.origins[short, :2] + ranges * rays.directions[short, :2]
+        cos, sin = math.cos(pose[2]), math.sin(pose[2])
+        ends = ends @ np.array([[cos, sin], [-sin, cos]]) + pose[:2]
+        return np.asarray(ends[_from_swing(item, ends) <= self._settings.most_m])
 
     def std(self, belief: ObjectBelief) -> float:
         """m by which a door may hang aside of where it is taken to, along the normal of its leaf."""
@@ -204,6 +210,7 @@ class _Watch:
         self._driven = -math.inf  # m, at the last glance
         self._known: float | None = None  # rad, the angle at the last glance at which it was known
         self._wait = settings.least_looks  # glances until the next search
+        self._total = 0  # glances
         self._pull = 0.0  # sum of what lines pass the hinge by, over their variances, 1/m
         self._hold = 0.0  # sum of one over these variances, 1/m^2
         self._restart()
@@ -233,6 +240,7 @@ class _Watch:
             self.glances = self.glances[1::2]
             self._spacing *= 2.0
         self._count += 1
+        self._total += 1
         self._stopped += look.stopped
         self._strange += look.strange
         if look.std < math.inf:
@@ -261,8 +269,11 @@ class _Watch:
         return math.sqrt(max((self._pull / self._hold) ** 2 - by_chance, 0.0))
 
     def searched(self, belief: ObjectBelief | None) -> None:
-        """A search has told what to believe of the door from now on, or nothing: then wait longer."""
-        self._wait = 2 * max(self._count, self._settings.least_looks)
+        """A search has told what to believe of the door from now on, or nothing.
+
+        The next waits for as many glances as there were until now.
+        """
+        self._wait = max(self._total, self._settings.least_looks)
         if belief is not None or self.has_jumped:  # lines were those of another state
             self._pull = self._hold = 0.0
         if belief is not None:
@@ -297,6 +308,12 @@ class _Leaf:
     far: float
     sides: tuple[float, float]  # m across
     reach: float  # m, of its farthest corner from the hinge
+
+    @property
+    def outwards(self) -> FloatArray:
+        """(2, 2) along, pointing away from the hinge, and across, as columns."""
+        away = math.copysign(1.0, self.near + self.far)
+        return np.column_stack([away * self.along, self.across])
 
     @staticmethod
     @lru_cache(maxsize=LEAVES_KEPT)
@@ -350,17 +367,15 @@ def _rehung(item: MovableObject, offset: FloatArray) -> MovableObject:
     return replace(item, origin=transform(np.eye(3), [*offset, 0.0]) @ item.origin)
 
 
-def _stopped(
-    scan: Scan, pose: FloatArray, walls: FloatArray, place: FloatArray, distance: float
-) -> FloatArray:
-    """Where beams end (k, 2) m that something near a place (2,) stopped short of the walls (n,)."""
-    short = scan.ranges < walls - STOPPED
-    rays, ranges = scan.rays, scan.ranges[short, None]
-    ends = rays.origins[short, :2] + ranges * rays.directions[short, :2]
-    cos, sin = math.cos(pose[2]), math.sin(pose[2])
-    ends = ends @ np.array([[cos, sin], [-sin, cos]]) + pose[:2]
-    off = ends - place
-    return np.asarray(ends[(off * off).sum(axis=1) <= distance * distance])
+def _from_swing(item: MovableObject, places: FloatArray) -> FloatArray:
+    """Distances (k,) m of places (k, 2) from the sector that a door's leaf sweeps."""
+    leaf, middle = _Leaf.of(item), (item.lower + item.upper) / 2.0
+    halfway = item.transforms(np.array([[middle]]))[0]
+    x, y = ((places - halfway[:2, 3]) @ halfway[:2, :2] @ leaf.outwards).T
+    reach = np.hypot(x, y)
+    beyond = np.maximum(np.abs(np.arctan2(y, x)) - (item.upper - item.lower) / 2.0, 0.0)
+    along = np.clip(reach * np.cos(beyond), 0.0, leaf.reach)  # of the leaf in its nearest state
+    return np.asarray(np.hypot(reach * np.cos(beyond) - along, reach * np.sin(beyond)))
 
 
 def _passes(scan: Scan, pose: FloatArray, place: FloatArray, distance: float) -> BoolArray:
