@@ -379,7 +379,7 @@ class Estimator:
 
     def _hang(self, name: str) -> None:
         """Look for a door's hinge, and hang it where it surely is."""
-        belief = self._hinges.search(name, self._sensing)
+        belief = self._hinges.search(self._believed.marginals[name], self._sensing)
         if belief is not None:
             self._believed.hang(belief)
             self._sensing = self._sensing.with_object(belief.item)

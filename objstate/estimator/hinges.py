@@ -86,12 +86,13 @@ class Hinges:
         watch = self._watches[name]
         return watch.is_strange or watch.has_jumped
 
-    def search(self, name: str, sensing: Sensing) -> ObjectBelief | None:
-        """What is believed of a door after a search for its hinge, hung where it surely is.
+    def search(self, believed: ObjectBelief, sensing: Sensing) -> ObjectBelief | None:
+        """What to believe of a door after a search for its hinge, hung where it surely is.
 
-        A door in its place that seems to be another, but surely is as it was by all looks, is so.
+        In its place, too, where it suddenly was another and all looks surely say otherwise.
         None where nothing changes. ``sensing`` knows where the others hang.
         """
+        name = believed.item.name
         watch, item = self._watches[name], self._building[name]
         looks = [self._look(item, glance, sensing) for glance in watch.glances]
         hanging = find_hinge(self._filters[name], looks, self._settings)
@@ -102,7 +103,7 @@ class Hinges:
         elif before is not None and hanging.elsewhere < KEPT:
             del self.found[name]
             belief = hanging.belief
-        elif before is None and watch.is_as_before(hanging.belief):
+        elif before is None and watch.has_jumped and _contradicts(hanging.belief, believed):
             belief = hanging.belief
         else:
             watch.searched(None)
@@ -217,7 +218,7 @@ class _Watch:
 
     def _restart(self) -> None:
         self._count = self._stopped = self._strange = 0
-        self._jumped_from: float | None = None  # rad
+        self.has_jumped = False
 
     def is_due(self, belief: ObjectBelief, driven: float) -> bool:
         """Whether it is time for a glance; of a door that seems to be another, sooner."""
@@ -232,8 +233,7 @@ class _Watch:
         self._driven = driven
         if look.stopped < POINTS and not self.is_another(belief):
             return
-        if self.is_another(belief):
-            self._jumped_from = self._known
+        self.has_jumped |= self.is_another(belief)
         self._know(belief)
         self.glances.append(glance)
         if len(self.glances) > self._settings.looks:
@@ -247,10 +247,6 @@ class _Watch:
             variance = look.std**2 + glance.shift_std**2
             self._pull += look.aside / variance
             self._hold += 1.0 / variance
-
-    @property
-    def has_jumped(self) -> bool:
-        return self._jumped_from is not None
 
     @property
     def is_strange(self) -> bool:
@@ -288,9 +284,10 @@ class _Watch:
         """Whether a door that was known isn't what it was."""
         return self._known is not None and not _is_about(belief, self._known)
 
-    def is_as_before(self, belief: ObjectBelief) -> bool:
-        """Whether a door that seemed to be another surely is what it was before that."""
-        return self._jumped_from is not None and _is_about(belief, self._jumped_from)
+
+def _contradicts(belief: ObjectBelief, other: ObjectBelief) -> bool:
+    """Whether a door is known, and not to be what somebody else believes of it."""
+    return belief.settled and not (other.settled and _is_about(belief, float(other.mean[0])))
 
 
 def _is_about(belief: ObjectBelief, angle: float) -> bool:
