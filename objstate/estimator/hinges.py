@@ -18,7 +18,7 @@ import numpy as np
 from objstate.building.model import Building, Kind, Mesh, MovableObject
 from objstate.config import HingeSettings, Settings
 from objstate.estimator.sight import Sight
-from objstate.geometry import BoolArray, FloatArray, between, transform
+from objstate.geometry import BoolArray, FloatArray, between, transform, wrap
 from objstate.objects import ObjectBelief, filter_for
 from objstate.objects.belief import SETTLED_ANGLE
 from objstate.objects.doors import LatticeFilter
@@ -31,6 +31,8 @@ ASIDE = 0.15  # m from the leaf within which a reading may be one of it
 BEYOND = 0.05  # m past the leaf's edges, likewise
 POINTS = 5  # readings of the leaf that a line needs
 SPAN = 0.25  # m along the leaf that they must cover
+KNOWN = 0.95  # probability of being open by about an angle from which a door's angle is known
+DOUBTED = 0.8  # the same, below which it isn't any more
 KEPT = 0.5  # probability down to which a door that was found elsewhere stays there
 LEAVES_KEPT = 4096  # leaves of so many doors are remembered
 
@@ -277,22 +279,25 @@ class _Watch:
         self._restart()
 
     def _know(self, belief: ObjectBelief) -> None:
-        if belief.settled:
-            self._known = float(belief.mean[0])
+        angle = float(belief.mean[0])
+        if _share_about(angle, belief) >= KNOWN:
+            self._known = angle
 
     def is_another(self, belief: ObjectBelief) -> bool:
         """Whether a door that was known isn't what it was."""
-        return self._known is not None and not _is_about(belief, self._known)
+        return self._known is not None and _share_about(self._known, belief) < DOUBTED
 
 
 def _contradicts(belief: ObjectBelief, other: ObjectBelief) -> bool:
     """Whether a door is known, and not to be what somebody else believes of it."""
-    return belief.settled and not (other.settled and _is_about(belief, float(other.mean[0])))
+    angle = float(belief.mean[0])
+    return _share_about(angle, belief) >= KNOWN and _share_about(angle, other) < DOUBTED
 
 
-def _is_about(belief: ObjectBelief, angle: float) -> bool:
-    """Whether a door is known to be open by about an angle, rad."""
-    return belief.settled and abs(float(belief.mean[0]) - angle) <= SETTLED_ANGLE
+def _share_about(angle: float, belief: ObjectBelief) -> float:
+    """Probability that a door is open by about an angle, rad."""
+    near = np.abs(wrap(belief.states[:, 0] - angle)) <= SETTLED_ANGLE
+    return float(belief.weights.values[near].sum())
 
 
 @dataclass(frozen=True, eq=False)
