@@ -81,7 +81,7 @@ class LocalizationSettings(Strict):
     lost_above: Share = 0.12  # of returning beams that pass through walls: the robot is lost
     lost_margin: Positive = 0.25  # m beyond a wall at which a return has passed through it
     lost_after: Positive = 4.0  # s over which that share is averaged
-    lost_below: Share = 0.4  # how well beams are explained, 0 as by chance, 1 fully: lost below
+    lost_below: Share = 0.2  # how well beams are explained, 0 as by chance, 1 fully: lost below
     doubt_below: Share = 0.9  # of how well they usually are: the robot is looked for elsewhere
     fit_after: Positive = 1.0  # s over which that is averaged
     usual_after: Positive = 20.0  # s over which the usual is averaged

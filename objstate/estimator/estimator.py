@@ -328,10 +328,13 @@ class Estimator:
         return [self._represented(beliefs[name], states) for name in names]
 
     def _estimates(self, observation: Observation) -> list[Estimate]:
+        """What is believed of the objects near by now, a search for hinges included."""
         return [
             row
-            for name, each in observation.beliefs.items()
-            for row in self._published(name, each.belief).estimates(observation.fits.get(name))
+            for name in observation.beliefs
+            for row in self._published(name, self._believed.marginals[name]).estimates(
+                observation.fits.get(name)
+            )
         ]
 
     def _published(self, name: str, belief: ObjectBelief) -> ObjectBelief:
@@ -377,7 +380,7 @@ class Estimator:
 
     def _hang(self, name: str) -> None:
         """Look for a door's hinge, and hang it where it surely is."""
-        belief = self._hinges.search(name, self._sensing)
+        belief = self._hinges.search(self._believed.marginals[name], self._sensing)
         if belief is not None:
             self._believed.hang(belief)
             self._sensing = self._sensing.with_object(belief.item)

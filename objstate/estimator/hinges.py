@@ -18,7 +18,7 @@ import numpy as np
 from objstate.building.model import Building, Kind, Mesh, MovableObject
 from objstate.config import HingeSettings, Settings
 from objstate.estimator.sight import Sight
-from objstate.geometry import BoolArray, FloatArray, between, transform
+from objstate.geometry import BoolArray, FloatArray, between, transform, wrap
 from objstate.objects import ObjectBelief, filter_for
 from objstate.objects.belief import SETTLED_ANGLE
 from objstate.objects.doors import LatticeFilter, leaf_axes
@@ -31,6 +31,8 @@ ASIDE = 0.15  # m from the leaf within which a reading may be one of it
 BEYOND = 0.05  # m past the leaf's edges, likewise
 POINTS = 5  # readings of the leaf that a line needs
 SPAN = 0.25  # m along the leaf that they must cover
+KNOWN = 0.95  # probability of being open by about an angle from which a door's angle is known
+DOUBTED = 0.8  # the same, below which it isn't any more
 KEPT = 0.5  # probability down to which a door that was found elsewhere stays there
 LEAVES_KEPT = 4096  # leaves of so many doors are remembered
 
@@ -56,15 +58,9 @@ class Hinges:
         self._watches = {name: _Watch(settings.hinges) for name in self._filters}
 
     def is_due(self, belief: ObjectBelief, driven: float) -> bool:
-        """Whether a door is to be looked at, after so many m of driving.
-
-        A door that was found elsewhere is, too, as soon as it seems to be another.
-        """
-        name = belief.item.name
-        watch = self._watches.get(name)
-        if watch is None:
-            return False
-        return watch.is_due(driven) or (name in self.found and watch.is_another(belief))
+        """Whether a door is to be looked at, after so many m of driving."""
+        watch = self._watches.get(belief.item.name)
+        return watch is not None and watch.is_due(belief, driven)
 
     def note(
         self,
@@ -79,11 +75,9 @@ class Hinges:
         ``driven`` and ``map_error`` are in m; ``others`` are states (d,) of known doors beside it.
         """
         robot, leaf = sight.robot, _Leaf.of(belief.item)
-        shift_std = math.hypot(robot.position_std, map_error)
-        hinge, within = belief.item.origin[:2, 3], leaf.reach + self._settings.most_m
-        ends = _stopped(sight.scan, robot.mean, sight.walls, hinge, within)
+        ends = self._stopped(belief.item, sight.scan, robot.mean, sight.walls)
         self._watches[belief.item.name].add(
-            _Glance(sight.scan, robot.mean, sight.walls, shift_std, others),
+            _Glance(sight.scan, robot.mean, sight.walls, robot.position_std, map_error, others),
             leaf.held_against(ends, belief, robot.mean),
             belief,
             driven,
@@ -92,13 +86,15 @@ class Hinges:
     def seems_off(self, name: str) -> bool:
         """Whether what has been read of a door is worth a search for its hinge."""
         watch = self._watches[name]
-        return watch.is_strange or (name in self.found and watch.has_jumped)
+        return watch.is_strange or watch.has_jumped
 
-    def search(self, name: str, sensing: Sensing) -> ObjectBelief | None:
-        """What is believed of a door after a search for its hinge, hung where it surely is.
+    def search(self, believed: ObjectBelief, sensing: Sensing) -> ObjectBelief | None:
+        """What to believe of a door after a search for its hinge, hung where it surely is.
 
-        None where it stays where it hangs, in the model's place. ``sensing`` knows where the others hang.
+        In its place, too, where it suddenly was another and all looks surely say otherwise.
+        None where nothing changes. ``sensing`` knows where the others hang.
         """
+        name = believed.item.name
         watch, item = self._watches[name], self._building[name]
         looks = [self._look(item, glance, sensing) for glance in watch.glances]
         hanging = find_hinge(self._filters[name], looks, self._settings)
@@ -108,6 +104,8 @@ class Hinges:
             belief = replace(hanging.belief, item=_rehung(item, hanging.offset))
         elif before is not None and hanging.elsewhere < KEPT:
             del self.found[name]
+            belief = hanging.belief
+        elif before is None and watch.has_jumped and _contradicts(hanging.belief, believed):
             belief = hanging.belief
         else:
             watch.searched(None)
@@ -126,8 +124,7 @@ class Hinges:
         if hanging.elsewhere < (s.sure if before is None else KEPT):
             return False
         offset = hanging.offset
-        doubtful = s.least_sigmas * float(np.median([glance.shift_std for glance in glances]))
-        if before is None and np.hypot(*offset) < doubtful:
+        if before is None and np.hypot(*offset) < s.least_sigmas * _lasting_std(glances):
             return False
         if np.hypot(*(offset - (0.0 if before is None else before.offset))) <= ASIDE:
             return True
@@ -137,15 +134,22 @@ class Hinges:
 
     def _strange(self, belief: ObjectBelief, glances: list[_Glance]) -> float:
         """Share of the beams stopped near a door that its leaf didn't stop."""
-        leaf, hinge = _Leaf.of(belief.item), belief.item.origin[:2, 3]
-        within = leaf.reach + self._settings.most_m
-        looks = [
-            leaf.held_against(
-                _stopped(glance.scan, glance.pose, glance.walls, hinge, within), belief, glance.pose
-            )
-            for glance in glances
-        ]
+        item, looks = belief.item, []
+        for glance in glances:
+            ends = self._stopped(self._building[item.name], glance.scan, glance.pose, glance.walls)
+            looks.append(_Leaf.of(item).held_against(ends, belief, glance.pose))
         return sum(each.strange for each in looks) / max(sum(each.stopped for each in looks), 1)
+
+    def _stopped(
+        self, item: MovableObject, scan: Scan, pose: FloatArray, walls: FloatArray
+    ) -> FloatArray:
+        """Where beams end (k, 2) m, short of the walls (n,), that a door's leaf may have stopped."""
+        short = scan.ranges < walls - STOPPED
+        rays, ranges = scan.rays, scan.ranges[short, None]
+        ends = rays.origins[short, :2] + ranges * rays.directions[short, :2]
+        cos, sin = math.cos(pose[2]), math.sin(pose[2])
+        ends = ends @ np.array([[cos, sin], [-sin, cos]]) + pose[:2]
+        return np.asarray(ends[_from_swing(item, ends) <= self._settings.most_m])
 
     def std(self, belief: ObjectBelief) -> float:
         """m by which a door may hang aside of where it is taken to, along the normal of its leaf."""
@@ -179,8 +183,14 @@ class _Glance:
     scan: Scan  # of n beams
     pose: FloatArray  # (3,)
     walls: FloatArray  # (n,) m, expected of all beams
-    shift_std: float  # m by which robot and walls may be off
+    robot_std: float  # m by which the robot may be off
+    map_error: float  # m by which walls may be
     others: Mapping[str, FloatArray]  # states (d,) of the known doors beside it
+
+    @property
+    def shift_std(self) -> float:
+        """m by which both together may be off."""
+        return math.hypot(self.robot_std, self.map_error)
 
 
 @dataclass(frozen=True)
@@ -201,8 +211,9 @@ class _Watch:
         self._settings = settings
         self._spacing = settings.every_m
         self._driven = -math.inf  # m, at the last glance
-        self._known: float | None = None  # rad, the angle at the last glance, where it was known
+        self._known: float | None = None  # rad, the angle at the last glance at which it was known
         self._wait = settings.least_looks  # glances until the next search
+        self._total = 0  # glances
         self._pull = 0.0  # sum of what lines pass the hinge by, over their variances, 1/m
         self._hold = 0.0  # sum of one over these variances, 1/m^2
         self._restart()
@@ -211,8 +222,10 @@ class _Watch:
         self._count = self._stopped = self._strange = 0
         self.has_jumped = False
 
-    def is_due(self, driven: float) -> bool:
-        return driven - self._driven >= self._spacing
+    def is_due(self, belief: ObjectBelief, driven: float) -> bool:
+        """Whether it is time for a glance; of a door that seems to be another, sooner."""
+        spacing = self._settings.every_m if self.is_another(belief) else self._spacing
+        return driven - self._driven >= spacing
 
     def add(self, glance: _Glance, look: _Strangeness, belief: ObjectBelief, driven: float) -> None:
         """Remember one more glance; of many, every other one, so that those of long ago count too.
@@ -229,6 +242,7 @@ class _Watch:
             self.glances = self.glances[1::2]
             self._spacing *= 2.0
         self._count += 1
+        self._total += 1
         self._stopped += look.stopped
         self._strange += look.strange
         if look.std < math.inf:
@@ -253,8 +267,11 @@ class _Watch:
         return math.sqrt(max((self._pull / self._hold) ** 2 - by_chance, 0.0))
 
     def searched(self, belief: ObjectBelief | None) -> None:
-        """A search has told what to believe of the door from now on, or nothing: then wait longer."""
-        self._wait = 2 * max(self._count, self._settings.least_looks)
+        """A search has told what to believe of the door from now on, or nothing.
+
+        The next waits for as many glances as there were until now.
+        """
+        self._wait = max(self._total, self._settings.least_looks)
         if belief is not None or self.has_jumped:  # lines were those of another state
             self._pull = self._hold = 0.0
         if belief is not None:
@@ -262,13 +279,25 @@ class _Watch:
         self._restart()
 
     def _know(self, belief: ObjectBelief) -> None:
-        self._known = float(belief.mean[0]) if belief.settled else None
+        angle = float(belief.mean[0])
+        if _share_about(angle, belief) >= KNOWN:
+            self._known = angle
 
     def is_another(self, belief: ObjectBelief) -> bool:
         """Whether a door that was known isn't what it was."""
-        if self._known is None:
-            return False
-        return not belief.settled or abs(float(belief.mean[0]) - self._known) > SETTLED_ANGLE
+        return self._known is not None and _share_about(self._known, belief) < DOUBTED
+
+
+def _contradicts(belief: ObjectBelief, other: ObjectBelief) -> bool:
+    """Whether a door is known, and not to be what somebody else believes of it."""
+    angle = float(belief.mean[0])
+    return _share_about(angle, belief) >= KNOWN and _share_about(angle, other) < DOUBTED
+
+
+def _share_about(angle: float, belief: ObjectBelief) -> float:
+    """Probability that a door is open by about an angle, rad."""
+    near = np.abs(wrap(belief.states[:, 0] - angle)) <= SETTLED_ANGLE
+    return float(belief.weights.values[near].sum())
 
 
 @dataclass(frozen=True, eq=False)
@@ -281,6 +310,12 @@ class _Leaf:
     far: float
     sides: tuple[float, float]  # m across
     reach: float  # m, of its farthest corner from the hinge
+
+    @property
+    def outwards(self) -> FloatArray:
+        """(2, 2) along, pointing away from the hinge, and across, as columns."""
+        away = math.copysign(1.0, self.near + self.far)
+        return np.column_stack([away * self.along, self.across])
 
     @staticmethod
     @lru_cache(maxsize=LEAVES_KEPT)
@@ -322,22 +357,26 @@ class _Leaf:
         return _Strangeness(len(ends), strange, aside, math.sqrt(variance))
 
 
+def _lasting_std(glances: list[_Glance]) -> float:
+    """m by which all glances together may be off: the robot's error is another in each, the walls' isn't."""
+    robot = float(np.median([glance.robot_std for glance in glances]))
+    return math.hypot(robot / math.sqrt(len(glances)), glances[-1].map_error)
+
+
 def _rehung(item: MovableObject, offset: FloatArray) -> MovableObject:
     """A door whose hinge is elsewhere by an offset (2,) m."""
     return replace(item, origin=transform(np.eye(3), [*offset, 0.0]) @ item.origin)
 
 
-def _stopped(
-    scan: Scan, pose: FloatArray, walls: FloatArray, place: FloatArray, distance: float
-) -> FloatArray:
-    """Where beams end (k, 2) m that something near a place (2,) stopped short of the walls (n,)."""
-    short = scan.ranges < walls - STOPPED
-    rays, ranges = scan.rays, scan.ranges[short, None]
-    ends = rays.origins[short, :2] + ranges * rays.directions[short, :2]
-    cos, sin = math.cos(pose[2]), math.sin(pose[2])
-    ends = ends @ np.array([[cos, sin], [-sin, cos]]) + pose[:2]
-    off = ends - place
-    return np.asarray(ends[(off * off).sum(axis=1) <= distance * distance])
+def _from_swing(item: MovableObject, places: FloatArray) -> FloatArray:
+    """Distances (k,) m of places (k, 2) from the sector that a door's leaf sweeps."""
+    leaf, middle = _Leaf.of(item), (item.lower + item.upper) / 2.0
+    halfway = item.transforms(np.array([[middle]]))[0]
+    x, y = ((places - halfway[:2, 3]) @ halfway[:2, :2] @ leaf.outwards).T
+    reach = np.hypot(x, y)
+    beyond = np.maximum(np.abs(np.arctan2(y, x)) - (item.upper - item.lower) / 2.0, 0.0)
+    along = np.clip(reach * np.cos(beyond), 0.0, leaf.reach)  # of the leaf in its nearest state
+    return np.asarray(np.hypot(reach * np.cos(beyond) - along, reach * np.sin(beyond)))
 
 
 def _passes(scan: Scan, pose: FloatArray, place: FloatArray, distance: float) -> BoolArray:
