@@ -94,27 +94,22 @@ class ObjectBelief:
         """
         states, values = self.standing.states, self.standing.weights.values
         if self.item.kind is Kind.PLANAR:
-            yaw = self._yaw
-            return np.array([*(values @ self.item.symmetry.nearest(states, yaw)[:, :2]), yaw])
+            from objstate.objects import sampling
+
+            out, symmetry = np.empty(3), self.item.symmetry
+            home = float(self.item.home[2])
+            sampling.mean(states, values, home, symmetry.order, symmetry.centre, out)
+            return out
         if self.item.wraps:
             return np.array([circular_mean(states[:, 0], values)])
         return np.asarray(values @ states)
 
-    @property
-    def _yaw(self) -> float:
-        """Furniture's mean heading; of several that look the same, the nearest to where it should stand."""
-        order, home = self.item.symmetry.order, float(self.item.home[2])
-        each = self.standing
-        turned = circular_mean(order * (each.states[:, 2] - home), each.weights.values)
-        return float(wrap(home + turned / order))
-
     @cached_property
     def deviations(self) -> FloatArray:
         """(n, d) samples, without scouts, from the mean; directions the short way round."""
-        states = self.standing.states
         if self.item.kind is Kind.PLANAR:
-            states = self.item.symmetry.nearest(states, float(self.mean[2]))
-        return self._the_short_way(states - self.mean)
+            return offsets(self.item, self.standing.states, self.mean)
+        return self._the_short_way(self.standing.states - self.mean)
 
     def _the_short_way(self, off: FloatArray) -> FloatArray:
         """Differences (..., d) of states, those of directions by less than half a turn."""
@@ -298,3 +293,12 @@ class ObjectBelief:
             )
             for k, coordinate in enumerate(self.item.coordinates)
         ]
+
+
+def offsets(item: MovableObject, states: FloatArray, place: FloatArray) -> FloatArray:
+    """(n, 3) from a place (3,) to states of furniture (n, 3), or to those that look the same and are nearest."""
+    from objstate.objects import sampling
+
+    out, symmetry = np.empty((len(states), 3)), item.symmetry
+    sampling.offsets(states, place, symmetry.order, symmetry.centre, out)
+    return out

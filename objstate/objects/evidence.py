@@ -67,10 +67,15 @@ class ScanEvidence:
         sample counts as much as it explains the scan by that absence: then the mean
         is that of p(o | s, l) over p(l).
         """
-        weights = self.robot_weights_after(np.zeros(len(self.robot_weights)))
         comb = (np.arange(FEW) + 0.5) / FEW
-        chosen = np.searchsorted(np.cumsum(weights.values), comb)
-        return chosen.clip(max=len(weights) - 1)
+        chosen = np.searchsorted(np.cumsum(self.robot_weights_without.values), comb)
+        return chosen.clip(max=len(self.robot_weights) - 1)
+
+    @cached_property
+    def robot_weights_without(self) -> Weights:
+        """(l,) the robot weights after the scan, were the object absent."""
+        weights, _ = self.robot_weights.reweight(self.tempering * self.log_absent)
+        return weights
 
     def robot_weights_after(self, log_evidence: FloatArray) -> Weights:
         """(l,) the robot weights after the scan, of which an object changes the log-likelihood.

@@ -15,7 +15,7 @@ from objstate.building.model import MovableObject
 from objstate.building.outline import outline
 from objstate.config import FurnitureSettings
 from objstate.geometry import BoolArray, FloatArray, IntArray, wrap
-from objstate.objects.belief import ObjectBelief
+from objstate.objects.belief import ObjectBelief, offsets
 from objstate.objects.conditional import ConditionalBelief, Update
 from objstate.objects.evidence import ScanEvidence
 from objstate.objects.places import copies, occupied
@@ -24,6 +24,7 @@ from objstate.particles import Weights, kld_sample_size, largest_step, systemati
 
 SECONDS_PER_HOUR = 3600.0
 RESAMPLE_BELOW = 0.5  # of the samples; resample when the effective number falls below
+AHEAD = 0.35  # of the samples, that a look ahead leaves effective
 FOLLOWED = 0.1  # weight of scouts after a scan, above which they are samples like others
 SPREAD = 0.2  # of a nudge, by which copies of a sample are spread at most
 KLD_ERROR, KLD_QUANTILE = 0.05, 2.33  # as pf_err and pf_z of localization
@@ -98,43 +99,73 @@ class SampleFilter:
     ) -> Update | None:
         """Take the evidence in by steps, each so large that enough samples survive.
 
-        Between steps the samples are resampled and spread by a kernel.
+        Between steps the samples are resampled and spread by a kernel. Of a belief that a scan may narrow
+        much, a look ahead from a few robot samples decides which samples to copy first; what
+        these weigh, all robot samples say (auxiliary particle filter, Pitt and Shephard 1999).
         """
         robot = evidence.robot_weights.values
         log_evidence, remaining = np.zeros(len(robot)), 1.0
-        without = evidence.robot_weights_after(log_evidence).values
-        believed = self._shown(believed, evidence, rng)
+        believed, ahead = self._looked_ahead(self._shown(believed, evidence, rng), evidence, rng)
         while remaining > 0.0:
             cast, bears = evidence.cast(believed.belief.states, self._whole(believed.belief))
             if not bears.any():
                 return None
-            weights, told = believed.belief.weights, _told(believed.given, cast, without)
-            enough = RESAMPLE_BELOW * weights.effective_size
-            step = largest_step(weights, told, remaining, enough)
-            after, evidence_of_step = self._taken_in(believed, step * cast, step * told)
-            log_evidence += evidence_of_step
-            remaining -= step
+            exponent, after, told = self._taken_in(believed, cast, evidence, ahead, remaining)
+            log_evidence += told
+            remaining, ahead = remaining - exponent, 0.0
             believed = self._renewed(believed.averaged(after, robot), remaining > 0.0, rng)
         there, log_evidence = _presence(believed.presence, log_evidence)
         seen = evidence.robot_weights_after(log_evidence).values
         belief = replace(believed.belief, presence=float(seen @ there))
         return Update(replace(believed, belief=belief, presence=there), log_evidence, bears)
 
-    def _taken_in(
-        self, believed: ConditionalBelief, log_likelihood: FloatArray, told: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Bayes' rule in every row (l, n), and the log evidence (l,) of each.
+    def _looked_ahead(
+        self, believed: ConditionalBelief, evidence: ScanEvidence, rng: np.random.Generator
+    ) -> tuple[ConditionalBelief, float]:
+        """The samples that a first step from a few robot samples leads to, and its exponent.
 
-        What scouts win or lose is the same in all rows, by what all robot samples together are
-        ``told`` (n,): in the row of one that misses the object, anything would win.
+        It is none where all of the likelihood can be taken in at once, or is
+        known from a few robot samples anyway. The samples weigh what they did before.
         """
-        values, count = believed.belief.weights.values, len(told) - self.settings.scouts
-        after, of_samples = _conditioned(believed.given[:, :count], log_likelihood[:, :count])
-        won = values * np.exp(told - told.max())
-        scouts = won[count:] / won.sum()
-        given = np.empty_like(believed.given)
-        given[:, :count], given[:, count:] = (1.0 - scouts.sum()) * after, scouts
-        return given, of_samples + np.log(won.sum() / (won[:count].sum() + TINY))
+        belief = believed.belief
+        if not belief.settled or (belief.std <= self._blur).all():
+            return believed, 0.0
+        told = evidence.cast(belief.states, np.zeros(len(belief.states), dtype=bool))[0][0]
+        step = largest_step(belief.weights, told, 1.0, AHEAD * belief.weights.effective_size)
+        if step == 1.0:
+            return believed, 0.0
+        chosen = belief.with_weights(belief.weights.reweight(step * told)[0])
+        return self._renewed(replace(believed, belief=chosen), True, rng), step
+
+    def _taken_in(
+        self,
+        believed: ConditionalBelief,
+        log_likelihood: FloatArray,
+        evidence: ScanEvidence,
+        ahead: float,
+        most: float,
+    ) -> tuple[float, FloatArray, FloatArray]:
+        """The largest exponent up to ``most`` with which enough samples survive the likelihood (l, n).
+
+        Also, with it, Bayes' rule in every row (l, n) and the log evidence (l,) of each. A look
+        ahead has used an exponent of ``ahead`` already, to choose the samples.
+        """
+        from objstate.objects import sampling
+
+        after, log_evidence = np.empty_like(believed.given), np.empty(len(believed.given))
+        exponent = sampling.take_in(
+            believed.given,
+            believed.belief.weights.values,
+            self.settings.scouts,
+            log_likelihood,
+            evidence.robot_weights_without.values,
+            ahead,
+            most,
+            RESAMPLE_BELOW,
+            after,
+            log_evidence,
+        )
+        return exponent, after, log_evidence
 
     def widened(self, belief: ObjectBelief, factor: float, std_m: float) -> ObjectBelief:
         std = np.array([std_m, std_m, std_m / LEVER])
@@ -157,6 +188,8 @@ class SampleFilter:
         self, believed: ConditionalBelief, resample: bool, rng: np.random.Generator
     ) -> ConditionalBelief:
         """The samples resampled where few carry the belief, and half of the scouts sent out anew."""
+        from objstate.objects import sampling
+
         belief, s = believed.belief, self.settings
         values, count = belief.weights.values, len(belief.states) - s.scouts
         stay = belief.standing
@@ -173,13 +206,10 @@ class SampleFilter:
             ancestors = ancestors[chosen]
         scouts = self._scouts(kept, belief.states[count:], values[count:] * elsewhere, rng)
         weights = _joined(kept.weights.values, self._scout_weights(share))
-        ratio = believed.given[:, ancestors] / np.maximum(values[ancestors], TINY)
-        given = weights.values * np.concatenate([ratio, np.ones((len(ratio), s.scouts))], axis=1)
-        return replace(
-            believed,
-            belief=belief.with_samples(np.concatenate([kept.states, scouts]), weights),
-            given=given / given.sum(axis=1, keepdims=True),
-        )
+        given = np.empty((len(believed.given), len(weights)))
+        sampling.inherit(believed.given, values, ancestors, weights.values, given)
+        states = np.concatenate([kept.states, scouts])
+        return replace(believed, belief=belief.with_samples(states, weights), given=given)
 
     def _is_poor(self, weights: FloatArray, count: int) -> bool:
         """Whether few of the samples (n,), of which all but ``count`` are scouts, carry the belief."""
@@ -236,12 +266,12 @@ class SampleFilter:
         """At most ``count`` states (c, 3) in which the outline runs through ends of beams (m, 3)."""
         if len(stopped) < FEWEST:
             return np.empty((0, 3))
-        traced = self._traced(float(np.median(stopped[:, 2])))
+        traced = self._traced(float(np.sort(stopped[:, 2])[len(stopped) // 2]))
         if traced is None:
             return np.empty((0, 3))
         ends = stopped[:, :2]
         if belief.settled:
-            ends = ends[traced.distances(belief.mean[None], ends, ON_OBJECT)[0] > ON_OBJECT]
+            ends = ends[~traced.holds(belief.mean[None], ends, ON_OBJECT)[0]]
             if len(ends) < FEWEST:
                 return np.empty((0, 3))
         states, explained = traced.states_through(ends, TRIED, rng)
@@ -263,7 +293,7 @@ class SampleFilter:
     def _is_elsewhere(self, belief: ObjectBelief, stay: ObjectBelief) -> BoolArray:
         """Which scouts (k,) have left where the samples are; the others only know the same."""
         scouts = belief.states[len(stay.states) :]
-        return np.asarray((np.abs(self._off(scouts, stay.mean)) > self._nudge).any(axis=1))
+        return np.asarray((np.abs(offsets(self.item, scouts, stay.mean)) > self._nudge).any(axis=1))
 
     @cached_property
     def _nudge(self) -> FloatArray:
@@ -317,18 +347,12 @@ class SampleFilter:
         """Density (n,) of states to which an object at a place (3,) is moved: near it, or as the prior."""
         s = self.settings
         width = np.array([s.prior_std_m, s.prior_std_m, np.radians(s.prior_std_deg)])
-        from_home, off = self._off(states, self.item.home), self._off(states, place)
+        from_home, off = (offsets(self.item, states, each) for each in (self.item.home, place))
         if s.prior == "gaussian":
             by_prior = _gaussian(from_home, width)
         else:
             by_prior = (np.abs(from_home) <= width).all(axis=1) / (2.0 * width).prod()
         return np.asarray((by_prior + _gaussian(off, self._nudge)) / 2.0)
-
-    def _off(self, states: FloatArray, place: FloatArray) -> FloatArray:
-        """(n, 3) from a place (3,) to states (n, 3), or to those that look the same and are nearest."""
-        off = self.item.symmetry.nearest(states, float(place[2])) - place
-        off[:, 2] = wrap(off[:, 2])
-        return np.asarray(off)
 
     def _of_prior(self, count: int, rng: np.random.Generator) -> FloatArray:
         """(count, 3) samples of the prior around the place where the object should stand."""
@@ -362,18 +386,3 @@ def _presence(presence: FloatArray, log_evidence: FloatArray) -> tuple[FloatArra
     there = np.log(presence) + log_evidence
     either = np.logaddexp(there, np.log1p(-presence))
     return np.exp(there - either).clip(LEAST_PRESENCE, 1.0 - LEAST_PRESENCE), either
-
-
-def _told(given: FloatArray, log_likelihood: FloatArray, robot: FloatArray) -> FloatArray:
-    """Log-likelihood (n,) of each state from all robot samples (l,) together, given (l, n) by each."""
-    top = log_likelihood.max()
-    told = robot @ (given * np.exp(log_likelihood - top))
-    return np.asarray(top + np.log(told + TINY) - np.log(robot @ given + TINY))
-
-
-def _conditioned(given: FloatArray, log_likelihood: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Bayes' rule in every row (l, n), and the log evidence (l,) of each."""
-    top = log_likelihood.max(axis=1)
-    after = given * np.exp(log_likelihood - top[:, None])
-    total = after.sum(axis=1)
-    return after / total[:, None], top + np.log(total)

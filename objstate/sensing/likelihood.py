@@ -45,19 +45,10 @@ _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
 
 
 @_inner
-def _hit_densities(
-    expected: FloatArray, measured: float, model: FloatArray, out: FloatArray
-) -> None:
-    """The density of a hit of what is expected (p,), without the floor that all readings have."""
-    peak, per_sigma = model[PEAK], model[PER_SIGMA]
-    if model[GAUSSIAN] > 0.0:
-        for p in range(out.shape[0]):
-            off = (measured - min(expected[p], model[RANGE_MAX])) * per_sigma
-            out[p] = peak * np.exp(-0.5 * off * off)
-        return
-    for p in range(out.shape[0]):
-        off = (measured - expected[p]) * per_sigma
-        out[p] = peak * bell(0.5 * off * off)
+def _hit_density(sigmas: float, peak: float, is_gaussian: bool) -> Any:
+    """The density of a hit so many sigmas off, without the floor that all readings have."""
+    exponent = 0.5 * sigmas * sigmas
+    return peak * (np.exp(-exponent) if is_gaussian else bell(exponent))
 
 
 @_inner
@@ -87,10 +78,13 @@ def _look(
     if measured == np.inf:
         for p in range(out.shape[0]):
             out[p] = floor + (model[HIT] if expected[p] >= model[RANGE_MAX] else 0.0)
-    else:
-        _hit_densities(expected, measured, model, out)
-        for p in range(out.shape[0]):
-            out[p] += floor + (short if measured < expected[p] else 0.0)
+        return
+    peak, per_sigma, range_max = model[PEAK], model[PER_SIGMA], model[RANGE_MAX]
+    is_gaussian = model[GAUSSIAN] > 0.0
+    for p in range(out.shape[0]):
+        reads = min(expected[p], range_max) if is_gaussian else expected[p]
+        hit = _hit_density((measured - reads) * per_sigma, peak, is_gaussian)
+        out[p] = hit + floor + (short if measured < expected[p] else 0.0)
 
 
 @_inner
@@ -115,31 +109,32 @@ def _look_behind(
 
 @_inner
 def _take_in(
-    hit: FloatArray,
     nearest: FloatArray,
     without: FloatArray,
     per_density: FloatArray,
     measured: float,
-    floor: float,
     short: float,
+    model: FloatArray,
     product: FloatArray,
 ) -> None:
     """Take one beam into the products (p,), where it touches the object; ``nearest`` is infinite again."""
+    floor, peak, per_sigma = _floor(measured, model), model[PEAK], model[PER_SIGMA]
+    is_gaussian = model[GAUSSIAN] > 0.0
     for p in range(product.shape[0]):
-        ratio = (hit[p] + floor + (short if measured < nearest[p] else 0.0)) * per_density[p]
-        product[p] *= ratio if nearest[p] < without[p] else 1.0
+        hit = _hit_density((measured - nearest[p]) * per_sigma, peak, is_gaussian)
+        dense = hit + floor + (short if measured < nearest[p] else 0.0)
+        product[p] *= dense * per_density[p] if nearest[p] < without[p] else 1.0
         nearest[p] = np.inf
 
 
 @_inner
 def _pull(
-    hit: FloatArray,
     nearest: FloatArray,
     without: FloatArray,
     measured: float,
-    floor: float,
     short: float,
     per_shift: float,
+    model: FloatArray,
     gradient: FloatArray,
     curvature: FloatArray,
 ) -> None:
@@ -147,13 +142,15 @@ def _pull(
 
     That is to the log-density's gradient (p,) and curvature (p,), in sigmas.
     """
+    floor, peak, per_sigma = _floor(measured, model), model[PEAK], model[PER_SIGMA]
+    is_gaussian = model[GAUSSIAN] > 0.0
     for p in range(gradient.shape[0]):
-        touches = nearest[p] < without[p]
-        dense = hit[p] + floor + (short if measured < nearest[p] else 0.0)
-        pulled = hit[p] / dense * per_shift
         off = measured - nearest[p]
-        gradient[p] += pulled * off if touches else 0.0
-        curvature[p] += pulled * per_shift if touches else 0.0
+        hit = _hit_density(off * per_sigma, peak, is_gaussian)
+        dense = hit + floor + (short if measured < nearest[p] else 0.0)
+        pulled = hit / dense * per_shift if nearest[p] < without[p] else 0.0
+        gradient[p] += pulled * off if nearest[p] < without[p] else 0.0
+        curvature[p] += pulled * per_shift
 
 
 @_inner
@@ -235,7 +232,7 @@ def object_log_likelihood(
     nearest.fill(np.inf)
     without, per_density = np.empty((count, size)), np.empty((count, size))
     is_known, is_touched = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_)
-    hit, product, change = np.empty(size), np.empty(size), np.empty(size)
+    product, change = np.empty(size), np.empty(size)
     gradient, curvature = np.empty(size), np.empty(size)
     near, variance = NEAR_SIGMAS / model[PER_SIGMA], shift_std * shift_std
     at_once = _at_once(beams[SHORT], model)
@@ -279,23 +276,20 @@ def object_log_likelihood(
                 continue
             if not bears[i]:
                 bears[i] = _touches(nearest[i], without[i], beams[MEASURED, i] + near)
-            _hit_densities(nearest[i], measured, model, hit)
-            floor, per_shift = _floor(measured, model), 0.0
             if variance > 0.0:
                 per_shift = _per_shift(normals[states[k]], middle, beams[:, i])
-            if per_shift != 0.0:
-                _pull(
-                    hit,
-                    nearest[i],
-                    without[i],
-                    measured,
-                    floor,
-                    short,
-                    per_shift,
-                    gradient,
-                    curvature,
-                )
-            _take_in(hit, nearest[i], without[i], per_density[i], measured, floor, short, product)
+                if per_shift != 0.0:
+                    _pull(
+                        nearest[i],
+                        without[i],
+                        measured,
+                        short,
+                        per_shift,
+                        model,
+                        gradient,
+                        curvature,
+                    )
+            _take_in(nearest[i], without[i], per_density[i], measured, short, model, product)
             taken += 1
             if taken % at_once == 0:
                 _flush(product, change)

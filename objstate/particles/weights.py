@@ -1,4 +1,4 @@
-"""Weighted samples: weights in log space, resampling, quantiles, entropy."""
+"""Weights of samples in log space, and what is done by them."""
 
 from __future__ import annotations
 
@@ -10,8 +10,6 @@ import numpy as np
 
 from objstate.errors import ObjstateError
 from objstate.geometry import FloatArray, IntArray
-
-STEP_PRECISION = 12  # halvings in the search for the largest step
 
 
 class ImpossibleEvidenceError(ObjstateError):
@@ -85,20 +83,9 @@ def largest_step(
     Enough are ``least_effective`` (of samples, or of what is effective already, if
     fewer). It is always above zero, so that repeated steps come to an end.
     """
-    needed = min(least_effective, weights.effective_size)
+    from objstate.particles import kernels
 
-    def enough(step: float) -> bool:
-        log = weights.log + step * log_likelihood
-        unscaled = np.exp(log - log.max())
-        return bool(unscaled.sum() ** 2 >= needed * (unscaled @ unscaled))
-
-    if not np.isfinite(log_likelihood.max()) or enough(most):
-        return most
-    low, high = 0.0, most
-    for _ in range(STEP_PRECISION):
-        middle = (low + high) / 2.0
-        low, high = (middle, high) if enough(middle) else (low, middle)
-    return high
+    return float(kernels.largest_step(weights.log, log_likelihood, most, least_effective))
 
 
 def systematic(weights: Weights, count: int, rng: np.random.Generator) -> IntArray:
@@ -107,9 +94,9 @@ def systematic(weights: Weights, count: int, rng: np.random.Generator) -> IntArr
     Each sample is drawn ``count`` times its weight on average, never off by one or more.
     """
     edges = np.cumsum(weights.values)
-    edges[-1] = 1.0
+    edges[-1] = np.inf
     combs = (rng.random() + np.arange(count)) / count
-    return np.searchsorted(edges, combs, side="right").clip(max=len(weights) - 1)
+    return np.searchsorted(edges, combs, side="right")
 
 
 def quantiles(values: FloatArray, weights: FloatArray, shares: FloatArray) -> FloatArray:
