@@ -81,8 +81,7 @@ class ObjectBelief:
         if self.scouts == 0:
             return self
         count = len(self.states) - self.scouts
-        log = self.weights.log[:count]
-        weights = Weights.of(np.exp(log - log.max()))
+        weights = Weights.of(self.weights.values[:count])
         return replace(self, states=self.states[:count], weights=weights, scouts=0)
 
     @cached_property

@@ -18,9 +18,9 @@ class ImpossibleEvidenceError(ObjstateError):
 
 @dataclass(frozen=True, eq=False)
 class Weights:
-    """Normalized importance weights, held as logarithms. A value: operations return new ones."""
+    """Normalized importance weights, known by logarithms too. A value: operations return new ones."""
 
-    log: FloatArray  # (n,) logarithms; the weights sum to one
+    values: FloatArray  # (n,) sum to one
 
     @staticmethod
     def uniform(count: int) -> Weights:
@@ -32,18 +32,21 @@ class Weights:
         total = float(weights.sum())
         if not (0.0 < total < np.inf and weights.min() >= 0.0):
             raise ValueError("weights must be non-negative, finite and not all zero")
-        shares = weights / total
-        with np.errstate(divide="ignore"):
-            return Weights._known(np.log(shares), shares)
+        return Weights(weights / total)
+
+    @staticmethod
+    def of_logarithms(log: FloatArray) -> Weights:
+        """From the logarithms of weights of any sum, one of which is finite."""
+        return Weights._scaled(log, float(log.max()))[0]
 
     def __len__(self) -> int:
-        return len(self.log)
+        return len(self.values)
 
     @cached_property
-    def values(self) -> FloatArray:
-        """(n,) the weights themselves."""
-        weights = np.exp(self.log)
-        return np.asarray(weights / weights.sum())
+    def log(self) -> FloatArray:
+        """(n,) logarithms of the weights."""
+        with np.errstate(divide="ignore"):
+            return np.asarray(np.log(self.values))
 
     @property
     def effective_size(self) -> float:
@@ -62,16 +65,21 @@ class Weights:
                 "No sample of the belief can explain the reading; give the beam model a share "
                 "of random readings (z_rand above 0)."
             )
+        return Weights._scaled(log, top)
+
+    @staticmethod
+    def _scaled(log: FloatArray, top: float) -> tuple[Weights, float]:
+        """Weights that sum to one, of logarithms (n,) with a maximum, and the logarithm of their sum."""
         unscaled = np.exp(log - top)
         total = float(unscaled.sum())
-        evidence = top + math.log(total)
-        return Weights._known(log - evidence, unscaled / total), evidence
+        log_sum = top + math.log(total)
+        return Weights._known(log - log_sum, unscaled / total), log_sum
 
     @staticmethod
     def _known(log: FloatArray, values: FloatArray) -> Weights:
-        """Weights of which the values are known already: the cache is filled with them."""
-        weights = Weights(log)
-        weights.__dict__["values"] = values
+        """Weights of which the logarithms are known already, of those too that are next to zero."""
+        weights = Weights(values)
+        weights.__dict__["log"] = log
         return weights
 
 

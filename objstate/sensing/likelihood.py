@@ -36,7 +36,8 @@ from objstate.sensing.kernels import (
 )
 from objstate.sensing.projection import project, stands, strays
 
-DECADES = 150.0  # by which a product may grow or shrink before its logarithm is taken
+DECADES = 150  # by which a product may grow or shrink before it is looked at
+SCALE, LOG_SCALE = 10.0**DECADES, DECADES * np.log(10.0)
 NEAR_SIGMAS = 4.0  # a range shorter than this many sigmas before an object was stopped by another
 LEAST_SHARE = 1e-12  # what rounding may leave of one when all shares are taken away
 
@@ -162,6 +163,15 @@ def _flush(product: FloatArray, change: FloatArray) -> None:
 
 
 @_inner
+def _rescale(product: FloatArray, change: FloatArray) -> None:
+    """Move as much of products (p,) into their logarithms that they may grow or shrink again."""
+    for p in range(product.shape[0]):
+        steps = 1.0 if product[p] > SCALE else (-1.0 if product[p] < 1.0 / SCALE else 0.0)
+        change[p] += steps * LOG_SCALE
+        product[p] *= 1.0 / SCALE if steps > 0.0 else (SCALE if steps < 0.0 else 1.0)
+
+
+@_inner
 def _per_shift(normal: FloatArray, middle: FloatArray, beam: FloatArray) -> Any:
     """m by which a range grows for each m of a surface's shift along its normal (2,) in the building.
 
@@ -212,12 +222,13 @@ def object_log_likelihood(
     out: FloatArray,
     bears: BoolArray,
 ) -> None:
-    """Change in log p(o | s, l) that an object makes, over the background alone: ``out`` (s, p).
+    """Change in log p(o | s, l) that an object makes, over the background alone: ``out`` (p, n).
 
-    Its ``states`` (s,) are rows of ``placements`` and ``normals``. ``background`` (p, n) is what the
-    beams read without the object, in the scan's own order, of which sorted beam i is ``order[i]``. Beams that the object doesn't touch contribute
-    the same to every state (section 3 of Schulz and Burgard 2001) and are left out. ``bears`` (n,)
-    is set where a beam touches the object in some state and isn't stopped before reaching it.
+    Its ``states`` (s,) are rows of ``placements`` and ``normals`` and columns of ``out``. ``background`` (p, n)
+    is what the beams read without the object, in the scan's own order, of which sorted beam i is
+    ``order[i]``. Beams that the object doesn't touch contribute the same to every state (section 3 of
+    Schulz and Burgard 2001) and are left out. ``bears`` (n,) is set where a beam touches the object
+    in some state and isn't stopped before reaching it.
 
     The likelihood has the exponent ``tempering``. The object may stand ``shift_std`` m
     aside of its placement, along the unit normal ``normals[s]`` of its long side: an
@@ -235,7 +246,7 @@ def object_log_likelihood(
     product, change = np.empty(size), np.empty(size)
     gradient, curvature = np.empty(size), np.empty(size)
     near, variance = NEAR_SIGMAS / model[PER_SIGMA], shift_std * shift_std
-    at_once = _at_once(beams[SHORT], model)
+    at_once, precision = _at_once(beams[SHORT], model), tempering * model[PER_SIGMA] ** 2
     for k in range(states.shape[0]):
         project(
             lasers,
@@ -292,18 +303,19 @@ def object_log_likelihood(
             _take_in(nearest[i], without[i], per_density[i], measured, short, model, product)
             taken += 1
             if taken % at_once == 0:
-                _flush(product, change)
+                _rescale(product, change)
         if taken == 0:
-            out[k].fill(0.0)
+            for p in range(size):
+                out[p, states[k]] = 0.0
             continue
         _flush(product, change)
-        precision = tempering * model[PER_SIGMA] * model[PER_SIGMA]
         for p in range(size):
-            surely = 1.0 + precision * curvature[p] * variance
-            pulled = precision * gradient[p]
-            out[k, p] = tempering * change[p] + 0.5 * (
-                pulled * pulled * variance / surely - np.log(surely)
-            )
+            out[p, states[k]] = tempering * change[p]
+        if variance > 0.0:
+            for p in range(size):
+                surely = 1.0 + precision * curvature[p] * variance
+                pulled = precision * gradient[p]
+                out[p, states[k]] += 0.5 * (pulled * pulled * variance / surely - np.log(surely))
 
 
 @_inner

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 from weakref import WeakKeyDictionary
 
@@ -342,27 +343,24 @@ class LevelView:
 
         outline = self._outlines.of_object(name, self._sweep.height)
         normals = np.zeros((len(states), 2)) if comparison.normals is None else comparison.normals
-        whole = np.ones(len(states), dtype=bool) if comparison.whole is None else comparison.whole
         placements = with_trigonometry(self._outlines.placements(name, states))
-        parameters = self._beam_model.parameters(self._range_max)
         stand, bears = self._outlines.stand(poses).poses, np.zeros(self._beams.shape[1], dtype=bool)
 
-        def change(some: IntArray, few: IntArray | None = None) -> FloatArray:
-            chosen = slice(None) if few is None else few
-            out = np.empty((len(some), len(stand[chosen])))
+        def compare(some: IntArray, stand: FloatArray, background: FloatArray) -> FloatArray:
+            out = np.empty((len(stand), len(states)))
             likelihood.object_log_likelihood(
                 some,
-                stand[chosen],
+                stand,
                 placements,
                 normals,
                 outline.segments,
                 outline.rim,
-                comparison.background[chosen],
+                background,
                 self._sweep.order,
                 self._beams,
                 self._sweep.index,
                 self._sweep.centre,
-                parameters,
+                self._parameters,
                 comparison.shift_std,
                 comparison.tempering,
                 out,
@@ -370,11 +368,19 @@ class LevelView:
             )
             return out
 
-        out = np.empty((len(poses), len(states)))
-        out[:, whole] = change(np.flatnonzero(whole)).T
-        if not whole.all():
-            out[:, ~whole] = _log_mean(change(np.flatnonzero(~whole), comparison.few))
+        if comparison.whole is None:
+            out = compare(np.arange(len(states)), stand, comparison.background)
+            return out, self._sweep.unsorted(bears)
+        out = compare(np.flatnonzero(comparison.whole), stand, comparison.background)
+        rest, few = np.flatnonzero(~comparison.whole), comparison.few
+        if len(rest):
+            out[:, rest] = _log_mean(compare(rest, stand[few], comparison.background[few])[:, rest])
         return out, self._sweep.unsorted(bears)
+
+    @cached_property
+    def _parameters(self) -> FloatArray:
+        """(7,) the beam model as the kernels take it."""
+        return self._beam_model.parameters(self._range_max)
 
     def _cast(
         self, outline: ObjectOutline, placements: FloatArray, poses: FloatArray
@@ -402,9 +408,9 @@ class LevelView:
 
 
 def _log_mean(logs: FloatArray) -> FloatArray:
-    """Logarithms (s,) of the means of rows (s, p) of which the logarithms are given."""
-    top = logs.max(axis=1, initial=-np.inf)
-    return np.asarray(top + np.log(np.exp(logs - top[:, None]).mean(axis=1)))
+    """Logarithms (s,) of the means of columns (p, s) of which the logarithms are given."""
+    top = logs.max(axis=0)
+    return np.asarray(top + np.log(np.exp(logs - top).mean(axis=0)))
 
 
 def _agree(
