@@ -91,23 +91,34 @@ class ObjectBelief:
         Of furniture that looks the same after some turns, all equal states count as the
         one nearest to where it should stand.
         """
-        states, values = self.standing.states, self.standing.weights.values
         if self.item.kind is Kind.PLANAR:
-            from objstate.objects import sampling
-
-            out, symmetry = np.empty(3), self.item.symmetry
-            home = float(self.item.home[2])
-            sampling.mean(states, values, home, symmetry.order, symmetry.centre, out)
-            return out
+            return self._moments[0]
+        states, values = self.states, self.weights.values
         if self.item.wraps:
             return np.array([circular_mean(states[:, 0], values)])
         return np.asarray(values @ states)
 
     @cached_property
+    def _moments(self) -> tuple[FloatArray, FloatArray]:
+        """Mean (3,) and variance (3,) of furniture's samples without their scouts."""
+        from objstate.objects import sampling
+
+        count = len(self.states) - self.scouts
+        states, values = self.states[:count], self.weights.values[:count]
+        mean, variance, symmetry = np.empty(3), np.empty(3), self.item.symmetry
+        home = float(self.item.home[2])
+        sampling.moments(states, values, home, symmetry.order, symmetry.centre, mean, variance)
+        return mean, variance
+
+    @cached_property
     def deviations(self) -> FloatArray:
         """(n, d) samples, without scouts, from the mean; directions the short way round."""
         if self.item.kind is Kind.PLANAR:
-            return offsets(self.item, self.standing.states, self.mean)
+            from objstate.objects import sampling
+
+            off, symmetry = np.empty_like(self.standing.states), self.item.symmetry
+            sampling.offsets(self.standing.states, self.mean, symmetry.order, symmetry.centre, off)
+            return off
         return self._the_short_way(self.standing.states - self.mean)
 
     def _the_short_way(self, off: FloatArray) -> FloatArray:
@@ -145,9 +156,9 @@ class ObjectBelief:
             mean, cell = float(self.mean[0]), float(self.cell[0])
             variance = kernels.spread(self.states, self.weights.values, mean)
             return np.array([math.sqrt(variance + cell * cell / 12.0)])
-        return np.asarray(
-            np.sqrt(self.standing.weights.values @ self.deviations**2 + self.cell**2 / 12.0)
-        )
+        if self.item.kind is Kind.PLANAR:
+            return np.sqrt(self._moments[1] + self.cell**2 / 12.0)
+        return np.asarray(np.sqrt(self.weights.values @ self.deviations**2 + self.cell**2 / 12.0))
 
     def interval(self, share: float = CENTRAL) -> tuple[FloatArray, FloatArray]:
         """Lower and upper bounds (d,) of the central ``share`` of the posterior.
@@ -292,12 +303,3 @@ class ObjectBelief:
             )
             for k, coordinate in enumerate(self.item.coordinates)
         ]
-
-
-def offsets(item: MovableObject, states: FloatArray, place: FloatArray) -> FloatArray:
-    """(n, 3) from a place (3,) to states of furniture (n, 3), or to those that look the same and are nearest."""
-    from objstate.objects import sampling
-
-    out, symmetry = np.empty((len(states), 3)), item.symmetry
-    sampling.offsets(states, place, symmetry.order, symmetry.centre, out)
-    return out

@@ -35,7 +35,7 @@ class ConditionalBelief:
         """With new conditional weights (l, n), the marginal by the robot weights (l,)."""
         there = robot_weights * self.presence
         presence = float(there.sum() / robot_weights.sum())
-        belief = replace(self.belief.with_weights(Weights.of(there @ given)), presence=presence)
+        belief = replace(self.belief, weights=Weights.of(there @ given), presence=presence)
         return replace(self, belief=belief, given=given)
 
     def blended(self, share: float) -> ConditionalBelief:

@@ -6,7 +6,7 @@ last are scouts.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,6 +17,8 @@ from objstate.particles.kernels import keeping
 TINY = 1e-300
 TURN = 2.0 * np.pi
 KERNEL = 0.31  # of the deviation of a place's samples, by which copies of a sample are spread
+
+ROOT_TAU = np.sqrt(2.0 * np.pi)
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _compile_nearest = njit(
@@ -29,6 +31,17 @@ _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
 def _wrapped(angle: float) -> Any:
     """An angle in [-pi, pi)."""
     return (angle + np.pi) % TURN - np.pi
+
+
+class Moves(NamedTuple):
+    """Where furniture may be moved to: near where it stood, or as the prior says."""
+
+    home: FloatArray  # (3,) the middle of the prior
+    width: FloatArray  # (3,) its deviations; half its widths, where it is uniform
+    is_gaussian: bool
+    nudge: FloatArray  # (3,) deviations of what is near
+    order: int  # of the symmetry
+    centre: FloatArray  # (2,)
 
 
 # --- where samples are --------------------------------------------------------------
@@ -53,29 +66,38 @@ def _turned(state: FloatArray, yaw: float, order: int, centre: FloatArray) -> An
 
 
 @_compile
-def mean(
+def moments(
     states: FloatArray,
     weights: FloatArray,
     home: float,
     order: int,
     centre: FloatArray,
-    out: FloatArray,
+    mean: FloatArray,
+    variance: FloatArray,
 ) -> None:
-    """The mean (3,) of states (n, 3), of which those that look alike count as one.
+    """Mean (3,) and variance (3,) of states (n, 3), of which those that look alike count as one.
 
-    The yaw is a circular mean; of those that look alike, the nearest to ``home`` rad.
+    Their weights may have any sum. The yaw is a circular mean; of those that look alike, the nearest
+    to ``home`` rad.
     """
-    east, north, x, y = 0.0, 0.0, 0.0, 0.0
+    total, east, north = 0.0, 0.0, 0.0
     for j in range(weights.shape[0]):
         turned = order * (states[j, 2] - home)
+        total += weights[j]
         east += weights[j] * np.cos(turned)
         north += weights[j] * np.sin(turned)
-    out[2] = _wrapped(home + np.arctan2(north, east) / order)
+    mean[0], mean[1] = 0.0, 0.0
+    mean[2] = _wrapped(home + np.arctan2(north, east) / order)
     for j in range(weights.shape[0]):
-        near_x, near_y, _ = _turned(states[j], out[2], order, centre)
-        x += weights[j] * near_x
-        y += weights[j] * near_y
-    out[0], out[1] = x, y
+        x, y, _ = _turned(states[j], mean[2], order, centre)
+        mean[0] += weights[j] * x / total
+        mean[1] += weights[j] * y / total
+    variance.fill(0.0)
+    for j in range(weights.shape[0]):
+        x, y, yaw = _turned(states[j], mean[2], order, centre)
+        variance[0] += weights[j] * (x - mean[0]) ** 2 / total
+        variance[1] += weights[j] * (y - mean[1]) ** 2 / total
+        variance[2] += weights[j] * _wrapped(yaw - mean[2]) ** 2 / total
 
 
 @_compile
@@ -194,6 +216,132 @@ def take_in(
         for j in range(count, size):
             out[p, j] = won[j] / of_all
     return exponent
+
+
+# --- scouts -------------------------------------------------------------------------
+
+
+@_inner
+def _density(state: FloatArray, place: FloatArray, moves: Moves) -> Any:
+    """The density of being moved to a state (3,) from a place (3,)."""
+    home_x, home_y, home_yaw = _turned(state, moves.home[2], moves.order, moves.centre)
+    x, y, yaw = _turned(state, place[2], moves.order, moves.centre)
+    home_yaw, yaw = _wrapped(home_yaw - moves.home[2]), _wrapped(yaw - place[2])
+    by_prior = _bell(home_x - moves.home[0], home_y - moves.home[1], home_yaw, moves.width)
+    if not moves.is_gaussian:
+        width = moves.width
+        inside = abs(home_x - moves.home[0]) <= width[0] and abs(home_y - moves.home[1]) <= width[1]
+        inside = inside and abs(home_yaw) <= width[2]
+        by_prior = 0.125 / (width[0] * width[1] * width[2]) if inside else 0.0
+    return 0.5 * (by_prior + _bell(x - place[0], y - place[1], yaw, moves.nudge))
+
+
+@_inner
+def _bell(x: float, y: float, yaw: float, std: FloatArray) -> Any:
+    """The density of an offset under independent Gaussians with deviations (3,)."""
+    squared = (x / std[0]) ** 2 + (y / std[1]) ** 2 + (yaw / std[2]) ** 2
+    return np.exp(-0.5 * squared) / (ROOT_TAU**3 * std[0] * std[1] * std[2])
+
+
+@_compile
+def densities(states: FloatArray, place: FloatArray, moves: Moves, out: FloatArray) -> None:
+    """The densities ``out`` (n,) of being moved to states (n, 3) from a place (3,)."""
+    for j in range(states.shape[0]):
+        out[j] = _density(states[j], place, moves)
+
+
+@_compile
+def pool(
+    states: FloatArray,
+    values: FloatArray,
+    count: int,
+    place: FloatArray,
+    moves: Moves,
+    followed: float,
+    out: FloatArray,
+) -> Any:
+    """Weights ``out`` (n,) of the ``count`` samples and of the scouts that are among them.
+
+    Scouts farther from a place (3,) than a nudge are elsewhere and have none, unless together they
+    have won more than ``followed``: the object may have been moved there. Returned are what they have
+    won, the effective number of all others, and the scouts' share of these.
+    """
+    elsewhere, of_scouts, total, squared = 0.0, 0.0, 0.0, 0.0
+    for j in range(values.shape[0]):
+        out[j] = values[j]
+        if j >= count:
+            x, y, yaw = _turned(states[j], place[2], moves.order, moves.centre)
+            is_near = abs(x - place[0]) <= moves.nudge[0] and abs(y - place[1]) <= moves.nudge[1]
+            if not (is_near and abs(_wrapped(yaw - place[2])) <= moves.nudge[2]):
+                out[j] = 0.0
+                elsewhere += values[j]
+    if elsewhere > followed:
+        elsewhere = 0.0
+        for j in range(count, values.shape[0]):
+            out[j] = values[j]
+    for j in range(values.shape[0]):
+        total += out[j]
+        squared += out[j] * out[j]
+        of_scouts += out[j] if j >= count else 0.0
+    return elsewhere, total * total / squared, of_scouts / total
+
+
+@_inner
+def _systematic(weights: FloatArray, drawn: float, out: IntArray) -> None:
+    """Indices ``out`` (c,) of a systematic resampling by weights (n,), with one uniform number."""
+    total, j = 0.0, 0
+    for k in range(weights.shape[0]):
+        total += weights[k] + TINY
+    filled = (weights[0] + TINY) / total
+    for k in range(out.shape[0]):
+        while filled <= (k + drawn) / out.shape[0] and j < weights.shape[0] - 1:
+            j += 1
+            filled += (weights[j] + TINY) / total
+        out[k] = j
+
+
+@_compile
+def send_out(
+    scouts: FloatArray,
+    weights: FloatArray,
+    states: FloatArray,
+    values: FloatArray,
+    place: FloatArray,
+    moves: Moves,
+    blur: FloatArray,
+    noise: FloatArray,
+    unit: FloatArray,
+    drawn: FloatArray,
+    out: FloatArray,
+) -> None:
+    """Half of the scouts (k, 3) carry on about the best by their weights (k,); the others start afresh.
+
+    Of those, half look near the samples (n, 3) with their ``values`` (n,), half where the prior says;
+    in this order they make ``out`` (k, 3). Drawn are ``noise`` (c, 3) of a Gaussian, ``unit`` (k - c, 3) of
+    the prior, and ``drawn`` (c + 2,) from 0 to 1.
+    """
+    carried, near = out.shape[0] // 2, out.shape[0] // 4
+    by_scouts, by_samples = np.empty(carried, dtype=np.int64), np.empty(near, dtype=np.int64)
+    _systematic(weights, drawn[0], by_scouts)
+    _systematic(values, drawn[1], by_samples)
+    for k in range(out.shape[0]):
+        if k < carried:
+            best = scouts[by_scouts[k]]
+            for axis in range(3):
+                out[k, axis] = best[axis] + blur[axis] * noise[k, axis]
+            # Metropolis: evidence alone leads them on
+            if _density(out[k], place, moves) < drawn[k + 2] * _density(best, place, moves):
+                for axis in range(3):
+                    out[k, axis] = best[axis]
+        elif k < carried + near:
+            for axis in range(3):
+                shift = moves.nudge[axis] * noise[k, axis]
+                out[k, axis] = states[by_samples[k - carried], axis] + shift
+        else:
+            for axis in range(3):
+                shift = moves.width[axis] * unit[k - carried - near, axis]
+                out[k, axis] = moves.home[axis] + shift
+        out[k, 2] = _wrapped(out[k, 2])
 
 
 # --- resampling ---------------------------------------------------------------------

@@ -203,6 +203,27 @@ def _at_once(short: FloatArray, model: FloatArray) -> Any:
     return max(1, int(DECADES / max(np.log10(highest / lowest), 1.0)))
 
 
+@_inner
+def _average(
+    change: FloatArray,
+    gradient: FloatArray,
+    curvature: FloatArray,
+    tempering: float,
+    per_sigma: float,
+    variance: float,
+    out: FloatArray,
+) -> None:
+    """Tempered log-likelihoods ``out`` (p,), averaged over shifts with a variance, m^2."""
+    for p in range(out.shape[0]):
+        out[p] = tempering * change[p]
+    if variance > 0.0:
+        precision = tempering * per_sigma * per_sigma
+        for p in range(out.shape[0]):
+            surely = 1.0 + precision * curvature[p] * variance
+            pulled = precision * gradient[p]
+            out[p] += 0.5 * (pulled * pulled * variance / surely - np.log(surely))
+
+
 @_compile
 def object_log_likelihood(
     states: IntArray,
@@ -246,7 +267,7 @@ def object_log_likelihood(
     product, change = np.empty(size), np.empty(size)
     gradient, curvature = np.empty(size), np.empty(size)
     near, variance = NEAR_SIGMAS / model[PER_SIGMA], shift_std * shift_std
-    at_once, precision = _at_once(beams[SHORT], model), tempering * model[PER_SIGMA] ** 2
+    at_once = _at_once(beams[SHORT], model)
     for k in range(states.shape[0]):
         project(
             lasers,
@@ -304,18 +325,10 @@ def object_log_likelihood(
             taken += 1
             if taken % at_once == 0:
                 _rescale(product, change)
-        if taken == 0:
-            for p in range(size):
-                out[p, states[k]] = 0.0
-            continue
-        _flush(product, change)
-        for p in range(size):
-            out[p, states[k]] = tempering * change[p]
-        if variance > 0.0:
-            for p in range(size):
-                surely = 1.0 + precision * curvature[p] * variance
-                pulled = precision * gradient[p]
-                out[p, states[k]] += 0.5 * (pulled * pulled * variance / surely - np.log(surely))
+        if taken > 0:
+            _flush(product, change)
+        column = out[:, states[k]]
+        _average(change, gradient, curvature, tempering, model[PER_SIGMA], variance, column)
 
 
 @_inner
