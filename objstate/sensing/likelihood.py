@@ -15,28 +15,27 @@ from objstate.compiling import inner, njit
 from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.sensing.kernels import (
     COS,
+    DECADES,
     DIRECTION_X,
     DIRECTION_Y,
     GAUSSIAN,
     GRAZING,
     HIT,
     LARGE,
-    LEAST_DENSITY,
     MEASURED,
-    MISSING,
     PEAK,
     PER_SIGMA,
-    RANDOM,
     RANGE_MAX,
     SHORT,
     SIN,
     SMALL,
     SPREAD,
+    at_once,
     bell,
+    floor_of,
 )
 from objstate.sensing.projection import project, stands, strays
 
-DECADES = 150  # by which a product may grow or shrink before it is looked at
 SCALE, LOG_SCALE = 10.0**DECADES, DECADES * np.log(10.0)
 NEAR_SIGMAS = 4.0  # a range shorter than this many sigmas before an object was stopped by another
 LEAST_SHARE = 1e-12  # what rounding may leave of one when all shares are taken away
@@ -46,18 +45,19 @@ _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
 
 
 @_inner
-def _hit_density(sigmas: float, peak: float, is_gaussian: bool) -> Any:
-    """The density of a hit so many sigmas off, without the floor that all readings have."""
-    exponent = 0.5 * sigmas * sigmas
+def _hit_density(off: float, half: float, peak: float, is_gaussian: bool) -> Any:
+    """The density of a hit so many m off, without the floor that all readings have.
+
+    ``half`` of the Gaussian's precision, 1/m^2.
+    """
+    exponent = half * off * off
     return peak * (np.exp(-exponent) if is_gaussian else bell(exponent))
 
 
 @_inner
-def _floor(measured: float, model: FloatArray) -> Any:
-    """The density that a reading has whatever is expected; that of a missing return is a probability."""
-    if model[GAUSSIAN] > 0.0:
-        return LEAST_DENSITY
-    return model[MISSING] if measured == np.inf else model[RANDOM]
+def _half_precision(model: FloatArray) -> Any:
+    """Half the precision of a hit, 1/m^2."""
+    return 0.5 * model[PER_SIGMA] * model[PER_SIGMA]
 
 
 @_inner
@@ -75,16 +75,16 @@ def _look(
     out: FloatArray,
 ) -> None:
     """The density ``out`` (p,) of one beam's reading, for what is expected (p,)."""
-    floor = _floor(measured, model)
+    floor = floor_of(measured, model)
     if measured == np.inf:
         for p in range(out.shape[0]):
             out[p] = floor + (model[HIT] if expected[p] >= model[RANGE_MAX] else 0.0)
         return
-    peak, per_sigma, range_max = model[PEAK], model[PER_SIGMA], model[RANGE_MAX]
+    peak, half, range_max = model[PEAK], _half_precision(model), model[RANGE_MAX]
     is_gaussian = model[GAUSSIAN] > 0.0
     for p in range(out.shape[0]):
         reads = min(expected[p], range_max) if is_gaussian else expected[p]
-        hit = _hit_density((measured - reads) * per_sigma, peak, is_gaussian)
+        hit = _hit_density(measured - reads, half, peak, is_gaussian)
         out[p] = hit + floor + (short if measured < expected[p] else 0.0)
 
 
@@ -119,10 +119,10 @@ def _take_in(
     product: FloatArray,
 ) -> None:
     """Take one beam into the products (p,), where it touches the object; ``nearest`` is infinite again."""
-    floor, peak, per_sigma = _floor(measured, model), model[PEAK], model[PER_SIGMA]
+    floor, peak, half = floor_of(measured, model), model[PEAK], _half_precision(model)
     is_gaussian = model[GAUSSIAN] > 0.0
     for p in range(product.shape[0]):
-        hit = _hit_density((measured - nearest[p]) * per_sigma, peak, is_gaussian)
+        hit = _hit_density(measured - nearest[p], half, peak, is_gaussian)
         dense = hit + floor + (short if measured < nearest[p] else 0.0)
         product[p] *= dense * per_density[p] if nearest[p] < without[p] else 1.0
         nearest[p] = np.inf
@@ -143,11 +143,11 @@ def _pull(
 
     That is to the log-density's gradient (p,) and curvature (p,), in sigmas.
     """
-    floor, peak, per_sigma = _floor(measured, model), model[PEAK], model[PER_SIGMA]
+    floor, peak, half = floor_of(measured, model), model[PEAK], _half_precision(model)
     is_gaussian = model[GAUSSIAN] > 0.0
     for p in range(gradient.shape[0]):
         off = measured - nearest[p]
-        hit = _hit_density(off * per_sigma, peak, is_gaussian)
+        hit = _hit_density(off, half, peak, is_gaussian)
         dense = hit + floor + (short if measured < nearest[p] else 0.0)
         pulled = hit / dense * per_shift if nearest[p] < without[p] else 0.0
         gradient[p] += pulled * off if nearest[p] < without[p] else 0.0
@@ -191,16 +191,6 @@ def _touches(nearest: FloatArray, without: FloatArray, most: float) -> Any:
     for p in range(nearest.shape[0]):
         found |= (nearest[p] < without[p]) & (nearest[p] < most)
     return found != 0
-
-
-@_inner
-def _at_once(short: FloatArray, model: FloatArray) -> Any:
-    """How many beams' densities can be multiplied before their product leaves the floats."""
-    highest = model[PEAK] + model[HIT] + model[RANDOM] + model[MISSING]
-    for i in range(short.shape[0]):
-        highest = max(highest, model[PEAK] + model[RANDOM] + short[i])
-    lowest = max(min(_floor(0.0, model), _floor(np.inf, model)), SMALL)
-    return max(1, int(DECADES / max(np.log10(highest / lowest), 1.0)))
 
 
 @_inner
@@ -267,7 +257,7 @@ def object_log_likelihood(
     product, change = np.empty(size), np.empty(size)
     gradient, curvature = np.empty(size), np.empty(size)
     near, variance = NEAR_SIGMAS / model[PER_SIGMA], shift_std * shift_std
-    at_once = _at_once(beams[SHORT], model)
+    most = at_once(beams[SHORT], model)
     for k in range(states.shape[0]):
         project(
             lasers,
@@ -323,7 +313,7 @@ def object_log_likelihood(
                     )
             _take_in(nearest[i], without[i], per_density[i], measured, short, model, product)
             taken += 1
-            if taken % at_once == 0:
+            if taken % most == 0:
                 _rescale(product, change)
         if taken > 0:
             _flush(product, change)
