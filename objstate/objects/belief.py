@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
+from operator import le
 
 import numpy as np
 
@@ -20,7 +21,11 @@ CENTRAL = 0.9  # the share of the posterior between lower and upper
 SETTLED_ANGLE = np.radians(5.0)  # rad; a state known better than this stands for the belief
 SETTLED_LENGTH = 0.05  # m
 ROUNDING = 1e-12  # by which sums of weights may miss a share
-LENGTHS = ("offset", "x", "y")
+SETTLED = {  # std of each coordinate
+    Kind.HINGED: (SETTLED_ANGLE,),
+    Kind.SLIDING: (SETTLED_LENGTH,),
+    Kind.PLANAR: (SETTLED_LENGTH, SETTLED_LENGTH, SETTLED_ANGLE),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,16 +96,18 @@ class ObjectBelief:
         Of furniture that looks the same after some turns, all equal states count as the
         one nearest to where it should stand.
         """
-        if self.item.kind is Kind.PLANAR:
-            return self._moments[0]
-        states, values = self.states, self.weights.values
         if self.item.wraps:
-            return np.array([circular_mean(states[:, 0], values)])
-        return np.asarray(values @ states)
+            return np.array([circular_mean(self.states[:, 0], self.weights.values)])
+        return self._moments[0]
 
     @cached_property
     def _moments(self) -> tuple[FloatArray, FloatArray]:
-        """Mean (3,) and variance (3,) of furniture's samples without their scouts."""
+        """Mean (d,) and variance (d,) of samples without scouts, on a line or of furniture."""
+        if self.item.kind is not Kind.PLANAR:
+            from objstate.objects import kernels
+
+            on_line = kernels.moments(self.states, self.weights.values)
+            return np.array([on_line[0]]), np.array([on_line[1]])
         from objstate.objects import sampling
 
         count = len(self.states) - self.scouts
@@ -150,15 +157,11 @@ class ObjectBelief:
     @cached_property
     def std(self) -> FloatArray:
         """(d,) standard deviations, the width of a sample's cell included."""
-        if self._is_line:
-            from objstate.objects import kernels
-
-            mean, cell = float(self.mean[0]), float(self.cell[0])
-            variance = kernels.spread(self.states, self.weights.values, mean)
-            return np.array([math.sqrt(variance + cell * cell / 12.0)])
-        if self.item.kind is Kind.PLANAR:
-            return np.sqrt(self._moments[1] + self.cell**2 / 12.0)
-        return np.asarray(np.sqrt(self.weights.values @ self.deviations**2 + self.cell**2 / 12.0))
+        if self.item.wraps:
+            variance = self.weights.values @ self.deviations**2
+        else:
+            variance = self._moments[1]
+        return np.asarray(np.sqrt(variance + self.cell * self.cell / 12.0))
 
     def interval(self, share: float = CENTRAL) -> tuple[FloatArray, FloatArray]:
         """Lower and upper bounds (d,) of the central ``share`` of the posterior.
@@ -180,10 +183,8 @@ class ObjectBelief:
     def _interval_on_line(self, tail: float) -> tuple[FloatArray, FloatArray]:
         from objstate.objects import kernels
 
-        weights, width = self.weights.values, float(self.cell[0])
-        lower, upper = (
-            kernels.quantile(self.states, weights, width, share) for share in (tail, 1.0 - tail)
-        )  # a cell at a limit reaches beyond it
+        # a cell at a limit reaches beyond it
+        lower, upper = kernels.interval(self.states, self.weights.values, self.cell[0], tail)
         return np.array([max(lower, self.item.lower)]), np.array([min(upper, self.item.upper)])
 
     def _quantiles(self, coordinate: int, shares: FloatArray) -> FloatArray:
@@ -255,10 +256,7 @@ class ObjectBelief:
         """Whether the object surely is there, and known well enough that its mean can stand in a scene."""
         if self.presence < 0.5:
             return False
-        limits = (
-            SETTLED_LENGTH if name in LENGTHS else SETTLED_ANGLE for name in self.item.coordinates
-        )
-        return all(std <= limit for std, limit in zip(self.std.tolist(), limits, strict=True))
+        return all(map(le, self.std.tolist(), SETTLED[self.item.kind]))
 
     def represented_by(self, count: int) -> UncertainObject:
         """A few states that stand for the belief: its mean where settled, else an even comb."""

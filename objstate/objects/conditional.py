@@ -36,7 +36,7 @@ class ConditionalBelief:
         there = robot_weights * self.presence
         presence = float(there.sum() / robot_weights.sum())
         belief = replace(self.belief, weights=Weights.of(there @ given), presence=presence)
-        return replace(self, belief=belief, given=given)
+        return ConditionalBelief(belief, given, self.presence)
 
     def blended(self, share: float) -> ConditionalBelief:
         """Each robot sample gives up a share of its own belief for the marginal."""
@@ -45,11 +45,11 @@ class ConditionalBelief:
         given, marginal = np.empty_like(self.given), self.belief.weights.values
         kernels.blend(self.given, marginal, share, given)
         presence = (1.0 - share) * self.presence + share * self.belief.presence
-        return replace(self, given=given, presence=presence)
+        return ConditionalBelief(self.belief, given, presence)
 
     def resampled(self, ancestors: IntArray) -> ConditionalBelief:
         """After the robot belief was resampled: each sample keeps what its ancestor (l',) believed."""
-        return replace(self, given=self.given[ancestors], presence=self.presence[ancestors])
+        return ConditionalBelief(self.belief, self.given[ancestors], self.presence[ancestors])
 
 
 @dataclass(frozen=True, eq=False)

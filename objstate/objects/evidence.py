@@ -12,6 +12,7 @@ from objstate.particles import Weights
 from objstate.sensing import Comparison, ScanView
 
 FEW = 8  # robot samples from which states of next to no weight are cast
+COMB = (np.arange(FEW) + 0.5) / FEW
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,9 +68,7 @@ class ScanEvidence:
         sample counts as much as it explains the scan by that absence: then the mean
         is that of p(o | s, l) over p(l).
         """
-        comb = (np.arange(FEW) + 0.5) / FEW
-        chosen = np.searchsorted(np.cumsum(self.robot_weights_without.values), comb)
-        return chosen.clip(max=len(self.robot_weights) - 1)
+        return np.searchsorted(np.cumsum(self.robot_weights_without.values), COMB)
 
     @cached_property
     def robot_weights_without(self) -> Weights:
