@@ -102,20 +102,20 @@ class ObjectBelief:
 
     @cached_property
     def _moments(self) -> tuple[FloatArray, FloatArray]:
-        """Mean (d,) and variance (d,) of samples without scouts, on a line or of furniture."""
+        """Mean (d,) and standard deviations (d,) of samples without scouts, on a line or of furniture."""
         if self.item.kind is not Kind.PLANAR:
             from objstate.objects import kernels
 
-            on_line = kernels.moments(self.states, self.weights.values)
-            return np.array([on_line[0]]), np.array([on_line[1]])
+            mean, std = kernels.moments(self.states, self.weights.values, self.cell[0])
+            return np.array([mean]), np.array([std])
         from objstate.objects import sampling
 
         count = len(self.states) - self.scouts
         states, values = self.states[:count], self.weights.values[:count]
-        mean, variance, symmetry = np.empty(3), np.empty(3), self.item.symmetry
+        middle, off, symmetry = np.empty(3), np.empty(3), self.item.symmetry
         home = float(self.item.home[2])
-        sampling.moments(states, values, home, symmetry.order, symmetry.centre, mean, variance)
-        return mean, variance
+        sampling.moments(states, values, home, symmetry.order, symmetry.centre, middle, off)
+        return middle, off
 
     @cached_property
     def deviations(self) -> FloatArray:
@@ -159,9 +159,8 @@ class ObjectBelief:
         """(d,) standard deviations, the width of a sample's cell included."""
         if self.item.wraps:
             variance = self.weights.values @ self.deviations**2
-        else:
-            variance = self._moments[1]
-        return np.asarray(np.sqrt(variance + self.cell * self.cell / 12.0))
+            return np.asarray(np.sqrt(variance + self.cell**2 / 12.0))
+        return self._moments[1]
 
     def interval(self, share: float = CENTRAL) -> tuple[FloatArray, FloatArray]:
         """Lower and upper bounds (d,) of the central ``share`` of the posterior.

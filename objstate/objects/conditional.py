@@ -32,10 +32,11 @@ class ConditionalBelief:
         return ConditionalBelief(belief, rows, np.full(count, belief.presence))
 
     def averaged(self, given: FloatArray, robot_weights: FloatArray) -> ConditionalBelief:
-        """With new conditional weights (l, n), the marginal by the robot weights (l,)."""
+        """With new conditional weights (l, n), the marginal by the robot weights (l,), which sum to one."""
         there = robot_weights * self.presence
-        presence = float(there.sum() / robot_weights.sum())
-        belief = replace(self.belief, weights=Weights.of(there @ given), presence=presence)
+        presence, marginal = float(there.sum()), there @ given
+        weights = Weights(marginal / marginal.sum())
+        belief = replace(self.belief, weights=weights, presence=presence)
         return ConditionalBelief(belief, given, self.presence)
 
     def blended(self, share: float) -> ConditionalBelief:

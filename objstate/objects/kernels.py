@@ -131,14 +131,14 @@ def worth_casting(
 
 
 @_compile
-def moments(states: FloatArray, weights: FloatArray) -> Any:
-    """The mean and the variance of a lattice's states (n, 1)."""
+def moments(states: FloatArray, weights: FloatArray, width: float) -> Any:
+    """Mean and standard deviation of a lattice's states (n, 1), each cell's weight spread over its width."""
     mean, variance = 0.0, 0.0
     for j in range(weights.shape[0]):
         mean += weights[j] * states[j, 0]
     for j in range(weights.shape[0]):
         variance += weights[j] * (states[j, 0] - mean) ** 2
-    return mean, variance
+    return mean, np.sqrt(variance + width * width / 12.0)
 
 
 @_inner

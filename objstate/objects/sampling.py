@@ -73,9 +73,9 @@ def moments(
     order: int,
     centre: FloatArray,
     mean: FloatArray,
-    variance: FloatArray,
+    std: FloatArray,
 ) -> None:
-    """Mean (3,) and variance (3,) of states (n, 3), of which those that look alike count as one.
+    """Mean (3,) and standard deviations (3,) of states (n, 3), of which those that look alike count as one.
 
     Their weights may have any sum. The yaw is a circular mean; of those that look alike, the nearest
     to ``home`` rad.
@@ -92,12 +92,14 @@ def moments(
         x, y, _ = _turned(states[j], mean[2], order, centre)
         mean[0] += weights[j] * x / total
         mean[1] += weights[j] * y / total
-    variance.fill(0.0)
+    std.fill(0.0)
     for j in range(weights.shape[0]):
         x, y, yaw = _turned(states[j], mean[2], order, centre)
-        variance[0] += weights[j] * (x - mean[0]) ** 2 / total
-        variance[1] += weights[j] * (y - mean[1]) ** 2 / total
-        variance[2] += weights[j] * _wrapped(yaw - mean[2]) ** 2 / total
+        std[0] += weights[j] * (x - mean[0]) ** 2 / total
+        std[1] += weights[j] * (y - mean[1]) ** 2 / total
+        std[2] += weights[j] * _wrapped(yaw - mean[2]) ** 2 / total
+    for axis in range(3):
+        std[axis] = np.sqrt(std[axis])
 
 
 @_compile

@@ -23,7 +23,6 @@ from objstate.sensing.level import (
     ObjectOutline,
     Sweep,
     UncertainObject,
-    with_trigonometry,
 )
 
 FIXED = np.array([[0.0, 0.0, 1.0, 0.0]])  # the placement of what doesn't move
@@ -103,9 +102,8 @@ class Sensing:
         if sweep is None or not len(measured):
             rays = scan.rays.take(chosen)
             return MeshView(self._expected, rays, measured, self._beam_model, scan.range_max)
-        sweep = sweep.take(chosen)
-        rows = sweep.beams(measured, self._beam_model.short(measured))
-        return LevelView(self._outlines, sweep, measured, rows, self._beam_model, scan.range_max)
+        sweep, short = sweep.take(chosen), self._beam_model.short(measured)
+        return LevelView(self._outlines, sweep, measured, short, self._beam_model, scan.range_max)
 
     def with_object(self, item: MovableObject) -> Sensing:
         """The same building but for one object of a name it has, which now stands elsewhere."""
@@ -261,22 +259,31 @@ class LevelView:
         outlines: LevelOutlines,
         sweep: Sweep,
         measured: FloatArray,
-        beams: FloatArray,
+        short: FloatArray,
         beam_model: BeamModel,
         range_max: float,
     ) -> None:
         self._outlines = outlines
         self._sweep = sweep
         self._measured = measured
-        self._beams = beams  # (7, n) sorted, as the kernels take them
+        self._short = short  # (n,) densities if stopped before the target
         self._beam_model = beam_model
         self._range_max = range_max
 
     def take(self, beams: BoolArray) -> LevelView:
-        sweep = self._sweep.take(beams)
-        rows = self._beams.compress(beams[self._sweep.order], axis=1)
-        measured = self._measured[beams]
-        return LevelView(self._outlines, sweep, measured, rows, self._beam_model, self._range_max)
+        return LevelView(
+            self._outlines,
+            self._sweep.take(beams),
+            self._measured[beams],
+            self._short[beams],
+            self._beam_model,
+            self._range_max,
+        )
+
+    @cached_property
+    def _beams(self) -> FloatArray:
+        """(7, n) the sorted beams as the kernels take them."""
+        return self._sweep.beams(self._measured, self._short)
 
     def walls(self, poses: FloatArray) -> FloatArray:
         walls = self._outlines.walls_in_sight(self._sweep, poses, self._range_max)
@@ -284,8 +291,7 @@ class LevelView:
 
     def object(self, name: str, states: FloatArray, poses: FloatArray) -> FloatArray:
         outline = self._outlines.of_object(name, self._sweep.height)
-        places = with_trigonometry(self._outlines.placements(name, states))
-        return self._cast(outline, places, poses)
+        return self._cast(outline, self._outlines.placements(name, states), poses)
 
     def explained(self, expected: FloatArray) -> BoolArray:
         margin = EXPLAINED_SIGMAS * self._beam_model.sigma_hit
@@ -301,7 +307,11 @@ class LevelView:
         return np.column_stack([x, y, np.full(len(x), self._sweep.height)])
 
     def log_likelihood(self, expected: FloatArray) -> FloatArray:
-        return self._beam_model.total(self._measured, expected, self._range_max)
+        from objstate.sensing import kernels
+
+        out, model = np.empty((1, len(expected))), self._parameters
+        kernels.total_log_likelihoods(self._measured[None], self._short[None], expected, model, out)
+        return np.asarray(out[0])
 
     def pose_log_likelihood(
         self,
@@ -343,7 +353,7 @@ class LevelView:
 
         outline = self._outlines.of_object(name, self._sweep.height)
         normals = np.zeros((len(states), 2)) if comparison.normals is None else comparison.normals
-        placements = with_trigonometry(self._outlines.placements(name, states))
+        placements = self._outlines.placements(name, states)
         stand, bears = self._outlines.stand(poses).poses, np.zeros(self._beams.shape[1], dtype=bool)
 
         def compare(some: IntArray, stand: FloatArray, background: FloatArray) -> FloatArray:
