@@ -110,6 +110,7 @@ def _look_behind(
 
 @_inner
 def _take_in(
+    i: int,
     nearest: FloatArray,
     without: FloatArray,
     per_density: FloatArray,
@@ -118,40 +119,57 @@ def _take_in(
     model: FloatArray,
     product: FloatArray,
 ) -> None:
-    """Take one beam into the products (p,), where it touches the object; ``nearest`` is infinite again."""
+    """Take beam ``i`` into the products (p,), where it touches the object; ``nearest`` (n, p) is infinite again."""
     floor, peak, half = floor_of(measured, model), model[PEAK], _half_precision(model)
     is_gaussian = model[GAUSSIAN] > 0.0
     for p in range(product.shape[0]):
-        hit = _hit_density(measured - nearest[p], half, peak, is_gaussian)
-        dense = hit + floor + (short if measured < nearest[p] else 0.0)
-        product[p] *= dense * per_density[p] if nearest[p] < without[p] else 1.0
-        nearest[p] = np.inf
+        hit = _hit_density(measured - nearest[i, p], half, peak, is_gaussian)
+        dense = hit + floor + (short if measured < nearest[i, p] else 0.0)
+        product[p] *= dense * per_density[i, p] if nearest[i, p] < without[i, p] else 1.0
+        nearest[i, p] = np.inf
+
+
+@_inner
+def _take_in_shared(
+    i: int,
+    nearest: FloatArray,
+    without: FloatArray,
+    per_density: FloatArray,
+    measured: float,
+    short: float,
+    model: FloatArray,
+    product: FloatArray,
+    share: FloatArray,
+) -> None:
+    """The same, but ``nearest`` is kept, and hits have a ``share`` (p,) of the density."""
+    floor, peak, half = floor_of(measured, model), model[PEAK], _half_precision(model)
+    is_gaussian = model[GAUSSIAN] > 0.0
+    for p in range(product.shape[0]):
+        hit = _hit_density(measured - nearest[i, p], half, peak, is_gaussian)
+        dense = hit + floor + (short if measured < nearest[i, p] else 0.0)
+        product[p] *= dense * per_density[i, p] if nearest[i, p] < without[i, p] else 1.0
+        share[p] = hit / dense if nearest[i, p] < without[i, p] else 0.0
 
 
 @_inner
 def _pull(
+    i: int,
     nearest: FloatArray,
-    without: FloatArray,
+    share: FloatArray,
     measured: float,
-    short: float,
     per_shift: float,
-    model: FloatArray,
     gradient: FloatArray,
     curvature: FloatArray,
 ) -> None:
-    """Add what one beam says of a shift, by its share of a hit.
+    """Add what beam ``i`` says of a shift, by its share (p,) of a hit; ``nearest`` is infinite again.
 
     That is to the log-density's gradient (p,) and curvature (p,), in sigmas.
     """
-    floor, peak, half = floor_of(measured, model), model[PEAK], _half_precision(model)
-    is_gaussian = model[GAUSSIAN] > 0.0
     for p in range(gradient.shape[0]):
-        off = measured - nearest[p]
-        hit = _hit_density(off, half, peak, is_gaussian)
-        dense = hit + floor + (short if measured < nearest[p] else 0.0)
-        pulled = hit / dense * per_shift if nearest[p] < without[p] else 0.0
-        gradient[p] += pulled * off if nearest[p] < without[p] else 0.0
+        pulled = share[p] * per_shift
+        gradient[p] += pulled * (measured - nearest[i, p]) if share[p] > 0.0 else 0.0
         curvature[p] += pulled * per_shift
+        nearest[i, p] = np.inf
 
 
 @_inner
@@ -172,25 +190,34 @@ def _rescale(product: FloatArray, change: FloatArray) -> None:
 
 
 @_inner
-def _per_shift(normal: FloatArray, middle: FloatArray, beam: FloatArray) -> Any:
-    """m by which a range grows for each m of a surface's shift along its normal (2,) in the building.
+def _per_shift(
+    normals: FloatArray, state: int, middle: FloatArray, beams: FloatArray, i: int
+) -> Any:
+    """m by which a range grows for each m of a surface's shift along its normal in the building.
 
-    As seen from the middle (4,) of the lasers' poses; 0 where the beam doesn't tell.
+    As seen from the middle (4,) of the lasers' poses; 0 where beam ``i`` doesn't tell.
     """
-    nx = middle[COS] * normal[0] + middle[SIN] * normal[1]
-    ny = middle[COS] * normal[1] - middle[SIN] * normal[0]
-    cosine = beam[DIRECTION_X] * nx + beam[DIRECTION_Y] * ny
-    tells = abs(cosine) > GRAZING and beam[MEASURED] < np.inf
+    nx = middle[COS] * normals[state, 0] + middle[SIN] * normals[state, 1]
+    ny = middle[COS] * normals[state, 1] - middle[SIN] * normals[state, 0]
+    cosine = beams[DIRECTION_X, i] * nx + beams[DIRECTION_Y, i] * ny
+    tells = abs(cosine) > GRAZING and beams[MEASURED, i] < np.inf
     return 1.0 / cosine if tells else 0.0
 
 
 @_inner
-def _touches(nearest: FloatArray, without: FloatArray, most: float) -> Any:
-    """Whether a beam touches the object from some pose, nearer than ``most`` m."""
+def _touches(nearest: FloatArray, without: FloatArray, i: int, most: float) -> Any:
+    """Whether beam ``i`` touches the object from some pose, nearer than ``most`` m."""
     found = 0
-    for p in range(nearest.shape[0]):
-        found |= (nearest[p] < without[p]) & (nearest[p] < most)
+    for p in range(nearest.shape[1]):
+        found |= (nearest[i, p] < without[i, p]) & (nearest[i, p] < most)
     return found != 0
+
+
+@_inner
+def _reset(nearest: FloatArray, i: int) -> None:
+    """Make what beam ``i`` meets infinitely far."""
+    for p in range(nearest.shape[1]):
+        nearest[i, p] = np.inf
 
 
 @_inner
@@ -201,17 +228,18 @@ def _average(
     tempering: float,
     per_sigma: float,
     variance: float,
+    state: int,
     out: FloatArray,
 ) -> None:
-    """Tempered log-likelihoods ``out`` (p,), averaged over shifts with a variance, m^2."""
+    """Tempered log-likelihoods ``out`` (p, n) of a state, averaged over shifts with a variance, m^2."""
     for p in range(out.shape[0]):
-        out[p] = tempering * change[p]
+        out[p, state] = tempering * change[p]
     if variance > 0.0:
         precision = tempering * per_sigma * per_sigma
         for p in range(out.shape[0]):
             surely = 1.0 + precision * curvature[p] * variance
             pulled = precision * gradient[p]
-            out[p] += 0.5 * (pulled * pulled * variance / surely - np.log(surely))
+            out[p, state] += 0.5 * (pulled * pulled * variance / surely - np.log(surely))
 
 
 @_compile
@@ -255,7 +283,7 @@ def object_log_likelihood(
     without, per_density = np.empty((count, size)), np.empty((count, size))
     is_known, is_touched = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_)
     product, change = np.empty(size), np.empty(size)
-    gradient, curvature = np.empty(size), np.empty(size)
+    gradient, curvature, share = np.empty(size), np.empty(size), np.empty(size)
     near, variance = NEAR_SIGMAS / model[PER_SIGMA], shift_std * shift_std
     most = at_once(beams[SHORT], model)
     for k in range(states.shape[0]):
@@ -293,32 +321,27 @@ def object_log_likelihood(
                     per_density[i],
                 )
                 is_known[i] = True
-            if not _touches(nearest[i], without[i], np.inf):
-                nearest[i].fill(np.inf)
+            if not _touches(nearest, without, i, np.inf):
+                _reset(nearest, i)
                 continue
             if not bears[i]:
-                bears[i] = _touches(nearest[i], without[i], beams[MEASURED, i] + near)
+                bears[i] = _touches(nearest, without, i, beams[MEASURED, i] + near)
+            per_shift = 0.0
             if variance > 0.0:
-                per_shift = _per_shift(normals[states[k]], middle, beams[:, i])
-                if per_shift != 0.0:
-                    _pull(
-                        nearest[i],
-                        without[i],
-                        measured,
-                        short,
-                        per_shift,
-                        model,
-                        gradient,
-                        curvature,
-                    )
-            _take_in(nearest[i], without[i], per_density[i], measured, short, model, product)
+                per_shift = _per_shift(normals, states[k], middle, beams, i)
+            if per_shift == 0.0:
+                _take_in(i, nearest, without, per_density, measured, short, model, product)
+            else:
+                _take_in_shared(
+                    i, nearest, without, per_density, measured, short, model, product, share
+                )
+                _pull(i, nearest, share, measured, per_shift, gradient, curvature)
             taken += 1
             if taken % most == 0:
                 _rescale(product, change)
         if taken > 0:
             _flush(product, change)
-        column = out[:, states[k]]
-        _average(change, gradient, curvature, tempering, model[PER_SIGMA], variance, column)
+        _average(change, gradient, curvature, tempering, model[PER_SIGMA], variance, states[k], out)
 
 
 @_inner
@@ -419,11 +442,11 @@ def pose_log_likelihood(
                 if not is_touched[i]:
                     continue
                 is_touched[i] = False
-                if _touches(alone[i], without[i], np.inf):
+                if _touches(alone, without, i, np.inf):
                     is_mixed[i] = True
                     _look(alone[i], _read(beams[MEASURED, i], model), beams[SHORT, i], model, dense)
                     _mix(alone[i], without[i], dense, shares[s], mixed[i], kept[i])
-                alone[i].fill(np.inf)
+                _reset(alone, i)
         for i in range(count):
             if is_mixed[i]:
                 is_mixed[i] = False
