@@ -91,6 +91,11 @@ class MovableObject:
         return np.array([np.clip(0.0, self.lower, self.upper)])
 
     @cached_property
+    def direction(self) -> FloatArray:
+        """(3,) the joint's axis in the building."""
+        return np.asarray(self.origin[:3, :3] @ self.axis)
+
+    @cached_property
     def _upright(self) -> FloatArray:
         """(3, 3) what remains of a planar joint's rotation when its yaw is taken away."""
         back = rotation_about((0.0, 0.0, 1.0), -self.home[2])

@@ -7,10 +7,12 @@ can be shared out as well.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from objstate.config import ObjectUpdateSettings
-from objstate.geometry import BoolArray
+from objstate.geometry import BoolArray, IntArray
 from objstate.records import Scan
 
 
@@ -41,6 +43,12 @@ def evenly_spread(beams: BoolArray, most: int) -> BoolArray:
     if len(chosen) <= most:
         return beams
     kept = np.zeros_like(beams)
-    steps = np.arange(most) * (len(chosen) - 1)
-    kept[chosen[(2 * steps + most - 1) // (2 * max(most - 1, 1))]] = True
+    kept[chosen[_even_steps(len(chosen), most)]] = True
     return kept
+
+
+@lru_cache(maxsize=1024)
+def _even_steps(count: int, most: int) -> IntArray:
+    """(most,) indices, evenly spread over so many."""
+    steps = np.arange(most) * (count - 1)
+    return np.asarray((2 * steps + most - 1) // (2 * max(most - 1, 1)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -119,10 +120,9 @@ class Localizer:
 
     def _spacing(self, belief: PoseBelief) -> float:
         """Distance in m between neighbouring samples, a turn counted at ``LEVER``."""
-        scale = np.array([1.0, 1.0, LEVER])
-        covariance = belief.covariance * np.outer(scale, scale)
-        volume = 4.0 / 3.0 * np.pi * float(np.sqrt(max(np.linalg.det(covariance), 0.0)))
-        cell = float(np.prod(self._bin * scale))
+        determinant = max(float(np.linalg.det(belief.covariance)), 0.0)
+        volume = 4.0 / 3.0 * math.pi * LEVER * math.sqrt(determinant)
+        cell = LEVER * math.prod(self._bin.tolist())
         if volume > cell:  # several clouds may stand far apart, with nothing between
             volume = min(volume, cell * self._occupied(belief.poses))
-        return float(np.cbrt(volume / len(belief.weights)))
+        return math.cbrt(volume / len(belief.weights))

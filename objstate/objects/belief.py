@@ -6,6 +6,7 @@ import math
 from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
+from operator import le
 
 import numpy as np
 
@@ -21,7 +22,11 @@ CENTRAL = 0.9  # the share of the posterior between lower and upper
 SETTLED_ANGLE = np.radians(5.0)  # rad; a state known better than this stands for the belief
 SETTLED_LENGTH = 0.05  # m
 ROUNDING = 1e-12  # by which sums of weights may miss a share
-LENGTHS = ("offset", "x", "y")
+SETTLED = {  # std of each coordinate
+    Kind.HINGED: (SETTLED_ANGLE,),
+    Kind.SLIDING: (SETTLED_LENGTH,),
+    Kind.PLANAR: (SETTLED_LENGTH, SETTLED_LENGTH, SETTLED_ANGLE),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,8 +96,7 @@ class ObjectBelief:
         if self.scouts == 0:
             return self
         count = len(self.states) - self.scouts
-        log = self.weights.log[:count]
-        weights = Weights.of(np.exp(log - log.max()))
+        weights = Weights.of(self.weights.values[:count])
         return replace(self, states=self.states[:count], weights=weights, scouts=0)
 
     @cached_property
@@ -102,29 +106,37 @@ class ObjectBelief:
         Of furniture that looks the same after some turns, all equal states count as the
         one nearest to where it should stand.
         """
-        states, values = self.standing.states, self.standing.weights.values
-        if self.item.kind is Kind.PLANAR:
-            yaw = self._yaw
-            return np.array([*(values @ self.item.symmetry.nearest(states, yaw)[:, :2]), yaw])
         if self.item.wraps:
-            return np.array([circular_mean(states[:, 0], values)])
-        return np.asarray(values @ states)
+            return np.array([circular_mean(self.states[:, 0], self.weights.values)])
+        return self._moments[0]
 
-    @property
-    def _yaw(self) -> float:
-        """Furniture's mean heading; of several that look the same, the nearest to where it should stand."""
-        order, home = self.item.symmetry.order, float(self.item.home[2])
-        each = self.standing
-        turned = circular_mean(order * (each.states[:, 2] - home), each.weights.values)
-        return float(wrap(home + turned / order))
+    @cached_property
+    def _moments(self) -> tuple[FloatArray, FloatArray]:
+        """Mean (d,) and standard deviations (d,) of samples without scouts, on a line or of furniture."""
+        if self.item.kind is not Kind.PLANAR:
+            from objstate.objects import kernels
+
+            mean, std = kernels.moments(self.states, self.weights.values, self.cell[0])
+            return np.array([mean]), np.array([std])
+        from objstate.objects import sampling
+
+        count = len(self.states) - self.scouts
+        states, values = self.states[:count], self.weights.values[:count]
+        middle, off, symmetry = np.empty(3), np.empty(3), self.item.symmetry
+        home = float(self.item.home[2])
+        sampling.moments(states, values, home, symmetry.order, symmetry.centre, middle, off)
+        return middle, off
 
     @cached_property
     def deviations(self) -> FloatArray:
         """(n, d) samples, without scouts, from the mean; directions the short way round."""
-        states = self.standing.states
         if self.item.kind is Kind.PLANAR:
-            states = self.item.symmetry.nearest(states, float(self.mean[2]))
-        return self._the_short_way(states - self.mean)
+            from objstate.objects import sampling
+
+            off, symmetry = np.empty_like(self.standing.states), self.item.symmetry
+            sampling.offsets(self.standing.states, self.mean, symmetry.order, symmetry.centre, off)
+            return off
+        return self._the_short_way(self.standing.states - self.mean)
 
     def _the_short_way(self, off: FloatArray) -> FloatArray:
         """Differences (..., d) of states, those of directions by less than half a turn."""
@@ -155,15 +167,10 @@ class ObjectBelief:
     @cached_property
     def std(self) -> FloatArray:
         """(d,) standard deviations, the width of a sample's cell included."""
-        if self._is_line:
-            from objstate.objects import kernels
-
-            mean, cell = float(self.mean[0]), float(self.cell[0])
-            variance = kernels.spread(self.states, self.weights.values, mean)
-            return np.array([math.sqrt(variance + cell * cell / 12.0)])
-        return np.asarray(
-            np.sqrt(self.standing.weights.values @ self.deviations**2 + self.cell**2 / 12.0)
-        )
+        if self.item.wraps:
+            variance = self.weights.values @ self.deviations**2
+            return np.asarray(np.sqrt(variance + self.cell**2 / 12.0))
+        return self._moments[1]
 
     def kept_of(self, factor: float) -> FloatArray:
         """(d,) what a factor on the variance leaves of it, when one below 1 spares the ``shared`` part."""
@@ -192,10 +199,8 @@ class ObjectBelief:
     def _interval_on_line(self, tail: float) -> tuple[FloatArray, FloatArray]:
         from objstate.objects import kernels
 
-        weights, width = self.weights.values, float(self.cell[0])
-        lower, upper = (
-            kernels.quantile(self.states, weights, width, share) for share in (tail, 1.0 - tail)
-        )  # a cell at a limit reaches beyond it
+        # a cell at a limit reaches beyond it
+        lower, upper = kernels.interval(self.states, self.weights.values, self.cell[0], tail)
         return np.array([max(lower, self.item.lower)]), np.array([min(upper, self.item.upper)])
 
     def _quantiles(self, coordinate: int, shares: FloatArray) -> FloatArray:
@@ -267,10 +272,7 @@ class ObjectBelief:
         """Whether the object surely is there, and known well enough that its mean can stand in a scene."""
         if self.presence < 0.5:
             return False
-        limits = (
-            SETTLED_LENGTH if name in LENGTHS else SETTLED_ANGLE for name in self.item.coordinates
-        )
-        return all(std <= limit for std, limit in zip(self.std.tolist(), limits, strict=True))
+        return all(map(le, self.std.tolist(), SETTLED[self.item.kind]))
 
     def represented_by(self, count: int) -> UncertainObject:
         """A few states that stand for the belief: its mean where settled, else an even comb."""

@@ -33,11 +33,12 @@ class ConditionalBelief:
         return ConditionalBelief(belief, rows, np.full(count, belief.presence), belief.shared)
 
     def averaged(self, given: FloatArray, robot_weights: FloatArray) -> ConditionalBelief:
-        """With new conditional weights (l, n), the marginal by the robot weights (l,)."""
+        """With new conditional weights (l, n), the marginal by the robot weights (l,), which sum to one."""
         there = robot_weights * self.presence
-        presence = float(there.sum() / robot_weights.sum())
-        belief = replace(self.belief.with_weights(Weights.of(there @ given)), presence=presence)
-        return replace(self, belief=belief, given=given)
+        presence, marginal = float(there.sum()), there @ given
+        weights = Weights(marginal / marginal.sum())
+        belief = replace(self.belief, weights=weights, presence=presence)
+        return ConditionalBelief(belief, given, self.presence, self.inherited)
 
     def apportioned(self, before: ObjectBelief, robot_weights: FloatArray) -> ConditionalBelief:
         """With what a scan left, and made, of the variance that errors of the robot cause.
@@ -65,11 +66,12 @@ class ConditionalBelief:
         kernels.blend(self.given, marginal, share, given)
         presence = (1.0 - share) * self.presence + share * self.belief.presence
         shown = (1.0 - share) ** 2 * (self.belief.shared - self.inherited)
-        return replace(self, given=given, presence=presence, inherited=self.belief.shared - shown)
+        return ConditionalBelief(self.belief, given, presence, self.belief.shared - shown)
 
     def resampled(self, ancestors: IntArray) -> ConditionalBelief:
         """After the robot belief was resampled: each sample keeps what its ancestor (l',) believed."""
-        return replace(self, given=self.given[ancestors], presence=self.presence[ancestors])
+        given, presence = self.given[ancestors], self.presence[ancestors]
+        return ConditionalBelief(self.belief, given, presence, self.inherited)
 
 
 @dataclass(frozen=True, eq=False)

@@ -188,11 +188,8 @@ def _worth_casting(weights: FloatArray) -> tuple[IntArray, BoolArray]:
 
     Also which of them have weight.
     """
-    heavy = weights > NEGLIGIBLE * weights.max()
-    every = -(-int(np.count_nonzero(heavy)) // FINE)
-    chosen = heavy if every == 1 else heavy & (np.cumsum(heavy) % every == 0)
-    chosen = chosen.copy()
-    chosen[::COARSE] = True
-    chosen[0] = chosen[-1] = True
-    indices = np.flatnonzero(chosen)
-    return indices, heavy[indices]
+    from objstate.objects import kernels
+
+    chosen, whole = np.empty(len(weights), dtype=np.int64), np.empty(len(weights), dtype=bool)
+    count = kernels.worth_casting(weights, NEGLIGIBLE, FINE, COARSE, chosen, whole)
+    return chosen[:count], whole[:count]

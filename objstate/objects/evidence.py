@@ -12,6 +12,7 @@ from objstate.particles import Weights
 from objstate.sensing import Comparison, ScanView
 
 FEW = 8  # robot samples from which states of next to no weight are cast
+COMB = (np.arange(FEW) + 0.5) / FEW
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,10 +68,13 @@ class ScanEvidence:
         sample counts as much as it explains the scan by that absence: then the mean
         is that of p(o | s, l) over p(l).
         """
-        weights = self.robot_weights_after(np.zeros(len(self.robot_weights)))
-        comb = (np.arange(FEW) + 0.5) / FEW
-        chosen = np.searchsorted(np.cumsum(weights.values), comb)
-        return chosen.clip(max=len(weights) - 1)
+        return np.searchsorted(np.cumsum(self.robot_weights_without.values), COMB)
+
+    @cached_property
+    def robot_weights_without(self) -> Weights:
+        """(l,) the robot weights after the scan, were the object absent."""
+        weights, _ = self.robot_weights.reweight(self.tempering * self.log_absent)
+        return weights
 
     def robot_weights_after(self, log_evidence: FloatArray) -> Weights:
         """(l,) the robot weights after the scan, of which an object changes the log-likelihood.

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,8 +23,12 @@ from objstate.objects.places import copies, occupied
 from objstate.objects.proposals import TracedOutline
 from objstate.particles import Weights, kld_sample_size, largest_step, systematic
 
+if TYPE_CHECKING:
+    from objstate.objects.sampling import Moves
+
 SECONDS_PER_HOUR = 3600.0
 RESAMPLE_BELOW = 0.5  # of the samples; resample when the effective number falls below
+AHEAD = 0.35  # of the samples, that a look ahead leaves effective
 FOLLOWED = 0.1  # weight of scouts after a scan, above which they are samples like others
 SPREAD = 0.2  # of a nudge, by which copies of a sample are spread at most
 KLD_ERROR, KLD_QUANTILE = 0.05, 2.33  # as pf_err and pf_z of localization
@@ -59,8 +64,12 @@ class SampleFilter:
     def prior(self, rng: np.random.Generator) -> ObjectBelief:
         s = self.settings
         states = self._of_prior(s.first_samples + s.scouts, rng)
-        equal = np.full(s.first_samples, 1.0 / s.first_samples)
-        weights = _joined(equal, np.full(s.scouts, s.scout_weight / s.scouts))
+        weights = Weights.of(
+            np.append(
+                np.full(s.first_samples, (1.0 - s.scout_weight) / s.first_samples),
+                np.full(s.scouts, s.scout_weight / s.scouts),
+            )
+        )
         return ObjectBelief(
             self.item, states, weights, cell=np.zeros(3), scouts=s.scouts, presence=s.presence
         )
@@ -98,43 +107,73 @@ class SampleFilter:
     ) -> Update | None:
         """Take the evidence in by steps, each so large that enough samples survive.
 
-        Between steps the samples are resampled and spread by a kernel.
+        Between steps the samples are resampled and spread by a kernel. Of a belief that a scan may narrow
+        much, a look ahead from a few robot samples decides which samples to copy first; what
+        these weigh, all robot samples say (auxiliary particle filter, Pitt and Shephard 1999).
         """
         robot = evidence.robot_weights.values
         log_evidence, remaining = np.zeros(len(robot)), 1.0
-        without = evidence.robot_weights_after(log_evidence).values
-        believed = self._shown(believed, evidence, rng)
+        believed, ahead = self._looked_ahead(self._shown(believed, evidence, rng), evidence, rng)
         while remaining > 0.0:
             cast, bears = evidence.cast(believed.belief.states, self._whole(believed.belief))
             if not bears.any():
                 return None
-            weights, told = believed.belief.weights, _told(believed.given, cast, without)
-            enough = RESAMPLE_BELOW * weights.effective_size
-            step = largest_step(weights, told, remaining, enough)
-            after, evidence_of_step = self._taken_in(believed, step * cast, step * told)
-            log_evidence += evidence_of_step
-            remaining -= step
+            exponent, after, told = self._taken_in(believed, cast, evidence, ahead, remaining)
+            log_evidence += told
+            remaining, ahead = remaining - exponent, 0.0
             believed = self._renewed(believed.averaged(after, robot), remaining > 0.0, rng)
         there, log_evidence = _presence(believed.presence, log_evidence)
         seen = evidence.robot_weights_after(log_evidence).values
         belief = replace(believed.belief, presence=float(seen @ there))
         return Update(replace(believed, belief=belief, presence=there), log_evidence, bears)
 
-    def _taken_in(
-        self, believed: ConditionalBelief, log_likelihood: FloatArray, told: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Bayes' rule in every row (l, n), and the log evidence (l,) of each.
+    def _looked_ahead(
+        self, believed: ConditionalBelief, evidence: ScanEvidence, rng: np.random.Generator
+    ) -> tuple[ConditionalBelief, float]:
+        """The samples that a first step from a few robot samples leads to, and its exponent.
 
-        What scouts win or lose is the same in all rows, by what all robot samples together are
-        ``told`` (n,): in the row of one that misses the object, anything would win.
+        It is none where all of the likelihood can be taken in at once, or is
+        known from a few robot samples anyway. The samples weigh what they did before.
         """
-        values, count = believed.belief.weights.values, len(told) - self.settings.scouts
-        after, of_samples = _conditioned(believed.given[:, :count], log_likelihood[:, :count])
-        won = values * np.exp(told - told.max())
-        scouts = won[count:] / won.sum()
-        given = np.empty_like(believed.given)
-        given[:, :count], given[:, count:] = (1.0 - scouts.sum()) * after, scouts
-        return given, of_samples + np.log(won.sum() / (won[:count].sum() + TINY))
+        belief = believed.belief
+        if not belief.settled or (belief.std <= self._blur).all():
+            return believed, 0.0
+        told = evidence.cast(belief.states, np.zeros(len(belief.states), dtype=bool))[0][0]
+        step = largest_step(belief.weights, told, 1.0, AHEAD * belief.weights.effective_size)
+        if step == 1.0:
+            return believed, 0.0
+        chosen = belief.with_weights(belief.weights.reweight(step * told)[0])
+        return self._renewed(replace(believed, belief=chosen), True, rng), step
+
+    def _taken_in(
+        self,
+        believed: ConditionalBelief,
+        log_likelihood: FloatArray,
+        evidence: ScanEvidence,
+        ahead: float,
+        most: float,
+    ) -> tuple[float, FloatArray, FloatArray]:
+        """The largest exponent up to ``most`` with which enough samples survive the likelihood (l, n).
+
+        Also, with it, Bayes' rule in every row (l, n) and the log evidence (l,) of each. A look
+        ahead has used an exponent of ``ahead`` already, to choose the samples.
+        """
+        from objstate.objects import sampling
+
+        after, log_evidence = np.empty_like(believed.given), np.empty(len(believed.given))
+        exponent = sampling.take_in(
+            believed.given,
+            believed.belief.weights.values,
+            self.settings.scouts,
+            log_likelihood,
+            evidence.robot_weights_without.values,
+            ahead,
+            most,
+            RESAMPLE_BELOW,
+            after,
+            log_evidence,
+        )
+        return exponent, after, log_evidence
 
     def widened(self, belief: ObjectBelief, factor: float, std_m: float) -> ObjectBelief:
         std = np.array([std_m, std_m, std_m / LEVER])
@@ -157,47 +196,55 @@ class SampleFilter:
         self, believed: ConditionalBelief, resample: bool, rng: np.random.Generator
     ) -> ConditionalBelief:
         """The samples resampled where few carry the belief, and half of the scouts sent out anew."""
+        from objstate.objects import sampling
+
         belief, s = believed.belief, self.settings
         values, count = belief.weights.values, len(belief.states) - s.scouts
-        stay = belief.standing
-        elsewhere = self._is_elsewhere(belief, stay)
-        share = float(values[count:][elsewhere].sum())
-        if share > FOLLOWED:  # the object may have been moved there
-            elsewhere, share = np.zeros(s.scouts, dtype=bool), 0.0
-        joins = np.append(np.ones(count, dtype=bool), ~elsewhere)
-        kept, ancestors = stay, np.arange(count)
-        if resample or self._is_poor(values[joins], count):
-            ancestors = np.flatnonzero(joins)
-            pool = stay.with_samples(belief.states[joins], Weights.of(values[joins]))
-            kept, chosen = self._resampled(pool, rng)
-            ancestors = ancestors[chosen]
-        scouts = self._scouts(kept, belief.states[count:], values[count:] * elsewhere, rng)
-        weights = _joined(kept.weights.values, self._scout_weights(share))
-        ratio = believed.given[:, ancestors] / np.maximum(values[ancestors], TINY)
-        given = weights.values * np.concatenate([ratio, np.ones((len(ratio), s.scouts))], axis=1)
-        return replace(
-            believed,
-            belief=belief.with_samples(np.concatenate([kept.states, scouts]), weights),
-            given=given / given.sum(axis=1, keepdims=True),
+        states, place, ancestors = belief.states[:count], belief.mean, np.arange(count)
+        pooled = np.empty_like(values)
+        share, effective, of_scouts = sampling.pool(
+            belief.states, values, count, place, self._moves, FOLLOWED, pooled
         )
+        kept = pooled[:count]
+        is_poor = effective < RESAMPLE_BELOW * min(count, s.samples) or of_scouts > FOLLOWED
+        if resample or is_poor:
+            states, place, ancestors = self._resampled(belief.states, pooled, rng)
+            kept = np.ones(len(states))
+        scouts, won = belief.states[count:], values[count:] - pooled[count:]
+        weights = self._weights(kept, share)
+        given = np.empty((len(believed.given), len(weights)))
+        sampling.inherit(believed.given, values, ancestors, weights.values, given)
+        sent = self._sent_out(scouts, won, states, kept, place, rng)
+        belief = belief.with_samples(np.concatenate([states, sent]), weights)
+        return replace(believed, belief=belief, given=given)
 
-    def _is_poor(self, weights: FloatArray, count: int) -> bool:
-        """Whether few of the samples (n,), of which all but ``count`` are scouts, carry the belief."""
-        share = weights / weights.sum()
-        few = RESAMPLE_BELOW * min(count, self.settings.samples)
-        return bool(1.0 / np.sum(share**2) < few or share[count:].sum() > FOLLOWED)
+    def _weights(self, kept: FloatArray, share: float) -> Weights:
+        """Those of samples, which weigh ``kept`` (n,) among themselves, and of scouts behind them.
+
+        The first of these carry on, who have won a ``share``; the others start afresh.
+        """
+        s, count = self.settings, len(kept)
+        carried = s.scouts // 2
+        weights = np.empty(count + s.scouts)
+        weights[count:] = s.scout_weight / (s.scouts - carried)
+        weights[count : count + carried] = max(share, LEAST_SHARE) / carried
+        weights[:count] = (1.0 - weights[count:].sum()) / kept.sum() * kept
+        return Weights(weights)
 
     def _resampled(
-        self, belief: ObjectBelief, rng: np.random.Generator
-    ) -> tuple[ObjectBelief, IntArray]:
-        """As many samples as the belief's width needs (Fox 2003), equally weighted; and their ancestors."""
-        s, off, values = self.settings, belief.deviations, belief.weights.values
-        needed = kld_sample_size(occupied(off, values), KLD_ERROR, KLD_QUANTILE)
-        count = int(np.clip(needed, min(s.least_samples, s.samples), s.samples))
-        ancestors = systematic(belief.weights, count, rng)
-        states = belief.mean + copies(off, values, ancestors, self._blur, rng)
-        states[:, 2] = wrap(states[:, 2])
-        return belief.with_samples(states, Weights.uniform(count)), ancestors
+        self, states: FloatArray, weights: FloatArray, rng: np.random.Generator
+    ) -> tuple[FloatArray, FloatArray, IntArray]:
+        """As many samples (c, 3) as the width of weighted ones (n, 3) needs (Fox 2003).
+
+        Also the mean of these, and the ancestors (c,).
+        """
+        s, pool = self.settings, ObjectBelief(self.item, states, Weights.of(weights), np.zeros(3))
+        needed = kld_sample_size(occupied(pool.deviations, weights), KLD_ERROR, KLD_QUANTILE)
+        count = min(max(needed, s.least_samples), s.samples)
+        ancestors = systematic(pool.weights, count, rng)
+        out = pool.mean + copies(pool.deviations, weights, ancestors, self._blur, rng)
+        out[:, 2] = wrap(out[:, 2])
+        return out, pool.mean, ancestors
 
     # --- scouts ---------------------------------------------------------------------
 
@@ -236,12 +283,12 @@ class SampleFilter:
         """At most ``count`` states (c, 3) in which the outline runs through ends of beams (m, 3)."""
         if len(stopped) < FEWEST:
             return np.empty((0, 3))
-        traced = self._traced(float(np.median(stopped[:, 2])))
+        traced = self._traced(float(np.sort(stopped[:, 2])[len(stopped) // 2]))
         if traced is None:
             return np.empty((0, 3))
         ends = stopped[:, :2]
         if belief.settled:
-            ends = ends[traced.distances(belief.mean[None], ends, ON_OBJECT)[0] > ON_OBJECT]
+            ends = ends[~traced.holds(belief.mean[None], ends, ON_OBJECT)[0]]
             if len(ends) < FEWEST:
                 return np.empty((0, 3))
         states, explained = traced.states_through(ends, TRIED, rng)
@@ -260,98 +307,70 @@ class SampleFilter:
             self._outlines[step] = TracedOutline.of(outline(self.item.upright_mesh, level))
         return self._outlines[step]
 
-    def _is_elsewhere(self, belief: ObjectBelief, stay: ObjectBelief) -> BoolArray:
-        """Which scouts (k,) have left where the samples are; the others only know the same."""
-        scouts = belief.states[len(stay.states) :]
-        return np.asarray((np.abs(self._off(scouts, stay.mean)) > self._nudge).any(axis=1))
-
     @cached_property
     def _nudge(self) -> FloatArray:
         s = self.settings
         return np.array([s.nudge_m, s.nudge_m, np.radians(s.nudge_deg)])
 
-    @property
+    @cached_property
     def _blur(self) -> FloatArray:
         """(3,) deviations of what one sample alone stands for."""
         return SPREAD * self._nudge
 
-    def _scouts(
+    @cached_property
+    def _moves(self) -> Moves:
+        """Where it may be moved to, as the kernels take it."""
+        from objstate.objects.sampling import Moves
+
+        s, symmetry = self.settings, self.item.symmetry
+        width = np.array([s.prior_std_m, s.prior_std_m, np.radians(s.prior_std_deg)])
+        is_gaussian = s.prior == "gaussian"
+        home = self.item.home
+        return Moves(home, width, is_gaussian, self._nudge, symmetry.order, symmetry.centre)
+
+    def _sent_out(
         self,
-        kept: ObjectBelief,
         scouts: FloatArray,
+        won: FloatArray,
+        states: FloatArray,
         weights: FloatArray,
+        place: FloatArray,
         rng: np.random.Generator,
     ) -> FloatArray:
-        """Half of the scouts (k, 3) carry on about the best of them; the others start afresh.
+        """Half of the scouts (k, 3), by what each has ``won`` (k,), carry on; the others start afresh.
 
-        Of those, half look near where the object stands, half where the prior says.
+        Of those, half look near the samples (n, 3) about a place (3,), half where the prior says.
         """
-        s = self.settings
-        carried, near = s.scouts // 2, s.scouts // 4
-        best = scouts[systematic(Weights.of(weights + TINY), carried, rng)]
-        on = best + self._blur * rng.standard_normal(best.shape)
-        nearby = kept.states[systematic(kept.weights, near, rng)]
-        both = self._new_place_density(np.concatenate([best, on]), kept.mean)
-        before, after = both[:carried], both[carried:]
-        moves = after >= rng.random(carried) * before  # Metropolis: evidence alone leads them on
-        fresh = [
-            np.where(moves[:, None], on, best),
-            nearby + self._nudge * rng.standard_normal(nearby.shape),
-            self._of_prior(s.scouts - carried - near, rng),
-        ]
-        out = np.concatenate(fresh)
-        out[:, 2] = wrap(out[:, 2])
-        return out
+        from objstate.objects import sampling
 
-    def _scout_weights(self, share: float) -> FloatArray:
-        """(k,) of those that carry on, who have won ``share``, and of those that start afresh."""
-        s = self.settings
-        carried = s.scouts // 2
-        fresh = s.scouts - carried
-        return np.append(
-            np.full(carried, max(share, LEAST_SHARE) / carried),
-            np.full(fresh, s.scout_weight / fresh),
+        count = self.settings.scouts
+        led = count // 2 + count // 4  # about places that are known
+        noise, unit = rng.standard_normal((led, 3)), self._units(count - led, rng)
+        drawn, out, blur = rng.random(led + 2), np.empty((count, 3)), self._blur
+        sampling.send_out(
+            scouts, won, states, weights, place, self._moves, blur, noise, unit, drawn, out
         )
+        return out
 
     def _new_place_density(self, states: FloatArray, place: FloatArray) -> FloatArray:
         """Density (n,) of states to which an object at a place (3,) is moved: near it, or as the prior."""
-        s = self.settings
-        width = np.array([s.prior_std_m, s.prior_std_m, np.radians(s.prior_std_deg)])
-        from_home, off = self._off(states, self.item.home), self._off(states, place)
-        if s.prior == "gaussian":
-            by_prior = _gaussian(from_home, width)
-        else:
-            by_prior = (np.abs(from_home) <= width).all(axis=1) / (2.0 * width).prod()
-        return np.asarray((by_prior + _gaussian(off, self._nudge)) / 2.0)
+        from objstate.objects import sampling
 
-    def _off(self, states: FloatArray, place: FloatArray) -> FloatArray:
-        """(n, 3) from a place (3,) to states (n, 3), or to those that look the same and are nearest."""
-        off = self.item.symmetry.nearest(states, float(place[2])) - place
-        off[:, 2] = wrap(off[:, 2])
-        return np.asarray(off)
+        out = np.empty(len(states))
+        sampling.densities(states, place, self._moves, out)
+        return out
 
     def _of_prior(self, count: int, rng: np.random.Generator) -> FloatArray:
         """(count, 3) samples of the prior around the place where the object should stand."""
-        s = self.settings
-        width = np.array([s.prior_std_m, s.prior_std_m, np.radians(s.prior_std_deg)])
-        unit = (
-            rng.standard_normal((count, 3))
-            if s.prior == "gaussian"
-            else rng.uniform(-1.0, 1.0, (count, 3))
-        )
-        states = self.item.home + width * unit
+        states = self.item.home + self._moves.width * self._units(count, rng)
         states[:, 2] = wrap(states[:, 2])
         return states
 
-
-def _gaussian(off: FloatArray, std: FloatArray) -> FloatArray:
-    """Densities (n,) of deviations (n, d) with standard deviations (d,)."""
-    return np.asarray(np.exp(-0.5 * ((off / std) ** 2).sum(axis=1)) / (ROOT_TAU * std).prod())
-
-
-def _joined(weights: FloatArray, scouts: FloatArray) -> Weights:
-    """Weights of samples (n,), which sum to one, and of the scouts behind them (k,)."""
-    return Weights.of(np.append((1.0 - scouts.sum()) * weights, scouts))
+    def _units(self, count: int, rng: np.random.Generator) -> FloatArray:
+        """(count, 3) samples of the prior, by its width."""
+        if self._moves.is_gaussian:
+            return rng.standard_normal((count, 3))
+        return np.asarray(rng.uniform(-1.0, 1.0, (count, 3)))
 
 
 def _presence(presence: FloatArray, log_evidence: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -362,18 +381,3 @@ def _presence(presence: FloatArray, log_evidence: FloatArray) -> tuple[FloatArra
     there = np.log(presence) + log_evidence
     either = np.logaddexp(there, np.log1p(-presence))
     return np.exp(there - either).clip(LEAST_PRESENCE, 1.0 - LEAST_PRESENCE), either
-
-
-def _told(given: FloatArray, log_likelihood: FloatArray, robot: FloatArray) -> FloatArray:
-    """Log-likelihood (n,) of each state from all robot samples (l,) together, given (l, n) by each."""
-    top = log_likelihood.max()
-    told = robot @ (given * np.exp(log_likelihood - top))
-    return np.asarray(top + np.log(told + TINY) - np.log(robot @ given + TINY))
-
-
-def _conditioned(given: FloatArray, log_likelihood: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Bayes' rule in every row (l, n), and the log evidence (l,) of each."""
-    top = log_likelihood.max(axis=1)
-    after = given * np.exp(log_likelihood - top[:, None])
-    total = after.sum(axis=1)
-    return after / total[:, None], top + np.log(total)

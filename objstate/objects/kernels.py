@@ -9,12 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from objstate.compiling import njit
-from objstate.geometry import FloatArray, IntArray
+from objstate.compiling import inner, njit
+from objstate.geometry import BoolArray, FloatArray, IntArray
 
 LEAST_EVIDENCE = 1e-250
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
+_inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
 _compile_sums = njit(nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
 
 
@@ -100,17 +101,48 @@ def blend(given: FloatArray, marginal: FloatArray, share: float, out: FloatArray
 
 
 @_compile
-def spread(states: FloatArray, weights: FloatArray, mean: float) -> Any:
-    """The variance of a lattice's states (n, 1) about a mean."""
-    total = 0.0
-    for j in range(weights.shape[0]):
-        off = states[j, 0] - mean
-        total += weights[j] * off * off
-    return total
+def worth_casting(
+    weights: FloatArray,
+    negligible: float,
+    fine: int,
+    coarse: int,
+    chosen: IntArray,
+    whole: BoolArray,
+) -> Any:
+    """How many states with weights (n,) are worth casting, their indices, and which of these have weight.
+
+    Those that have more than a ``negligible`` share of the largest, or a comb of at most ``fine`` over them;
+    every ``coarse`` one whatever its weight; the first and the last. They begin ``chosen`` and ``whole`` (n,).
+    """
+    least, heavy, passed, count = 0.0, 0, 0, 0
+    last = weights.shape[0] - 1
+    for j in range(last + 1):
+        least = max(least, negligible * weights[j])
+    for j in range(last + 1):
+        heavy += weights[j] > least
+    every = (heavy + fine - 1) // fine
+    for j in range(last + 1):
+        is_heavy = weights[j] > least
+        passed += is_heavy
+        if (is_heavy and passed % every == 0) or j % coarse == 0 or j == last:
+            chosen[count], whole[count] = j, is_heavy
+            count += 1
+    return count
 
 
 @_compile
-def quantile(states: FloatArray, weights: FloatArray, width: float, share: float) -> Any:
+def moments(states: FloatArray, weights: FloatArray, width: float) -> Any:
+    """Mean and standard deviation of a lattice's states (n, 1), each cell's weight spread over its width."""
+    mean, variance = 0.0, 0.0
+    for j in range(weights.shape[0]):
+        mean += weights[j] * states[j, 0]
+    for j in range(weights.shape[0]):
+        variance += weights[j] * (states[j, 0] - mean) ** 2
+    return mean, np.sqrt(variance + width * width / 12.0)
+
+
+@_inner
+def _quantile(states: FloatArray, weights: FloatArray, width: float, share: float) -> Any:
     """The state below which a share of a lattice's weight lies, each cell's spread over its width."""
     before = 0.0
     for j in range(weights.shape[0]):
@@ -118,3 +150,10 @@ def quantile(states: FloatArray, weights: FloatArray, width: float, share: float
             return states[j, 0] + width * ((share - before) / weights[j] - 0.5)
         before += weights[j]
     return states[weights.shape[0] - 1, 0] + width / 2.0
+
+
+@_compile
+def interval(states: FloatArray, weights: FloatArray, width: float, tail: float) -> Any:
+    """The states below which a ``tail`` of a lattice's weight lies, and all but a tail."""
+    lower = _quantile(states, weights, width, tail)
+    return lower, _quantile(states, weights, width, 1.0 - tail)

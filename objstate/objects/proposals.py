@@ -7,14 +7,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from objstate.geometry import FloatArray, IntArray, wrap
-
-if TYPE_CHECKING:
-    from scipy.spatial import cKDTree
+from objstate.geometry import BoolArray, FloatArray, IntArray, wrap
 
 TRACED = 96  # points along an outline
 SHORTEST = (
@@ -66,28 +62,21 @@ class TracedOutline:
             [cos * middle[:, 0] - sin * middle[:, 1], sin * middle[:, 0] + cos * middle[:, 1]]
         )
         states = np.column_stack([(first + second) / 2.0 - turned, wrap(yaw)])
-        return states, self._explained(states, ends)
+        explained = np.count_nonzero(self.holds(states, ends, ON_OUTLINE), axis=1)
+        return states, explained.astype(float)
 
-    def distances(self, states: FloatArray, ends: FloatArray, most: float) -> FloatArray:
-        """(c, m) m from the outline in each state (c, 3) to each end (m, 2); inf beyond ``most`` m."""
-        off = ends[None] - states[:, None, :2]
-        cos, sin = np.cos(states[:, 2])[:, None], np.sin(states[:, 2])[:, None]
-        own = np.stack(
-            [cos * off[..., 0] + sin * off[..., 1], cos * off[..., 1] - sin * off[..., 0]]
-        )
-        found, _ = self._tree.query(own.reshape(2, -1).T, distance_upper_bound=most)
-        return np.asarray(found.reshape(len(states), len(ends)))
+    def holds(self, states: FloatArray, ends: FloatArray, within: float) -> BoolArray:
+        """Which ends (m, 2) the outline comes ``within`` m of, in each state: (c, m) of states (c, 3)."""
+        from objstate.objects import sampling
+
+        out = np.empty((len(states), len(ends)), dtype=bool)
+        sampling.lie_on(states, self._abreast, ends, within, out)
+        return out
 
     @cached_property
-    def _tree(self) -> cKDTree:
-        from scipy.spatial import cKDTree
-
-        return cKDTree(self.points)
-
-    def _explained(self, states: FloatArray, ends: FloatArray) -> FloatArray:
-        return np.asarray(
-            np.isfinite(self.distances(states, ends, ON_OUTLINE)).sum(axis=1), dtype=float
-        )
+    def _abreast(self) -> FloatArray:
+        """(2, q) the points as the kernel takes them."""
+        return np.ascontiguousarray(self.points.T)
 
     def _end_pairs(
         self, ends: FloatArray, count: int, rng: np.random.Generator

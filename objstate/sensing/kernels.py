@@ -25,11 +25,13 @@ PEAK, PER_SIGMA, RANDOM, MISSING, HIT, RANGE_MAX, GAUSSIAN = range(7)
 
 FLAT_BELL = 36.0  # exponent from which the bell is flat: 2e-16 of its height
 LEAST_DENSITY = 1e-100  # of the pure Gaussian, which has no floor of its own (21 sigmas)
+DECADES = 150  # by which a product may grow or shrink before it is looked at
 SMALL, LARGE = 1e-200, 1e200  # products are kept between these: one density more is still a float
 GRAZING = 0.1  # cosine of incidence below which a range says nothing of a shift of the surface
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
+_inner_product = inner(nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
 
 
 @_inner
@@ -39,7 +41,7 @@ def bell(exponent: float) -> Any:
     It is off by less than 1e-4 of itself up to an exponent of 10, and by 2e-6 of that beyond.
     """
     part = min(exponent, FLAT_BELL) / 64.0
-    value = 1.0 - part * (1.0 - part / 2.0 * (1.0 - part * (1.0 / 3.0) * (1.0 - part / 4.0)))
+    value = 1.0 + part * (-1.0 + part * (0.5 + part * (-1.0 / 6.0 + part * (1.0 / 24.0))))
     value *= value
     value *= value
     value *= value
@@ -109,15 +111,30 @@ def _densities(
 
 
 @_inner
-def _log_product(factors: FloatArray) -> Any:
-    """The logarithm of the product of densities (n,)."""
-    total, product = 0.0, 1.0
+def floor_of(measured: float, model: FloatArray) -> Any:
+    """The density that a reading has whatever is expected; that of a missing return is a probability."""
+    if model[GAUSSIAN] > 0.0:
+        return LEAST_DENSITY
+    return model[MISSING] if measured == np.inf else model[RANDOM]
+
+
+@_inner
+def at_once(short: FloatArray, model: FloatArray) -> Any:
+    """How many beams' densities can be multiplied before their product leaves the floats."""
+    highest = model[PEAK] + model[HIT] + model[RANDOM] + model[MISSING]
+    for i in range(short.shape[0]):
+        highest = max(highest, model[PEAK] + model[RANDOM] + short[i])
+    lowest = max(min(floor_of(0.0, model), floor_of(np.inf, model)), SMALL)
+    return max(1, int(DECADES / max(np.log10(highest / lowest), 1.0)))
+
+
+@_inner_product
+def _product(factors: FloatArray) -> Any:
+    """The product of densities (n,)."""
+    product = 1.0
     for i in range(factors.shape[0]):
         product *= factors[i]
-        if product < SMALL or product > LARGE:
-            total += np.log(product)
-            product = 1.0
-    return total + np.log(product)
+    return product
 
 
 @_compile
@@ -134,6 +151,9 @@ def total_log_likelihoods(
     """
     densities = np.empty(expected.shape[1])
     for k in range(measured.shape[0]):
+        step = at_once(short[k], model)
         for row in range(expected.shape[0]):
             _densities(measured[k], short[k], expected[row], model, densities)
-            out[k, row] = _log_product(densities)
+            out[k, row] = 0.0
+            for first in range(0, densities.shape[0], step):
+                out[k, row] += np.log(_product(densities[first : first + step]))

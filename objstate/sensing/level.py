@@ -76,7 +76,7 @@ class Sweep:
 
     @cached_property
     def index(self) -> IntArray:
-        """(m + 1,) first beam at or after each of m even steps of the pseudo-angle."""
+        """(m + 1,) first beam at or after each of some even steps of the pseudo-angle."""
         count = max(INDEX_STEPS * len(self.order), 1)
         steps = np.arange(count + 1) * (4.0 / count) - 2.0
         return np.searchsorted(self.rows[0], steps)
@@ -87,7 +87,10 @@ class Sweep:
             return self
         kept = beams[self.order]
         order = (np.cumsum(beams) - 1)[self.order[kept]]
-        return Sweep(self.height, order, self.rows.compress(kept, axis=1), self.centre)
+        some = Sweep(self.height, order, self.rows.compress(kept, axis=1), self.centre)
+        before = np.append(0, np.cumsum(kept))
+        some.__dict__["index"] = before[self.index]  # the same steps: the cache is filled with them
+        return some
 
     def beams(self, measured: FloatArray, short: FloatArray) -> FloatArray:
         """(7, n) the sorted beams as the kernels take them.
@@ -274,13 +277,13 @@ class LevelOutlines:
             np.concatenate([np.empty((0, 4)), *(each.segments for each in outlines)]),
             np.cumsum([len(each.segments) for each in outlines], dtype=np.int64),
             np.array([each.rim for each in outlines], dtype=np.int64),
-            with_trigonometry(np.concatenate([np.empty((0, 3)), *places])),
+            np.concatenate([np.empty((0, 4)), *places]),
             np.cumsum([len(each) for each in places], dtype=np.int64),
             np.concatenate([np.empty(0), *(each.shares for each in objects)]),
         )
 
     def placements(self, name: str, states: FloatArray) -> FloatArray:
-        """Positions and turns (s, 3), against the home state, of an object's outline in states (s, d)."""
+        """An object's outline in states (s, d), against its home state, as the kernels take it (s, 4)."""
         return _placements(self._building[name], states)
 
 
@@ -366,23 +369,27 @@ def moves_in_plane(item: MovableObject) -> bool:
     """Whether an object only turns about vertical axes and moves horizontally."""
     if item.kind is Kind.PLANAR:
         return True
-    axis = item.origin[:3, :3] @ item.axis
+    x, y, z = item.direction
     if item.kind is Kind.HINGED:
-        return bool(np.hypot(axis[0], axis[1]) < LEVEL)
-    return bool(abs(axis[2]) < LEVEL)
+        return bool(np.hypot(x, y) < LEVEL)
+    return bool(abs(z) < LEVEL)
 
 
 def _placements(item: MovableObject, states: FloatArray) -> FloatArray:
-    """Positions and turns (s, 3) of the link's frame against the home state."""
+    """Positions, and cosines and sines of turns (s, 4), of the link's frame against the home state."""
+    out = np.empty((len(states), 4))
+    if item.kind is Kind.SLIDING:
+        out[:, :2] = item.origin[:2, 3] + states * item.direction[:2]
+        out[:, 2:] = [1.0, 0.0]
+        return out
     if item.kind is Kind.PLANAR:
-        return np.ascontiguousarray(states - np.array([0.0, 0.0, item.home[2]]))
-    axis, out = item.origin[:3, :3] @ item.axis, np.empty((len(states), 3))
-    if item.kind is Kind.HINGED:
-        out[:, :2] = item.origin[:2, 3]
-        out[:, 2] = np.sign(axis[2]) * (states[:, 0] - item.home[0])
+        out[:, :2] = states[:, :2]
+        turns = states[:, 2] - item.home[2]
     else:
-        out[:, :2] = item.origin[:2, 3] + states * axis[:2]
-        out[:, 2] = 0.0
+        out[:, :2] = item.origin[:2, 3]
+        turns = math.copysign(1.0, item.direction[2]) * (states[:, 0] - item.home[0])
+    np.cos(turns, out=out[:, 2])
+    np.sin(turns, out=out[:, 3])
     return out
 
 

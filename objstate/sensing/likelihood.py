@@ -15,28 +15,28 @@ from objstate.compiling import inner, njit
 from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.sensing.kernels import (
     COS,
+    DECADES,
     DIRECTION_X,
     DIRECTION_Y,
     GAUSSIAN,
     GRAZING,
     HIT,
     LARGE,
-    LEAST_DENSITY,
     MEASURED,
-    MISSING,
     PEAK,
     PER_SIGMA,
-    RANDOM,
     RANGE_MAX,
     SHORT,
     SIN,
     SMALL,
     SPREAD,
+    at_once,
     bell,
+    floor_of,
 )
 from objstate.sensing.projection import project, stands, strays
 
-DECADES = 150.0  # by which a product may grow or shrink before its logarithm is taken
+SCALE, LOG_SCALE = 10.0**DECADES, DECADES * np.log(10.0)
 NEAR_SIGMAS = 4.0  # a range shorter than this many sigmas before an object was stopped by another
 LEAST_SHARE = 1e-12  # what rounding may leave of one when all shares are taken away
 
@@ -45,27 +45,19 @@ _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
 
 
 @_inner
-def _hit_densities(
-    expected: FloatArray, measured: float, model: FloatArray, out: FloatArray
-) -> None:
-    """The density of a hit of what is expected (p,), without the floor that all readings have."""
-    peak, per_sigma = model[PEAK], model[PER_SIGMA]
-    if model[GAUSSIAN] > 0.0:
-        for p in range(out.shape[0]):
-            off = (measured - min(expected[p], model[RANGE_MAX])) * per_sigma
-            out[p] = peak * np.exp(-0.5 * off * off)
-        return
-    for p in range(out.shape[0]):
-        off = (measured - expected[p]) * per_sigma
-        out[p] = peak * bell(0.5 * off * off)
+def _hit_density(off: float, half: float, peak: float, is_gaussian: bool) -> Any:
+    """The density of a hit so many m off, without the floor that all readings have.
+
+    ``half`` of the Gaussian's precision, 1/m^2.
+    """
+    exponent = half * off * off
+    return peak * (np.exp(-exponent) if is_gaussian else bell(exponent))
 
 
 @_inner
-def _floor(measured: float, model: FloatArray) -> Any:
-    """The density that a reading has whatever is expected; that of a missing return is a probability."""
-    if model[GAUSSIAN] > 0.0:
-        return LEAST_DENSITY
-    return model[MISSING] if measured == np.inf else model[RANDOM]
+def _half_precision(model: FloatArray) -> Any:
+    """Half the precision of a hit, 1/m^2."""
+    return 0.5 * model[PER_SIGMA] * model[PER_SIGMA]
 
 
 @_inner
@@ -83,14 +75,17 @@ def _look(
     out: FloatArray,
 ) -> None:
     """The density ``out`` (p,) of one beam's reading, for what is expected (p,)."""
-    floor = _floor(measured, model)
+    floor = floor_of(measured, model)
     if measured == np.inf:
         for p in range(out.shape[0]):
             out[p] = floor + (model[HIT] if expected[p] >= model[RANGE_MAX] else 0.0)
-    else:
-        _hit_densities(expected, measured, model, out)
-        for p in range(out.shape[0]):
-            out[p] += floor + (short if measured < expected[p] else 0.0)
+        return
+    peak, half, range_max = model[PEAK], _half_precision(model), model[RANGE_MAX]
+    is_gaussian = model[GAUSSIAN] > 0.0
+    for p in range(out.shape[0]):
+        reads = min(expected[p], range_max) if is_gaussian else expected[p]
+        hit = _hit_density(measured - reads, half, peak, is_gaussian)
+        out[p] = hit + floor + (short if measured < expected[p] else 0.0)
 
 
 @_inner
@@ -115,45 +110,66 @@ def _look_behind(
 
 @_inner
 def _take_in(
-    hit: FloatArray,
+    i: int,
     nearest: FloatArray,
     without: FloatArray,
     per_density: FloatArray,
     measured: float,
-    floor: float,
     short: float,
+    model: FloatArray,
     product: FloatArray,
 ) -> None:
-    """Take one beam into the products (p,), where it touches the object; ``nearest`` is infinite again."""
+    """Take beam ``i`` into the products (p,), where it touches the object; ``nearest`` (n, p) is infinite again."""
+    floor, peak, half = floor_of(measured, model), model[PEAK], _half_precision(model)
+    is_gaussian = model[GAUSSIAN] > 0.0
     for p in range(product.shape[0]):
-        ratio = (hit[p] + floor + (short if measured < nearest[p] else 0.0)) * per_density[p]
-        product[p] *= ratio if nearest[p] < without[p] else 1.0
-        nearest[p] = np.inf
+        hit = _hit_density(measured - nearest[i, p], half, peak, is_gaussian)
+        dense = hit + floor + (short if measured < nearest[i, p] else 0.0)
+        product[p] *= dense * per_density[i, p] if nearest[i, p] < without[i, p] else 1.0
+        nearest[i, p] = np.inf
+
+
+@_inner
+def _take_in_shared(
+    i: int,
+    nearest: FloatArray,
+    without: FloatArray,
+    per_density: FloatArray,
+    measured: float,
+    short: float,
+    model: FloatArray,
+    product: FloatArray,
+    share: FloatArray,
+) -> None:
+    """The same, but ``nearest`` is kept, and hits have a ``share`` (p,) of the density."""
+    floor, peak, half = floor_of(measured, model), model[PEAK], _half_precision(model)
+    is_gaussian = model[GAUSSIAN] > 0.0
+    for p in range(product.shape[0]):
+        hit = _hit_density(measured - nearest[i, p], half, peak, is_gaussian)
+        dense = hit + floor + (short if measured < nearest[i, p] else 0.0)
+        product[p] *= dense * per_density[i, p] if nearest[i, p] < without[i, p] else 1.0
+        share[p] = hit / dense if nearest[i, p] < without[i, p] else 0.0
 
 
 @_inner
 def _pull(
-    hit: FloatArray,
+    i: int,
     nearest: FloatArray,
-    without: FloatArray,
+    share: FloatArray,
     measured: float,
-    floor: float,
-    short: float,
     per_shift: float,
     gradient: FloatArray,
     curvature: FloatArray,
 ) -> None:
-    """Add what one beam says of a shift, by its share of a hit.
+    """Add what beam ``i`` says of a shift, by its share (p,) of a hit; ``nearest`` is infinite again.
 
     That is to the log-density's gradient (p,) and curvature (p,), in sigmas.
     """
     for p in range(gradient.shape[0]):
-        touches = nearest[p] < without[p]
-        dense = hit[p] + floor + (short if measured < nearest[p] else 0.0)
-        pulled = hit[p] / dense * per_shift
-        off = measured - nearest[p]
-        gradient[p] += pulled * off if touches else 0.0
-        curvature[p] += pulled * per_shift if touches else 0.0
+        pulled = share[p] * per_shift
+        gradient[p] += pulled * (measured - nearest[i, p]) if share[p] > 0.0 else 0.0
+        curvature[p] += pulled * per_shift
+        nearest[i, p] = np.inf
 
 
 @_inner
@@ -165,35 +181,65 @@ def _flush(product: FloatArray, change: FloatArray) -> None:
 
 
 @_inner
-def _per_shift(normal: FloatArray, middle: FloatArray, beam: FloatArray) -> Any:
-    """m by which a range grows for each m of a surface's shift along its normal (2,) in the building.
+def _rescale(product: FloatArray, change: FloatArray) -> None:
+    """Move as much of products (p,) into their logarithms that they may grow or shrink again."""
+    for p in range(product.shape[0]):
+        steps = 1.0 if product[p] > SCALE else (-1.0 if product[p] < 1.0 / SCALE else 0.0)
+        change[p] += steps * LOG_SCALE
+        product[p] *= 1.0 / SCALE if steps > 0.0 else (SCALE if steps < 0.0 else 1.0)
 
-    As seen from the middle (4,) of the lasers' poses; 0 where the beam doesn't tell.
+
+@_inner
+def _per_shift(
+    normals: FloatArray, state: int, middle: FloatArray, beams: FloatArray, i: int
+) -> Any:
+    """m by which a range grows for each m of a surface's shift along its normal in the building.
+
+    As seen from the middle (4,) of the lasers' poses; 0 where beam ``i`` doesn't tell.
     """
-    nx = middle[COS] * normal[0] + middle[SIN] * normal[1]
-    ny = middle[COS] * normal[1] - middle[SIN] * normal[0]
-    cosine = beam[DIRECTION_X] * nx + beam[DIRECTION_Y] * ny
-    tells = abs(cosine) > GRAZING and beam[MEASURED] < np.inf
+    nx = middle[COS] * normals[state, 0] + middle[SIN] * normals[state, 1]
+    ny = middle[COS] * normals[state, 1] - middle[SIN] * normals[state, 0]
+    cosine = beams[DIRECTION_X, i] * nx + beams[DIRECTION_Y, i] * ny
+    tells = abs(cosine) > GRAZING and beams[MEASURED, i] < np.inf
     return 1.0 / cosine if tells else 0.0
 
 
 @_inner
-def _touches(nearest: FloatArray, without: FloatArray, most: float) -> Any:
-    """Whether a beam touches the object from some pose, nearer than ``most`` m."""
+def _touches(nearest: FloatArray, without: FloatArray, i: int, most: float) -> Any:
+    """Whether beam ``i`` touches the object from some pose, nearer than ``most`` m."""
     found = 0
-    for p in range(nearest.shape[0]):
-        found |= (nearest[p] < without[p]) & (nearest[p] < most)
+    for p in range(nearest.shape[1]):
+        found |= (nearest[i, p] < without[i, p]) & (nearest[i, p] < most)
     return found != 0
 
 
 @_inner
-def _at_once(short: FloatArray, model: FloatArray) -> Any:
-    """How many beams' densities can be multiplied before their product leaves the floats."""
-    highest = model[PEAK] + model[HIT] + model[RANDOM] + model[MISSING]
-    for i in range(short.shape[0]):
-        highest = max(highest, model[PEAK] + model[RANDOM] + short[i])
-    lowest = max(min(_floor(0.0, model), _floor(np.inf, model)), SMALL)
-    return max(1, int(DECADES / max(np.log10(highest / lowest), 1.0)))
+def _reset(nearest: FloatArray, i: int) -> None:
+    """Make what beam ``i`` meets infinitely far."""
+    for p in range(nearest.shape[1]):
+        nearest[i, p] = np.inf
+
+
+@_inner
+def _average(
+    change: FloatArray,
+    gradient: FloatArray,
+    curvature: FloatArray,
+    tempering: float,
+    per_sigma: float,
+    variance: float,
+    state: int,
+    out: FloatArray,
+) -> None:
+    """Tempered log-likelihoods ``out`` (p, n) of a state, averaged over shifts with a variance, m^2."""
+    for p in range(out.shape[0]):
+        out[p, state] = tempering * change[p]
+    if variance > 0.0:
+        precision = tempering * per_sigma * per_sigma
+        for p in range(out.shape[0]):
+            surely = 1.0 + precision * curvature[p] * variance
+            pulled = precision * gradient[p]
+            out[p, state] += 0.5 * (pulled * pulled * variance / surely - np.log(surely))
 
 
 @_compile
@@ -215,12 +261,13 @@ def object_log_likelihood(
     out: FloatArray,
     bears: BoolArray,
 ) -> None:
-    """Change in log p(o | s, l) that an object makes, over the background alone: ``out`` (s, p).
+    """Change in log p(o | s, l) that an object makes, over the background alone: ``out`` (p, n).
 
-    Its ``states`` (s,) are rows of ``placements`` and ``normals``. ``background`` (p, n) is what the
-    beams read without the object, in the scan's own order, of which sorted beam i is ``order[i]``. Beams that the object doesn't touch contribute
-    the same to every state (section 3 of Schulz and Burgard 2001) and are left out. ``bears`` (n,)
-    is set where a beam touches the object in some state and isn't stopped before reaching it.
+    Its ``states`` (s,) are rows of ``placements`` and ``normals`` and columns of ``out``. ``background`` (p, n)
+    is what the beams read without the object, in the scan's own order, of which sorted beam i is
+    ``order[i]``. Beams that the object doesn't touch contribute the same to every state (section 3 of
+    Schulz and Burgard 2001) and are left out. ``bears`` (n,) is set where a beam touches the object
+    in some state and isn't stopped before reaching it.
 
     The likelihood has the exponent ``tempering``. The object may stand ``shift_std`` m
     aside of its placement, along the unit normal ``normals[s]`` of its long side: an
@@ -235,10 +282,10 @@ def object_log_likelihood(
     nearest.fill(np.inf)
     without, per_density = np.empty((count, size)), np.empty((count, size))
     is_known, is_touched = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_)
-    hit, product, change = np.empty(size), np.empty(size), np.empty(size)
-    gradient, curvature = np.empty(size), np.empty(size)
+    product, change = np.empty(size), np.empty(size)
+    gradient, curvature, share = np.empty(size), np.empty(size), np.empty(size)
     near, variance = NEAR_SIGMAS / model[PER_SIGMA], shift_std * shift_std
-    at_once = _at_once(beams[SHORT], model)
+    most = at_once(beams[SHORT], model)
     for k in range(states.shape[0]):
         project(
             lasers,
@@ -274,42 +321,27 @@ def object_log_likelihood(
                     per_density[i],
                 )
                 is_known[i] = True
-            if not _touches(nearest[i], without[i], np.inf):
-                nearest[i].fill(np.inf)
+            if not _touches(nearest, without, i, np.inf):
+                _reset(nearest, i)
                 continue
             if not bears[i]:
-                bears[i] = _touches(nearest[i], without[i], beams[MEASURED, i] + near)
-            _hit_densities(nearest[i], measured, model, hit)
-            floor, per_shift = _floor(measured, model), 0.0
+                bears[i] = _touches(nearest, without, i, beams[MEASURED, i] + near)
+            per_shift = 0.0
             if variance > 0.0:
-                per_shift = _per_shift(normals[states[k]], middle, beams[:, i])
-            if per_shift != 0.0:
-                _pull(
-                    hit,
-                    nearest[i],
-                    without[i],
-                    measured,
-                    floor,
-                    short,
-                    per_shift,
-                    gradient,
-                    curvature,
+                per_shift = _per_shift(normals, states[k], middle, beams, i)
+            if per_shift == 0.0:
+                _take_in(i, nearest, without, per_density, measured, short, model, product)
+            else:
+                _take_in_shared(
+                    i, nearest, without, per_density, measured, short, model, product, share
                 )
-            _take_in(hit, nearest[i], without[i], per_density[i], measured, floor, short, product)
+                _pull(i, nearest, share, measured, per_shift, gradient, curvature)
             taken += 1
-            if taken % at_once == 0:
-                _flush(product, change)
-        if taken == 0:
-            out[k].fill(0.0)
-            continue
-        _flush(product, change)
-        precision = tempering * model[PER_SIGMA] * model[PER_SIGMA]
-        for p in range(size):
-            surely = 1.0 + precision * curvature[p] * variance
-            pulled = precision * gradient[p]
-            out[k, p] = tempering * change[p] + 0.5 * (
-                pulled * pulled * variance / surely - np.log(surely)
-            )
+            if taken % most == 0:
+                _rescale(product, change)
+        if taken > 0:
+            _flush(product, change)
+        _average(change, gradient, curvature, tempering, model[PER_SIGMA], variance, states[k], out)
 
 
 @_inner
@@ -410,11 +442,11 @@ def pose_log_likelihood(
                 if not is_touched[i]:
                     continue
                 is_touched[i] = False
-                if _touches(alone[i], without[i], np.inf):
+                if _touches(alone, without, i, np.inf):
                     is_mixed[i] = True
                     _look(alone[i], _read(beams[MEASURED, i], model), beams[SHORT, i], model, dense)
                     _mix(alone[i], without[i], dense, shares[s], mixed[i], kept[i])
-                alone[i].fill(np.inf)
+                _reset(alone, i)
         for i in range(count):
             if is_mixed[i]:
                 is_mixed[i] = False

@@ -65,22 +65,24 @@ def _hit(
     ay: FloatArray,
     ex: FloatArray,
     ey: FloatArray,
-    beam: FloatArray,
+    beams: FloatArray,
+    i: int,
     slack: float,
     least: float,
     nearest: FloatArray,
 ) -> None:
-    """Let one beam (7,) keep the nearer of what it has and a segment from a along e, from each pose."""
-    dx, dy, ox, oy = beam[DIRECTION_X], beam[DIRECTION_Y], beam[ORIGIN_X], beam[ORIGIN_Y]
-    for p in range(nearest.shape[0]):
+    """Let beam ``i`` keep the nearer of what it has and a segment from a along e, from each pose."""
+    dx, dy = beams[DIRECTION_X, i], beams[DIRECTION_Y, i]
+    ox, oy = beams[ORIGIN_X, i], beams[ORIGIN_Y, i]
+    for p in range(nearest.shape[1]):
         fx, fy = ax[p] - ox, ay[p] - oy
         turn = dx * ey[p] - dy * ex[p]
         squared = turn * turn
         along = (fx * dy - fy * dx) * turn
         distance = (fx * ey[p] - fy * ex[p]) / turn
         hits = (along >= -slack * squared) & (along <= (1.0 + slack) * squared) & (squared > least)
-        closer = hits & (distance >= 0.0) & (distance < nearest[p])
-        nearest[p] = distance if closer else nearest[p]
+        closer = hits & (distance >= 0.0) & (distance < nearest[i, p])
+        nearest[i, p] = distance if closer else nearest[i, p]
 
 
 @_inner
@@ -278,7 +280,7 @@ def project(
         for step in range(touched):
             i = first + step
             i -= count if i >= count else 0
-            _hit(ax, ay, ex, ey, beams[:, i], slack, least, nearest[i])
+            _hit(ax, ay, ex, ey, beams, i, slack, least, nearest)
             is_touched[i] = True
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 from weakref import WeakKeyDictionary
 
@@ -22,7 +23,6 @@ from objstate.sensing.level import (
     ObjectOutline,
     Sweep,
     UncertainObject,
-    with_trigonometry,
 )
 
 FIXED = np.array([[0.0, 0.0, 1.0, 0.0]])  # the placement of what doesn't move
@@ -102,9 +102,8 @@ class Sensing:
         if sweep is None or not len(measured):
             rays = scan.rays.take(chosen)
             return MeshView(self._expected, rays, measured, self._beam_model, scan.range_max)
-        sweep = sweep.take(chosen)
-        rows = sweep.beams(measured, self._beam_model.short(measured))
-        return LevelView(self._outlines, sweep, measured, rows, self._beam_model, scan.range_max)
+        sweep, short = sweep.take(chosen), self._beam_model.short(measured)
+        return LevelView(self._outlines, sweep, measured, short, self._beam_model, scan.range_max)
 
     def with_object(self, item: MovableObject) -> Sensing:
         """The same building but for one object of a name it has, which now stands elsewhere."""
@@ -260,22 +259,31 @@ class LevelView:
         outlines: LevelOutlines,
         sweep: Sweep,
         measured: FloatArray,
-        beams: FloatArray,
+        short: FloatArray,
         beam_model: BeamModel,
         range_max: float,
     ) -> None:
         self._outlines = outlines
         self._sweep = sweep
         self._measured = measured
-        self._beams = beams  # (7, n) sorted, as the kernels take them
+        self._short = short  # (n,) densities if stopped before the target
         self._beam_model = beam_model
         self._range_max = range_max
 
     def take(self, beams: BoolArray) -> LevelView:
-        sweep = self._sweep.take(beams)
-        rows = self._beams.compress(beams[self._sweep.order], axis=1)
-        measured = self._measured[beams]
-        return LevelView(self._outlines, sweep, measured, rows, self._beam_model, self._range_max)
+        return LevelView(
+            self._outlines,
+            self._sweep.take(beams),
+            self._measured[beams],
+            self._short[beams],
+            self._beam_model,
+            self._range_max,
+        )
+
+    @cached_property
+    def _beams(self) -> FloatArray:
+        """(7, n) the sorted beams as the kernels take them."""
+        return self._sweep.beams(self._measured, self._short)
 
     def walls(self, poses: FloatArray) -> FloatArray:
         walls = self._outlines.walls_in_sight(self._sweep, poses, self._range_max)
@@ -283,8 +291,7 @@ class LevelView:
 
     def object(self, name: str, states: FloatArray, poses: FloatArray) -> FloatArray:
         outline = self._outlines.of_object(name, self._sweep.height)
-        places = with_trigonometry(self._outlines.placements(name, states))
-        return self._cast(outline, places, poses)
+        return self._cast(outline, self._outlines.placements(name, states), poses)
 
     def explained(self, expected: FloatArray) -> BoolArray:
         margin = EXPLAINED_SIGMAS * self._beam_model.sigma_hit
@@ -300,7 +307,11 @@ class LevelView:
         return np.column_stack([x, y, np.full(len(x), self._sweep.height)])
 
     def log_likelihood(self, expected: FloatArray) -> FloatArray:
-        return self._beam_model.total(self._measured, expected, self._range_max)
+        from objstate.sensing import kernels
+
+        out, model = np.empty((1, len(expected))), self._parameters
+        kernels.total_log_likelihoods(self._measured[None], self._short[None], expected, model, out)
+        return np.asarray(out[0])
 
     def pose_log_likelihood(
         self,
@@ -342,27 +353,24 @@ class LevelView:
 
         outline = self._outlines.of_object(name, self._sweep.height)
         normals = np.zeros((len(states), 2)) if comparison.normals is None else comparison.normals
-        whole = np.ones(len(states), dtype=bool) if comparison.whole is None else comparison.whole
-        placements = with_trigonometry(self._outlines.placements(name, states))
-        parameters = self._beam_model.parameters(self._range_max)
+        placements = self._outlines.placements(name, states)
         stand, bears = self._outlines.stand(poses).poses, np.zeros(self._beams.shape[1], dtype=bool)
 
-        def change(some: IntArray, few: IntArray | None = None) -> FloatArray:
-            chosen = slice(None) if few is None else few
-            out = np.empty((len(some), len(stand[chosen])))
+        def compare(some: IntArray, stand: FloatArray, background: FloatArray) -> FloatArray:
+            out = np.empty((len(stand), len(states)))
             likelihood.object_log_likelihood(
                 some,
-                stand[chosen],
+                stand,
                 placements,
                 normals,
                 outline.segments,
                 outline.rim,
-                comparison.background[chosen],
+                background,
                 self._sweep.order,
                 self._beams,
                 self._sweep.index,
                 self._sweep.centre,
-                parameters,
+                self._parameters,
                 comparison.shift_std,
                 comparison.tempering,
                 out,
@@ -370,11 +378,19 @@ class LevelView:
             )
             return out
 
-        out = np.empty((len(poses), len(states)))
-        out[:, whole] = change(np.flatnonzero(whole)).T
-        if not whole.all():
-            out[:, ~whole] = _log_mean(change(np.flatnonzero(~whole), comparison.few))
+        if comparison.whole is None:
+            out = compare(np.arange(len(states)), stand, comparison.background)
+            return out, self._sweep.unsorted(bears)
+        out = compare(np.flatnonzero(comparison.whole), stand, comparison.background)
+        rest, few = np.flatnonzero(~comparison.whole), comparison.few
+        if len(rest):
+            out[:, rest] = _log_mean(compare(rest, stand[few], comparison.background[few])[:, rest])
         return out, self._sweep.unsorted(bears)
+
+    @cached_property
+    def _parameters(self) -> FloatArray:
+        """(7,) the beam model as the kernels take it."""
+        return self._beam_model.parameters(self._range_max)
 
     def _cast(
         self, outline: ObjectOutline, placements: FloatArray, poses: FloatArray
@@ -402,9 +418,9 @@ class LevelView:
 
 
 def _log_mean(logs: FloatArray) -> FloatArray:
-    """Logarithms (s,) of the means of rows (s, p) of which the logarithms are given."""
-    top = logs.max(axis=1, initial=-np.inf)
-    return np.asarray(top + np.log(np.exp(logs - top[:, None]).mean(axis=1)))
+    """Logarithms (s,) of the means of columns (p, s) of which the logarithms are given."""
+    top = logs.max(axis=0)
+    return np.asarray(top + np.log(np.exp(logs - top).mean(axis=0)))
 
 
 def _agree(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from objstate.building.model import Kind, Mesh, MovableObject
-from objstate.geometry import FloatArray, wrap
+from objstate.geometry import wrap
 from objstate.objects import ObjectBelief
 from objstate.particles import Weights
 from objstate.world.packing import pack, unpack
@@ -31,7 +31,7 @@ def unpack_belief(
 ) -> ObjectBelief:
     """The belief that was packed. Raises WorldError for damage."""
     words, arrays = unpack(packed, f"The belief of '{item.name}' at {stamp_ns} ns")
-    weights = _normalized(arrays["log"].astype(float))
+    weights = Weights.of_logarithms(arrays["log"].astype(float))
     if item.kind is not Kind.PLANAR:
         first, last = words["ends"]
         states = np.linspace(first, last, len(weights))[:, None]
@@ -76,8 +76,3 @@ def unpack_object(packed: bytes, name: str) -> MovableObject:
         mesh=Mesh(arrays["vertices"], arrays["faces"]),
         wraps=words["wraps"],
     )
-
-
-def _normalized(log: FloatArray) -> Weights:
-    top = log.max()
-    return Weights(np.asarray(log - top - np.log(np.exp(log - top).sum())))

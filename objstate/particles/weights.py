@@ -1,4 +1,4 @@
-"""Weighted samples: weights in log space, resampling, quantiles, entropy."""
+"""Weights of samples in log space, and what is done by them."""
 
 from __future__ import annotations
 
@@ -11,8 +11,6 @@ import numpy as np
 from objstate.errors import ObjstateError
 from objstate.geometry import FloatArray, IntArray
 
-STEP_PRECISION = 12  # halvings in the search for the largest step
-
 
 class ImpossibleEvidenceError(ObjstateError):
     """Every sample has likelihood zero: the evidence contradicts the whole belief."""
@@ -20,9 +18,9 @@ class ImpossibleEvidenceError(ObjstateError):
 
 @dataclass(frozen=True, eq=False)
 class Weights:
-    """Normalized importance weights, held as logarithms. A value: operations return new ones."""
+    """Normalized importance weights, known by logarithms too. A value: operations return new ones."""
 
-    log: FloatArray  # (n,) logarithms; the weights sum to one
+    values: FloatArray  # (n,) sum to one
 
     @staticmethod
     def uniform(count: int) -> Weights:
@@ -34,18 +32,21 @@ class Weights:
         total = float(weights.sum())
         if not (0.0 < total < np.inf and weights.min() >= 0.0):
             raise ValueError("weights must be non-negative, finite and not all zero")
-        shares = weights / total
-        with np.errstate(divide="ignore"):
-            return Weights._known(np.log(shares), shares)
+        return Weights(weights / total)
+
+    @staticmethod
+    def of_logarithms(log: FloatArray) -> Weights:
+        """From the logarithms of weights of any sum, one of which is finite."""
+        return Weights._scaled(log, float(log.max()))[0]
 
     def __len__(self) -> int:
-        return len(self.log)
+        return len(self.values)
 
     @cached_property
-    def values(self) -> FloatArray:
-        """(n,) the weights themselves."""
-        weights = np.exp(self.log)
-        return np.asarray(weights / weights.sum())
+    def log(self) -> FloatArray:
+        """(n,) logarithms of the weights."""
+        with np.errstate(divide="ignore"):
+            return np.asarray(np.log(self.values))
 
     @property
     def effective_size(self) -> float:
@@ -64,16 +65,21 @@ class Weights:
                 "No sample of the belief can explain the reading; give the beam model a share "
                 "of random readings (z_rand above 0)."
             )
+        return Weights._scaled(log, top)
+
+    @staticmethod
+    def _scaled(log: FloatArray, top: float) -> tuple[Weights, float]:
+        """Weights that sum to one, of logarithms (n,) with a maximum, and the logarithm of their sum."""
         unscaled = np.exp(log - top)
         total = float(unscaled.sum())
-        evidence = top + math.log(total)
-        return Weights._known(log - evidence, unscaled / total), evidence
+        log_sum = top + math.log(total)
+        return Weights._known(log - log_sum, unscaled / total), log_sum
 
     @staticmethod
     def _known(log: FloatArray, values: FloatArray) -> Weights:
-        """Weights of which the values are known already: the cache is filled with them."""
-        weights = Weights(log)
-        weights.__dict__["values"] = values
+        """Weights of which the logarithms are known already, of those too that are next to zero."""
+        weights = Weights(values)
+        weights.__dict__["log"] = log
         return weights
 
 
@@ -85,20 +91,9 @@ def largest_step(
     Enough are ``least_effective`` (of samples, or of what is effective already, if
     fewer). It is always above zero, so that repeated steps come to an end.
     """
-    needed = min(least_effective, weights.effective_size)
+    from objstate.particles import kernels
 
-    def enough(step: float) -> bool:
-        log = weights.log + step * log_likelihood
-        unscaled = np.exp(log - log.max())
-        return bool(unscaled.sum() ** 2 >= needed * (unscaled @ unscaled))
-
-    if not np.isfinite(log_likelihood.max()) or enough(most):
-        return most
-    low, high = 0.0, most
-    for _ in range(STEP_PRECISION):
-        middle = (low + high) / 2.0
-        low, high = (middle, high) if enough(middle) else (low, middle)
-    return high
+    return float(kernels.largest_step(weights.log, log_likelihood, most, least_effective))
 
 
 def systematic(weights: Weights, count: int, rng: np.random.Generator) -> IntArray:
@@ -107,9 +102,9 @@ def systematic(weights: Weights, count: int, rng: np.random.Generator) -> IntArr
     Each sample is drawn ``count`` times its weight on average, never off by one or more.
     """
     edges = np.cumsum(weights.values)
-    edges[-1] = 1.0
+    edges[-1] = np.inf
     combs = (rng.random() + np.arange(count)) / count
-    return np.searchsorted(edges, combs, side="right").clip(max=len(weights) - 1)
+    return np.searchsorted(edges, combs, side="right")
 
 
 def quantiles(values: FloatArray, weights: FloatArray, shares: FloatArray) -> FloatArray:

@@ -1,0 +1,21 @@
+"""Weighted samples: weights in log space, resampling, quantiles, entropy."""
+
+from objstate.particles.weights import (
+    ImpossibleEvidenceError,
+    Weights,
+    entropy,
+    kld_sample_size,
+    largest_step,
+    quantiles,
+    systematic,
+)
+
+__all__ = [
+    "ImpossibleEvidenceError",
+    "Weights",
+    "entropy",
+    "kld_sample_size",
+    "largest_step",
+    "quantiles",
+    "systematic",
+]

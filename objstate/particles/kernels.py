@@ -1,0 +1,62 @@
+"""How much of a likelihood a belief of samples can take in at once, compiled."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from objstate.compiling import inner, njit
+from objstate.geometry import FloatArray
+
+STEP_PRECISION = 12  # halvings in the search for the largest step
+
+_compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
+_inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
+
+
+@_inner
+def _effective(log_weights: FloatArray) -> Any:
+    """Kish's effective number of samples with weights (n,) of any sum."""
+    top = -np.inf
+    for j in range(log_weights.shape[0]):
+        top = max(top, log_weights[j])
+    total, squared = 0.0, 0.0
+    for j in range(log_weights.shape[0]):
+        weight = np.exp(log_weights[j] - top)
+        total += weight
+        squared += weight * weight
+    return total * total / squared
+
+
+@_inner
+def keeping(
+    log_weights: FloatArray, log_likelihood: FloatArray, most: float, least_effective: float
+) -> Any:
+    """The largest exponent up to ``most`` on a likelihood (n,) that leaves enough effective samples."""
+    needed, top = min(least_effective, _effective(log_weights)), -np.inf
+    for j in range(log_likelihood.shape[0]):
+        top = max(top, log_likelihood[j])
+    if not np.isfinite(top):
+        return most
+    after = np.empty(log_weights.shape[0])
+    low, high, step = 0.0, most, most
+    for _ in range(STEP_PRECISION + 1):
+        for j in range(after.shape[0]):
+            after[j] = log_weights[j] + step * log_likelihood[j]
+        if _effective(after) >= needed:
+            low = step
+        else:
+            high = step
+        if low >= high:
+            break
+        step = (low + high) / 2.0
+    return high
+
+
+@_compile
+def largest_step(
+    log_weights: FloatArray, log_likelihood: FloatArray, most: float, least_effective: float
+) -> Any:
+    """``keeping``, for Python."""
+    return keeping(log_weights, log_likelihood, most, least_effective)
