@@ -32,7 +32,7 @@ BEYOND = 0.05  # m past the leaf's edges, likewise
 POINTS = 5  # readings of the leaf that a line needs
 SPAN = 0.25  # m along the leaf that they must cover
 KNOWN = 0.95  # probability of being open by about an angle from which a door's angle is known
-DOUBTED = 0.8  # the same, below which it isn't any more
+DOUBTED = 0.9  # the same, below which it isn't any more
 KEPT = 0.5  # probability down to which a door that was found elsewhere stays there
 LEAVES_KEPT = 4096  # leaves of so many doors are remembered
 
