@@ -137,11 +137,14 @@ class MapErrorSettings(Strict):
 
     std_m: NonNegative = 0.005  # the first guess
     least_m: NonNegative = 0.0012  # no building is measured better
-    weight: Positive = 20.0  # of it, in repeated looks at a place
+    weight: Positive = 1.0  # of it, in repeated looks at a place, were there no noise
     every_s: Positive = 1.0  # between looks; by then the robot's own errors are others
     cell_m: Positive = 0.5  # size of a place
     beams: Count = 3  # that a place must be seen by
+    in_full: Probability = 0.8  # share of a place's beams that nothing may have stopped before
     most_m: Positive = 0.15  # a beam that is off by more was stopped by something
+    noise_m: Positive = 0.03  # by which a beam reads off by chance
+    clip: Positive = 4.0  # deviations by which a place is off at most
 
 
 class ConsistencySettings(Strict):
@@ -150,7 +153,7 @@ class ConsistencySettings(Strict):
     stretch: Positive = 0.2  # of its variance that a belief loses while its mean's moves add up
     weight: Positive = 2.0  # of the first guess, that the widths are right, in deviations expected
     jump: Positive = 5.0  # deviations that a mean moves by in one scan if the object was moved
-    least: Positive = 0.08  # factor on a variance
+    least: Positive = 0.1  # factor on a variance
     most: Positive = 10.0
 
 

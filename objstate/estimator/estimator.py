@@ -359,8 +359,9 @@ class Estimator:
         origins, directions = cast_from(
             transform_from_pose(sight.robot.mean), scan.rays.take(chosen)
         )
-        places = origins[:, :2] + directions[:, :2] * walls[:, None]
-        self._map_error.note(scan.stamp_ns, places, scan.ranges[chosen] - walls)
+        origins, directions = origins[:, :2], directions[:, :2]
+        places, longer = origins + directions * walls[:, None], scan.ranges[chosen] - walls
+        self._map_error.note(scan.stamp_ns, places, directions, longer)
 
     def _note_hinges(self, sight: Sight, observation: Observation) -> None:
         """Remember how doors looked; those that look strange may hang elsewhere."""

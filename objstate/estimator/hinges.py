@@ -21,7 +21,7 @@ from objstate.estimator.sight import Sight
 from objstate.geometry import BoolArray, FloatArray, between, transform, wrap
 from objstate.objects import ObjectBelief, filter_for
 from objstate.objects.belief import SETTLED_ANGLE
-from objstate.objects.doors import LatticeFilter
+from objstate.objects.doors import LatticeFilter, leaf_axes
 from objstate.objects.hanging import Hanging, Look, find_hinge
 from objstate.records import Scan
 from objstate.sensing import BeamModel, Sensing
@@ -321,8 +321,7 @@ class _Leaf:
     @lru_cache(maxsize=LEAVES_KEPT)
     def of(item: MovableObject) -> _Leaf:
         plan = item.mesh.vertices[:, :2]
-        _, axes = np.linalg.eigh(np.cov(plan.T))
-        across, along = axes.T
+        across, along = leaf_axes(item)
         return _Leaf(
             along=along,
             across=across,

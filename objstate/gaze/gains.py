@@ -8,13 +8,12 @@ import numpy as np
 
 from objstate.building.model import Kind
 from objstate.gaze.entropy import sample_covariance
-from objstate.gaze.laser import TEMPLATES, compared, evenly
+from objstate.gaze.laser import TEMPLATES, TINY, compared, evenly
 from objstate.geometry import FloatArray
 from objstate.objects import ObjectBelief
 from objstate.particles import entropy
 
 FAKES = 8  # states of a door's belief, each with an equal share, at which readings are faked
-TINY = 1e-300
 
 Gain = Callable[[FloatArray], float]
 

@@ -64,10 +64,9 @@ class LatticeFilter:
     @cached_property
     def _normals(self) -> FloatArray:
         """(n, 2) the direction in which the leaf is thin, in each state, seen from above."""
-        plan = self.item.mesh.vertices[:, :2]
-        _, axes = np.linalg.eigh(np.cov(plan.T))
+        across, _ = leaf_axes(self.item)
         turns = self.item.transforms(self._states[:, None])[:, :2, :2]
-        return np.asarray(turns @ axes[:, 0])
+        return np.asarray(turns @ across)
 
     @cached_property
     def _prior_weights(self) -> FloatArray:
@@ -174,6 +173,13 @@ class LatticeFilter:
         """rad for each m by which the leaf hangs aside, when the turn that fits best makes up for it."""
         plan = self.item.mesh.vertices[:, :2]
         return LEAN / float(np.hypot(plan[:, 0], plan[:, 1]).max())
+
+
+def leaf_axes(item: MovableObject) -> tuple[FloatArray, FloatArray]:
+    """Unit vectors (2,) across a leaf, where it is thin, and along it; in its link's frame, from above."""
+    _, axes = np.linalg.eigh(np.cov(item.mesh.vertices[:, :2].T))
+    across, along = axes.T
+    return across, along
 
 
 def _worth_casting(weights: FloatArray) -> tuple[IntArray, BoolArray]:

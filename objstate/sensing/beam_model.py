@@ -100,24 +100,14 @@ class BeamModel:
 
     def total(self, measured: FloatArray, expected: FloatArray, range_max: float) -> FloatArray:
         """log p(o | d-hat) (p,) of all measured ranges (n,) together, for expected ranges (p, n)."""
-        from objstate.sensing import kernels
-
-        out = np.empty(len(expected))
-        kernels.total_log_likelihoods(
-            np.ascontiguousarray(measured),
-            self.short(measured),
-            np.ascontiguousarray(expected),
-            self.parameters(range_max),
-            out,
-        )
-        return out
+        return np.asarray(self.totals(measured[None], expected, range_max)[0])
 
     def totals(self, measured: FloatArray, expected: FloatArray, range_max: float) -> FloatArray:
         """The same (m, p) of each of some scans (m, n)."""
         from objstate.sensing import kernels
 
         out = np.empty((len(measured), len(expected)))
-        kernels.each_total_log_likelihood(
+        kernels.total_log_likelihoods(
             np.ascontiguousarray(measured),
             self.short(measured),
             np.ascontiguousarray(expected),

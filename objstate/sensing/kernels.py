@@ -128,21 +128,12 @@ def total_log_likelihoods(
     model: FloatArray,
     out: FloatArray,
 ) -> None:
-    """Log p(o | d-hat) of all beams together: measured and short (n,), expected (m, n), out (m,)."""
+    """Log p(o | d-hat) of all beams of each scan together: measured and short (m, n).
+
+    ``expected`` is (p, n), ``out`` (m, p).
+    """
     densities = np.empty(expected.shape[1])
-    for row in range(expected.shape[0]):
-        _densities(measured, short, expected[row], model, densities)
-        out[row] = _log_product(densities)
-
-
-@_compile
-def each_total_log_likelihood(
-    measured: FloatArray,
-    short: FloatArray,
-    expected: FloatArray,
-    model: FloatArray,
-    out: FloatArray,
-) -> None:
-    """The same for each of some scans: measured and short (m, n), expected (p, n), out (m, p)."""
     for k in range(measured.shape[0]):
-        total_log_likelihoods(measured[k], short[k], expected, model, out[k])
+        for row in range(expected.shape[0]):
+            _densities(measured[k], short[k], expected[row], model, densities)
+            out[k, row] = _log_product(densities)
