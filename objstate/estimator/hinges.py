@@ -149,7 +149,7 @@ class Hinges:
         ends = rays.origins[short, :2] + ranges * rays.directions[short, :2]
         cos, sin = math.cos(pose[2]), math.sin(pose[2])
         ends = ends @ np.array([[cos, sin], [-sin, cos]]) + pose[:2]
-        return np.asarray(ends[_from_swing(item, ends) <= self._settings.most_m])
+        return np.asarray(ends[from_swing(item, ends) <= self._settings.most_m])
 
     def std(self, belief: ObjectBelief) -> float:
         """m by which a door may hang aside of where it is taken to, along the normal of its leaf."""
@@ -368,7 +368,7 @@ def _rehung(item: MovableObject, offset: FloatArray) -> MovableObject:
     return replace(item, origin=transform(np.eye(3), [*offset, 0.0]) @ item.origin)
 
 
-def _from_swing(item: MovableObject, places: FloatArray) -> FloatArray:
+def from_swing(item: MovableObject, places: FloatArray) -> FloatArray:
     """Distances (k,) m of places (k, 2) from the sector that a door's leaf sweeps."""
     leaf, middle = _Leaf.of(item), (item.lower + item.upper) / 2.0
     halfway = item.transforms(np.array([[middle]]))[0]
