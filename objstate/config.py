@@ -135,7 +135,7 @@ class ObjectUpdateSettings(Strict):
 class MapErrorSettings(Strict):
     """How far walls and hinges are off the model: a first guess, which the log refines."""
 
-    std_m: NonNegative = 0.005  # the first guess
+    std_m: Positive = 0.005  # the first guess
     least_m: NonNegative = 0.0012  # no building is measured better
     weight: Positive = 1.0  # of it, in repeated looks at a place, were there no noise
     every_s: Positive = 1.0  # between looks; by then the robot's own errors are others
@@ -167,7 +167,7 @@ class HingeSettings(Strict):
     sigma_hit: Positive = 0.03  # m, of the beam model that they are compared with
     tempering: Exponent = 0.2  # exponent on the likelihood of a look
     sure: Share = 0.99  # probability from which a door hangs elsewhere
-    least_sigmas: Positive = 1.5  # of what robot and walls may be off: nearer is its place
+    least_sigmas: Positive = 2.0  # of what robot and walls may be off: nearer is its place
     most_strange: Share = 0.5  # of the strange beams, that may be left decimetres away
     looks: Count = 12  # that are remembered of a door
     least_looks: Count = 6  # by which places are compared

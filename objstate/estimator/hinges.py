@@ -32,7 +32,7 @@ BEYOND = 0.05  # m past the leaf's edges, likewise
 POINTS = 5  # readings of the leaf that a line needs
 SPAN = 0.25  # m along the leaf that they must cover
 KNOWN = 0.95  # probability of being open by about an angle from which a door's angle is known
-DOUBTED = 0.8  # the same, below which it isn't any more
+DOUBTED = 0.9  # the same, below which it isn't any more
 KEPT = 0.5  # probability down to which a door that was found elsewhere stays there
 LEAVES_KEPT = 4096  # leaves of so many doors are remembered
 
@@ -149,7 +149,7 @@ class Hinges:
         ends = rays.origins[short, :2] + ranges * rays.directions[short, :2]
         cos, sin = math.cos(pose[2]), math.sin(pose[2])
         ends = ends @ np.array([[cos, sin], [-sin, cos]]) + pose[:2]
-        return np.asarray(ends[_from_swing(item, ends) <= self._settings.most_m])
+        return np.asarray(ends[from_swing(item, ends) <= self._settings.most_m])
 
     def std(self, belief: ObjectBelief) -> float:
         """m by which a door may hang aside of where it is taken to, along the normal of its leaf."""
@@ -368,7 +368,7 @@ def _rehung(item: MovableObject, offset: FloatArray) -> MovableObject:
     return replace(item, origin=transform(np.eye(3), [*offset, 0.0]) @ item.origin)
 
 
-def _from_swing(item: MovableObject, places: FloatArray) -> FloatArray:
+def from_swing(item: MovableObject, places: FloatArray) -> FloatArray:
     """Distances (k,) m of places (k, 2) from the sector that a door's leaf sweeps."""
     leaf, middle = _Leaf.of(item), (item.lower + item.upper) / 2.0
     halfway = item.transforms(np.array([[middle]]))[0]

@@ -11,8 +11,13 @@ from objstate.building.model import Building
 from objstate.config import Settings
 from objstate.estimator import Estimator
 from objstate.estimator.believed import Believed
+from objstate.estimator.hinges import Hinges, from_swing
+from objstate.estimator.sight import Sight
+from objstate.estimator.surroundings import Surroundings
 from objstate.geometry import FloatArray, transform
 from objstate.objects import ObjectBelief
+from objstate.particles import Weights
+from objstate.records import Scan
 from objstate.sensing import BeamModel, ExpectedRanges, Sensing
 from tests.estimator.drives import START, corridor, drive, truth
 from tests.rooms import fan, scan_of
@@ -110,3 +115,47 @@ def test_what_was_learnt_of_a_hinge_by_a_lost_robot_is_taken_back() -> None:
     assert believed.marginals["a"].item is aside
     believed.go_back()
     assert believed.marginals["a"].item is place["a"]
+
+
+def test_a_door_that_suddenly_is_another_is_what_its_looks_surely_say() -> None:
+    place, sensing = corridor(), Sensing(corridor(), BeamModel(Settings().beam_model))
+    hinges, records = Hinges(place, Settings()), drive(1, seconds=11.0, place=place).records
+    estimator, name = Estimator(place, seed=1, initial_pose=START), "b"
+    driven_m = 0.0
+    for record in records:
+        estimator.feed(record)
+        belief, robot = estimator.objects[name], estimator.robot
+        if not isinstance(record, Scan) or robot is None or belief.last_observed_ns is None:
+            continue
+        driven_m = float(np.hypot(*(robot.mean - START)[:2]))
+        if hinges.is_due(belief, driven_m):
+            sight = Sight(record, robot, sensing, Surroundings(place))
+            hinges.note(belief, sight, driven_m, estimator.map_error, {})
+    right = estimator.objects[name]
+    assert not hinges.seems_off(name)
+    wrong = right.with_weights(Weights.of(np.exp(-20.0 * (right.states[:, 0] - 1.5) ** 2)))
+    last = next(each for each in reversed(records) if isinstance(each, Scan))
+    assert hinges.is_due(wrong, driven_m + 0.31)
+    assert estimator.robot is not None
+    sight = Sight(last, estimator.robot, sensing, Surroundings(place))
+    hinges.note(wrong, sight, driven_m + 0.31, estimator.map_error, {})
+    assert hinges.seems_off(name)
+    told = hinges.search(wrong, sensing)
+    assert told is not None
+    assert told.item is place[name]
+    assert abs(np.degrees(told.mean[0] - truth()[name][0])) < 3.0
+    assert hinges.search(right, sensing) is None
+
+
+def test_what_lies_about_a_swing_is_as_far_from_it_as_the_nearest_place_of_the_leaf() -> None:
+    place, rng = corridor(), np.random.default_rng(0)
+    for item in place.objects.values():
+        leaf = item.mesh.vertices[:, :2]
+        tip = leaf[np.argmax(np.hypot(*leaf.T))]
+        states = np.linspace(item.lower, item.upper, 400)[:, None]
+        turns, hinge = item.transforms(states)[:, :2, :2], item.origin[:2, 3]
+        shares = np.linspace(0.0, 1.0, 200)
+        swept = hinge + (shares[:, None, None] * (turns @ tip)).reshape(-1, 2)
+        places = hinge + rng.uniform(-2.0, 2.0, (50, 2))
+        nearest = np.hypot(*(places[:, None] - swept).T).min(axis=0)
+        assert np.allclose(from_swing(item, places), nearest, atol=0.06)
