@@ -213,7 +213,6 @@ class _Watch:
         self._driven = -math.inf  # m, at the last glance
         self._known: float | None = None  # rad, the angle at the last glance at which it was known
         self._wait = settings.least_looks  # glances until the next search
-        self._total = 0  # glances
         self._pull = 0.0  # sum of what lines pass the hinge by, over their variances, 1/m
         self._hold = 0.0  # sum of one over these variances, 1/m^2
         self._restart()
@@ -242,7 +241,6 @@ class _Watch:
             self.glances = self.glances[1::2]
             self._spacing *= 2.0
         self._count += 1
-        self._total += 1
         self._stopped += look.stopped
         self._strange += look.strange
         if look.std < math.inf:
@@ -267,11 +265,8 @@ class _Watch:
         return math.sqrt(max((self._pull / self._hold) ** 2 - by_chance, 0.0))
 
     def searched(self, belief: ObjectBelief | None) -> None:
-        """A search has told what to believe of the door from now on, or nothing.
-
-        The next waits for as many glances as there were until now.
-        """
-        self._wait = max(self._total, self._settings.least_looks)
+        """A search has told what to believe of the door from now on, or nothing: then wait longer."""
+        self._wait = 2 * max(self._count, self._settings.least_looks)
         if belief is not None or self.has_jumped:  # lines were those of another state
             self._pull = self._hold = 0.0
         if belief is not None:
