@@ -66,7 +66,9 @@ def test_a_lost_object_is_the_same_object_when_it_is_seen_again(truth: tuple[flo
     before = prior(ROOMS["chest"])
     lost = replace(scattered(before, Floor.of(ROOMS), np.random.default_rng(1)), stamp_ns=0)
     found = seen_from(
-        lost, np.array(truth), np.array([[0.8, 0.0, 0.0], [1.2, 0.3, -0.4], [2.2, 0.1, 0.0]])
+        lost,
+        np.array(truth),
+        np.array([[0.8, 0.0, 0.0], [1.2, 0.3, -0.4], [2.2, 0.1, 0.0], [1.6, 0.4, -0.8]]),
     )
     assert found.item is before.item
     assert found.settled
