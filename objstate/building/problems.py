@@ -89,7 +89,7 @@ def _object_problems(item: MovableObject, walls: FloatArray, height: float) -> l
 def _stand_problems(item: MovableObject, home: FloatArray, walls: FloatArray) -> list[str]:
     """Of furniture: whether it starts inside the walls, or on a floor that is not level."""
     faults = []
-    if abs((item.origin[:3, :3] @ item.axis)[2]) < np.cos(TILT):
+    if abs(item.direction[2]) < np.cos(TILT):
         faults.append(
             f"'{item.name}' moves in a plane that is not the floor, but x, y and yaw are taken "
             'on the floor; give <axis xyz="0 0 1"/>.'
@@ -101,7 +101,7 @@ def _stand_problems(item: MovableObject, home: FloatArray, walls: FloatArray) ->
 
 def _hinge_problems(item: MovableObject, home: FloatArray, walls: FloatArray) -> list[str]:
     faults = _limit_problems(item)
-    axis = item.origin[:3, :3] @ item.axis
+    axis = item.direction
     if abs(axis[2]) < np.cos(TILT):
         lean = np.degrees(np.arccos(abs(axis[2])))
         faults.append(

@@ -223,8 +223,8 @@ class _Watch:
 
     def is_due(self, belief: ObjectBelief, driven: float) -> bool:
         """Whether it is time for a glance; of a door that seems to be another, sooner."""
-        spacing = self._settings.every_m if self.is_another(belief) else self._spacing
-        return driven - self._driven >= spacing
+        away = driven - self._driven
+        return away >= self._spacing or (away >= self._settings.every_m and self.is_another(belief))
 
     def add(self, glance: _Glance, look: _Strangeness, belief: ObjectBelief, driven: float) -> None:
         """Remember one more glance; of many, every other one, so that those of long ago count too.
@@ -232,9 +232,10 @@ class _Watch:
         A glance at next to nothing of it is left out, but for one that changed what is believed.
         """
         self._driven = driven
-        if look.stopped < POINTS and not self.is_another(belief):
+        is_another = self.is_another(belief)
+        if look.stopped < POINTS and not is_another:
             return
-        self.has_jumped |= self.is_another(belief)
+        self.has_jumped |= is_another
         self._know(belief)
         self.glances.append(glance)
         if len(self.glances) > self._settings.looks:

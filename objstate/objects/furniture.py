@@ -344,12 +344,12 @@ class SampleFilter:
         from objstate.objects import sampling
 
         count = self.settings.scouts
-        led = count // 2 + count // 4  # about places that are known
+        carried, led = count // 2, count // 2 + count // 4
         noise, unit = rng.standard_normal((led, 3)), self._units(count - led, rng)
-        drawn, out, blur = rng.random(led + 2), np.empty((count, 3)), self._blur
-        sampling.send_out(
-            scouts, won, states, weights, place, self._moves, blur, noise, unit, drawn, out
-        )
+        best = scouts[systematic(Weights.of(won + TINY), carried, rng)]
+        near = states[systematic(Weights.of(weights), led - carried, rng)]
+        drawn, out = rng.random(led), np.empty((count, 3))
+        sampling.send_out(best, near, place, self._moves, self._blur, noise, unit, drawn, out)
         return out
 
     def _new_place_density(self, states: FloatArray, place: FloatArray) -> FloatArray:

@@ -288,26 +288,10 @@ def pool(
     return elsewhere, total * total / squared, of_scouts / total
 
 
-@_inner
-def _systematic(weights: FloatArray, drawn: float, out: IntArray) -> None:
-    """Indices ``out`` (c,) of a systematic resampling by weights (n,), with one uniform number."""
-    total, j = 0.0, 0
-    for k in range(weights.shape[0]):
-        total += weights[k] + TINY
-    filled = (weights[0] + TINY) / total
-    for k in range(out.shape[0]):
-        while filled <= (k + drawn) / out.shape[0] and j < weights.shape[0] - 1:
-            j += 1
-            filled += (weights[j] + TINY) / total
-        out[k] = j
-
-
 @_compile
 def send_out(
-    scouts: FloatArray,
-    weights: FloatArray,
-    states: FloatArray,
-    values: FloatArray,
+    best: FloatArray,
+    near: FloatArray,
     place: FloatArray,
     moves: Moves,
     blur: FloatArray,
@@ -316,33 +300,27 @@ def send_out(
     drawn: FloatArray,
     out: FloatArray,
 ) -> None:
-    """Half of the scouts (k, 3) carry on about the best by their weights (k,); the others start afresh.
+    """Scouts ``out`` (k, 3): some carry on about the ``best`` (b, 3), others start afresh.
 
-    Of those, half look near the samples (n, 3) with their ``values`` (n,), half where the prior says;
-    in this order they make ``out`` (k, 3). Drawn are ``noise`` (c, 3) of a Gaussian, ``unit`` (k - c, 3) of
-    the prior, and ``drawn`` (c + 2,) from 0 to 1.
+    Of those, some look near the samples ``near`` (m, 3), and the rest where the prior says; in this order.
+    Drawn are ``noise`` (b + m, 3) of a Gaussian, ``unit`` (k - b - m, 3) of the prior, and ``drawn`` (b,)
+    from 0 to 1.
     """
-    carried, near = out.shape[0] // 2, out.shape[0] // 4
-    by_scouts, by_samples = np.empty(carried, dtype=np.int64), np.empty(near, dtype=np.int64)
-    _systematic(weights, drawn[0], by_scouts)
-    _systematic(values, drawn[1], by_samples)
+    carried, led = best.shape[0], best.shape[0] + near.shape[0]
     for k in range(out.shape[0]):
         if k < carried:
-            best = scouts[by_scouts[k]]
             for axis in range(3):
-                out[k, axis] = best[axis] + blur[axis] * noise[k, axis]
+                out[k, axis] = best[k, axis] + blur[axis] * noise[k, axis]
             # Metropolis: evidence alone leads them on
-            if _density(out[k], place, moves) < drawn[k + 2] * _density(best, place, moves):
+            if _density(out[k], place, moves) < drawn[k] * _density(best[k], place, moves):
                 for axis in range(3):
-                    out[k, axis] = best[axis]
-        elif k < carried + near:
+                    out[k, axis] = best[k, axis]
+        elif k < led:
             for axis in range(3):
-                shift = moves.nudge[axis] * noise[k, axis]
-                out[k, axis] = states[by_samples[k - carried], axis] + shift
+                out[k, axis] = near[k - carried, axis] + moves.nudge[axis] * noise[k, axis]
         else:
             for axis in range(3):
-                shift = moves.width[axis] * unit[k - carried - near, axis]
-                out[k, axis] = moves.home[axis] + shift
+                out[k, axis] = moves.home[axis] + moves.width[axis] * unit[k - led, axis]
         out[k, 2] = _wrapped(out[k, 2])
 
 

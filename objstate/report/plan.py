@@ -139,7 +139,7 @@ def _draw(shape: Shape, index: int) -> str:
 def _motion(item: MovableObject) -> dict[str, Any]:
     if item.kind is Kind.PLANAR:
         return {"kind": "free"}
-    axis, place = item.origin[:3, :3] @ item.axis, item.origin[:2, 3].round(4).tolist()
+    axis, place = item.direction, item.origin[:2, 3].round(4).tolist()
     if item.kind is Kind.SLIDING:
         return {"kind": "slide", "along": axis[:2].round(4).tolist()}
     if float(np.hypot(axis[0], axis[1])) > LEVEL:

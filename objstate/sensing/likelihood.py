@@ -118,37 +118,24 @@ def _take_in(
     short: float,
     model: FloatArray,
     product: FloatArray,
-) -> None:
-    """Take beam ``i`` into the products (p,), where it touches the object; ``nearest`` (n, p) is infinite again."""
-    floor, peak, half = floor_of(measured, model), model[PEAK], _half_precision(model)
-    is_gaussian = model[GAUSSIAN] > 0.0
-    for p in range(product.shape[0]):
-        hit = _hit_density(measured - nearest[i, p], half, peak, is_gaussian)
-        dense = hit + floor + (short if measured < nearest[i, p] else 0.0)
-        product[p] *= dense * per_density[i, p] if nearest[i, p] < without[i, p] else 1.0
-        nearest[i, p] = np.inf
-
-
-@_inner
-def _take_in_shared(
-    i: int,
-    nearest: FloatArray,
-    without: FloatArray,
-    per_density: FloatArray,
-    measured: float,
-    short: float,
-    model: FloatArray,
-    product: FloatArray,
+    is_shared: bool,
     share: FloatArray,
 ) -> None:
-    """The same, but ``nearest`` is kept, and hits have a ``share`` (p,) of the density."""
+    """Take beam ``i`` into the products (p,), where it touches the object; ``nearest`` (n, p) is infinite again.
+
+    Unless ``is_shared``: then it is kept, and hits have a ``share`` (p,) of the density.
+    """
     floor, peak, half = floor_of(measured, model), model[PEAK], _half_precision(model)
     is_gaussian = model[GAUSSIAN] > 0.0
     for p in range(product.shape[0]):
         hit = _hit_density(measured - nearest[i, p], half, peak, is_gaussian)
         dense = hit + floor + (short if measured < nearest[i, p] else 0.0)
-        product[p] *= dense * per_density[i, p] if nearest[i, p] < without[i, p] else 1.0
-        share[p] = hit / dense if nearest[i, p] < without[i, p] else 0.0
+        touches = nearest[i, p] < without[i, p]
+        product[p] *= dense * per_density[i, p] if touches else 1.0
+        if is_shared:
+            share[p] = hit / dense if touches else 0.0
+        else:
+            nearest[i, p] = np.inf
 
 
 @_inner
@@ -329,12 +316,20 @@ def object_log_likelihood(
             per_shift = 0.0
             if variance > 0.0:
                 per_shift = _per_shift(normals, states[k], middle, beams, i)
-            if per_shift == 0.0:
-                _take_in(i, nearest, without, per_density, measured, short, model, product)
-            else:
-                _take_in_shared(
-                    i, nearest, without, per_density, measured, short, model, product, share
-                )
+            is_shared = per_shift != 0.0
+            _take_in(
+                i,
+                nearest,
+                without,
+                per_density,
+                measured,
+                short,
+                model,
+                product,
+                is_shared,
+                share,
+            )
+            if is_shared:
                 _pull(i, nearest, share, measured, per_shift, gradient, curvature)
             taken += 1
             if taken % most == 0:
