@@ -81,6 +81,9 @@ class ObjectBelief:
     def with_weights(self, weights: Weights) -> ObjectBelief:
         return replace(self, weights=weights)
 
+    def weighted(self, weights: Weights, presence: float) -> ObjectBelief:
+        return replace(self, weights=weights, presence=presence)
+
     def with_samples(self, states: FloatArray, weights: Weights) -> ObjectBelief:
         return replace(self, states=states, weights=weights)
 

@@ -8,7 +8,7 @@ robot samples share the states and differ in the weights.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -35,9 +35,8 @@ class ConditionalBelief:
     def averaged(self, given: FloatArray, robot_weights: FloatArray) -> ConditionalBelief:
         """With new conditional weights (l, n), the marginal by the robot weights (l,), which sum to one."""
         there = robot_weights * self.presence
-        presence, marginal = float(there.sum()), there @ given
-        weights = Weights(marginal / marginal.sum())
-        belief = replace(self.belief, weights=weights, presence=presence)
+        marginal = there @ given
+        belief = self.belief.weighted(Weights(marginal / marginal.sum()), float(there.sum()))
         return ConditionalBelief(belief, given, self.presence, self.inherited)
 
     def apportioned(self, before: ObjectBelief, robot_weights: FloatArray) -> ConditionalBelief:
@@ -47,16 +46,22 @@ class ConditionalBelief:
         caused, (v / v0)^2 is left by a scan that takes the variance v0 of the belief ``before``
         it to v: the mean keeps v / v0 of its error.
         """
-        there, off = robot_weights * self.presence, self.belief.deviations
-        rows = self.given[:, : len(off)]
-        means = rows @ off
-        if self.belief.scouts:
-            means /= rows.sum(axis=1, keepdims=True)
-        between = there @ means**2 / there.sum()
-        left = np.minimum(self.belief.std / np.maximum(before.std, np.finfo(float).tiny), 1.0) ** 4
-        inherited = left * self.inherited
-        belief = self.belief.with_shared(inherited + between)
-        return replace(self, belief=belief, inherited=inherited)
+        from objstate.objects import kernels
+
+        off, inherited = self.belief.deviations, np.empty(len(self.belief.std))
+        shared = np.empty(len(inherited))
+        kernels.apportion(
+            self.given,
+            robot_weights * self.presence,
+            off,
+            self.belief.std,
+            before.std,
+            self.inherited,
+            inherited,
+            shared,
+        )
+        belief = self.belief.with_shared(shared)
+        return ConditionalBelief(belief, self.given, self.presence, inherited)
 
     def blended(self, share: float) -> ConditionalBelief:
         """Each robot sample gives up a share of its own belief for the marginal."""

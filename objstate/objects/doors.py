@@ -7,7 +7,7 @@ alone change: nothing is ever lost between them.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -101,13 +101,14 @@ class LatticeFilter:
         self, belief: ObjectBelief, seconds: float, rng: np.random.Generator
     ) -> ObjectBelief:
         moved = self._moved(belief.weights.values[None], seconds)[0]
-        return belief.with_weights(Weights.of(moved))
+        return belief.with_weights(Weights(moved / moved.sum()))
 
     def predict_each(
         self, believed: ConditionalBelief, seconds: float, rng: np.random.Generator
     ) -> ConditionalBelief:
         belief = self.predict(believed.belief, seconds, rng)
-        return replace(believed, belief=belief, given=self._moved(believed.given, seconds))
+        given = self._moved(believed.given, seconds)
+        return ConditionalBelief(belief, given, believed.presence, believed.inherited)
 
     def _moved(self, weights: FloatArray, seconds: float) -> FloatArray:
         """Weights (m, n) after a while: the door stays and drifts, or somebody has moved it."""
@@ -161,13 +162,12 @@ class LatticeFilter:
         """A hinged leaf that hangs aside reads turned by what the shift is to its mean lever."""
         std = std_m * self._lean if self.item.kind is Kind.HINGED else std_m
         weights = belief.weights.values
-        factor = float(belief.kept_of(factor)[0])
-        if belief.settled and factor < 1.0:
-            log = belief.weights.log - belief.weights.log.max()
-            weights = np.exp(log / factor)
-        elif belief.settled:
-            std = math.hypot(std, math.sqrt(factor - 1.0) * belief.std[0])
-        return belief.with_weights(Weights.of(self._drifted(weights[None], std)[0]))
+        if belief.settled:
+            factor = float(belief.kept_of(factor)[0])
+            weights = (weights / weights.max()) ** max(1.0 / factor, 1.0)
+            std = math.hypot(std, math.sqrt(max(factor - 1.0, 0.0)) * belief.std[0])
+        wider = self._drifted(weights[None], std)[0]
+        return belief.with_weights(Weights(wider / wider.sum()))
 
     @cached_property
     def _lean(self) -> float:
