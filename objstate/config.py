@@ -54,6 +54,15 @@ class BeamModelSettings(Strict):
         return self
 
 
+class ScanSettings(Strict):
+    """What is taken of lasers that read more than can be told apart."""
+
+    least_gap_s: NonNegative = (
+        0.08  # s; a scan of the same laser that follows sooner is passed over
+    )
+    beam_spacing_deg: NonNegative = 1.0  # up to which beams are left out; 0: none are
+
+
 class LocalizationSettings(Strict):
     """Monte Carlo localization: where is the robot?"""
 
@@ -263,6 +272,7 @@ class ObjectRule(Strict):
 class Settings(Strict):
     """All settings of one run."""
 
+    scans: ScanSettings = ScanSettings()
     beam_model: BeamModelSettings = BeamModelSettings()
     localization: LocalizationSettings = LocalizationSettings()
     search: SearchSettings = SearchSettings()

@@ -20,6 +20,7 @@ ROOT = Path(__file__).parents[1]
 FILES = ROOT / "docs" / "files.md"
 
 GROUPS = {
+    "`scans`": config.ScanSettings,
     "`beam_model`": config.BeamModelSettings,
     "`localization`": config.LocalizationSettings,
     "`search`": config.SearchSettings,

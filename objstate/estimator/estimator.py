@@ -20,6 +20,7 @@ from objstate.estimator.map_error import MapError
 from objstate.estimator.observation import Observation, observe
 from objstate.estimator.schedule import Schedule, evenly_spread
 from objstate.estimator.sight import Sight
+from objstate.estimator.thinning import Thinning
 from objstate.estimator.tracking import Track, share_through_walls
 from objstate.geometry import BoolArray, FloatArray, between, transform_from_pose
 from objstate.localization import LEVER, Hypotheses, Localizer, PoseBelief, Search
@@ -81,6 +82,7 @@ class Estimator:
         self._localizer = Localizer(self.settings.localization)
         self._search = Search(ExpectedRanges(building), self.settings)
         self._sensing = Sensing(building, BeamModel(self.settings.beam_model))
+        self._thinned = Thinning(self.settings.scans)
         self._schedule = Schedule(self.settings.object_updates)
         self._believed = Believed(building, self.settings, seed, beliefs or {})
         self._map_error = MapError(self.settings.map_error)
@@ -149,15 +151,15 @@ class Estimator:
             case Odometry():
                 self._drive(record.pose)
             case Scan():
-                return self._sense(record)
+                return self._read(record)
             case InitialPose() | GaussianRobotBelief() | RobotBelief():
                 self._be_told(record)
         return []
 
     # --- the loop -------------------------------------------------------------------
 
-    def _sense(self, scan: Scan) -> list[Estimate]:
-        """The body of Table 1's loop, for new sensory input o_k."""
+    def _read(self, scan: Scan) -> list[Estimate]:
+        """Take a scan in, or as much of it as tells something new."""
         if scan.stamp_ns < self._now_ns:
             raise LogError(
                 f"A scan of {scan.stamp_ns} ns came after one of {self._now_ns} ns; feed records "
@@ -166,6 +168,11 @@ class Estimator:
         self._now_ns = scan.stamp_ns
         if scan.odometry is not None:
             self._drive(scan.odometry)
+        thinned = self._thinned(scan)
+        return [] if thinned is None else self._sense(thinned)
+
+    def _sense(self, scan: Scan) -> list[Estimate]:
+        """The body of Table 1's loop, for new sensory input o_k."""
         if self._is_anywhere:
             self._track = self._anywhere(scan)
         if self._track is None:

@@ -1,0 +1,71 @@
+"""Fewer beams of dense lasers, fewer scans of fast ones.
+
+Neighbouring beams, and scans in quick succession, read the same surfaces with the same errors of the model:
+twice as many of them tell less than twice as much, though likelihoods take them to be independent.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from objstate.config import ScanSettings
+from objstate.records import NANOSECONDS, Rays, Scan
+
+ROUNDING = 1e-3  # by which spacings that are meant to be equal may differ, as a share
+
+
+@dataclass
+class _Laser:
+    """What has been taken of one laser's scans so far."""
+
+    taken: int = 0
+    next_ns: int = 0  # from when on the next may be
+
+
+@dataclass(frozen=True, eq=False)
+class _Combs:
+    """Every so many of a laser's beams, of which another comb is taken each time."""
+
+    every: int
+    known: dict[int, Rays] = field(default_factory=dict)
+
+    def taken_of(self, scan: Scan, turn: int) -> Scan:
+        if self.every == 1:
+            return scan
+        first = turn % self.every
+        if first not in self.known:
+            self.known[first] = scan.rays.take(np.arange(first, len(scan), self.every))
+        ranges = np.ascontiguousarray(scan.ranges[first :: self.every])
+        return replace(scan, ranges=ranges, rays=self.known[first])
+
+
+class Thinning:
+    """Passes over scans that follow too soon, and beams that lie too close, another set each time."""
+
+    def __init__(self, settings: ScanSettings) -> None:
+        self._settings = settings
+        self._lasers: dict[str, _Laser] = {}
+        self._combs: WeakKeyDictionary[Rays, _Combs] = WeakKeyDictionary()  # scans often share rays
+
+    def __call__(self, scan: Scan) -> Scan | None:
+        """What to take of a scan; None of one that follows the last of its laser too soon."""
+        laser = self._lasers.setdefault(scan.laser, _Laser())
+        if scan.stamp_ns < laser.next_ns:
+            return None
+        laser.next_ns = scan.stamp_ns + round(self._settings.least_gap_s * NANOSECONDS)
+        laser.taken += 1
+        if scan.rays not in self._combs:
+            self._combs[scan.rays] = _Combs(self._every(scan.rays))
+        return self._combs[scan.rays].taken_of(scan, laser.taken)
+
+    def _every(self, rays: Rays) -> int:
+        """Of how many beams one is taken, so that the others lie no farther apart than they may."""
+        if len(rays) < 2:
+            return 1
+        chords = np.linalg.norm(np.diff(rays.directions, axis=0), axis=1)  # about angles, rad
+        spacing = float(np.median(chords))
+        may = np.radians(self._settings.beam_spacing_deg) * (1.0 + ROUNDING)
+        return max(1, int(may / spacing)) if spacing > 0.0 else 1
