@@ -232,7 +232,7 @@ def _laser_scan(data: bytes, wire: Wire) -> tuple[LaserScan, int]:
     numbers = ANGLES_AND_LIMITS.unpack_from(data, at)
     ranges, at = _float32s(data, at + ANGLES_AND_LIMITS.size)
     _, at = _float32s(data, at)
-    return LaserScan(header, *numbers, ranges), at
+    return LaserScan._make((header, *numbers, ranges)), at
 
 
 def _odometry(data: bytes, wire: Wire) -> tuple[Odometry, int]:
