@@ -58,4 +58,4 @@ class Drive:
             self.heights[scan.laser] = float(scan.rays.origins[0, 2])
         if robot is not None:
             self.stamps_ns.append(scan.stamp_ns)
-            self.poses.extend(robot.mean)
+            self.poses.extend(robot.mean.tolist())
