@@ -22,6 +22,11 @@ def wrap(angle: ArrayLike) -> FloatArray:
     return np.asarray((np.asarray(angle, dtype=float) + np.pi) % (2 * np.pi) - np.pi)
 
 
+def wrapped(angle: float) -> float:
+    """One angle wrapped to [-pi, pi), without the cost of arrays."""
+    return (angle + math.pi) % (2 * math.pi) - math.pi
+
+
 def compose(a: FloatArray, b: FloatArray) -> FloatArray:
     """The pose ``b``, given in the frame of pose ``a``, in the frame of ``a``'s parent."""
     a, b = np.broadcast_arrays(a, b)
@@ -41,8 +46,7 @@ def between(a: FloatArray, b: FloatArray) -> FloatArray:
     if a.ndim == b.ndim == 1:  # the most frequent case, without the cost of arrays
         (ax, ay, heading), (bx, by, towards) = a.tolist(), b.tolist()
         c, s, x, y = math.cos(heading), math.sin(heading), bx - ax, by - ay
-        turn = (towards - heading + math.pi) % (2 * math.pi) - math.pi
-        return np.array([c * x + s * y, -s * x + c * y, turn])
+        return np.array([c * x + s * y, -s * x + c * y, wrapped(towards - heading)])
     a, b = np.broadcast_arrays(a, b)
     cos, sin = np.cos(a[..., 2]), np.sin(a[..., 2])
     dx, dy = b[..., 0] - a[..., 0], b[..., 1] - a[..., 1]
@@ -53,8 +57,11 @@ def between(a: FloatArray, b: FloatArray) -> FloatArray:
 
 def interpolate_pose(a: FloatArray, b: FloatArray, share: ArrayLike) -> FloatArray:
     """The pose at ``share`` of the way from ``a`` to ``b`` (0 gives a, 1 gives b; the short way round)."""
+    if isinstance(share, float) and a.ndim == b.ndim == 1:  # the most frequent case, as above
+        (ax, ay, heading), (bx, by, towards) = a.tolist(), b.tolist()
+        yaw = wrapped(heading + share * wrapped(towards - heading))
+        return np.array([ax + share * (bx - ax), ay + share * (by - ay), yaw])
     part = np.asarray(share, dtype=float)[..., None]
-    a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
     step = np.concatenate([b[..., :2] - a[..., :2], wrap(b[..., 2:] - a[..., 2:])], axis=-1)
     moved = a + part * step
     return np.concatenate([moved[..., :2], wrap(moved[..., 2:])], axis=-1)

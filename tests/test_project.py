@@ -14,6 +14,16 @@ from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).parents[1]
 
+# What only other commands and other logs need, and what numba would load for other loops.
+NOT_FOR_THE_SAMPLE = {
+    "rosbags",
+    "sqlalchemy",
+    "trimesh",
+    "objstate.world",
+    "scipy.linalg",
+    "urllib.request",
+}
+
 # Modules that take long to load; the command line needs none of them to show its help.
 HEAVY = {
     "numpy", "scipy", "numba", "polars", "trimesh", "shapely", "rosbags", "embreex", "PIL",
@@ -104,3 +114,20 @@ def test_help_loads_nothing_heavy() -> None:
     loaded = {name.split(".")[0] for name in done.stderr.split()}
     assert loaded & HEAVY == set()
     assert "objstate" in loaded
+
+
+def test_an_estimate_loads_only_what_it_needs(tmp_path: Path) -> None:
+    log, building = (
+        ROOT / each for each in ("logs/corridor.mcap", "models/corridor/corridor.urdf")
+    )
+    script = (
+        "import sys; from objstate.cli import main; "
+        f"main(['estimate', '{log}', '--building', '{building}', '--to', '1', '--out', '{tmp_path}/out']); "
+        "print(*sys.modules, file=sys.stderr)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], check=True, capture_output=True, text=True
+    )
+    loaded = set(done.stderr.split())
+    assert loaded & NOT_FOR_THE_SAMPLE == set()
+    assert "numba" in loaded

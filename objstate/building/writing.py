@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import tempfile
+from html import escape
 from pathlib import Path
-from xml.sax.saxutils import quoteattr
 
 from objstate.building.door_table import Door
 from objstate.building.model import Mesh
@@ -87,22 +87,22 @@ def _urdf(name: str, start: FloatArray, doors: list[str]) -> str:
   </link>
 """
     parts = "".join([walls, *doors])
-    return f'<?xml version="1.0"?>\n<robot name={quoteattr(name)}>\n{parts}</robot>\n'
+    return f'<?xml version="1.0"?>\n<robot name="{escape(name)}">\n{parts}</robot>\n'
 
 
 def _door_elements(door: Door, thickness: float, height: float) -> str:
     """The link and joint of one door: the leaf along x, the hinge at the joint's origin."""
     middle = (door.width / 2, 0.0, height / 2)
     return f"""\
-  <link name={quoteattr(f"{door.name}_leaf")}>
+  <link name="{escape(door.name)}_leaf">
     <collision>
       <origin xyz="{_numbers(middle)}"/>
       <geometry><box size="{_numbers((door.width, thickness, height))}"/></geometry>
     </collision>
   </link>
-  <joint name={quoteattr(door.name)} type="revolute">
+  <joint name="{escape(door.name)}" type="revolute">
     <parent link="walls"/>
-    <child link={quoteattr(f"{door.name}_leaf")}/>
+    <child link="{escape(door.name)}_leaf"/>
     <origin xyz="{_numbers((*door.hinge, 0.0))}" rpy="{_numbers((0, 0, door.closed_bearing))}"/>
     <axis xyz="0 0 {door.sense}"/>
     <limit lower="0" upper="{door.upper:.12g}" effort="0" velocity="0"/>

@@ -12,6 +12,8 @@ from objstate.compiling import when_compiling
 
 COMPILING = "Compiling the inner loops, once after an install: about ten seconds."
 
+STEP = 0.2  # s between two pictures of the bar; drawing one takes as long as a scan or two
+
 Report = Callable[[float, float], None]  # share done from 0 to 1, seconds of the log done
 
 
@@ -31,7 +33,7 @@ def progress_bar(label: str, quiet: bool) -> Iterator[Report | None]:
         TimeRemainingColumn,
     )
 
-    begin = time.monotonic()
+    begin = shown = time.monotonic()
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
@@ -39,11 +41,15 @@ def progress_bar(label: str, quiet: bool) -> Iterator[Report | None]:
         TextColumn("{task.fields[speed]}"),
         TimeRemainingColumn(),
     )
-    with Progress(*columns, console=error_console(), transient=True) as bar:
+    with Progress(*columns, console=error_console(), transient=True, auto_refresh=False) as bar:
         task = bar.add_task(label, total=1.0, speed="")
 
         def report(share: float, log_seconds: float) -> None:
-            speed = log_seconds / max(time.monotonic() - begin, 1e-3)
-            bar.update(task, completed=share, speed=f"{speed:.0f} x real time")
+            nonlocal shown
+            now = time.monotonic()
+            if now - shown < STEP:
+                return
+            shown, speed = now, log_seconds / (now - begin)
+            bar.update(task, completed=share, speed=f"{speed:.0f} x real time", refresh=True)
 
         yield report

@@ -51,9 +51,10 @@ class Messages:
     ) -> None:
         self._notices = notices
         self._chosen = topics
-        self._files = [file for path in paths for file in _files(path, notices)]
-        _refuse_twice(self._files)
-        self._parts = [_open_file(file, notices) for file in self._files]
+        files = [file for path in paths for file in _files(path, notices)]
+        _refuse_twice(files)
+        self._parts = [_open_file(file, notices) for file in files]
+        self._sizes = [file.stat().st_size for file in files]
 
     @property
     def warnings(self) -> list[str]:
@@ -63,9 +64,8 @@ class Messages:
     @property
     def share(self) -> float:
         """How much of the files the latest iteration has read, 0..1."""
-        sizes = [file.stat().st_size for file in self._files]
-        done = sum(part.share * size for part, size in zip(self._parts, sizes, strict=True))
-        return done / max(sum(sizes), 1)
+        done = sum(part.share * size for part, size in zip(self._parts, self._sizes, strict=True))
+        return done / max(sum(self._sizes), 1)
 
     def topics(self) -> Mapping[str, MessageType]:
         """Message types by topic."""

@@ -45,13 +45,17 @@ class FrameTree:
 
     def __init__(self) -> None:
         self._edges: dict[str, Edge] = {}
+        self._lines: dict[str, list[str]] = {}  # of ancestors, as long as no parent changes
 
     def update(self, stamped: Any) -> str:
         """Take a ``geometry_msgs/TransformStamped``; returns the child's name."""
         child = frame_name(stamped.child_frame_id)
         at, turn = stamped.transform.translation, stamped.transform.rotation
         numbers = (at.x, at.y, at.z, turn.x, turn.y, turn.z, turn.w)
-        self._edges[child] = (frame_name(stamped.header.frame_id), numbers)
+        parent = frame_name(stamped.header.frame_id)
+        if parent != self.parent(child):
+            self._lines.clear()
+        self._edges[child] = (parent, numbers)
         return child
 
     @property
@@ -66,14 +70,15 @@ class FrameTree:
 
     def ancestors(self, frame: str) -> list[str]:
         """The frame itself, its parent, and so on to the root."""
-        line = [frame]
-        while (parent := self.parent(line[-1])) is not None and parent not in line:
-            line.append(parent)
-        return line
+        if frame not in self._lines:
+            self._lines[frame] = line = [frame]
+            while (parent := self.parent(line[-1])) is not None and parent not in line:
+                line.append(parent)
+        return self._lines[frame]
 
     def are_connected(self, a: str, b: str) -> bool:
         """Whether tf leads from one frame to the other."""
-        return a == b or bool(set(self.ancestors(a)) & set(self.ancestors(b)))
+        return a == b or not set(self.ancestors(a)).isdisjoint(self.ancestors(b))
 
     def path(self, frame: str, reference: str) -> Path:
         """The edges up from a frame, and up from another, to where they meet."""

@@ -223,7 +223,7 @@ class _Survey:
         self._spans[message.topic] = count + 1, first, recorded_ns
         if message.type in (LASER_SCAN, ODOMETRY, *TF):
             try:
-                self._note_content(message, message.decode())
+                self._note_content(message, message.read())
             except LogError:
                 return  # reading the records tells of it
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_right
 from collections import deque
 from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from objstate.geometry import FloatArray, IntArray, interpolate_pose, wrap
+from objstate.geometry import FloatArray, IntArray, interpolate_pose, wrapped
 from objstate.logs.notices import Notices
 from objstate.logs.ordering import Item
 from objstate.logs.scans import Sweep
@@ -59,7 +60,19 @@ class Track:
         needed_from = max(bisect_right(self._stamps, stamp_ns - VELOCITY_NS) - 1, 0)
         del self._stamps[:needed_from], self._poses[:needed_from]
 
-    def at(self, times_ns: IntArray) -> FloatArray:
+    def pose_at(self, time_ns: int) -> FloatArray:
+        """The pose (3,) at one time, without the cost of arrays; else as ``poses_at``."""
+        stamps, poses = self._stamps, self._poses
+        if len(stamps) == 1:
+            return poses[0]
+        start = min(max(bisect_right(stamps, time_ns) - 1, 0), len(stamps) - 2)
+        end = start + 1
+        if time_ns > stamps[-1]:
+            start = max(bisect_right(stamps, stamps[-1] - VELOCITY_NS) - 1, 0)
+        share = (time_ns - stamps[start]) / (stamps[end] - stamps[start])
+        return interpolate_pose(poses[start], poses[end], share)
+
+    def poses_at(self, times_ns: IntArray) -> FloatArray:
         """Poses (n, 3) at ``times_ns`` (n,): interpolated, or carried on at the last velocity."""
         if len(self._stamps) == 1:
             return np.repeat(self._poses[0][None], len(times_ns), axis=0)
@@ -103,8 +116,8 @@ def _extends(track: Track, odometry: Odometry, notices: Notices) -> bool:
         if not np.array_equal(odometry.pose, track.last_pose):
             notices.drop("Odometry", "a second one of the same stamp")
         return False
-    step = odometry.pose - track.last_pose
-    distance, turn = float(np.hypot(step[0], step[1])), abs(float(wrap(step[2])))
+    x, y, yaw = (odometry.pose - track.last_pose).tolist()
+    distance, turn = math.hypot(x, y), abs(wrapped(yaw))
     if (distance > max(SMALLEST_JUMP, FASTEST * elapsed)) or (
         turn > max(SMALLEST_JUMP, FASTEST_TURN * elapsed)
     ):
@@ -140,5 +153,5 @@ def _scan(sweep: Sweep, track: Track, notices: Notices) -> Scan | None:
     if sweep.end_ns > track.last_ns:
         notices.add("Scan after the last odometry: its pose is carried on at the last velocity")
     if sweep.beam_interval_ns == 0:
-        return sweep.scan(track.at(np.array([sweep.stamp_ns])))
-    return sweep.scan(track.at(sweep.beam_times_ns()))
+        return sweep.scan(track.pose_at(sweep.stamp_ns))
+    return sweep.swept(track.poses_at(sweep.beam_times_ns()))

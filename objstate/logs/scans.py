@@ -46,16 +46,17 @@ class Sweep:
         since_ns = np.rint(self.beam_interval_ns * np.arange(len(self.ranges)))
         return np.asarray(self.stamp_ns + since_ns.astype(np.int64))
 
-    def scan(self, poses: FloatArray) -> Scan:
-        """The scan when odometry was at ``poses``: (n, 3), one for each beam, or (1, 3) for all."""
+    def scan(self, pose: FloatArray) -> Scan:
+        """The scan when odometry was at ``pose`` (3,) at its stamp and all beams were taken then."""
+        return self._with(self.rays, pose)
+
+    def swept(self, poses: FloatArray) -> Scan:
+        """The scan when odometry was at ``poses`` (n, 3), one for each beam."""
+        return self._with(moved_rays(self.rays, between(poses[0], poses)), poses[0])
+
+    def _with(self, rays: Rays, pose: FloatArray) -> Scan:
         return Scan(
-            stamp_ns=self.stamp_ns,
-            laser=self.laser,
-            ranges=self.ranges,
-            rays=moved_rays(self.rays, between(poses[0], poses)) if len(poses) > 1 else self.rays,
-            range_min=self.range_min,
-            range_max=self.range_max,
-            odometry=poses[0],
+            self.stamp_ns, self.laser, self.ranges, rays, self.range_min, self.range_max, pose
         )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import polars as pl
 
 POSTERIORS = "posteriors.parquet"
-ROWS_IN_MEMORY = 4_000  # about 2 MB
+ROWS_IN_MEMORY = 4_000  # about 4 MB
 WHOLE = 65_535  # what the masses of one posterior sum to, but for rounding
 
 
@@ -49,24 +49,23 @@ def posterior_schema() -> pl.Schema:
     )
 
 
-class PosteriorWriter(Spool):
-    """Writes ``posteriors.parquet`` into a result folder."""
+class PosteriorWriter(Spool[Histogram]):
+    """Writes ``posteriors.parquet`` into a result folder, one row for each histogram."""
 
     def __init__(self, folder: str | Path, rows_in_memory: int = ROWS_IN_MEMORY) -> None:
-        super().__init__(Path(folder) / POSTERIORS, posterior_schema(), rows_in_memory)
+        super().__init__(Path(folder) / POSTERIORS, posterior_schema(), _columns, rows_in_memory)
 
-    def write(self, histograms: Sequence[Histogram]) -> None:
-        """Append one row for each histogram, its shares rounded to 1 / ``WHOLE``."""
-        self.write_columns(
-            {
-                "stamp": [each.stamp_ns for each in histograms],
-                "object": [each.object for each in histograms],
-                "coordinate": [each.coordinate for each in histograms],
-                "lower": [each.lower for each in histograms],
-                "upper": [each.upper for each in histograms],
-                "masses": [np.rint(WHOLE * each.shares).astype(np.uint16) for each in histograms],
-            }
-        )
+
+def _columns(histograms: Sequence[Histogram]) -> dict[str, list[Any]]:
+    """Columns of histograms, their shares rounded to 1 / ``WHOLE``."""
+    return {
+        "stamp": [each.stamp_ns for each in histograms],
+        "object": [each.object for each in histograms],
+        "coordinate": [each.coordinate for each in histograms],
+        "lower": [each.lower for each in histograms],
+        "upper": [each.upper for each in histograms],
+        "masses": [np.rint(WHOLE * each.shares).astype(np.uint16) for each in histograms],
+    }
 
 
 def read_posteriors(folder: str | Path) -> pl.DataFrame:

@@ -3,42 +3,48 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
 
 if TYPE_CHECKING:
     from types import TracebackType
 
     import polars as pl
 
-ROWS_IN_MEMORY = 20_000  # about 5 MB; more are spilled to disk, so that a long log stays flat
 ROWS_IN_GROUP = 100_000  # of the file that is written
 
+Row = TypeVar("Row")
 
-class Spool:
+
+class Spool(Generic[Row]):
     """Writes one Parquet file, row by row, in the order of writing.
 
-    Use it as a context manager: the file is there when the block has ended
-    without an error.
+    ``columns`` makes equally long columns of rows, named as in ``schema``. Of ``rows_in_memory``
+    or more, all are spilled to disk, so that a long log stays flat. Use it as a context manager:
+    the file is there when the block has ended without an error.
     """
 
-    def __init__(self, path: Path, schema: pl.Schema, rows_in_memory: int = ROWS_IN_MEMORY) -> None:
+    def __init__(
+        self,
+        path: Path,
+        schema: pl.Schema,
+        columns: Callable[[Sequence[Row]], Mapping[str, Sequence[Any]]],
+        rows_in_memory: int,
+    ) -> None:
         self.path = path
         self._parts = path.with_name(f".{path.name}.parts")
-        self._rows_in_memory = rows_in_memory
         self._schema = schema
-        self._columns: dict[str, list[Any]] = {name: [] for name in schema}
+        self._columns = columns
+        self._rows_in_memory = rows_in_memory
+        self._rows: list[Row] = []
         self._spilled: list[Path] = []
 
-    def write_columns(self, columns: Mapping[str, Sequence[Any]]) -> None:
-        """Append rows given as equally long columns, named as in the file."""
-        lengths = {name: len(values) for name, values in columns.items()}
-        if set(columns) != set(self._schema) or len(set(lengths.values())) > 1:
-            raise ValueError(f"columns {lengths}; give equally long {', '.join(self._schema)}")
-        for name, values in columns.items():
-            self._columns[name].extend(values)
-        self._spill_when_full()
+    def write(self, rows: Iterable[Row]) -> None:
+        """Append rows."""
+        self._rows.extend(rows)
+        if len(self._rows) >= self._rows_in_memory:
+            self._spill()
 
     def __enter__(self) -> Self:
         return self
@@ -58,13 +64,11 @@ class Spool:
     def _take(self) -> pl.DataFrame:
         import polars as pl
 
-        frame = pl.DataFrame(self._columns, schema=self._schema)
-        self._columns = {name: [] for name in self._schema}
+        frame = pl.DataFrame(self._columns(self._rows), schema=self._schema)
+        self._rows = []
         return frame
 
-    def _spill_when_full(self) -> None:
-        if len(next(iter(self._columns.values()))) < self._rows_in_memory:
-            return
+    def _spill(self) -> None:
         self._parts.mkdir(exist_ok=True)
         part = self._parts / f"{len(self._spilled):06d}.parquet"
         self._take().write_parquet(part)

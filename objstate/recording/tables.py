@@ -5,20 +5,21 @@ from __future__ import annotations
 import csv
 import math
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from objstate.errors import TruthError
 from objstate.recording.parquet import read_parquet
-from objstate.recording.spool import ROWS_IN_MEMORY, Spool
+from objstate.recording.spool import Spool
 from objstate.records import Estimate, TrueState
 
 if TYPE_CHECKING:
     import polars as pl
 
 ESTIMATES = "estimates.parquet"
+ROWS_IN_MEMORY = 20_000  # about 7 MB
 COLUMNS = (
     "stamp",
     "object",
@@ -51,22 +52,19 @@ def estimate_schema() -> pl.Schema:
     )
 
 
-class EstimateWriter(Spool):
-    """Writes ``estimates.parquet`` into a result folder."""
+class EstimateWriter(Spool[Estimate]):
+    """Writes ``estimates.parquet`` into a result folder, one row for each estimate."""
 
     def __init__(self, folder: str | Path, rows_in_memory: int = ROWS_IN_MEMORY) -> None:
-        super().__init__(Path(folder) / ESTIMATES, estimate_schema(), rows_in_memory)
+        super().__init__(Path(folder) / ESTIMATES, estimate_schema(), _columns, rows_in_memory)
 
-    def write(self, estimates: Iterable[Estimate]) -> None:
-        """Append one row for each estimate."""
-        estimates = list(estimates)
-        names = [field.name for field in fields(Estimate)]
-        self.write_columns(
-            {
-                column: [getattr(estimate, name) for estimate in estimates]
-                for column, name in zip(COLUMNS, names, strict=True)
-            }
-        )
+
+def _columns(estimates: Sequence[Estimate]) -> dict[str, list[Any]]:
+    names = [field.name for field in fields(Estimate)]
+    return {
+        column: [getattr(estimate, name) for estimate in estimates]
+        for column, name in zip(COLUMNS, names, strict=True)
+    }
 
 
 def read_estimates(folder: str | Path) -> pl.DataFrame:

@@ -31,8 +31,9 @@ class Drive:
         """Take note of a record and of what is believed after it."""
         self.begin_ns = self.begin_ns or record.stamp_ns
         self.end_ns = record.stamp_ns
-        self.estimates += len(estimates)
-        self.observed += sum(estimate.observed for estimate in estimates)
+        if estimates:
+            self.estimates += len(estimates)
+            self.observed += sum(estimate.observed for estimate in estimates)
         if isinstance(record, Scan):
             self._note_scan(record, estimator.robot)
 
@@ -57,4 +58,4 @@ class Drive:
             self.heights[scan.laser] = float(scan.rays.origins[0, 2])
         if robot is not None:
             self.stamps_ns.append(scan.stamp_ns)
-            self.poses.extend(robot.mean)
+            self.poses.extend(robot.mean.tolist())

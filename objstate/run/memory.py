@@ -12,9 +12,9 @@ from objstate.config import Settings
 from objstate.estimator import Estimator
 from objstate.objects import ObjectBelief
 from objstate.records import Estimate, Record
-from objstate.world.looks import Looks
 
 if TYPE_CHECKING:
+    from objstate.world.looks import Looks
     from objstate.world.store import WorldStore
 
 
@@ -47,6 +47,7 @@ class Memory:
 
         Raises WorldError.
         """
+        from objstate.world.looks import Looks
         from objstate.world.store import open_store
 
         store = open_store(location, building)

@@ -28,8 +28,6 @@ class PosteriorRecorder:
     def note(self, record: Record, estimator: Estimator, estimates: Sequence[Estimate]) -> None:
         """Write the beliefs of estimated objects whose last histogram is old enough."""
         due = {each.object: each.stamp_ns for each in estimates if self._is_due(each)}
-        if not due:
-            return
         self._written_ns |= due
         for name, stamp in due.items():
             self._writer.write(histograms(estimator.object_at(name, stamp), stamp))

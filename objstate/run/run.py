@@ -42,7 +42,7 @@ from objstate.run.memory import Memory, WorldUse
 from objstate.run.observer import Observer
 from objstate.run.options import RunOptions
 from objstate.run.posteriors import PosteriorRecorder
-from objstate.run.scene import SCENE, record_scene
+from objstate.run.scene import SCENE
 from objstate.run.start import check_start
 
 FILES = (ESTIMATES, POSTERIORS, TRAJECTORY, SUMMARY)  # what a result folder holds
@@ -132,6 +132,8 @@ def estimate_log(
         observers = (*observers, *([] if memory is None else [memory]))
         with ExitStack() as files:
             if mcap:
+                from objstate.run.scene.recorder import record_scene
+
                 scene = files.enter_context(record_scene(folder / SCENE, model))
                 observers = (*observers, scene)
             drive = _drive_through(log, records, estimator, folder, observers, on_progress)

@@ -41,18 +41,6 @@ def test_rows_come_back_in_order_however_few_fit_into_memory(
     assert [Estimate(*row) for row in frame.iter_rows()] == [estimate(i) for i in range(100)]
 
 
-def test_columns_are_the_same_as_rows(tmp_path: Path) -> None:
-    rows = [estimate(index) for index in range(20)]
-    frame = pl.DataFrame([list(vars(row).values()) for row in rows], orient="row")
-    columns = dict(zip(("stamp", *list(vars(rows[0]))[1:]), frame.to_dict(as_series=False).values(),
-                       strict=True))  # fmt: skip
-    for name, call in (("a", EstimateWriter.write), ("b", EstimateWriter.write_columns)):
-        (tmp_path / name).mkdir()
-        with EstimateWriter(tmp_path / name) as writer:
-            call(writer, rows if name == "a" else columns)
-    assert read_estimates(tmp_path / "a").equals(read_estimates(tmp_path / "b"))
-
-
 def test_schema_holds_even_without_rows(tmp_path: Path) -> None:
     write(tmp_path / "out", 0, 10)
     schema = read_estimates(tmp_path / "out").schema

@@ -35,7 +35,6 @@ from objstate.run.scene.messages import (
 )
 from objstate.run.scene.urdf import link_of, self_contained_urdf
 
-SCENE = "estimates.mcap"
 STRING = "std_msgs/msg/String"
 SCAN_STEP_NS = 200_000_000  # between two scans of one laser: five a second look smooth
 BELIEFS_STEP_NS = 500_000_000  # between two moments of all objects and the particles
