@@ -3,32 +3,13 @@
 from __future__ import annotations
 
 import logging
-import sys
 from collections.abc import Callable
 from functools import cache
 from typing import Any, TypeVar
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-BLAS = "scipy.linalg"
-
 logger = logging.getLogger(__name__)
-
-
-@cache
-def _load() -> None:
-    """Load numba, but not ``scipy.linalg``: numba only asks whether it is there, and takes as long again.
-
-    What it is there for, products of matrices, no loop of ours uses. A loop of somebody else's that does
-    loads it then.
-    """
-    absent: dict[str, Any] = {} if BLAS in sys.modules else {BLAS: None}
-    sys.modules |= absent
-    try:
-        import numba.np.arraymath  # noqa: F401
-    finally:
-        for name in absent:
-            del sys.modules[name]
 
 
 def njit(**options: Any) -> Callable[[F], F]:
@@ -37,7 +18,6 @@ def njit(**options: Any) -> Callable[[F], F]:
     numba keeps compiled loops beside their source, else in the user's cache folder, and refuses to
     compile where it may write to neither, as in a container with a read-only file system.
     """
-    _load()
     import numba
 
     def compiled(function: F) -> F:
@@ -56,7 +36,6 @@ def inner(**options: Any) -> Callable[[F], F]:
     It becomes a part of each of those. Were there a function of its own, several loops would hold copies
     of it, rounded differently, and which of them runs would depend on what was compiled or loaded before.
     """
-    _load()
     import numba
 
     options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "forceinline": True}

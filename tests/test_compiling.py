@@ -68,14 +68,3 @@ def test_who_waits_for_the_compiler_is_told_once(tmp_path: Path) -> None:
     first, again = (run(script + SCRIPT, NUMBA_CACHE_DIR=str(tmp_path)) for _ in range(2))
     assert first.stdout == "now\n[2.]\n"
     assert again.stdout == "[2.]\n"
-
-
-def test_loops_of_others_multiply_matrices_all_the_same() -> None:
-    script = """
-import sys
-import numpy as np
-from objstate.compiling import njit
-assert "scipy.linalg" not in sys.modules
-print(njit()(lambda a: a @ a)(2.0 * np.eye(2))[0, 0])
-"""
-    assert run(script, NUMBA_CACHE_LOCATOR_CLASSES="UserProvidedCacheLocator").stdout == "4.0\n"

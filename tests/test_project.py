@@ -14,13 +14,12 @@ from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).parents[1]
 
-# What only other commands and other logs need, and what numba would load for other loops.
+# What only other commands and other logs need.
 NOT_FOR_THE_SAMPLE = {
     "rosbags",
     "sqlalchemy",
     "trimesh",
     "objstate.world",
-    "scipy.linalg",
     "urllib.request",
 }
 
