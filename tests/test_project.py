@@ -16,7 +16,6 @@ ROOT = Path(__file__).parents[1]
 
 # What only other commands and other logs need.
 NOT_FOR_THE_SAMPLE = {
-    "rosbags",
     "sqlalchemy",
     "trimesh",
     "objstate.world",

@@ -24,7 +24,6 @@ from __future__ import annotations
 
 import gzip
 import math
-import struct
 import zlib
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -49,11 +48,6 @@ TOPICS = {
     "/wheel_odom": ODOMETRY,
     "/tf_static": TF,
 }
-
-CDR_PREFIX = b"\x00\x01\x00\x00"  # of little-endian messages
-# nav_msgs/Odometry: prefix, stamp, frame and child frame with their lengths, pose; without
-# covariance, twist and its covariance
-ODOMETRY_BYTES = struct.Struct("<4siII5s3xI10s6x7d624x")
 
 # m; a SICK LMS says 81.91 for no return and has no reading beyond 80 m
 LASER_MAX = 80.0
@@ -300,13 +294,29 @@ def _scan(reading: Reading, parameters: Mapping[str, str]) -> Message:
 
 
 def _odometry(topic: str, pose: FloatArray, stamp_ns: int) -> Message:
-    x, y, yaw = pose.tolist()
-    seconds, nanoseconds = divmod(stamp_ns, 10**9)
-    turn = (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
-    data = ODOMETRY_BYTES.pack(
-        CDR_PREFIX, seconds, nanoseconds, 5, b"odom", 10, b"base_link", x, y, 0.0, *turn
+    make = ODOMETRY.create
+    no_covariance = np.zeros(36)
+    still = make("geometry_msgs/msg/Vector3", x=0.0, y=0.0, z=0.0)
+    odometry = make(
+        "nav_msgs/msg/Odometry",
+        header=_header(ODOMETRY, "odom", stamp_ns),
+        child_frame_id="base_link",
+        pose=make(
+            "geometry_msgs/msg/PoseWithCovariance",
+            pose=make(
+                "geometry_msgs/msg/Pose",
+                position=make("geometry_msgs/msg/Point", x=pose[0], y=pose[1], z=0.0),
+                orientation=_turn(ODOMETRY, pose[2]),
+            ),
+            covariance=no_covariance,
+        ),
+        twist=make(
+            "geometry_msgs/msg/TwistWithCovariance",
+            twist=make("geometry_msgs/msg/Twist", linear=still, angular=still),
+            covariance=no_covariance,
+        ),
     )
-    return Message(topic, ODOMETRY, stamp_ns, data)
+    return Message(topic, ODOMETRY, stamp_ns, ODOMETRY.encode(odometry))
 
 
 def _static_transform(

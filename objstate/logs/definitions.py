@@ -8,13 +8,11 @@ Everything is decoded as ROS 2: a ROS 1 message is rewritten as CDR first.
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any
 
 from objstate.errors import LogError
-from objstate.logs.standard import reader
 
 if TYPE_CHECKING:
     from rosbags.interfaces.typing import Typesdict
@@ -83,12 +81,6 @@ class MessageType:
         except _decoding_errors() as error:
             raise self._damaged() from error
 
-    def read(self, data: bytes) -> Any:
-        """As ``decode``, but of the commonest types only the fields that records are made of."""
-        read = self._reader
-        message = None if read is None else read(data)
-        return self.decode(data) if message is None else message
-
     def encode(self, message: object) -> bytes:
         """The CDR bytes of a message object of this type."""
         return bytes(self._store.serialize_cdr(message, self.name))
@@ -99,10 +91,6 @@ class MessageType:
 
     def _damaged(self) -> LogError:
         return LogError(f"the message is damaged, or not as its type {self.name} is defined")
-
-    @cached_property
-    def _reader(self) -> Callable[[bytes], Any] | None:
-        return None if self.language == IDL else reader(self.name, self.wire, self.text)
 
     @cached_property
     def _store(self) -> Typestore:

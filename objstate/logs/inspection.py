@@ -223,7 +223,7 @@ class _Survey:
         self._spans[message.topic] = count + 1, first, recorded_ns
         if message.type in (LASER_SCAN, ODOMETRY, *TF):
             try:
-                self._note_content(message, message.read())
+                self._note_content(message, message.decode())
             except LogError:
                 return  # reading the records tells of it
 

@@ -36,13 +36,6 @@ class Message:
         """The message as an object with its fields. Raises LogError where it is damaged."""
         return self.message_type.decode(self.data)
 
-    def read(self) -> Any:
-        """The message as an object with at least the fields that records are made of.
-
-        Raises LogError where it is damaged.
-        """
-        return self.message_type.read(self.data)
-
 
 class Container(Protocol):
     """One recorded file, or folder, of some format."""

@@ -81,6 +81,6 @@ def _grow(tree: FrameTree, message: Message) -> None:
 def _decoded(message: Message) -> Any | None:
     """None where the message is damaged, which is told when it is read in its turn."""
     try:
-        return message.read()
+        return message.decode()
     except LogError:
         return None
