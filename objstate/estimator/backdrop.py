@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from functools import cached_property
 
 import numpy as np
 
 from objstate.geometry import FloatArray
+from objstate.lazy import lazy
 from objstate.objects import ObjectBelief
 from objstate.sensing import ScanView
 
@@ -41,12 +41,12 @@ class Backdrop:
         expected = np.asarray(np.minimum.reduce([self._walls, *others]))
         return expected, self.view.log_likelihood(expected)
 
-    @cached_property
+    @lazy
     def log_likelihood(self) -> FloatArray:
         """log p(o | l) (l,) given the walls and all objects whose state is known."""
         return self.view.log_likelihood(self._whole)
 
-    @cached_property
+    @lazy
     def _whole(self) -> FloatArray:
         """Expected ranges (l, n) m of the walls and of all objects whose state is known."""
         return np.asarray(np.minimum.reduce([self._walls, *self._objects.values()]))

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from objstate.estimator.surroundings import SPREAD_SIGMAS, Surroundings
 from objstate.geometry import BoolArray, FloatArray
+from objstate.lazy import lazy
 from objstate.localization import PoseBelief
 from objstate.records import Scan
 from objstate.sensing import ScanView, Sensing
@@ -24,19 +24,19 @@ class Sight:
     sensing: Sensing
     surroundings: Surroundings
 
-    @cached_property
+    @lazy
     def walls(self) -> FloatArray:
         """Range (n,) m of the walls for each beam; not a number for beams that say nothing."""
         out = np.full(len(self.scan), np.nan)
         out[self.valid] = self._whole.walls(self.robot.mean[None])[0]
         return out
 
-    @cached_property
+    @lazy
     def valid(self) -> BoolArray:
         """Which beams (n,) say anything."""
         return self.scan.valid
 
-    @cached_property
+    @lazy
     def _whole(self) -> ScanView:
         return self.sensing.view(self.scan)
 
@@ -44,12 +44,12 @@ class Sight:
         """The view of some of the beams (n,) that say anything."""
         return self._whole.take(beams[self.valid])
 
-    @cached_property
+    @lazy
     def names(self) -> list[str]:
         """The objects that come within the laser's range."""
         return self.surroundings.within(self.robot, self.scan.range_max)
 
-    @cached_property
+    @lazy
     def entries(self) -> FloatArray:
         """Range (m, n) at which each beam enters each object's circle; inf where it passes by."""
         return self.surroundings.entries(self.names, self.robot, self.scan.rays)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from objstate.geometry import (
     weighted_pose_covariance,
     weighted_pose_mean,
 )
+from objstate.lazy import lazy
 from objstate.particles import Weights, systematic
 
 
@@ -31,17 +31,17 @@ class PoseBelief:
         poses = rng.multivariate_normal(mean, covariance, size=count, method="eigh")
         return PoseBelief(poses, Weights.uniform(count))
 
-    @cached_property
+    @lazy
     def mean(self) -> FloatArray:
         """(3,) the yaw is a circular mean."""
         return weighted_pose_mean(self.poses, self.weights.values)
 
-    @cached_property
+    @lazy
     def covariance(self) -> FloatArray:
         """(3, 3) of x, y, yaw about the mean."""
         return weighted_pose_covariance(self.poses, self.weights.values, self.mean)
 
-    @cached_property
+    @lazy
     def position_std(self) -> float:
         """Root of the larger eigenvalue of the position's covariance, m."""
         (xx, xy), (_, yy) = self.covariance[:2, :2].tolist()

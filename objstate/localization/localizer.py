@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from objstate.config import LocalizationSettings
 from objstate.geometry import FloatArray, IntArray, square_root, wrap
+from objstate.lazy import lazy
 from objstate.localization.belief import PoseBelief
 from objstate.localization.motion import sample_motion
 from objstate.particles import Weights, kld_sample_size, largest_step, systematic
@@ -100,7 +100,7 @@ class Localizer:
         widest = np.abs(root).sum(axis=1) / self._bin
         return np.asarray(root / max(1.0, float(widest.max())))
 
-    @cached_property
+    @lazy
     def _bin(self) -> FloatArray:
         """(3,) sizes of the KLD grid's cells."""
         s = self.settings

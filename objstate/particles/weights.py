@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from objstate.errors import ObjstateError
 from objstate.geometry import FloatArray, IntArray
+from objstate.lazy import lazy
 
 
 class ImpossibleEvidenceError(ObjstateError):
@@ -42,7 +42,7 @@ class Weights:
     def __len__(self) -> int:
         return len(self.values)
 
-    @cached_property
+    @lazy
     def log(self) -> FloatArray:
         """(n,) logarithms of the weights."""
         with np.errstate(divide="ignore"):

@@ -11,12 +11,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from objstate.config import BeamModelSettings
 from objstate.geometry import FloatArray
+from objstate.lazy import lazy
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class BeamModel:
         stopped = np.where(np.isinf(measured), 0.0, measured)  # a missing return was not
         return np.asarray(self._shares[1] * rate * np.exp(-rate * stopped))
 
-    @cached_property
+    @lazy
     def _shares(self) -> FloatArray:
         """(4,) of hits, short readings, missing returns and random readings; they sum to one."""
         s = self.settings

@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
-from functools import cache, cached_property, lru_cache
+from functools import cache, lru_cache
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from objstate.building.model import Building, Kind, MovableObject
 from objstate.building.outline import outline
 from objstate.geometry import BoolArray, FloatArray, IntArray
+from objstate.lazy import lazy
 from objstate.records import Rays
 from objstate.sensing.blocks import Blocks
 
@@ -68,13 +69,13 @@ class Sweep:
             centre=np.array([*centre, np.hypot(*offset.T).max()]),
         )
 
-    @cached_property
+    @lazy
     def around(self) -> float:
         """m by which beams begin aside of the robot, at most."""
         x, y, spread = self.centre.tolist()
         return math.hypot(x, y) + float(spread)
 
-    @cached_property
+    @lazy
     def index(self) -> IntArray:
         """(m + 1,) first beam at or after each of some even steps of the pseudo-angle."""
         count = max(INDEX_STEPS * len(self.order), 1)
@@ -131,7 +132,7 @@ class Stand:
     poses: FloatArray  # (p, 4) x, y, cosine and sine of the yaw
     parts: Sequence[slice | IntArray]  # of poses that look in about the same direction
 
-    @cached_property
+    @lazy
     def rectangle(self) -> Rectangle:
         """In which the robot stands."""
         lower, upper = self.poses[:, :2].min(axis=0), self.poses[:, :2].max(axis=0)

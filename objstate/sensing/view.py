@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Protocol
 from weakref import WeakKeyDictionary
 
@@ -14,6 +13,7 @@ import numpy as np
 from objstate.building.model import Building, MovableObject
 from objstate.errors import PlatformError
 from objstate.geometry import BoolArray, FloatArray, IntArray, transform_from_pose
+from objstate.lazy import lazy
 from objstate.records import Rays, Scan
 from objstate.sensing.beam_model import BeamModel
 from objstate.sensing.embree import needs_embree, why_no_embree
@@ -280,7 +280,7 @@ class LevelView:
             self._range_max,
         )
 
-    @cached_property
+    @lazy
     def _beams(self) -> FloatArray:
         """(7, n) the sorted beams as the kernels take them."""
         return self._sweep.beams(self._measured, self._short)
@@ -387,7 +387,7 @@ class LevelView:
             out[:, rest] = _log_mean(compare(rest, stand[few], comparison.background[few])[:, rest])
         return out, self._sweep.unsorted(bears)
 
-    @cached_property
+    @lazy
     def _parameters(self) -> FloatArray:
         """(7,) the beam model as the kernels take it."""
         return self._beam_model.parameters(self._range_max)
