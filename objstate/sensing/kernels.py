@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from objstate.compiling import inner, njit
-from objstate.geometry import FloatArray
+from objstate.geometry import BoolArray, FloatArray, IntArray
 
 BEARING, DIRECTION_X, DIRECTION_Y, ORIGIN_X, ORIGIN_Y, MEASURED, SHORT = range(7)
 CENTRE_X, CENTRE_Y, SPREAD = range(3)
@@ -32,6 +32,43 @@ GRAZING = 0.1  # cosine of incidence below which a range says nothing of a shift
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner_product = inner(nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
+
+
+@_compile
+def take(
+    chosen: BoolArray,
+    order: IntArray,
+    rows: FloatArray,
+    index: IntArray,
+    measured: FloatArray,
+    short: FloatArray,
+) -> Any:
+    """The chosen (n,) beams of a scan: their order, beams, index, and what they ``measured``; and ``short``.
+
+    All beams have the ``order`` (n,), ``rows`` (5 or more, n), of which those up to the origins count, and
+    ``index``; what they read, (n,), stands in the scan's own order, as does what comes back of it.
+    """
+    count, place = 0, np.empty(chosen.shape[0], dtype=np.int64)
+    for i in range(chosen.shape[0]):
+        place[i] = count
+        count += chosen[i]
+    reads, stopped = np.empty(count), np.empty(count)
+    for i in range(chosen.shape[0]):
+        if chosen[i]:
+            reads[place[i]], stopped[place[i]] = measured[i], short[i]
+    some, beams = np.empty(count, dtype=np.int64), np.empty((7, count))
+    before = np.empty(chosen.shape[0] + 1, dtype=np.int64)  # chosen beams, by bearing
+    k = 0
+    for i in range(chosen.shape[0]):
+        before[i] = k
+        if chosen[order[i]]:
+            some[k] = place[order[i]]
+            for row in range(MEASURED):
+                beams[row, k] = rows[row, i]
+            beams[MEASURED, k], beams[SHORT, k] = reads[some[k]], stopped[some[k]]
+            k += 1
+    before[chosen.shape[0]] = k
+    return some, beams, before[index], reads, stopped
 
 
 @_inner

@@ -14,7 +14,6 @@ from functools import cache, lru_cache
 from typing import NamedTuple, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from objstate.building.model import Building, Kind, MovableObject
 from objstate.building.outline import outline
@@ -82,30 +81,10 @@ class Sweep:
         steps = np.arange(count + 1) * (4.0 / count) - 2.0
         return np.searchsorted(self.rows[0], steps)
 
-    def take(self, beams: BoolArray) -> Sweep:
-        """The sweep of some of the scan's beams (n,)."""
-        if beams.all():
-            return self
-        kept = beams[self.order]
-        order = (np.cumsum(beams) - 1)[self.order[kept]]
-        some = Sweep(self.height, order, self.rows.compress(kept, axis=1), self.centre)
-        before = np.append(0, np.cumsum(kept))
-        some.__dict__["index"] = before[self.index]  # the same steps: the cache is filled with them
-        return some
-
-    def beams(self, measured: FloatArray, short: FloatArray) -> FloatArray:
-        """(7, n) the sorted beams as the kernels take them.
-
-        ``measured`` (n,) are the ranges, ``short`` (n,) their densities if stopped before the target.
-        """
-        rows = np.vstack([self.rows, measured[self.order], short[self.order]])
-        return np.ascontiguousarray(rows)
-
-    def unsorted(self, values: NDArray[T]) -> NDArray[T]:
-        """Values (..., n) of sorted beams in the scan's own order."""
-        out = np.empty_like(values)
-        out[..., self.order] = values
-        return out
+    @lazy
+    def mute(self) -> FloatArray:
+        """(7, n) the sorted beams as the kernels take them, where nothing is read."""
+        return np.vstack([self.rows, np.zeros((2, len(self.order)))])
 
 
 def with_trigonometry(poses: FloatArray) -> FloatArray:
@@ -241,14 +220,14 @@ class LevelOutlines:
             self._stand = poses, Stand.of(poses)
         return self._stand[1]
 
-    def walls_in_sight(self, sweep: Sweep, poses: FloatArray, reach: float) -> FloatArray:
-        """Wall segments (k, 4) that a sweep may see within ``reach`` m from robot poses (p, 3).
+    def walls_in_sight(self, sweep: Sweep, stand: Stand, reach: float) -> FloatArray:
+        """Wall segments (k, 4) that a sweep may see within ``reach`` m from robot poses.
 
         Where it is asked about again, sight is tried from a grid of places; for beliefs wider
         than ``WIDEST_LOOK``, all segments in reach are given.
         """
         known = self._neighbourhoods.get(sweep.height)
-        rectangle = _widened(self.stand(poses).rectangle, sweep.around)
+        rectangle = _widened(stand.rectangle, sweep.around)
         if known is None or not known.serves(rectangle, reach):
             known = self._neighbourhood(sweep.height, _widened(rectangle, STRIDE), reach)
         else:
@@ -305,7 +284,7 @@ def _seen(walls: FloatArray, lower: FloatArray, upper: FloatArray) -> BoolArray:
         with_trigonometry(places),
         walls,
         0,
-        round_about.beams(np.zeros(LOOKS), np.zeros(LOOKS)),
+        round_about.mute,
         round_about.index,
         round_about.centre,
         seen,
@@ -344,7 +323,7 @@ def _glimpsed(segments: FloatArray, screens: FloatArray, place: FloatArray) -> B
         screens,
         0,
         sweep.order,
-        sweep.beams(np.zeros(len(off)), np.zeros(len(off))),
+        sweep.mute,
         sweep.index,
         sweep.centre,
         nearest,

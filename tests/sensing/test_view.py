@@ -17,7 +17,8 @@ from objstate.sensing import (
     Sensing,
     UncertainObject,
 )
-from objstate.sensing.view import LevelView, MeshView
+from objstate.sensing.level_view import LevelView
+from objstate.sensing.mesh_view import MeshView
 from tests.rooms import (
     block,
     building,

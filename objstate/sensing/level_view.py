@@ -1,0 +1,199 @@
+"""A level scan against outlines, by compiled loops."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from objstate.geometry import BoolArray, FloatArray, IntArray
+from objstate.records import Scan
+from objstate.sensing import kernels, likelihood, projection
+from objstate.sensing.beam_model import BeamModel
+from objstate.sensing.level import LevelOutlines, ObjectOutline, Stand, Sweep, UncertainObject
+from objstate.sensing.view import EXPLAINED_SIGMAS, Comparison, agree
+
+T = TypeVar("T", bound=np.generic)
+
+FIXED = np.array([[0.0, 0.0, 1.0, 0.0]])  # the placement of what doesn't move
+
+
+class Beams(NamedTuple):
+    """Some beams of a scan and what they read, as ``kernels.take`` gives them."""
+
+    order: IntArray  # (n,) the beams by bearing
+    rows: FloatArray  # (7, n) in that order
+    lookup: IntArray  # (m + 1,) first beam at or after each of some even steps of the pseudo-angle
+    measured: FloatArray  # (n,) m
+    short: FloatArray  # (n,) densities if stopped before the target
+
+
+class LevelView:
+    """A level sweep against outlines, by compiled loops."""
+
+    def __init__(
+        self,
+        outlines: LevelOutlines,
+        sweep: Sweep,
+        beams: Beams,
+        beam_model: BeamModel,
+        parameters: FloatArray,
+    ) -> None:
+        self._outlines = outlines
+        self._sweep = sweep  # of all beams that the laser has
+        self._beams = beams
+        self._beam_model = beam_model
+        self._parameters = parameters  # (7,) the beam model as the kernels take it
+        self._range_max = float(parameters[kernels.RANGE_MAX])
+
+    @staticmethod
+    def of(
+        outlines: LevelOutlines, sweep: Sweep, scan: Scan, chosen: BoolArray, beam_model: BeamModel
+    ) -> LevelView:
+        """The view of some of a scan's beams (n,), which make the ``sweep``."""
+        short = beam_model.short(scan.ranges)
+        beams = kernels.take(chosen, sweep.order, sweep.rows, sweep.index, scan.ranges, short)
+        parameters = beam_model.parameters(scan.range_max)
+        return LevelView(outlines, sweep, Beams(*beams), beam_model, parameters)
+
+    def take(self, beams: BoolArray) -> LevelView:
+        some = Beams(*kernels.take(beams, *self._beams))
+        return LevelView(self._outlines, self._sweep, some, self._beam_model, self._parameters)
+
+    def walls(self, poses: FloatArray) -> FloatArray:
+        stand = self._outlines.stand(poses)
+        walls = self._outlines.walls_in_sight(self._sweep, stand, self._range_max)
+        return self._cast(ObjectOutline(walls), FIXED, stand)[:, 0]
+
+    def object(self, name: str, states: FloatArray, poses: FloatArray) -> FloatArray:
+        outline = self._outlines.of_object(name, self._sweep.height)
+        placements = self._outlines.placements(name, states)
+        return self._cast(outline, placements, self._outlines.stand(poses))
+
+    def explained(self, expected: FloatArray) -> BoolArray:
+        margin = EXPLAINED_SIGMAS * self._beam_model.sigma_hit
+        return agree(self._beams.measured, expected, self._range_max, margin)
+
+    def stopped_short(self, pose: FloatArray, expected: FloatArray) -> FloatArray:
+        short = self._beams.measured < expected - EXPLAINED_SIGMAS * self._beam_model.sigma_hit
+        rows = self._unsorted(self._beams.rows)[:, short]
+        directions = rows[[kernels.DIRECTION_X, kernels.DIRECTION_Y]]
+        offsets = rows[[kernels.ORIGIN_X, kernels.ORIGIN_Y]]
+        ends = rows[kernels.MEASURED] * directions + offsets + self._sweep.centre[:2, None]
+        cos, sin = np.cos(pose[2]), np.sin(pose[2])
+        x, y = np.array([[cos, -sin], [sin, cos]]) @ ends + pose[:2, None]
+        return np.column_stack([x, y, np.full(len(x), self._sweep.height)])
+
+    def log_likelihood(self, expected: FloatArray) -> FloatArray:
+        beams, out = self._beams, np.empty((1, len(expected)))
+        kernels.total_log_likelihoods(
+            beams.measured[None], beams.short[None], expected, self._parameters, out
+        )
+        return np.asarray(out[0])
+
+    def pose_log_likelihood(
+        self,
+        poses: FloatArray,
+        blur: float,
+        objects: Sequence[UncertainObject],
+        walls: FloatArray | None = None,
+    ) -> FloatArray:
+        known = self.walls(poses) if walls is None else walls
+        scenery = self._outlines.scenery(tuple(objects), self._sweep.height)
+        model = self._beam_model.blurred(blur).parameters(self._range_max)
+
+        def log_likelihood(abreast: FloatArray, expected: FloatArray) -> FloatArray:
+            found = np.empty(len(abreast))
+            likelihood.pose_log_likelihood(
+                abreast,
+                expected,
+                *scenery,
+                self._beams.order,
+                self._beams.rows,
+                self._beams.lookup,
+                self._sweep.centre,
+                model,
+                found,
+            )
+            return found
+
+        return self._outlines.stand(poses).each(log_likelihood, known)
+
+    def fit(self, log_likelihood: float, blur: float) -> float:
+        model = self._beam_model.blurred(blur)
+        return model.fit(log_likelihood, self._beams.measured, self._range_max)
+
+    def object_log_likelihood(
+        self, name: str, states: FloatArray, poses: FloatArray, comparison: Comparison
+    ) -> tuple[FloatArray, BoolArray]:
+        outline = self._outlines.of_object(name, self._sweep.height)
+        normals = np.zeros((len(states), 2)) if comparison.normals is None else comparison.normals
+        placements = self._outlines.placements(name, states)
+        stand = self._outlines.stand(poses).poses
+        bears = np.zeros(len(self._beams.order), dtype=bool)
+
+        def compare(some: IntArray, stand: FloatArray, background: FloatArray) -> FloatArray:
+            out = np.empty((len(stand), len(states)))
+            likelihood.object_log_likelihood(
+                some,
+                stand,
+                placements,
+                normals,
+                outline.segments,
+                outline.rim,
+                background,
+                self._beams.order,
+                self._beams.rows,
+                self._beams.lookup,
+                self._sweep.centre,
+                self._parameters,
+                comparison.shift_std,
+                comparison.tempering,
+                out,
+                bears,
+            )
+            return out
+
+        if comparison.whole is None:
+            out = compare(np.arange(len(states)), stand, comparison.background)
+            return out, self._unsorted(bears)
+        out = compare(np.flatnonzero(comparison.whole), stand, comparison.background)
+        rest, few = np.flatnonzero(~comparison.whole), comparison.few
+        if len(rest):
+            out[:, rest] = _log_mean(compare(rest, stand[few], comparison.background[few])[:, rest])
+        return out, self._unsorted(bears)
+
+    def _cast(self, outline: ObjectOutline, placements: FloatArray, stand: Stand) -> FloatArray:
+        """Ranges (p, s, n) m of an outline at placements (s, 4)."""
+        beams = self._beams
+
+        def ranges(abreast: FloatArray) -> FloatArray:
+            found = np.empty((len(abreast), len(placements), len(beams.order)))
+            projection.cast(
+                abreast,
+                placements,
+                outline.segments,
+                outline.rim,
+                beams.order,
+                beams.rows,
+                beams.lookup,
+                self._sweep.centre,
+                found,
+            )
+            return found
+
+        return stand.each(ranges)
+
+    def _unsorted(self, values: NDArray[T]) -> NDArray[T]:
+        """Values (..., n) of sorted beams in the scan's own order."""
+        out = np.empty_like(values)
+        out[..., self._beams.order] = values
+        return out
+
+
+def _log_mean(logs: FloatArray) -> FloatArray:
+    """Logarithms (s,) of the means of columns (p, s) of which the logarithms are given."""
+    top = logs.max(axis=0)
+    return np.asarray(top + np.log(np.exp(logs - top).mean(axis=0)))
