@@ -25,6 +25,7 @@ PEAK, PER_SIGMA, RANDOM, MISSING, HIT, RANGE_MAX, GAUSSIAN = range(7)
 
 FLAT_BELL = 36.0  # exponent from which the bell is flat: 2e-16 of its height
 LEAST_DENSITY = 1e-100  # of the pure Gaussian, which has no floor of its own (21 sigmas)
+LEAST_CHANCE = 1e-9  # of a reading that nothing explains
 DECADES = 150  # by which a product may grow or shrink before it is looked at
 SMALL, LARGE = 1e-200, 1e200  # products are kept between these: one density more is still a float
 GRAZING = 0.1  # cosine of incidence below which a range says nothing of a shift of the surface
@@ -145,6 +146,19 @@ def _densities(
     for i in range(out.shape[0]):
         none = clear if expected[i] >= range_max else missing
         out[i] = none if measured[i] == np.inf else out[i]
+
+
+@_compile
+def chances(measured: FloatArray, short: FloatArray, model: FloatArray) -> Any:
+    """Log densities of readings (n,) if nothing were as expected, and if all were, an error of a sigma each."""
+    worst, best = 0.0, 0.0
+    for i in range(measured.shape[0]):
+        is_missing = measured[i] == np.inf
+        chance = model[MISSING] if is_missing else model[RANDOM] + short[i]
+        should = model[MISSING] + model[HIT] if is_missing else model[PEAK] * np.exp(-0.5)
+        worst += np.log(max(chance, LEAST_CHANCE))
+        best += np.log(max(should, LEAST_CHANCE))
+    return worst, best
 
 
 @_inner

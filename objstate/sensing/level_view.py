@@ -123,7 +123,8 @@ class LevelView:
 
     def fit(self, log_likelihood: float, blur: float) -> float:
         model = self._beam_model.blurred(blur)
-        return model.fit(log_likelihood, self._beams.measured, self._range_max)
+        beams = self._beams
+        return model.fit(log_likelihood, beams.measured, beams.short, self._range_max)
 
     def object_log_likelihood(
         self, name: str, states: FloatArray, poses: FloatArray, comparison: Comparison

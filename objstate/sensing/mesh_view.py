@@ -77,7 +77,8 @@ class MeshView:
             return np.asarray(np.log(likelihood).sum(axis=1))
 
     def fit(self, log_likelihood: float, blur: float) -> float:
-        return self._beam_model.blurred(blur).fit(log_likelihood, self._measured, self._range_max)
+        model, short = self._beam_model.blurred(blur), self._beam_model.short(self._measured)
+        return model.fit(log_likelihood, self._measured, short, self._range_max)
 
     def object_log_likelihood(
         self, name: str, states: FloatArray, poses: FloatArray, comparison: Comparison
