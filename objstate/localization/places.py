@@ -72,7 +72,7 @@ class Places:
         self, scan: Scan, beam_model: BeamModelSettings, beams: int, poses: FloatArray
     ) -> FloatArray:
         """About log p(o | l) (p,) of a scan's walls, by look-up, for robot poses (p, 3)."""
-        from objstate.localization import kernels
+        from objstate.localization import search_kernels
 
         chosen, bins = _by_bearing(scan, beams)
         order = np.argsort(scan.ranges[chosen], kind="stable")  # no return, infinite, comes last
@@ -86,7 +86,7 @@ class Places:
             rows = np.log(np.stack([floor, floor + model.short(measured)]).clip(min=1e-9))
         near, far = (np.minimum(each, reach) for each in (self.nearest, self.farthest))
         out = np.zeros(len(poses))
-        kernels.add_scores(
+        search_kernels.add_scores(
             poses,
             self.cells,
             self.corner,
