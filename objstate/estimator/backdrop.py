@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-import numpy as np
-
 from objstate.geometry import FloatArray
 from objstate.lazy import lazy
 from objstate.objects import ObjectBelief
@@ -26,19 +24,16 @@ class Backdrop:
         names: Iterable[str],
     ) -> None:
         self.view = view
+        self._poses = poses
         self._walls = view.walls(poses)
-        self._objects = {
-            name: view.object(name, beliefs[name].mean[None], poses)[:, 0]
-            for name in names
-            if beliefs[name].settled
-        }
+        self._known = {name: beliefs[name].mean for name in names if beliefs[name].settled}
 
     def without(self, name: str) -> tuple[FloatArray, FloatArray]:
         """Expected ranges (l, n) m of everything but one object, and log p(o | l) (l,) given them."""
-        if name not in self._objects:
+        if name not in self._known:
             return self._whole, self.log_likelihood
-        others = [ranges for other, ranges in self._objects.items() if other != name]
-        expected = np.asarray(np.minimum.reduce([self._walls, *others]))
+        others = {other: state for other, state in self._known.items() if other != name}
+        expected = self.view.scene(others, self._poses, self._walls)
         return expected, self.view.log_likelihood(expected)
 
     @lazy
@@ -49,4 +44,4 @@ class Backdrop:
     @lazy
     def _whole(self) -> FloatArray:
         """Expected ranges (l, n) m of the walls and of all objects whose state is known."""
-        return np.asarray(np.minimum.reduce([self._walls, *self._objects.values()]))
+        return self.view.scene(self._known, self._poses, self._walls)

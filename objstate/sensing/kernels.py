@@ -36,6 +36,41 @@ _inner_product = inner(nogil=True, error_model="numpy", fastmath={"contract", "r
 
 
 @_compile
+def with_trigonometry(poses: FloatArray, home: float) -> Any:
+    """Poses (n, 3) as the loops take them (n, 4), their yaws against a ``home`` yaw."""
+    out = np.empty((poses.shape[0], 4))
+    for p in range(poses.shape[0]):
+        yaw = poses[p, 2] - home
+        out[p, X], out[p, Y], out[p, COS], out[p, SIN] = (
+            poses[p, 0],
+            poses[p, 1],
+            np.cos(yaw),
+            np.sin(yaw),
+        )
+    return out
+
+
+@_compile
+def hinged(x: float, y: float, direction: float, home: float, states: FloatArray) -> Any:
+    """Placements (s, 4) about a hinge of a leaf that turns in a direction, 1 or -1, from its home state."""
+    out = np.empty((states.shape[0], 4))
+    for k in range(states.shape[0]):
+        turn = direction * (states[k, 0] - home)
+        out[k, X], out[k, Y], out[k, COS], out[k, SIN] = x, y, np.cos(turn), np.sin(turn)
+    return out
+
+
+@_compile
+def rectangle(poses: FloatArray) -> Any:
+    """Left, bottom, right and top, m, of the positions of poses (n, 4)."""
+    left, bottom, right, top = np.inf, np.inf, -np.inf, -np.inf
+    for p in range(poses.shape[0]):
+        left, right = min(left, poses[p, X]), max(right, poses[p, X])
+        bottom, top = min(bottom, poses[p, Y]), max(top, poses[p, Y])
+    return left, bottom, right, top
+
+
+@_compile
 def take(
     chosen: BoolArray,
     order: IntArray,

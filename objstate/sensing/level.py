@@ -87,15 +87,6 @@ class Sweep:
         return np.vstack([self.rows, np.zeros((2, len(self.order)))])
 
 
-def with_trigonometry(poses: FloatArray) -> FloatArray:
-    """Poses (n, 3) as the kernels take them (n, 4): x, y, cosine and sine of the yaw."""
-    out = np.empty((len(poses), 4))
-    out[:, :2] = poses[:, :2]
-    np.cos(poses[:, 2], out=out[:, 2])
-    np.sin(poses[:, 2], out=out[:, 3])
-    return out
-
-
 def pseudo_angles(directions: FloatArray) -> FloatArray:
     """Numbers (n,) in [-2, 2] that grow with the bearings of directions (n, 2 or 3)."""
     x, y = directions[:, 0], directions[:, 1]
@@ -114,17 +105,21 @@ class Stand:
     @lazy
     def rectangle(self) -> Rectangle:
         """In which the robot stands."""
-        lower, upper = self.poses[:, :2].min(axis=0), self.poses[:, :2].max(axis=0)
-        return (*lower.tolist(), *upper.tolist())
+        from objstate.sensing import kernels
+
+        left, bottom, right, top = kernels.rectangle(self.poses)
+        return left, bottom, right, top
 
     @staticmethod
     def of(poses: FloatArray) -> Stand:
         """Of poses (p, 3)."""
+        from objstate.sensing import kernels
+
         count = -(-len(poses) // ABREAST)
         parts: Sequence[slice | IntArray] = [slice(None)]
         if count > 1:
             parts = np.array_split(np.argsort(poses[:, 2], kind="stable"), count)
-        return Stand(with_trigonometry(poses), parts)
+        return Stand(kernels.with_trigonometry(poses, 0.0), parts)
 
     def each(self, of: Callable[..., FloatArray], *also: FloatArray) -> FloatArray:
         """What ``of`` gives (p, ...) for the poses, and for ``also`` (p, ...), part by part."""
@@ -274,14 +269,14 @@ def _seen(walls: FloatArray, lower: FloatArray, upper: FloatArray) -> BoolArray:
     each segment that isn't found yet are looked at from the rectangle's middle and
     corners, so that nothing small is missed.
     """
-    from objstate.sensing import projection
+    from objstate.sensing import kernels, projection
 
-    places = _grid(lower, upper)
+    places = kernels.with_trigonometry(_grid(lower, upper), 0.0)
     bearings = np.linspace(-np.pi, np.pi, LOOKS, endpoint=False)
     round_about = _sweep_towards(np.column_stack([np.cos(bearings), np.sin(bearings)]))
     seen = np.zeros(len(walls), dtype=bool)
     projection.mark_seen(
-        with_trigonometry(places),
+        places,
         walls,
         0,
         round_about.mute,
@@ -357,20 +352,18 @@ def moves_in_plane(item: MovableObject) -> bool:
 
 def _placements(item: MovableObject, states: FloatArray) -> FloatArray:
     """Positions, and cosines and sines of turns (s, 4), of the link's frame against the home state."""
-    out = np.empty((len(states), 4))
-    if item.kind is Kind.SLIDING:
-        out[:, :2] = item.origin[:2, 3] + states * item.direction[:2]
-        out[:, 2:] = [1.0, 0.0]
-        return out
+    from objstate.sensing import kernels
+
     if item.kind is Kind.PLANAR:
-        out[:, :2] = states[:, :2]
-        turns = states[:, 2] - item.home[2]
-    else:
-        out[:, :2] = item.origin[:2, 3]
-        turns = math.copysign(1.0, item.direction[2]) * (states[:, 0] - item.home[0])
-    np.cos(turns, out=out[:, 2])
-    np.sin(turns, out=out[:, 3])
-    return out
+        return np.asarray(kernels.with_trigonometry(states, item.home[2]))
+    x, y = item.origin[:2, 3].tolist()
+    if item.kind is Kind.HINGED:
+        direction = math.copysign(1.0, item.direction[2])
+        return np.asarray(kernels.hinged(x, y, direction, item.home[0], states))
+    along = states * item.direction[:2]
+    return np.column_stack(
+        [x + along[:, 0], y + along[:, 1], np.ones(len(states)), np.zeros(len(states))]
+    )
 
 
 def _rimmed(segments: FloatArray) -> ObjectOutline:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -71,6 +71,35 @@ class LevelView:
         outline = self._outlines.of_object(name, self._sweep.height)
         placements = self._outlines.placements(name, states)
         return self._cast(outline, placements, self._outlines.stand(poses))
+
+    def scene(
+        self, states: Mapping[str, FloatArray], poses: FloatArray, walls: FloatArray
+    ) -> FloatArray:
+        objects = [
+            (
+                self._outlines.of_object(name, self._sweep.height),
+                self._outlines.placements(name, state[None]),
+            )
+            for name, state in states.items()
+        ]
+
+        def nearest(abreast: FloatArray, behind: FloatArray) -> FloatArray:
+            found = behind.copy()
+            for outline, placements in objects:
+                projection.put_before(
+                    abreast,
+                    placements[0],
+                    outline.segments,
+                    outline.rim,
+                    self._beams.order,
+                    self._beams.rows,
+                    self._beams.lookup,
+                    self._sweep.centre,
+                    found,
+                )
+            return found
+
+        return self._outlines.stand(poses).each(nearest, walls)
 
     def explained(self, expected: FloatArray) -> BoolArray:
         margin = EXPLAINED_SIGMAS * self._beam_model.sigma_hit

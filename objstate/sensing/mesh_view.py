@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -42,6 +42,14 @@ class MeshView:
 
     def object(self, name: str, states: FloatArray, poses: FloatArray) -> FloatArray:
         return self._expected.object(name, states, poses, self._rays)
+
+    def scene(
+        self, states: Mapping[str, FloatArray], poses: FloatArray, walls: FloatArray
+    ) -> FloatArray:
+        nearest = walls
+        for name, state in states.items():
+            nearest = np.minimum(nearest, self.object(name, state[None], poses)[:, 0])
+        return nearest
 
     def explained(self, expected: FloatArray) -> BoolArray:
         margin = EXPLAINED_SIGMAS * self._beam_model.sigma_hit

@@ -325,6 +325,46 @@ def cast(
 
 
 @_compile
+def put_before(
+    poses: FloatArray,
+    place: FloatArray,
+    outline: FloatArray,
+    rim: int,
+    order: IntArray,
+    beams: FloatArray,
+    index: IntArray,
+    sweep: FloatArray,
+    expected: FloatArray,
+) -> None:
+    """Shorten what is ``expected`` (p, n) from poses (p, 4) where an outline (k, 4) at a place (4,) is nearer.
+
+    It is in the scan's own order, of which sorted beam i is ``order[i]``.
+    """
+    lasers, middle = stands(poses, sweep), np.empty(4)
+    strayed, count = strays(lasers, middle), beams.shape[1]
+    nearest = np.empty((count, poses.shape[0]))
+    nearest.fill(np.inf)
+    is_touched = np.zeros(count, dtype=np.bool_)
+    project(
+        lasers,
+        middle,
+        strayed,
+        place,
+        outline,
+        rim,
+        beams,
+        index,
+        sweep[SPREAD],
+        nearest,
+        is_touched,
+    )
+    for i in range(count):
+        if is_touched[i]:
+            for p in range(poses.shape[0]):
+                expected[p, order[i]] = min(expected[p, order[i]], nearest[i, p])
+
+
+@_compile
 def mark_seen(
     poses: FloatArray,
     outline: FloatArray,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -37,6 +37,11 @@ class ScanView(Protocol):
 
     def object(self, name: str, states: FloatArray, poses: FloatArray) -> FloatArray:
         """Expected ranges (p, s, n) m of one object alone."""
+
+    def scene(
+        self, states: Mapping[str, FloatArray], poses: FloatArray, walls: FloatArray
+    ) -> FloatArray:
+        """Expected ranges (p, n) m of ``walls`` (p, n) and of objects, each in a state (d,)."""
 
     def explained(self, expected: FloatArray) -> BoolArray:
         """Which beams (n,) read what is expected (n,) of them, within ``EXPLAINED_SIGMAS``."""

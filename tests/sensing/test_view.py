@@ -239,6 +239,18 @@ def test_taking_beams_keeps_the_order(view: ScanView) -> None:
     )
 
 
+@pytest.mark.parametrize("count", [1, 3, 250])
+def test_a_scene_is_the_nearest_of_walls_and_objects(count: int) -> None:
+    robots = near_robots(1, count)
+    for view in views():
+        walls = view.walls(robots)
+        alone = [view.object(name, each[None], robots)[:, 0] for name, each in TRUE_STATES.items()]
+        expected = np.minimum.reduce([walls, *alone])
+        assert (expected < walls).any()
+        np.testing.assert_array_equal(view.scene(TRUE_STATES, robots, walls), expected)
+        assert (view.walls(robots) == walls).all()
+
+
 def test_tilted_lasers_and_hatches_are_cast_against_triangles() -> None:
     tilted = fan(30, mount=placed(0.0, 0.0, 0.3, (0.0, 0.1, 0.0)))
     scan = scan_of(np.ones(30), tilted)
