@@ -24,16 +24,14 @@ class Backdrop:
         names: Iterable[str],
     ) -> None:
         self.view = view
-        self._poses = poses
-        self._walls = view.walls(poses)
         self._known = {name: beliefs[name].mean for name in names if beliefs[name].settled}
+        self._scene = view.scenes(self._known, poses)
 
     def without(self, name: str) -> tuple[FloatArray, FloatArray]:
         """Expected ranges (l, n) m of everything but one object, and log p(o | l) (l,) given them."""
         if name not in self._known:
             return self._whole, self.log_likelihood
-        others = {other: state for other, state in self._known.items() if other != name}
-        expected = self.view.scene(others, self._poses, self._walls)
+        expected = self._scene(name)
         return expected, self.view.log_likelihood(expected)
 
     @lazy
@@ -44,4 +42,4 @@ class Backdrop:
     @lazy
     def _whole(self) -> FloatArray:
         """Expected ranges (l, n) m of the walls and of all objects whose state is known."""
-        return self.view.scene(self._known, self._poses, self._walls)
+        return self._scene(None)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -13,7 +14,7 @@ from objstate.records import Scan
 from objstate.sensing import kernels, likelihood, projection
 from objstate.sensing.beam_model import BeamModel
 from objstate.sensing.level import LevelOutlines, ObjectOutline, Stand, Sweep, UncertainObject
-from objstate.sensing.view import EXPLAINED_SIGMAS, Comparison, agree
+from objstate.sensing.view import EXPLAINED_SIGMAS, Comparison, Scenes, agree
 
 T = TypeVar("T", bound=np.generic)
 
@@ -72,34 +73,19 @@ class LevelView:
         placements = self._outlines.placements(name, states)
         return self._cast(outline, placements, self._outlines.stand(poses))
 
-    def scene(
-        self, states: Mapping[str, FloatArray], poses: FloatArray, walls: FloatArray
-    ) -> FloatArray:
-        objects = [
-            (
-                self._outlines.of_object(name, self._sweep.height),
-                self._outlines.placements(name, state[None]),
-            )
+    def scenes(self, states: Mapping[str, FloatArray], poses: FloatArray) -> Scenes:
+        walls, stand = self.walls(poses), self._outlines.stand(poses)
+        outlines, height = self._outlines, self._sweep.height
+        placed = {
+            name: (outlines.of_object(name, height), outlines.placements(name, state[None])[0])
             for name, state in states.items()
-        ]
+        }
 
-        def nearest(abreast: FloatArray, behind: FloatArray) -> FloatArray:
-            found = behind.copy()
-            for outline, placements in objects:
-                projection.put_before(
-                    abreast,
-                    placements[0],
-                    outline.segments,
-                    outline.rim,
-                    self._beams.order,
-                    self._beams.rows,
-                    self._beams.lookup,
-                    self._sweep.centre,
-                    found,
-                )
-            return found
+        def scene(but: str | None) -> FloatArray:
+            others = [each for name, each in placed.items() if name != but]
+            return stand.each(partial(self._put_before, others), walls)
 
-        return self._outlines.stand(poses).each(nearest, walls)
+        return scene
 
     def explained(self, expected: FloatArray) -> BoolArray:
         margin = EXPLAINED_SIGMAS * self._beam_model.sigma_hit
@@ -192,7 +178,8 @@ class LevelView:
         out = compare(np.flatnonzero(comparison.whole), stand, comparison.background)
         rest, few = np.flatnonzero(~comparison.whole), comparison.few
         if len(rest):
-            out[:, rest] = _log_mean(compare(rest, stand[few], comparison.background[few])[:, rest])
+            found = compare(rest, stand[few], comparison.background[few])
+            likelihood.average_out(found, rest, out)
         return out, self._unsorted(bears)
 
     def _cast(self, outline: ObjectOutline, placements: FloatArray, stand: Stand) -> FloatArray:
@@ -216,14 +203,30 @@ class LevelView:
 
         return stand.each(ranges)
 
+    def _put_before(
+        self,
+        objects: Sequence[tuple[ObjectOutline, FloatArray]],
+        abreast: FloatArray,
+        behind: FloatArray,
+    ) -> FloatArray:
+        """Ranges (p, n) m of what is behind, or of objects at a placement (4,) each where they are nearer."""
+        nearest, beams = behind.copy(), self._beams
+        for outline, place in objects:
+            projection.put_before(
+                abreast,
+                place,
+                outline.segments,
+                outline.rim,
+                beams.order,
+                beams.rows,
+                beams.lookup,
+                self._sweep.centre,
+                nearest,
+            )
+        return nearest
+
     def _unsorted(self, values: NDArray[T]) -> NDArray[T]:
         """Values (..., n) of sorted beams in the scan's own order."""
         out = np.empty_like(values)
         out[..., self._beams.order] = values
         return out
-
-
-def _log_mean(logs: FloatArray) -> FloatArray:
-    """Logarithms (s,) of the means of columns (p, s) of which the logarithms are given."""
-    top = logs.max(axis=0)
-    return np.asarray(top + np.log(np.exp(logs - top).mean(axis=0)))

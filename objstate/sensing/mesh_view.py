@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import reduce
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from objstate.records import Rays
 from objstate.sensing.beam_model import BeamModel
 from objstate.sensing.expected import ExpectedRanges, cast_from
 from objstate.sensing.level import UncertainObject
-from objstate.sensing.view import EXPLAINED_SIGMAS, Comparison, agree
+from objstate.sensing.view import EXPLAINED_SIGMAS, Comparison, Scenes, agree
 
 
 class MeshView:
@@ -43,13 +44,15 @@ class MeshView:
     def object(self, name: str, states: FloatArray, poses: FloatArray) -> FloatArray:
         return self._expected.object(name, states, poses, self._rays)
 
-    def scene(
-        self, states: Mapping[str, FloatArray], poses: FloatArray, walls: FloatArray
-    ) -> FloatArray:
-        nearest = walls
-        for name, state in states.items():
-            nearest = np.minimum(nearest, self.object(name, state[None], poses)[:, 0])
-        return nearest
+    def scenes(self, states: Mapping[str, FloatArray], poses: FloatArray) -> Scenes:
+        walls = self.walls(poses)
+        alone = {name: self.object(name, each[None], poses)[:, 0] for name, each in states.items()}
+
+        def scene(but: str | None) -> FloatArray:
+            others = (ranges for name, ranges in alone.items() if name != but)
+            return reduce(np.minimum, others, walls)
+
+        return scene
 
     def explained(self, expected: FloatArray) -> BoolArray:
         margin = EXPLAINED_SIGMAS * self._beam_model.sigma_hit

@@ -239,16 +239,19 @@ def test_taking_beams_keeps_the_order(view: ScanView) -> None:
     )
 
 
+@pytest.mark.parametrize("view", views(), ids=["level", "mesh"])
 @pytest.mark.parametrize("count", [1, 3, 250])
-def test_a_scene_is_the_nearest_of_walls_and_objects(count: int) -> None:
+def test_a_scene_is_the_nearest_of_walls_and_objects(view: ScanView, count: int) -> None:
     robots = near_robots(1, count)
-    for view in views():
-        walls = view.walls(robots)
-        alone = [view.object(name, each[None], robots)[:, 0] for name, each in TRUE_STATES.items()]
-        expected = np.minimum.reduce([walls, *alone])
-        assert (expected < walls).any()
-        np.testing.assert_array_equal(view.scene(TRUE_STATES, robots, walls), expected)
-        assert (view.walls(robots) == walls).all()
+    scene, walls = view.scenes(TRUE_STATES, robots), view.walls(robots)
+    alone = {
+        name: view.object(name, each[None], robots)[:, 0] for name, each in TRUE_STATES.items()
+    }
+    for but in (None, "door", "table"):
+        others = [ranges for name, ranges in alone.items() if name != but]
+        np.testing.assert_array_equal(scene(but), np.minimum.reduce([walls, *others]))
+    assert (scene(None) < walls).any()
+    assert (scene("door") > scene(None)).any()
 
 
 def test_tilted_lasers_and_hatches_are_cast_against_triangles() -> None:
