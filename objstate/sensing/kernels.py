@@ -107,6 +107,25 @@ def take(
     return some, beams, before[index], reads, stopped
 
 
+@_compile
+def ends(
+    order: IntArray, beams: FloatArray, sweep: FloatArray, height: float, pose: FloatArray
+) -> Any:
+    """Where beams end (n, 3) that leave a robot at a pose (4,), by what they measured, in the scan's own order.
+
+    Sorted beam i is ``order[i]`` of the scan.
+    """
+    out = np.empty((order.shape[0], 3))
+    for i in range(order.shape[0]):
+        measured = beams[MEASURED, i]
+        x = sweep[CENTRE_X] + beams[ORIGIN_X, i] + measured * beams[DIRECTION_X, i]
+        y = sweep[CENTRE_Y] + beams[ORIGIN_Y, i] + measured * beams[DIRECTION_Y, i]
+        out[order[i], 0] = pose[X] + pose[COS] * x - pose[SIN] * y
+        out[order[i], 1] = pose[Y] + pose[SIN] * x + pose[COS] * y
+        out[order[i], 2] = height
+    return out
+
+
 @_inner
 def bell(exponent: float) -> Any:
     """exp(-exponent) by squaring; 0 from ``FLAT_BELL`` on.

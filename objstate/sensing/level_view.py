@@ -92,14 +92,11 @@ class LevelView:
         return agree(self._beams.measured, expected, self._range_max, margin)
 
     def stopped_short(self, pose: FloatArray, expected: FloatArray) -> FloatArray:
-        short = self._beams.measured < expected - EXPLAINED_SIGMAS * self._beam_model.sigma_hit
-        rows = self._unsorted(self._beams.rows)[:, short]
-        directions = rows[[kernels.DIRECTION_X, kernels.DIRECTION_Y]]
-        offsets = rows[[kernels.ORIGIN_X, kernels.ORIGIN_Y]]
-        ends = rows[kernels.MEASURED] * directions + offsets + self._sweep.centre[:2, None]
-        cos, sin = np.cos(pose[2]), np.sin(pose[2])
-        x, y = np.array([[cos, -sin], [sin, cos]]) @ ends + pose[:2, None]
-        return np.column_stack([x, y, np.full(len(x), self._sweep.height)])
+        margin = EXPLAINED_SIGMAS * self._beam_model.sigma_hit
+        (stand,) = self._outlines.stand(pose[None]).poses
+        beams, sweep = self._beams, self._sweep
+        ends = kernels.ends(beams.order, beams.rows, sweep.centre, sweep.height, stand)
+        return np.asarray(ends[beams.measured < expected - margin])
 
     def log_likelihood(self, expected: FloatArray) -> FloatArray:
         beams, out = self._beams, np.empty((1, len(expected)))
@@ -148,10 +145,13 @@ class LevelView:
         normals = np.zeros((len(states), 2)) if comparison.normals is None else comparison.normals
         placements = self._outlines.placements(name, states)
         stand = self._outlines.stand(poses).poses
+        whole, few = comparison.whole, comparison.few
         bears = np.zeros(len(self._beams.order), dtype=bool)
 
         def compare(some: IntArray, stand: FloatArray, background: FloatArray) -> FloatArray:
             out = np.empty((len(stand), len(states)))
+            if len(some) == 0:
+                return out
             likelihood.object_log_likelihood(
                 some,
                 stand,
@@ -172,11 +172,11 @@ class LevelView:
             )
             return out
 
-        if comparison.whole is None:
+        if whole is None:
             out = compare(np.arange(len(states)), stand, comparison.background)
             return out, self._unsorted(bears)
-        out = compare(np.flatnonzero(comparison.whole), stand, comparison.background)
-        rest, few = np.flatnonzero(~comparison.whole), comparison.few
+        out = compare(np.flatnonzero(whole), stand, comparison.background)
+        rest = np.flatnonzero(~whole)
         if len(rest):
             found = compare(rest, stand[few], comparison.background[few])
             likelihood.average_out(found, rest, out)
