@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache
+from itertools import accumulate
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -248,18 +249,24 @@ class LevelOutlines:
         """Objects that localization reckons with, in a laser's plane."""
         outlines = [self.of_object(each.name, height) for each in objects]
         places = [self.placements(each.name, each.states) for each in objects]
+        none = np.empty((0, 4))
         return Scenery(
-            np.concatenate([np.empty((0, 4)), *(each.segments for each in outlines)]),
-            np.cumsum([len(each.segments) for each in outlines], dtype=np.int64),
+            np.concatenate([none, *(each.segments for each in outlines)]),
+            _ends([each.segments for each in outlines]),
             np.array([each.rim for each in outlines], dtype=np.int64),
-            np.concatenate([np.empty((0, 4)), *places]),
-            np.cumsum([len(each) for each in places], dtype=np.int64),
-            np.concatenate([np.empty(0), *(each.shares for each in objects)]),
+            np.concatenate([none, *places]),
+            _ends(places),
+            np.concatenate([none[:, 0], *(each.shares for each in objects)]),
         )
 
     def placements(self, name: str, states: FloatArray) -> FloatArray:
         """An object's outline in states (s, d), against its home state, as the kernels take it (s, 4)."""
         return _placements(self._building[name], states)
+
+
+def _ends(parts: Sequence[FloatArray]) -> IntArray:
+    """(j,) where each of some arrays ends when they stand one after the other."""
+    return np.array(list(accumulate(map(len, parts))), dtype=np.int64)
 
 
 def _seen(walls: FloatArray, lower: FloatArray, upper: FloatArray) -> BoolArray:
