@@ -37,7 +37,7 @@ def driven(step: FloatArray, times: int, settings: LocalizationSettings, seed: i
     return samples
 
 
-@settings(deadline=None)
+@settings(deadline=None)  # the first example compiles
 @given(poses, steps)
 def test_without_noise_every_sample_moves_as_the_odometry_did(
     pose: FloatArray, step: FloatArray
