@@ -13,7 +13,8 @@ from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.records import Scan
 from objstate.sensing import kernels, likelihood, projection
 from objstate.sensing.beam_model import BeamModel
-from objstate.sensing.level import LevelOutlines, ObjectOutline, Stand, Sweep, UncertainObject
+from objstate.sensing.level import Sweep, UncertainObject
+from objstate.sensing.outlines import LevelOutlines, ObjectOutline, Stand
 from objstate.sensing.view import EXPLAINED_SIGMAS, Comparison, Scenes, agree
 
 T = TypeVar("T", bound=np.generic)

@@ -12,7 +12,7 @@ from objstate.records import Rays, Scan
 from objstate.sensing.beam_model import BeamModel
 from objstate.sensing.embree import needs_embree, why_no_embree
 from objstate.sensing.expected import ExpectedRanges
-from objstate.sensing.level import LevelOutlines, Sweep
+from objstate.sensing.level import Sweep
 from objstate.sensing.mesh_view import MeshView
 from objstate.sensing.view import ScanView
 
@@ -21,9 +21,9 @@ class Sensing:
     """Turns scans into views: outlines for level lasers, Embree for all others."""
 
     def __init__(self, building: Building, beam_model: BeamModel) -> None:
-        from objstate.sensing.level_view import (
-            LevelView,  # compiled loops, only once they are needed
-        )
+        # compiled loops, which are imported only where they are needed
+        from objstate.sensing.level_view import LevelView
+        from objstate.sensing.outlines import LevelOutlines
 
         self._outlines = LevelOutlines(building)
         self._expected = ExpectedRanges(building)
