@@ -72,25 +72,6 @@ def circular_mean(angles: FloatArray, weights: FloatArray) -> float:
     return math.atan2(float(weights @ np.sin(angles)), float(weights @ np.cos(angles)))
 
 
-def weighted_pose_mean(poses: FloatArray, weights: FloatArray) -> FloatArray:
-    """Mean pose of weighted samples; the yaw is a circular mean.
-
-    ``poses`` (n, 3), ``weights`` (n,) summing to one; returns (3,).
-    """
-    mean = weights @ poses
-    mean[2] = circular_mean(poses[:, 2], weights)
-    return np.asarray(mean)
-
-
-def weighted_pose_covariance(
-    poses: FloatArray, weights: FloatArray, mean: FloatArray
-) -> FloatArray:
-    """Covariance (3, 3) of weighted pose samples about their mean (3,); yaw differences wrapped."""
-    off = poses - mean
-    off[:, 2] = wrap(off[:, 2])
-    return np.asarray((weights[:, None] * off).T @ off)
-
-
 def square_root(covariance: FloatArray) -> FloatArray:
     """A matrix ``root`` (d, d) with ``root @ root.T == covariance``, which may be singular."""
     values, vectors = np.linalg.eigh(covariance)

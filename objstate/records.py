@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from functools import cached_property
 
 import numpy as np
 
 from objstate.geometry import BoolArray, FloatArray, IntArray
+from objstate.lazy import lazy
 
 NANOSECONDS = 1e9  # in a second
 STEEP = 1e-9  # cosine of a beam's slope that counts as upright
@@ -43,7 +43,7 @@ class Rays:
         """The beams that a NumPy index or mask selects."""
         return Rays(self.origins[index], self.directions[index])
 
-    @cached_property
+    @lazy
     def courses(self) -> tuple[FloatArray, FloatArray]:
         """Seen from above: unit directions (n, 2), and the shares (n,) of their ranges that beams cover.
 

@@ -24,8 +24,6 @@ from objstate.geometry import (
     rpy_from_rotation,
     transform,
     transform_from_pose,
-    weighted_pose_covariance,
-    weighted_pose_mean,
     wrap,
 )
 
@@ -169,29 +167,3 @@ def test_the_mean_of_two_directions_lies_in_their_middle(middle: float, half: fl
     pair = wrap(np.array([middle - half, middle + half]))
     mean = circular_mean(pair, np.array([0.5, 0.5]))
     assert wrap(mean - middle) == pytest.approx(0.0, abs=1e-9)
-
-
-@given(poses, st.floats(-np.pi, np.pi))
-def test_mean_and_covariance_of_samples_do_not_see_where_pi_is(
-    place: FloatArray, turn: float
-) -> None:
-    rng = np.random.default_rng(3)
-    samples = rng.normal(0.0, [0.3, 0.2, 0.1], (50, 3))
-    weights = rng.dirichlet(np.ones(50))
-    moved = samples + np.array([place[0], place[1], turn])
-    moved[:, 2] = wrap(moved[:, 2])
-    expected = weighted_pose_mean(samples, weights) + np.array([place[0], place[1], turn])
-    assert_same_pose(weighted_pose_mean(moved, weights), expected)
-    np.testing.assert_allclose(
-        weighted_pose_covariance(moved, weights, weighted_pose_mean(moved, weights)),
-        weighted_pose_covariance(samples, weights, weighted_pose_mean(samples, weights)),
-        atol=1e-8,
-    )
-
-
-def test_covariance_is_numpys() -> None:
-    rng = np.random.default_rng(0)
-    samples, weights = rng.normal(0.0, 0.1, (40, 3)), rng.dirichlet(np.ones(40))
-    reference = np.cov(samples[:, :2].T, aweights=weights, ddof=0)
-    mean = weighted_pose_mean(samples, weights)
-    np.testing.assert_allclose(weighted_pose_covariance(samples, weights, mean)[:2, :2], reference)

@@ -39,6 +39,7 @@ def test_weights_that_are_none_are_refused(bad: list[float]) -> None:
         Weights.of(np.array(bad))
 
 
+@settings(deadline=None)  # the first example compiles
 @given(weight_arrays, log_likelihoods)
 def test_the_same_evidence_for_all_changes_nothing_and_is_the_evidence(
     given_weights: FloatArray, constant: float
@@ -49,6 +50,7 @@ def test_the_same_evidence_for_all_changes_nothing_and_is_the_evidence(
     assert evidence == pytest.approx(constant, abs=1e-9)
 
 
+@settings(deadline=None)  # the first example compiles
 @given(weight_arrays, st.integers(0, 1000))
 def test_reweighting_is_bayes_rule(given_weights: FloatArray, seed: int) -> None:
     likelihood = np.random.default_rng(seed).uniform(0.01, 5.0, len(given_weights))
@@ -59,6 +61,7 @@ def test_reweighting_is_bayes_rule(given_weights: FloatArray, seed: int) -> None
     assert np.exp(evidence) == pytest.approx(joint.sum())
 
 
+@settings(deadline=None)  # the first example compiles
 @given(st.integers(0, 1000))
 def test_evidence_taken_in_two_parts_is_the_same_as_at_once(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -90,6 +93,7 @@ def test_effective_size_counts_the_samples_that_carry_the_belief() -> None:
     assert Weights.of(np.array([1.0, 1.0, 0.0])).effective_size == pytest.approx(2.0)
 
 
+@settings(deadline=None)  # the first example compiles
 @given(weight_arrays, st.integers(1, 200), st.integers(0, 2**32 - 1))
 def test_resampling_is_within_one_copy_of_expectation(
     given_weights: FloatArray, count: int, seed: int

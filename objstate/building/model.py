@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum
-from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,6 +12,7 @@ import numpy as np
 
 from objstate.errors import BuildingError
 from objstate.geometry import FloatArray, IntArray, rotation_about, transform
+from objstate.lazy import lazy
 
 if TYPE_CHECKING:
     from objstate.building.symmetry import Symmetry
@@ -82,7 +82,7 @@ class MovableObject:
     def coordinates(self) -> tuple[str, ...]:
         return COORDINATES[self.kind]
 
-    @cached_property
+    @lazy
     def home(self) -> FloatArray:
         """(d,) the state in which the model shows the object: joint at zero, or nearest to it."""
         if self.kind is Kind.PLANAR:
@@ -90,23 +90,23 @@ class MovableObject:
             return np.array([self.origin[0, 3], self.origin[1, 3], yaw])
         return np.array([np.clip(0.0, self.lower, self.upper)])
 
-    @cached_property
+    @lazy
     def direction(self) -> FloatArray:
         """(3,) the joint's axis in the building."""
         return np.asarray(self.origin[:3, :3] @ self.axis)
 
-    @cached_property
+    @lazy
     def _upright(self) -> FloatArray:
         """(3, 3) what remains of a planar joint's rotation when its yaw is taken away."""
         back = rotation_about((0.0, 0.0, 1.0), -self.home[2])
         return np.asarray(back @ self.origin[:3, :3])
 
-    @cached_property
+    @lazy
     def upright_mesh(self) -> Mesh:
         """The mesh of furniture as it stands on the floor, about its origin at yaw 0."""
         return self.mesh.moved(transform(self._upright, np.zeros(3)))
 
-    @cached_property
+    @lazy
     def symmetry(self) -> Symmetry:
         """After which turns about the vertical the object looks the same; doors have none."""
         from objstate.building.symmetry import Symmetry, symmetry_of

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from functools import cached_property
-
-import numpy as np
 
 from objstate.geometry import FloatArray
+from objstate.lazy import lazy
 from objstate.objects import ObjectBelief
 from objstate.sensing import ScanView
 
@@ -26,27 +24,22 @@ class Backdrop:
         names: Iterable[str],
     ) -> None:
         self.view = view
-        self._walls = view.walls(poses)
-        self._objects = {
-            name: view.object(name, beliefs[name].mean[None], poses)[:, 0]
-            for name in names
-            if beliefs[name].settled
-        }
+        self._known = {name: beliefs[name].mean for name in names if beliefs[name].settled}
+        self._scene = view.scenes(self._known, poses)
 
     def without(self, name: str) -> tuple[FloatArray, FloatArray]:
         """Expected ranges (l, n) m of everything but one object, and log p(o | l) (l,) given them."""
-        if name not in self._objects:
+        if name not in self._known:
             return self._whole, self.log_likelihood
-        others = [ranges for other, ranges in self._objects.items() if other != name]
-        expected = np.asarray(np.minimum.reduce([self._walls, *others]))
+        expected = self._scene(name)
         return expected, self.view.log_likelihood(expected)
 
-    @cached_property
+    @lazy
     def log_likelihood(self) -> FloatArray:
         """log p(o | l) (l,) given the walls and all objects whose state is known."""
         return self.view.log_likelihood(self._whole)
 
-    @cached_property
+    @lazy
     def _whole(self) -> FloatArray:
         """Expected ranges (l, n) m of the walls and of all objects whose state is known."""
-        return np.asarray(np.minimum.reduce([self._walls, *self._objects.values()]))
+        return self._scene(None)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import replace
 from functools import lru_cache
 from typing import Literal
 
@@ -16,12 +15,13 @@ from objstate.estimator.believed import Believed
 from objstate.estimator.consistency import Consistency
 from objstate.estimator.doubt import Doubt, Verdict
 from objstate.estimator.hinges import Hinges
+from objstate.estimator.kernels import evenly_spread, share_through_walls
 from objstate.estimator.map_error import MapError
 from objstate.estimator.observation import Observation, observe
-from objstate.estimator.schedule import Schedule, evenly_spread
+from objstate.estimator.schedule import Schedule
 from objstate.estimator.sight import Sight
 from objstate.estimator.thinning import Thinning
-from objstate.estimator.tracking import Track, share_through_walls
+from objstate.estimator.tracking import Track
 from objstate.geometry import BoolArray, FloatArray, between, transform_from_pose
 from objstate.localization import LEVER, Hypotheses, Localizer, PoseBelief, Search
 from objstate.objects import ObjectBelief
@@ -214,7 +214,7 @@ class Estimator:
         robot, ancestors = self._localizer.renew(corrected, self._rng)
         if ancestors is not None:
             self._believed.resampled(ancestors)
-        self._track = track.corrected(robot, scan.stamp_ns, self._odometry)
+        self._track = track.corrected(robot, self._odometry)
         self.corrections += 1
         self._note_hinges(sight, observation)
         return self._estimates(observation)
@@ -262,12 +262,12 @@ class Estimator:
 
     def _driven(self, track: Track, step: FloatArray) -> Track:
         if not self._localizes_itself:
-            return replace(track, belief=track.belief.moved(step))
-        return replace(track, belief=self._localizer.predict(track.belief, step, self._rng))
+            return track.moved(track.belief.moved(step))
+        return track.moved(self._localizer.predict(track.belief, step, self._rng))
 
     def _localize(self, track: Track, sight: Sight, beams: BoolArray) -> Track:
         """p(l | o_k) <- alpha p(o_k | l) p(l)."""
-        robot, stamp = track.belief, sight.scan.stamp_ns
+        robot = track.belief
         if not self._is_narrow(robot) and not track.moved_enough(
             self._odometry, self.settings.localization
         ):
@@ -276,7 +276,7 @@ class Estimator:
         evidence = self._log_likelihood(sight, beams)
         corrected = self._localizer.correct(robot, evidence)
         renewed, _ = self._localizer.renew(corrected, self._rng)
-        return track.corrected(renewed, stamp, self._odometry)
+        return track.corrected(renewed, self._odometry)
 
     # --- what the steps need --------------------------------------------------------
 
@@ -408,7 +408,7 @@ class Estimator:
         objects = self._scenery(sight.seen_by(beams), self._believed.marginals)
         likelihood = view.pose_log_likelihood(robot.mean[None], FIT_BLUR, objects, walls[None])
         fit = view.fit(float(likelihood[0]), FIT_BLUR)
-        return track.judged(through, fit, scan.stamp_ns, s)
+        return track.judged(track.record.judged(through, fit, scan.stamp_ns, s))
 
     def _found_again(self, track: Track, scan: Scan) -> Track:
         """While the track is in doubt, search the whole building for a better place.
@@ -417,13 +417,13 @@ class Estimator:
         what was learnt of objects since it last fitted is given up as soon as it is lost.
         """
         s, now, doubt = self.settings.localization, scan.stamp_ns, self._doubt
-        fits = track.fits(s) and not doubt.is_lost
+        fits = track.record.fits(s) and not doubt.is_lost
         if fits and not doubt.is_new:
             self._search.forget()
             if doubt.dispel(now):
                 self._believed.trust()
             return track
-        if track.is_wrong(s) and not doubt.is_lost and doubt.may_search(now):
+        if track.record.is_wrong(s) and not doubt.is_lost and doubt.may_search(now):
             self._search.forget()
             self._lose(now)
         found = self._searched(scan, track.belief.mean[None], fits)

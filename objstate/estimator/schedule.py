@@ -7,12 +7,10 @@ can be shared out as well.
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
 from objstate.config import ObjectUpdateSettings
-from objstate.geometry import BoolArray, IntArray
+from objstate.geometry import BoolArray
 from objstate.records import Scan
 
 
@@ -35,20 +33,3 @@ class Schedule:
         else:
             localizes[:] = k % 2 == 0
         return scan.valid & localizes, scan.valid & ~localizes
-
-
-def evenly_spread(beams: BoolArray, most: int) -> BoolArray:
-    """At most ``most`` of the chosen beams (n,), evenly spread among them."""
-    chosen = np.flatnonzero(beams)
-    if len(chosen) <= most:
-        return beams
-    kept = np.zeros_like(beams)
-    kept[chosen[_even_steps(len(chosen), most)]] = True
-    return kept
-
-
-@lru_cache(maxsize=1024)
-def _even_steps(count: int, most: int) -> IntArray:
-    """(most,) indices, evenly spread over so many."""
-    steps = np.arange(most) * (count - 1)
-    return np.asarray((2 * steps + most - 1) // (2 * max(most - 1, 1)))

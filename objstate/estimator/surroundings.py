@@ -6,19 +6,16 @@ hinge of a door, the middle of a sliding door's way, the believed place of furni
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
 
 from objstate.building.model import Building, Kind, MovableObject
-from objstate.geometry import FloatArray
-from objstate.localization import PoseBelief
+from objstate.estimator import kernels
+from objstate.estimator.kernels import SPREAD_SIGMAS
+from objstate.geometry import FloatArray, IntArray
 from objstate.objects import ObjectBelief
-from objstate.records import Rays
 from objstate.sensing.level import moves_in_plane
-
-SPREAD_SIGMAS = 3.0  # how far samples of a belief stray from its mean
 
 
 class Surroundings:
@@ -42,45 +39,17 @@ class Surroundings:
         """Let an object's circle follow its hinge."""
         self._circles[self._index[item.name]] = _circle(item, self._reach[item.name])
 
-    def within(
-        self, robot: PoseBelief, distance: float, among: Sequence[str] | None = None
-    ) -> list[str]:
-        """Names of the objects, of all or of some, whose circles come within ``distance`` m of the robot."""
-        names, circles = self.names if among is None else among, self.circles(among)
-        off, reach = circles[:, :2] - robot.mean[:2], circles[:, 2] + distance
-        near = (off * off).sum(axis=1) <= reach * reach
-        return [names[k] for k in np.flatnonzero(near).tolist()]
+    def within(self, place: FloatArray, distance: float) -> IntArray:
+        """Numbers of the objects whose circles come within ``distance`` m of a place (2 or 3,)."""
+        return np.asarray(kernels.within(self._circles, place[0], place[1], distance))
 
-    def entries(self, names: Sequence[str], robot: PoseBelief, rays: Rays) -> FloatArray:
-        """Range (m, n) at which each beam enters each named object's circle; inf where it passes by.
+    def circles(self, names: Sequence[str]) -> FloatArray:
+        """(m, 3) x, y and radius, m, of the circles of some objects."""
+        return self.numbered([self._index[name] for name in names])
 
-        The circles are widened by what the robot's own uncertainty may shift them.
-        """
-        circles = self.circles(names)
-        x, y, yaw = robot.mean.tolist()
-        cos, sin = math.cos(yaw), math.sin(yaw)
-        east, north = circles[:, 0] - x, circles[:, 1] - y
-        seen = np.array([cos * east + sin * north, cos * north - sin * east])  # from the robot
-        yaw_std = math.sqrt(robot.covariance[2, 2])
-        margin = robot.position_std + yaw_std * np.hypot(seen[0], seen[1])
-        radius = (circles[:, 2] + SPREAD_SIGMAS * margin)[:, None]
-        directions, level = rays.courses
-        to_x = seen[0][:, None] - rays.origins[:, 0]
-        to_y = seen[1][:, None] - rays.origins[:, 1]
-        along = to_x * directions[:, 0] + to_y * directions[:, 1]
-        aside = to_x * directions[:, 1] - to_y * directions[:, 0]
-        squared = radius * radius - aside * aside
-        half = np.sqrt(np.maximum(squared, 0.0))
-        passes = (squared < 0.0) | (along + half <= 0.0)
-        entered = np.maximum(along - half, 0.0) / level
-        entered[passes] = np.inf
-        return np.asarray(entered)
-
-    def circles(self, names: Sequence[str] | None) -> FloatArray:
-        """(m, 3) x, y and radius, m, of the circles of some objects, or of all."""
-        if names is None:
-            return self._circles
-        return self._circles[[self._index[name] for name in names]].reshape(-1, 3)
+    def numbered(self, numbers: IntArray | list[int]) -> FloatArray:
+        """The same of objects given by number."""
+        return self._circles[numbers].reshape(-1, 3)
 
 
 def item_states(item: MovableObject) -> FloatArray:

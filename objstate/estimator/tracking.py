@@ -7,7 +7,8 @@ even among people some beams read what they should; in the wrong place next to n
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import math
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,48 +21,29 @@ TINY = 1e-3  # s, in which a mean over a track's life so far begins
 
 
 @dataclass(frozen=True, eq=False)
-class Track:
-    """A robot belief and its record: when it was last corrected, and how badly it fits."""
+class TrackRecord:
+    """How badly a track has fitted so far."""
 
-    belief: PoseBelief
     misfit: float = 0.0  # share of returning beams that pass through walls, a running mean
     fit: float = 1.0  # how well beams are explained, a running mean; 0: as by chance
     usual_fit: float = 0.0  # the same over longer
     seconds: float = 0.0  # for how long it has been held against scans
-    corrected_ns: int | None = None
-    corrected_at: FloatArray | None = None  # (3,) odometry at the last correction
-    judged_ns: int | None = None  # when it was last held against a scan
-
-    def moved_enough(self, odometry: FloatArray | None, s: LocalizationSettings) -> bool:
-        """Whether the robot has moved on since the last correction.
-
-        Scans from one place repeat each other's errors, and would settle a wide
-        belief on a wrong place.
-        """
-        if self.corrected_at is None or odometry is None:
-            return True
-        step = between(self.corrected_at, odometry)
-        return bool(np.hypot(step[0], step[1]) >= s.update_min_d or abs(step[2]) >= s.update_min_a)
-
-    def corrected(self, belief: PoseBelief, stamp_ns: int, odometry: FloatArray | None) -> Track:
-        return replace(self, belief=belief, corrected_ns=stamp_ns, corrected_at=odometry)
+    until_ns: int | None = None  # when it was last held against one
 
     def judged(
         self, through_walls: float, fit: float, stamp_ns: int, s: LocalizationSettings
-    ) -> Track:
-        """The track after a scan: how many returns pass through walls, how well it is explained."""
-        if self.judged_ns is None:
-            return replace(self, judged_ns=stamp_ns)
-        seconds = (stamp_ns - self.judged_ns) / NANOSECONDS
-        return replace(
-            self,
+    ) -> TrackRecord:
+        """The record after a scan: how many returns pass through walls, how well it is explained."""
+        if self.until_ns is None:
+            return TrackRecord(until_ns=stamp_ns)
+        seconds = (stamp_ns - self.until_ns) / NANOSECONDS
+        usual_after = min(self.seconds + TINY, s.usual_after)
+        return TrackRecord(
             misfit=_drawn_to(self.misfit, through_walls, seconds / s.lost_after),
             fit=_drawn_to(self.fit, fit, seconds / s.fit_after),
-            usual_fit=_drawn_to(
-                self.usual_fit, fit, seconds / min(self.seconds + TINY, s.usual_after)
-            ),
+            usual_fit=_drawn_to(self.usual_fit, fit, seconds / usual_after),
             seconds=self.seconds + seconds,
-            judged_ns=stamp_ns,
+            until_ns=stamp_ns,
         )
 
     def fits(self, s: LocalizationSettings) -> bool:
@@ -74,22 +56,38 @@ class Track:
         return self.misfit > s.lost_above or self.fit < s.lost_below
 
 
+@dataclass(frozen=True, eq=False)
+class Track:
+    """A robot belief, how it fits, and where the odometry was when a scan last corrected it."""
+
+    belief: PoseBelief
+    record: TrackRecord = TrackRecord()
+    corrected_at: FloatArray | None = None  # (3,)
+
+    def moved_enough(self, odometry: FloatArray | None, s: LocalizationSettings) -> bool:
+        """Whether the robot has moved on since the last correction.
+
+        Scans from one place repeat each other's errors, and would settle a wide
+        belief on a wrong place.
+        """
+        if self.corrected_at is None or odometry is None:
+            return True
+        step = between(self.corrected_at, odometry)
+        return bool(np.hypot(step[0], step[1]) >= s.update_min_d or abs(step[2]) >= s.update_min_a)
+
+    def moved(self, belief: PoseBelief) -> Track:
+        """The track with the belief after some odometry."""
+        return Track(belief, self.record, self.corrected_at)
+
+    def corrected(self, belief: PoseBelief, odometry: FloatArray | None) -> Track:
+        """The track with the belief after a scan."""
+        return Track(belief, self.record, odometry)
+
+    def judged(self, record: TrackRecord) -> Track:
+        """The track with a new record."""
+        return Track(self.belief, record, self.corrected_at)
+
+
 def _drawn_to(mean: float, value: float, share: float) -> float:
     """A running mean after a value that stood for a ``share`` of its time constant."""
-    return float(mean - np.expm1(-share) * (value - mean))
-
-
-def share_through_walls(measured: FloatArray, walls: FloatArray, margin: float) -> float:
-    """Share of returning beams (n,) that measured more than ``margin`` m beyond the walls (n,).
-
-    Beams stand in the order of their bearings. The farthest wall of a beam and its
-    two neighbours counts, since beside a corner, or along a wall, a small turn of
-    the robot moves the expected range far.
-    """
-    returns = np.isfinite(measured)
-    if not returns.any():
-        return 0.0
-    farthest = walls.copy()
-    farthest[1:] = np.maximum(farthest[1:], walls[:-1])
-    farthest[:-1] = np.maximum(farthest[:-1], walls[1:])
-    return float(np.mean(measured[returns] > farthest[returns] + margin))
+    return mean - math.expm1(-share) * (value - mean)

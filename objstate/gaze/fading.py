@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
 
 import numpy as np
 
@@ -22,6 +21,7 @@ from objstate.config import Settings
 from objstate.gaze.entropy import belief_entropy
 from objstate.gaze.floor import leaf_ends
 from objstate.geometry import FloatArray
+from objstate.lazy import lazy
 from objstate.objects import ObjectBelief, filter_for
 from objstate.particles import Weights
 
@@ -61,7 +61,7 @@ class Fading:
         served = float(np.interp(entropy, self.entropies, self._filled))
         return served + beyond * float(self.ages[-1])
 
-    @cached_property
+    @lazy
     def _filled(self) -> FloatArray:
         """(k,) nat hours below each of the entropies."""
         lasting = (self.ages[1:] + self.ages[:-1]) / 2.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
+from functools import lru_cache
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from objstate.building.outline import outline
 from objstate.config import NonNegative, Positive, Share, Strict
 from objstate.errors import SettingsError
 from objstate.geometry import BoolArray, FloatArray, IntArray
+from objstate.lazy import lazy
 from objstate.objects import ObjectBelief
 from objstate.objects.footprint import footprint
 
@@ -62,26 +63,26 @@ class Floor:
             )
         return Floor(building, s, origin, clearance)
 
-    @cached_property
+    @lazy
     def free(self) -> BoolArray:
         """(rows, columns) the cells where the robot touches no wall."""
         return np.asarray(self.clearance > self.settings.robot_radius)
 
-    @cached_property
+    @lazy
     def pieces(self) -> IntArray:
         """(cells,) number of the connected piece of free floor that each cell is in; 0 for none."""
         from scipy.ndimage import label
 
         return np.asarray(label(self.free, np.ones((3, 3)))[0].reshape(-1), dtype=np.int64)
 
-    @cached_property
+    @lazy
     def places(self) -> FloatArray:
         """(cells, 2) m, middles of all cells, row by row."""
         rows, columns = np.indices(self.free.shape)
         steps = np.column_stack([columns.reshape(-1), rows.reshape(-1)])
         return np.asarray(self.origin + self.settings.resolution * steps)
 
-    @cached_property
+    @lazy
     def _edges(self) -> IntArray:
         """(e, 2) numbers of neighbouring cells that are both free."""
         numbers = np.arange(self.free.size).reshape(self.free.shape)
@@ -92,13 +93,13 @@ class Floor:
             pairs.append(np.column_stack([here[both], there[both]]))
         return np.concatenate(pairs)
 
-    @cached_property
+    @lazy
     def _lengths(self) -> FloatArray:
         """(e,) m"""
         ends = self.places[self._edges]
         return np.asarray(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1))
 
-    @cached_property
+    @lazy
     def _adjacency(self) -> tuple[IntArray, IntArray, IntArray]:
         """Numbers (2 e,) of the edges that leave each cell, cell by cell, and to where; where each begins."""
         both = np.concatenate([self._edges, self._edges[:, ::-1]])
@@ -106,7 +107,7 @@ class Floor:
         starts = np.searchsorted(both[order, 0], np.arange(self.free.size + 1))
         return order % len(self._edges), both[order, 1], starts
 
-    @cached_property
+    @lazy
     def _doorways(self) -> dict[str, IntArray]:
         """By door, the free cells that the closed leaf would touch a robot in."""
         doors = [item for item in self.building.objects.values() if item.kind is not Kind.PLANAR]
@@ -118,7 +119,7 @@ class Floor:
             for item in doors
         }
 
-    @cached_property
+    @lazy
     def nodes(self) -> IntArray:
         """(cells,) for each free cell the roomiest one near it, in the same piece; -1 for others.
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from objstate.gaze.entropy import belief_entropy
 from objstate.gaze.gains import Gain, gain_of
 from objstate.gaze.laser import LaserLooks, keep
 from objstate.geometry import BoolArray, FloatArray
+from objstate.lazy import lazy
 from objstate.objects import ObjectBelief
 
 MARGIN = 0.2  # m by which the robot and objects may be off when the look is taken
@@ -98,7 +98,7 @@ class Prospects:
         self._gains: dict[str, Gain] = {}
         self._told: dict[Mark, FloatArray | None] = {}
 
-    @cached_property
+    @lazy
     def entropies(self) -> FloatArray:
         """What is not known of each object (o,), nats."""
         return np.array([belief_entropy(belief) for belief in self.beliefs.values()])

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
-from objstate.geometry import (
-    FloatArray,
-    compose,
-    weighted_pose_covariance,
-    weighted_pose_mean,
-)
+from objstate.geometry import FloatArray, compose
+from objstate.lazy import lazy
+from objstate.localization import kernels
 from objstate.particles import Weights, systematic
 
 
@@ -31,21 +28,26 @@ class PoseBelief:
         poses = rng.multivariate_normal(mean, covariance, size=count, method="eigh")
         return PoseBelief(poses, Weights.uniform(count))
 
-    @cached_property
+    @property
     def mean(self) -> FloatArray:
         """(3,) the yaw is a circular mean."""
-        return weighted_pose_mean(self.poses, self.weights.values)
+        return self._moments[0]
 
-    @cached_property
+    @property
     def covariance(self) -> FloatArray:
-        """(3, 3) of x, y, yaw about the mean."""
-        return weighted_pose_covariance(self.poses, self.weights.values, self.mean)
+        """(3, 3) of x, y, yaw about the mean; yaw differences wrapped."""
+        return self._moments[1]
 
-    @cached_property
+    @lazy
+    def _moments(self) -> tuple[FloatArray, FloatArray]:
+        mean, covariance = kernels.moments(self.poses, self.weights.values)
+        return mean, covariance
+
+    @lazy
     def position_std(self) -> float:
         """Root of the larger eigenvalue of the position's covariance, m."""
-        (xx, xy), (_, yy) = self.covariance[:2, :2].tolist()
-        return float(np.sqrt((xx + yy) / 2 + np.hypot((xx - yy) / 2, xy)))
+        (xx, xy, _), (_, yy, _), _ = self.covariance.tolist()
+        return math.sqrt((xx + yy) / 2 + math.hypot((xx - yy) / 2, xy))
 
     def moved(self, step: FloatArray) -> PoseBelief:
         """Every sample moved by the same step (3,) in its own frame."""

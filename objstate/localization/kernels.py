@@ -1,68 +1,118 @@
-"""The search's inner loop, compiled: how well places all over a building explain a scan."""
+"""What Monte Carlo localization does with all samples of a belief, compiled."""
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
-from objstate.compiling import njit
+from objstate.compiling import inner, njit
 from objstate.geometry import FloatArray, IntArray
 
+TURN = 2.0 * np.pi
 
-@njit(nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
-def add_scores(
-    poses: FloatArray,
-    cells: IntArray,
-    corner: FloatArray,
-    spacing: float,
-    nearest: FloatArray,
-    farthest: FloatArray,
-    breadth: FloatArray,
-    bins: IntArray,
-    beams: FloatArray,
-    offset: FloatArray,
-    reach: float,
-    missing: FloatArray,
-    per_sigma: float,
-    out: FloatArray,
-) -> None:
-    """Add to ``out`` (p,) about log p(o | l) for robot poses (p, 3), by look-up.
+_compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
+_inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
 
-    ``cells`` (w, h) gives the place of each cell, -1 where none is free; place c should read between
-    ``nearest`` and ``farthest`` (c, b) at each of b bearings, with the log density ``breadth``
-    (c, b). A beam has the bearing ``bins`` (n,) and the column of ``beams`` (3, n): its range and its
-    log density if it read anything at all, beyond what is expected and before; those without a
-    return come last. ``missing`` (2,) are
-    the log probabilities of no return with nothing in reach and with something. The laser stands at
-    ``offset`` (2,) on the robot. Nowhere free: every beam reads anything at all.
-    """
-    turns = nearest.shape[1]
-    near, far, broad = nearest.ravel(), farthest.ravel(), breadth.ravel()
-    measured, anything, short = beams[0], beams[1], beams[2]
-    returns, nowhere = 0, 0.0
-    for i in range(measured.shape[0]):
-        returns += measured[i] < np.inf
-        nowhere += anything[i] if measured[i] < np.inf else missing[1]
+
+@_inner
+def _wrapped(angle: float) -> Any:
+    """The angle in [-pi, pi)."""
+    return angle - TURN * np.floor((angle + np.pi) / TURN)
+
+
+@_inner
+def _mean(poses: FloatArray, weights: FloatArray) -> Any:
+    """Mean (3,) of poses (n, 3) with weights (n,); the yaw's is circular."""
+    mean, east, north = np.zeros(3), 0.0, 0.0
     for p in range(poses.shape[0]):
-        cos, sin = np.cos(poses[p, 2]), np.sin(poses[p, 2])
-        x = poses[p, 0] + cos * offset[0] - sin * offset[1] - corner[0]
-        y = poses[p, 1] + sin * offset[0] + cos * offset[1] - corner[1]
-        column, row = int(np.floor(x / spacing)), int(np.floor(y / spacing))
-        place = -1
-        if 0 <= column < cells.shape[0] and 0 <= row < cells.shape[1]:
-            place = cells[column, row]
-        if place < 0:
-            out[p] += nowhere
-            continue
-        turn = int(np.round(poses[p, 2] / (2.0 * np.pi) * turns)) % turns
-        total = 0.0
-        for i in range(returns):
-            b = bins[i] + turn
-            b += place * turns - (turns if b >= turns else 0)
-            off = max(near[b] - measured[i], measured[i] - far[b], 0.0) * per_sigma
-            least = short[i] if measured[i] < near[b] else anything[i]
-            total += max(broad[b] - 0.5 * off * off, least)
-        for i in range(returns, measured.shape[0]):
-            b = bins[i] + turn
-            b += place * turns - (turns if b >= turns else 0)
-            total += missing[0] if far[b] >= reach else missing[1]
-        out[p] += total
+        mean[0] += weights[p] * poses[p, 0]
+        mean[1] += weights[p] * poses[p, 1]
+        east += weights[p] * np.cos(poses[p, 2])
+        north += weights[p] * np.sin(poses[p, 2])
+    mean[2] = np.arctan2(north, east)
+    return mean
+
+
+@_compile
+def moments(poses: FloatArray, weights: FloatArray) -> Any:
+    """Mean (3,) and covariance (3, 3) of poses (n, 3) with weights (n,)."""
+    mean, covariance, off = _mean(poses, weights), np.zeros((3, 3)), np.empty(3)
+    for p in range(poses.shape[0]):
+        off[0], off[1] = poses[p, 0] - mean[0], poses[p, 1] - mean[1]
+        off[2] = _wrapped(poses[p, 2] - mean[2])
+        for row in range(3):
+            for column in range(row + 1):
+                covariance[row, column] += weights[p] * off[row] * off[column]
+    for row in range(3):
+        for column in range(row):
+            covariance[column, row] = covariance[row, column]
+    return mean, covariance
+
+
+@_compile
+def moved(
+    poses: FloatArray,
+    length: float,
+    bearing: float,
+    turn: float,
+    length_std: float,
+    half_turn_std: float,
+    noise: FloatArray,
+) -> Any:
+    """Poses (n, 3) after a step of so many m towards a bearing and a turn, as ``motion`` has it.
+
+    ``noise`` (3, n), in standard deviations, is of the half turn before, of that after, and of the length.
+    """
+    out = np.empty_like(poses)
+    for p in range(poses.shape[0]):
+        heading = poses[p, 2] + half_turn_std * noise[0, p]
+        driven = length + length_std * noise[2, p]
+        out[p, 0] = poses[p, 0] + driven * np.cos(heading + bearing)
+        out[p, 1] = poses[p, 1] + driven * np.sin(heading + bearing)
+        out[p, 2] = _wrapped(heading + (turn + half_turn_std * noise[1, p]))
+    return out
+
+
+@_compile
+def occupied(poses: FloatArray, cell: FloatArray) -> Any:
+    """How many cells of a grid hold one of the poses (n, 3).
+
+    The cells have the sides ``cell`` (3,), and the poses' mean lies in the middle of one.
+    """
+    count = poses.shape[0]
+    mean = _mean(poses, np.full(count, 1.0 / count))
+    cells = np.empty((count, 3), dtype=np.int64)
+    first, sides = np.zeros(3, dtype=np.int64), np.zeros(3, dtype=np.int64)
+    for p in range(count):
+        cells[p, 0] = np.rint((poses[p, 0] - mean[0]) / cell[0])
+        cells[p, 1] = np.rint((poses[p, 1] - mean[1]) / cell[1])
+        cells[p, 2] = np.rint(_wrapped(poses[p, 2] - mean[2]) / cell[2])
+        for axis in range(3):
+            first[axis] = min(first[axis], cells[p, axis])
+            sides[axis] = max(sides[axis], cells[p, axis])
+    sides += 1 - first
+    if sides[0] * sides[1] * sides[2] == 1:
+        return 1
+    numbers = np.empty(count, dtype=np.int64)
+    for p in range(count):
+        x, y, yaw = cells[p, 0] - first[0], cells[p, 1] - first[1], cells[p, 2] - first[2]
+        numbers[p] = x + sides[0] * (y + sides[1] * yaw)
+    numbers.sort()
+    found = 1
+    for p in range(1, count):
+        found += numbers[p] != numbers[p - 1]
+    return found
+
+
+@_compile
+def copies(poses: FloatArray, ancestors: IntArray, noise: FloatArray, root: FloatArray) -> Any:
+    """Copies (m, 3) of the poses (n, 3) that are ancestors (m,), spread by ``root`` (3, 3) times noise (m, 3)."""
+    out = np.empty((ancestors.shape[0], 3))
+    for k in range(ancestors.shape[0]):
+        for axis in range(3):
+            out[k, axis] = poses[ancestors[k], axis]
+            for column in range(3):
+                out[k, axis] += root[axis, column] * noise[k, column]
+        out[k, 2] = _wrapped(out[k, 2])
+    return out

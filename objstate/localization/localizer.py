@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from objstate.config import LocalizationSettings
-from objstate.geometry import FloatArray, IntArray, square_root, wrap
+from objstate.geometry import FloatArray, IntArray, square_root
+from objstate.lazy import lazy
+from objstate.localization import kernels
 from objstate.localization.belief import PoseBelief
 from objstate.localization.motion import sample_motion
 from objstate.particles import Weights, kld_sample_size, largest_step, systematic
@@ -88,9 +89,8 @@ class Localizer:
         count = min(max(needed, s.min_particles), max(s.max_particles, len(ancestors) // 2))
         if count != len(ancestors):
             ancestors = systematic(belief.weights, count, rng)
-        poses = rng.standard_normal((count, 3)) @ self._kernel(belief, count).T
-        poses += belief.poses[ancestors]
-        poses[:, 2] = wrap(poses[:, 2])
+        noise, root = rng.standard_normal((count, 3)), self._kernel(belief, count)
+        poses = kernels.copies(belief.poses, ancestors, noise, root)
         return PoseBelief(poses, Weights.uniform(count)), ancestors
 
     def _kernel(self, belief: PoseBelief, count: int) -> FloatArray:
@@ -100,7 +100,7 @@ class Localizer:
         widest = np.abs(root).sum(axis=1) / self._bin
         return np.asarray(root / max(1.0, float(widest.max())))
 
-    @cached_property
+    @lazy
     def _bin(self) -> FloatArray:
         """(3,) sizes of the KLD grid's cells."""
         s = self.settings
@@ -108,15 +108,7 @@ class Localizer:
 
     def _occupied(self, poses: FloatArray) -> int:
         """How many cells of the KLD grid, the first of which has its middle in theirs, hold a sample."""
-        off = poses - PoseBelief(poses, Weights.uniform(len(poses))).mean
-        off[:, 2] = wrap(off[:, 2])
-        cells = np.rint(off / self._bin)
-        if not cells.any():
-            return 1
-        cells = cells.astype(np.int64)
-        cells -= cells.min(axis=0)
-        x_cells, y_cells, _ = cells.max(axis=0) + 1
-        return len(np.unique(cells[:, 0] + x_cells * (cells[:, 1] + y_cells * cells[:, 2])))
+        return int(kernels.occupied(poses, self._bin))
 
     def _spacing(self, belief: PoseBelief) -> float:
         """Distance in m between neighbouring samples, a turn counted at ``LEVER``."""

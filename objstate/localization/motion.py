@@ -14,7 +14,8 @@ import math
 import numpy as np
 
 from objstate.config import LocalizationSettings
-from objstate.geometry import FloatArray, wrap
+from objstate.geometry import FloatArray
+from objstate.localization import kernels
 
 
 def sample_motion(
@@ -26,12 +27,7 @@ def sample_motion(
     driven, turned = translation * s.update_min_d, rotation * s.update_min_a  # m^2, rad^2
     half_turn_std = math.sqrt((s.alpha1 * turned + s.alpha2 * driven) / 2.0)
     length_std = math.sqrt(s.alpha3 * driven + s.alpha4 * turned)
-    before, after, longer = rng.standard_normal((3, len(poses)))
-    heading = poses[:, 2] + half_turn_std * before
-    direction = heading + math.atan2(step[1], step[0])
-    length = translation + length_std * longer
-    out = np.empty_like(poses)
-    out[:, 0] = poses[:, 0] + length * np.cos(direction)
-    out[:, 1] = poses[:, 1] + length * np.sin(direction)
-    out[:, 2] = wrap(heading + (step[2] + half_turn_std * after))
-    return out
+    bearing, turn = math.atan2(step[1], step[0]), float(step[2])
+    noise = rng.standard_normal((3, len(poses)))
+    out = kernels.moved(poses, translation, bearing, turn, length_std, half_turn_std, noise)
+    return np.asarray(out)

@@ -6,11 +6,12 @@ The inside of something solid and large counts as free, too; no scan fits there.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from objstate.config import BeamModelSettings, SearchSettings
-from objstate.geometry import BoolArray, FloatArray, IntArray
+from objstate.geometry import BoolArray, FloatArray, IntArray, compose
 from objstate.records import Rays, Scan
 from objstate.sensing import BeamModel, ExpectedRanges
 
@@ -69,40 +70,54 @@ class Places:
         return np.column_stack([np.repeat(self.points, TURNS, axis=0), np.tile(yaws, count)])
 
     def log_likelihood(
-        self, scan: Scan, beam_model: BeamModelSettings, beams: int, poses: FloatArray
+        self,
+        scan: Scan,
+        beam_model: BeamModelSettings,
+        beams: int,
+        poses: FloatArray,
+        step: FloatArray,
     ) -> FloatArray:
-        """About log p(o | l) (p,) of a scan's walls, by look-up, for robot poses (p, 3)."""
-        from objstate.localization import kernels
+        """About log p(o | l) (p,) of a scan's walls, by look-up, for a step (3,) on from robot poses (p, 3)."""
+        from objstate.localization import search_kernels
 
         chosen, bins = _by_bearing(scan, beams)
-        order = np.argsort(scan.ranges[chosen], kind="stable")  # no return, infinite, comes last
-        chosen, bins = chosen[order], bins[order]
-        offset = scan.rays.origins[:, :2].mean(axis=0) if len(scan) else np.zeros(2)
+        middle = scan.rays.origins[:, :2].mean(axis=0) if len(scan) else np.zeros(2)
         model = BeamModel(beam_model, self.spacing / 2.0)
-        peak, per_sigma, anything, missing, hit, reach, _ = model.parameters(scan.range_max)
+        peak, per_sigma, anything, missing, hit, reach, _ = model.parameters(
+            scan.range_max
+        ).tolist()
         measured = scan.ranges[chosen]
         floor = np.full(len(measured), anything)
         with np.errstate(divide="ignore"):
             rows = np.log(np.stack([floor, floor + model.short(measured)]).clip(min=1e-9))
-        near, far = (np.minimum(each, reach) for each in (self.nearest, self.farthest))
-        out = np.zeros(len(poses))
-        kernels.add_scores(
+        near, far, breadth = self._within(reach, hit, peak)
+        found = search_kernels.scores(
             poses,
             self.cells,
             self.corner,
             self.spacing,
             near,
             far,
-            np.log(hit / (far - near + hit / peak)),
+            breadth,
             bins,
             np.vstack([measured, rows]),
-            offset,
+            compose(step, np.array([*middle, 0.0])),
             reach,
             np.log(np.array([missing + hit, missing]).clip(min=1e-9)),
             per_sigma,
-            out,
         )
-        return out
+        return np.asarray(found)
+
+    @lru_cache(maxsize=4)  # noqa: B019 - lives as long as the places it belongs to
+    def _within(
+        self, reach: float, hit: float, peak: float
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """What a laser that sees so far should read (c, TURNS) at least and at most, and the log density between.
+
+        ``hit`` is the probability of a hit, ``peak`` its highest density.
+        """
+        near, far = (np.minimum(each, reach) for each in (self.nearest, self.farthest))
+        return near, far, np.log(hit / (far - near + hit / peak))
 
 
 def _look_round(

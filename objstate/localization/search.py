@@ -138,9 +138,8 @@ class Search:
         total = np.zeros(len(poses))
         s = self._settings
         for look, step in zip(looks, steps, strict=True):
-            moved = compose(poses, step) if step.any() else poses
             table = self._at(look)
-            total += table.log_likelihood(look.scan, s.beam_model, s.search.max_beams, moved)
+            total += table.log_likelihood(look.scan, s.beam_model, s.search.max_beams, poses, step)
         return total
 
     def _at(self, look: Look) -> Places:

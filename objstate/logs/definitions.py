@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import struct
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from objstate.errors import LogError
+from objstate.lazy import lazy
 
 if TYPE_CHECKING:
     from rosbags.interfaces.typing import Typesdict
@@ -50,7 +51,7 @@ class MessageType:
     text: str = ""
     language: str = MSG
 
-    @cached_property
+    @lazy
     def definition(self) -> str:
         """The ROS 2 ``.msg`` text with all dependencies, as MCAP's ``ros2msg`` schema has it.
 
@@ -92,7 +93,7 @@ class MessageType:
     def _damaged(self) -> LogError:
         return LogError(f"the message is damaged, or not as its type {self.name} is defined")
 
-    @cached_property
+    @lazy
     def _store(self) -> Typestore:
         return _store(self)
 

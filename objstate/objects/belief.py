@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from copy import copy
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import partial
 from operator import le
 
 import numpy as np
 
 from objstate.building.model import Kind, MovableObject
 from objstate.geometry import BoolArray, FloatArray, circular_mean, wrap
+from objstate.lazy import lazy
 from objstate.objects.footprint import footprint
 from objstate.objects.passage import clear_widths, lattice_clear_widths
 from objstate.particles import Weights, quantiles
@@ -93,7 +94,7 @@ class ObjectBelief:
         object.__setattr__(known, "shared", shared)
         return known
 
-    @cached_property
+    @lazy
     def standing(self) -> ObjectBelief:
         """The belief without its scouts."""
         if self.scouts == 0:
@@ -102,7 +103,7 @@ class ObjectBelief:
         weights = Weights.of(self.weights.values[:count])
         return replace(self, states=self.states[:count], weights=weights, scouts=0)
 
-    @cached_property
+    @lazy
     def mean(self) -> FloatArray:
         """(d,) directions by circular mean.
 
@@ -113,7 +114,7 @@ class ObjectBelief:
             return np.array([circular_mean(self.states[:, 0], self.weights.values)])
         return self._moments[0]
 
-    @cached_property
+    @lazy
     def _moments(self) -> tuple[FloatArray, FloatArray]:
         """Mean (d,) and standard deviations (d,) of samples without scouts, on a line or of furniture."""
         if self.item.kind is not Kind.PLANAR:
@@ -130,7 +131,7 @@ class ObjectBelief:
         sampling.moments(states, values, home, symmetry.order, symmetry.centre, middle, off)
         return middle, off
 
-    @cached_property
+    @lazy
     def deviations(self) -> FloatArray:
         """(n, d) samples, without scouts, from the mean; directions the short way round."""
         if self.item.kind is Kind.PLANAR:
@@ -167,7 +168,7 @@ class ObjectBelief:
         weights = np.tile(self.standing.weights.values, len(equals))
         return self.standing.with_samples(equals.reshape(-1, 3), Weights.of(weights))
 
-    @cached_property
+    @lazy
     def std(self) -> FloatArray:
         """(d,) standard deviations, the width of a sample's cell included."""
         if self.item.wraps:
@@ -216,7 +217,7 @@ class ObjectBelief:
         filled = np.concatenate([[0.0], np.cumsum(weights[order])])
         return np.asarray(np.interp(shares, filled, edges))
 
-    @cached_property
+    @lazy
     def clear_width(self) -> Distribution:
         """The free passage that a door's leaf leaves, m. Raises BuildingError for furniture."""
         return self.clear_width_for(0.0)
@@ -270,7 +271,7 @@ class ObjectBelief:
         ends = np.concatenate([states - self.cell / 2, states + self.cell / 2])
         return ends if self.item.wraps else ends.clip(self.item.lower, self.item.upper)
 
-    @cached_property
+    @lazy
     def settled(self) -> bool:
         """Whether the object surely is there, and known well enough that its mean can stand in a scene."""
         if self.presence < 0.5:

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from objstate.building.model import Kind, MovableObject
 from objstate.config import DoorSettings
 from objstate.geometry import BoolArray, FloatArray, IntArray, wrap
+from objstate.lazy import lazy
 from objstate.objects.belief import ObjectBelief
 from objstate.objects.conditional import ConditionalBelief, Update
 from objstate.objects.evidence import ScanEvidence
@@ -36,7 +36,7 @@ class LatticeFilter:
     item: MovableObject
     settings: DoorSettings
 
-    @cached_property
+    @lazy
     def _states(self) -> FloatArray:
         """(n,) from limit to limit, so that a door at its stop lies on a sample."""
         s, hinged = self.settings, self.item.kind is Kind.HINGED
@@ -47,7 +47,7 @@ class LatticeFilter:
             self.item.lower, self.item.upper, cells + 1, endpoint=not self.item.wraps
         )
 
-    @cached_property
+    @lazy
     def _spacing(self) -> float:
         """rad or m between neighbouring states."""
         return float(self._states[1] - self._states[0])
@@ -61,14 +61,14 @@ class LatticeFilter:
             cell=np.array([self._spacing]),
         )
 
-    @cached_property
+    @lazy
     def _normals(self) -> FloatArray:
         """(n, 2) the direction in which the leaf is thin, in each state, seen from above."""
         across, _ = leaf_axes(self.item)
         turns = self.item.transforms(self._states[:, None])[:, :2, :2]
         return np.asarray(turns @ across)
 
-    @cached_property
+    @lazy
     def _prior_weights(self) -> FloatArray:
         states, s = self._states, self.settings
         if s.prior == "uniform":
@@ -82,7 +82,7 @@ class LatticeFilter:
         weights = np.exp(-0.5 * (off / std) ** 2) + np.finfo(float).tiny
         return np.asarray(weights / weights.sum())
 
-    @cached_property
+    @lazy
     def _rest_weights(self) -> FloatArray:
         """(n,) where a door comes to rest that somebody has moved: closed, open, or anywhere."""
         rest, states, closed = self.settings.rest, self._states, self.item.home[0]
@@ -169,7 +169,7 @@ class LatticeFilter:
         wider = self._drifted(weights[None], std)[0]
         return belief.with_weights(Weights(wider / wider.sum()))
 
-    @cached_property
+    @lazy
     def _lean(self) -> float:
         """rad for each m by which the leaf hangs aside, when the turn that fits best makes up for it."""
         plan = self.item.mesh.vertices[:, :2]

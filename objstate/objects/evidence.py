@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from objstate.geometry import BoolArray, FloatArray, IntArray
+from objstate.lazy import lazy
 from objstate.particles import Weights
 from objstate.sensing import Comparison, ScanView
 
@@ -51,7 +51,7 @@ class ScanEvidence:
             ),
         )
 
-    @cached_property
+    @lazy
     def stopped(self) -> FloatArray:
         """(k, 3) m where beams end that something else than the background stopped.
 
@@ -60,7 +60,7 @@ class ScanEvidence:
         best = int(np.argmax(self.robot_weights.log))
         return self.view.stopped_short(self.poses[best], self.background[best])
 
-    @cached_property
+    @lazy
     def _few(self) -> IntArray:
         """Some robot samples, by an even comb over what they weigh after the scan.
 
@@ -70,7 +70,7 @@ class ScanEvidence:
         """
         return np.searchsorted(np.cumsum(self.robot_weights_without.values), COMB)
 
-    @cached_property
+    @lazy
     def robot_weights_without(self) -> Weights:
         """(l,) the robot weights after the scan, were the object absent."""
         weights, _ = self.robot_weights.reweight(self.tempering * self.log_absent)

@@ -7,7 +7,6 @@ tells much is taken in by steps.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,6 +15,7 @@ from objstate.building.model import MovableObject
 from objstate.building.outline import outline
 from objstate.config import FurnitureSettings
 from objstate.geometry import BoolArray, FloatArray, IntArray, wrap
+from objstate.lazy import lazy
 from objstate.objects.belief import ObjectBelief
 from objstate.objects.conditional import ConditionalBelief, Update
 from objstate.objects.evidence import ScanEvidence
@@ -307,17 +307,17 @@ class SampleFilter:
             self._outlines[step] = TracedOutline.of(outline(self.item.upright_mesh, level))
         return self._outlines[step]
 
-    @cached_property
+    @lazy
     def _nudge(self) -> FloatArray:
         s = self.settings
         return np.array([s.nudge_m, s.nudge_m, np.radians(s.nudge_deg)])
 
-    @cached_property
+    @lazy
     def _blur(self) -> FloatArray:
         """(3,) deviations of what one sample alone stands for."""
         return SPREAD * self._nudge
 
-    @cached_property
+    @lazy
     def _moves(self) -> Moves:
         """Where it may be moved to, as the kernels take it."""
         from objstate.objects.sampling import Moves

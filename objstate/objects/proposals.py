@@ -6,11 +6,11 @@ Two ends of beams and two points of the outline that are as far apart fix a stat
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from objstate.geometry import BoolArray, FloatArray, IntArray, wrap
+from objstate.lazy import lazy
 
 TRACED = 96  # points along an outline
 SHORTEST = (
@@ -73,7 +73,7 @@ class TracedOutline:
         sampling.lie_on(states, self._abreast, ends, within, out)
         return out
 
-    @cached_property
+    @lazy
     def _abreast(self) -> FloatArray:
         """(2, q) the points as the kernel takes them."""
         return np.ascontiguousarray(self.points.T)

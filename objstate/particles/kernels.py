@@ -1,4 +1,4 @@
-"""How much of a likelihood a belief of samples can take in at once, compiled."""
+"""Weights that take evidence in, how much of it they can at once, and resampling; compiled."""
 
 from __future__ import annotations
 
@@ -13,6 +13,39 @@ STEP_PRECISION = 12  # halvings in the search for the largest step
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
+
+
+@_compile
+def normalized(log: FloatArray) -> Any:
+    """Logarithms (n,) of weights that sum to one, and the weights, and the logarithm of the sum they had.
+
+    That is not finite where no weight is above zero.
+    """
+    top, total = -np.inf, 0.0
+    for j in range(log.shape[0]):
+        top = max(top, log[j])
+    logarithms, values = np.empty_like(log), np.empty_like(log)
+    for j in range(log.shape[0]):
+        values[j] = np.exp(log[j] - top)
+        total += values[j]
+    log_sum = top + np.log(total)
+    for j in range(log.shape[0]):
+        values[j] /= total
+        logarithms[j] = log[j] - log_sum
+    return logarithms, values, log_sum
+
+
+@_compile
+def systematic(weights: FloatArray, count: int, start: float) -> Any:
+    """Indices (count,) of weights (n,) of sum one by an even comb that starts at a share of its step."""
+    chosen, last = np.empty(count, dtype=np.int64), weights.shape[0] - 1
+    j, edge = 0, weights[0]
+    for k in range(count):
+        while j < last and edge <= (start + k) / count:
+            j += 1
+            edge += weights[j]
+        chosen[k] = j
+    return chosen
 
 
 @_inner

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from objstate.errors import ObjstateError
 from objstate.geometry import FloatArray, IntArray
+from objstate.lazy import lazy
 
 
 class ImpossibleEvidenceError(ObjstateError):
@@ -37,12 +37,12 @@ class Weights:
     @staticmethod
     def of_logarithms(log: FloatArray) -> Weights:
         """From the logarithms of weights of any sum, one of which is finite."""
-        return Weights._scaled(log, float(log.max()))[0]
+        return Weights._normalized(log)[0]
 
     def __len__(self) -> int:
         return len(self.values)
 
-    @cached_property
+    @lazy
     def log(self) -> FloatArray:
         """(n,) logarithms of the weights."""
         with np.errstate(divide="ignore"):
@@ -58,22 +58,21 @@ class Weights:
 
         Raises ImpossibleEvidenceError when no sample could have produced the evidence.
         """
-        log = self.log + log_likelihood
-        top = float(log.max())
-        if not math.isfinite(top):
+        weights, log_evidence = Weights._normalized(self.log + log_likelihood)
+        if not math.isfinite(log_evidence):
             raise ImpossibleEvidenceError(
                 "No sample of the belief can explain the reading; give the beam model a share "
                 "of random readings (z_rand above 0)."
             )
-        return Weights._scaled(log, top)
+        return weights, log_evidence
 
     @staticmethod
-    def _scaled(log: FloatArray, top: float) -> tuple[Weights, float]:
-        """Weights that sum to one, of logarithms (n,) with a maximum, and the logarithm of their sum."""
-        unscaled = np.exp(log - top)
-        total = float(unscaled.sum())
-        log_sum = top + math.log(total)
-        return Weights._known(log - log_sum, unscaled / total), log_sum
+    def _normalized(log: FloatArray) -> tuple[Weights, float]:
+        """Weights that sum to one, of logarithms (n,), and the logarithm of the sum they had."""
+        from objstate.particles import kernels
+
+        logarithms, values, log_sum = kernels.normalized(log)
+        return Weights._known(logarithms, values), log_sum
 
     @staticmethod
     def _known(log: FloatArray, values: FloatArray) -> Weights:
@@ -101,10 +100,9 @@ def systematic(weights: Weights, count: int, rng: np.random.Generator) -> IntArr
 
     Each sample is drawn ``count`` times its weight on average, never off by one or more.
     """
-    edges = np.cumsum(weights.values)
-    edges[-1] = np.inf
-    combs = (rng.random() + np.arange(count)) / count
-    return np.searchsorted(edges, combs, side="right")
+    from objstate.particles import kernels
+
+    return np.asarray(kernels.systematic(weights.values, count, rng.random()))
 
 
 def quantiles(values: FloatArray, weights: FloatArray, shares: FloatArray) -> FloatArray:

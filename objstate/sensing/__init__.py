@@ -3,7 +3,8 @@
 from objstate.sensing.beam_model import BeamModel
 from objstate.sensing.expected import ExpectedRanges, cast_from
 from objstate.sensing.level import UncertainObject
-from objstate.sensing.view import Comparison, ScanView, Sensing
+from objstate.sensing.sensing import Sensing
+from objstate.sensing.view import Comparison, ScanView
 
 __all__ = [
     "BeamModel",

@@ -11,12 +11,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from objstate.config import BeamModelSettings
 from objstate.geometry import FloatArray
+from objstate.lazy import lazy
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class BeamModel:
         stopped = np.where(np.isinf(measured), 0.0, measured)  # a missing return was not
         return np.asarray(self._shares[1] * rate * np.exp(-rate * stopped))
 
-    @cached_property
+    @lazy
     def _shares(self) -> FloatArray:
         """(4,) of hits, short readings, missing returns and random readings; they sum to one."""
         s = self.settings
@@ -68,18 +68,18 @@ class BeamModel:
         """Standard deviation of a hit, m, blur included."""
         return math.hypot(self.settings.sigma_hit, self.blur)
 
-    def fit(self, log_likelihood: float, measured: FloatArray, range_max: float) -> float:
-        """How well ranges (n,) with that log-likelihood are explained.
+    def fit(
+        self, log_likelihood: float, measured: FloatArray, short: FloatArray, range_max: float
+    ) -> float:
+        """How well ranges (n,) with that log-likelihood are explained, where ``short`` (n,) is ``self.short`` of them.
 
         0 is as by chance (short and random readings alone), 1 as by hits alone with errors of
         ``sigma_hit``. Clipped to that.
         """
-        peak, _, anything, missing, hit, _, _ = self.parameters(range_max)
-        returns = np.isfinite(measured)
-        chance = np.where(returns, anything + self.short(measured), missing)
-        should = np.where(returns, peak * np.exp(-0.5), missing + hit)
-        worst, best = (np.log(each.clip(min=1e-9)).sum() for each in (chance, should))
-        return float(np.clip((log_likelihood - worst) / (best - worst), 0.0, 1.0))
+        from objstate.sensing import kernels
+
+        worst, best = kernels.chances(measured, short, self.parameters(range_max))
+        return float(min(max((log_likelihood - worst) / (best - worst), 0.0), 1.0))
 
     def __call__(
         self, measured: FloatArray, range_max: float

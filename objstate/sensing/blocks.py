@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from functools import cached_property
-
 import numpy as np
 
 from objstate.geometry import FloatArray, IntArray
+from objstate.lazy import lazy
 
 SIDE = 8.0  # m of a block
 
@@ -35,7 +34,7 @@ class Blocks:
         near = self._segments[np.unique(np.concatenate(found))]
         return np.ascontiguousarray(near[_distance(near, place) <= radius])
 
-    @cached_property
+    @lazy
     def _by_block(self) -> dict[tuple[int, int], IntArray]:
         """Indices of the segments whose bounding boxes touch each block."""
         ends = self._segments.reshape(-1, 2, 2)

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from objstate.compiling import inner, njit
-from objstate.geometry import FloatArray
+from objstate.geometry import BoolArray, FloatArray, IntArray
 
 BEARING, DIRECTION_X, DIRECTION_Y, ORIGIN_X, ORIGIN_Y, MEASURED, SHORT = range(7)
 CENTRE_X, CENTRE_Y, SPREAD = range(3)
@@ -25,6 +25,7 @@ PEAK, PER_SIGMA, RANDOM, MISSING, HIT, RANGE_MAX, GAUSSIAN = range(7)
 
 FLAT_BELL = 36.0  # exponent from which the bell is flat: 2e-16 of its height
 LEAST_DENSITY = 1e-100  # of the pure Gaussian, which has no floor of its own (21 sigmas)
+LEAST_CHANCE = 1e-9  # of a reading that nothing explains
 DECADES = 150  # by which a product may grow or shrink before it is looked at
 SMALL, LARGE = 1e-200, 1e200  # products are kept between these: one density more is still a float
 GRAZING = 0.1  # cosine of incidence below which a range says nothing of a shift of the surface
@@ -32,6 +33,97 @@ GRAZING = 0.1  # cosine of incidence below which a range says nothing of a shift
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner_product = inner(nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
+
+
+@_compile
+def with_trigonometry(poses: FloatArray, home: float) -> Any:
+    """Poses (n, 3) as the loops take them (n, 4), their yaws against a ``home`` yaw."""
+    out = np.empty((poses.shape[0], 4))
+    for p in range(poses.shape[0]):
+        yaw = poses[p, 2] - home
+        out[p, X], out[p, Y], out[p, COS], out[p, SIN] = (
+            poses[p, 0],
+            poses[p, 1],
+            np.cos(yaw),
+            np.sin(yaw),
+        )
+    return out
+
+
+@_compile
+def hinged(x: float, y: float, direction: float, home: float, states: FloatArray) -> Any:
+    """Placements (s, 4) about a hinge of a leaf that turns in a direction, 1 or -1, from its home state."""
+    out = np.empty((states.shape[0], 4))
+    for k in range(states.shape[0]):
+        turn = direction * (states[k, 0] - home)
+        out[k, X], out[k, Y], out[k, COS], out[k, SIN] = x, y, np.cos(turn), np.sin(turn)
+    return out
+
+
+@_compile
+def rectangle(poses: FloatArray) -> Any:
+    """Left, bottom, right and top, m, of the positions of poses (n, 4)."""
+    left, bottom, right, top = np.inf, np.inf, -np.inf, -np.inf
+    for p in range(poses.shape[0]):
+        left, right = min(left, poses[p, X]), max(right, poses[p, X])
+        bottom, top = min(bottom, poses[p, Y]), max(top, poses[p, Y])
+    return left, bottom, right, top
+
+
+@_compile
+def take(
+    chosen: BoolArray,
+    order: IntArray,
+    rows: FloatArray,
+    index: IntArray,
+    measured: FloatArray,
+    short: FloatArray,
+) -> Any:
+    """The chosen (n,) beams of a scan: their order, beams, index, and what they ``measured``; and ``short``.
+
+    All beams have the ``order`` (n,), ``rows`` (5 or more, n), of which those up to the origins count, and
+    ``index``; what they read, (n,), stands in the scan's own order, as does what comes back of it.
+    """
+    count, place = 0, np.empty(chosen.shape[0], dtype=np.int64)
+    for i in range(chosen.shape[0]):
+        place[i] = count
+        count += chosen[i]
+    reads, stopped = np.empty(count), np.empty(count)
+    for i in range(chosen.shape[0]):
+        if chosen[i]:
+            reads[place[i]], stopped[place[i]] = measured[i], short[i]
+    some, beams = np.empty(count, dtype=np.int64), np.empty((7, count))
+    before = np.empty(chosen.shape[0] + 1, dtype=np.int64)  # chosen beams, by bearing
+    k = 0
+    for i in range(chosen.shape[0]):
+        before[i] = k
+        if chosen[order[i]]:
+            some[k] = place[order[i]]
+            for row in range(MEASURED):
+                beams[row, k] = rows[row, i]
+            beams[MEASURED, k], beams[SHORT, k] = reads[some[k]], stopped[some[k]]
+            k += 1
+    before[chosen.shape[0]] = k
+    return some, beams, before[index], reads, stopped
+
+
+@_compile
+def ends(
+    order: IntArray, beams: FloatArray, sweep: FloatArray, height: float, pose: FloatArray
+) -> Any:
+    """Where beams end (n, 3) that leave a robot at a pose (4,), by what they measured, in the scan's own order.
+
+    Sorted beam i is ``order[i]`` of the scan.
+    """
+    out = np.empty((order.shape[0], 3))
+    for i in range(order.shape[0]):
+        measured = beams[MEASURED, i]
+        x = sweep[CENTRE_X] + beams[ORIGIN_X, i] + measured * beams[DIRECTION_X, i]
+        y = sweep[CENTRE_Y] + beams[ORIGIN_Y, i] + measured * beams[DIRECTION_Y, i]
+        out[order[i], 0] = pose[X] + pose[COS] * x - pose[SIN] * y
+        out[order[i], 1] = pose[Y] + pose[SIN] * x + pose[COS] * y
+        out[order[i], 2] = height
+    return out
 
 
 @_inner
@@ -108,6 +200,19 @@ def _densities(
     for i in range(out.shape[0]):
         none = clear if expected[i] >= range_max else missing
         out[i] = none if measured[i] == np.inf else out[i]
+
+
+@_compile
+def chances(measured: FloatArray, short: FloatArray, model: FloatArray) -> Any:
+    """Log densities of readings (n,) if nothing were as expected, and if all were, an error of a sigma each."""
+    worst, best = 0.0, 0.0
+    for i in range(measured.shape[0]):
+        is_missing = measured[i] == np.inf
+        chance = model[MISSING] if is_missing else model[RANDOM] + short[i]
+        should = model[MISSING] + model[HIT] if is_missing else model[PEAK] * np.exp(-0.5)
+        worst += np.log(max(chance, LEAST_CHANCE))
+        best += np.log(max(should, LEAST_CHANCE))
+    return worst, best
 
 
 @_inner

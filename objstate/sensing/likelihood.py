@@ -339,6 +339,20 @@ def object_log_likelihood(
         _average(change, gradient, curvature, tempering, model[PER_SIGMA], variance, states[k], out)
 
 
+@_compile
+def average_out(few: FloatArray, states: IntArray, out: FloatArray) -> None:
+    """Let ``out`` (p, n) in the columns ``states`` (s,) be the logarithm of the mean over a ``few`` (q, n)."""
+    for k in range(states.shape[0]):
+        column, top, total = few[:, states[k]], -np.inf, 0.0
+        for p in range(column.shape[0]):
+            top = max(top, column[p])
+        for p in range(column.shape[0]):
+            total += np.exp(column[p] - top)
+        mean = top + np.log(total / column.shape[0])
+        for p in range(out.shape[0]):
+            out[p, states[k]] = mean
+
+
 @_inner
 def _mix(
     alone: FloatArray,

@@ -186,6 +186,42 @@ def _covered(
 
 
 @_inner
+def _is_aside(
+    segment: FloatArray,
+    strayed: float,
+    turned: float,
+    spread: float,
+    beams: FloatArray,
+    index: IntArray,
+) -> Any:
+    """Whether a segment (4,) lies between two beams from all poses; what is close may do so unnoticed.
+
+    It is seen from the poses' middle, from which they stray and are turned by so much at most.
+    """
+    gap = _gap(segment) - strayed - spread
+    if gap <= SLACK:
+        return False
+    # pseudo-angles grow no faster than angles, an arc sine less than its sine times a right angle
+    margin = SLACK + turned + 0.5 * np.pi * (strayed + spread) / gap
+    begin = pseudo_angle(segment[0], segment[1])
+    end = _bearing(segment[2], segment[3], 0.0, begin)
+    low, high = min(begin, end) - margin, max(begin, end) + margin
+    if low < -2.0 or high > 2.0:
+        return False
+    first = _first_at_or_after(low, beams, index)
+    return first == beams.shape[1] or beams[BEARING, first] > high
+
+
+@_inner
+def _turned(lasers: FloatArray, middle: FloatArray) -> Any:
+    """rad by which headings of lasers' poses (4, p) are turned from their middle's (4,), at most."""
+    least = 1.0
+    for p in range(lasers.shape[1]):
+        least = min(least, lasers[COS, p] * middle[COS] + lasers[SIN, p] * middle[SIN])
+    return np.arccos(max(least, -1.0))
+
+
+@_inner
 def _is_behind(segment: FloatArray, margin: float) -> Any:
     """Whether all within a margin of the origin is on the right, inner, side of a rim's segment (4,)."""
     ex, ey = segment[2] - segment[0], segment[3] - segment[1]
@@ -253,9 +289,11 @@ def project(
         sin[p] = place[SIN] * lasers[COS, p] - place[COS] * lasers[SIN, p]
     seen = np.empty((outline.shape[0], 4))
     _seen_from(middle, place, outline, seen)
-    is_outside = _is_outside(seen, rim, strayed + spread)
+    is_outside, turned = _is_outside(seen, rim, strayed + spread), _turned(lasers, middle)
     for j in range(rim if is_outside else outline.shape[0]):
         if is_outside and _is_behind(seen[j], strayed + spread):
+            continue
+        if _is_aside(seen[j], strayed, turned, spread, beams, index):
             continue
         along_x, along_y = outline[j, 2] - outline[j, 0], outline[j, 3] - outline[j, 1]
         for p in range(size):
@@ -322,6 +360,46 @@ def cast(
         for i in range(count):
             for p in range(poses.shape[0]):
                 out[p, s, order[i]] = nearest[i, p]
+
+
+@_compile
+def put_before(
+    poses: FloatArray,
+    place: FloatArray,
+    outline: FloatArray,
+    rim: int,
+    order: IntArray,
+    beams: FloatArray,
+    index: IntArray,
+    sweep: FloatArray,
+    expected: FloatArray,
+) -> None:
+    """Shorten what is ``expected`` (p, n) from poses (p, 4) where an outline (k, 4) at a place (4,) is nearer.
+
+    It is in the scan's own order, of which sorted beam i is ``order[i]``.
+    """
+    lasers, middle = stands(poses, sweep), np.empty(4)
+    strayed, count = strays(lasers, middle), beams.shape[1]
+    nearest = np.empty((count, poses.shape[0]))
+    nearest.fill(np.inf)
+    is_touched = np.zeros(count, dtype=np.bool_)
+    project(
+        lasers,
+        middle,
+        strayed,
+        place,
+        outline,
+        rim,
+        beams,
+        index,
+        sweep[SPREAD],
+        nearest,
+        is_touched,
+    )
+    for i in range(count):
+        if is_touched[i]:
+            for p in range(poses.shape[0]):
+                expected[p, order[i]] = min(expected[p, order[i]], nearest[i, p])
 
 
 @_compile

@@ -5,7 +5,6 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from zlib import crc32
 
 import numpy as np
@@ -14,6 +13,7 @@ from numpy.typing import ArrayLike
 from objstate.building.model import Kind, MovableObject
 from objstate.config import Settings
 from objstate.errors import WorldError
+from objstate.lazy import lazy
 from objstate.objects import ObjectBelief, ObjectFilter, filter_for
 from objstate.records import NANOSECONDS
 from objstate.world.blocking import Blockage, blocked
@@ -65,7 +65,7 @@ class World:
         }
         return replace(self, histories=histories)
 
-    @cached_property
+    @lazy
     def latest_ns(self) -> int | None:
         """When anything was last learnt; None where nothing ever was."""
         return max((stamps[-1] for stamps in self._stamps.values()), default=None)
@@ -106,11 +106,11 @@ class World:
         seconds = (stamp_ns - last.stamp_ns) / NANOSECONDS
         return replace(self._filters[name].predict(last, seconds, rng), stamp_ns=stamp_ns)
 
-    @cached_property
+    @lazy
     def _filters(self) -> dict[str, ObjectFilter]:
         return {name: filter_for(item, self.settings) for name, item in self.objects.items()}
 
-    @cached_property
+    @lazy
     def _stamps(self) -> dict[str, tuple[int, ...]]:
         return {
             name: tuple(b.stamp_ns for b in past if b.stamp_ns is not None)

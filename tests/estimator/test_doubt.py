@@ -7,7 +7,7 @@ import pytest
 
 from objstate.config import Settings
 from objstate.estimator.doubt import Doubt, Verdict
-from objstate.estimator.tracking import Track
+from objstate.estimator.tracking import Track, TrackRecord
 from objstate.geometry import compose
 from objstate.localization import Hypotheses, PoseBelief
 from objstate.particles import Weights
@@ -94,7 +94,7 @@ def test_what_was_learnt_is_trusted_only_after_a_while() -> None:
 
 def test_short_readings_of_some_beams_are_no_sign_of_a_wrong_place_but_of_all_are() -> None:
     """People leave a third of the beams alone."""
-    s, crowded, wrong = SETTINGS.localization, track(), track()
+    s, crowded, wrong = SETTINGS.localization, TrackRecord(), TrackRecord()
     for k in range(1, 40):
         crowded = crowded.judged(0.0, 0.65, k * SECOND // 5, s)
         wrong = wrong.judged(0.0, 0.05, k * SECOND // 5, s)
@@ -104,7 +104,7 @@ def test_short_readings_of_some_beams_are_no_sign_of_a_wrong_place_but_of_all_ar
 
 
 def test_beams_through_walls_are_a_sign_however_well_the_others_fit() -> None:
-    s, each = SETTINGS.localization, track()
+    s, each = SETTINGS.localization, TrackRecord()
     for k in range(1, 60):
         each = each.judged(0.3, 0.7, k * SECOND // 5, s)
     assert each.is_wrong(s)

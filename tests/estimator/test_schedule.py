@@ -7,7 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from objstate.config import ObjectUpdateSettings
-from objstate.estimator.schedule import Schedule, evenly_spread
+from objstate.estimator.kernels import evenly_spread
+from objstate.estimator.schedule import Schedule
 from objstate.records import Scan
 from tests.rooms import fan, scan_of
 
@@ -63,6 +64,7 @@ def test_lasers_serve_one_belief_each() -> None:
     np.testing.assert_array_equal(sharing.share_out(rear)[1], rear.valid)
 
 
+@settings(deadline=None)  # the first example compiles
 @given(st.lists(st.booleans(), max_size=200), st.integers(1, 60))
 def test_evenly_spread_beams_are_some_of_the_chosen(chosen: list[bool], most: int) -> None:
     beams = np.array(chosen, dtype=bool)

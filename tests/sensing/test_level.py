@@ -15,7 +15,7 @@ from objstate.geometry import FloatArray, between, transform_from_pose
 from objstate.records import Rays
 from objstate.sensing import BeamModel, ScanView, Sensing, cast_from
 from objstate.sensing.level import Sweep
-from objstate.sensing.view import LevelView
+from objstate.sensing.level_view import LevelView
 from tests.rooms import (
     LASER_HEIGHT,
     beams_at,

@@ -11,7 +11,7 @@ from objstate.geometry import FloatArray
 from objstate.particles import Weights
 from objstate.records import Scan
 from objstate.sensing import BeamModel, Comparison, ExpectedRanges, ScanView, Sensing
-from objstate.sensing.view import MeshView
+from objstate.sensing.mesh_view import MeshView
 from tests.rooms import building, door, enclosure, fan, observed, scan_of
 
 ROOM = building(Mesh.joined([enclosure(9.0, 7.0)]), door("door", -0.5, 2.0))

@@ -1,0 +1,233 @@
+"""A level scan against outlines, by compiled loops."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from objstate.geometry import BoolArray, FloatArray, IntArray
+from objstate.records import Scan
+from objstate.sensing import kernels, likelihood, projection
+from objstate.sensing.beam_model import BeamModel
+from objstate.sensing.level import Sweep, UncertainObject
+from objstate.sensing.outlines import LevelOutlines, ObjectOutline, Stand
+from objstate.sensing.view import EXPLAINED_SIGMAS, Comparison, Scenes, agree
+
+T = TypeVar("T", bound=np.generic)
+
+FIXED = np.array([[0.0, 0.0, 1.0, 0.0]])  # the placement of what doesn't move
+
+
+class Beams(NamedTuple):
+    """Some beams of a scan and what they read, as ``kernels.take`` gives them."""
+
+    order: IntArray  # (n,) the beams by bearing
+    rows: FloatArray  # (7, n) in that order
+    lookup: IntArray  # (m + 1,) first beam at or after each of some even steps of the pseudo-angle
+    measured: FloatArray  # (n,) m
+    short: FloatArray  # (n,) densities if stopped before the target
+
+
+class LevelView:
+    """A level sweep against outlines, by compiled loops."""
+
+    def __init__(
+        self,
+        outlines: LevelOutlines,
+        sweep: Sweep,
+        beams: Beams,
+        beam_model: BeamModel,
+        parameters: FloatArray,
+    ) -> None:
+        self._outlines = outlines
+        self._sweep = sweep  # of all beams that the laser has
+        self._beams = beams
+        self._beam_model = beam_model
+        self._parameters = parameters  # (7,) the beam model as the kernels take it
+        self._range_max = float(parameters[kernels.RANGE_MAX])
+
+    @staticmethod
+    def of(
+        outlines: LevelOutlines, sweep: Sweep, scan: Scan, chosen: BoolArray, beam_model: BeamModel
+    ) -> LevelView:
+        """The view of some of a scan's beams (n,), which make the ``sweep``."""
+        short = beam_model.short(scan.ranges)
+        beams = kernels.take(chosen, sweep.order, sweep.rows, sweep.index, scan.ranges, short)
+        parameters = beam_model.parameters(scan.range_max)
+        return LevelView(outlines, sweep, Beams(*beams), beam_model, parameters)
+
+    def take(self, beams: BoolArray) -> LevelView:
+        some = Beams(*kernels.take(beams, *self._beams))
+        return LevelView(self._outlines, self._sweep, some, self._beam_model, self._parameters)
+
+    def walls(self, poses: FloatArray) -> FloatArray:
+        stand = self._outlines.stand(poses)
+        walls = self._outlines.walls_in_sight(self._sweep, stand, self._range_max)
+        return self._cast(ObjectOutline(walls), FIXED, stand)[:, 0]
+
+    def object(self, name: str, states: FloatArray, poses: FloatArray) -> FloatArray:
+        outline = self._outlines.of_object(name, self._sweep.height)
+        placements = self._outlines.placements(name, states)
+        return self._cast(outline, placements, self._outlines.stand(poses))
+
+    def scenes(self, states: Mapping[str, FloatArray], poses: FloatArray) -> Scenes:
+        walls, stand = self.walls(poses), self._outlines.stand(poses)
+        outlines, height = self._outlines, self._sweep.height
+        placed = {
+            name: (outlines.of_object(name, height), outlines.placements(name, state[None])[0])
+            for name, state in states.items()
+        }
+
+        def scene(but: str | None) -> FloatArray:
+            others = [each for name, each in placed.items() if name != but]
+            return stand.each(partial(self._put_before, others), walls)
+
+        return scene
+
+    def explained(self, expected: FloatArray) -> BoolArray:
+        margin = EXPLAINED_SIGMAS * self._beam_model.sigma_hit
+        return agree(self._beams.measured, expected, self._range_max, margin)
+
+    def stopped_short(self, pose: FloatArray, expected: FloatArray) -> FloatArray:
+        margin = EXPLAINED_SIGMAS * self._beam_model.sigma_hit
+        (stand,) = self._outlines.stand(pose[None]).poses
+        beams, sweep = self._beams, self._sweep
+        ends = kernels.ends(beams.order, beams.rows, sweep.centre, sweep.height, stand)
+        return np.asarray(ends[beams.measured < expected - margin])
+
+    def log_likelihood(self, expected: FloatArray) -> FloatArray:
+        beams, out = self._beams, np.empty((1, len(expected)))
+        kernels.total_log_likelihoods(
+            beams.measured[None], beams.short[None], expected, self._parameters, out
+        )
+        return np.asarray(out[0])
+
+    def pose_log_likelihood(
+        self,
+        poses: FloatArray,
+        blur: float,
+        objects: Sequence[UncertainObject],
+        walls: FloatArray | None = None,
+    ) -> FloatArray:
+        known = self.walls(poses) if walls is None else walls
+        scenery = self._outlines.scenery(tuple(objects), self._sweep.height)
+        model = self._beam_model.blurred(blur).parameters(self._range_max)
+
+        def log_likelihood(abreast: FloatArray, expected: FloatArray) -> FloatArray:
+            found = np.empty(len(abreast))
+            likelihood.pose_log_likelihood(
+                abreast,
+                expected,
+                *scenery,
+                self._beams.order,
+                self._beams.rows,
+                self._beams.lookup,
+                self._sweep.centre,
+                model,
+                found,
+            )
+            return found
+
+        return self._outlines.stand(poses).each(log_likelihood, known)
+
+    def fit(self, log_likelihood: float, blur: float) -> float:
+        model = self._beam_model.blurred(blur)
+        beams = self._beams
+        return model.fit(log_likelihood, beams.measured, beams.short, self._range_max)
+
+    def object_log_likelihood(
+        self, name: str, states: FloatArray, poses: FloatArray, comparison: Comparison
+    ) -> tuple[FloatArray, BoolArray]:
+        outline = self._outlines.of_object(name, self._sweep.height)
+        normals = np.zeros((len(states), 2)) if comparison.normals is None else comparison.normals
+        placements = self._outlines.placements(name, states)
+        stand = self._outlines.stand(poses).poses
+        whole, few = comparison.whole, comparison.few
+        bears = np.zeros(len(self._beams.order), dtype=bool)
+
+        def compare(some: IntArray, stand: FloatArray, background: FloatArray) -> FloatArray:
+            out = np.empty((len(stand), len(states)))
+            if len(some) == 0:
+                return out
+            likelihood.object_log_likelihood(
+                some,
+                stand,
+                placements,
+                normals,
+                outline.segments,
+                outline.rim,
+                background,
+                self._beams.order,
+                self._beams.rows,
+                self._beams.lookup,
+                self._sweep.centre,
+                self._parameters,
+                comparison.shift_std,
+                comparison.tempering,
+                out,
+                bears,
+            )
+            return out
+
+        if whole is None:
+            out = compare(np.arange(len(states)), stand, comparison.background)
+            return out, self._unsorted(bears)
+        out = compare(np.flatnonzero(whole), stand, comparison.background)
+        rest = np.flatnonzero(~whole)
+        if len(rest):
+            found = compare(rest, stand[few], comparison.background[few])
+            likelihood.average_out(found, rest, out)
+        return out, self._unsorted(bears)
+
+    def _cast(self, outline: ObjectOutline, placements: FloatArray, stand: Stand) -> FloatArray:
+        """Ranges (p, s, n) m of an outline at placements (s, 4)."""
+        beams = self._beams
+
+        def ranges(abreast: FloatArray) -> FloatArray:
+            found = np.empty((len(abreast), len(placements), len(beams.order)))
+            projection.cast(
+                abreast,
+                placements,
+                outline.segments,
+                outline.rim,
+                beams.order,
+                beams.rows,
+                beams.lookup,
+                self._sweep.centre,
+                found,
+            )
+            return found
+
+        return stand.each(ranges)
+
+    def _put_before(
+        self,
+        objects: Sequence[tuple[ObjectOutline, FloatArray]],
+        abreast: FloatArray,
+        behind: FloatArray,
+    ) -> FloatArray:
+        """Ranges (p, n) m of what is behind, or of objects at a placement (4,) each where they are nearer."""
+        nearest, beams = behind.copy(), self._beams
+        for outline, place in objects:
+            projection.put_before(
+                abreast,
+                place,
+                outline.segments,
+                outline.rim,
+                beams.order,
+                beams.rows,
+                beams.lookup,
+                self._sweep.centre,
+                nearest,
+            )
+        return nearest
+
+    def _unsorted(self, values: NDArray[T]) -> NDArray[T]:
+        """Values (..., n) of sorted beams in the scan's own order."""
+        out = np.empty_like(values)
+        out[..., self._beams.order] = values
+        return out

@@ -1,0 +1,152 @@
+"""A scan from any mounting against any geometry: every beam is cast against the triangles."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import reduce
+
+import numpy as np
+
+from objstate.geometry import BoolArray, FloatArray, IntArray, transform_from_pose
+from objstate.records import Rays
+from objstate.sensing.beam_model import BeamModel
+from objstate.sensing.expected import ExpectedRanges, cast_from
+from objstate.sensing.level import UncertainObject
+from objstate.sensing.view import EXPLAINED_SIGMAS, Comparison, Scenes, agree
+
+
+class MeshView:
+    """Any mounting, any geometry: every beam is cast against the triangles."""
+
+    def __init__(
+        self,
+        expected: ExpectedRanges,
+        rays: Rays,
+        measured: FloatArray,
+        beam_model: BeamModel,
+        range_max: float,
+    ) -> None:
+        self._expected = expected
+        self._rays = rays
+        self._measured = measured
+        self._beam_model = beam_model
+        self._log_likelihood = beam_model(measured, range_max)
+        self._range_max = range_max
+        self._near = 4.0 * beam_model.settings.sigma_hit
+
+    def take(self, beams: BoolArray) -> MeshView:
+        rays, measured = self._rays.take(beams), self._measured[beams]
+        return MeshView(self._expected, rays, measured, self._beam_model, self._range_max)
+
+    def walls(self, poses: FloatArray) -> FloatArray:
+        return self._expected.walls(poses, self._rays)
+
+    def object(self, name: str, states: FloatArray, poses: FloatArray) -> FloatArray:
+        return self._expected.object(name, states, poses, self._rays)
+
+    def scenes(self, states: Mapping[str, FloatArray], poses: FloatArray) -> Scenes:
+        walls = self.walls(poses)
+        alone = {name: self.object(name, each[None], poses)[:, 0] for name, each in states.items()}
+
+        def scene(but: str | None) -> FloatArray:
+            others = (ranges for name, ranges in alone.items() if name != but)
+            return reduce(np.minimum, others, walls)
+
+        return scene
+
+    def explained(self, expected: FloatArray) -> BoolArray:
+        margin = EXPLAINED_SIGMAS * self._beam_model.sigma_hit
+        return agree(self._measured, expected, self._range_max, margin)
+
+    def stopped_short(self, pose: FloatArray, expected: FloatArray) -> FloatArray:
+        short = self._measured < expected - EXPLAINED_SIGMAS * self._beam_model.sigma_hit
+        origins, directions = cast_from(transform_from_pose(pose), self._rays.take(short))
+        return np.asarray(origins + self._measured[short, None] * directions)
+
+    def log_likelihood(self, expected: FloatArray) -> FloatArray:
+        return self._beam_model.total(self._measured, expected, self._range_max)
+
+    def pose_log_likelihood(
+        self,
+        poses: FloatArray,
+        blur: float,
+        objects: Sequence[UncertainObject],
+        walls: FloatArray | None = None,
+    ) -> FloatArray:
+        log_likelihood = self._beam_model.blurred(blur)(self._measured, self._range_max)
+        background = self.walls(poses) if walls is None else walls
+        likelihood = np.exp(log_likelihood(background))
+        for item in objects:
+            alone = self.object(item.name, item.states, poses)
+            kept = np.where(
+                alone < background[:, None],
+                np.exp(log_likelihood(alone)),
+                likelihood[:, None],
+            )
+            likelihood = np.einsum("s,psn->pn", item.shares, kept)
+        with np.errstate(divide="ignore"):
+            return np.asarray(np.log(likelihood).sum(axis=1))
+
+    def fit(self, log_likelihood: float, blur: float) -> float:
+        model, short = self._beam_model.blurred(blur), self._beam_model.short(self._measured)
+        return model.fit(log_likelihood, self._measured, short, self._range_max)
+
+    def object_log_likelihood(
+        self, name: str, states: FloatArray, poses: FloatArray, comparison: Comparison
+    ) -> tuple[FloatArray, BoolArray]:
+        whole = np.ones(len(states), dtype=bool) if comparison.whole is None else comparison.whole
+        few = np.arange(len(poses)) if comparison.few is None else comparison.few
+        out = np.empty((len(poses), len(states)))
+        out[:, whole], bears = self._change(name, states, poses, comparison, whole)
+        if not whole.all():
+            rest, also = self._change(name, states, poses, comparison, ~whole, few)
+            out[:, ~whole] = np.logaddexp.reduce(rest, axis=0) - np.log(len(few))
+            bears |= also
+        return out, bears
+
+    def _change(
+        self,
+        name: str,
+        states: FloatArray,
+        poses: FloatArray,
+        comparison: Comparison,
+        chosen: BoolArray,
+        few: IntArray | None = None,
+    ) -> tuple[FloatArray, BoolArray]:
+        """The change of log-likelihood for chosen states (s,), from all poses or a few (p,)."""
+        from objstate.sensing import kernels
+
+        background = comparison.background
+        if few is not None:
+            poses, background = poses[few], background[few]
+        alone = self.object(name, states[chosen], poses)
+        touched = (alone < background[:, None]) & (alone < self._range_max)
+        without, with_it = self._log_likelihood(background)[:, None], self._log_likelihood(alone)
+        change = np.where(touched, with_it - without, 0.0).sum(axis=2)
+        bears = (touched & (self._measured > alone - self._near)).any(axis=(0, 1))
+        variance = comparison.shift_std**2
+        if comparison.normals is not None and variance > 0.0:
+            off = np.full(alone.shape, np.inf)
+            np.subtract(self._measured, alone, out=off, where=touched & np.isfinite(self._measured))
+            sigma = self._beam_model.sigma_hit
+            peak = self._beam_model.parameters(self._range_max)[0]
+            share = peak * np.exp(-0.5 * (off / sigma) ** 2 - with_it)
+            cosine = self._cosines(poses, comparison.normals[chosen])
+            per_shift = np.divide(
+                1.0, cosine, out=np.zeros_like(cosine), where=np.abs(cosine) > kernels.GRAZING
+            )
+            pull = (share * per_shift * np.where(np.isfinite(off), off, 0.0)).sum(axis=2)
+            hold = (share * per_shift**2).sum(axis=2)
+            pull, hold = (comparison.tempering / sigma**2 * each for each in (pull, hold))
+            surely = 1.0 + hold * variance
+            averaged = 0.5 * (pull**2 * variance / surely - np.log(surely))
+            return comparison.tempering * change + averaged, np.asarray(bears)
+        return comparison.tempering * change, np.asarray(bears)
+
+    def _cosines(self, poses: FloatArray, normals: FloatArray) -> FloatArray:
+        """(p, s, n) between the beams and the normals (s, 2) of surfaces, seen from above."""
+        turns = np.column_stack([np.cos(poses[:, 2]), np.sin(poses[:, 2])])
+        x, y = self._rays.directions[:, 0], self._rays.directions[:, 1]
+        east = turns[:, :1] * x - turns[:, 1:] * y
+        north = turns[:, 1:] * x + turns[:, :1] * y
+        return np.asarray(east[:, None] * normals[:, :1] + north[:, None] * normals[:, 1:])

@@ -1,0 +1,188 @@
+"""The outlines of a building's walls and objects at the heights of its level lasers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from copy import copy
+from dataclasses import dataclass
+from functools import cache, lru_cache
+from itertools import accumulate
+from typing import NamedTuple
+
+import numpy as np
+
+from objstate.building.model import Building, Kind, MovableObject
+from objstate.building.outline import outline
+from objstate.geometry import FloatArray, IntArray
+from objstate.lazy import lazy
+from objstate.sensing import kernels
+from objstate.sensing.blocks import Blocks
+from objstate.sensing.level import Sweep, UncertainObject, flat, moves_in_plane
+from objstate.sensing.neighbourhood import STRIDE, TOUCHING, Neighbourhood, Rectangle, widened
+
+ABREAST = 200  # poses from which ranges are cast side by side, at most
+
+
+@dataclass(frozen=True, eq=False)
+class Stand:
+    """Robot poses as the kernels take them, in parts that see about the same."""
+
+    poses: FloatArray  # (p, 4) x, y, cosine and sine of the yaw
+    parts: Sequence[slice | IntArray]  # of poses that look in about the same direction
+
+    @lazy
+    def rectangle(self) -> Rectangle:
+        """In which the robot stands."""
+        left, bottom, right, top = kernels.rectangle(self.poses)
+        return left, bottom, right, top
+
+    @staticmethod
+    def of(poses: FloatArray) -> Stand:
+        """Of poses (p, 3)."""
+        count = -(-len(poses) // ABREAST)
+        parts: Sequence[slice | IntArray] = [slice(None)]
+        if count > 1:
+            parts = np.array_split(np.argsort(poses[:, 2], kind="stable"), count)
+        return Stand(kernels.with_trigonometry(poses, 0.0), parts)
+
+    def each(self, of: Callable[..., FloatArray], *also: FloatArray) -> FloatArray:
+        """What ``of`` gives (p, ...) for the poses, and for ``also`` (p, ...), part by part."""
+        if len(self.parts) == 1:
+            return of(self.poses, *also)
+        found = [of(self.poses[part], *(each[part] for each in also)) for part in self.parts]
+        out = np.empty((len(self.poses), *found[0].shape[1:]))
+        for part, each in zip(self.parts, found, strict=True):
+            out[part] = each
+        return out
+
+
+@dataclass(frozen=True, eq=False)
+class ObjectOutline:
+    """What a level sweep sees of an object."""
+
+    segments: FloatArray  # (k, 4)
+    rim: int = 0  # the first are closed loops, clockwise, outside of which nothing else is seen
+
+
+class Scenery(NamedTuple):
+    """Objects that may stand in several places each, as the kernels take them."""
+
+    outlines: FloatArray  # (k, 4) segments of one object after the other
+    outline_ends: IntArray  # (j,) where each object's segments end
+    rims: IntArray  # (j,) how many of each object's segments are its rim
+    placements: FloatArray  # (s, 4) of one object after the other
+    placement_ends: IntArray  # (j,) where each object's placements end
+    shares: FloatArray  # (s,) their weights
+
+
+class LevelOutlines:
+    """Outlines of a building's walls and objects at the heights of its level lasers."""
+
+    def __init__(self, building: Building) -> None:
+        self._building = building
+        self.hold = all(moves_in_plane(item) for item in building.objects.values())
+        self._walls = cache(lambda height: Blocks(flat(outline(building.walls, height))))
+        self._neighbourhoods: dict[float, Neighbourhood] = {}
+        self._stand: tuple[FloatArray, Stand] | None = None  # the last, with its poses (p, 3)
+
+    def with_object(self, item: MovableObject) -> LevelOutlines:
+        """The same building but for one object, which now stands elsewhere."""
+        other = copy(self)
+        other._building = self._building.with_object(item)
+        return other
+
+    def stand(self, poses: FloatArray) -> Stand:
+        """Robot poses (p, 3) as the kernels take them; a scan asks for the same often."""
+        if len(poses) == 1:
+            return Stand.of(poses)
+        if self._stand is None or self._stand[0] is not poses:
+            self._stand = poses, Stand.of(poses)
+        return self._stand[1]
+
+    def walls_in_sight(self, sweep: Sweep, stand: Stand, reach: float) -> FloatArray:
+        """Wall segments (k, 4) that a sweep may see within ``reach`` m from robot poses.
+
+        Where it is asked about again, sight is tried from a grid of places; for beliefs wider
+        than ``WIDEST_LOOK``, all segments in reach are given.
+        """
+        known = self._neighbourhoods.get(sweep.height)
+        rectangle = widened(stand.rectangle, sweep.around)
+        if known is None or not known.serves(rectangle, reach):
+            known = self._neighbourhood(sweep.height, widened(rectangle, STRIDE), reach)
+        else:
+            known = known.asked_again()
+        self._neighbourhoods[sweep.height] = known
+        return known.segments
+
+    def _neighbourhood(self, height: float, rectangle: Rectangle, reach: float) -> Neighbourhood:
+        left, bottom, right, top = rectangle
+        radius = reach + math.hypot(right - left, top - bottom) / 2
+        middle = np.array([left + right, bottom + top]) / 2
+        return Neighbourhood(rectangle, reach, self._walls(height).within(middle, radius))
+
+    @cache  # noqa: B019 - lives as long as the outlines it belongs to
+    def of_object(self, name: str, height: float) -> ObjectOutline:
+        """Outline of an object at a height, about its origin in its home state."""
+        item = self._building[name]
+        home = item.transforms(item.home[None])[0]
+        return _rimmed(outline(item.mesh.moved(home), height) - home[:2, 3])
+
+    @lru_cache(maxsize=64)  # noqa: B019 - lives as long as the outlines it belongs to
+    def scenery(self, objects: tuple[UncertainObject, ...], height: float) -> Scenery:
+        """Objects that localization reckons with, in a laser's plane."""
+        outlines = [self.of_object(each.name, height) for each in objects]
+        places = [self.placements(each.name, each.states) for each in objects]
+        none = np.empty((0, 4))
+        return Scenery(
+            np.concatenate([none, *(each.segments for each in outlines)]),
+            _ends([each.segments for each in outlines]),
+            np.array([each.rim for each in outlines], dtype=np.int64),
+            np.concatenate([none, *places]),
+            _ends(places),
+            np.concatenate([none[:, 0], *(each.shares for each in objects)]),
+        )
+
+    def placements(self, name: str, states: FloatArray) -> FloatArray:
+        """An object's outline in states (s, d), against its home state, as the kernels take it (s, 4)."""
+        return _placements(self._building[name], states)
+
+
+def _ends(parts: Sequence[FloatArray]) -> IntArray:
+    """(j,) where each of some arrays ends when they stand one after the other."""
+    return np.array(list(accumulate(map(len, parts))), dtype=np.int64)
+
+
+def _placements(item: MovableObject, states: FloatArray) -> FloatArray:
+    """Positions, and cosines and sines of turns (s, 4), of the link's frame against the home state."""
+    if item.kind is Kind.PLANAR:
+        return np.asarray(kernels.with_trigonometry(states, item.home[2]))
+    x, y = item.origin[:2, 3].tolist()
+    if item.kind is Kind.HINGED:
+        direction = math.copysign(1.0, item.direction[2])
+        return np.asarray(kernels.hinged(x, y, direction, item.home[0], states))
+    along = states * item.direction[:2]
+    return np.column_stack(
+        [x + along[:, 0], y + along[:, 1], np.ones(len(states)), np.zeros(len(states))]
+    )
+
+
+def _rimmed(segments: FloatArray) -> ObjectOutline:
+    """The outline that segments (k, 2, 2) make, its rim first; some may hang loose, then it has none."""
+    import shapely
+
+    lines = shapely.unary_union(shapely.linestrings(segments), grid_size=TOUCHING)
+    filled = shapely.unary_union(shapely.polygonize([lines]))
+    if filled.is_empty or not shapely.difference(lines, filled).is_empty:
+        return ObjectOutline(flat(segments))
+    solids = shapely.get_parts(shapely.simplify(filled, TOUCHING))
+    loops = [shapely.get_coordinates(shapely.get_exterior_ring(solid)) for solid in solids]
+    clockwise = [
+        loop[::-1] if shapely.is_ccw(shapely.linearrings(loop)) else loop for loop in loops
+    ]
+    rim = np.concatenate([np.stack([loop[:-1], loop[1:]], axis=1) for loop in clockwise])
+    within = shapely.get_parts(shapely.difference(lines, shapely.boundary(filled)))
+    rest = [
+        np.stack([line[:-1], line[1:]], axis=1) for line in map(shapely.get_coordinates, within)
+    ]
+    return ObjectOutline(flat(np.concatenate([rim, *rest])), len(rim))

@@ -1,0 +1,62 @@
+"""Turns scans into views: by outlines where that holds, by triangles where not."""
+
+from __future__ import annotations
+
+from copy import copy
+from weakref import WeakKeyDictionary
+
+from objstate.building.model import Building, MovableObject
+from objstate.errors import PlatformError
+from objstate.geometry import BoolArray
+from objstate.records import Rays, Scan
+from objstate.sensing.beam_model import BeamModel
+from objstate.sensing.embree import needs_embree, why_no_embree
+from objstate.sensing.expected import ExpectedRanges
+from objstate.sensing.level import Sweep
+from objstate.sensing.mesh_view import MeshView
+from objstate.sensing.view import ScanView
+
+
+class Sensing:
+    """Turns scans into views: outlines for level lasers, Embree for all others."""
+
+    def __init__(self, building: Building, beam_model: BeamModel) -> None:
+        # compiled loops, which are imported only where they are needed
+        from objstate.sensing.level_view import LevelView
+        from objstate.sensing.outlines import LevelOutlines
+
+        self._outlines = LevelOutlines(building)
+        self._expected = ExpectedRanges(building)
+        self._beam_model = beam_model
+        self._level_view = LevelView.of
+        self._sweeps: WeakKeyDictionary[Rays, Sweep | None] = WeakKeyDictionary()
+
+    def view(self, scan: Scan, beams: BoolArray | None = None) -> ScanView:
+        """The view of a scan's valid beams, or of those that ``beams`` (n,) selects."""
+        chosen = scan.valid if beams is None else scan.valid & beams
+        sweep = self._sweep(scan.rays)
+        if sweep is None and len(scan) and why_no_embree() is not None:
+            raise self._needs_embree(scan)
+        if sweep is None or not chosen.any():
+            rays, measured = scan.rays.take(chosen), scan.ranges[chosen]
+            return MeshView(self._expected, rays, measured, self._beam_model, scan.range_max)
+        return self._level_view(self._outlines, sweep, scan, chosen, self._beam_model)
+
+    def with_object(self, item: MovableObject) -> Sensing:
+        """The same building but for one object of a name it has, which now stands elsewhere."""
+        other = copy(self)
+        other._outlines = self._outlines.with_object(item)
+        other._expected = self._expected.with_object(item)
+        return other
+
+    def _needs_embree(self, scan: Scan) -> PlatformError:
+        """The error for a scan that outlines don't hold for."""
+        if self._outlines.hold:
+            return needs_embree(f"The beams of laser '{scan.laser}' aren't level")
+        return needs_embree(f"Some object of '{self._expected.building.name}' moves up or down")
+
+    def _sweep(self, rays: Rays) -> Sweep | None:
+        """The level sweep of some rays, or None; the scans of a laser often share their rays."""
+        if rays not in self._sweeps:
+            self._sweeps[rays] = Sweep.of(rays) if self._outlines.hold else None
+        return self._sweeps[rays]

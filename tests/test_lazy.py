@@ -1,0 +1,32 @@
+"""A value works out what is asked for once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from objstate.lazy import lazy
+
+
+@dataclass(frozen=True)
+class Square:
+    side: float
+
+    @lazy
+    def area(self) -> list[float]:
+        """In a list, so that each that is computed is another."""
+        return [self.side**2]
+
+
+def test_it_is_computed_once_and_of_each_value_by_itself() -> None:
+    small, large = Square(2.0), Square(3.0)
+    assert small.area is small.area
+    assert (small.area, large.area) == ([4.0], [9.0])
+
+
+def test_a_changed_value_computes_anew() -> None:
+    small = Square(2.0)
+    assert (small.area, replace(small, side=4.0).area) == ([4.0], [16.0])
+
+
+def test_the_class_shows_what_it_says() -> None:
+    assert (Square.area.__doc__ or "").startswith("In a list")
