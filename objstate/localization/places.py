@@ -79,7 +79,7 @@ class Places:
         chosen, bins = chosen[order], bins[order]
         offset = scan.rays.origins[:, :2].mean(axis=0) if len(scan) else np.zeros(2)
         model = BeamModel(beam_model, self.spacing / 2.0)
-        peak, per_sigma, anything, missing, hit, reach, _ = model.parameters(scan.range_max)
+        peak, per_sigma, anything, missing, hit, reach, *_ = model.parameters(scan.range_max)
         measured = scan.ranges[chosen]
         floor = np.full(len(measured), anything)
         with np.errstate(divide="ignore"):
