@@ -46,6 +46,10 @@ class BeamModelSettings(Strict):
     z_rand: NonNegative = 0.15
     sigma_hit: Positive = 0.06  # m
     lambda_short: NonNegative = 0.5  # 1/m
+    short_run: Annotated[float, Field(ge=1)] = (
+        10.0  # beams side by side that one unexpected thing stops, on average; 1: each by itself
+    )
+    short_std: Positive = 0.1  # m by which their ranges differ from beam to beam
 
     @model_validator(mode="after")
     def _some_share(self) -> BeamModelSettings:

@@ -45,7 +45,8 @@ class Hinges:
         self._building = building
         self._settings = settings.hinges
         sharp = min(settings.beam_model.sigma_hit, settings.hinges.sigma_hit)
-        model = BeamModel(settings.beam_model.model_copy(update={"sigma_hit": sharp}))
+        each = {"sigma_hit": sharp, "short_run": 1.0}  # a leaf that hangs aside is no box beside it
+        model = BeamModel(settings.beam_model.model_copy(update=each))
         self._sensing = Sensing(
             replace(building, walls=Mesh.empty()), model
         )  # walls are remembered

@@ -83,7 +83,7 @@ class Places:
         chosen, bins = _by_bearing(scan, beams)
         middle = scan.rays.origins[:, :2].mean(axis=0) if len(scan) else np.zeros(2)
         model = BeamModel(beam_model, self.spacing / 2.0)
-        peak, per_sigma, anything, missing, hit, reach, _ = model.parameters(
+        peak, per_sigma, anything, missing, hit, reach, *_ = model.parameters(
             scan.range_max
         ).tolist()
         measured = scan.ranges[chosen]

@@ -26,6 +26,8 @@ SECONDS_PER_HOUR = 3600.0
 LEAN = 1.5 * 2.0**0.5
 FINE = 40  # states with weight that are cast at most; of more, an even comb
 NEGLIGIBLE = 1e-4  # weight, relative to the largest, below which a state is cast only coarsely
+PARTS = 6  # in which a cell is taken where a belief is narrowed
+BLURRED = 0.25  # of a cell, squared: the variance that its width and its parts' places on the lattice make
 COARSE = 8  # every so many states are cast whatever their weight
 
 
@@ -160,12 +162,18 @@ class LatticeFilter:
 
     def widened(self, belief: ObjectBelief, factor: float, std_m: float) -> ObjectBelief:
         """A hinged leaf that hangs aside reads turned by what the shift is to its mean lever."""
+        from objstate.objects import kernels
+
         std = std_m * self._lean if self.item.kind is Kind.HINGED else std_m
         weights = belief.weights.values
         if belief.settled:
             factor = float(belief.kept_of(factor)[0])
-            weights = (weights / weights.max()) ** max(1.0 / factor, 1.0)
-            std = math.hypot(std, math.sqrt(max(factor - 1.0, 0.0)) * belief.std[0])
+            if factor < 1.0:
+                wide, weights = weights, np.empty_like(weights)
+                kernels.narrow(wide, 1.0 / factor, self.item.wraps, PARTS, weights)
+                std = math.sqrt(max(std**2 - BLURRED * self._spacing**2, 0.0))
+            else:
+                std = math.hypot(std, math.sqrt(factor - 1.0) * belief.std[0])
         wider = self._drifted(weights[None], std)[0]
         return belief.with_weights(Weights(wider / wider.sum()))
 

@@ -15,6 +15,7 @@ from objstate.geometry import BoolArray, FloatArray, IntArray
 LEAST_EVIDENCE = 1e-250
 MOST_DECAY = 600.0  # exp(-600) is a float yet
 TINY = 2.3e-308  # the least deviation; nothing is divided by zero
+NEXT_TO_NOTHING = 40.0  # exp(-40) beside one
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
@@ -149,6 +150,34 @@ def apportion(
                 mean += given[p, j] * off[j, k]
             between += robot[p] * (mean / total) ** 2
         shared[k] = left[k] + between / everyone
+
+
+@_compile
+def narrow(weights: FloatArray, power: float, wraps: bool, parts: int, out: FloatArray) -> None:
+    """Weights (n,) of a lattice to a ``power`` above one, of any sum, into ``out`` (n,).
+
+    Between samples, the logarithm of the density is a parabola through three of them. Each cell is taken in
+    ``parts``, and what a part has falls to the samples on both sides of it so that its mean stays: a
+    narrow belief isn't drawn to the nearest sample.
+    """
+    last, top = weights.shape[0] - 1, 0.0
+    for j in range(last + 1):
+        out[j] = 0.0
+        top = max(top, weights[j])
+    for j in range(last + 1):
+        here = np.log(max(weights[j] / top, LEAST_EVIDENCE))
+        if power * here < -NEXT_TO_NOTHING:
+            continue
+        below = j - 1 if j > 0 else (last if wraps else 1)  # limits reflect
+        above = j + 1 if j < last else (0 if wraps else last - 1)
+        left = np.log(max(weights[below] / top, LEAST_EVIDENCE))
+        right = np.log(max(weights[above] / top, LEAST_EVIDENCE))
+        for k in range(parts):
+            t = (k + 0.5) / parts - 0.5
+            rise = 0.5 * t * (right - left + t * (right - 2.0 * here + left))
+            part = np.exp(power * (here + rise))
+            out[j] += (1.0 - abs(t)) * part
+            out[above if t > 0.0 else below] += abs(t) * part
 
 
 @_compile

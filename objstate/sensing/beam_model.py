@@ -18,6 +18,8 @@ from objstate.config import BeamModelSettings
 from objstate.geometry import FloatArray
 from objstate.lazy import lazy
 
+LEAST_DENSITY = 1e-100  # of the pure Gaussian, which has no floor of its own (21 sigmas)
+
 
 @dataclass(frozen=True)
 class BeamModel:
@@ -27,7 +29,7 @@ class BeamModel:
     blur: float = 0.0  # m, in addition to the settings' sigma_hit
 
     def parameters(self, range_max: float) -> FloatArray:
-        """(7,) the model as the kernels take it, for a laser that sees up to ``range_max`` m."""
+        """(9,) the model as the kernels take it, for a laser that sees up to ``range_max`` m."""
         hit, _, missing, random = self._shares.tolist()
         sigma = self.sigma_hit
         return np.array(
@@ -39,6 +41,8 @@ class BeamModel:
                 hit,
                 range_max,
                 float(self.settings.model == "gaussian"),
+                self._unexpected,
+                1.0 - 1.0 / self.settings.short_run if self._unexpected > 0.0 else 0.0,
             ]
         )
 
@@ -47,6 +51,25 @@ class BeamModel:
         rate = self.settings.lambda_short
         stopped = np.where(np.isinf(measured), 0.0, measured)  # a missing return was not
         return np.asarray(self._shares[1] * rate * np.exp(-rate * stopped))
+
+    def lasting(self, measured: FloatArray) -> FloatArray:
+        """Densities (n,) of being stopped by the unexpected thing that stopped the beam before.
+
+        Its surface goes on: the range (n,) is about that of the beam before, in the scan's own order.
+        """
+        s, reading = self.settings, self._shares[:2].sum()
+        before = np.append(-np.inf, measured[:-1])
+        before[np.isinf(before)] = -np.inf  # nothing goes on from a missing return, nor to one
+        off = (measured - before) / s.short_std
+        return np.asarray(
+            reading * np.exp(-0.5 * off**2) / (s.short_std * math.sqrt(2.0 * math.pi))
+        )
+
+    @property
+    def _unexpected(self) -> float:
+        """Probability that something unexpected stops a beam, of those that read some thing."""
+        hit, short = self._shares[:2].tolist()
+        return float(short / (hit + short))
 
     @lazy
     def _shares(self) -> FloatArray:
@@ -98,12 +121,47 @@ class BeamModel:
 
         return log_likelihood
 
-    def total(self, measured: FloatArray, expected: FloatArray, range_max: float) -> FloatArray:
-        """log p(o | d-hat) (p,) of all measured ranges (n,) together, for expected ranges (p, n)."""
-        return np.asarray(self.totals(measured[None], expected, range_max)[0])
+    def along(
+        self, measured: FloatArray, range_max: float
+    ) -> Callable[[FloatArray], tuple[FloatArray, FloatArray]]:
+        """Condition on a scan's measured ranges (n,) in its own order, of which one thing may stop several.
+
+        Gives log p(o | d-hat) (...,) of expected ranges (..., n), and the probability (..., n) of each
+        beam, by those up to it, that it reads what was expected. The loops of ``runs``, to read.
+        """
+        peak, per_sigma, floor, missing, hit, _, _, unexpected, lasts = self.parameters(range_max)
+        gaussian, surely = self.settings.model == "gaussian", 1.0 - unexpected
+        read = np.minimum(measured, range_max) if gaussian else measured
+        floor = LEAST_DENSITY if gaussian else floor
+        short, lasting = self.short(measured), self.lasting(read)
+
+        def told(expected: FloatArray) -> tuple[FloatArray, FloatArray]:
+            stopped, share = np.full(expected.shape[:-1], unexpected), np.empty(expected.shape)
+            log = np.zeros(expected.shape[:-1])
+            for j, reading in enumerate(read):
+                is_before = reading < expected[..., j]
+                if np.isinf(reading):
+                    hits, least = hit / surely * (expected[..., j] >= range_max), missing
+                else:
+                    meets = np.minimum(expected[..., j], range_max if gaussian else np.inf)
+                    off, least = (reading - meets) * per_sigma, floor
+                    hits = peak / surely * np.exp(-0.5 * off**2)
+                reaches = lasts * (1.0 - stopped) + (1.0 - lasts) * surely
+                goes_on = lasts * stopped * (least + lasting[j] * is_before)
+                begins = (1.0 - lasts) * (unexpected * least + short[j] * is_before)
+                density = reaches * (hits + least) + goes_on + begins
+                share[..., j] = reaches * hits / density
+                stopped = (goes_on + begins) / density
+                log += np.log(density)
+            return log, share
+
+        return told
 
     def totals(self, measured: FloatArray, expected: FloatArray, range_max: float) -> FloatArray:
-        """The same (m, p) of each of some scans (m, n)."""
+        """log p(o | d-hat) (m, p) of scans (m, n) of beams that are stopped each by itself.
+
+        For expected ranges (p, n).
+        """
         from objstate.sensing import kernels
 
         out = np.empty((len(measured), len(expected)))

@@ -17,14 +17,14 @@ import numpy as np
 
 from objstate.compiling import inner, njit
 from objstate.geometry import BoolArray, FloatArray, IntArray
+from objstate.sensing.beam_model import LEAST_DENSITY
 
 BEARING, DIRECTION_X, DIRECTION_Y, ORIGIN_X, ORIGIN_Y, MEASURED, SHORT = range(7)
 CENTRE_X, CENTRE_Y, SPREAD = range(3)
 X, Y, COS, SIN = range(4)
-PEAK, PER_SIGMA, RANDOM, MISSING, HIT, RANGE_MAX, GAUSSIAN = range(7)
+PEAK, PER_SIGMA, RANDOM, MISSING, HIT, RANGE_MAX, GAUSSIAN, UNEXPECTED, LASTING = range(9)
 
 FLAT_BELL = 36.0  # exponent from which the bell is flat: 2e-16 of its height
-LEAST_DENSITY = 1e-100  # of the pure Gaussian, which has no floor of its own (21 sigmas)
 LEAST_CHANCE = 1e-9  # of a reading that nothing explains
 DECADES = 150  # by which a product may grow or shrink before it is looked at
 SMALL, LARGE = 1e-200, 1e200  # products are kept between these: one density more is still a float

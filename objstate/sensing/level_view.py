@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from objstate.geometry import BoolArray, FloatArray, IntArray
+from objstate.lazy import lazy
 from objstate.records import Scan
 from objstate.sensing import kernels, likelihood, projection
 from objstate.sensing.beam_model import BeamModel
@@ -47,7 +48,7 @@ class LevelView:
         self._sweep = sweep  # of all beams that the laser has
         self._beams = beams
         self._beam_model = beam_model
-        self._parameters = parameters  # (7,) the beam model as the kernels take it
+        self._parameters = parameters  # (9,) the beam model as the kernels take it
         self._range_max = float(parameters[kernels.RANGE_MAX])
 
     @staticmethod
@@ -100,11 +101,11 @@ class LevelView:
         return np.asarray(ends[beams.measured < expected - margin])
 
     def log_likelihood(self, expected: FloatArray) -> FloatArray:
-        beams, out = self._beams, np.empty((1, len(expected)))
-        kernels.total_log_likelihoods(
-            beams.measured[None], beams.short[None], expected, self._parameters, out
+        beams, out = self._beams, np.empty(len(expected))
+        likelihood.scan_log_likelihood(
+            expected, beams.measured, beams.short, self._lasting, self._parameters, out
         )
-        return np.asarray(out[0])
+        return out
 
     def pose_log_likelihood(
         self,
@@ -163,6 +164,7 @@ class LevelView:
                 background,
                 self._beams.order,
                 self._beams.rows,
+                self._lasting,
                 self._beams.lookup,
                 self._sweep.centre,
                 self._parameters,
@@ -182,6 +184,11 @@ class LevelView:
             found = compare(rest, stand[few], comparison.background[few])
             likelihood.average_out(found, rest, out)
         return out, self._unsorted(bears)
+
+    @lazy
+    def _lasting(self) -> FloatArray:
+        """(n,) densities if stopped by what stopped the beam before."""
+        return self._beam_model.lasting(self._beams.measured)
 
     def _cast(self, outline: ObjectOutline, placements: FloatArray, stand: Stand) -> FloatArray:
         """Ranges (p, s, n) m of an outline at placements (s, 4)."""

@@ -30,11 +30,12 @@ from objstate.sensing.kernels import (
     SIN,
     SMALL,
     SPREAD,
+    UNEXPECTED,
     at_once,
-    bell,
     floor_of,
 )
 from objstate.sensing.projection import project, stands, strays
+from objstate.sensing.runs import half_precision, hit_density, look_past, step
 
 SCALE, LOG_SCALE = 10.0**DECADES, DECADES * np.log(10.0)
 NEAR_SIGMAS = 4.0  # a range shorter than this many sigmas before an object was stopped by another
@@ -42,22 +43,6 @@ LEAST_SHARE = 1e-12  # what rounding may leave of one when all shares are taken 
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
-
-
-@_inner
-def _hit_density(off: float, half: float, peak: float, is_gaussian: bool) -> Any:
-    """The density of a hit so many m off, without the floor that all readings have.
-
-    ``half`` of the Gaussian's precision, 1/m^2.
-    """
-    exponent = half * off * off
-    return peak * (np.exp(-exponent) if is_gaussian else bell(exponent))
-
-
-@_inner
-def _half_precision(model: FloatArray) -> Any:
-    """Half the precision of a hit, 1/m^2."""
-    return 0.5 * model[PER_SIGMA] * model[PER_SIGMA]
 
 
 @_inner
@@ -80,83 +65,36 @@ def _look(
         for p in range(out.shape[0]):
             out[p] = floor + (model[HIT] if expected[p] >= model[RANGE_MAX] else 0.0)
         return
-    peak, half, range_max = model[PEAK], _half_precision(model), model[RANGE_MAX]
+    peak, half, range_max = model[PEAK], half_precision(model), model[RANGE_MAX]
     is_gaussian = model[GAUSSIAN] > 0.0
     for p in range(out.shape[0]):
         reads = min(expected[p], range_max) if is_gaussian else expected[p]
-        hit = _hit_density(measured - reads, half, peak, is_gaussian)
+        hit = hit_density(measured - reads, half, peak, is_gaussian)
         out[p] = hit + floor + (short if measured < expected[p] else 0.0)
 
 
 @_inner
-def _look_behind(
-    background: FloatArray,
-    beam: int,
-    measured: float,
-    short: float,
-    model: FloatArray,
-    without: FloatArray,
-    per_density: FloatArray,
-) -> None:
-    """What a beam reads ``without`` (p,) the object, up to the range, and one over its density then."""
-    for p in range(without.shape[0]):
-        without[p] = background[p, beam]
-    _look(without, measured, short, model, per_density)
-    for p in range(without.shape[0]):
-        per_density[p] = 1.0 / per_density[p]
-    for p in range(without.shape[0]):
-        without[p] = min(without[p], model[RANGE_MAX])
-
-
-@_inner
-def _take_in(
-    i: int,
-    nearest: FloatArray,
-    without: FloatArray,
-    per_density: FloatArray,
-    measured: float,
-    short: float,
-    model: FloatArray,
-    product: FloatArray,
-    is_shared: bool,
-    share: FloatArray,
-) -> None:
-    """Take beam ``i`` into the products (p,), where it touches the object; ``nearest`` (n, p) is infinite again.
-
-    Unless ``is_shared``: then it is kept, and hits have a ``share`` (p,) of the density.
-    """
-    floor, peak, half = floor_of(measured, model), model[PEAK], _half_precision(model)
-    is_gaussian = model[GAUSSIAN] > 0.0
-    for p in range(product.shape[0]):
-        hit = _hit_density(measured - nearest[i, p], half, peak, is_gaussian)
-        dense = hit + floor + (short if measured < nearest[i, p] else 0.0)
-        touches = nearest[i, p] < without[i, p]
-        product[p] *= dense * per_density[i, p] if touches else 1.0
-        if is_shared:
-            share[p] = hit / dense if touches else 0.0
-        else:
-            nearest[i, p] = np.inf
-
-
-@_inner
 def _pull(
-    i: int,
-    nearest: FloatArray,
-    share: FloatArray,
     measured: float,
+    expected: FloatArray,
+    touches: BoolArray,
+    hits: FloatArray,
+    free: FloatArray,
+    stopped: FloatArray,
     per_shift: float,
     gradient: FloatArray,
     curvature: FloatArray,
 ) -> None:
-    """Add what beam ``i`` says of a shift, by its share (p,) of a hit; ``nearest`` is infinite again.
+    """Add what a beam says of a shift of the object, where it ``touches`` (p,) that, as far as it hits it.
 
     That is to the log-density's gradient (p,) and curvature (p,), in sigmas.
     """
+    if per_shift == 0.0:
+        return
     for p in range(gradient.shape[0]):
-        pulled = share[p] * per_shift
-        gradient[p] += pulled * (measured - nearest[i, p]) if share[p] > 0.0 else 0.0
+        pulled = per_shift * hits[p] / (free[p] + stopped[p]) if touches[p] else 0.0
+        gradient[p] += pulled * (measured - expected[p]) if touches[p] else 0.0
         curvature[p] += pulled * per_shift
-        nearest[i, p] = np.inf
 
 
 @_inner
@@ -168,12 +106,15 @@ def _flush(product: FloatArray, change: FloatArray) -> None:
 
 
 @_inner
-def _rescale(product: FloatArray, change: FloatArray) -> None:
-    """Move as much of products (p,) into their logarithms that they may grow or shrink again."""
-    for p in range(product.shape[0]):
-        steps = 1.0 if product[p] > SCALE else (-1.0 if product[p] < 1.0 / SCALE else 0.0)
+def _rescale(free: FloatArray, stopped: FloatArray, change: FloatArray) -> None:
+    """Move as much of two products (p,) into their sums' logarithms that they may grow or shrink again."""
+    for p in range(free.shape[0]):
+        both = free[p] + stopped[p]
+        steps = 1.0 if both > SCALE else (-1.0 if both < 1.0 / SCALE else 0.0)
+        scale = 1.0 / SCALE if steps > 0.0 else (SCALE if steps < 0.0 else 1.0)
         change[p] += steps * LOG_SCALE
-        product[p] *= 1.0 / SCALE if steps > 0.0 else (SCALE if steps < 0.0 else 1.0)
+        free[p] *= scale
+        stopped[p] *= scale
 
 
 @_inner
@@ -192,19 +133,57 @@ def _per_shift(
 
 
 @_inner
-def _touches(nearest: FloatArray, without: FloatArray, i: int, most: float) -> Any:
-    """Whether beam ``i`` touches the object from some pose, nearer than ``most`` m."""
+def _touches(nearest: FloatArray, without: FloatArray, most: float) -> Any:
+    """Whether a beam touches the object at ``nearest`` (p,) from some pose, nearer than ``most`` m."""
     found = 0
-    for p in range(nearest.shape[1]):
-        found |= (nearest[i, p] < without[i, p]) & (nearest[i, p] < most)
+    for p in range(nearest.shape[0]):
+        found |= (nearest[p] < without[p]) & (nearest[p] < most)
     return found != 0
 
 
 @_inner
-def _reset(nearest: FloatArray, i: int) -> None:
-    """Make what beam ``i`` meets infinitely far."""
-    for p in range(nearest.shape[1]):
-        nearest[i, p] = np.inf
+def _span(
+    is_touched: BoolArray,
+    nearest: FloatArray,
+    without: FloatArray,
+    order: IntArray,
+    beams: FloatArray,
+    model: FloatArray,
+    bears: BoolArray,
+) -> Any:
+    """The first of the scan's beams that the object touches, and one past the last; none is touched any more.
+
+    Of sorted beams, all ``nearest`` (n, p) that others touch are infinite again. ``bears`` (n,) is set
+    where something touched isn't farther than the reading.
+    """
+    first, past, near = order.shape[0], 0, NEAR_SIGMAS / model[PER_SIGMA]
+    for i in range(order.shape[0]):
+        if not is_touched[i]:
+            continue
+        is_touched[i] = False
+        j = order[i]
+        if not _touches(nearest[i], without[j], np.inf):
+            nearest[i].fill(np.inf)
+            continue
+        first, past = min(first, j), max(past, j + 1)
+        if not bears[i]:
+            most = min(beams[MEASURED, i] + near, model[RANGE_MAX])
+            bears[i] = _touches(nearest[i], without[j], most)
+    return first, past
+
+
+@_inner
+def _meet(
+    nearest: FloatArray, without: FloatArray, expected: FloatArray, touches: BoolArray
+) -> None:
+    """What a beam should read (p,) where the object is at ``nearest`` (p,), which is infinite again.
+
+    And whether it ``touches`` (p,) the object.
+    """
+    for p in range(expected.shape[0]):
+        touches[p] = nearest[p] < without[p]
+        expected[p] = min(nearest[p], without[p])
+        nearest[p] = np.inf
 
 
 @_inner
@@ -230,6 +209,33 @@ def _average(
 
 
 @_compile
+def scan_log_likelihood(
+    expected: FloatArray,
+    measured: FloatArray,
+    short: FloatArray,
+    lasting: FloatArray,
+    model: FloatArray,
+    out: FloatArray,
+) -> None:
+    """Log p(o | d-hat) ``out`` (p,) of a scan's beams (n,), in its own order, for what is ``expected`` (p, n)."""
+    size, count = expected.shape
+    free, stopped, hits, meets = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
+    free.fill(1.0 - model[UNEXPECTED])
+    stopped.fill(model[UNEXPECTED])
+    most = min(at_once(short, model), at_once(lasting, model))
+    out.fill(0.0)
+    for j in range(count):
+        for p in range(size):
+            meets[p] = expected[p, j]
+        step(meets, _read(measured[j], model), short[j], lasting[j], model, free, stopped, hits)
+        if (j + 1) % most == 0:
+            _rescale(free, stopped, out)
+    for p in range(size):
+        free[p] += stopped[p]
+    _flush(free, out)
+
+
+@_compile
 def object_log_likelihood(
     states: IntArray,
     poses: FloatArray,
@@ -240,6 +246,7 @@ def object_log_likelihood(
     background: FloatArray,
     order: IntArray,
     beams: FloatArray,
+    lasting: FloatArray,
     index: IntArray,
     sweep: FloatArray,
     model: FloatArray,
@@ -252,8 +259,9 @@ def object_log_likelihood(
 
     Its ``states`` (s,) are rows of ``placements`` and ``normals`` and columns of ``out``. ``background`` (p, n)
     is what the beams read without the object, in the scan's own order, of which sorted beam i is
-    ``order[i]``. Beams that the object doesn't touch contribute the same to every state (section 3 of
-    Schulz and Burgard 2001) and are left out. ``bears`` (n,) is set where a beam touches the object
+    ``order[i]``; so are ``lasting`` (n,), see ``runs``. Beams that the object doesn't touch contribute the same to
+    every state (section 3 of Schulz and Burgard 2001) but for runs that reach over its edges, and
+    are looked at once. ``bears`` (n,) is set where a beam touches the object
     in some state and isn't stopped before reaching it.
 
     The likelihood has the exponent ``tempering``. The object may stand ``shift_std`` m
@@ -265,14 +273,33 @@ def object_log_likelihood(
     size, count = poses.shape[0], beams.shape[1]
     lasers, middle = stands(poses, sweep), np.empty(4)
     strayed = strays(lasers, middle)
-    nearest = np.empty((count, size))
+    nearest, is_touched = np.empty((count, size)), np.zeros(count, dtype=np.bool_)
     nearest.fill(np.inf)
-    without, per_density = np.empty((count, size)), np.empty((count, size))
-    is_known, is_touched = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_)
-    product, change = np.empty(size), np.empty(size)
-    gradient, curvature, share = np.empty(size), np.empty(size), np.empty(size)
-    near, variance = NEAR_SIGMAS / model[PER_SIGMA], shift_std * shift_std
-    most = at_once(beams[SHORT], model)
+    measured, short, place = np.empty(count), np.empty(count), np.empty(count, dtype=np.int64)
+    without = np.empty((count, size))
+    for i in range(count):
+        j = order[i]
+        place[j], measured[j], short[j] = i, _read(beams[MEASURED, i], model), beams[SHORT, i]
+        for p in range(size):
+            without[j, p] = background[p, j]
+    before, per_density = np.empty((count, size)), np.empty((count, size))
+    later_free, later_stopped = np.empty((count, size)), np.empty((count, size))
+    look_past(
+        without,
+        measured,
+        short,
+        lasting,
+        model,
+        before,
+        per_density,
+        later_free,
+        later_stopped,
+    )
+    free, stopped, hits, change = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
+    expected, touches = np.empty(size), np.empty(size, dtype=np.bool_)
+    gradient, curvature = np.empty(size), np.empty(size)
+    variance = shift_std * shift_std
+    most = min(at_once(short, model), at_once(lasting, model))
     for k in range(states.shape[0]):
         project(
             lasers,
@@ -287,55 +314,40 @@ def object_log_likelihood(
             nearest,
             is_touched,
         )
-        product.fill(1.0)
         change.fill(0.0)
         gradient.fill(0.0)
         curvature.fill(0.0)
-        taken = 0
-        for i in range(count):
-            if not is_touched[i]:
-                continue
-            is_touched[i] = False
-            measured, short = _read(beams[MEASURED, i], model), beams[SHORT, i]
-            if not is_known[i]:
-                _look_behind(
-                    background,
-                    order[i],
-                    measured,
-                    short,
-                    model,
-                    without[i],
-                    per_density[i],
-                )
-                is_known[i] = True
-            if not _touches(nearest, without, i, np.inf):
-                _reset(nearest, i)
-                continue
-            if not bears[i]:
-                bears[i] = _touches(nearest, without, i, beams[MEASURED, i] + near)
-            per_shift = 0.0
+        first, past = _span(is_touched, nearest, without, order, beams, model, bears)
+        for j in range(first, past):
+            i = place[j]
+            if j == first:
+                for p in range(size):
+                    free[p], stopped[p] = 1.0 - before[j, p], before[j, p]
+            _meet(nearest[i], without[j], expected, touches)
+            step(expected, measured[j], short[j], lasting[j], model, free, stopped, hits)
             if variance > 0.0:
-                per_shift = _per_shift(normals, states[k], middle, beams, i)
-            is_shared = per_shift != 0.0
-            _take_in(
-                i,
-                nearest,
-                without,
-                per_density,
-                measured,
-                short,
-                model,
-                product,
-                is_shared,
-                share,
-            )
-            if is_shared:
-                _pull(i, nearest, share, measured, per_shift, gradient, curvature)
-            taken += 1
-            if taken % most == 0:
-                _rescale(product, change)
-        if taken > 0:
-            _flush(product, change)
+                _pull(
+                    measured[j],
+                    expected,
+                    touches,
+                    hits,
+                    free,
+                    stopped,
+                    _per_shift(normals, states[k], middle, beams, i),
+                    gradient,
+                    curvature,
+                )
+            for p in range(size):
+                free[p] *= per_density[j, p]
+                stopped[p] *= per_density[j, p]
+            if (j - first + 1) % most == 0:
+                _rescale(free, stopped, change)
+        if past > first:
+            for p in range(size):
+                free[p] = (
+                    free[p] * later_free[past - 1, p] + stopped[p] * later_stopped[past - 1, p]
+                )
+            _flush(free, change)
         _average(change, gradient, curvature, tempering, model[PER_SIGMA], variance, states[k], out)
 
 
@@ -451,11 +463,11 @@ def pose_log_likelihood(
                 if not is_touched[i]:
                     continue
                 is_touched[i] = False
-                if _touches(alone, without, i, np.inf):
+                if _touches(alone[i], without[i], np.inf):
                     is_mixed[i] = True
                     _look(alone[i], _read(beams[MEASURED, i], model), beams[SHORT, i], model, dense)
                     _mix(alone[i], without[i], dense, shares[s], mixed[i], kept[i])
-                _reset(alone, i)
+                alone[i].fill(np.inf)
         for i in range(count):
             if is_mixed[i]:
                 is_mixed[i] = False

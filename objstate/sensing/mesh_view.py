@@ -30,7 +30,7 @@ class MeshView:
         self._rays = rays
         self._measured = measured
         self._beam_model = beam_model
-        self._log_likelihood = beam_model(measured, range_max)
+        self._along = beam_model.along(measured, range_max)
         self._range_max = range_max
         self._near = 4.0 * beam_model.settings.sigma_hit
 
@@ -64,7 +64,7 @@ class MeshView:
         return np.asarray(origins + self._measured[short, None] * directions)
 
     def log_likelihood(self, expected: FloatArray) -> FloatArray:
-        return self._beam_model.total(self._measured, expected, self._range_max)
+        return self._along(expected)[0]
 
     def pose_log_likelihood(
         self,
@@ -120,28 +120,26 @@ class MeshView:
         if few is not None:
             poses, background = poses[few], background[few]
         alone = self.object(name, states[chosen], poses)
-        touched = (alone < background[:, None]) & (alone < self._range_max)
-        without, with_it = self._log_likelihood(background)[:, None], self._log_likelihood(alone)
-        change = np.where(touched, with_it - without, 0.0).sum(axis=2)
-        bears = (touched & (self._measured > alone - self._near)).any(axis=(0, 1))
+        touched = alone < background[:, None]
+        log_likelihood, share = self._along(np.where(touched, alone, background[:, None]))
+        change = log_likelihood - self._along(background)[0][:, None]
+        bears = touched & (self._measured > alone - self._near) & (alone < self._range_max)
         variance = comparison.shift_std**2
         if comparison.normals is not None and variance > 0.0:
-            off = np.full(alone.shape, np.inf)
-            np.subtract(self._measured, alone, out=off, where=touched & np.isfinite(self._measured))
-            sigma = self._beam_model.sigma_hit
-            peak = self._beam_model.parameters(self._range_max)[0]
-            share = peak * np.exp(-0.5 * (off / sigma) ** 2 - with_it)
+            off = np.zeros(alone.shape)
+            told = touched & np.isfinite(self._measured)
+            np.subtract(self._measured, alone, out=off, where=told)
             cosine = self._cosines(poses, comparison.normals[chosen])
-            per_shift = np.divide(
-                1.0, cosine, out=np.zeros_like(cosine), where=np.abs(cosine) > kernels.GRAZING
-            )
-            pull = (share * per_shift * np.where(np.isfinite(off), off, 0.0)).sum(axis=2)
+            told &= np.abs(cosine) > kernels.GRAZING
+            per_shift = np.divide(1.0, cosine, out=np.zeros_like(cosine), where=told)
+            pull = (share * per_shift * off).sum(axis=2)
             hold = (share * per_shift**2).sum(axis=2)
-            pull, hold = (comparison.tempering / sigma**2 * each for each in (pull, hold))
+            precision = comparison.tempering / self._beam_model.sigma_hit**2
+            pull, hold = precision * pull, precision * hold
             surely = 1.0 + hold * variance
             averaged = 0.5 * (pull**2 * variance / surely - np.log(surely))
-            return comparison.tempering * change + averaged, np.asarray(bears)
-        return comparison.tempering * change, np.asarray(bears)
+            return comparison.tempering * change + averaged, np.asarray(bears.any(axis=(0, 1)))
+        return comparison.tempering * change, np.asarray(bears.any(axis=(0, 1)))
 
     def _cosines(self, poses: FloatArray, normals: FloatArray) -> FloatArray:
         """(p, s, n) between the beams and the normals (s, 2) of surfaces, seen from above."""

@@ -247,7 +247,7 @@ def test_more_evidence_never_moves_a_noiseless_door_away_from_its_true_angle(
         errors.append(abs(belief.mean[0] - true))
     # a quarter of the resolution; the first scan finds a wide belief and is cast coarsely
     assert np.degrees(np.diff(errors[1:]).max()) < 0.125
-    assert np.degrees(errors[0]) < 2.5  # the spacing of what is cast then
+    assert np.degrees(errors[0]) < 5.0  # what it shows may stand before a leaf farther open
     assert np.degrees(errors[-1]) < 0.5
 
 
