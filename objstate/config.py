@@ -166,7 +166,7 @@ class ConsistencySettings(Strict):
     stretch: Positive = 0.2  # of its variance that a belief loses while its mean's moves add up
     weight: Positive = 2.0  # of the first guess, that the widths are right, in deviations expected
     jump: Positive = 5.0  # deviations that a mean moves by in one scan if the object was moved
-    least: Positive = 0.1  # factor on a variance
+    least: Positive = 0.04  # factor on a variance
     most: Positive = 10.0
 
 
@@ -182,6 +182,7 @@ class HingeSettings(Strict):
     sure: Share = 0.99  # probability from which a door hangs elsewhere
     least_sigmas: Positive = 2.0  # of what robot and walls may be off: nearer is its place
     most_strange: Share = 0.5  # of the strange beams, that may be left decimetres away
+    least_shown: Share = 0.75  # of the leaf's length, in some look, if it hangs decimetres away
     looks: Count = 12  # that are remembered of a door
     least_looks: Count = 6  # by which places are compared
     every_m: Positive = 0.3  # m driven between looks

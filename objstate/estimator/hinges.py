@@ -119,7 +119,8 @@ class Hinges:
     ) -> bool:
         """Whether a door surely hangs elsewhere than before, or where it was found already.
 
-        Decimetres away, the leaf must be what stopped most of those beams that seemed strange.
+        Decimetres away, the leaf must be what stopped most of those beams that seemed strange, and some look
+        must show most of its length: a box is shorter.
         """
         s = self._settings
         if hanging.elsewhere < (s.sure if before is None else KEPT):
@@ -129,17 +130,20 @@ class Hinges:
             return False
         if np.hypot(*(offset - (0.0 if before is None else before.offset))) <= ASIDE:
             return True
-        there = replace(hanging.belief, item=_rehung(item, offset))
-        strange = self._strange(hanging.belief_in_place, glances)
-        return self._strange(there, glances) <= s.most_strange * strange
+        rehung, leaf = replace(hanging.belief, item=_rehung(item, offset)), _Leaf.of(item)
+        here = self._held_against(hanging.belief_in_place, glances)
+        there = self._held_against(rehung, glances)
+        shown = max(look.span for look in there)
+        is_leaf = shown >= s.least_shown * (leaf.far - leaf.near)
+        return is_leaf and _strange_share(there) <= s.most_strange * _strange_share(here)
 
-    def _strange(self, belief: ObjectBelief, glances: list[_Glance]) -> float:
-        """Share of the beams stopped near a door that its leaf didn't stop."""
+    def _held_against(self, belief: ObjectBelief, glances: list[_Glance]) -> list[_Strangeness]:
+        """A door's leaf in its most probable state against what stopped beams near it at each glance."""
         item, looks = belief.item, []
         for glance in glances:
             ends = self._stopped(self._building[item.name], glance.scan, glance.pose, glance.walls)
             looks.append(_Leaf.of(item).held_against(ends, belief, glance.pose))
-        return sum(each.strange for each in looks) / max(sum(each.stopped for each in looks), 1)
+        return looks
 
     def _stopped(
         self, item: MovableObject, scan: Scan, pose: FloatArray, walls: FloatArray
@@ -202,6 +206,7 @@ class _Strangeness:
     strange: int  # of these, beams that the leaf didn't stop
     aside: float = 0.0  # m by which a line through the readings passes the hinge
     std: float = math.inf  # m, of that
+    span: float = 0.0  # m along the leaf that they cover
 
 
 class _Watch:
@@ -351,7 +356,12 @@ class _Leaf:
         aside = float(off.mean()) - slope * middle
         rest = off - aside - slope * lever
         variance = float(rest @ rest) / (len(rest) - 2) * (1.0 / len(rest) + middle**2 / squares)
-        return _Strangeness(len(ends), strange, aside, math.sqrt(variance))
+        return _Strangeness(len(ends), strange, aside, math.sqrt(variance), float(np.ptp(lever)))
+
+
+def _strange_share(looks: list[_Strangeness]) -> float:
+    """Share of the beams stopped near a door that its leaf didn't stop."""
+    return sum(each.strange for each in looks) / max(sum(each.stopped for each in looks), 1)
 
 
 def _lasting_std(glances: list[_Glance]) -> float:

@@ -65,6 +65,17 @@ def test_doors_that_hang_elsewhere_are_found_and_their_angles_are_right(seed: in
     assert sum(errors(learnt).values()) < sum(errors(rigid).values()) / 2.0
 
 
+def test_a_leaf_that_no_look_shows_whole_does_not_hang_decimetres_away() -> None:
+    """What is shorter may be a box."""
+    asked = Settings.model_validate({"hinges": {"least_shown": 1.0}})
+    far = [
+        [np.hypot(*offset) > 0.15 for offset in driven(real(), 1, each).hung_elsewhere.values()]
+        for each in (Settings(), asked)
+    ]
+    assert any(far[0])
+    assert not any(far[1])
+
+
 @pytest.mark.parametrize("seed", [1, 2])
 def test_intervals_hold_the_truth_whether_a_hinge_was_found_or_not(seed: int) -> None:
     objects = driven(real(), seed).objects
