@@ -221,7 +221,7 @@ class DoorSettings(Strict):
     prior_std_m: Positive = 0.1
     dynamics: Dynamics = Dynamics(moves_per_hour=2.0, drift_deg=0.05, drift_m=0.001)
     rest: Rest = Rest()
-    resolution_deg: ResolutionDeg = 0.5  # spacing of the sampled angles
+    resolution_deg: ResolutionDeg = 0.25  # spacing of the sampled angles
     resolution_m: ResolutionM = 0.005
 
 
