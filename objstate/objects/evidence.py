@@ -35,7 +35,8 @@ class ScanEvidence:
 
         Also the beams (n,) that bear on the object in some of these states. States
         that aren't ``whole`` (s,) are cast from a few robot samples only. With
-        ``normals`` (s, 2), the object may be off its place along them.
+        ``normals`` (s, 2), the object may be off its place along them, and beams that stop before it
+        side by side are one unexpected thing. Furniture may be anywhere, so that it would itself be one.
         """
         return self.view.object_log_likelihood(
             self.name,
@@ -48,6 +49,7 @@ class ScanEvidence:
                 normals=normals,
                 whole=whole,
                 few=self._few,
+                in_runs=normals is not None,
             ),
         )
 

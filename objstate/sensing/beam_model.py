@@ -65,6 +65,11 @@ class BeamModel:
             reading * np.exp(-0.5 * off**2) / (s.short_std * math.sqrt(2.0 * math.pi))
         )
 
+    @lazy
+    def beam_by_beam(self) -> BeamModel:
+        """The same model, but each beam is stopped by itself."""
+        return BeamModel(self.settings.model_copy(update={"short_run": 1.0}), self.blur)
+
     @property
     def _unexpected(self) -> float:
         """Probability that something unexpected stops a beam, of those that read some thing."""

@@ -148,6 +148,9 @@ class LevelView:
         placements = self._outlines.placements(name, states)
         stand = self._outlines.stand(poses).poses
         whole, few = comparison.whole, comparison.few
+        model = self._parameters
+        if not comparison.in_runs:
+            model = self._beam_model.beam_by_beam.parameters(self._range_max)
         bears = np.zeros(len(self._beams.order), dtype=bool)
 
         def compare(some: IntArray, stand: FloatArray, background: FloatArray) -> FloatArray:
@@ -167,7 +170,7 @@ class LevelView:
                 self._lasting,
                 self._beams.lookup,
                 self._sweep.centre,
-                self._parameters,
+                model,
                 comparison.shift_std,
                 comparison.tempering,
                 out,

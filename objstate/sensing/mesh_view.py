@@ -121,8 +121,11 @@ class MeshView:
             poses, background = poses[few], background[few]
         alone = self.object(name, states[chosen], poses)
         touched = alone < background[:, None]
-        log_likelihood, share = self._along(np.where(touched, alone, background[:, None]))
-        change = log_likelihood - self._along(background)[0][:, None]
+        along = self._along
+        if not comparison.in_runs:
+            along = self._beam_model.beam_by_beam.along(self._measured, self._range_max)
+        log_likelihood, share = along(np.where(touched, alone, background[:, None]))
+        change = log_likelihood - along(background)[0][:, None]
         bears = touched & (self._measured > alone - self._near) & (alone < self._range_max)
         variance = comparison.shift_std**2
         if comparison.normals is not None and variance > 0.0:

@@ -24,6 +24,9 @@ class Comparison:
     normals: FloatArray | None = None  # (s, 2) along which; unit vectors in the building
     whole: BoolArray | None = None  # (s,) states cast from every pose
     few: IntArray | None = None  # the poses from which all others are cast, and averaged
+    in_runs: bool = (
+        True  # whether one unexpected thing may stop several beams, or each is stopped by itself
+    )
 
 
 Scenes = Callable[[str | None], FloatArray]
