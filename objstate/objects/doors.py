@@ -28,6 +28,7 @@ FINE = 40  # states with weight that are cast at most; of more, an even comb
 NEGLIGIBLE = 1e-4  # weight, relative to the largest, below which a state is cast only coarsely
 PARTS = 6  # in which a cell is taken where a belief is narrowed
 BLURRED = 0.25  # of a cell, squared: the variance that its width and its parts' places on the lattice make
+NARROWEST = 0.01  # of a variance, to which a belief is narrowed at most
 COARSE = 8  # every so many states are cast whatever their weight
 
 
@@ -166,14 +167,15 @@ class LatticeFilter:
 
         std = std_m * self._lean if self.item.kind is Kind.HINGED else std_m
         weights = belief.weights.values
-        if belief.settled:
-            factor = float(belief.kept_of(factor)[0])
-            if factor < 1.0:
-                wide, weights = weights, np.empty_like(weights)
-                kernels.narrow(wide, 1.0 / factor, self.item.wraps, PARTS, weights)
-                std = math.sqrt(max(std**2 - BLURRED * self._spacing**2, 0.0))
-            else:
-                std = math.hypot(std, math.sqrt(factor - 1.0) * belief.std[0])
+        factor = float(belief.kept_of(factor)[0])
+        if belief.settled and factor < 1.0:
+            more = std**2 - BLURRED * self._spacing**2  # than the lattice widens it by itself
+            share = max(factor + min(more, 0.0) / float(belief.std[0]) ** 2, NARROWEST)
+            wide, weights = weights, np.empty_like(weights)
+            kernels.narrow(wide, 1.0 / share, self.item.wraps, PARTS, weights)
+            std = math.sqrt(max(more, 0.0))
+        elif belief.settled:
+            std = math.hypot(std, math.sqrt(factor - 1.0) * belief.std[0])
         wider = self._drifted(weights[None], std)[0]
         return belief.with_weights(Weights(wider / wider.sum()))
 
