@@ -96,9 +96,11 @@ class Estimate:
     def __init__(self, case: Case) -> None:
         self.case = case
         self.poses = about(ROBOT, SAMPLES)
-        self.model = BeamModel(case.settings.beam_model)
+        self.in_runs = case.item.kind is not Kind.PLANAR
+        model = BeamModel(case.settings.beam_model)
+        self.model = model if self.in_runs else model.beam_by_beam
         self.tempering = case.settings.object_updates.tempering
-        self._sensing = Sensing(case.building, self.model)
+        self._sensing = Sensing(case.building, model)
         self._filter = filter_for(case.item, case.settings)
         self.prior = self._filter.prior(np.random.default_rng(6))
         self._given = ConditionalBelief.independent(self.prior, SAMPLES)
@@ -124,7 +126,7 @@ class Estimate:
     def log_likelihood(self) -> FloatArray:
         """log p(o | s, l) - log p(o | object absent, l) (p, s), of every pose and state."""
         view = self._sensing.view(self.case.scan)
-        comparison = Comparison(background=view.walls(self.poses))
+        comparison = Comparison(background=view.walls(self.poses), in_runs=self.in_runs)
         found, _ = view.object_log_likelihood(
             self.case.name, self.prior.states, self.poses, comparison
         )

@@ -73,9 +73,8 @@ class BruteForce:
         shape = len(self._poses), len(self._states), len(self._scan)
         walls, alone = (np.where(each > MISS, np.inf, each) for each in (walls, alone))
         walls, alone = walls.reshape(shape[0], 1, shape[2]), alone.reshape(shape)
-        likelihood = model(self._scan.ranges, self._scan.range_max)
-        change = likelihood(np.minimum(walls, alone)) - likelihood(walls)
-        return np.asarray(change.sum(axis=2))
+        along = model.along(self._scan.ranges, self._scan.range_max)
+        return np.asarray(along(np.minimum(walls, alone))[0] - along(walls)[0])
 
 
 def posterior(prior: FloatArray, log_likelihood: FloatArray, tempering: float) -> FloatArray:
