@@ -245,10 +245,10 @@ def test_more_evidence_never_moves_a_noiseless_door_away_from_its_true_angle(
     for _ in range(8):
         belief = updated(filter_, belief, evidence, rng)
         errors.append(abs(belief.mean[0] - true))
-    # a quarter of the resolution; the first scan finds a wide belief and is cast coarsely
+    # half of the resolution; the first scan finds a wide belief and is cast coarsely
     assert np.degrees(np.diff(errors[1:]).max()) < 0.125
     assert np.degrees(errors[0]) < 5.0  # what it shows may stand before a leaf farther open
-    assert np.degrees(errors[-1]) < 0.5
+    assert np.degrees(errors[-1]) < 0.6  # of a closed door, all of the belief is on one side
 
 
 def test_a_door_hidden_behind_its_jamb_is_known_only_not_to_be_where_it_would_be_seen() -> None:

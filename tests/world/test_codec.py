@@ -36,7 +36,7 @@ def test_furniture_comes_back_from_any_place(x: float) -> None:
 
 
 def test_a_belief_is_small() -> None:
-    assert len(pack_belief(at_angle(0.7, 0))) < 1000
+    assert len(pack_belief(at_angle(0.7, 0))) < 2000
     assert len(pack_belief(desk_at(3.0, 0))) < 4000
 
 
