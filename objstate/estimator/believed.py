@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
 from zlib import crc32
 
 import numpy as np
@@ -12,6 +11,7 @@ from objstate.building.model import Building
 from objstate.config import Settings
 from objstate.estimator.surroundings import Surroundings
 from objstate.geometry import IntArray
+from objstate.lazy import altered
 from objstate.objects import ConditionalBelief, ObjectBelief, ObjectFilter, filter_for
 from objstate.records import NANOSECONDS
 
@@ -51,7 +51,7 @@ class Believed:
         seconds = _seconds(belief, stamp_ns)
         if seconds > 0.0:
             belief = self.filters[name].predict(belief, seconds, rng or self.rngs[name])
-        return replace(belief, stamp_ns=stamp_ns)
+        return altered(belief, stamp_ns=stamp_ns)
 
     def given(self, name: str, samples: int, stamp_ns: int) -> ConditionalBelief:
         """The same given each of so many robot samples."""
@@ -60,7 +60,7 @@ class Believed:
         seconds = _seconds(belief, stamp_ns)
         if seconds > 0.0:
             known = self.filters[name].predict_each(known, seconds, self.rngs[name])
-        return replace(known, belief=replace(known.belief, stamp_ns=stamp_ns))
+        return altered(known, belief=altered(known.belief, stamp_ns=stamp_ns))
 
     def keep_in_view(self, given: Mapping[str, ConditionalBelief]) -> None:
         """Keep the beliefs of the objects in view; of all others, marginals alone remain."""

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from objstate.estimator.backdrop import Backdrop
 from objstate.estimator.believed import Believed
 from objstate.geometry import BoolArray, FloatArray
+from objstate.lazy import altered
 from objstate.localization import PoseBelief
 from objstate.objects import ConditionalBelief, ObjectBelief, ScanEvidence, Update
 from objstate.sensing import ScanView
@@ -30,7 +31,7 @@ class Observation:
         Each sample gives up a share of its own belief for that of all.
         """
         weights = robot.weights.values
-        return replace(
+        return altered(
             self,
             beliefs={
                 name: each.averaged(each.given, weights)
@@ -70,8 +71,8 @@ def observe(
         if update is None:
             continue
         log_evidence += update.log_evidence + tempering * (absent - backdrop.log_likelihood)
-        belief = replace(update.conditional.belief, last_observed_ns=stamp_ns)
-        given[name] = replace(update.conditional, belief=belief)
+        belief = altered(update.conditional.belief, last_observed_ns=stamp_ns)
+        given[name] = altered(update.conditional, belief=belief)
         fits[name] = _fit(name, belief, update, view, robot, without)
     return Observation(given, beliefs, fits, log_evidence / tempering)
 

@@ -6,12 +6,13 @@ twice as many of them tell less than twice as much, though likelihoods take them
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from objstate.config import ScanSettings
+from objstate.lazy import altered
 from objstate.records import NANOSECONDS, Rays, Scan
 
 ROUNDING = 1e-3  # by which spacings that are meant to be equal may differ, as a share
@@ -39,7 +40,7 @@ class _Combs:
         if first not in self.known:
             self.known[first] = scan.rays.take(np.arange(first, len(scan), self.every))
         ranges = np.ascontiguousarray(scan.ranges[first :: self.every])
-        return replace(scan, ranges=ranges, rays=self.known[first])
+        return altered(scan, ranges=ranges, rays=self.known[first])
 
 
 class Thinning:

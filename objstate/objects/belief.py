@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from copy import copy
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 from operator import le
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from objstate.building.model import Kind, MovableObject
 from objstate.geometry import BoolArray, FloatArray, circular_mean, wrap
-from objstate.lazy import lazy
+from objstate.lazy import altered, lazy
 from objstate.objects.footprint import footprint
 from objstate.objects.passage import clear_widths, lattice_clear_widths
 from objstate.particles import Weights, quantiles
@@ -80,13 +80,13 @@ class ObjectBelief:
         return np.array([self.item.wraps])
 
     def with_weights(self, weights: Weights) -> ObjectBelief:
-        return replace(self, weights=weights)
+        return altered(self, weights=weights)
 
     def weighted(self, weights: Weights, presence: float) -> ObjectBelief:
-        return replace(self, weights=weights, presence=presence)
+        return altered(self, weights=weights, presence=presence)
 
     def with_samples(self, states: FloatArray, weights: Weights) -> ObjectBelief:
-        return replace(self, states=states, weights=weights)
+        return altered(self, states=states, weights=weights)
 
     def with_shared(self, shared: FloatArray) -> ObjectBelief:
         """With another ``shared`` (d,); what was computed of the belief already is kept."""
@@ -101,7 +101,7 @@ class ObjectBelief:
             return self
         count = len(self.states) - self.scouts
         weights = Weights.of(self.weights.values[:count])
-        return replace(self, states=self.states[:count], weights=weights, scouts=0)
+        return altered(self, states=self.states[:count], weights=weights, scouts=0)
 
     @lazy
     def mean(self) -> FloatArray:

@@ -6,7 +6,7 @@ tells much is taken in by steps.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,7 +15,7 @@ from objstate.building.model import MovableObject
 from objstate.building.outline import outline
 from objstate.config import FurnitureSettings
 from objstate.geometry import BoolArray, FloatArray, IntArray, wrap
-from objstate.lazy import lazy
+from objstate.lazy import altered, lazy
 from objstate.objects.belief import ObjectBelief
 from objstate.objects.conditional import ConditionalBelief, Update
 from objstate.objects.evidence import ScanEvidence
@@ -85,13 +85,13 @@ class SampleFilter:
         redrawn = rng.random(len(states)) < self._moved(seconds)
         states[redrawn] = self._of_prior(int(redrawn.sum()), rng)
         there = belief.presence + self._moved(seconds) * (self.settings.presence - belief.presence)
-        return replace(belief.with_samples(states, belief.weights), presence=there)
+        return altered(belief.with_samples(states, belief.weights), presence=there)
 
     def predict_each(
         self, believed: ConditionalBelief, seconds: float, rng: np.random.Generator
     ) -> ConditionalBelief:
         towards = self.settings.presence - believed.presence
-        return replace(
+        return altered(
             believed,
             belief=self.predict(believed.belief, seconds, rng),
             presence=believed.presence + self._moved(seconds) * towards,
@@ -124,8 +124,8 @@ class SampleFilter:
             believed = self._renewed(believed.averaged(after, robot), remaining > 0.0, rng)
         there, log_evidence = _presence(believed.presence, log_evidence)
         seen = evidence.robot_weights_after(log_evidence).values
-        belief = replace(believed.belief, presence=float(seen @ there))
-        return Update(replace(believed, belief=belief, presence=there), log_evidence, bears)
+        belief = altered(believed.belief, presence=float(seen @ there))
+        return Update(altered(believed, belief=belief, presence=there), log_evidence, bears)
 
     def _looked_ahead(
         self, believed: ConditionalBelief, evidence: ScanEvidence, rng: np.random.Generator
@@ -143,7 +143,7 @@ class SampleFilter:
         if step == 1.0:
             return believed, 0.0
         chosen = belief.with_weights(belief.weights.reweight(step * told)[0])
-        return self._renewed(replace(believed, belief=chosen), True, rng), step
+        return self._renewed(altered(believed, belief=chosen), True, rng), step
 
     def _taken_in(
         self,
@@ -216,7 +216,7 @@ class SampleFilter:
         sampling.inherit(believed.given, values, ancestors, weights.values, given)
         sent = self._sent_out(scouts, won, states, kept, place, rng)
         belief = belief.with_samples(np.concatenate([states, sent]), weights)
-        return replace(believed, belief=belief, given=given)
+        return altered(believed, belief=belief, given=given)
 
     def _weights(self, kept: FloatArray, share: float) -> Weights:
         """Those of samples, which weigh ``kept`` (n,) among themselves, and of scouts behind them.
@@ -264,7 +264,7 @@ class SampleFilter:
         due = self._new_place_density(proposed, belief.mean) / self._crowding(proposed)
         factor[-len(proposed) :] = np.minimum(due, 1.0)
         given = factor * believed.given
-        return replace(
+        return altered(
             believed,
             belief=belief.with_samples(states, Weights.of(factor * belief.weights.values)),
             given=given / given.sum(axis=1, keepdims=True),

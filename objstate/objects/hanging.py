@@ -8,12 +8,13 @@ looks, each with its own p(s | d) on the lattice: Rao-Blackwellized, as robot sa
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from objstate.config import HingeSettings
 from objstate.geometry import FloatArray
+from objstate.lazy import altered
 from objstate.objects.belief import ObjectBelief
 from objstate.objects.conditional import ConditionalBelief
 from objstate.objects.doors import LatticeFilter
@@ -121,8 +122,8 @@ def _held_against(
         if update is not None:
             given = update.conditional
             weights, _ = weights.reweight(update.log_evidence)
-    belief = replace(given.belief, stamp_ns=stamp_ns, last_observed_ns=stamp_ns)
-    return Hanging(offsets, weights, replace(given, belief=belief))
+    belief = altered(given.belief, stamp_ns=stamp_ns, last_observed_ns=stamp_ns)
+    return Hanging(offsets, weights, altered(given, belief=belief))
 
 
 def _prior(offsets: FloatArray, settings: HingeSettings, spacing: float) -> Weights:
