@@ -10,7 +10,6 @@ import numpy as np
 from objstate.building.model import Building
 from objstate.config import Settings
 from objstate.estimator.surroundings import Surroundings
-from objstate.geometry import IntArray
 from objstate.lazy import altered
 from objstate.objects import ConditionalBelief, ObjectBelief, ObjectFilter, filter_for
 from objstate.records import NANOSECONDS
@@ -72,10 +71,6 @@ class Believed:
         for name, belief in beliefs:
             self._before.setdefault(name, self.marginals[name])
             self._keep(name, belief)
-
-    def resampled(self, ancestors: IntArray) -> None:
-        """Let each new robot sample believe what its ancestor (l,) did."""
-        self._in_view = {name: each.resampled(ancestors) for name, each in self._in_view.items()}
 
     def collapse(self) -> None:
         """Forget what each robot sample believes: the samples are others now."""

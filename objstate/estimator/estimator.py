@@ -207,13 +207,11 @@ class Estimator:
         seen = self._localizer.correct(
             corrected, self.settings.object_updates.tempering * observation.log_evidence
         )
-        observation = observation.settled_by(seen, self._forgotten(track))
+        robot, ancestors = self._localizer.renew(corrected, self._rng)
+        observation = observation.settled_by(seen, self._forgotten(track), ancestors)
         for name in observation.fits:
             self._consistency.note(observation.predicted[name], observation.beliefs[name].belief)
         self._believed.keep_in_view(observation.beliefs)
-        robot, ancestors = self._localizer.renew(corrected, self._rng)
-        if ancestors is not None:
-            self._believed.resampled(ancestors)
         self._track = track.corrected(robot, self._odometry)
         self.corrections += 1
         self._note_hinges(sight, observation)

@@ -9,7 +9,7 @@ import numpy as np
 
 from objstate.estimator.backdrop import Backdrop
 from objstate.estimator.believed import Believed
-from objstate.geometry import BoolArray, FloatArray
+from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.lazy import altered
 from objstate.localization import PoseBelief
 from objstate.objects import ConditionalBelief, ObjectBelief, ScanEvidence, Update
@@ -25,10 +25,13 @@ class Observation:
     fits: Mapping[str, float]  # of the objects on which a beam bore
     log_evidence: FloatArray  # (l,) log p(o | l) of the beams towards objects
 
-    def settled_by(self, robot: PoseBelief, forgotten: float) -> Observation:
+    def settled_by(
+        self, robot: PoseBelief, forgotten: float, ancestors: IntArray | None
+    ) -> Observation:
         """The same objects, their marginals by what the robot samples weigh after the scan.
 
-        Each sample gives up a share of its own belief for that of all.
+        The samples of the next scan have ``ancestors`` (l',) among them; of what those believe, they give up a share
+        for the marginals.
         """
         weights = robot.weights.values
         return altered(
@@ -36,7 +39,7 @@ class Observation:
             beliefs={
                 name: each.averaged(each.given, weights)
                 .apportioned(self.predicted[name], weights)
-                .blended(forgotten)
+                .handed_on(forgotten, ancestors)
                 for name, each in self.beliefs.items()
             },
         )

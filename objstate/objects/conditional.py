@@ -63,20 +63,20 @@ class ConditionalBelief:
         belief = self.belief.with_shared(shared)
         return ConditionalBelief(belief, self.given, self.presence, inherited)
 
-    def blended(self, share: float) -> ConditionalBelief:
-        """Each robot sample gives up a share of its own belief for the marginal."""
+    def handed_on(self, share: float, ancestors: IntArray | None = None) -> ConditionalBelief:
+        """Each robot sample of the next scan believes what its ancestor (l',) did, but for a share.
+
+        That it gives up for the marginal. Without ``ancestors``, the samples are the same.
+        """
         from objstate.objects import kernels
 
-        given, marginal = np.empty_like(self.given), self.belief.weights.values
-        kernels.blend(self.given, marginal, share, given)
         presence = (1.0 - share) * self.presence + share * self.belief.presence
+        if ancestors is None:
+            ancestors = np.arange(len(presence))
+        given = kernels.handed_on(self.given, self.belief.weights.values, share, ancestors)
         shown = (1.0 - share) ** 2 * (self.belief.shared - self.inherited)
-        return ConditionalBelief(self.belief, given, presence, self.belief.shared - shown)
-
-    def resampled(self, ancestors: IntArray) -> ConditionalBelief:
-        """After the robot belief was resampled: each sample keeps what its ancestor (l',) believed."""
-        given, presence = self.given[ancestors], self.presence[ancestors]
-        return ConditionalBelief(self.belief, given, presence, self.inherited)
+        inherited = self.belief.shared - shown
+        return ConditionalBelief(self.belief, given, presence[ancestors], inherited)
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,7 @@ import numpy as np
 
 from objstate.building.model import Kind, MovableObject
 from objstate.config import DoorSettings
-from objstate.geometry import BoolArray, FloatArray, IntArray, wrap
+from objstate.geometry import FloatArray, wrap
 from objstate.lazy import lazy
 from objstate.objects.belief import ObjectBelief
 from objstate.objects.conditional import ConditionalBelief, Update
@@ -29,7 +29,7 @@ NEGLIGIBLE = 1e-4  # weight, relative to the largest, below which a state is cas
 PARTS = 6  # in which a cell is taken where a belief is narrowed
 BLURRED = 0.25  # of a cell, squared: the variance that its width and its parts' places on the lattice make
 NARROWEST = 0.01  # of a variance, to which a belief is narrowed at most
-COARSE = 8  # every so many states are cast whatever their weight
+COARSE = 0.05  # m between states that are cast whatever their weight, at a leaf's outer edge
 
 
 @dataclass(frozen=True)
@@ -118,30 +118,18 @@ class LatticeFilter:
         dynamics, hinged = self.settings.dynamics, self.item.kind is Kind.HINGED
         drift = math.radians(dynamics.drift_deg) if hinged else dynamics.drift_m
         stayed = math.exp(-dynamics.moves_per_hour * seconds / SECONDS_PER_HOUR)
-        return self._drifted(weights, drift * math.sqrt(seconds), stayed)
+        return self._drifted(weights, drift**2 * seconds, stayed)
 
-    def _drifted(self, weights: FloatArray, std: float, stayed: float = 1.0) -> FloatArray:
-        """Weights (m, n) after a random walk on the lattice of standard deviation ``std``.
+    def _drifted(self, weights: FloatArray, variance: float, stayed: float = 1.0) -> FloatArray:
+        """Weights (m, n) after a random walk on the lattice of a variance, rad^2 or m^2.
 
-        A walk reflects at the limits. Its variance is met exactly, by steps to the
-        neighbours where it is below the spacing and by a Gaussian kernel where not. All but a
-        share of ``stayed`` don't walk: somebody puts them to rest.
+        All but a share of ``stayed`` don't walk: somebody puts them to rest.
         """
         from objstate.objects import kernels
 
-        variance = (std / self._spacing) ** 2
-        if variance < 1.0:
-            out = np.empty_like(weights)
-            rest = self._rest_weights
-            kernels.drift(weights, variance, self.item.wraps, stayed, rest, out)
-            return out
-        from scipy.ndimage import convolve1d
-
-        reach = min(int(np.ceil(4.0 * np.sqrt(variance))), weights.shape[-1])
-        kernel = np.exp(-0.5 * np.arange(-reach, reach + 1) ** 2 / variance)
-        mode = "wrap" if self.item.wraps else "reflect"
-        walked = convolve1d(weights, kernel / kernel.sum(), mode=mode)
-        return np.asarray(stayed * walked + (1.0 - stayed) * self._rest_weights)
+        cells, out = variance / self._spacing**2, np.empty_like(weights)
+        kernels.drift(weights, cells, self.item.wraps, stayed, self._rest_weights, out)
+        return out
 
     def update(
         self, believed: ConditionalBelief, evidence: ScanEvidence, rng: np.random.Generator
@@ -153,7 +141,9 @@ class LatticeFilter:
         from objstate.objects import kernels
 
         belief = believed.belief
-        chosen, whole = _worth_casting(belief.weights.values)
+        chosen, whole = kernels.worth_casting(
+            belief.weights.values, NEGLIGIBLE, FINE, self._coarsely
+        )
         log_likelihood, bears = evidence.cast(belief.states[chosen], whole, self._normals[chosen])
         if not bears.any():
             return None
@@ -165,25 +155,31 @@ class LatticeFilter:
         """A hinged leaf that hangs aside reads turned by what the shift is to its mean lever."""
         from objstate.objects import kernels
 
-        std = std_m * self._lean if self.item.kind is Kind.HINGED else std_m
-        weights = belief.weights.values
-        factor = float(belief.kept_of(factor)[0])
-        if belief.settled and factor < 1.0:
-            more = std**2 - BLURRED * self._spacing**2  # than the lattice widens it by itself
-            share = max(factor + min(more, 0.0) / float(belief.std[0]) ** 2, NARROWEST)
-            wide, weights = weights, np.empty_like(weights)
-            kernels.narrow(wide, 1.0 / share, self.item.wraps, PARTS, weights)
-            std = math.sqrt(max(more, 0.0))
-        elif belief.settled:
-            std = math.hypot(std, math.sqrt(factor - 1.0) * belief.std[0])
-        wider = self._drifted(weights[None], std)[0]
+        weights, lever = belief.weights.values, self._width / LEAN
+        more = (std_m / lever if self.item.kind is Kind.HINGED else std_m) ** 2
+        if belief.settled:
+            variance, factor = float(belief.std[0]) ** 2, float(belief.kept_of(factor)[0])
+            if factor < 1.0:
+                more -= BLURRED * self._spacing**2  # by which the lattice widens it by itself
+                share = max(factor + min(more, 0.0) / variance, NARROWEST)
+                weights = kernels.narrow(weights, 1.0 / share, self.item.wraps, PARTS)
+                more = max(more, 0.0)
+            else:
+                more += (factor - 1.0) * variance
+        wider = self._drifted(weights[None], more)[0]
         return belief.with_weights(Weights(wider / wider.sum()))
 
     @lazy
-    def _lean(self) -> float:
-        """rad for each m by which the leaf hangs aside, when the turn that fits best makes up for it."""
+    def _width(self) -> float:
+        """m from the hinge to the leaf's outer edge, seen from above."""
         plan = self.item.mesh.vertices[:, :2]
-        return LEAN / float(np.hypot(plan[:, 0], plan[:, 1]).max())
+        return float(np.hypot(plan[:, 0], plan[:, 1]).max())
+
+    @lazy
+    def _coarsely(self) -> int:
+        """Of how many states one is cast whatever its weight."""
+        hinged = self.item.kind is Kind.HINGED
+        return max(int(COARSE / (self._spacing * (self._width if hinged else 1.0))), 1)
 
 
 def leaf_axes(item: MovableObject) -> tuple[FloatArray, FloatArray]:
@@ -191,15 +187,3 @@ def leaf_axes(item: MovableObject) -> tuple[FloatArray, FloatArray]:
     _, axes = np.linalg.eigh(np.cov(item.mesh.vertices[:, :2].T))
     across, along = axes.T
     return across, along
-
-
-def _worth_casting(weights: FloatArray) -> tuple[IntArray, BoolArray]:
-    """Indices of the states with weight (n,), or of a comb over them, and of a comb over all others.
-
-    Also which of them have weight.
-    """
-    from objstate.objects import kernels
-
-    chosen, whole = np.empty(len(weights), dtype=np.int64), np.empty(len(weights), dtype=bool)
-    count = kernels.worth_casting(weights, NEGLIGIBLE, FINE, COARSE, chosen, whole)
-    return chosen[:count], whole[:count]

@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 
 from objstate.compiling import inner, njit
-from objstate.geometry import BoolArray, FloatArray, IntArray
+from objstate.geometry import FloatArray, IntArray
 
 LEAST_EVIDENCE = 1e-250
+TAIL_SIGMAS = 4.0  # at which a Gaussian is cut off
 MOST_DECAY = 600.0  # exp(-600) is a float yet
 TINY = 2.3e-308  # the least deviation; nothing is divided by zero
 NEXT_TO_NOTHING = 40.0  # exp(-40) beside one
@@ -20,6 +21,23 @@ NEXT_TO_NOTHING = 40.0  # exp(-40) beside one
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
 _compile_sums = njit(nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
+
+
+@_inner
+def _taps(variance: float, most: int) -> Any:
+    """What a random walk with a variance, in cells squared, leaves in place, and takes so many cells away.
+
+    Its variance is met exactly by steps to the neighbours where it is below 1, and by a Gaussian where not.
+    """
+    reach = 1 if variance < 1.0 else min(int(np.ceil(TAIL_SIGMAS * np.sqrt(variance))), most)
+    taps, total = np.empty(reach + 1), 0.0
+    if variance < 1.0:
+        taps[0], taps[1] = 1.0 - variance, variance / 2.0
+        return taps
+    for k in range(reach + 1):
+        taps[k] = np.exp(-0.5 * k * k / variance)
+        total += taps[k] if k == 0 else 2.0 * taps[k]
+    return taps / total
 
 
 @_compile
@@ -33,22 +51,26 @@ def drift(
 ) -> None:
     """Each row of ``weights`` (p, n) after a while, into ``out`` (p, n).
 
-    A share of ``stayed`` takes a random walk with a ``variance`` below 1, in cells squared, by
-    steps to the neighbours; at the ends it is reflected, or goes on where the lattice ``wraps``.
-    The others are now distributed as ``rest`` (n,).
+    A share of ``stayed`` takes a random walk with a ``variance``, in cells squared; at the ends it
+    is reflected, or goes on where the lattice ``wraps``. The others are now distributed as ``rest`` (n,).
     """
-    last = weights.shape[1] - 1
-    stay, step = stayed * (1.0 - variance), stayed * variance / 2.0
+    count = weights.shape[1]
+    taps = _taps(variance, count)
+    reach = taps.shape[0] - 1
+    padded = np.empty(count + 2 * reach)
     for p in range(weights.shape[0]):
         row, to = weights[p], out[p]
-        for j in range(1, last):
-            to[j] = stay * row[j] + step * (row[j - 1] + row[j + 1]) + (1.0 - stayed) * rest[j]
-        before, after = (row[last], row[0]) if wraps else (row[0], row[last])
-        to[0] = stay * row[0] + step * (before + row[min(1, last)]) + (1.0 - stayed) * rest[0]
-        if last > 0:
-            to[last] = (
-                stay * row[last] + step * (row[last - 1] + after) + (1.0 - stayed) * rest[last]
-            )
+        for j in range(count):
+            padded[reach + j] = row[j]
+        for k in range(reach):
+            padded[reach - 1 - k] = row[count - 1 - k] if wraps else row[k]
+            padded[reach + count + k] = row[k] if wraps else row[count - 1 - k]
+        for j in range(count):
+            to[j] = stayed * taps[0] * row[j] + (1.0 - stayed) * rest[j]
+        for k in range(1, reach + 1):
+            walked = stayed * taps[k]
+            for j in range(count):
+                to[j] += walked * (padded[reach + j - k] + padded[reach + j + k])
 
 
 @_inner
@@ -111,12 +133,14 @@ def condition(
 
 
 @_compile
-def blend(given: FloatArray, marginal: FloatArray, share: float, out: FloatArray) -> None:
-    """Rows (p, n) that give up a share of themselves for the marginal (n,), into ``out`` (p, n)."""
-    for p in range(given.shape[0]):
-        row, to = given[p], out[p]
+def handed_on(given: FloatArray, marginal: FloatArray, share: float, ancestors: IntArray) -> Any:
+    """Rows (q, n) of ``given`` (p, n) of the ancestors (q,), but for a share of the ``marginal`` (n,)."""
+    out = np.empty((ancestors.shape[0], marginal.shape[0]))
+    for q in range(ancestors.shape[0]):
+        row, to = given[ancestors[q]], out[q]
         for j in range(marginal.shape[0]):
             to[j] = (1.0 - share) * row[j] + share * marginal[j]
+    return out
 
 
 @_compile_sums
@@ -153,16 +177,15 @@ def apportion(
 
 
 @_compile
-def narrow(weights: FloatArray, power: float, wraps: bool, parts: int, out: FloatArray) -> None:
-    """Weights (n,) of a lattice to a ``power`` above one, of any sum, into ``out`` (n,).
+def narrow(weights: FloatArray, power: float, wraps: bool, parts: int) -> Any:
+    """Weights (n,) of a lattice to a ``power`` above one, of any sum.
 
     Between samples, the logarithm of the density is a parabola through three of them. Each cell is taken in
     ``parts``, and what a part has falls to the samples on both sides of it so that its mean stays: a
     narrow belief isn't drawn to the nearest sample.
     """
-    last, top = weights.shape[0] - 1, 0.0
+    last, top, out = weights.shape[0] - 1, 0.0, np.zeros_like(weights)
     for j in range(last + 1):
-        out[j] = 0.0
         top = max(top, weights[j])
     for j in range(last + 1):
         here = np.log(max(weights[j] / top, LEAST_EVIDENCE))
@@ -178,24 +201,19 @@ def narrow(weights: FloatArray, power: float, wraps: bool, parts: int, out: Floa
             part = np.exp(power * (here + rise))
             out[j] += (1.0 - abs(t)) * part
             out[above if t > 0.0 else below] += abs(t) * part
+    return out
 
 
 @_compile
-def worth_casting(
-    weights: FloatArray,
-    negligible: float,
-    fine: int,
-    coarse: int,
-    chosen: IntArray,
-    whole: BoolArray,
-) -> Any:
-    """How many states with weights (n,) are worth casting, their indices, and which of these have weight.
+def worth_casting(weights: FloatArray, negligible: float, fine: int, coarse: int) -> Any:
+    """Indices (m,) of states that are worth casting, by their weights (n,), and which (m,) of them have weight.
 
     Those that have more than a ``negligible`` share of the largest, or a comb of at most ``fine`` over them;
-    every ``coarse`` one whatever its weight; the first and the last. They begin ``chosen`` and ``whole`` (n,).
+    every ``coarse`` one whatever its weight; the first and the last.
     """
     least, heavy, passed, count = 0.0, 0, 0, 0
     last = weights.shape[0] - 1
+    chosen, whole = np.empty(last + 1, dtype=np.int64), np.empty(last + 1, dtype=np.bool_)
     for j in range(last + 1):
         least = max(least, negligible * weights[j])
     for j in range(last + 1):
@@ -207,7 +225,7 @@ def worth_casting(
         if (is_heavy and passed % every == 0) or j % coarse == 0 or j == last:
             chosen[count], whole[count] = j, is_heavy
             count += 1
-    return count
+    return chosen[:count], whole[:count]
 
 
 @_compile

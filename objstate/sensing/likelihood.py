@@ -34,7 +34,7 @@ from objstate.sensing.kernels import (
     at_once,
     floor_of,
 )
-from objstate.sensing.projection import project, stands, strays
+from objstate.sensing.projection import SPARE, project, stands, strays
 from objstate.sensing.runs import half_precision, hit_density, look_past, step
 
 SCALE, LOG_SCALE = 10.0**DECADES, DECADES * np.log(10.0)
@@ -272,8 +272,9 @@ def object_log_likelihood(
     """
     size, count = poses.shape[0], beams.shape[1]
     lasers, middle = stands(poses, sweep), np.empty(4)
-    strayed = strays(lasers, middle)
+    strayed, turned = strays(lasers, middle)
     nearest, is_touched = np.empty((count, size)), np.zeros(count, dtype=np.bool_)
+    spare = np.empty((SPARE, size))
     nearest.fill(np.inf)
     measured, short, place = np.empty(count), np.empty(count), np.empty(count, dtype=np.int64)
     without = np.empty((count, size))
@@ -305,6 +306,7 @@ def object_log_likelihood(
             lasers,
             middle,
             strayed,
+            turned,
             placements[states[k]],
             outline,
             rim,
@@ -313,6 +315,7 @@ def object_log_likelihood(
             sweep[SPREAD],
             nearest,
             is_touched,
+            spare,
         )
         change.fill(0.0)
         gradient.fill(0.0)
@@ -432,11 +435,11 @@ def pose_log_likelihood(
     """
     size, count = poses.shape[0], beams.shape[1]
     lasers, middle = stands(poses, sweep), np.empty(4)
-    strayed = strays(lasers, middle)
+    strayed, turned = strays(lasers, middle)
     without, likelihood = np.empty((count, size)), np.empty((count, size))
     alone, mixed, kept = np.empty((count, size)), np.zeros((count, size)), np.ones((count, size))
     alone.fill(np.inf)
-    dense = np.empty(size)
+    dense, spare = np.empty(size), np.empty((SPARE, size))
     is_touched, is_mixed = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_)
     for i in range(count):
         for p in range(size):
@@ -450,6 +453,7 @@ def pose_log_likelihood(
                 lasers,
                 middle,
                 strayed,
+                turned,
                 placements[s],
                 outline,
                 rims[j],
@@ -458,6 +462,7 @@ def pose_log_likelihood(
                 sweep[SPREAD],
                 alone,
                 is_touched,
+                spare,
             )
             for i in range(count):
                 if not is_touched[i]:

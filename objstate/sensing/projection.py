@@ -32,6 +32,7 @@ from objstate.sensing.kernels import (
 )
 
 SLACK = 1e-9  # m, or pseudo-angle, by which a beam may pass an end of a segment and still hit
+SPARE = 10  # arrays over the poses that casting needs, made once for many placements
 TINY = 1e-200  # length of a mean direction of headings all round
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
@@ -99,7 +100,7 @@ def stands(poses: FloatArray, sweep: FloatArray) -> Any:
 
 @_inner
 def strays(lasers: FloatArray, middle: FloatArray) -> Any:
-    """The mean of lasers' poses (4, p), and how far positions stray from it, m."""
+    """How far positions stray, m, and headings turn, rad, from the mean ``middle`` (4,) of lasers' poses (4, p)."""
     for row in range(4):
         total = 0.0
         for p in range(lasers.shape[1]):
@@ -108,11 +109,13 @@ def strays(lasers: FloatArray, middle: FloatArray) -> Any:
     length = max(np.hypot(middle[COS], middle[SIN]), TINY)
     middle[COS] /= length
     middle[SIN] /= length
-    strayed = 0.0
+    strayed, least = 0.0, 1.0
     for p in range(lasers.shape[1]):
         off = (lasers[X, p] - middle[X]) ** 2 + (lasers[Y, p] - middle[Y]) ** 2
         strayed = max(strayed, off)
-    return np.sqrt(strayed)
+    for p in range(lasers.shape[1]):
+        least = min(least, lasers[COS, p] * middle[COS] + lasers[SIN, p] * middle[SIN])
+    return np.sqrt(strayed), np.arccos(max(least, -1.0))
 
 
 @_inner_finite
@@ -213,15 +216,6 @@ def _is_aside(
 
 
 @_inner
-def _turned(lasers: FloatArray, middle: FloatArray) -> Any:
-    """rad by which headings of lasers' poses (4, p) are turned from their middle's (4,), at most."""
-    least = 1.0
-    for p in range(lasers.shape[1]):
-        least = min(least, lasers[COS, p] * middle[COS] + lasers[SIN, p] * middle[SIN])
-    return np.arccos(max(least, -1.0))
-
-
-@_inner
 def _is_behind(segment: FloatArray, margin: float) -> Any:
     """Whether all within a margin of the origin is on the right, inner, side of a rim's segment (4,)."""
     ex, ey = segment[2] - segment[0], segment[3] - segment[1]
@@ -261,6 +255,7 @@ def project(
     lasers: FloatArray,
     middle: FloatArray,
     strayed: float,
+    turned: float,
     place: FloatArray,
     outline: FloatArray,
     rim: int,
@@ -269,17 +264,18 @@ def project(
     spread: float,
     nearest: FloatArray,
     is_touched: BoolArray,
+    spare: FloatArray,
 ) -> None:
     """Let each beam keep the nearer of ``nearest`` (n, p) and an outline (k, 4) at a place (4,).
 
     ``is_touched`` (n,) is set for the beams that may meet the outline from some of the lasers'
-    poses (4, p), which stray so far from their middle (4,). From outside of the outline's first
-    ``rim`` segments, of these alone the near sides are seen.
+    poses (4, p), which stray and are ``turned`` so far from their middle (4,). From outside of the outline's first
+    ``rim`` segments, of these alone the near sides are seen. ``spare`` (``SPARE``, p) is written to.
     """
     size, count = lasers.shape[1], beams.shape[1]
-    x, y, cos, sin = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
-    ax, ay, bx, by = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
-    ex, ey = np.empty(size), np.empty(size)
+    x, y, cos, sin = spare[0], spare[1], spare[2], spare[3]
+    ax, ay, bx, by = spare[4], spare[5], spare[6], spare[7]
+    ex, ey = spare[8], spare[9]
     for p in range(size):
         dx, dy = place[X] - lasers[X, p], place[Y] - lasers[Y, p]
         x[p] = lasers[COS, p] * dx + lasers[SIN, p] * dy
@@ -289,7 +285,7 @@ def project(
         sin[p] = place[SIN] * lasers[COS, p] - place[COS] * lasers[SIN, p]
     seen = np.empty((outline.shape[0], 4))
     _seen_from(middle, place, outline, seen)
-    is_outside, turned = _is_outside(seen, rim, strayed + spread), _turned(lasers, middle)
+    is_outside = _is_outside(seen, rim, strayed + spread)
     for j in range(rim if is_outside else outline.shape[0]):
         if is_outside and _is_behind(seen[j], strayed + spread):
             continue
@@ -339,8 +335,8 @@ def cast(
     ``out`` is in the scan's own order, of which sorted beam i is ``order[i]``.
     """
     lasers, middle = stands(poses, sweep), np.empty(4)
-    strayed, count = strays(lasers, middle), beams.shape[1]
-    nearest = np.empty((count, poses.shape[0]))
+    (strayed, turned), count = strays(lasers, middle), beams.shape[1]
+    nearest, spare = np.empty((count, poses.shape[0])), np.empty((SPARE, poses.shape[0]))
     is_touched = np.zeros(count, dtype=np.bool_)
     for s in range(placements.shape[0]):
         nearest.fill(np.inf)
@@ -348,6 +344,7 @@ def cast(
             lasers,
             middle,
             strayed,
+            turned,
             placements[s],
             outline,
             rim,
@@ -356,6 +353,7 @@ def cast(
             sweep[SPREAD],
             nearest,
             is_touched,
+            spare,
         )
         for i in range(count):
             for p in range(poses.shape[0]):
@@ -379,14 +377,15 @@ def put_before(
     It is in the scan's own order, of which sorted beam i is ``order[i]``.
     """
     lasers, middle = stands(poses, sweep), np.empty(4)
-    strayed, count = strays(lasers, middle), beams.shape[1]
-    nearest = np.empty((count, poses.shape[0]))
+    (strayed, turned), count = strays(lasers, middle), beams.shape[1]
+    nearest, spare = np.empty((count, poses.shape[0])), np.empty((SPARE, poses.shape[0]))
     nearest.fill(np.inf)
     is_touched = np.zeros(count, dtype=np.bool_)
     project(
         lasers,
         middle,
         strayed,
+        turned,
         place,
         outline,
         rim,
@@ -395,6 +394,7 @@ def put_before(
         sweep[SPREAD],
         nearest,
         is_touched,
+        spare,
     )
     for i in range(count):
         if is_touched[i]:
@@ -417,10 +417,14 @@ def mark_seen(
     ``rim`` is 0: no segment alone is a closed loop.
     """
     lasers, middle = stands(poses, sweep), np.empty(4)
-    strayed, count, size = strays(lasers, middle), beams.shape[1], poses.shape[0]
+    (strayed, turned), count, size = strays(lasers, middle), beams.shape[1], poses.shape[0]
     fixed = np.zeros(4)
     fixed[COS] = 1.0
-    nearest, alone = np.empty((count, size)), np.empty((count, size))
+    nearest, alone, spare = (
+        np.empty((count, size)),
+        np.empty((count, size)),
+        np.empty((SPARE, size)),
+    )
     nearest.fill(np.inf)
     alone.fill(np.inf)
     by = np.empty((count, size), dtype=np.int64)  # which segment each beam hits
@@ -431,6 +435,7 @@ def mark_seen(
             lasers,
             middle,
             strayed,
+            turned,
             fixed,
             outline[k : k + 1],
             rim,
@@ -439,6 +444,7 @@ def mark_seen(
             sweep[SPREAD],
             alone,
             is_touched,
+            spare,
         )
         for i in range(count):
             if is_touched[i]:

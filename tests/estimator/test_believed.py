@@ -60,15 +60,6 @@ def test_going_back_twice_changes_nothing_more() -> None:
     assert state.marginals["door"] is trusted
 
 
-def test_robot_samples_keep_what_their_ancestors_believed() -> None:
-    state = believed()
-    given = state.given("door", 3, SECOND)
-    rows = np.random.default_rng(0).dirichlet(np.ones(given.given.shape[1]), 3)
-    state.keep_in_view({"door": given.averaged(rows, np.full(3, 1.0 / 3.0))})
-    state.resampled(np.array([2, 2, 0, 1]))
-    np.testing.assert_array_equal(state.given("door", 4, SECOND).given, rows[[2, 2, 0, 1]])
-
-
 def test_what_collapses_keeps_its_marginal_and_no_more() -> None:
     state = believed()
     state.keep_in_view(narrowed(state, SECOND))

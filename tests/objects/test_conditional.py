@@ -50,7 +50,7 @@ def test_whatever_is_done_rows_sum_to_one(
     believed, _ = tables(seed, robots)
     ancestors = np.random.default_rng(seed).integers(0, robots, 5)
     predicted = FILTER.predict_each(believed, seconds, np.random.default_rng(0))
-    for each in (believed.blended(share), believed.resampled(ancestors), predicted):
+    for each in (believed.handed_on(share), believed.handed_on(share, ancestors), predicted):
         np.testing.assert_allclose(each.given.sum(axis=1), 1.0, atol=1e-12)
         assert (each.given >= 0.0).all()
 
@@ -61,7 +61,7 @@ def test_blending_keeps_the_marginal_and_brings_the_rows_nearer_to_it(
     seed: int, robots: int, share: float
 ) -> None:
     believed, robot = tables(seed, robots)
-    blended = believed.blended(share)
+    blended = believed.handed_on(share)
     marginal = believed.belief.weights.values
     np.testing.assert_allclose(robot @ blended.given, marginal, atol=1e-14)
     off = (1.0 - share) * (believed.given - marginal)
@@ -80,7 +80,7 @@ def test_the_mean_of_predicted_rows_is_the_predicted_marginal(
 
 def test_a_resampled_robot_sample_believes_what_its_ancestor_did() -> None:
     believed, _ = tables(0, 4)
-    after = believed.resampled(np.array([2, 2, 0, 3, 3]))
+    after = believed.handed_on(0.0, np.array([2, 2, 0, 3, 3]))
     np.testing.assert_array_equal(after.given, believed.given[[2, 2, 0, 3, 3]])
     assert after.belief is believed.belief
 
@@ -116,7 +116,7 @@ def test_what_is_forgotten_of_the_robots_errors_stays_in_the_belief(
 ) -> None:
     believed, robot = tables(seed, robots)
     before = believed.apportioned(PRIOR, robot)
-    blended = before.blended(share)
+    blended = before.handed_on(share)
     after = blended.averaged(blended.given, robot).apportioned(blended.belief, robot)
     np.testing.assert_allclose(after.belief.shared, before.belief.shared, rtol=1e-6, atol=1e-15)
 
