@@ -161,7 +161,7 @@ def estimates(effort: Effort) -> list[Table]:
                 "sample. Every triple is a robot sample, a state and a beam; embreex alone is given arrays that "
                 "are ready, brute force in all begins with the poses and ends with the log-likelihoods. Those "
                 "are of whole scans, nats; of the posterior, the largest difference of a state's probability.",
-                "Doors: of more than 40 states with weight, a comb of 40 is cast, and the likelihood is linear "
+                "Doors: of more than 50 states with weight, a comb of at most 50 is cast, and the likelihood is linear "
                 "between them. The U-shaped object's filter resamples, so that its posterior lies on other "
                 "states; a fifth of the samples are scouts, which are cast from 8 of the robot samples.",
             ),

@@ -109,8 +109,12 @@ def door(name: str, x: float, y: float, opens: float) -> MovableObject:
 
 
 def u_shape(name: str, x: float, y: float) -> MovableObject:
-    """Three cupboards in the shape of a U that should stand at (x, y), its opening towards +x."""
-    parts = [((0.4, 1.6), (-0.6, 0.0)), ((0.8, 0.4), (0.0, 0.6)), ((0.8, 0.4), (0.0, -0.6))]
+    """Three boards in the shape of a U of 37 cm by 37 cm that should stand at (x, y), open towards +x."""
+    parts = [
+        ((0.01, 0.37), (-0.18, 0.0)),
+        ((0.37, 0.01), (0.0, 0.18)),
+        ((0.37, 0.01), (0.0, -0.18)),
+    ]
     mesh = Mesh.joined(
         [
             Box((*size, 1.0)).mesh().moved(transform(np.eye(3), np.array([*at, 0.5])))

@@ -24,7 +24,7 @@ SECONDS_PER_HOUR = 3600.0
 # Where beams spread evenly over a leaf, a shift turns it by 1.5 over its width; leaf and robot are
 # off by themselves, as their squares add up.
 LEAN = 1.5 * 2.0**0.5
-FINE = 40  # states with weight that are cast at most; of more, an even comb
+FINE = 50  # states with weight that are cast at most; of more, an even comb
 NEGLIGIBLE = 1e-4  # weight, relative to the largest, below which a state is cast only coarsely
 PARTS = 6  # in which a cell is taken where a belief is narrowed
 BLURRED = 0.25  # of a cell, squared: the variance that its width and its parts' places on the lattice make

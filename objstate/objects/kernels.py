@@ -209,7 +209,7 @@ def worth_casting(weights: FloatArray, negligible: float, fine: int, coarse: int
     """Indices (m,) of states that are worth casting, by their weights (n,), and which (m,) of them have weight.
 
     Those that have more than a ``negligible`` share of the largest, or a comb of at most ``fine`` over them;
-    every ``coarse`` one whatever its weight; the first and the last.
+    every ``coarse`` one of the others; the first and the last.
     """
     least, heavy, passed, count = 0.0, 0, 0, 0
     last = weights.shape[0] - 1
@@ -222,7 +222,8 @@ def worth_casting(weights: FloatArray, negligible: float, fine: int, coarse: int
     for j in range(last + 1):
         is_heavy = weights[j] > least
         passed += is_heavy
-        if (is_heavy and passed % every == 0) or j % coarse == 0 or j == last:
+        is_next = passed % every == 0 if is_heavy else j % coarse == 0
+        if is_next or j == 0 or j == last:
             chosen[count], whole[count] = j, is_heavy
             count += 1
     return chosen[:count], whole[:count]

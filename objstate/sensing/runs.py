@@ -138,7 +138,7 @@ def look_past(
     ``before`` (n, p) is the probability that something unexpected stopped the beam before each, by
     the readings up to there; ``per_density`` (n, p) one over the density of each reading, by those
     before. ``free`` and ``stopped`` (n, p) are how likely those after read what they do, given how
-    the beam fared, against what those before let expect.
+    the beam fared, against what those before let expect; where each beam is stopped by itself, that tells nothing.
     """
     count, size = expected.shape
     reach, stop, hits = np.empty(size), np.empty(size), np.empty(size)
@@ -152,6 +152,10 @@ def look_past(
             per_density[j, p] = 1.0 / (reach[p] + stop[p])
             reach[p] *= per_density[j, p]
             stop[p] *= per_density[j, p]
+    if model[LASTING] == 0.0:
+        free.fill(1.0)
+        stopped.fill(1.0)
+        return
     reach.fill(1.0)
     stop.fill(1.0)
     for j in range(count - 1, -1, -1):
