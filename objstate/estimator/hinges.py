@@ -245,7 +245,7 @@ class _Watch:
         self._know(belief)
         self.glances.append(glance)
         if len(self.glances) > self._settings.looks:
-            self.glances = self.glances[1::2]
+            self.glances = self.glances[::-2][::-1]  # the last among them
             self._spacing *= 2.0
         self._count += 1
         self._stopped += look.stopped

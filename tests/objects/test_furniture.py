@@ -76,7 +76,7 @@ def test_a_shape_looks_the_same_after_as_many_turns_as_it_has_equal_sides(
     assert symmetry_of(mesh.moved(placed(0.5, -0.2, 0.0, (0.0, 0.0, 0.3)))).order == order
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.floats(-2, 2), st.floats(-3.1, 3.1), st.floats(-1, 1), st.floats(-3.1, 3.1))
 def test_equal_states_put_the_same_shape_at_the_same_place(
     x: float, yaw: float, aside: float, towards: float
@@ -129,7 +129,7 @@ def test_scouts_count_for_nothing_in_what_is_believed() -> None:
     assert belief.standing.weights.values.sum() == pytest.approx(1.0)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.floats(-2, 2), st.floats(-3, 3), st.integers(0, 1000))
 def test_states_through_readings_of_an_object_come_near_its_state(
     x: float, yaw: float, seed: int

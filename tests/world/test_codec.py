@@ -14,7 +14,7 @@ from tests.world.examples import DESK, DOOR, at_angle, desk_at
 NARROWEST = 0.01
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.floats(0.0, 1.57), st.floats(NARROWEST, 2.0))
 def test_a_door_comes_back(angle: float, std: float) -> None:
     belief = at_angle(angle, 7, std)
@@ -26,7 +26,7 @@ def test_a_door_comes_back(angle: float, std: float) -> None:
     assert back.weights.values.sum() == pytest.approx(1.0, abs=1e-12)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.floats(-5000.0, 5000.0))
 def test_furniture_comes_back_from_any_place(x: float) -> None:
     belief = desk_at(x, 7)
@@ -53,7 +53,7 @@ def test_objects_come_back(item) -> None:
     np.testing.assert_array_equal(back.mesh.vertices, item.mesh.vertices)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.data())
 def test_any_changed_byte_is_told(data: st.DataObject) -> None:
     packed = bytearray(pack_belief(at_angle(0.7, 0)))
