@@ -111,8 +111,13 @@ class Doubt:
         self._forget_winner()
 
     def settle(self, now_ns: int) -> None:
-        """No place fits better: the robot is where it thought, and the world has changed."""
-        self.is_lost = self.is_new = False
+        """No place fits better: the robot is where it thought, and the world has changed.
+
+        If it was said to be lost, it was, as far as objects go: what it learnt of them was taken back.
+        """
+        if self.is_lost:
+            self.found(now_ns)
+        self.is_new = False
         self._wait *= 2.0
         self._search_from_ns = now_ns + int(self._wait * NANOSECONDS)
         self._forget_winner()

@@ -36,6 +36,20 @@ def test_a_stretch_begins_when_the_track_last_fitted_and_ends_when_found() -> No
     assert doubt.stretches(9 * SECOND) == ((3 * SECOND, 8 * SECOND),)
 
 
+def test_a_robot_that_was_where_it_thought_was_lost_all_the_same() -> None:
+    """What it learnt of objects meanwhile was taken back; the next time is another."""
+    doubt = Doubt(SETTINGS)
+    doubt.dispel(10)
+    doubt.rise(20)
+    doubt.settle(30)
+    assert not doubt.is_lost
+    assert doubt.stretches(35) == ((10, 30),)
+    doubt.settle(40)
+    assert doubt.stretches(45) == ((10, 30),)
+    doubt.rise(50)
+    assert doubt.stretches(55) == ((10, 30), (30, 55))
+
+
 def test_only_searches_in_a_row_that_are_sure_of_one_place_win() -> None:
     doubt = Doubt(SETTINGS)
     doubt.rise(0)

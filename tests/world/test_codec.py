@@ -1,5 +1,7 @@
 """Beliefs come back from bytes as they were, and damage is told."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -24,6 +26,14 @@ def test_a_door_comes_back(angle: float, std: float) -> None:
     np.testing.assert_array_equal(back.cell, belief.cell)
     assert (back.stamp_ns, back.last_observed_ns) == (7, 7)
     assert back.weights.values.sum() == pytest.approx(1.0, abs=1e-12)
+
+
+def test_a_door_comes_back_where_it_was_found_to_hang() -> None:
+    belief = at_angle(0.7, 7)
+    hung = replace(belief, item=DOOR.hung_at(DOOR.hinge + [0.12, -0.2]))
+    back = unpack_belief(pack_belief(hung), DOOR, 7, 7).item
+    np.testing.assert_array_equal(back.origin, hung.item.origin)
+    assert unpack_belief(pack_belief(belief), DOOR, 7, 7).item is DOOR
 
 
 @settings(max_examples=20)
