@@ -437,6 +437,7 @@ class Estimator:
             case Verdict.HERE:
                 self._search.forget()
                 doubt.settle(now)
+                self._believed.trust()
             case Verdict.NOT_HERE:
                 self._lose(now)
             case Verdict.ELSEWHERE:

@@ -30,7 +30,7 @@ def test_a_door_comes_back(angle: float, std: float) -> None:
 
 def test_a_door_comes_back_where_it_was_found_to_hang() -> None:
     belief = at_angle(0.7, 7)
-    hung = replace(belief, item=DOOR.hung_at(DOOR.hinge + [0.12, -0.2]))
+    hung = replace(belief, item=DOOR.hung_at(DOOR.hinge + np.array([0.12, -0.2])))
     back = unpack_belief(pack_belief(hung), DOOR, 7, 7).item
     np.testing.assert_array_equal(back.origin, hung.item.origin)
     assert unpack_belief(pack_belief(belief), DOOR, 7, 7).item is DOOR
