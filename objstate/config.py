@@ -180,7 +180,7 @@ class HingeSettings(Strict):
     sigma_hit: Positive = 0.03  # m, of the beam model that they are compared with
     tempering: Exponent = 0.2  # exponent on the likelihood of a look
     sure: Share = 0.99  # probability from which a door hangs elsewhere
-    least_sigmas: Positive = 2.0  # of what robot and walls may be off: nearer is its place
+    least_sigmas: Positive = 1.5  # of what robot and walls may be off: nearer is its place
     most_strange: Share = 0.5  # of the strange beams, that may be left decimetres away
     least_shown: Share = 0.65  # of the leaf's length, in some look, if it hangs decimetres away
     looks: Count = 12  # that are remembered of a door
@@ -203,8 +203,8 @@ class Dynamics(Strict):
 class Rest(Strict):
     """Where a door comes to rest that somebody has moved; the shares are normalized to one."""
 
-    closed: NonNegative = 0.3  # at its lower limit
-    open: NonNegative = 0.2  # at its upper limit
+    closed: NonNegative = 0.3  # as the model shows it
+    open: NonNegative = 0.2  # at the limit farthest from that
     anywhere: Positive = 0.5  # between them
     std_deg: Positive = 5.0  # hinged: how far from a limit a door counts as resting there
     std_m: Positive = 0.03  # sliding

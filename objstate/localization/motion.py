@@ -1,10 +1,11 @@
 """The odometry motion model p(l | a, l'): eq. (7), with AMCL's alphas.
 
 A step of odometry is an arc: half of its turn before and half after the
-translation. Noise has the deviations of AMCL's model (Thrun, Burgard and Fox
-2005, table 5.6) when the step is as long as ``update_min_d`` or turns as far as
-``update_min_a``; for other steps its variance is in proportion to their length.
-So the spread after a drive doesn't depend on the odometry's rate.
+translation. Noise is that of AMCL's model (Thrun, Burgard and Fox 2005, table 5.6)
+when the step is as long as ``update_min_d`` or turns as far as ``update_min_a``, but
+that both halves of the turn share the variance that AMCL gives to each; for other steps
+the variance is in proportion to their length. So the spread after a drive doesn't
+depend on the odometry's rate.
 """
 
 from __future__ import annotations

@@ -34,9 +34,11 @@ class ConditionalBelief:
 
     def averaged(self, given: FloatArray, robot_weights: FloatArray) -> ConditionalBelief:
         """With new conditional weights (l, n), the marginal by the robot weights (l,), which sum to one."""
-        there = robot_weights * self.presence
-        marginal = there @ given
-        belief = self.belief.weighted(Weights(marginal / marginal.sum()), float(there.sum()))
+        marginal = (robot_weights * self.presence) @ given
+        there = 1.0 - float(
+            robot_weights @ (1.0 - self.presence)
+        )  # exactly 1 where nobody doubts it
+        belief = self.belief.weighted(Weights(marginal / marginal.sum()), there)
         return ConditionalBelief(belief, given, self.presence, self.inherited)
 
     def apportioned(self, before: ObjectBelief, robot_weights: FloatArray) -> ConditionalBelief:
