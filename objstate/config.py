@@ -55,6 +55,12 @@ class BeamModelSettings(Strict):
     def _some_share(self) -> BeamModelSettings:
         if self.z_hit <= 0:
             raise ValueError("z_hit must be above 0: without it no range tells anything")
+        for key, readings in (("z_max", "missing returns"), ("z_rand", "some ranges")):
+            if self.model == "mixture" and getattr(self, key) <= 0:
+                raise ValueError(
+                    f"{key} must be above 0: without it {readings} are impossible; give it a small "
+                    "share, or set model: gaussian for the pure Gaussian"
+                )
         return self
 
 

@@ -99,6 +99,15 @@ def test_values_out_of_range_or_of_another_kind_are_refused(tmp_path: Path, text
     assert "settings.yaml: " in refused(tmp_path, text)
 
 
+@pytest.mark.parametrize("key", ["z_max", "z_rand"])
+def test_a_mixture_that_makes_readings_impossible_is_refused(tmp_path: Path, key: str) -> None:
+    message = refused(tmp_path, f"beam_model: {{{key}: 0}}")
+    assert f"{key} must be above 0" in message
+    assert "model: gaussian" in message
+    gaussian = loaded(tmp_path, f"beam_model: {{model: gaussian, {key}: 0}}")
+    assert getattr(gaussian.beam_model, key) == 0.0
+
+
 def test_more_particles_at_least_than_at_most_are_refused(tmp_path: Path) -> None:
     message = refused(tmp_path, "localization: {min_particles: 50, max_particles: 20}")
     assert "min_particles (50) is above max_particles (20)" in message
