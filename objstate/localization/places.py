@@ -35,8 +35,10 @@ class Places:
 
     @staticmethod
     def of(expected: ExpectedRanges, height: float, settings: SearchSettings) -> Places:
-        """The free places of a building, seen by a laser at a height."""
+        """The free places of a building, seen by a laser at a height; none where nothing encloses any."""
         corners = expected.building.walls.vertices[:, :2]
+        if len(corners) == 0:
+            return Places.none(settings.spacing)
         corner, upper = corners.min(axis=0), corners.max(axis=0)
         spacing = max(
             settings.spacing, float(np.sqrt(np.prod(upper - corner) / settings.max_places))
@@ -62,6 +64,12 @@ class Places:
             np.ascontiguousarray(about.min(axis=0)),
             np.ascontiguousarray(about.max(axis=0)),
         )
+
+    @staticmethod
+    def none(spacing: float) -> Places:
+        """Of a building without walls."""
+        unseen = np.empty((0, TURNS))
+        return Places(spacing, np.zeros(2), np.full((1, 1), -1), np.empty((0, 2)), unseen, unseen)
 
     def everywhere(self) -> FloatArray:
         """Poses (c * TURNS, 3) at every place in every heading."""

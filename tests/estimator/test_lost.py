@@ -8,10 +8,13 @@ from functools import cache
 import numpy as np
 import pytest
 
+from objstate.building.model import Mesh
+from objstate.errors import BuildingError
 from objstate.estimator import Estimator
 from objstate.geometry import FloatArray, between, compose, wrap
 from objstate.records import Estimate, Scan
 from tests.estimator.drives import START, START_NS, Drive, corridor, drive, truth
+from tests.rooms import wall
 
 CORRIDOR = corridor()
 SECOND = 10**9
@@ -95,3 +98,20 @@ def test_a_drive_without_kidnapping_is_never_lost() -> None:
         estimator.feed(record)
         assert not estimator.is_lost
     assert estimator.lost == ()
+
+
+@pytest.mark.parametrize("walls", [Mesh.empty(), wall((0.0, -1.0), (9.0, -1.0))])
+def test_a_robot_that_may_be_anywhere_needs_walls_around_it_but_one_that_was_told_none(
+    walls: Mesh,
+) -> None:
+    place = replace(CORRIDOR, walls=walls)
+    records = drive(0, 4.0, place=place).records
+    told = Estimator(place, initial_pose=START)
+    for record in records:
+        told.feed(record)
+    assert told.robot is not None
+    assert np.isfinite(told.robot.mean).all()
+    anywhere = Estimator(place, global_start=True)
+    with pytest.raises(BuildingError, match="--global"):
+        for record in records:
+            anywhere.feed(record)
