@@ -168,6 +168,8 @@ class Estimator:
         self._now_ns = scan.stamp_ns
         if scan.odometry is not None:
             self._drive(scan.odometry)
+        if not scan.valid.any():
+            return []
         thinned = self._thinned(scan)
         return [] if thinned is None else self._sense(thinned)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 
@@ -12,7 +13,7 @@ from objstate.building.model import Mesh
 from objstate.errors import BuildingError
 from objstate.estimator import Estimator
 from objstate.geometry import FloatArray, between, compose, wrap
-from objstate.records import Estimate, Scan
+from objstate.records import Estimate, Odometry, Scan
 from tests.estimator.drives import START, START_NS, Drive, corridor, drive, truth
 from tests.rooms import wall
 
@@ -115,3 +116,37 @@ def test_a_robot_that_may_be_anywhere_needs_walls_around_it_but_one_that_was_tol
     with pytest.raises(BuildingError, match="--global"):
         for record in records:
             anywhere.feed(record)
+
+
+def without_beams(scan: Scan) -> Scan:
+    nothing = np.arange(0)
+    return replace(scan, ranges=scan.ranges[nothing], rays=scan.rays.take(nothing))
+
+
+def all_discarded(scan: Scan) -> Scan:
+    return replace(scan, ranges=np.full(len(scan), np.nan))
+
+
+@pytest.mark.parametrize("told", [True, False])
+@pytest.mark.parametrize("blinded", [without_beams, all_discarded])
+def test_scans_that_say_nothing_only_move_the_robot_on(
+    blinded: Callable[[Scan], Scan], told: bool
+) -> None:
+    """Here every other scan; without them the same comes out, by the odometry that they carry."""
+    blind, spared = (
+        Estimator(CORRIDOR, initial_pose=START if told else None, global_start=not told)
+        for _ in range(2)
+    )
+    for k, record in enumerate(r for r in drive(2, 5.0).records if isinstance(r, Scan)):
+        if k % 2:
+            assert blind.feed(blinded(record)) == []
+            spared.feed(Odometry(record.stamp_ns, record.odometry))
+        else:
+            blind.feed(record)
+            spared.feed(record)
+    assert blind.robot is not None
+    assert spared.robot is not None
+    np.testing.assert_array_equal(blind.robot.poses, spared.robot.poses)
+    for name, belief in blind.objects.items():
+        np.testing.assert_array_equal(belief.mean, spared.objects[name].mean)
+    assert blind.lost == spared.lost
