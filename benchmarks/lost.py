@@ -45,6 +45,7 @@ class Stretch:
 
     since_s: float
     is_kidnapped: bool
+    times_lost: int = 0  # before
     said_s: float | None = None
     found_s: float | None = None
     errors: list[float] = field(default_factory=list)  # m, since found
@@ -90,12 +91,13 @@ def drive(scene: Path, seed: int, anywhere: bool) -> Outcome:
         stretches, rows = [Stretch(0.0, anywhere)], []
         began = time.process_time()
         for record in open_log(simulated.log):
+            times_lost = len(estimator.lost)
             rows += [row for row in estimator.feed(record) if row.observed and not row.lost]
             if not isinstance(record, Scan) or record.stamp_ns not in true:
                 continue
             now, pose = (record.stamp_ns - begin) / 1e9, true[record.stamp_ns]
             if last is not None and np.hypot(*(pose - last)[:2]) > CARRIED:
-                stretches.append(Stretch(now, True))
+                stretches.append(Stretch(now, True, times_lost))
             took, last, before = now - before, pose, now
             note(stretches[-1], estimator, pose, now, took)
         spent = time.process_time() - began
@@ -153,11 +155,11 @@ def note(stretch: Stretch, estimator: Estimator, pose: np.ndarray, now: float, t
     away = robot.mean - pose
     distance = float(np.hypot(*away[:2]))
     near = distance < NEAR_M and abs(float(wrap(away[2]))) < NEAR_RAD
+    is_due = stretch.is_kidnapped and stretch.found_s is None
+    if is_due and stretch.said_s is None and len(estimator.lost) > stretch.times_lost:
+        stretch.said_s = now - stretch.since_s
     if estimator.is_lost:
-        if stretch.found_s is not None or not stretch.is_kidnapped:
-            stretch.falsely += took
-        elif stretch.said_s is None:
-            stretch.said_s = now - stretch.since_s
+        stretch.falsely += 0.0 if is_due else took
         return
     if near and stretch.found_s is None:
         stretch.found_s = now - stretch.since_s

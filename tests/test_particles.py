@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import chi2, norm
 
@@ -39,7 +39,6 @@ def test_weights_that_are_none_are_refused(bad: list[float]) -> None:
         Weights.of(np.array(bad))
 
 
-@settings(deadline=None)  # the first example compiles
 @given(weight_arrays, log_likelihoods)
 def test_the_same_evidence_for_all_changes_nothing_and_is_the_evidence(
     given_weights: FloatArray, constant: float
@@ -50,7 +49,6 @@ def test_the_same_evidence_for_all_changes_nothing_and_is_the_evidence(
     assert evidence == pytest.approx(constant, abs=1e-9)
 
 
-@settings(deadline=None)  # the first example compiles
 @given(weight_arrays, st.integers(0, 1000))
 def test_reweighting_is_bayes_rule(given_weights: FloatArray, seed: int) -> None:
     likelihood = np.random.default_rng(seed).uniform(0.01, 5.0, len(given_weights))
@@ -61,7 +59,6 @@ def test_reweighting_is_bayes_rule(given_weights: FloatArray, seed: int) -> None
     assert np.exp(evidence) == pytest.approx(joint.sum())
 
 
-@settings(deadline=None)  # the first example compiles
 @given(st.integers(0, 1000))
 def test_evidence_taken_in_two_parts_is_the_same_as_at_once(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -93,7 +90,6 @@ def test_effective_size_counts_the_samples_that_carry_the_belief() -> None:
     assert Weights.of(np.array([1.0, 1.0, 0.0])).effective_size == pytest.approx(2.0)
 
 
-@settings(deadline=None)  # the first example compiles
 @given(weight_arrays, st.integers(1, 200), st.integers(0, 2**32 - 1))
 def test_resampling_is_within_one_copy_of_expectation(
     given_weights: FloatArray, count: int, seed: int
@@ -187,7 +183,6 @@ def test_entropy_at_its_bounds() -> None:
     assert entropy(np.full(8, 1 / 8)) == pytest.approx(3 * np.log(2))
 
 
-@settings(deadline=None)  # the first example compiles
 @given(st.integers(0, 1000), st.floats(0.01, 0.9), st.floats(0.1, 1.0))
 def test_the_largest_step_leaves_enough_effective_samples_and_no_more(
     seed: int, share: float, most: float

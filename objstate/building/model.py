@@ -82,6 +82,17 @@ class MovableObject:
     def coordinates(self) -> tuple[str, ...]:
         return COORDINATES[self.kind]
 
+    def hung_at(self, hinge: FloatArray) -> MovableObject:
+        """The same object, its joint at another place (2,) m of the floor."""
+        origin = self.origin.copy()
+        origin[:2, 3] = hinge
+        return replace(self, origin=origin)
+
+    @property
+    def hinge(self) -> FloatArray:
+        """(2,) m of the floor, where the joint is."""
+        return self.origin[:2, 3]
+
     @lazy
     def home(self) -> FloatArray:
         """(d,) the state in which the model shows the object: joint at zero, or nearest to it."""

@@ -10,7 +10,8 @@ from objstate.building.model import Mesh
 from objstate.building.outline import outline
 from objstate.geometry import FloatArray, wrap
 
-HIGHEST_ORDER = 64  # anything rounder counts as turned by steps of this order's divisors
+HIGHEST_ORDER = 64  # of what has sides and corners
+ROUND = 360  # the order of what has none: no more than half a degree of its heading is left to tell
 SAME_CORNER = 2e-3  # m by which corners may differ and still be one
 SECTIONS = 16  # heights at most at which a mesh is cut
 
@@ -44,12 +45,15 @@ class Symmetry:
 def symmetry_of(mesh: Mesh) -> Symmetry:
     """The symmetry of a mesh about a vertical axis, by the corners of its horizontal sections.
 
-    The mesh stands upright at yaw 0, its origin in the object's. Order 1: none.
+    The mesh stands upright at yaw 0, its origin in the object's. Order 1: none. A round table is
+    ``ROUND``, however many facets its top and its foot are made of.
     """
     corners = _corners(mesh)
     if len(corners) == 0:
         return Symmetry(1, np.zeros(2))
     centre = corners[:, :2].mean(axis=0)
+    if _is_round(corners - [*centre, 0.0]):
+        return Symmetry(ROUND, centre)
     for order in range(HIGHEST_ORDER, 1, -1):
         if _maps_onto_itself(corners - [*centre, 0.0], 2.0 * np.pi / order):
             return Symmetry(order, centre)
@@ -67,6 +71,22 @@ def _corners(mesh: Mesh) -> FloatArray:
         ends = np.unique(np.round(ends, 4), axis=0)
         cuts.append(np.column_stack([ends, np.full(len(ends), height)]))
     return np.concatenate([np.empty((0, 3)), *cuts])
+
+
+def _is_round(corners: FloatArray) -> bool:
+    """Whether corners (c, 3) about their centre lie, at each height, all round on circles."""
+    for height in np.unique(corners[:, 2]):
+        x, y = corners[corners[:, 2] == height, :2].T
+        radii = np.hypot(x, y)
+        outwards = np.argsort(radii)
+        steps = np.flatnonzero(np.diff(radii[outwards]) > SAME_CORNER) + 1
+        for circle in np.split(outwards, steps):
+            around = np.sort(np.arctan2(y[circle], x[circle]))
+            gap = np.diff(around, append=around[0] + 2.0 * np.pi).max()
+            radius, least = radii[circle].max(), radii[circle].min()
+            if radius - least * np.cos(min(gap, np.pi) / 2.0) > SAME_CORNER:  # a chord's middle
+                return False
+    return True
 
 
 def _maps_onto_itself(corners: FloatArray, turn: float) -> bool:

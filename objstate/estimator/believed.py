@@ -7,7 +7,7 @@ from zlib import crc32
 
 import numpy as np
 
-from objstate.building.model import Building
+from objstate.building.model import Building, MovableObject
 from objstate.config import Settings
 from objstate.estimator.surroundings import Surroundings
 from objstate.lazy import altered
@@ -80,11 +80,18 @@ class Believed:
         """From now on, ``go_back`` leads to where this was last called before."""
         self._before, self._earlier = {}, self._before
 
-    def go_back(self) -> None:
-        """Forget all that was learnt since the last but one ``trust``."""
-        for name, belief in (self._before | self._earlier).items():
+    def go_back(self) -> list[MovableObject]:
+        """Forget all that was learnt since the last but one ``trust``; which objects hang elsewhere by that."""
+        before = self._before | self._earlier
+        rehung = [
+            belief.item
+            for name, belief in before.items()
+            if belief.item is not self.marginals[name].item
+        ]
+        for name, belief in before.items():
             self._keep(name, belief)
         self._before, self._earlier, self._in_view = {}, {}, {}
+        return rehung
 
     def hang(self, belief: ObjectBelief) -> None:
         """Keep what is believed of a door that hangs elsewhere from now on."""

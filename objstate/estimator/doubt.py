@@ -11,6 +11,7 @@ from objstate.geometry import FloatArray, compose
 from objstate.localization import Hypotheses, apart
 from objstate.records import NANOSECONDS
 
+AGAIN = 0.25  # of the usual time between searches, after one by which the track is wrong
 TIED = 0.1  # probability from which a place isn't excluded
 
 
@@ -26,8 +27,8 @@ class Verdict(Enum):
 class Doubt:
     """The record of a robot's being lost: since when, how often before, when to search next.
 
-    Each search that finds nothing better than the track doubles the wait for the
-    next: then it is the world that has changed, or the laser that sees through glass.
+    Each time that nothing better than the track is found doubles the wait until it may be doubted
+    again: then it is the world that has changed, or the laser that sees through glass.
     """
 
     def __init__(self, settings: Settings) -> None:
@@ -40,6 +41,7 @@ class Doubt:
         self._wait = self._search.every_s
         self._winner: FloatArray | None = None  # (3,) of the last search, driven on
         self._wins = 0  # searches in a row that agreed on it
+        self._denials = 0  # searches in a row by which the track is wrong, whatever else is right
         self.is_lost = False
         self.is_new = True  # no search has told whether the start is right
 
@@ -56,7 +58,7 @@ class Doubt:
         self.is_lost = True
         self._fitted_ns = self._since(now_ns)
         self._forget_winner()
-        self._search_from_ns, self._wait = now_ns, self._search.every_s
+        self._search_from_ns = now_ns
 
     def dispel(self, now_ns: int) -> bool:
         """The track fits; whether what was learnt until now may be trusted from now on."""
@@ -73,7 +75,8 @@ class Doubt:
 
     def weigh(self, found: Hypotheses, track: FloatArray | None, now_ns: int) -> Verdict:
         """What a search says, and those before it, of the track (3,): who is it that wins?"""
-        self._search_from_ns = now_ns + int(self._wait * NANOSECONDS)
+        wait = self._search.every_s if self.is_lost else self._wait
+        self._search_from_ns = now_ns + int(wait * NANOSECONDS)
         self._fitted_since_ns = None
         shares = self._favoured(found, track)
         best, sure = found.poses[int(np.argmax(shares))], self._search.sure
@@ -85,8 +88,12 @@ class Doubt:
         if track is None or self.is_lost:
             return Verdict.OPEN
         share = float(shares[apart(found.poses, track) <= 1.0].sum())
-        if share < 1.0 - sure:
+        self._denials = self._denials + 1 if share < 1.0 - sure else 0
+        if self._denials >= self._search.confirmed:
             return Verdict.NOT_HERE
+        if self._denials > 0:
+            self._search_from_ns = now_ns + int(AGAIN * self._search.every_s * NANOSECONDS)
+            return Verdict.OPEN
         is_as_good = found.looks > self._search.confirmed and share >= TIED
         return Verdict.HERE if is_as_good or apart(track, best) <= 1.0 else Verdict.OPEN
 
@@ -107,13 +114,18 @@ class Doubt:
         """The robot was found in another place."""
         self._past.append((self._since(now_ns), now_ns))
         self.is_lost = self.is_new = False
-        self._fitted_ns = now_ns
+        self._fitted_ns, self._wait = now_ns, self._search.every_s
         self._forget_winner()
 
     def settle(self, now_ns: int) -> None:
-        """No place fits better: the robot is where it thought, and the world has changed."""
+        """No place fits better: the robot is where it thought, and the world has changed.
+
+        If it was said to be lost, it was, as far as objects go: what it learnt of them was taken back.
+        """
+        if self.is_lost:
+            self._past.append((self._since(now_ns), now_ns))
         self.is_lost = self.is_new = False
-        self._wait *= 2.0
+        self._fitted_ns, self._wait = now_ns, 2.0 * self._wait
         self._search_from_ns = now_ns + int(self._wait * NANOSECONDS)
         self._forget_winner()
 
@@ -121,4 +133,4 @@ class Doubt:
         return now_ns if self._fitted_ns is None else self._fitted_ns
 
     def _forget_winner(self) -> None:
-        self._winner, self._wins = None, 0
+        self._winner, self._wins, self._denials = None, 0, 0

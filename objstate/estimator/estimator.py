@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from objstate.building.model import Building
+from objstate.building.model import Building, MovableObject
 from objstate.config import Settings
 from objstate.errors import LogError, SettingsError
 from objstate.estimator.believed import Believed
@@ -85,6 +85,7 @@ class Estimator:
         self._thinned = Thinning(self.settings.scans)
         self._schedule = Schedule(self.settings.object_updates)
         self._believed = Believed(building, self.settings, seed, beliefs or {})
+        self._rehang(self._believed.marginals[name].item for name in self.hung_elsewhere)
         self._map_error = MapError(self.settings.map_error)
         self._consistency = Consistency(self.settings.consistency)
         self._hinges = Hinges(building, self.settings)
@@ -139,11 +140,11 @@ class Estimator:
     @property
     def hung_elsewhere(self) -> dict[str, FloatArray]:
         """Doors that surely don't hang where the model has them, by how much (2,) m."""
-        return {
-            name: self._believed.marginals[name].item.origin[:2, 3]
-            - self.building[name].origin[:2, 3]
-            for name in self._hinges.found
+        off = {
+            name: belief.item.hinge - self.building[name].hinge
+            for name, belief in self._believed.marginals.items()
         }
+        return {name: each for name, each in off.items() if each.any()}
 
     def feed(self, record: Record) -> list[Estimate]:
         """Take one record in; what it changed in the objects' beliefs comes back."""
@@ -390,7 +391,12 @@ class Estimator:
         belief = self._hinges.search(self._believed.marginals[name], self._sensing)
         if belief is not None:
             self._believed.hang(belief)
-            self._sensing = self._sensing.with_object(belief.item)
+            self._rehang([belief.item])
+
+    def _rehang(self, doors: Iterable[MovableObject]) -> None:
+        """Let the scene have doors where they are believed to hang."""
+        for door in doors:
+            self._sensing = self._sensing.with_object(door)
 
     def _is_narrow(self, robot: PoseBelief) -> bool:
         return robot.position_std <= self.settings.object_updates.max_position_std
@@ -433,6 +439,7 @@ class Estimator:
             case Verdict.HERE:
                 self._search.forget()
                 doubt.settle(now)
+                self._believed.trust()
             case Verdict.NOT_HERE:
                 self._lose(now)
             case Verdict.ELSEWHERE:
@@ -444,13 +451,8 @@ class Estimator:
     def _lose(self, now_ns: int) -> None:
         """Say that the robot is lost, and take back what was learnt of objects since it fitted."""
         self._doubt.rise(now_ns)
-        self._believed.go_back()
+        self._rehang(self._believed.go_back())
         self._hinges.forget()
-        for name in list(self._hinges.found):
-            item = self._believed.marginals[name].item
-            self._sensing = self._sensing.with_object(item)
-            if np.array_equal(item.origin, self.building[name].origin):
-                del self._hinges.found[name]
 
     def _found(self, place: FloatArray, now_ns: int) -> Track:
         self._doubt.found(now_ns)

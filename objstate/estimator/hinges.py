@@ -18,7 +18,7 @@ import numpy as np
 from objstate.building.model import Building, Kind, Mesh, MovableObject
 from objstate.config import HingeSettings, Settings
 from objstate.estimator.sight import Sight
-from objstate.geometry import BoolArray, FloatArray, between, transform, wrap
+from objstate.geometry import BoolArray, FloatArray, between, wrap
 from objstate.objects import ObjectBelief, filter_for
 from objstate.objects.belief import SETTLED_ANGLE
 from objstate.objects.doors import LatticeFilter, leaf_axes
@@ -41,7 +41,7 @@ class Hinges:
     """Where doors hang: looks at them, and what became of those that looked strange."""
 
     def __init__(self, building: Building, settings: Settings) -> None:
-        self.found: dict[str, Hanging] = {}  # of doors that surely hang elsewhere
+        self._hung: dict[MovableObject, Hanging] = {}  # doors as they were found to hang elsewhere
         self._building = building
         self._settings = settings.hinges
         sharp = min(settings.beam_model.sigma_hit, settings.hinges.sigma_hit)
@@ -95,18 +95,17 @@ class Hinges:
         In its place, too, where it suddenly was another and all looks surely say otherwise.
         None where nothing changes. ``sensing`` knows where the others hang.
         """
-        name = believed.item.name
-        watch, item = self._watches[name], self._building[name]
+        watch, item = self._watches[believed.item.name], self._building[believed.item.name]
         looks = [self._look(item, glance, sensing) for glance in watch.glances]
-        hanging = find_hinge(self._filters[name], looks, self._settings)
-        before = self.found.get(name)
+        hanging = find_hinge(self._filters[item.name], looks, self._settings)
+        before = believed.item.hinge - item.hinge
         if self._is_elsewhere(item, hanging, before, watch.glances):
-            self.found[name] = hanging
-            belief = replace(hanging.belief, item=_rehung(item, hanging.offset))
-        elif before is not None and hanging.elsewhere < KEPT:
-            del self.found[name]
-            belief = hanging.belief
-        elif before is None and watch.has_jumped and _contradicts(hanging.belief, believed):
+            hung = item.hung_at(item.hinge + hanging.offset)
+            self._hung[hung] = hanging
+            belief = replace(hanging.belief, item=hung)
+        elif (before.any() and hanging.elsewhere < KEPT) or (
+            not before.any() and watch.has_jumped and _contradicts(hanging.belief, believed)
+        ):
             belief = hanging.belief
         else:
             watch.searched(None)
@@ -115,22 +114,25 @@ class Hinges:
         return belief
 
     def _is_elsewhere(
-        self, item: MovableObject, hanging: Hanging, before: Hanging | None, glances: list[_Glance]
+        self, item: MovableObject, hanging: Hanging, before: FloatArray, glances: list[_Glance]
     ) -> bool:
-        """Whether a door surely hangs elsewhere than before, or where it was found already.
+        """Whether a door surely hangs elsewhere than ``before`` (2,) m, or where it was found already.
 
         Decimetres away, the leaf must be what stopped most of those beams that seemed strange, and some look
         must show most of its length: a box is shorter.
         """
-        s = self._settings
-        if hanging.elsewhere < (s.sure if before is None else KEPT):
+        s, is_in_place = self._settings, not before.any()
+        if hanging.elsewhere < (s.sure if is_in_place else KEPT):
             return False
         offset = hanging.offset
-        if before is None and np.hypot(*offset) < s.least_sigmas * _lasting_std(glances):
+        if is_in_place and np.hypot(*offset) < s.least_sigmas * _lasting_std(glances):
             return False
-        if np.hypot(*(offset - (0.0 if before is None else before.offset))) <= ASIDE:
+        if np.hypot(*(offset - before)) <= ASIDE:
             return True
-        rehung, leaf = replace(hanging.belief, item=_rehung(item, offset)), _Leaf.of(item)
+        rehung, leaf = (
+            replace(hanging.belief, item=item.hung_at(item.hinge + offset)),
+            _Leaf.of(item),
+        )
         here = self._held_against(hanging.belief_in_place, glances)
         there = self._held_against(rehung, glances)
         shown = max(look.span for look in there)
@@ -158,13 +160,13 @@ class Hinges:
 
     def std(self, belief: ObjectBelief) -> float:
         """m by which a door may hang aside of where it is taken to, along the normal of its leaf."""
-        item = belief.item
-        if item.name not in self.found:
+        item, hanging = belief.item, self._hung.get(belief.item)
+        if hanging is None:
             watch = self._watches.get(item.name)
             return 0.0 if watch is None else watch.aside
         turn = item.transforms(belief.mean[None])[0, :2, :2]
         normal = turn @ _Leaf.of(item).across
-        return float(np.sqrt(normal @ self.found[item.name].covariance @ normal))
+        return float(np.sqrt(normal @ hanging.covariance @ normal))
 
     def forget(self) -> None:
         """Forget all looks: the robot wasn't where it thought."""
@@ -173,7 +175,7 @@ class Hinges:
     def _look(self, item: MovableObject, glance: _Glance, sensing: Sensing) -> Look:
         scan, pose = glance.scan, glance.pose
         within = _Leaf.of(item).reach + self._settings.most_m
-        beams = scan.valid & _passes(scan, pose, item.origin[:2, 3], within)
+        beams = scan.valid & _passes(scan, pose, item.hinge, within)
         view, background = sensing.view(scan, beams), glance.walls[beams]
         for other, state in glance.others.items():
             background = np.minimum(background, view.object(other, state[None], pose[None])[0, 0])
@@ -245,7 +247,7 @@ class _Watch:
         self._know(belief)
         self.glances.append(glance)
         if len(self.glances) > self._settings.looks:
-            self.glances = self.glances[1::2]
+            self.glances = self.glances[::-2][::-1]  # the last among them
             self._spacing *= 2.0
         self._count += 1
         self._stopped += look.stopped
@@ -368,11 +370,6 @@ def _lasting_std(glances: list[_Glance]) -> float:
     """m by which all glances together may be off: the robot's error is another in each, the walls' isn't."""
     robot = float(np.median([glance.robot_std for glance in glances]))
     return math.hypot(robot / math.sqrt(len(glances)), glances[-1].map_error)
-
-
-def _rehung(item: MovableObject, offset: FloatArray) -> MovableObject:
-    """A door whose hinge is elsewhere by an offset (2,) m."""
-    return replace(item, origin=transform(np.eye(3), [*offset, 0.0]) @ item.origin)
 
 
 def from_swing(item: MovableObject, places: FloatArray) -> FloatArray:

@@ -176,31 +176,53 @@ def apportion(
         shared[k] = left[k] + between / everyone
 
 
+@_inner
+def _bend(here: float, there: float) -> Any:
+    """The smaller of two second differences; none where one bends the other way."""
+    if here * there <= 0.0:
+        return 0.0
+    return here if abs(here) < abs(there) else there
+
+
 @_compile
 def narrow(weights: FloatArray, power: float, wraps: bool, parts: int) -> Any:
     """Weights (n,) of a lattice to a ``power`` above one, of any sum.
 
-    Between samples, the logarithm of the density is a parabola through three of them. Each cell is taken in
-    ``parts``, and what a part has falls to the samples on both sides of it so that its mean stays: a
+    Between two samples, the logarithm of the density is the parabola through them that bends like the
+    straighter of both: at an edge of the belief none bulges beyond what it joins. Each cell is taken in ``parts``,
+    and what a part has falls to the samples on both sides of it so that its mean stays: a
     narrow belief isn't drawn to the nearest sample.
     """
-    last, top, out = weights.shape[0] - 1, 0.0, np.zeros_like(weights)
-    for j in range(last + 1):
+    count, top, highest = weights.shape[0], 0.0, -np.inf
+    log, bend, out = np.empty(count), np.empty(count), np.zeros(count)
+    below, above = np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64)
+    exponents = np.empty((count, parts))
+    for j in range(count):
         top = max(top, weights[j])
-    for j in range(last + 1):
-        here = np.log(max(weights[j] / top, LEAST_EVIDENCE))
-        if power * here < -NEXT_TO_NOTHING:
+    for j in range(count):
+        log[j] = np.log(max(weights[j] / top, LEAST_EVIDENCE))
+        below[j] = j - 1 if j > 0 else (count - 1 if wraps else 1)  # limits reflect
+        above[j] = j + 1 if j < count - 1 else (0 if wraps else count - 2)
+    for j in range(count):
+        bend[j] = log[below[j]] - 2.0 * log[j] + log[above[j]]
+    for j in range(count):
+        if power * log[j] < -NEXT_TO_NOTHING:
             continue
-        below = j - 1 if j > 0 else (last if wraps else 1)  # limits reflect
-        above = j + 1 if j < last else (0 if wraps else last - 1)
-        left = np.log(max(weights[below] / top, LEAST_EVIDENCE))
-        right = np.log(max(weights[above] / top, LEAST_EVIDENCE))
         for k in range(parts):
             t = (k + 0.5) / parts - 0.5
-            rise = 0.5 * t * (right - left + t * (right - 2.0 * here + left))
-            part = np.exp(power * (here + rise))
+            beside = above[j] if t > 0.0 else below[j]
+            rise = abs(t) * (log[beside] - log[j])
+            rise -= 0.5 * abs(t) * (1.0 - abs(t)) * _bend(bend[j], bend[beside])
+            exponents[j, k] = power * (log[j] + rise)
+            highest = max(highest, exponents[j, k])
+    for j in range(count):
+        if power * log[j] < -NEXT_TO_NOTHING:
+            continue
+        for k in range(parts):
+            t = (k + 0.5) / parts - 0.5
+            part = np.exp(exponents[j, k] - highest)
             out[j] += (1.0 - abs(t)) * part
-            out[above if t > 0.0 else below] += abs(t) * part
+            out[above[j] if t > 0.0 else below[j]] += abs(t) * part
     return out
 
 
@@ -223,7 +245,7 @@ def worth_casting(weights: FloatArray, negligible: float, fine: int, coarse: int
         is_heavy = weights[j] > least
         passed += is_heavy
         is_next = passed % every == 0 if is_heavy else j % coarse == 0
-        if is_next or j == 0 or j == last:
+        if is_next or j in (0, last):
             chosen[count], whole[count] = j, is_heavy
             count += 1
     return chosen[:count], whole[:count]

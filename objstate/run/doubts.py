@@ -32,7 +32,8 @@ def doubts(drive: Drive, estimator: Estimator, options: RunOptions) -> list[str]
         *_of_rules(building, options),
         *_of_lasers(drive, building, options),
         *_of_path(drive, estimator, options),
-        *_of_objects(drive, building),
+        *_of_being_lost(drive, estimator, options),
+        *_of_objects(drive, building, _was_never_found(estimator, options)),
         *_of_hinges(estimator),
     ]
 
@@ -76,25 +77,56 @@ def _of_path(drive: Drive, estimator: Estimator, options: RunOptions) -> Iterato
             f"{estimator.scans_without_pose} of {drive.scans} scans were left out: they come before "
             "anything says where the robot is."
         )
-    if options.belief == "own" and estimator.corrections == 0:
+    unlocalized = options.belief == "own" and estimator.corrections == 0
+    if unlocalized and not _was_never_found(estimator, options):
         yield (
             "No scan localized the robot; its path is dead reckoning. Does localization_lasers "
             "name the log's lasers?"
         )
     if options.belief == "own" and not len(estimator.building.walls.faces):
         yield "The building has no walls that could tell where the robot is; give its root link some."
-    for since, found in estimator.lost:
+
+
+def _was_never_found(estimator: Estimator, options: RunOptions) -> bool:
+    return options.global_start and estimator.is_lost and len(estimator.lost) == 1
+
+
+def _of_being_lost(drive: Drive, estimator: Estimator, options: RunOptions) -> Iterator[str]:
+    for number, (since, found) in enumerate(estimator.lost):
         began, ended = ((stamp - drive.begin_ns) / 1e9 for stamp in (since, found))
-        yield (
-            f"The robot was lost from {began:.0f} s to {ended:.0f} s of the log: beams passed through "
-            "walls until it was found in another place. What had been learnt of objects meanwhile "
-            "was dropped; estimates with these stamps are wrong."
-        )
+        is_start = options.global_start and number == 0
+        is_open = estimator.is_lost and number == len(estimator.lost) - 1
+        if is_start and is_open:
+            yield (
+                "The robot, which might be anywhere at first, was found nowhere: several places "
+                "explain its scans about equally, or none does. Of objects nothing was learnt. Give "
+                "--initial-pose, or a drive that passes places that differ."
+            )
+        elif is_start:
+            yield (
+                f"The robot, which might be anywhere at first, was found {ended:.0f} s from the log's "
+                "start. What earlier scans tell of objects was left out."
+            )
+        elif is_open:
+            yield (
+                f"The robot was lost from {began:.0f} s of the log to its end: scans didn't fit where "
+                "it was thought to be, and no other place was surely the right one. Nothing was "
+                "learnt of objects since. Many people, false readings or things that aren't in the "
+                "building look the same; then it may not have been lost."
+            )
+        else:
+            yield (
+                f"The robot was lost from {began:.0f} s to {ended:.0f} s of the log: scans didn't fit "
+                "where it was thought to be until it was found in another place. What had been learnt "
+                "of objects meanwhile was dropped; estimates with these stamps are wrong."
+            )
 
 
-def _of_objects(drive: Drive, building: Building) -> Iterator[str]:
+def _of_objects(drive: Drive, building: Building, was_never_found: bool) -> Iterator[str]:
     if not building.objects:
         yield "The building has no movable objects; only the robot's path was estimated."
+    elif was_never_found:
+        return
     elif not drive.estimates:
         yield "No scan was near an object. Is this the building of the log, and the start right?"
     elif not drive.observed:

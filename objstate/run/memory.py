@@ -37,7 +37,7 @@ class Memory:
     begin_ns: int
     known: dict[str, ObjectBelief]  # of objects seen before, propagated to the log's start
     looks: Looks
-    times_lost: int = 0  # of the robot, so far
+    lost_since_ns: int | None = None  # the last time that the robot was, of those so far
 
     @staticmethod
     def opened(
@@ -64,9 +64,10 @@ class Memory:
 
     def note(self, record: Record, estimator: Estimator, estimates: Sequence[Estimate]) -> None:
         """Note what a record taught of objects, or that it was given up as the robot is lost."""
-        if len(estimator.lost) > self.times_lost:
-            self.times_lost = len(estimator.lost)
-            self.looks.take_back(estimator.lost[-1][0], estimator.objects.values())
+        lost = estimator.lost
+        if lost and lost[-1][0] != self.lost_since_ns:
+            self.lost_since_ns = lost[-1][0]
+            self.looks.take_back(self.lost_since_ns, estimator.objects.values())
         observed = {each.object: each.stamp_ns for each in estimates if each.observed}
         self.looks.note(estimator.object_at(name, observed[name]) for name in sorted(observed))
 

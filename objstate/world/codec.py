@@ -15,11 +15,12 @@ DOUBLE = "<f8"
 
 
 def pack_belief(belief: ObjectBelief) -> bytes:
-    """A belief without its object and its stamps. Lattices keep their weights, samples also places."""
+    """A belief without its stamps, and of its object only where it hangs. Lattices keep their weights, samples also places."""
     log, there = np.asarray(belief.weights.log, dtype=SINGLE), {"presence": belief.presence}
     if belief.item.kind is not Kind.PLANAR:
-        ends = [float(belief.states[0, 0]), float(belief.states[-1, 0])]
-        return pack({"ends": ends, "cell": float(belief.cell[0]), **there}, {"log": log})
+        ends, hinge = belief.states[[0, -1], 0].tolist(), belief.item.hinge.tolist()
+        words = {"ends": ends, "cell": float(belief.cell[0]), "hinge": hinge}
+        return pack(words | there, {"log": log})
     middle = belief.states.mean(axis=0)  # single precision counts from here
     off = np.asarray(belief.states - middle, dtype=SINGLE)
     words = {"middle": middle.tolist(), "scouts": belief.scouts, **there}
@@ -29,13 +30,15 @@ def pack_belief(belief: ObjectBelief) -> bytes:
 def unpack_belief(
     packed: bytes, item: MovableObject, stamp_ns: int, last_observed_ns: int | None
 ) -> ObjectBelief:
-    """The belief that was packed. Raises WorldError for damage."""
+    """The belief that was packed, of the object where it was found to hang. Raises WorldError for damage."""
     words, arrays = unpack(packed, f"The belief of '{item.name}' at {stamp_ns} ns")
     weights = Weights.of_logarithms(arrays["log"].astype(float))
     if item.kind is not Kind.PLANAR:
         first, last = words["ends"]
         states = np.linspace(first, last, len(weights))[:, None]
         cell = np.array([words["cell"]])
+        hinge = np.array(words.get("hinge", item.hinge))  # earlier worlds don't say
+        item = item if np.array_equal(hinge, item.hinge) else item.hung_at(hinge)
     else:
         states, cell = np.array(words["middle"]) + arrays["off"], np.zeros(3)
         states[:, 2] = wrap(states[:, 2])

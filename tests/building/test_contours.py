@@ -24,7 +24,7 @@ def wall_at(angle: float, length: float, thickness: float) -> BoolArray:
 
 
 @given(arrays(bool, (7, 9)))
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 def test_the_loops_enclose_exactly_the_occupied_cells(occupied: BoolArray) -> None:
     areas = np.array([Polygon(loop).area for loop in border_loops(occupied)])
     senses = np.array([LinearRing(loop).is_ccw for loop in border_loops(occupied)])
@@ -34,7 +34,7 @@ def test_the_loops_enclose_exactly_the_occupied_cells(occupied: BoolArray) -> No
 
 
 @given(st.floats(0.0, np.pi / 2), st.floats(2.0, 6.0))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_a_slanted_wall_becomes_its_true_line_and_few_corners(
     angle: float, thickness: float
 ) -> None:
@@ -50,7 +50,7 @@ def test_a_slanted_wall_becomes_its_true_line_and_few_corners(
 
 
 @given(arrays(bool, (12, 12)), st.sampled_from([0.0, 0.5]))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_no_wall_strays_from_its_cells(occupied: BoolArray, inset: float) -> None:
     for loop in border_loops(occupied):
         corners = straighten(loop, TOLERANCE, inset)

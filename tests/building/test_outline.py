@@ -60,7 +60,7 @@ def assert_same_ranges(
     assert steady.mean() > 0.5
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.tuples(sizes, sizes, sizes), st.tuples(metres, metres), st.tuples(turns, turns, turns))
 def test_casting_the_outline_of_a_tilted_box_equals_casting_the_box(
     size: tuple[float, ...], place: tuple[float, float], rpy: tuple[float, float, float]
@@ -88,7 +88,7 @@ def test_casting_the_outline_of_a_furnished_room_equals_casting_its_mesh(seed: i
 
 
 @given(st.tuples(sizes, sizes, sizes), metres, metres, turns)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_an_upright_box_has_four_sides_of_its_own_lengths(
     size: tuple[float, float, float], x: float, y: float, yaw: float
 ) -> None:
@@ -98,7 +98,7 @@ def test_an_upright_box_has_four_sides_of_its_own_lengths(
 
 
 @given(turns, turns)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_a_plane_through_the_very_top_still_cuts_the_whole_box(yaw: float, shift: float) -> None:
     sides = outline(Box((0.9, 0.04, 0.6)).mesh(), 0.3, _pose(shift, 1.0, 0.0, yaw))
     assert np.linalg.norm(sides[:, 1] - sides[:, 0], axis=1).sum() == pytest.approx(1.88)

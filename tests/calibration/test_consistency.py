@@ -19,7 +19,7 @@ def test_parts_that_agree_leave_the_deviations() -> None:
     assert (birge_ratios(part(0.0, 1.0), [part(1.0, 1.0), part(1.2, 1.0)]) == 1.0).all()
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.floats(2.0, 100.0), st.floats(0.01, 10.0))
 def test_two_parts_so_many_deviations_apart(apart: float, std: float) -> None:
     ratios = birge_ratios(part(0.0, std), [part(0.0, std), part(apart * std, std)])

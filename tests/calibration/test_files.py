@@ -23,9 +23,7 @@ def calibration(laser: LaserCorrection) -> Calibration:
     return Calibration((laser,), 0.01, 0.002, 0.0, 0.001, 100, 0.02, 0.01, 0.9)
 
 
-@settings(
-    max_examples=30, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@settings(max_examples=30, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(angles, angles, angles, metres, metres, metres)
 def test_what_is_written_is_read_back(
     tmp_path: Path, roll: float, pitch: float, yaw: float, x: float, y: float, z: float

@@ -21,7 +21,7 @@ ROOM = building(enclosure(6.0, 4.0))
 small = st.floats(-0.2, 0.2)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(small, small, small, st.floats(-3.0, 3.0))
 def test_casting_from_a_moved_robot_is_casting_from_a_moved_laser(
     x: float, y: float, yaw: float, heading: float
@@ -39,7 +39,7 @@ def test_casting_from_a_moved_robot_is_casting_from_a_moved_laser(
     )
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.integers(0, 1000))
 def test_a_step_solves_linear_least_squares(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -79,7 +79,7 @@ def test_beams_that_may_meet_a_door_are_left_out() -> None:
     assert len(bearings) > 30
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.floats(-0.05, 0.05), st.floats(-0.02, 0.02), st.integers(0, 100))
 def test_odometry_that_errs_as_it_is_known_to_leaves_nothing(
     share: float, drift: float, seed: int
@@ -94,7 +94,7 @@ def test_odometry_that_errs_as_it_is_known_to_leaves_nothing(
     np.testing.assert_allclose(left, 0.0, atol=1e-6)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
 def test_speeds_of_an_even_motion(ahead: float, turn: float) -> None:
     times = np.arange(0.0, 3.0, 0.05)

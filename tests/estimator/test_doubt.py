@@ -36,6 +36,20 @@ def test_a_stretch_begins_when_the_track_last_fitted_and_ends_when_found() -> No
     assert doubt.stretches(9 * SECOND) == ((3 * SECOND, 8 * SECOND),)
 
 
+def test_a_robot_that_was_where_it_thought_was_lost_all_the_same() -> None:
+    """What it learnt of objects meanwhile was taken back; the next time is another."""
+    doubt = Doubt(SETTINGS)
+    doubt.dispel(10)
+    doubt.rise(20)
+    doubt.settle(30)
+    assert not doubt.is_lost
+    assert doubt.stretches(35) == ((10, 30),)
+    doubt.settle(40)
+    assert doubt.stretches(45) == ((10, 30),)
+    doubt.rise(50)
+    assert doubt.stretches(55) == ((10, 30), (40, 55))
+
+
 def test_only_searches_in_a_row_that_are_sure_of_one_place_win() -> None:
     doubt = Doubt(SETTINGS)
     doubt.rise(0)
@@ -56,7 +70,6 @@ def test_only_searches_in_a_row_that_are_sure_of_one_place_win() -> None:
     ("shares", "verdict"),
     [
         ((0.6, 0.4), Verdict.HERE),
-        ((0.0, 1.0), Verdict.NOT_HERE),
         ((0.05, 0.95), Verdict.OPEN),
         ((0.4, 0.6), Verdict.OPEN),
     ],
@@ -70,6 +83,20 @@ def test_a_track_in_doubt_that_no_search_excludes_isnt_lost(
     ordered = tuple(sorted(shares, reverse=True))
     even = Settings.model_validate({"search": {"track_odds": 1.0}})
     assert Doubt(even).weigh(found(*poses, shares=ordered), HERE, 0) is verdict
+
+
+def test_two_searches_in_a_row_that_exclude_the_track_lose_it() -> None:
+    doubt, rivals = Doubt(SETTINGS), found(THERE, THERE + 5.0, HERE, shares=(0.5, 0.5, 0.0))
+    assert doubt.weigh(rivals, HERE, 0) is Verdict.OPEN
+    assert doubt.may_search(SECOND // 2)
+    assert doubt.weigh(rivals, HERE, SECOND // 2) is Verdict.NOT_HERE
+
+
+def test_one_search_that_another_contradicts_loses_nobody() -> None:
+    doubt = Doubt(SETTINGS)
+    for second, share in enumerate((1e-9, 0.5, 1e-9, 0.5)):
+        hypotheses = found(THERE, HERE, THERE + 5.0, shares=(0.5, share, 0.5 - share))
+        assert doubt.weigh(hypotheses, HERE, second * SECOND) is not Verdict.NOT_HERE
 
 
 def test_each_search_in_vain_doubles_the_wait_until_the_track_fits_again() -> None:
@@ -112,6 +139,7 @@ def test_beams_through_walls_are_a_sign_however_well_the_others_fit() -> None:
 
 def test_a_track_that_was_followed_is_left_only_for_much_better_places() -> None:
     odds = SETTINGS.search.track_odds
-    for share, verdict in ((10.0 / odds, Verdict.HERE), (1e-4 / odds, Verdict.NOT_HERE)):
-        hypotheses = found(THERE, HERE, shares=(1.0 - share, share))
-        assert Doubt(SETTINGS).weigh(hypotheses, HERE, 0) is verdict
+    for share, verdict in ((10.0 / odds, Verdict.HERE), (1e-4 / odds, Verdict.ELSEWHERE)):
+        hypotheses, doubt = found(THERE, HERE, shares=(1.0 - share, share)), Doubt(SETTINGS)
+        doubt.weigh(hypotheses, HERE, 0)
+        assert doubt.weigh(hypotheses, HERE, SECOND) is verdict

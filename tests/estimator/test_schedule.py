@@ -25,7 +25,7 @@ def scan_by(laser: str, count: int, seed: int) -> Scan:
     return scan_of(ranges, fan(count), laser=laser)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(
     st.sampled_from(sorted(SETTINGS)),
     st.lists(st.sampled_from(["front", "rear"]), min_size=1, max_size=8),
@@ -64,7 +64,6 @@ def test_lasers_serve_one_belief_each() -> None:
     np.testing.assert_array_equal(sharing.share_out(rear)[1], rear.valid)
 
 
-@settings(deadline=None)  # the first example compiles
 @given(st.lists(st.booleans(), max_size=200), st.integers(1, 60))
 def test_evenly_spread_beams_are_some_of_the_chosen(chosen: list[bool], most: int) -> None:
     beams = np.array(chosen, dtype=bool)

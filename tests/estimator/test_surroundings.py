@@ -51,7 +51,7 @@ def towards(robot: PoseBelief) -> dict[str, BoolArray]:
     return dict(zip(sight.names, np.isfinite(sight.entries), strict=True))
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     st.tuples(st.floats(-5, 5), st.floats(-4, 4), st.floats(-3, 3)).map(np.array),
     st.floats(0.0, 1.0),

@@ -25,7 +25,7 @@ def bearings(rays: Rays) -> np.ndarray:
     return np.degrees(np.unwrap(np.arctan2(rays.directions[:, 1], rays.directions[:, 0])))
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.integers(20, 1500), st.floats(0.0, 3.0))
 def test_beams_lie_no_farther_apart_than_they_may_and_all_are_taken_in_turn(
     count: int, spacing: float

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from objstate.gaze.gaussian import PointBeliefs, gains_along, straight_ways
@@ -29,7 +29,6 @@ def led_along(beliefs: PointBeliefs, way: FloatArray) -> tuple[float, float]:
     return summed, float((unseen.entropies - beliefs.entropies).sum())
 
 
-@settings(deadline=None)  # the first call compiles
 @given(st.integers(0, 10_000), st.sampled_from([2, 3]))
 def test_the_compiled_gain_is_that_of_the_beliefs_led_along(seed: int, coordinates: int) -> None:
     beliefs = some_beliefs(seed, coordinates)

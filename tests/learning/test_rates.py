@@ -15,7 +15,7 @@ def waits(hours: list[float], moved: list[bool], watched: float = 0.0) -> Waits:
     return Waits(watched, np.array(hours), 1.0 - was_moved, was_moved)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.floats(0.1, 20.0), st.floats(0.0, 50.0))
 def test_watching_without_a_move_is_the_conjugate_update(prior: float, hours: float) -> None:
     rate = posterior_rate(waits([], [], watched=hours), prior)
@@ -24,7 +24,7 @@ def test_watching_without_a_move_is_the_conjugate_update(prior: float, hours: fl
     assert rate.moves == 0.0
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.integers(0, 20), st.floats(0.5, 10.0))
 def test_moves_that_were_watched_are_the_conjugate_update(moves: int, prior: float) -> None:
     seconds = [1.0 / 3600.0] * moves

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from objstate.geometry import FloatArray, wrap
@@ -13,7 +13,6 @@ from objstate.particles import Weights
 places = st.tuples(st.floats(-50, 50), st.floats(-50, 50)).map(np.array)
 
 
-@settings(deadline=None)  # the first example compiles
 @given(places, st.floats(-np.pi, np.pi))
 def test_mean_and_covariance_do_not_see_where_pi_is(place: FloatArray, turn: float) -> None:
     rng = np.random.default_rng(3)

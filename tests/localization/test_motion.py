@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from objstate.config import LocalizationSettings
@@ -37,7 +37,6 @@ def driven(step: FloatArray, times: int, settings: LocalizationSettings, seed: i
     return samples
 
 
-@settings(deadline=None)  # the first example compiles
 @given(poses, steps)
 def test_without_noise_every_sample_moves_as_the_odometry_did(
     pose: FloatArray, step: FloatArray

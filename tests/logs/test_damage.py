@@ -14,7 +14,6 @@ from objstate.logs import open_log, open_messages
 
 FEW = settings(
     max_examples=25,
-    deadline=None,
     suppress_health_check=[HealthCheck.function_scoped_fixture],
 )
 SHARES = st.floats(0.05, 0.95)

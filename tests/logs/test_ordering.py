@@ -27,7 +27,7 @@ def ordered(items, recorded_ms, notices=None):
     return list(in_time_order(arrivals, notices or Notices()))
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(st.lists(st.tuples(st.integers(0, 5000), st.integers(0, 900)), max_size=60))
 def test_delays_within_the_window_are_undone(stamps_and_delays) -> None:
     by_recording = sorted(stamps_and_delays, key=sum)
@@ -124,7 +124,7 @@ def test_odometry_that_jumps_is_told_and_repeats_are_left_out() -> None:
     assert notices.listed() == ["Odometry jumps farther than a robot can move"]
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.lists(st.integers(1, 200), min_size=2, max_size=20), st.floats(0, 1))
 def test_forgetting_changes_nothing_for_later_times(steps, share) -> None:
     stamps = np.cumsum(steps)

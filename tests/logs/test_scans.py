@@ -116,7 +116,7 @@ def test_an_impossible_time_increment_is_told_and_ignored(increment) -> None:
 poses = st.tuples(*[st.floats(-3, 3)] * 3).map(np.array)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(start=poses, motion=st.lists(poses, min_size=1, max_size=5))
 def test_moved_rays_are_where_the_robot_was_when_it_cast_them(start, motion) -> None:
     rng = np.random.default_rng(1)

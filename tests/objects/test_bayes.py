@@ -77,7 +77,7 @@ def alike(prior: FloatArray, robots: int) -> FloatArray:
     return np.tile(prior, (robots, 1))
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(SEEDS, st.integers(1, 6), st.floats(0.1, 1.0))
 def test_the_posterior_is_the_one_written_out(seed: int, robots: int, tempering: float) -> None:
     likelihood, prior, robot = tables(seed, robots)
@@ -88,7 +88,7 @@ def test_the_posterior_is_the_one_written_out(seed: int, robots: int, tempering:
     np.testing.assert_allclose(after.conditional.belief.weights.values, expected, rtol=1e-9)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(SEEDS, st.floats(-1000.0, 1000.0))
 def test_a_factor_on_all_of_a_robot_samples_likelihoods_is_evidence_and_nothing_else(
     seed: int, factor: float
@@ -118,7 +118,7 @@ def test_a_robot_sample_without_weight_has_no_vote() -> None:
     )
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(SEEDS, st.integers(1, 5), st.floats(0.1, 1.0))
 def test_robot_samples_that_believe_differently_update_each_by_itself(
     seed: int, robots: int, tempering: float

@@ -47,7 +47,7 @@ def held(belief: ObjectBelief, lower: float, upper: float) -> float:
     return float(belief.weights.values @ inside)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.floats(0.0, 1.57), st.floats(0.005, 0.5), st.floats(0.3, 0.99))
 def test_an_interval_holds_its_share_of_the_mass(mean: float, std: float, share: float) -> None:
     belief = lattice(mean=mean, std=std)
@@ -67,7 +67,7 @@ def test_an_interval_of_samples_is_the_normals() -> None:
     np.testing.assert_allclose(upper, norm.ppf(0.95, [1, -2, 0.3], [0.1, 0.2, 0.05]), atol=0.01)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.floats(-np.pi, np.pi), st.floats(0.02, 0.3))
 def test_a_turnstile_is_the_same_on_both_sides_of_pi(mean: float, std: float) -> None:
     belief, reference = lattice(TURNSTILE, mean, std), lattice(TURNSTILE, 0.0, std)

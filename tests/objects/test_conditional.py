@@ -31,7 +31,7 @@ def tables(seed: int, robots: int) -> tuple[ConditionalBelief, FloatArray]:
     return ConditionalBelief.independent(PRIOR, robots).averaged(rows, robot), robot
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(SEEDS, ROBOTS)
 def test_averaging_is_the_marginal(seed: int, robots: int) -> None:
     believed, robot = tables(seed, robots)
@@ -42,7 +42,7 @@ def test_averaging_is_the_marginal(seed: int, robots: int) -> None:
     np.testing.assert_allclose(believed.belief.weights.values, written_out, atol=1e-14)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(SEEDS, ROBOTS, SHARES, st.floats(0.0, 5000.0))
 def test_whatever_is_done_rows_sum_to_one(
     seed: int, robots: int, share: float, seconds: float
@@ -55,7 +55,7 @@ def test_whatever_is_done_rows_sum_to_one(
         assert (each.given >= 0.0).all()
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(SEEDS, ROBOTS, SHARES)
 def test_blending_keeps_the_marginal_and_brings_the_rows_nearer_to_it(
     seed: int, robots: int, share: float
@@ -68,7 +68,7 @@ def test_blending_keeps_the_marginal_and_brings_the_rows_nearer_to_it(
     np.testing.assert_allclose(blended.given - marginal, off, atol=1e-14)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(SEEDS, ROBOTS, st.floats(0.0, 5000.0))
 def test_the_mean_of_predicted_rows_is_the_predicted_marginal(
     seed: int, robots: int, seconds: float
@@ -94,7 +94,7 @@ def test_at_first_every_robot_sample_believes_the_same(robots: int) -> None:
 # --- what errors of the robot cause -------------------------------------------------
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(SEEDS, ROBOTS)
 def test_what_robot_samples_disagree_about_is_shared_and_the_rest_is_theirs(
     seed: int, robots: int
@@ -109,7 +109,7 @@ def test_what_robot_samples_disagree_about_is_shared_and_the_rest_is_theirs(
     np.testing.assert_array_equal(belief.weights.values, believed.belief.weights.values)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(SEEDS, ROBOTS, SHARES)
 def test_what_is_forgotten_of_the_robots_errors_stays_in_the_belief(
     seed: int, robots: int, share: float

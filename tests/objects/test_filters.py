@@ -142,7 +142,7 @@ def test_two_predictions_of_half_a_minute_are_one_of_a_minute(
     assert twice.std[0] == pytest.approx(once.std[0], rel=0.01)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.floats(0.001, 20_000.0), st.floats(0.0, 1.57), st.floats(0.0, 5.0), st.floats(0.0, 60.0))
 def test_a_predicted_door_stays_between_its_limits_and_sums_to_one(
     seconds: float, angle: float, drift: float, moves: float
@@ -399,7 +399,7 @@ def test_the_same_generator_gives_the_same_belief() -> None:
 # --- what is published --------------------------------------------------------------
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.floats(0.3, 1.2), st.floats(0.05, 9.0))
 def test_a_settled_door_is_published_with_its_variance_changed_by_the_factor(
     angle: float, factor: float

@@ -32,7 +32,7 @@ def inside(polygon: np.ndarray, item, states: np.ndarray) -> np.ndarray:
     return shapely.covers(held, shapely.multipoints(places))
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.floats(0.01, 0.3), st.floats(0.1, 0.99))
 def test_it_holds_the_object_with_the_probability(spread: float, share: float) -> None:
     polygon = samples(spread).footprint(share)

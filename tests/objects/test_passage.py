@@ -26,14 +26,14 @@ def thin(angle: np.ndarray, length: float) -> np.ndarray:
     return np.minimum(disc, WIDTH - np.where(angle < np.pi / 2, blocked, 0.0))
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.floats(0.05, 3.0))
 def test_a_rectangle_has_what_the_leaf_leaves_as_far_as_it_reaches(length: float) -> None:
     widths = clear_widths(THIN_DOOR, ANGLES, length)
     np.testing.assert_allclose(widths, thin(ANGLES[:, 0], length), atol=0.002)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.floats(0.0, 2.0), st.floats(0.0, 2.0))
 def test_a_longer_robot_has_no_more_room(one: float, other: float) -> None:
     short, long = sorted((one, other))

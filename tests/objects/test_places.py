@@ -27,7 +27,7 @@ def copied(
     return copies(off, weights, systematic(Weights.of(weights), count, rng), WIDEST, rng)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(SEEDS)
 def test_two_headings_that_compete_do_not_blur_each_other(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -42,7 +42,7 @@ def test_two_headings_that_compete_do_not_blur_each_other(seed: int) -> None:
         np.testing.assert_array_less(0.8 * before.std(axis=0), part.std(axis=0))
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(SEEDS)
 def test_copies_of_samples_in_one_place_keep_their_mean_and_their_deviations(seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -25,7 +25,7 @@ def free(item: MovableObject, states: np.ndarray) -> ObjectBelief:
     return ObjectBelief(item, states, Weights.uniform(len(states)), np.zeros(states.shape[1]))
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(seed=st.integers(0, 10**6), count=st.integers(2, 300))
 def test_shares_of_a_door_sum_to_one_and_keep_the_mean(seed: int, count: int) -> None:
     leaf = door("d", 0.0, 0.0)
@@ -49,7 +49,7 @@ def test_an_even_door_is_even() -> None:
     )  # half a cell is beyond each limit
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(x=st.floats(-50, 50), spread=st.floats(0.001, 0.3), seed=st.integers(0, 100))
 def test_places_of_furniture_lie_in_bins_of_one_lattice(x: float, spread: float, seed: int) -> None:
     rng = np.random.default_rng(seed)

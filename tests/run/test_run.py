@@ -206,6 +206,47 @@ def test_a_door_that_hangs_elsewhere_is_told_with_where(tmp_path: Path) -> None:
     assert "north of its place in the model" in told
 
 
+POST = '<collision><origin xyz="-1.5 1 1"/><geometry><box size="0.5 0.5 2"/></geometry></collision>'
+
+
+def lost_in_a_square(folder: Path, more: str, waypoints: str, told: RunOptions) -> Sequence[str]:
+    """The warnings of a drive through a room that looks the same from four places, but for ``more``."""
+    side = (
+        '<collision><origin xyz="{} {} 1"/><geometry><box size="{} {} 2"/></geometry></collision>'
+    )
+    sides = ((0, 2.5, 5, 0.1), (0, -2.5, 5, 0.1), (2.5, 0, 0.1, 5), (-2.5, 0, 0.1, 5))
+    walls = "".join(side.format(*numbers) for numbers in sides)
+    building = folder / "square.urdf"
+    building.write_text(f'<robot name="square"><link name="map">{walls}{more}</link></robot>')
+    scene = folder / "square.scene.yaml"
+    scene.write_text(f"building: square.urdf\nroute: {{waypoints: {waypoints}}}\n")
+    log = simulate(scene, folder / "drive", seed=1).log
+    return estimate_log([log], building, folder / "out", told).warnings
+
+
+@pytest.mark.parametrize(("more", "found"), [(POST, True), ("", False)])
+def test_a_robot_that_might_be_anywhere_is_told_of_as_found_or_not(
+    tmp_path: Path, more: str, found: bool
+) -> None:
+    told = RunOptions(global_start=True)
+    there = "[{x: 1.5, y: 0.3}, {x: 0.0, y: 0.3}, {x: 0.0, y: -1.0}, {x: -1.0, y: -1.0}]"
+    warnings = lost_in_a_square(tmp_path, more, there, told)
+    (where,) = [warning for warning in warnings if "might be anywhere" in warning]
+    assert ("was found nowhere" in where) is not found
+    assert not any("was lost" in w or "dead reckoning" in w for w in warnings)
+
+
+def test_a_robot_that_stays_lost_is_not_told_to_have_been_found(tmp_path: Path) -> None:
+    carried = (
+        "[{x: 1.5, y: 0.3}, {x: 0.5, y: 0.3, kidnapped_to: {x: 0.9, y: -1.4, yaw: 0.5}}, "
+        "{x: 0.0, y: 1.2}, {x: 1.5, y: 0.3}]"
+    )
+    warnings = lost_in_a_square(tmp_path, "", carried, RunOptions())
+    (where,) = [warning for warning in warnings if "was lost" in warning]
+    assert "to its end" in where
+    assert "until it was found" not in where
+
+
 def test_objects_that_no_beam_bore_on_are_a_warning(tmp_path: Path) -> None:
     low = DOOR.format(x=2, width=0.9).replace(" 0.04 2", " 0.04 0.2")
     building = hall(tmp_path, low.replace("0.45 0 1", "0.45 0 0.1"))

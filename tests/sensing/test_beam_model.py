@@ -48,7 +48,7 @@ def normalized_shares(settings: BeamModelSettings) -> FloatArray:
     return shares / shares.sum()
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(models, st.floats(0.2, 0.8))
 def test_returns_and_the_missing_return_sum_to_one_but_for_the_cut_short_readings(
     model: BeamModel, share: float
@@ -62,7 +62,7 @@ def test_returns_and_the_missing_return_sum_to_one_but_for_the_cut_short_reading
     assert returns + probability(model, np.inf, expected) == pytest.approx(1.0 - cut, abs=2e-4)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(models)
 def test_where_nothing_is_expected_all_sums_to_one_but_for_the_cut_short_readings(
     model: BeamModel,
@@ -73,7 +73,7 @@ def test_where_nothing_is_expected_all_sums_to_one_but_for_the_cut_short_reading
     assert returns + probability(model, np.inf, np.inf) == pytest.approx(1.0 - cut, abs=1e-5)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(sigmas, st.floats(0.5, 9.5), st.floats(-3.0, 3.0))
 def test_the_gaussian_is_the_papers(sigma: float, expected: float, off: float) -> None:
     model = BeamModel(BeamModelSettings(model="gaussian", sigma_hit=sigma))
@@ -86,7 +86,7 @@ def test_the_gaussian_is_the_papers(sigma: float, expected: float, off: float) -
     assert probability(model, np.inf, expected) == pytest.approx(at_the_end, rel=1e-6)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(models, st.floats(0.5, 9.5))
 def test_of_all_expected_ranges_none_explains_a_return_better_than_its_own_but_for_short_ones(
     model: BeamModel, measured: float
@@ -102,7 +102,7 @@ def test_of_all_expected_ranges_none_explains_a_return_better_than_its_own_but_f
     assert (others_explain[others <= measured] <= own + 1e-12).all()
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(models, st.floats(1.0, 9.0))
 def test_a_hit_is_likeliest_at_the_expected_range_and_falls_off_beyond(
     model: BeamModel, expected: float

@@ -18,7 +18,7 @@ def gap(segment: np.ndarray, place: np.ndarray) -> float:
     return float(np.hypot(*(points - place).T).min())
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.integers(0, 10_000), st.floats(-60, 60), st.floats(-60, 60), st.floats(0.0, 30.0))
 def test_segments_are_those_that_come_near(seed: int, x: float, y: float, radius: float) -> None:
     rng = np.random.default_rng(seed)

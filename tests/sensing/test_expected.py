@@ -63,7 +63,7 @@ states = st.fixed_dictionaries(
 )
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(states, robots, mounts)
 def test_the_nearest_of_walls_and_objects_is_what_one_mesh_gives(
     states: dict[str, FloatArray], robot: FloatArray, mount: FloatArray

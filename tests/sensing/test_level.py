@@ -86,7 +86,7 @@ def driven(rays: Rays, step: FloatArray) -> Rays:
     return Rays(origins, np.einsum("nij,nj->ni", base[:, :3, :3], rays.directions))
 
 
-@settings(max_examples=EXAMPLES, deadline=None)
+@settings(max_examples=EXAMPLES)
 @given(blocks, fans, poses)
 @example([(2.0, 0.5, 1.0, 1.0, 0.0)], fan(181), np.zeros(3))  # along a face
 @example([(2.0, 0.5, 1.0, 1.0, 0.3)], fan(9, 2 * np.pi), np.array([0.0, 0.0, 0.3]))
@@ -98,7 +98,7 @@ def test_boxes_in_a_hall_as_embree_sees_them(
     assert_as_embree_sees(hall(boxes), rays, robot)
 
 
-@settings(max_examples=EXAMPLES, deadline=None)
+@settings(max_examples=EXAMPLES)
 @given(blocks, fans, poses, st.tuples(st.floats(-0.8, 0.8), st.floats(-0.2, 0.2), turns))
 def test_a_sweep_while_driving_has_an_origin_for_each_beam(
     boxes: list[tuple[float, ...]], rays: Rays, robot: FloatArray, step: tuple[float, float, float]
@@ -108,7 +108,7 @@ def test_a_sweep_while_driving_has_an_origin_for_each_beam(
     assert_as_embree_sees(hall(boxes), rays, robot)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(blocks, poses, st.tuples(metres, metres, turns), st.booleans())
 def test_a_laser_may_stand_anywhere_on_the_robot_and_upside_down(
     boxes: list[tuple[float, ...]],
@@ -123,7 +123,7 @@ def test_a_laser_may_stand_anywhere_on_the_robot_and_upside_down(
     assert_as_embree_sees(hall(boxes), rays, robot)
 
 
-@settings(max_examples=EXAMPLES, deadline=None)
+@settings(max_examples=EXAMPLES)
 @given(blocks, fans, poses, st.floats(0.0, 0.24), st.integers(0, 1000), st.booleans())
 def test_many_robot_poses_abreast_as_embree_sees_them(
     boxes: list[tuple[float, ...]],
@@ -144,7 +144,7 @@ def test_many_robot_poses_abreast_as_embree_sees_them(
         assert_as_embree(ranges, clutter, *cast_from(transform_from_pose(pose), rays))
 
 
-@settings(max_examples=EXAMPLES, deadline=None)
+@settings(max_examples=EXAMPLES)
 @given(blocks, fans, poses, st.floats(0.0, 0.24), st.integers(0, 1000), st.booleans())
 @example(
     [(2.0, 0.0, 0.4, 1.6, 0.0), (2.6, 0.6, 0.8, 0.4, 0.0), (2.6, -0.6, 0.8, 0.4, 0.0)],
@@ -182,7 +182,7 @@ def test_a_robot_inside_a_ring_sees_the_ring_from_within() -> None:
         assert_as_embree_sees(ring, rays, robot)
 
 
-@settings(max_examples=EXAMPLES, deadline=None)
+@settings(max_examples=EXAMPLES)
 @given(fans, poses, st.floats(-0.2, 2.0), st.floats(0.0, 0.9), poses, st.booleans())
 def test_objects_in_any_state_as_embree_sees_them(
     rays: Rays,
@@ -213,7 +213,7 @@ def test_objects_in_any_state_as_embree_sees_them(
         assert_as_embree(found, combined(place, {name: state}), *ends)
 
 
-@settings(max_examples=EXAMPLES, deadline=None)
+@settings(max_examples=EXAMPLES)
 @given(st.lists(st.floats(1.0, 6.0), min_size=5, max_size=30), st.floats(-3.0, 3.0), turns)
 def test_no_beam_slips_between_walls_that_touch(
     distances: list[float], turn: float, yaw: float
@@ -314,7 +314,7 @@ def test_neither_beams_at_several_heights_nor_no_beams_are_a_level_sweep() -> No
 
 
 @given(st.permutations(range(24)))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_ranges_come_back_in_the_order_of_the_scan(order: list[int]) -> None:
     place = building(hall([(2.0, 1.0, 1.0, 0.5, 0.2)]))
     rays, index = fan(24, 2 * np.pi - 0.1), np.array(order)

@@ -25,7 +25,7 @@ THINGS = Mesh.joined(
 )
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.integers(0, 2**32 - 1))
 def test_level_rays_hit_what_embree_hits(seed: int) -> None:
     rng = np.random.default_rng(seed)

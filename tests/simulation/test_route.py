@@ -26,7 +26,7 @@ def routes(draw: st.DrawFn) -> Route:
     return Route(waypoints=tuple(waypoints), corner_radius=radius, turn_rate=0.6)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(routes())
 def test_motion_keeps_to_its_limits(route: Route) -> None:
     motion = drive(route)
@@ -40,7 +40,7 @@ def test_motion_keeps_to_its_limits(route: Route) -> None:
     assert velocity[0] == velocity[-1] == 0.0
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(routes())
 def test_robot_looks_where_it_drives_and_passes_by_every_waypoint(route: Route) -> None:
     motion = drive(route)

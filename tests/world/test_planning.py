@@ -34,7 +34,7 @@ def test_a_closed_door_blocks_its_doorway_and_an_open_one_does_not() -> None:
         assert [each.object for each in blockage.blockers][: int(chance)] == ["door"] * int(chance)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.floats(0.0, 1.57), st.floats(0.02, 0.6), st.floats(0.05, 0.4))
 def test_a_wider_robot_is_blocked_more_often(angle: float, std: float, radius: float) -> None:
     then = world_with(at_angle(angle, 0, std), desk_at(1.6, 0, spread=0.1)).at(0)
