@@ -508,7 +508,7 @@ class Estimator:
         """Take a pose belief from outside: as the start, or as the recorded belief."""
         is_start = isinstance(record, InitialPose)
         if self._localizes_itself and not is_start:
-            if self._track is not None:
+            if self._track is not None or self._is_anywhere:
                 return
             self.warnings.append(
                 "The log holds no /initialpose; localization started from its first recorded "
@@ -523,3 +523,5 @@ class Estimator:
         self._believed.collapse()
         self._track = Track(belief)
         self._search.forget()
+        if is_start:
+            self._doubt.start_anew(self._now_ns)

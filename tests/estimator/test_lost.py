@@ -13,13 +13,14 @@ from objstate.building.model import Mesh
 from objstate.errors import BuildingError
 from objstate.estimator import Estimator
 from objstate.geometry import FloatArray, between, compose, wrap
-from objstate.records import Estimate, Odometry, Scan
+from objstate.records import Estimate, InitialPose, Odometry, RobotBelief, Scan
 from tests.estimator.drives import START, START_NS, Drive, corridor, drive, truth
 from tests.rooms import wall
 
 CORRIDOR = corridor()
 SECOND = 10**9
 KIDNAPPED_S = 5.0
+CLOSE = np.diag([0.0025, 0.0025, 0.001])  # covariance of a pose that was told
 
 
 @cache
@@ -150,3 +151,27 @@ def test_scans_that_say_nothing_only_move_the_robot_on(
     for name, belief in blind.objects.items():
         np.testing.assert_array_equal(belief.mean, spared.objects[name].mean)
     assert blind.lost == spared.lost
+
+
+def test_a_lost_robot_that_is_told_its_pose_knows_it_from_then_on() -> None:
+    """At the end of being carried back, before any search can have found it."""
+    driven, estimator, told_ns = kidnapped(0), Estimator(CORRIDOR), None
+    estimator.feed(InitialPose(START_NS, START, CLOSE))
+    for record in driven.records:
+        estimator.feed(record)
+        if told_ns is None and estimator.is_lost:
+            told_ns = record.stamp_ns
+            estimator.feed(InitialPose(told_ns, driven.poses[told_ns], CLOSE))
+        if told_ns is not None:
+            assert not estimator.is_lost
+    assert told_ns is not None
+    ((since_ns, until_ns),) = estimator.lost
+    assert since_ns < until_ns == told_ns
+    assert error(estimator, driven.poses[max(driven.poses)]) < 0.06
+
+
+def test_a_recorded_belief_is_no_start_for_a_robot_that_may_be_anywhere() -> None:
+    estimator = Estimator(CORRIDOR, global_start=True)
+    estimator.feed(RobotBelief(START_NS, START[None], np.ones(1)))
+    assert estimator.robot is None
+    assert estimator.warnings == []
