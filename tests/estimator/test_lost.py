@@ -114,9 +114,9 @@ def test_a_robot_that_may_be_anywhere_needs_walls_around_it_but_one_that_was_tol
     assert told.robot is not None
     assert np.isfinite(told.robot.mean).all()
     anywhere = Estimator(place, global_start=True)
+    first = next(record for record in records if isinstance(record, Scan))
     with pytest.raises(BuildingError, match="--global"):
-        for record in records:
-            anywhere.feed(record)
+        anywhere.feed(first)
 
 
 def without_beams(scan: Scan) -> Scan:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
+
 import numpy as np
 import pytest
 
@@ -128,3 +131,20 @@ def test_where_walls_enclose_nothing_a_told_place_alone_is_held_against_scans(wa
     found = search.hypotheses(log_likelihood, pose[None], rng)
     assert len(found.poses) == 1
     assert apart(found.poses[0], pose) < 1.0
+
+
+def test_nothing_keeps_places_once_they_are_done_with() -> None:
+    expected, settings, pose = ExpectedRanges(hall()), Settings(), np.array([1.0, -2.0, 0.4])
+    places, scan = (
+        Places.of(expected, LASER_HEIGHT, settings.search),
+        observed(expected, {}, pose, RAYS),
+    )
+    told = [
+        places.log_likelihood(scan, settings.beam_model, 40, pose[None], np.zeros(3))
+        for _ in range(2)
+    ]
+    assert told[0] == told[1]
+    kept = weakref.ref(places)
+    del places
+    gc.collect()
+    assert kept() is None
