@@ -56,7 +56,8 @@ class Estimator:
             samples that these settings give, as ``World.at`` returns them.
 
     Raises:
-        SettingsError: settings that contradict each other or an object's joint.
+        SettingsError: settings that contradict each other, an object's joint, or the samples of
+            its belief.
         BuildingError: beliefs of an object that the building doesn't have.
     """
 
