@@ -28,6 +28,10 @@ from objstate.sensing import BeamModel, Sensing
 
 STOPPED = 0.15  # m short of a wall, by which something has stopped a beam
 ASIDE = 0.15  # m from the leaf within which a reading may be one of it
+TURNED = math.radians(
+    30.0
+)  # from its angle if it hung in its place, up to which that hardly matters
+LONGEST_BOX = 0.5  # m; what shows less of itself may be a box
 BEYOND = 0.05  # m past the leaf's edges, likewise
 POINTS = 5  # readings of the leaf that a line needs
 SPAN = 0.25  # m along the leaf that they must cover
@@ -118,8 +122,8 @@ class Hinges:
     ) -> bool:
         """Whether a door surely hangs elsewhere than ``before`` (2,) m, or where it was found already.
 
-        Decimetres away, the leaf must be what stopped most of those beams that seemed strange, and some look
-        must show most of its length: a box is shorter.
+        Decimetres away, or open by quite another angle, the leaf must be what stopped most of those beams that
+        seemed strange, and some look must show most of its length: a box is shorter.
         """
         s, is_in_place = self._settings, not before.any()
         if hanging.elsewhere < (s.sure if is_in_place else KEPT):
@@ -127,7 +131,8 @@ class Hinges:
         offset = hanging.offset
         if is_in_place and np.hypot(*offset) < s.least_sigmas * _lasting_std(glances):
             return False
-        if np.hypot(*(offset - before)) <= ASIDE:
+        turned = wrap(hanging.belief.mean - hanging.belief_in_place.mean)
+        if np.hypot(*(offset - before)) <= ASIDE and abs(float(turned[0])) <= TURNED:
             return True
         rehung, leaf = (
             replace(hanging.belief, item=item.hung_at(item.hinge + offset)),
@@ -136,7 +141,7 @@ class Hinges:
         here = self._held_against(hanging.belief_in_place, glances)
         there = self._held_against(rehung, glances)
         shown = max(look.span for look in there)
-        is_leaf = shown >= s.least_shown * (leaf.far - leaf.near)
+        is_leaf = shown >= max(s.least_shown * (leaf.far - leaf.near), LONGEST_BOX)
         return is_leaf and _strange_share(there) <= s.most_strange * _strange_share(here)
 
     def _held_against(self, belief: ObjectBelief, glances: list[_Glance]) -> list[_Strangeness]:
