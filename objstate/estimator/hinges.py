@@ -28,9 +28,7 @@ from objstate.sensing import BeamModel, Sensing
 
 STOPPED = 0.15  # m short of a wall, by which something has stopped a beam
 ASIDE = 0.15  # m from the leaf within which a reading may be one of it
-TURNED = math.radians(
-    30.0
-)  # from its angle if it hung in its place, up to which that hardly matters
+TURNED = math.radians(30.0)  # from the angle that is believed: by more, only a leaf may be
 LONGEST_BOX = 0.5  # m; what shows less of itself may be a box
 BEYOND = 0.05  # m past the leaf's edges, likewise
 POINTS = 5  # readings of the leaf that a line needs
@@ -103,7 +101,7 @@ class Hinges:
         looks = [self._look(item, glance, sensing) for glance in watch.glances]
         hanging = find_hinge(self._filters[item.name], looks, self._settings)
         before = believed.item.hinge - item.hinge
-        if self._is_elsewhere(item, hanging, before, watch.glances):
+        if self._is_elsewhere(item, hanging, believed, watch.glances):
             hung = item.hung_at(item.hinge + hanging.offset)
             self._hung[hung] = hanging
             belief = replace(hanging.belief, item=hung)
@@ -118,20 +116,25 @@ class Hinges:
         return belief
 
     def _is_elsewhere(
-        self, item: MovableObject, hanging: Hanging, before: FloatArray, glances: list[_Glance]
+        self,
+        item: MovableObject,
+        hanging: Hanging,
+        believed: ObjectBelief,
+        glances: list[_Glance],
     ) -> bool:
-        """Whether a door surely hangs elsewhere than ``before`` (2,) m, or where it was found already.
+        """Whether a door surely hangs elsewhere than is believed, or where it was found already.
 
         Decimetres away, or open by quite another angle, the leaf must be what stopped most of those beams that
         seemed strange, and some look must show most of its length: a box is shorter.
         """
-        s, is_in_place = self._settings, not before.any()
+        s, before = self._settings, believed.item.hinge - item.hinge
+        is_in_place = not before.any()
         if hanging.elsewhere < (s.sure if is_in_place else KEPT):
             return False
         offset = hanging.offset
         if is_in_place and np.hypot(*offset) < s.least_sigmas * _lasting_std(glances):
             return False
-        turned = wrap(hanging.belief.mean - hanging.belief_in_place.mean)
+        turned = wrap(hanging.belief.mean - believed.mean)
         if np.hypot(*(offset - before)) <= ASIDE and abs(float(turned[0])) <= TURNED:
             return True
         rehung, leaf = (

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from objstate.building.model import Building
+from objstate.building.model import Building, Mesh
 from objstate.config import Settings
 from objstate.estimator import Estimator
 from objstate.estimator.believed import Believed
@@ -21,7 +21,7 @@ from objstate.particles import Weights
 from objstate.records import Scan
 from objstate.sensing import BeamModel, ExpectedRanges, Sensing
 from tests.estimator.drives import START, corridor, drive, truth
-from tests.rooms import fan, scan_of
+from tests.rooms import block, building, door, fan, scan_of
 
 OFFSETS = {"a": (0.0, 0.2), "b": (0.12, 0.0), "c": (-0.1, 0.1), "d": (0.05, -0.2)}
 
@@ -94,6 +94,21 @@ def test_where_the_model_is_exact_all_doors_stay_in_place(seed: int) -> None:
     exact = driven(corridor(), seed)
     assert exact.hung_elsewhere == {}
     assert max(errors(exact).values()) < 3.0
+
+
+@pytest.mark.parametrize("seed", [2, 3])
+def test_a_box_beside_a_cupboard_is_not_its_door_hung_elsewhere(seed: int) -> None:
+    """Open by 90 degrees and hung 10 cm aside, the closed door would lie on the box's side."""
+    plain, closed = corridor(), np.array([0.0])
+    cupboard = door("cupboard", 4.6, 0.9, np.pi, width=0.4)
+    model = building(plain.walls, *plain.objects.values(), cupboard)
+    walls = Mesh.joined([plain.walls, block(4.9, 0.7, 0.4, 0.4, 0.1)])
+    place = building(walls, *model.objects.values())
+    estimator, states = Estimator(model, seed=seed, initial_pose=START), truth()
+    for record in drive(seed, 11.0, states=states | {"cupboard": closed}, place=place).records:
+        estimator.feed(record)
+    assert estimator.hung_elsewhere == {}
+    assert np.degrees(estimator.objects["cupboard"].mean[0]) < 3.0
 
 
 def test_the_same_records_find_the_same_hinges() -> None:
