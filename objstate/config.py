@@ -23,6 +23,8 @@ Share = Annotated[float, Field(ge=0, le=1)]
 Probability = Annotated[float, Field(gt=0, le=1)]
 Exponent = Annotated[float, Field(gt=0, le=1)]
 Count = Annotated[int, Field(ge=1)]
+Samples = Annotated[int, Field(ge=10)]  # with fewer, deviations aren't to be told
+ScoutWeight = Annotated[float, Field(ge=0, le=0.5)]
 ResolutionDeg = Annotated[float, Field(ge=0.01, le=30)]
 ResolutionM = Annotated[float, Field(ge=0.0001, le=0.2)]
 
@@ -55,6 +57,12 @@ class BeamModelSettings(Strict):
     def _some_share(self) -> BeamModelSettings:
         if self.z_hit <= 0:
             raise ValueError("z_hit must be above 0: without it no range tells anything")
+        for key, readings in (("z_max", "missing returns"), ("z_rand", "some ranges")):
+            if self.model == "mixture" and getattr(self, key) <= 0:
+                raise ValueError(
+                    f"{key} must be above 0: without it {readings} are impossible; give it a small "
+                    "share, or set model: gaussian for the pure Gaussian"
+                )
         return self
 
 
@@ -234,17 +242,26 @@ class FurnitureSettings(Strict):
     prior_std_deg: Positive = 15.0
     dynamics: Dynamics = Dynamics(moves_per_hour=1.0, drift_deg=0.1, drift_m=0.001)
     presence: Annotated[float, Field(gt=0, lt=1)] = 0.95  # probability that it is there at all
-    samples: Count = 400  # at most; as the belief narrows, fewer
-    least_samples: Count = 80
-    first_samples: Count = 1000  # of the prior, until they are first resampled
+    samples: Samples = 400  # at most; as the belief narrows, fewer
+    least_samples: Samples = 80
+    first_samples: Samples = 1000  # of the prior, until they are first resampled
     scouts: Annotated[int, Field(ge=4)] = (
         80  # samples that look, at every scan, where the object may have been moved
     )
-    scout_weight: Share = 1e-4  # of all scouts together, before the scan is taken in
+    scout_weight: ScoutWeight = 1e-4  # of all scouts together, before the scan is taken in
     nudge_m: Positive = (
         0.1  # how far from where it stood half of the scouts look; the others by the prior
     )
     nudge_deg: Positive = 20.0
+
+    @model_validator(mode="after")
+    def _ordered(self) -> FurnitureSettings:
+        if self.least_samples > self.samples:
+            raise ValueError(
+                f"least_samples ({self.least_samples}) is above samples ({self.samples}); "
+                "lower the one or raise the other"
+            )
+        return self
 
 
 ObjectSettings = DoorSettings | FurnitureSettings
@@ -265,11 +282,11 @@ class ObjectRule(Strict):
     resolution_deg: ResolutionDeg | None = None
     resolution_m: ResolutionM | None = None
     presence: Annotated[float, Field(gt=0, lt=1)] | None = None
-    samples: Count | None = None
-    least_samples: Count | None = None
-    first_samples: Count | None = None
+    samples: Samples | None = None
+    least_samples: Samples | None = None
+    first_samples: Samples | None = None
     scouts: Annotated[int, Field(ge=4)] | None = None
-    scout_weight: Share | None = None
+    scout_weight: ScoutWeight | None = None
     nudge_m: Positive | None = None
     nudge_deg: Positive | None = None
 

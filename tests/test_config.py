@@ -89,6 +89,10 @@ def test_all_faults_are_told_at_once(tmp_path: Path) -> None:
         "object_updates: {max_distance: -3.5}",
         "object_updates: {schedule: sometimes}",
         "objects: [{match: a, resolution_deg: 0}]",
+        "objects: [{match: a, scout_weight: 0.6}]",
+        "objects: [{match: a, samples: 9}]",
+        "objects: [{match: a, least_samples: 9}]",
+        "objects: [{match: a, first_samples: 9}]",
         "objects: [{class: door}]",
         "objects: {match: a}",
         "[1, 2]",
@@ -97,6 +101,15 @@ def test_all_faults_are_told_at_once(tmp_path: Path) -> None:
 )
 def test_values_out_of_range_or_of_another_kind_are_refused(tmp_path: Path, text: str) -> None:
     assert "settings.yaml: " in refused(tmp_path, text)
+
+
+@pytest.mark.parametrize("key", ["z_max", "z_rand"])
+def test_a_mixture_that_makes_readings_impossible_is_refused(tmp_path: Path, key: str) -> None:
+    message = refused(tmp_path, f"beam_model: {{{key}: 0}}")
+    assert f"{key} must be above 0" in message
+    assert "model: gaussian" in message
+    gaussian = loaded(tmp_path, f"beam_model: {{model: gaussian, {key}: 0}}")
+    assert getattr(gaussian.beam_model, key) == 0.0
 
 
 def test_more_particles_at_least_than_at_most_are_refused(tmp_path: Path) -> None:
@@ -156,9 +169,24 @@ def test_what_a_rule_leaves_out_stays_as_an_earlier_one_set_it(tmp_path: Path) -
 
 
 def test_furniture_has_furniture_settings(tmp_path: Path) -> None:
-    desk = loaded(tmp_path, "objects: [{match: desk, samples: 40}]").for_object("desk", "furniture")
+    desk = loaded(tmp_path, "objects: [{match: desk, samples: 90}]").for_object("desk", "furniture")
     assert isinstance(desk, FurnitureSettings)
-    assert (desk.samples, desk.prior) == (40, "gaussian")
+    assert (desk.samples, desk.prior) == (90, "gaussian")
+
+
+@pytest.mark.parametrize(
+    "rules",
+    [
+        "objects: [{match: desk, samples: 50}]",
+        "objects: [{match: '*', least_samples: 200}, {match: desk, samples: 100}]",
+    ],
+)
+def test_rules_that_leave_an_object_more_samples_at_least_than_at_most_are_an_error(
+    tmp_path: Path, rules: str
+) -> None:
+    settings = loaded(tmp_path, rules)
+    with pytest.raises(SettingsError, match=r"object 'desk': least_samples.*is above samples"):
+        settings.for_object("desk", "furniture")
 
 
 def test_a_rule_that_calls_furniture_a_door_is_an_error(tmp_path: Path) -> None:

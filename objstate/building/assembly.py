@@ -48,7 +48,8 @@ def assemble(description: Description, refuse: Refuse) -> Building:
             refuse(error)
             return Mesh.empty()
 
-    objects = {placed.joint.name: _movable(placed, mesh_or_none) for placed in tree.movable}
+    shaped = [placed for placed in tree.movable if _has_its_shape(placed, refuse)]
+    objects = {placed.joint.name: _movable(placed, mesh_or_none) for placed in shaped}
     return Building(description.name, mesh_or_none(tree.walls), objects, description.path)
 
 
@@ -66,6 +67,20 @@ class _Placed:
 class _Tree:
     walls: list[Part] = field(default_factory=list)  # in the building's frame
     movable: list[_Placed] = field(default_factory=list)
+
+
+def _has_its_shape(placed: _Placed, refuse: Refuse) -> bool:
+    """Whether an object has the shape that it needs: a door's leaf tells how wide its way is."""
+    if placed.parts or placed.kind is Kind.PLANAR:
+        return True
+    joint = placed.joint
+    refuse(
+        BuildingError(
+            f"Door '{joint.name}' in {joint.where} has no shape; give its link '{joint.child}' a "
+            '<collision> with that of the leaf, or make the joint type="fixed".'
+        )
+    )
+    return False
 
 
 def _movable(placed: _Placed, mesh_of: Callable[[list[Part]], Mesh]) -> MovableObject:

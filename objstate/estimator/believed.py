@@ -9,6 +9,7 @@ import numpy as np
 
 from objstate.building.model import Building, MovableObject
 from objstate.config import Settings
+from objstate.errors import SettingsError
 from objstate.estimator.surroundings import Surroundings
 from objstate.lazy import altered
 from objstate.objects import ConditionalBelief, ObjectBelief, ObjectFilter, filter_for
@@ -42,7 +43,8 @@ class Believed:
             self._keep(name, each.prior(self.rngs[name]))
         self.priors: Mapping[str, ObjectBelief] = dict(self.marginals)  # before any scan
         for name, belief in known.items():
-            self._keep(building[name].name, belief)
+            _check_samples(belief, self.priors[building[name].name])
+            self._keep(name, belief)
 
     def at(self, name: str, stamp_ns: int, rng: np.random.Generator | None = None) -> ObjectBelief:
         """p(s_i) <- integral of p(s_i | t, s_i') p(s_i'), t the time since the last update."""
@@ -105,6 +107,21 @@ class Believed:
             self.surroundings.rehang(belief.item)
         self.marginals[name] = belief
         self.surroundings.follow(name, belief)
+
+
+def _check_samples(belief: ObjectBelief, prior: ObjectBelief) -> None:
+    """Raise SettingsError for a belief that isn't on such samples as an object's prior has."""
+    if prior.scouts:
+        serves = belief.scouts == prior.scouts < len(belief.states)
+        given, needed = f"{belief.scouts} scouts", f"{prior.scouts}"
+    else:
+        serves = np.array_equal(belief.states, prior.states)
+        given, needed = f"{len(belief.states)} states", f"{len(prior.states)} between its limits"
+    if not serves:
+        raise SettingsError(
+            f"The belief given of '{belief.item.name}' has {given}, where its settings need "
+            f"{needed}; put it into a World with these settings, and give what World.at returns."
+        )
 
 
 def _seconds(belief: ObjectBelief, stamp_ns: int) -> float:

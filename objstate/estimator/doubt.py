@@ -117,6 +117,17 @@ class Doubt:
         self._fitted_ns, self._wait = now_ns, self._search.every_s
         self._forget_winner()
 
+    def start_anew(self, now_ns: int) -> None:
+        """Somebody says where the robot is: a start like the first, which no search has confirmed."""
+        if self.is_lost:
+            self._past.append((self._since(now_ns), now_ns))
+        self.is_lost, self.is_new = False, True
+        if self._fitted_ns is not None:  # else it is the first start
+            self._fitted_ns = now_ns
+        self._fitted_since_ns = None
+        self._search_from_ns, self._wait = 0, self._search.every_s
+        self._forget_winner()
+
     def settle(self, now_ns: int) -> None:
         """No place fits better: the robot is where it thought, and the world has changed.
 

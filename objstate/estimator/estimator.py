@@ -56,7 +56,8 @@ class Estimator:
             samples that these settings give, as ``World.at`` returns them.
 
     Raises:
-        SettingsError: settings that contradict each other or an object's joint.
+        SettingsError: settings that contradict each other, an object's joint, or the samples of
+            its belief.
         BuildingError: beliefs of an object that the building doesn't have.
     """
 
@@ -169,6 +170,8 @@ class Estimator:
         self._now_ns = scan.stamp_ns
         if scan.odometry is not None:
             self._drive(scan.odometry)
+        if not scan.valid.any():
+            return []
         thinned = self._thinned(scan)
         return [] if thinned is None else self._sense(thinned)
 
@@ -506,7 +509,7 @@ class Estimator:
         """Take a pose belief from outside: as the start, or as the recorded belief."""
         is_start = isinstance(record, InitialPose)
         if self._localizes_itself and not is_start:
-            if self._track is not None:
+            if self._track is not None or self._is_anywhere:
                 return
             self.warnings.append(
                 "The log holds no /initialpose; localization started from its first recorded "
@@ -521,3 +524,5 @@ class Estimator:
         self._believed.collapse()
         self._track = Track(belief)
         self._search.forget()
+        if is_start:
+            self._doubt.start_anew(self._now_ns)

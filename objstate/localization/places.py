@@ -5,18 +5,21 @@ The inside of something solid and large counts as free, too; no scan fits there.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 
 from objstate.config import BeamModelSettings, SearchSettings
 from objstate.geometry import BoolArray, FloatArray, IntArray, compose
+from objstate.lazy import lazy
 from objstate.records import Rays, Scan
 from objstate.sensing import BeamModel, ExpectedRanges
 
 TURNS = 90  # bearings at which ranges are looked up, and headings that are tried
 AT_ONCE = 2000  # places cast together
+LASERS_KEPT = 4
 LEVEL = 0.1  # sine of a beam's slope up to which it reads about what a level one does
 CLEARANCE = 0.15  # m around a robot's middle that must be free
 ENCLOSED = 0.75  # of all bearings at which a place inside a building sees walls
@@ -35,8 +38,10 @@ class Places:
 
     @staticmethod
     def of(expected: ExpectedRanges, height: float, settings: SearchSettings) -> Places:
-        """The free places of a building, seen by a laser at a height."""
+        """The free places of a building, seen by a laser at a height; none where nothing encloses any."""
         corners = expected.building.walls.vertices[:, :2]
+        if len(corners) == 0:
+            return Places.none(settings.spacing)
         corner, upper = corners.min(axis=0), corners.max(axis=0)
         spacing = max(
             settings.spacing, float(np.sqrt(np.prod(upper - corner) / settings.max_places))
@@ -62,6 +67,12 @@ class Places:
             np.ascontiguousarray(about.min(axis=0)),
             np.ascontiguousarray(about.max(axis=0)),
         )
+
+    @staticmethod
+    def none(spacing: float) -> Places:
+        """Of a building without walls."""
+        unseen = np.empty((0, TURNS))
+        return Places(spacing, np.zeros(2), np.full((1, 1), -1), np.empty((0, 2)), unseen, unseen)
 
     def everywhere(self) -> FloatArray:
         """Poses (c * TURNS, 3) at every place in every heading."""
@@ -108,16 +119,21 @@ class Places:
         )
         return np.asarray(found)
 
-    @lru_cache(maxsize=4)  # noqa: B019 - lives as long as the places it belongs to
-    def _within(
-        self, reach: float, hit: float, peak: float
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """What a laser that sees so far should read (c, TURNS) at least and at most, and the log density between.
+    @lazy
+    def _within(self) -> Callable[[float, float, float], tuple[FloatArray, FloatArray, FloatArray]]:
+        """``_between`` of these places, remembered for a few lasers."""
+        return lru_cache(maxsize=LASERS_KEPT)(partial(_between, self.nearest, self.farthest))
 
-        ``hit`` is the probability of a hit, ``peak`` its highest density.
-        """
-        near, far = (np.minimum(each, reach) for each in (self.nearest, self.farthest))
-        return near, far, np.log(hit / (far - near + hit / peak))
+
+def _between(
+    nearest: FloatArray, farthest: FloatArray, reach: float, hit: float, peak: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """What a laser that sees so far should read (c, TURNS) at least and at most, and the log density between.
+
+    ``hit`` is the probability of a hit, ``peak`` its highest density.
+    """
+    near, far = (np.minimum(each, reach) for each in (nearest, farthest))
+    return near, far, np.log(hit / (far - near + hit / peak))
 
 
 def _look_round(

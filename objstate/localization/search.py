@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from objstate.config import Settings
+from objstate.errors import BuildingError
 from objstate.geometry import FloatArray, between, compose, wrap
 from objstate.localization.belief import PoseBelief
 from objstate.localization.places import Places
@@ -93,7 +94,10 @@ class Search:
     def hypotheses(
         self, log_likelihood: LogLikelihood, also: FloatArray, rng: np.random.Generator
     ) -> Hypotheses:
-        """The places that explain all remembered scans best; those of ``also`` (k, 3) compete."""
+        """The places that explain all remembered scans best; those of ``also`` (k, 3) compete.
+
+        Raises BuildingError where the building has no place to search, and none is given.
+        """
         latest = max(
             (looks[-1] for looks in self._looks.values()), key=lambda look: look.scan.stamp_ns
         )
@@ -103,6 +107,8 @@ class Search:
         if self._last is not None:
             also = np.concatenate([also, self._last.moved(latest.odometry)])
         found = np.concatenate([also, found])
+        if len(found) == 0:
+            raise self._nowhere()
         score = self._looked_up(found, looks, steps)
         score[: len(also)] += score.max() - score.min()  # they aren't sorted out unrefined
         found = _distinct(found, score, HYPOTHESES + len(also))
@@ -125,12 +131,21 @@ class Search:
     def _candidates(self, odometry: FloatArray) -> FloatArray:
         """Poses that fit the latest scan of each laser best, of all free places and headings."""
         latest = [looks[-1] for looks in self._looks.values()]
-        poses = self._at(latest[0]).everywhere()
+        tables = [self._at(look) for look in latest]
+        poses = next((each for each in tables if len(each.points)), tables[0]).everywhere()
         steps = [between(odometry, look.odometry) for look in latest]
         score = self._looked_up(poses, latest, steps)
         if len(poses) > KEPT:
             poses = poses[np.argpartition(-score, KEPT)[:KEPT]]
         return poses
+
+    def _nowhere(self) -> BuildingError:
+        building, heights = self._expected.building, [k * HEIGHT_STEP for k in self._places]
+        return BuildingError(
+            f"Building '{building.name}' has no place to search for the robot: a search needs "
+            f"places that walls enclose at the laser's height ({_listed(heights)} m); give the "
+            "robot's start instead of --global, or the building its walls."
+        )
 
     def _looked_up(
         self, poses: FloatArray, looks: list[Look], steps: list[FloatArray]
@@ -150,6 +165,10 @@ class Search:
             height = float(heights.mean())
             self._places[key] = Places.of(self._expected, height, self._settings.search)
         return self._places[key]
+
+
+def _listed(heights: list[float]) -> str:
+    return " and ".join(f"{height:.1f}" for height in heights)
 
 
 def apart(a: FloatArray, b: FloatArray) -> FloatArray:

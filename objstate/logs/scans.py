@@ -20,6 +20,9 @@ from objstate.records import Rays, Scan
 # s; no laser sweeps longer, so a larger time_increment is a driver's mistake
 LONGEST_SWEEP = 1.0
 
+# m that a laser sees at least; without a usable range_max it sees as far as its farthest reading
+LEAST_REACH = 1.0
+
 # beams; drivers differ in whether the last angle is included
 COUNT_TOLERANCE = 1
 
@@ -123,7 +126,7 @@ def clean_ranges(message: Any, laser: str, notices: Notices) -> tuple[FloatArray
             "beams without a return say nothing"
         )
         ranges[~np.isfinite(ranges) | (ranges < range_min)] = np.nan
-        return ranges, range_min, _largest(ranges, range_min)
+        return ranges, range_min, _reach(ranges, range_min)
     ranges[ranges == range_max] = np.inf
     outside = (ranges < range_min) | ((ranges > range_max) & (ranges < np.inf))
     ranges[outside] = np.nan
@@ -141,9 +144,10 @@ def disagrees(message: Any) -> bool:
     return abs(declared_count(message) - len(message.ranges)) > COUNT_TOLERANCE
 
 
-def _largest(ranges: FloatArray, otherwise: float) -> float:
+def _reach(ranges: FloatArray, range_min: float) -> float:
+    """m; as far as a scan shows that the laser sees."""
     finite = ranges[np.isfinite(ranges)]
-    return float(finite.max()) if len(finite) else otherwise
+    return float(finite.max(initial=max(range_min, LEAST_REACH)))
 
 
 def _has_beams(message: Any, count: int, laser: str, notices: Notices) -> bool:

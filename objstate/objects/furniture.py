@@ -43,6 +43,7 @@ LEVER = (
 )
 LEAST_SHARE = 1e-12  # weight of scouts that speak for nothing
 TINY = 1e-300
+LEAST_STD = 1e-9  # m and rad; what deviates by less deviates by rounding alone
 ROOT_TAU = np.sqrt(2.0 * np.pi)
 
 
@@ -179,7 +180,7 @@ class SampleFilter:
         std = np.array([std_m, std_m, std_m / LEVER])
         kept = belief.kept_of(factor) if belief.settled else 1.0
         belief = belief.standing
-        wider = np.sqrt(kept + (std / np.maximum(belief.std, TINY)) ** 2)
+        wider = np.sqrt(kept + (std / np.maximum(belief.std, LEAST_STD)) ** 2)
         states = belief.mean + wider * belief.deviations
         states[:, 2] = wrap(states[:, 2])
         return belief.with_samples(states, belief.weights)

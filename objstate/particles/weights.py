@@ -61,8 +61,8 @@ class Weights:
         weights, log_evidence = Weights._normalized(self.log + log_likelihood)
         if not math.isfinite(log_evidence):
             raise ImpossibleEvidenceError(
-                "No sample of the belief can explain the reading; give the beam model a share "
-                "of random readings (z_rand above 0)."
+                "No sample of the belief can explain the reading; give the beam model shares "
+                "of random readings and missing returns (z_rand and z_max above 0)."
             )
         return weights, log_evidence
 

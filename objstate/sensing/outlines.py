@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import dataclass
-from functools import cache, lru_cache
+from functools import cache, lru_cache, partial
 from itertools import accumulate
 from typing import NamedTuple
 
@@ -21,6 +21,7 @@ from objstate.sensing.blocks import Blocks
 from objstate.sensing.level import Sweep, UncertainObject, flat, moves_in_plane
 from objstate.sensing.neighbourhood import STRIDE, TOUCHING, Neighbourhood, Rectangle, widened
 
+SCENERIES_KEPT = 64
 ABREAST = 200  # poses from which ranges are cast side by side, at most
 
 
@@ -77,10 +78,17 @@ class Scenery(NamedTuple):
 
 
 class LevelOutlines:
-    """Outlines of a building's walls and objects at the heights of its level lasers."""
+    """Outlines of a building's walls and objects at the heights of its level lasers.
+
+    ``of_object`` gives the outline of an object, by its name, at a height; ``scenery`` the objects
+    (k,) that localization reckons with, in a laser's plane at a height. Both are remembered.
+    """
+
+    of_object: Callable[[str, float], ObjectOutline]
+    scenery: Callable[[tuple[UncertainObject, ...], float], Scenery]
 
     def __init__(self, building: Building) -> None:
-        self._building = building
+        self._take(building)
         self.hold = all(moves_in_plane(item) for item in building.objects.values())
         self._walls = cache(lambda height: Blocks(flat(outline(building.walls, height))))
         self._neighbourhoods: dict[float, Neighbourhood] = {}
@@ -89,8 +97,16 @@ class LevelOutlines:
     def with_object(self, item: MovableObject) -> LevelOutlines:
         """The same building but for one object, which now stands elsewhere."""
         other = copy(self)
-        other._building = self._building.with_object(item)
+        other._take(self._building.with_object(item))
         return other
+
+    def _take(self, building: Building) -> None:
+        """Have this building's objects, of which nothing is remembered as yet."""
+        self._building = building
+        self.of_object = cache(partial(_outline_of, building))
+        self.scenery = lru_cache(maxsize=SCENERIES_KEPT)(
+            partial(_scenery_of, building, self.of_object)
+        )
 
     def stand(self, poses: FloatArray) -> Stand:
         """Robot poses (p, 3) as the kernels take them; a scan asks for the same often."""
@@ -121,31 +137,36 @@ class LevelOutlines:
         middle = np.array([left + right, bottom + top]) / 2
         return Neighbourhood(rectangle, reach, self._walls(height).within(middle, radius))
 
-    @cache  # noqa: B019 - lives as long as the outlines it belongs to
-    def of_object(self, name: str, height: float) -> ObjectOutline:
-        """Outline of an object at a height, about its origin in its home state."""
-        item = self._building[name]
-        home = item.transforms(item.home[None])[0]
-        return _rimmed(outline(item.mesh.moved(home), height) - home[:2, 3])
-
-    @lru_cache(maxsize=64)  # noqa: B019 - lives as long as the outlines it belongs to
-    def scenery(self, objects: tuple[UncertainObject, ...], height: float) -> Scenery:
-        """Objects that localization reckons with, in a laser's plane."""
-        outlines = [self.of_object(each.name, height) for each in objects]
-        places = [self.placements(each.name, each.states) for each in objects]
-        none = np.empty((0, 4))
-        return Scenery(
-            np.concatenate([none, *(each.segments for each in outlines)]),
-            _ends([each.segments for each in outlines]),
-            np.array([each.rim for each in outlines], dtype=np.int64),
-            np.concatenate([none, *places]),
-            _ends(places),
-            np.concatenate([none[:, 0], *(each.shares for each in objects)]),
-        )
-
     def placements(self, name: str, states: FloatArray) -> FloatArray:
         """An object's outline in states (s, d), against its home state, as the kernels take it (s, 4)."""
         return _placements(self._building[name], states)
+
+
+def _outline_of(building: Building, name: str, height: float) -> ObjectOutline:
+    """Outline of an object at a height, about its origin in its home state."""
+    item = building[name]
+    home = item.transforms(item.home[None])[0]
+    return _rimmed(outline(item.mesh.moved(home), height) - home[:2, 3])
+
+
+def _scenery_of(
+    building: Building,
+    outline_of: Callable[[str, float], ObjectOutline],
+    objects: tuple[UncertainObject, ...],
+    height: float,
+) -> Scenery:
+    """Objects that localization reckons with, in a laser's plane."""
+    outlines = [outline_of(each.name, height) for each in objects]
+    places = [_placements(building[each.name], each.states) for each in objects]
+    none = np.empty((0, 4))
+    return Scenery(
+        np.concatenate([none, *(each.segments for each in outlines)]),
+        _ends([each.segments for each in outlines]),
+        np.array([each.rim for each in outlines], dtype=np.int64),
+        np.concatenate([none, *places]),
+        _ends(places),
+        np.concatenate([none[:, 0], *(each.shares for each in objects)]),
+    )
 
 
 def _ends(parts: Sequence[FloatArray]) -> IntArray:

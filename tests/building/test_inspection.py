@@ -82,7 +82,15 @@ PROBLEMS: dict[str, tuple[tuple[str, ...], str]] = {
     "degrees": ((walls(), door(), hinge(limit='<limit upper="90"/>')), "looks like degrees"),
     "below the laser": ((walls(), door(height=0.2), hinge()), "not cut by a laser 0.3 m"),
     "above the laser": ((walls(), door(low=0.4), hinge()), "not cut by a laser 0.3 m"),
-    "no shape": ((walls(), '<link name="leaf"/>', hinge()), "'door' has no shape"),
+    "no shape": ((walls(), '<link name="leaf"/>', hinge()), "Door 'door' in .* has no shape"),
+    "no shape of a desk": (
+        (
+            walls(),
+            '<link name="top"/><joint name="desk" type="planar"><parent link="walls"/>'
+            '<child link="top"/></joint>',
+        ),
+        "'desk' has no shape",
+    ),
     "no walls": (('<link name="walls"/>', door(), hinge()), "building has no walls"),
     "in the wall": ((walls(), desk("0 -2.8 0")), "'desk' starts inside the walls"),
     "desk on a slope": (

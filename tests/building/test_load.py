@@ -26,6 +26,11 @@ HINGE = (
     '<limit lower="-0.1" upper="1.6"/></joint>'
 )
 
+
+def leaf(name: str) -> str:
+    return LEAF.replace('"leaf"', f'"{name}"')
+
+
 NO_LIMIT = HINGE.replace('<limit lower="-0.1" upper="1.6"/>', "")
 
 
@@ -58,7 +63,7 @@ def test_an_upper_limit_that_is_absent_is_zero_where_that_leaves_a_range(tmp_pat
 
 
 def test_every_joint_type_becomes_its_kind(tmp_path: Path) -> None:
-    links = [f'<link name="{name}"/>' for name in ("a", "b", "c")]
+    links = [leaf(name) for name in ("a", "b", "c")]
     joints = [
         '<joint name="spin" type="continuous"><parent link="walls"/><child link="a"/></joint>',
         '<joint name="slide" type="prismatic"><parent link="walls"/><child link="b"/>'
@@ -79,7 +84,7 @@ def test_fixed_joints_extend_walls_and_objects(tmp_path: Path) -> None:
         '<link name="wing"><collision><geometry><box size="1 1 1"/></geometry></collision></link>',
         '<joint name="w" type="fixed"><parent link="walls"/><child link="wing"/>'
         '<origin xyz="0 0 0" rpy="0 0 1.5707963267948966"/></joint>',
-        '<link name="leaf2"/>',
+        leaf("leaf2"),
         '<joint name="far" type="revolute"><parent link="wing"/><child link="leaf2"/>'
         '<origin xyz="2 0 0"/><axis xyz="0 0 1"/><limit upper="1"/></joint>',
         '<link name="handle"><collision><geometry><sphere radius="0.05"/></geometry></collision></link>',
@@ -160,6 +165,14 @@ def test_mesh_paths_of_every_sort_are_found(
 
 
 REFUSED = {
+    "no shape": (
+        (WALL, '<link name="leaf"/>', HINGE),
+        r"Door 'door' in office.urdf, line 5 has no shape; give its link 'leaf' a <collision>",
+    ),
+    "no shape of a sliding door": (
+        (WALL, '<link name="leaf"/>', HINGE.replace("revolute", "prismatic")),
+        "Door 'door' in office.urdf, line 5 has no shape",
+    ),
     "no limit": (
         (WALL, LEAF, NO_LIMIT),
         r"Door 'door' has no upper limit in office.urdf, line 5; "

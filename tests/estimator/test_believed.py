@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
+import pytest
 
 from objstate.building.model import Mesh
 from objstate.config import Settings
+from objstate.errors import SettingsError
 from objstate.estimator.believed import Believed
 from objstate.objects import ConditionalBelief
 from objstate.particles import Weights
+from objstate.world import World
 from tests.rooms import building, door, enclosure, table
 
 PLACE = building(
@@ -79,3 +84,29 @@ def test_an_object_asked_for_later_is_predicted() -> None:
     assert later.stamp_ns == 3601 * SECOND
     assert later.std[0] > 5.0 * told.std[0]
     assert state.marginals["door"] is told
+
+
+@pytest.mark.parametrize(
+    ("rule", "told"),
+    [
+        ({"match": "door", "resolution_deg": 1.0}, "'door' has 361 states, where .* need 91"),
+        ({"match": "table", "scouts": 40}, "'table' has 80 scouts, where .* need 40"),
+    ],
+)
+def test_beliefs_on_other_samples_than_the_settings_give_are_refused(
+    rule: dict[str, object], told: str
+) -> None:
+    other = Settings.model_validate({"objects": [rule]})
+    name = str(rule["match"])
+    known = {name: replace(believed().marginals[name], stamp_ns=0)}
+    with pytest.raises(SettingsError, match=told):
+        Believed(PLACE, other, 0, known)
+    fit = World.of(PLACE.objects, other, list(known.values())).at(SECOND).beliefs
+    assert Believed(PLACE, other, 0, fit).marginals[name] is fit[name]
+
+
+def test_a_published_belief_of_furniture_lacks_the_scouts_that_a_filter_needs() -> None:
+    state = believed()
+    published = state.filters["table"].widened(state.marginals["table"], 1.0, 0.0)
+    with pytest.raises(SettingsError, match=r"'table' has 0 scouts, where .* need 80"):
+        Believed(PLACE, Settings(), 0, {"table": published})

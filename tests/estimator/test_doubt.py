@@ -143,3 +143,19 @@ def test_a_track_that_was_followed_is_left_only_for_much_better_places() -> None
         hypotheses, doubt = found(THERE, HERE, shares=(1.0 - share, share)), Doubt(SETTINGS)
         doubt.weigh(hypotheses, HERE, 0)
         assert doubt.weigh(hypotheses, HERE, SECOND) is verdict
+
+
+def test_a_told_pose_ends_the_stretch_and_is_as_unconfirmed_as_the_first() -> None:
+    doubt = Doubt(SETTINGS)
+    doubt.start_anew(0)
+    assert doubt.stretches(SECOND) == ()
+    doubt.settle(SECOND)
+    doubt.dispel(3 * SECOND)
+    doubt.rise(5 * SECOND)
+    doubt.start_anew(6 * SECOND)
+    assert not doubt.is_lost
+    assert doubt.is_new
+    assert doubt.may_search(6 * SECOND)
+    assert doubt.stretches(9 * SECOND) == ((3 * SECOND, 6 * SECOND),)
+    doubt.rise(8 * SECOND)  # it was told wrongly
+    assert doubt.stretches(9 * SECOND) == ((3 * SECOND, 6 * SECOND), (6 * SECOND, 9 * SECOND))

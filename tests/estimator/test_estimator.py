@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
 from dataclasses import replace
 from functools import cache
 
@@ -416,3 +418,14 @@ def test_however_often_a_robot_looks_from_one_place_its_own_error_stays_in_what_
         if door.settled:
             shares.append(float(door.shared[0] / door.std[0] ** 2))
     assert np.mean(shares[-10:]) > 0.5
+
+
+def test_nothing_keeps_an_estimator_or_its_building_once_it_is_done_with() -> None:
+    place = corridor()
+    estimator = Estimator(place, initial_pose=START)
+    for record in drive(0, 3.0).records:
+        estimator.feed(record)
+    kept = [weakref.ref(estimator), weakref.ref(place), weakref.ref(place.walls)]
+    del estimator, place
+    gc.collect()
+    assert [reference() for reference in kept] == [None, None, None]

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 
+from objstate.building.model import Mesh
+from objstate.errors import BuildingError
 from objstate.estimator import Estimator
 from objstate.geometry import FloatArray, between, compose, wrap
-from objstate.records import Estimate, Scan
+from objstate.records import Estimate, InitialPose, Odometry, RobotBelief, Scan
 from tests.estimator.drives import START, START_NS, Drive, corridor, drive, truth
+from tests.rooms import wall
 
 CORRIDOR = corridor()
 SECOND = 10**9
 KIDNAPPED_S = 5.0
+CLOSE = np.diag([0.0025, 0.0025, 0.001])  # covariance of a pose that was told
 
 
 @cache
@@ -95,3 +100,78 @@ def test_a_drive_without_kidnapping_is_never_lost() -> None:
         estimator.feed(record)
         assert not estimator.is_lost
     assert estimator.lost == ()
+
+
+@pytest.mark.parametrize("walls", [Mesh.empty(), wall((0.0, -1.0), (9.0, -1.0))])
+def test_a_robot_that_may_be_anywhere_needs_walls_around_it_but_one_that_was_told_none(
+    walls: Mesh,
+) -> None:
+    place = replace(CORRIDOR, walls=walls)
+    records = drive(0, 4.0, place=place).records
+    told = Estimator(place, initial_pose=START)
+    for record in records:
+        told.feed(record)
+    assert told.robot is not None
+    assert np.isfinite(told.robot.mean).all()
+    anywhere = Estimator(place, global_start=True)
+    first = next(record for record in records if isinstance(record, Scan))
+    with pytest.raises(BuildingError, match="--global"):
+        anywhere.feed(first)
+
+
+def without_beams(scan: Scan) -> Scan:
+    nothing = np.arange(0)
+    return replace(scan, ranges=scan.ranges[nothing], rays=scan.rays.take(nothing))
+
+
+def all_discarded(scan: Scan) -> Scan:
+    return replace(scan, ranges=np.full(len(scan), np.nan))
+
+
+@pytest.mark.parametrize("told", [True, False])
+@pytest.mark.parametrize("blinded", [without_beams, all_discarded])
+def test_scans_that_say_nothing_only_move_the_robot_on(
+    blinded: Callable[[Scan], Scan], told: bool
+) -> None:
+    """Here every other scan; without them the same comes out, by the odometry that they carry."""
+    blind, spared = (
+        Estimator(CORRIDOR, initial_pose=START if told else None, global_start=not told)
+        for _ in range(2)
+    )
+    for k, record in enumerate(r for r in drive(2, 5.0).records if isinstance(r, Scan)):
+        if k % 2:
+            assert blind.feed(blinded(record)) == []
+            spared.feed(Odometry(record.stamp_ns, record.odometry))
+        else:
+            blind.feed(record)
+            spared.feed(record)
+    assert blind.robot is not None
+    assert spared.robot is not None
+    np.testing.assert_array_equal(blind.robot.poses, spared.robot.poses)
+    for name, belief in blind.objects.items():
+        np.testing.assert_array_equal(belief.mean, spared.objects[name].mean)
+    assert blind.lost == spared.lost
+
+
+def test_a_lost_robot_that_is_told_its_pose_knows_it_from_then_on() -> None:
+    """At the end of being carried back, before any search can have found it."""
+    driven, estimator, told_ns = kidnapped(0), Estimator(CORRIDOR), None
+    estimator.feed(InitialPose(START_NS, START, CLOSE))
+    for record in driven.records:
+        estimator.feed(record)
+        if told_ns is None and estimator.is_lost:
+            told_ns = record.stamp_ns
+            estimator.feed(InitialPose(told_ns, driven.poses[told_ns], CLOSE))
+        if told_ns is not None:
+            assert not estimator.is_lost
+    assert told_ns is not None
+    ((since_ns, until_ns),) = estimator.lost
+    assert since_ns < until_ns == told_ns
+    assert error(estimator, driven.poses[max(driven.poses)]) < 0.06
+
+
+def test_a_recorded_belief_is_no_start_for_a_robot_that_may_be_anywhere() -> None:
+    estimator = Estimator(CORRIDOR, global_start=True)
+    estimator.feed(RobotBelief(START_NS, START[None], np.ones(1)))
+    assert estimator.robot is None
+    assert estimator.warnings == []

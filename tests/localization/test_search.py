@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
+
 import numpy as np
 import pytest
 
 from objstate.building.model import Building, Mesh
 from objstate.config import SearchSettings, Settings
+from objstate.errors import BuildingError
 from objstate.geometry import FloatArray, compose, wrap
 from objstate.localization import Hypotheses, Search, apart
 from objstate.localization.places import CLEARANCE, Places
@@ -109,3 +113,38 @@ def test_places_are_free_inside_the_building_and_no_more_than_asked_for() -> Non
         x, y = places.points.T
         assert ((x > 0.0) & (x < 8.0) & (y > -3.0) & (y < 3.0)).all()
     assert places.spacing > few.spacing
+
+
+@pytest.mark.parametrize("walls", [Mesh.empty(), wall((0.0, 0.0), (6.0, 0.0))])
+def test_where_walls_enclose_nothing_a_told_place_alone_is_held_against_scans(walls: Mesh) -> None:
+    place, pose, rng = building(walls), np.array([1.0, 1.5, -1.2]), np.random.default_rng(0)
+    expected = ExpectedRanges(place)
+    assert len(Places.of(expected, LASER_HEIGHT, SearchSettings()).everywhere()) == 0
+    sensing, search = Sensing(place, MODEL), Search(expected, Settings())
+
+    def log_likelihood(poses: FloatArray, scan: Scan, blur: float) -> FloatArray:
+        return TEMPERING * sensing.view(scan).pose_log_likelihood(poses, blur, [])
+
+    assert search.note(observed(expected, {}, pose, RAYS, rng), np.zeros(3))
+    with pytest.raises(BuildingError, match=r"enclose at the laser's height \(0\.3 m\)"):
+        search.hypotheses(log_likelihood, np.empty((0, 3)), rng)
+    found = search.hypotheses(log_likelihood, pose[None], rng)
+    assert len(found.poses) == 1
+    assert apart(found.poses[0], pose) < 1.0
+
+
+def test_nothing_keeps_places_once_they_are_done_with() -> None:
+    expected, settings, pose = ExpectedRanges(hall()), Settings(), np.array([1.0, -2.0, 0.4])
+    places, scan = (
+        Places.of(expected, LASER_HEIGHT, settings.search),
+        observed(expected, {}, pose, RAYS),
+    )
+    told = [
+        places.log_likelihood(scan, settings.beam_model, 40, pose[None], np.zeros(3))
+        for _ in range(2)
+    ]
+    assert told[0] == told[1]
+    kept = weakref.ref(places)
+    del places
+    gc.collect()
+    assert kept() is None

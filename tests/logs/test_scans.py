@@ -8,10 +8,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from objstate.config import BeamModelSettings
 from objstate.geometry import compose, rotation_from_rpy, transform, transform_from_pose
 from objstate.logs.notices import Notices
 from objstate.logs.scans import BeamGeometry, clean_ranges, moved_rays, sweep_from
 from objstate.records import Rays
+from objstate.sensing import BeamModel
 
 
 def message(ranges, **fields):
@@ -54,6 +56,17 @@ def test_without_a_usable_maximum_readings_are_kept_and_inf_says_nothing(range_m
     np.testing.assert_array_equal(ranges, [3.0, math.nan])
     assert limit == 3.0
     assert "range_max" in notices.listed()[0]
+
+
+@pytest.mark.parametrize("given_range", [math.inf, math.nan, 0.0, 0.02])
+def test_a_laser_without_a_usable_maximum_sees_some_way_even_where_a_scan_shows_nothing(
+    given_range,
+) -> None:
+    scan = message([given_range] * 3, range_min=0.0, range_max=0.0)
+    ranges, _, limit = clean_ranges(scan, "laser", Notices())
+    assert limit == 1.0
+    told = BeamModel(BeamModelSettings())(ranges, limit)(np.full(3, 2.0))
+    assert np.isfinite(told[np.isfinite(ranges)]).all()
 
 
 def sweep(scan, mounting=None, notices=None):

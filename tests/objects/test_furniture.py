@@ -206,3 +206,24 @@ def test_a_view_says_where_something_stopped_its_beams() -> None:
         assert len(ends) > 5
         np.testing.assert_allclose(np.abs(own[:, :2]).max(axis=1), 0.4, atol=1e-3)
         np.testing.assert_allclose(ends[:, 2], 0.3, atol=1e-3)
+
+
+@pytest.mark.filterwarnings("error")
+def test_samples_that_all_coincide_are_published_as_numbers() -> None:
+    filter_ = SampleFilter(SQUARE, FurnitureSettings())
+    state = np.array([0.1, 0.2, 0.3])
+    belief = ObjectBelief(SQUARE, np.tile(state, (20, 1)), Weights.uniform(20), np.zeros(3))
+    published = filter_.widened(belief, 2.0, 0.0012)
+    np.testing.assert_allclose(published.mean, state)
+    assert np.isfinite(published.std).all()
+
+
+def test_as_few_samples_and_as_heavy_scouts_as_settings_allow_find_a_table() -> None:
+    item, state = table("table", 0.0, 0.0), np.array([0.15, -0.1, 0.1])
+    few = FurnitureSettings(
+        samples=10, least_samples=10, first_samples=10, scouts=8, scout_weight=0.5
+    )
+    belief = SampleFilter(item, few).widened(looked(item, state, few, 0), 1.0, 0.005)
+    assert np.hypot(*(belief.mean - state)[:2]) < 0.15
+    assert (belief.std > 0.0).all()
+    assert (belief.std < 0.3).all()

@@ -115,7 +115,7 @@ def test_a_hit_is_likeliest_at_the_expected_range_and_falls_off_beyond(
 
 
 def test_the_tabulated_bell_is_the_gaussian() -> None:
-    s = BeamModelSettings(z_hit=0.7, z_short=0.0, z_max=0.0, z_rand=0.3, sigma_hit=0.05)
+    s = BeamModelSettings(z_hit=0.7, z_short=0.0, z_max=1e-12, z_rand=0.3, sigma_hit=0.05)
     measured = np.linspace(4.0, 6.0, 5001)
     exact = 0.7 * norm.pdf(measured, 5.0, 0.05) + 0.3 / RANGE_MAX
     peak = 0.7 * norm.pdf(5.0, 5.0, 0.05)
@@ -181,10 +181,10 @@ def test_short_readings_may_be_switched_off() -> None:
     assert probability(model, np.inf, 3.0) > 0.0
 
 
-def test_without_a_share_of_random_readings_some_are_impossible() -> None:
-    model = BeamModel(BeamModelSettings(z_short=0, z_max=0, z_rand=0))
-    assert probability(model, 5.0, 3.0) == 0.0
-    assert probability(model, np.inf, 3.0) == 0.0
+def test_the_smallest_shares_make_no_reading_impossible() -> None:
+    model = BeamModel(BeamModelSettings(z_short=0, z_max=1e-9, z_rand=1e-9))
+    assert probability(model, 5.0, 3.0) > 0.0
+    assert probability(model, np.inf, 3.0) > 0.0
 
 
 @pytest.mark.parametrize("kind", ["mixture", "gaussian"])

@@ -13,7 +13,7 @@ from objstate.building.model import Building, Mesh
 from objstate.config import BeamModelSettings
 from objstate.geometry import FloatArray, between, transform_from_pose
 from objstate.records import Rays
-from objstate.sensing import BeamModel, ScanView, Sensing, cast_from
+from objstate.sensing import BeamModel, ScanView, Sensing, UncertainObject, cast_from
 from objstate.sensing.level import Sweep
 from objstate.sensing.level_view import LevelView
 from tests.rooms import (
@@ -321,3 +321,29 @@ def test_ranges_come_back_in_the_order_of_the_scan(order: list[int]) -> None:
     sorted_ranges = level_view(place, rays).walls(np.zeros((1, 3)))[0]
     shuffled = level_view(place, rays.take(index)).walls(np.zeros((1, 3)))[0]
     np.testing.assert_array_equal(shuffled, sorted_ranges[index])
+
+
+def test_what_was_remembered_of_a_door_is_not_of_it_where_it_hangs_elsewhere() -> None:
+    """As little as of a wider one: each view is that of somebody who never saw another building."""
+    model, robot = BeamModel(BeamModelSettings()), np.array([[0.2, 0.1, 1.3]])
+    walls, rays = enclosure(6.0, 5.0), fan(91)
+    scan = scan_of(np.full(91, 1.7), rays)
+    known = [UncertainObject("door", np.array([[0.2], [0.9]]), np.array([0.5, 0.5]))]
+
+    def told(sensing: Sensing) -> tuple[float, FloatArray]:
+        view = sensing.view(scan)
+        seen = view.object("door", known[0].states, robot)
+        return float(view.pose_log_likelihood(robot, 0.0, known)[0]), seen
+
+    first = Sensing(building(walls, door("door", -0.4, 1.5)), model)
+    before = told(first)
+    for other in (door("door", -0.1, 1.2), door("door", -0.4, 1.5, width=0.5)):
+        after, fresh = (
+            told(each)
+            for each in (first.with_object(other), Sensing(building(walls, other), model))
+        )
+        assert after[0] == fresh[0] != before[0]
+        np.testing.assert_array_equal(after[1], fresh[1])
+    again = told(first)
+    assert again[0] == before[0]
+    np.testing.assert_array_equal(again[1], before[1])

@@ -18,7 +18,7 @@ ROOM = building(Mesh.joined([enclosure(9.0, 7.0)]), door("door", -0.5, 2.0))
 EXPECTED = ExpectedRanges(ROOM)
 ROBOT = np.array([0.1, 0.3, 1.4])
 RAYS = fan(241, 1.2 * np.pi)
-NEARLY_GAUSSIAN = BeamModelSettings(z_hit=1.0, z_short=0.0, z_max=0.0, z_rand=0.001)
+NEARLY_GAUSSIAN = BeamModelSettings(z_hit=1.0, z_short=0.0, z_max=1e-9, z_rand=0.001)
 ANGLES = np.radians([[0.0], [8.0], [20.0]])
 STD = 0.02  # m of the shifts
 TEMPERING = 0.4
