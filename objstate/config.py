@@ -7,6 +7,7 @@ known one.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from difflib import get_close_matches
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -253,6 +254,16 @@ class FurnitureSettings(Strict):
         0.1  # how far from where it stood half of the scouts look; the others by the prior
     )
     nudge_deg: Positive = 20.0
+
+    @model_validator(mode="before")
+    @classmethod
+    def _as_few_as_asked(cls, given: Any) -> Any:
+        """Who asks for few samples need not say that the least are as few."""
+        samples = given.get("samples") if isinstance(given, Mapping) else None
+        least = cls.model_fields["least_samples"].default
+        if not isinstance(samples, int) or samples >= least or "least_samples" in given:
+            return given
+        return {**given, "least_samples": samples}
 
     @model_validator(mode="after")
     def _ordered(self) -> FurnitureSettings:

@@ -174,19 +174,18 @@ def test_furniture_has_furniture_settings(tmp_path: Path) -> None:
     assert (desk.samples, desk.prior) == (90, "gaussian")
 
 
-@pytest.mark.parametrize(
-    "rules",
-    [
-        "objects: [{match: desk, samples: 50}]",
-        "objects: [{match: '*', least_samples: 200}, {match: desk, samples: 100}]",
-    ],
-)
 def test_rules_that_leave_an_object_more_samples_at_least_than_at_most_are_an_error(
-    tmp_path: Path, rules: str
+    tmp_path: Path,
 ) -> None:
-    settings = loaded(tmp_path, rules)
+    rules = "objects: [{match: '*', least_samples: 200}, {match: desk, samples: 100}]"
     with pytest.raises(SettingsError, match=r"object 'desk': least_samples.*is above samples"):
-        settings.for_object("desk", "furniture")
+        loaded(tmp_path, rules).for_object("desk", "furniture")
+
+
+def test_few_samples_alone_are_the_least_too(tmp_path: Path) -> None:
+    few = loaded(tmp_path, "objects: [{match: desk, samples: 50}]").for_object("desk", "furniture")
+    assert isinstance(few, FurnitureSettings)
+    assert (few.samples, few.least_samples) == (50, 50)
 
 
 def test_a_rule_that_calls_furniture_a_door_is_an_error(tmp_path: Path) -> None:

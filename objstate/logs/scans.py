@@ -125,10 +125,10 @@ def clean_ranges(message: Any, laser: str, notices: Notices) -> tuple[FloatArray
             f"{laser} declares no usable range_max ({range_max:g}): its readings are kept, but "
             "beams without a return say nothing"
         )
-        ranges[~np.isfinite(ranges) | (ranges < range_min)] = np.nan
+        ranges[~np.isfinite(ranges) | (ranges < range_min) | (ranges == 0.0)] = np.nan
         return ranges, range_min, _reach(ranges, range_min)
     ranges[ranges == range_max] = np.inf
-    outside = (ranges < range_min) | ((ranges > range_max) & (ranges < np.inf))
+    outside = (ranges < range_min) | (ranges == 0.0) | ((ranges > range_max) & (ranges < np.inf))
     ranges[outside] = np.nan
     return ranges, range_min, range_max
 

@@ -49,6 +49,12 @@ def test_ranges_follow_rep_117(given_range, kept) -> None:
     np.testing.assert_array_equal(ranges, np.array([kept], np.float32))
 
 
+@pytest.mark.parametrize("range_max", [8.0, math.inf])
+def test_a_reading_of_nothing_says_nothing_though_the_laser_has_no_least_range(range_max) -> None:
+    scan = message([0.0, 2.0], range_min=0.0, range_max=range_max)
+    np.testing.assert_array_equal(clean_ranges(scan, "laser", Notices())[0], [math.nan, 2.0])
+
+
 @pytest.mark.parametrize("range_max", [0.0, -1.0, math.nan, math.inf])
 def test_without_a_usable_maximum_readings_are_kept_and_inf_says_nothing(range_max) -> None:
     notices = Notices()

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from objstate.building import load_building
-from objstate.config import FurnitureSettings, ObjectRule, Settings
+from objstate.config import ObjectRule, Settings
 from objstate.experiments.placements import ERROR_COLUMNS, Placement, error_cells, placements
 from objstate.experiments.tables import Table
 from objstate.experiments.trial import Run, Trial
@@ -68,7 +68,6 @@ def _settings(count: int) -> Settings:
     rule = ObjectRule(
         match="*",
         samples=others,
-        least_samples=min(FurnitureSettings().least_samples, others),
         first_samples=others,
         scouts=scouts,
     )
