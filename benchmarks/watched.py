@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import argparse
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,13 +24,13 @@ from objstate.records import NANOSECONDS, Rays
 from objstate.run import RunOptions, estimate_log
 from objstate.sensing import ExpectedRanges
 from objstate.simulation import simulate
-from objstate.simulation.scene import load_scene
+from objstate.simulation.scene import Laser, load_scene
 
 CORRIDOR = Path(__file__).parents[1] / "models" / "corridor"
 PLACES = (4.0, 10.5, 17.5)  # m along the corridor
 RIGHT = np.radians(5.0)
 SEEN_BY = 5  # beams, a degree apart, that a leaf must stop to count as seen
-HEIGHT, REACH = 0.3, 3.5  # m, of the lasers; within which doors are estimated
+REACH = 3.5  # m; within which doors are estimated
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,8 @@ def followed(x: float, seed: int) -> Iterator[Followed]:
     """The doors that are moved near a robot at x."""
     with tempfile.TemporaryDirectory() as folder:
         scene = scene_at(Path(folder), x, seed)
-        building = load_building(load_scene(scene).building)
+        building, lasers = load_building(load_scene(scene).building), load_scene(scene).lasers
+        expected = ExpectedRanges(building)
         simulated = simulate(scene, Path(folder) / "drive", seed=seed)
         truth = read_truth(simulated.folder / "truth.csv")
         run = estimate_log(
@@ -74,7 +75,7 @@ def followed(x: float, seed: int) -> Iterator[Followed]:
             stamps, angles = (np.array(column) for column in zip(*states, strict=True))
             rested = stamps[np.flatnonzero(angles != angles[-1])[-1] + 1]
             turned = float(angles[-1] - angles[0])
-            if abs(turned) < RIGHT or not seen(ExpectedRanges(building), name, angles[-1:], x):
+            if abs(turned) < RIGHT or not seen(expected, lasers, name, angles[-1:], x):
                 continue
             rows = estimates.filter(estimates["object"] == name)
             off = np.abs(rows["mean"].to_numpy() - angles[-1])
@@ -83,17 +84,22 @@ def followed(x: float, seed: int) -> Iterator[Followed]:
             yield Followed(name, turned, late, float(off[-1]))
 
 
-def seen(expected: ExpectedRanges, name: str, state: FloatArray, x: float) -> bool:
-    """Whether enough beams from the corridor's middle end on a door's leaf."""
-    bearings = np.radians(np.arange(360.0))
-    directions = np.column_stack([np.cos(bearings), np.sin(bearings), np.zeros(360)])
-    rays = Rays(np.tile([0.0, 0.0, HEIGHT], (360, 1)), directions)
-    pose = np.array([[x, 0.0, 0.0]])
-    walls, leaf = (
-        expected.walls(pose, rays)[0],
-        expected.object(name, state[None], pose, rays)[0, 0],
-    )
-    return bool(((leaf < walls) & (leaf < REACH)).sum() >= SEEN_BY)
+def seen(
+    expected: ExpectedRanges, lasers: Sequence[Laser], name: str, state: FloatArray, x: float
+) -> bool:
+    """Whether enough beams of the lasers end on a door's leaf."""
+    pose, count = np.array([[x, 0.0, 0.0]]), 0
+    for laser in lasers:
+        bearings = np.linspace(laser.angle_min, laser.angle_max, laser.beams) + laser.mount.yaw
+        directions = np.column_stack([np.cos(bearings), np.sin(bearings), np.zeros(laser.beams)])
+        at = [laser.mount.x, laser.mount.y, laser.mount.z]
+        rays = Rays(np.tile(at, (laser.beams, 1)), directions)
+        walls, leaf = (
+            expected.walls(pose, rays)[0],
+            expected.object(name, state[None], pose, rays)[0, 0],
+        )
+        count = max(count, int(((leaf < walls) & (leaf < REACH)).sum()))
+    return count >= SEEN_BY
 
 
 if __name__ == "__main__":
