@@ -75,34 +75,28 @@ def moved(
 
 
 @_compile
-def occupied(poses: FloatArray, cell: FloatArray) -> Any:
-    """How many cells of a grid hold one of the poses (n, 3).
+def cells(poses: FloatArray, sides: FloatArray) -> Any:
+    """Numbers (n,) of the cells of a grid that poses (n, 3) lie in, by which cells are told apart.
 
-    The cells have the sides ``cell`` (3,), and the poses' mean lies in the middle of one.
+    The cells have the ``sides`` (3,), and the poses' mean lies in the middle of one.
     """
     count = poses.shape[0]
     mean = _mean(poses, np.full(count, 1.0 / count))
-    cells = np.empty((count, 3), dtype=np.int64)
-    first, sides = np.zeros(3, dtype=np.int64), np.zeros(3, dtype=np.int64)
+    places, first, last = np.empty((count, 3)), np.zeros(3), np.zeros(3)
     for p in range(count):
-        cells[p, 0] = np.rint((poses[p, 0] - mean[0]) / cell[0])
-        cells[p, 1] = np.rint((poses[p, 1] - mean[1]) / cell[1])
-        cells[p, 2] = np.rint(_wrapped(poses[p, 2] - mean[2]) / cell[2])
+        places[p, 0] = np.rint((poses[p, 0] - mean[0]) / sides[0])
+        places[p, 1] = np.rint((poses[p, 1] - mean[1]) / sides[1])
+        places[p, 2] = np.rint(_wrapped(poses[p, 2] - mean[2]) / sides[2])
         for axis in range(3):
-            first[axis] = min(first[axis], cells[p, axis])
-            sides[axis] = max(sides[axis], cells[p, axis])
-    sides += 1 - first
-    if sides[0] * sides[1] * sides[2] == 1:
-        return 1
+            first[axis] = min(first[axis], places[p, axis])
+            last[axis] = max(last[axis], places[p, axis])
     numbers = np.empty(count, dtype=np.int64)
+    columns, rows = last[0] - first[0] + 1.0, last[1] - first[1] + 1.0
     for p in range(count):
-        x, y, yaw = cells[p, 0] - first[0], cells[p, 1] - first[1], cells[p, 2] - first[2]
-        numbers[p] = x + sides[0] * (y + sides[1] * yaw)
-    numbers.sort()
-    found = 1
-    for p in range(1, count):
-        found += numbers[p] != numbers[p - 1]
-    return found
+        layer = rows * (places[p, 2] - first[2])
+        row = columns * (places[p, 1] - first[1] + layer)
+        numbers[p] = np.int64(places[p, 0] - first[0] + row)
+    return numbers
 
 
 @_compile

@@ -104,7 +104,10 @@ def take(
             beams[MEASURED, k], beams[SHORT, k] = reads[some[k]], stopped[some[k]]
             k += 1
     before[chosen.shape[0]] = k
-    return some, beams, before[index], reads, stopped
+    lookup = np.empty_like(index)
+    for cell in range(index.shape[0]):
+        lookup[cell] = before[index[cell]]
+    return some, beams, lookup, reads, stopped
 
 
 @_compile
