@@ -99,7 +99,7 @@ def objects_in_the_building(effort: Effort) -> Table:
     drive = Drive(least, ajar(list(least.objects)), (6.0, 0.0), laser(BEAMS))
     records = drive.records(effort.scans)
     curve = {size: Setting(each, records, Settings()) for size, each in buildings.items()}
-    costs = measured(curve, rounds=1)
+    costs = measured(curve)
     return Table(
         "Objects in the building",
         ("objects", "wall triangles", "first scan", "dearest", "one scan", "of the first row's"),
