@@ -137,10 +137,10 @@ def _in_view(count: int, effort: Effort) -> Setting:
     return Setting(building, drive.records(min(effort.scans, 15)), Settings())
 
 
-def measured(curve: Mapping[int, Setting], rounds: int = ROUNDS) -> dict[int, Cost]:
+def measured(curve: Mapping[int, Setting]) -> dict[int, Cost]:
     """What a scan costs at each point, the points taken in turns, the median of the rounds."""
     costs: dict[int, list[Cost]] = {count: [] for count in curve}
-    for _ in range(rounds):
+    for _ in range(ROUNDS):
         for count, setting in curve.items():
             costs[count].append(_driven(setting))
     return {
