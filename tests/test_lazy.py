@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from objstate.lazy import lazy
+from objstate.lazy import altered, lazy
 
 
 @dataclass(frozen=True)
@@ -30,3 +30,21 @@ def test_a_changed_value_computes_anew() -> None:
 
 def test_the_class_shows_what_it_says() -> None:
     assert (Square.area.__doc__ or "").startswith("In a list")
+
+
+def test_what_is_altered_forgets_what_it_worked_out_and_leaves_the_first_as_it_was() -> None:
+    @dataclass(frozen=True)
+    class Side:
+        length: float
+        name: str = "a"
+
+        @lazy
+        def area(self) -> float:
+            return self.length**2
+
+    first = Side(2.0, "b")
+    assert first.area == 4.0
+    other = altered(first, length=3.0)
+    assert (other.length, other.name, other.area) == (3.0, "b", 9.0)
+    assert other == replace(first, length=3.0)
+    assert (first.length, first.area) == (2.0, 4.0)
