@@ -112,32 +112,34 @@ class Doubt:
 
     def found(self, now_ns: int) -> None:
         """The robot was found in another place."""
-        self._past.append((self._since(now_ns), now_ns))
-        self.is_lost = self.is_new = False
+        self._end(now_ns)
+        self.is_new = False
         self._fitted_ns, self._wait = now_ns, self._search.every_s
-        self._forget_winner()
 
     def start_anew(self, now_ns: int) -> None:
         """Somebody says where the robot is: a start like the first, which no search has confirmed."""
-        if self.is_lost:
-            self._past.append((self._since(now_ns), now_ns))
-        self.is_lost, self.is_new = False, True
+        self._end(now_ns)
+        self.is_new = True
         if self._fitted_ns is not None:  # else it is the first start
             self._fitted_ns = now_ns
         self._fitted_since_ns = None
         self._search_from_ns, self._wait = 0, self._search.every_s
-        self._forget_winner()
 
     def settle(self, now_ns: int) -> None:
         """No place fits better: the robot is where it thought, and the world has changed.
 
         If it was said to be lost, it was, as far as objects go: what it learnt of them was taken back.
         """
-        if self.is_lost:
-            self._past.append((self._since(now_ns), now_ns))
-        self.is_lost = self.is_new = False
+        self._end(now_ns)
+        self.is_new = False
         self._fitted_ns, self._wait = now_ns, 2.0 * self._wait
         self._search_from_ns = now_ns + int(self._wait * NANOSECONDS)
+
+    def _end(self, now_ns: int) -> None:
+        """The robot isn't lost any more, if it was, and what searches said of it is settled."""
+        if self.is_lost:
+            self._past.append((self._since(now_ns), now_ns))
+        self.is_lost = False
         self._forget_winner()
 
     def _since(self, now_ns: int) -> int:

@@ -100,13 +100,14 @@ class Hinges:
         watch, item = self._watches[believed.item.name], self._building[believed.item.name]
         looks = [self._look(item, glance, sensing) for glance in watch.glances]
         hanging = find_hinge(self._filters[item.name], looks, self._settings)
-        before = believed.item.hinge - item.hinge
+        is_in_place = np.array_equal(believed.item.hinge, item.hinge)
         if self._is_elsewhere(item, hanging, believed, watch.glances):
-            hung = item.hung_at(item.hinge + hanging.offset)
-            self._hung[hung] = hanging
-            belief = replace(hanging.belief, item=hung)
-        elif (before.any() and hanging.elsewhere < KEPT) or (
-            not before.any() and watch.has_jumped and _contradicts(hanging.belief, believed)
+            belief = _rehung(item, hanging)
+            self._hung[belief.item] = hanging
+        elif (
+            watch.has_jumped and _contradicts(hanging.belief, believed)
+            if is_in_place
+            else hanging.elsewhere < KEPT
         ):
             belief = hanging.belief
         else:
@@ -137,12 +138,9 @@ class Hinges:
         turned = wrap(hanging.belief.mean - believed.mean)
         if np.hypot(*(offset - before)) <= ASIDE and abs(float(turned[0])) <= TURNED:
             return True
-        rehung, leaf = (
-            replace(hanging.belief, item=item.hung_at(item.hinge + offset)),
-            _Leaf.of(item),
-        )
+        leaf = _Leaf.of(item)
         here = self._held_against(hanging.belief_in_place, glances)
-        there = self._held_against(rehung, glances)
+        there = self._held_against(_rehung(item, hanging), glances)
         shown = max(look.span for look in there)
         is_leaf = shown >= max(s.least_shown * (leaf.far - leaf.near), LONGEST_BOX)
         return is_leaf and _strange_share(there) <= s.most_strange * _strange_share(here)
@@ -367,6 +365,11 @@ class _Leaf:
         rest = off - aside - slope * lever
         variance = float(rest @ rest) / (len(rest) - 2) * (1.0 / len(rest) + middle**2 / squares)
         return _Strangeness(len(ends), strange, aside, math.sqrt(variance), float(np.ptp(lever)))
+
+
+def _rehung(item: MovableObject, hanging: Hanging) -> ObjectBelief:
+    """What is believed of a door, hung where it seems to be if it is elsewhere."""
+    return replace(hanging.belief, item=item.hung_at(item.hinge + hanging.offset))
 
 
 def _strange_share(looks: list[_Strangeness]) -> float:

@@ -35,10 +35,8 @@ class ConditionalBelief:
     def averaged(self, given: FloatArray, robot_weights: FloatArray) -> ConditionalBelief:
         """With new conditional weights (l, n), the marginal by the robot weights (l,), which sum to one."""
         marginal = (robot_weights * self.presence) @ given
-        there = 1.0 - float(
-            robot_weights @ (1.0 - self.presence)
-        )  # exactly 1 where nobody doubts it
-        belief = self.belief.weighted(Weights(marginal / marginal.sum()), there)
+        gone = float(robot_weights @ (1.0 - self.presence))  # exactly 0 where nobody doubts it
+        belief = self.belief.weighted(Weights(marginal / marginal.sum()), 1.0 - gone)
         return ConditionalBelief(belief, given, self.presence, self.inherited)
 
     def apportioned(self, before: ObjectBelief, robot_weights: FloatArray) -> ConditionalBelief:

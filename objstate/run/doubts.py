@@ -117,7 +117,7 @@ def _of_being_lost(drive: Drive, estimator: Estimator, options: RunOptions) -> I
         else:
             yield (
                 f"The robot was lost from {began:.0f} s to {ended:.0f} s of the log: scans didn't fit "
-                "where it was thought to be until it was found in another place. What had been learnt "
+                "where it was thought to be until it was found, there or in another place. What had been learnt "
                 "of objects meanwhile was dropped; estimates with these stamps are wrong."
             )
 

@@ -65,12 +65,7 @@ def _name(count: int) -> str:
 def _settings(count: int) -> Settings:
     scouts = round(SCOUTS * count)
     others = count - scouts
-    rule = ObjectRule(
-        match="*",
-        samples=others,
-        first_samples=others,
-        scouts=scouts,
-    )
+    rule = ObjectRule(match="*", samples=others, first_samples=others, scouts=scouts)
     return Settings(objects=(rule,))
 
 
