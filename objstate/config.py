@@ -119,6 +119,17 @@ class LocalizationSettings(Strict):
         return self
 
 
+class OdometryErrorSettings(Strict):
+    """How the log corrects the alphas: by how much scans correct the odometry."""
+
+    weight: Positive = 1.0  # of the alphas, in stretches
+    weight_m: Positive = 3.0  # of nothing being systematic, in m
+    stretch_m: Positive = 1.0  # m of driving whose corrections add up
+    stretch_deg: Positive = 60.0  # deg; or of turning
+    least: Positive = 0.05  # factor on a variance
+    most: Positive = 4.0
+
+
 class SearchSettings(Strict):
     """Where in the building is a robot that is lost?"""
 
@@ -308,6 +319,7 @@ class Settings(Strict):
     scans: ScanSettings = ScanSettings()
     beam_model: BeamModelSettings = BeamModelSettings()
     localization: LocalizationSettings = LocalizationSettings()
+    odometry_error: OdometryErrorSettings = OdometryErrorSettings()
     search: SearchSettings = SearchSettings()
     object_updates: ObjectUpdateSettings = ObjectUpdateSettings()
     map_error: MapErrorSettings = MapErrorSettings()

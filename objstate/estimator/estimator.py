@@ -23,7 +23,14 @@ from objstate.estimator.sight import Sight
 from objstate.estimator.thinning import Thinning
 from objstate.estimator.tracking import Track
 from objstate.geometry import BoolArray, FloatArray, between, transform_from_pose
-from objstate.localization import LEVER, Hypotheses, Localizer, PoseBelief, Search
+from objstate.localization import (
+    LEVER,
+    Hypotheses,
+    Localizer,
+    OdometryError,
+    PoseBelief,
+    Search,
+)
 from objstate.objects import ObjectBelief
 from objstate.particles import Weights
 from objstate.records import (
@@ -81,6 +88,7 @@ class Estimator:
         self._rng = np.random.default_rng([seed, 0])
         self._search_rng = np.random.default_rng([seed, 2])
         self._localizer = Localizer(self.settings.localization)
+        self._odometry_error = OdometryError(self.settings.odometry_error)
         self._search = Search(ExpectedRanges(building), self.settings)
         self._sensing = Sensing(building, BeamModel(self.settings.beam_model))
         self._thinned = Thinning(self.settings.scans)
@@ -208,6 +216,7 @@ class Estimator:
         observation = self._observe(near, towards, used, sight, track.belief)
         evidence += share * s.tempering * observation.log_evidence
         corrected = self._localizer.correct(track.belief, evidence)
+        self._odometry_error.note(track.belief, corrected)
         seen = self._localizer.correct(
             corrected, self.settings.object_updates.tempering * observation.log_evidence
         )
@@ -265,7 +274,8 @@ class Estimator:
     def _driven(self, track: Track, step: FloatArray) -> Track:
         if not self._localizes_itself:
             return track.moved(track.belief.moved(step))
-        return track.moved(self._localizer.predict(track.belief, step, self._rng))
+        error = self._odometry_error
+        return track.moved(self._localizer.predict(track.belief, step, self._rng, error))
 
     def _localize(self, track: Track, sight: Sight, beams: BoolArray) -> Track:
         """p(l | o_k) <- alpha p(o_k | l) p(l)."""
@@ -452,6 +462,7 @@ class Estimator:
     def _lose(self, now_ns: int) -> None:
         """Say that the robot is lost, and take back what was learnt of objects since it fitted."""
         self._doubt.rise(now_ns)
+        self._odometry_error.forget()
         self._rehang(self._believed.go_back())
         self._hinges.forget()
 

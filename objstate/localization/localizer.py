@@ -12,7 +12,8 @@ from objstate.geometry import FloatArray, IntArray, square_root
 from objstate.lazy import lazy
 from objstate.localization import kernels
 from objstate.localization.belief import PoseBelief
-from objstate.localization.motion import sample_motion
+from objstate.localization.motion import motion_variances, sample_motion
+from objstate.localization.odometry_error import OdometryError
 from objstate.particles import Weights, kld_sample_size, largest_step, systematic
 
 LEVER = 3.0  # m; a turn of the robot moves what it sees at this distance
@@ -37,11 +38,23 @@ class Localizer:
         """The belief of somebody who was told a pose (3,) with a covariance (3, 3)."""
         return PoseBelief.gaussian(mean, covariance, self.settings.max_particles, rng)
 
-    def predict(self, belief: PoseBelief, step: FloatArray, rng: np.random.Generator) -> PoseBelief:
-        """p(l | a), eq. (7): the belief after the odometry moved by ``step`` (3,)."""
+    def predict(
+        self,
+        belief: PoseBelief,
+        step: FloatArray,
+        rng: np.random.Generator,
+        error: OdometryError | None = None,
+    ) -> PoseBelief:
+        """p(l | a), eq. (7): the belief after the odometry moved by ``step`` (3,).
+
+        The noise is what the alphas say, or what was learnt of the odometry's ``error``, which hears of the step.
+        """
         if not step.any():
             return belief
-        return PoseBelief(sample_motion(belief.poses, step, self.settings, rng), belief.weights)
+        variances = motion_variances(step, self.settings)
+        if error is not None:
+            step, variances = error.drive(step, variances)
+        return PoseBelief(sample_motion(belief.poses, step, variances, rng), belief.weights)
 
     def blur(self, belief: PoseBelief) -> float:
         """m by which ranges are blurred: each sample stands for half the way to its neighbours.

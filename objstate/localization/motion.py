@@ -11,6 +11,7 @@ depend on the odometry's rate.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,16 +20,30 @@ from objstate.geometry import FloatArray
 from objstate.localization import kernels
 
 
+class Variances(NamedTuple):
+    """Of a step's length, m^2, and of its turn, rad^2; or factors on them."""
+
+    length: float
+    turn: float
+
+
+def motion_variances(step: FloatArray, settings: LocalizationSettings) -> Variances:
+    """What the alphas say of a step (3,)."""
+    s = settings
+    driven = math.hypot(step[0], step[1]) * s.update_min_d  # m^2
+    turned = abs(float(step[2])) * s.update_min_a  # rad^2
+    return Variances(
+        s.alpha3 * driven + s.alpha4 * turned,
+        s.alpha1 * turned + s.alpha2 * driven,
+    )
+
+
 def sample_motion(
-    poses: FloatArray, step: FloatArray, settings: LocalizationSettings, rng: np.random.Generator
+    poses: FloatArray, step: FloatArray, variances: Variances, rng: np.random.Generator
 ) -> FloatArray:
     """Poses (n, 3) after the odometry moved by ``step`` (3,) in the robot's frame, with noise."""
-    s = settings
-    translation, rotation = math.hypot(step[0], step[1]), abs(float(step[2]))
-    driven, turned = translation * s.update_min_d, rotation * s.update_min_a  # m^2, rad^2
-    half_turn_std = math.sqrt((s.alpha1 * turned + s.alpha2 * driven) / 2.0)
-    length_std = math.sqrt(s.alpha3 * driven + s.alpha4 * turned)
-    bearing, turn = math.atan2(step[1], step[0]), float(step[2])
+    length_std, half_turn_std = math.sqrt(variances.length), math.sqrt(variances.turn / 2.0)
+    length, bearing = math.hypot(step[0], step[1]), math.atan2(step[1], step[0])
     noise = rng.standard_normal((3, len(poses)))
-    out = kernels.moved(poses, translation, bearing, turn, length_std, half_turn_std, noise)
+    out = kernels.moved(poses, length, bearing, float(step[2]), length_std, half_turn_std, noise)
     return np.asarray(out)
