@@ -3,13 +3,15 @@
 What scans correct for each metre on average is systematic: wheels smaller than they are taken for, or a laser
 that is mounted askew, so that the robot seems to drive aside of where it looks. The rest is random.
 The alphas of the motion model are a guess at it, the same for every robot. But what scans correct a belief's mean
-by is on average as much, squared, as what they take from its variance, and that is what the way since has
-added. Where corrections are smaller, the odometry is better than the alphas say.
+by is on average as much, squared, as what they take from its variance, and in the long run that is
+what the way has added. Where corrections are smaller, the odometry is better than the alphas say.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -21,40 +23,61 @@ from objstate.localization.motion import Variances
 SETTLING = 2.0  # by which a belief's deviation shrinks that hadn't found its place yet
 
 
+@dataclass(eq=False)
+class _Stretch:
+    """What odometry told of some way, and how scans corrected it; in the robot's frame."""
+
+    std: float  # m, of the position, at its begin
+    ahead_m: float = 0.0  # less what was driven backwards
+    way_m: float = 0.0
+    turned: float = 0.0  # rad, to either side
+    added: FloatArray = field(  # (2,) to the variances of lengths and of turns, as the alphas say
+        default_factory=partial(np.zeros, 2)
+    )
+    taken: FloatArray = field(default_factory=partial(np.zeros, 2))  # (2,) from them, by scans
+    strayed: FloatArray = field(  # (3,) m, m, rad off what the odometry told
+        default_factory=partial(np.zeros, 3)
+    )
+    reckoned: FloatArray = field(default_factory=partial(np.zeros, 3))  # (3,) of it, before scans
+
+
 class OdometryError:
-    """What the motion model should reckon with, kept up as a robot drives."""
+    """What the motion model should reckon with, kept up while a robot drives."""
 
     def __init__(self, settings: OdometryErrorSettings) -> None:
         self._settings = settings
-        self._driven_m = settings.weight_m  # that told of what is systematic, the first guess of none included
-        self._strayed = np.zeros(3)  # on these, m, m, rad in the robot's frame
-        self._corrected = np.full(2, settings.weight)  # squares, along the way and of the heading,
+        self._driven_m = settings.weight_m
+        self._strayed = np.zeros(3)  # m, m, rad, on so much of driving
+        self._corrected = np.full(2, settings.weight)  # squares, of lengths and of turns,
         self._expected = np.full(2, settings.weight)  # by what the alphas say was added
-        self.forget()
+        self._open: _Stretch | None = None
+        self._is_standing = True
 
     @property
     def per_metre(self) -> FloatArray:
-        """(3,) ahead, to the left, and rad to the left, for each metre that the odometry tells."""
+        """(3,) m ahead, m and rad to the left, by which the odometry is off for each metre it tells."""
         return self._strayed / self._driven_m
 
     @property
     def factors(self) -> Variances:
-        """By how much the variances of lengths and of turns should be larger than the alphas say."""
+        """By how much the variances of lengths and of turns are larger than the alphas say."""
         s = self._settings
         length, turn = (self._corrected / self._expected).tolist()
         return Variances(min(max(length, s.least), s.most), min(max(turn, s.least), s.most))
 
     def drive(self, step: FloatArray, variances: Variances) -> tuple[FloatArray, Variances]:
-        """Take in a step (3,) of the odometry, to which the alphas give variances; what both are by now."""
-        length, turn = self.factors
+        """What a step (3,) of the odometry was, and its variances, to which the alphas give so much."""
         self._is_standing = False
-        self._ahead_m += float(step[0])
-        self._way_m += math.hypot(step[0], step[1])
-        self._turned += abs(float(step[2]))
-        self._added += variances
-        strayed = self.per_metre * step[0]
-        self._reckoned += strayed
-        return step + strayed, Variances(length * variances.length, turn * variances.turn)
+        systematic = self.per_metre * step[0]
+        if self._open is not None:
+            self._open.ahead_m += float(step[0])
+            self._open.way_m += math.hypot(step[0], step[1])
+            self._open.turned += abs(float(step[2]))
+            self._open.added += variances
+            self._open.strayed += systematic
+            self._open.reckoned += systematic
+        length, turn = self.factors
+        return step + systematic, Variances(length * variances.length, turn * variances.turn)
 
     def note(self, before: PoseBelief, after: PoseBelief) -> None:
         """Take in how a scan corrected the belief.
@@ -63,35 +86,31 @@ class OdometryError:
         """
         if self._is_standing:
             return
-        self._is_standing = True
-        if self._std is None:
-            self._std = before.position_std
+        self._is_standing, s, stretch = True, self._settings, self._open
+        if stretch is None:
+            self._open = _Stretch(after.position_std)
+            return
         yaw = float(before.mean[2])
         cos, sin = math.cos(yaw), math.sin(yaw)
         dx, dy, turned = (after.mean - before.mean).tolist()
-        self._moved += (cos * dx + sin * dy, cos * dy - sin * dx, wrapped(turned))
+        stretch.strayed += (cos * dx + sin * dy, cos * dy - sin * dx, wrapped(turned))
         (xx, xy, _), (_, yy, _), (_, _, turns) = (before.covariance - after.covariance).tolist()
-        self._taken += (cos * cos * xx + 2.0 * cos * sin * xy + sin * sin * yy, turns)
-        s = self._settings
-        if self._way_m >= s.stretch_m or self._turned >= math.radians(s.stretch_deg):
-            if self._std <= SETTLING * after.position_std:
-                self._learn()
-            self.forget()
+        stretch.taken += (cos * cos * xx + 2.0 * cos * sin * xy + sin * sin * yy, turns)
+        if stretch.way_m >= s.stretch_m or stretch.turned >= math.radians(s.stretch_deg):
+            if stretch.std <= SETTLING * after.position_std:
+                self._learn(stretch)
+            self._open = _Stretch(after.position_std)
 
     def forget(self) -> None:
-        """Leave the stretch aside that the robot is on: it wasn't followed."""
-        self._is_standing = True
-        self._std: float | None = None  # of the position, at its first scan
-        self._ahead_m, self._way_m, self._turned = 0.0, 0.0, 0.0
-        self._added, self._taken = np.zeros(2), np.zeros(2)  # of the variances; by the alphas
-        self._reckoned, self._moved = np.zeros(3), np.zeros(3)  # as systematic; by scans
+        """Leave aside the stretch that the robot is on: it wasn't followed."""
+        self._open = None
 
-    def _learn(self) -> None:
-        """What scans took of what was added says how much of it they see."""
-        seen = np.minimum(self._taken / (np.array(self.factors) * self._added), 1.0)
-        told = (self._added > 0.0) & (seen > 0.0)
-        random = self._moved[[0, 2]][told]
-        self._corrected[told] += random**2 / self._added[told]
-        self._expected[told] += seen[told]
-        self._driven_m += abs(self._ahead_m)
-        self._strayed += math.copysign(1.0, self._ahead_m) * (self._moved + self._reckoned)
+    def _learn(self, stretch: _Stretch) -> None:
+        """Take in a stretch, as far as scans saw what was added on it."""
+        factors, random = np.array(self.factors), (stretch.strayed - stretch.reckoned)[[0, 2]]
+        told = (stretch.added > 0.0) & (stretch.taken > 0.0)
+        taken, added = stretch.taken[told], stretch.added[told]
+        self._corrected[told] += random[told] ** 2 / added
+        self._expected[told] += np.minimum(taken / (factors[told] * added), 1.0)
+        self._driven_m += abs(stretch.ahead_m)
+        self._strayed += math.copysign(1.0, stretch.ahead_m) * stretch.strayed
