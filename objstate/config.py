@@ -169,7 +169,7 @@ class MapErrorSettings(Strict):
     """How far walls and hinges are off the model: a first guess, which the log refines."""
 
     std_m: Positive = 0.005  # the first guess
-    least_m: NonNegative = 0.0012  # no building is measured better
+    least_m: NonNegative = 0.0006  # no building is measured better
     weight: Positive = 1.0  # of it, in repeated looks at a place, were there no noise
     every_s: Positive = 1.0  # between looks; by then the robot's own errors are others
     cell_m: Positive = 0.5  # size of a place

@@ -30,6 +30,7 @@ SECONDS_PER_HOUR = 3600.0
 RESAMPLE_BELOW = 0.5  # of the samples; resample when the effective number falls below
 AHEAD = 0.35  # of the samples, that a look ahead leaves effective
 FOLLOWED = 0.1  # weight of scouts after a scan, above which they are samples like others
+NEAR_SIGMAS = 3.0  # from the mean, within which a scout is at the same place
 SPREAD = 0.2  # of a nudge, by which copies of a sample are spread at most
 KLD_ERROR, KLD_QUANTILE = 0.05, 2.33  # as pf_err and pf_z of localization
 TRIED = 400  # states through readings, of which scouts are chosen
@@ -202,9 +203,9 @@ class SampleFilter:
         belief, s = believed.belief, self.settings
         values, count = belief.weights.values, len(belief.states) - s.scouts
         states, place, ancestors = belief.states[:count], belief.mean, np.arange(count)
-        pooled = np.empty_like(values)
+        pooled, near = np.empty_like(values), np.minimum(NEAR_SIGMAS * belief.std, self._nudge)
         share, effective, of_scouts = sampling.pool(
-            belief.states, values, count, place, self._moves, FOLLOWED, pooled
+            belief.states, values, count, place, near, self._moves, FOLLOWED, pooled
         )
         kept = pooled[:count]
         is_poor = effective < RESAMPLE_BELOW * min(count, s.samples) or of_scouts > FOLLOWED

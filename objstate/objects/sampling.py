@@ -18,6 +18,7 @@ TINY = 1e-300
 TURN = 2.0 * np.pi
 KERNEL = 0.31  # of the deviation of a place's samples, by which copies of a sample are spread
 
+FINELY = 0.25  # of the deviations by which scouts stray, for every other one
 ROOT_TAU = np.sqrt(2.0 * np.pi)
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
@@ -258,13 +259,14 @@ def pool(
     values: FloatArray,
     count: int,
     place: FloatArray,
+    near: FloatArray,
     moves: Moves,
     followed: float,
     out: FloatArray,
 ) -> Any:
     """Weights ``out`` (n,) of the ``count`` samples and of the scouts that are among them.
 
-    Scouts farther from a place (3,) than a nudge are elsewhere and have none, unless together they
+    Scouts that aren't ``near`` (3,) a place (3,) are elsewhere and have none, unless together they
     have won more than ``followed``: the object may have been moved there. Returned are what they have
     won, the effective number of all others, and the scouts' share of these.
     """
@@ -273,8 +275,8 @@ def pool(
         out[j] = values[j]
         if j >= count:
             x, y, yaw = _turned(states[j], place[2], moves.order, moves.centre)
-            is_near = abs(x - place[0]) <= moves.nudge[0] and abs(y - place[1]) <= moves.nudge[1]
-            if not (is_near and abs(_wrapped(yaw - place[2])) <= moves.nudge[2]):
+            is_near = abs(x - place[0]) <= near[0] and abs(y - place[1]) <= near[1]
+            if not (is_near and abs(_wrapped(yaw - place[2])) <= near[2]):
                 out[j] = 0.0
                 elsewhere += values[j]
     if elsewhere > followed:
@@ -304,20 +306,21 @@ def send_out(
 
     Of those, some look near the samples ``near`` (m, 3), and the rest where the prior says; in this order.
     Drawn are ``noise`` (b + m, 3) of a Gaussian, ``unit`` (k - b - m, 3) of the prior, and ``drawn`` (b,)
-    from 0 to 1.
+    from 0 to 1. Every other scout looks closer by than the one before it.
     """
     carried, led = best.shape[0], best.shape[0] + near.shape[0]
     for k in range(out.shape[0]):
+        finely = 1.0 if k % 2 == 0 else FINELY
         if k < carried:
             for axis in range(3):
-                out[k, axis] = best[k, axis] + blur[axis] * noise[k, axis]
+                out[k, axis] = best[k, axis] + finely * blur[axis] * noise[k, axis]
             # Metropolis: evidence alone leads them on
             if _density(out[k], place, moves) < drawn[k] * _density(best[k], place, moves):
                 for axis in range(3):
                     out[k, axis] = best[k, axis]
         elif k < led:
             for axis in range(3):
-                out[k, axis] = near[k - carried, axis] + moves.nudge[axis] * noise[k, axis]
+                out[k, axis] = near[k - carried, axis] + finely * moves.nudge[axis] * noise[k, axis]
         else:
             for axis in range(3):
                 out[k, axis] = moves.home[axis] + moves.width[axis] * unit[k - led, axis]
