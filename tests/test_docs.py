@@ -23,6 +23,7 @@ GROUPS = {
     "`scans`": config.ScanSettings,
     "`beam_model`": config.BeamModelSettings,
     "`localization`": config.LocalizationSettings,
+    "`odometry_error`": config.OdometryErrorSettings,
     "`search`": config.SearchSettings,
     "`object_updates`": config.ObjectUpdateSettings,
     "`map_error`": config.MapErrorSettings,
