@@ -15,7 +15,7 @@ from objstate.geometry import (
     wrap,
 )
 from objstate.localization import PoseBelief
-from objstate.localization.motion import sample_motion
+from objstate.localization.motion import motion_variances, sample_motion
 from objstate.particles import Weights
 
 NOISELESS = LocalizationSettings(alpha1=0, alpha2=0, alpha3=0, alpha4=0)
@@ -33,7 +33,7 @@ def spread(samples: FloatArray) -> FloatArray:
 def driven(step: FloatArray, times: int, settings: LocalizationSettings, seed: int) -> FloatArray:
     rng, samples = np.random.default_rng(seed), np.zeros((COUNT, 3))
     for _ in range(times):
-        samples = sample_motion(samples, step, settings, rng)
+        samples = sample_motion(samples, step, motion_variances(step, settings), rng)
     return samples
 
 
@@ -42,7 +42,9 @@ def test_without_noise_every_sample_moves_as_the_odometry_did(
     pose: FloatArray, step: FloatArray
 ) -> None:
     samples = np.stack([pose, -pose, np.zeros(3)])
-    moved = sample_motion(samples, step, NOISELESS, np.random.default_rng(0))
+    moved = sample_motion(
+        samples, step, motion_variances(step, NOISELESS), np.random.default_rng(0)
+    )
     expected = compose(samples, step)
     np.testing.assert_allclose(moved[:, :2], expected[:, :2], atol=1e-9)
     np.testing.assert_allclose(wrap(moved[:, 2] - expected[:, 2]), 0.0, atol=1e-9)
@@ -54,7 +56,8 @@ def test_without_noise_every_sample_moves_as_the_odometry_did(
 def test_the_mean_is_the_step(step: list[float]) -> None:
     start = np.array([3.0, -2.0, 2.0])
     rng = np.random.default_rng(1)
-    moved = sample_motion(np.tile(start, (40_000, 1)), np.array(step), LocalizationSettings(), rng)
+    variances = motion_variances(np.array(step), LocalizationSettings())
+    moved = sample_motion(np.tile(start, (40_000, 1)), np.array(step), variances, rng)
     mean = PoseBelief(moved, Weights.uniform(40_000)).mean
     error = 5 * spread(moved) / 200
     # turning noise draws the mean position back: by its variance, half of it at most
