@@ -201,7 +201,7 @@ class HingeSettings(Strict):
     tempering: Exponent = 0.2  # exponent on the likelihood of a look
     sure: Share = 0.99  # probability from which a door hangs elsewhere
     least_sigmas: Positive = 1.5  # of what robot and walls may be off: nearer is its place
-    most_strange: Share = 0.5  # of the strange beams, that may be left decimetres away
+    most_strange: Share = 0.45  # of the strange beams, that may be left decimetres away
     least_shown: Share = 0.65  # of the leaf's length, in some look, if it hangs decimetres away
     looks: Count = 12  # that are remembered of a door
     least_looks: Count = 6  # by which places are compared

@@ -21,14 +21,14 @@ from objstate.estimator.sight import Sight
 from objstate.geometry import BoolArray, FloatArray, between, wrap
 from objstate.objects import ObjectBelief, filter_for
 from objstate.objects.belief import SETTLED_ANGLE
-from objstate.objects.doors import LatticeFilter, leaf_axes
+from objstate.objects.doors import LEAN, LatticeFilter, leaf_axes
 from objstate.objects.hanging import Hanging, Look, find_hinge
 from objstate.records import Scan
 from objstate.sensing import BeamModel, Sensing
+from objstate.sensing.view import EXPLAINED_SIGMAS
 
 STOPPED = 0.15  # m short of a wall, by which something has stopped a beam
 ASIDE = 0.15  # m from the leaf within which a reading may be one of it
-TURNED = math.radians(30.0)  # from the angle that is believed: by more, only a leaf may be
 LONGEST_BOX = 0.5  # m; what shows less of itself may be a box
 BEYOND = 0.05  # m past the leaf's edges, likewise
 POINTS = 5  # readings of the leaf that a line needs
@@ -125,8 +125,8 @@ class Hinges:
     ) -> bool:
         """Whether a door surely hangs elsewhere than is believed, or where it was found already.
 
-        Decimetres away, or open by quite another angle, the leaf must be what stopped most of those beams that
-        seemed strange, and some look must show most of its length: a box is shorter.
+        Decimetres away, or open by quite another angle than its being aside explains, the leaf must explain most of
+        the beams that seemed strange, and some look must show most of its length: a box is shorter.
         """
         s, before = self._settings, believed.item.hinge - item.hinge
         is_in_place = not before.any()
@@ -135,23 +135,40 @@ class Hinges:
         offset = hanging.offset
         if is_in_place and np.hypot(*offset) < s.least_sigmas * _lasting_std(glances):
             return False
-        turned = wrap(hanging.belief.mean - believed.mean)
-        if np.hypot(*(offset - before)) <= ASIDE and abs(float(turned[0])) <= TURNED:
+        leaf, strayed = _Leaf.of(item), float(np.hypot(*(offset - before)))
+        turned = abs(float(wrap(hanging.belief.mean - believed.mean)[0]))
+        if strayed <= ASIDE and turned <= SETTLED_ANGLE + strayed * LEAN / leaf.reach:
             return True
-        leaf = _Leaf.of(item)
         here = self._held_against(hanging.belief_in_place, glances)
         there = self._held_against(_rehung(item, hanging), glances)
         shown = max(look.span for look in there)
         is_leaf = shown >= max(s.least_shown * (leaf.far - leaf.near), LONGEST_BOX)
-        return is_leaf and _strange_share(there) <= s.most_strange * _strange_share(here)
+        return is_leaf and _unexplained(there) <= s.most_strange * _unexplained(here)
 
     def _held_against(self, belief: ObjectBelief, glances: list[_Glance]) -> list[_Strangeness]:
         """A door's leaf in its most probable state against what stopped beams near it at each glance."""
         item, looks = belief.item, []
         for glance in glances:
             ends = self._stopped(self._building[item.name], glance.scan, glance.pose, glance.walls)
-            looks.append(_Leaf.of(item).held_against(ends, belief, glance.pose))
+            look = _Leaf.of(item).held_against(ends, belief, glance.pose)
+            looks.append(replace(look, passed=self._passed(belief, glance)))
         return looks
+
+    def _passed(self, belief: ObjectBelief, glance: _Glance) -> int:
+        """How many beams of a glance went through where a door's leaf is in its most probable state."""
+        item, scan = belief.item, glance.scan
+        beams = self._beams(item, glance)
+        aside = np.append(item.hinge - self._building[item.name].hinge, 0.0)
+        view = self._sensing.view(scan, beams)
+        leaf = view.object(item.name, belief.best[None], glance.pose[None] - aside)[0, 0]
+        meets = leaf < np.minimum(glance.walls[beams], scan.range_max) - STOPPED
+        margin = EXPLAINED_SIGMAS * math.hypot(self._settings.sigma_hit, glance.shift_std)
+        return int(np.count_nonzero(meets & (scan.ranges[beams] > leaf + margin)))
+
+    def _beams(self, item: MovableObject, glance: _Glance) -> BoolArray:
+        """Which beams (n,) of a glance may tell of a door, wherever its hinge is."""
+        within = _Leaf.of(item).reach + self._settings.most_m
+        return glance.scan.valid & _passes(glance.scan, glance.pose, item.hinge, within)
 
     def _stopped(
         self, item: MovableObject, scan: Scan, pose: FloatArray, walls: FloatArray
@@ -179,9 +196,7 @@ class Hinges:
         self._watches = {name: _Watch(self._settings) for name in self._watches}
 
     def _look(self, item: MovableObject, glance: _Glance, sensing: Sensing) -> Look:
-        scan, pose = glance.scan, glance.pose
-        within = _Leaf.of(item).reach + self._settings.most_m
-        beams = scan.valid & _passes(scan, pose, item.hinge, within)
+        scan, pose, beams = glance.scan, glance.pose, self._beams(item, glance)
         view, background = sensing.view(scan, beams), glance.walls[beams]
         for other, state in glance.others.items():
             background = np.minimum(background, view.object(other, state[None], pose[None])[0, 0])
@@ -215,6 +230,7 @@ class _Strangeness:
     aside: float = 0.0  # m by which a line through the readings passes the hinge
     std: float = math.inf  # m, of that
     span: float = 0.0  # m along the leaf that they cover
+    passed: int = 0  # beams that went through where the leaf is taken to be
 
 
 class _Watch:
@@ -372,9 +388,9 @@ def _rehung(item: MovableObject, hanging: Hanging) -> ObjectBelief:
     return replace(hanging.belief, item=item.hung_at(item.hinge + hanging.offset))
 
 
-def _strange_share(looks: list[_Strangeness]) -> float:
-    """Share of the beams stopped near a door that its leaf didn't stop."""
-    return sum(each.strange for each in looks) / max(sum(each.stopped for each in looks), 1)
+def _unexplained(looks: list[_Strangeness]) -> int:
+    """How many beams something else than a door's leaf stopped, or the leaf should have stopped."""
+    return sum(each.strange + each.passed for each in looks)
 
 
 def _lasting_std(glances: list[_Glance]) -> float:
