@@ -1,0 +1,53 @@
+"""Compiling shared out over processes, as after an install."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from functools import cache, partial
+
+from objstate.compiling import when_compiling
+from objstate.experiments.processes import default_workers
+
+MOST_PROCESSES = 4  # parts of about equal work
+PATIENCE = 120.0  # s that are waited for them
+
+
+@cache
+def share_out_compiling() -> None:
+    """As soon as a loop has to be compiled, let all that a run needs be, by a process for each core.
+
+    Loops that they don't bring about, whatever the reason, are compiled where they are needed.
+    """
+    processes = min(default_workers(), MOST_PROCESSES)
+    if processes > 1:
+        when_compiling(partial(_compile, processes))
+
+
+def _compile(processes: int) -> None:
+    from objstate.sensing import kernels
+
+    stats = kernels.take.stats  # type: ignore[attr-defined]
+    if stats.cache_path is None or stats.cache_hits:
+        return  # nothing can be kept for this process, or the loops of every run are
+    command = [sys.executable, "-P", "-m", "objstate.cli.loops"]
+    children: list[subprocess.Popen[bytes]] = []
+    try:
+        for part in range(processes):
+            children.append(
+                subprocess.Popen(
+                    [*command, str(part), str(processes)],
+                    stdin=subprocess.PIPE,
+                    stdout=subprocess.DEVNULL,
+                    stderr=subprocess.DEVNULL,
+                    start_new_session=True,  # Ctrl-C is for the parent
+                )
+            )
+        for child in children:
+            child.wait(PATIENCE)
+    except (OSError, subprocess.TimeoutExpired):
+        return
+    finally:
+        for child in children:
+            child.kill()
+            child.communicate()
