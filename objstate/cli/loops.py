@@ -6,6 +6,7 @@ floats, with the number of axes where they are arrays.
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 import threading
@@ -49,7 +50,6 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
     (
         (projection.cast, "f2 f2 f2 i i1 f2 i1 f1 f3"),
         (likelihood.pose_log_likelihood, "f2 f2 f2 i1 i1 f2 i1 f1 i1 f2 i1 f1 f1 f1"),
-        (projection.put_before, "f2 f1 f2 i i1 f2 i1 f1 f2"),
         (likelihood.scan_log_likelihood, "f2 f1 f1 f1 f1 f1"),
     ),
     (
@@ -67,11 +67,17 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
 )
 
 
-def main(part: int, of: int) -> None:
-    """Compile every ``of``-th part from one on; end at once when the parent does."""
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+def compile_part(part: int, of: int) -> None:
+    """Compile every ``of``-th part from one on, but for loops that were compiled before."""
     for loop, signature in chain(*PARTS[part::of]):
         loop.compile(_types(signature))
+
+
+def main(part: int, of: int) -> None:
+    """The same in a process for that alone, which ends at once when its parent does."""
+    gc.disable()  # what numba leaves isn't worth looking for in a process that ends soon
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    compile_part(part, of)
 
 
 def _types(signature: str) -> tuple[Any, ...]:

@@ -30,11 +30,13 @@ def _compile(processes: int) -> None:
     stats = kernels.take.stats  # type: ignore[attr-defined]
     if stats.cache_path is None or stats.cache_hits:
         return  # nothing can be kept for this process, or the loops of every run are
+    from objstate.cli.loops import compile_part
+
     command = [sys.executable, "-P", "-m", "objstate.cli.loops"]
-    children: list[subprocess.Popen[bytes]] = []
+    others: list[subprocess.Popen[bytes]] = []
     try:
-        for part in range(processes):
-            children.append(
+        for part in range(1, processes):
+            others.append(
                 subprocess.Popen(
                     [*command, str(part), str(processes)],
                     stdin=subprocess.PIPE,
@@ -43,11 +45,12 @@ def _compile(processes: int) -> None:
                     start_new_session=True,  # Ctrl-C is for the parent
                 )
             )
-        for child in children:
-            child.wait(PATIENCE)
+        compile_part(0, processes)
+        for other in others:
+            other.wait(PATIENCE)
     except (OSError, subprocess.TimeoutExpired):
         return
     finally:
-        for child in children:
-            child.kill()
-            child.communicate()
+        for other in others:
+            other.kill()
+            other.communicate()

@@ -145,6 +145,6 @@ def scores(
                 per_sigma,
                 table[place],
             )
-        turn = int(np.round((poses[p, 2] + offset[2]) / (2.0 * np.pi) * turns)) % turns
+        turn = int(np.rint((poses[p, 2] + offset[2]) / (2.0 * np.pi) * turns)) % turns
         out[p] = table[place, turn]
     return out
