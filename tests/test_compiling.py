@@ -53,8 +53,8 @@ def estimated(out: Path, loops: Path, *, cores: int, until: int) -> tuple[bytes,
     ]
     script = (
         f"import sys\nsys.path.insert(0, {str(ROOT)!r})\n"
-        "from objstate.cli import sharing\nfrom objstate.cli.entry import main\n"
-        f"sharing.default_workers = lambda: {cores}\nmain({given!r})"
+        "from objstate.experiments import processes\nfrom objstate.cli.entry import main\n"
+        f"processes.default_workers = lambda: {cores}\nmain({given!r})"
     )
     done = run(script, NUMBA_CACHE_DIR=str(loops), NUMBA_DEBUG_CACHE="1")
     return (out / "estimates.parquet").read_bytes(), done.stdout.count("data saved to")
@@ -64,9 +64,9 @@ def test_loops_compiled_by_one_process_by_several_and_before_give_the_same_bytes
     tmp_path: Path,
 ) -> None:
     alone, several = tmp_path / "alone", tmp_path / "several"
-    by_itself, many = estimated(tmp_path / "1", alone, cores=1, until=8)
-    shared, first = estimated(tmp_path / "2", several, cores=2, until=8)
-    kept, none = estimated(tmp_path / "3", several, cores=2, until=8)
+    by_itself, many = estimated(tmp_path / "1", alone, cores=1, until=60)
+    shared, first = estimated(tmp_path / "2", several, cores=2, until=60)
+    kept, none = estimated(tmp_path / "3", several, cores=2, until=60)
     assert by_itself == shared == kept
     assert many > 20
     assert first == 1  # by which it saw that there was something to compile
@@ -75,7 +75,8 @@ def test_loops_compiled_by_one_process_by_several_and_before_give_the_same_bytes
 
 def test_processes_that_fail_to_compile_do_no_harm(tmp_path: Path) -> None:
     script = (
-        "import sys\nfrom objstate.cli import sharing\nsharing.default_workers = lambda: 2\n"
+        "import sys\nfrom objstate.cli import sharing\nfrom objstate.experiments import processes\n"
+        "processes.default_workers = lambda: 2\n"
         "sharing.share_out_compiling()\nsys.executable = {!r}\n"
     )
     for number, executable in enumerate(("/bin/false", str(tmp_path / "nowhere"))):

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from functools import cache, partial
+from functools import cache
 
 from objstate.compiling import when_compiling
-from objstate.experiments.processes import default_workers
 
 MOST_PROCESSES = 4  # parts of about equal work
 PATIENCE = 120.0  # s that are waited for them
@@ -19,17 +18,17 @@ def share_out_compiling() -> None:
 
     Loops that they don't bring about, whatever the reason, are compiled where they are needed.
     """
-    processes = min(default_workers(), MOST_PROCESSES)
-    if processes > 1:
-        when_compiling(partial(_compile, processes))
+    when_compiling(_compile)
 
 
-def _compile(processes: int) -> None:
+def _compile() -> None:
+    from objstate.experiments.processes import default_workers
     from objstate.sensing import kernels
 
+    processes = min(default_workers(), MOST_PROCESSES)
     stats = kernels.take.stats  # type: ignore[attr-defined]
-    if stats.cache_path is None or stats.cache_hits:
-        return  # nothing can be kept for this process, or the loops of every run are
+    if processes == 1 or stats.cache_path is None or stats.cache_hits:
+        return  # nothing could be handed over, or the loops of every run were compiled before
     from objstate.cli.loops import compile_part
 
     command = [sys.executable, "-P", "-m", "objstate.cli.loops"]

@@ -318,6 +318,15 @@ def project(
             is_touched[i] = True
 
 
+@_inner
+def untouched(nearest: FloatArray, is_touched: BoolArray) -> None:
+    """Let no beam (n,) touch anything, nor be ended by anything (n, p)."""
+    for i in range(is_touched.shape[0]):
+        is_touched[i] = False
+        for p in range(nearest.shape[1]):
+            nearest[i, p] = np.inf
+
+
 @_compile
 def cast(
     poses: FloatArray,
@@ -337,8 +346,8 @@ def cast(
     lasers, middle = stands(poses, sweep), np.empty(4)
     (strayed, turned), count = strays(lasers, middle), beams.shape[1]
     nearest, spare = np.empty((count, poses.shape[0])), np.empty((SPARE, poses.shape[0]))
-    nearest.fill(np.inf)
-    is_touched = np.zeros(count, dtype=np.bool_)
+    is_touched = np.empty(count, dtype=np.bool_)
+    untouched(nearest, is_touched)
     for s in range(placements.shape[0]):
         project(
             lasers,
@@ -379,18 +388,20 @@ def mark_seen(
     """
     lasers, middle = stands(poses, sweep), np.empty(4)
     (strayed, turned), count, size = strays(lasers, middle), beams.shape[1], poses.shape[0]
-    fixed = np.zeros(4)
-    fixed[COS] = 1.0
+    fixed = np.empty(4)
+    fixed[X], fixed[Y], fixed[COS], fixed[SIN] = 0.0, 0.0, 1.0, 0.0
     nearest, alone, spare = (
         np.empty((count, size)),
         np.empty((count, size)),
         np.empty((SPARE, size)),
     )
-    nearest.fill(np.inf)
-    alone.fill(np.inf)
     by = np.empty((count, size), dtype=np.int64)  # which segment each beam hits
-    by.fill(-1)
-    is_touched = np.zeros(count, dtype=np.bool_)
+    is_touched = np.empty(count, dtype=np.bool_)
+    untouched(nearest, is_touched)
+    untouched(alone, is_touched)
+    for i in range(count):
+        for p in range(size):
+            by[i, p] = -1
     for k in range(outline.shape[0]):
         project(
             lasers,
