@@ -16,9 +16,12 @@ def njit(**options: Any) -> Callable[[F], F]:
     """``numba.njit(cache=True, **options)``, or without the cache where none can be written.
 
     numba keeps compiled loops beside their source, else in the user's cache folder, and refuses to
-    compile where it may write to neither, as in a container with a read-only file system.
+    compile where it may write to neither, as in a container with a read-only file system. Loops are
+    called from Python, so that they need no other way in.
     """
     import numba
+
+    options |= {"no_cfunc_wrapper": True}
 
     def compiled(function: F) -> F:
         try:
@@ -43,17 +46,22 @@ def inner(**options: Any) -> Callable[[F], F]:
 
 
 def when_compiling(tell: Callable[[], None]) -> None:
-    """Call ``tell`` once, as soon as a loop is compiled in this process rather than loaded."""
+    """Call ``tell`` once, as soon as a loop is compiled in this process rather than loaded.
+
+    That one is compiled after ``tell`` has returned, which may compile others.
+    """
     from numba.core import event
+
+    untold = [tell]
 
     class Listener(event.Listener):
         def on_start(self, event: object) -> None:
-            told()
+            if untold:
+                untold.pop()()
 
         def on_end(self, event: object) -> None:
             pass
 
-    told = cache(tell)
     event.register("numba:compile", Listener())  # type: ignore[no-untyped-call]
 
 

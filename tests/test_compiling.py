@@ -10,6 +10,7 @@ from pathlib import Path
 import numba
 import pytest
 
+from objstate.cli.loops import PARTS
 from objstate.compiling import njit
 
 ROOT = Path(__file__).parents[1]
@@ -45,17 +46,55 @@ def test_where_they_can_be_kept_they_are(tmp_path: Path) -> None:
     assert len(list(tmp_path.rglob("*.nbc"))) == 1
 
 
-def test_loops_just_compiled_give_the_bytes_of_those_that_were_kept(tmp_path: Path) -> None:
-    log, building = (
-        str(ROOT / each) for each in ("logs/corridor.mcap", "models/corridor/corridor.urdf")
+def estimated(out: Path, loops: Path, *, cores: int, until: int) -> tuple[bytes, int]:
+    """What the sample log gives up to a time, s, with so many cores; and how many loops that process compiled."""
+    given = [
+        *("estimate", str(ROOT / "logs/corridor.mcap"), "--quiet", "--to", str(until)),
+        *("--building", str(ROOT / "models/corridor/corridor.urdf"), "--out", str(out)),
+    ]
+    script = (
+        f"import sys\nsys.path.insert(0, {str(ROOT)!r})\n"
+        "from objstate.experiments import processes\nfrom objstate.cli.entry import main\n"
+        f"processes.default_workers = lambda: {cores}\nmain({given!r})"
     )
-    written = []
-    for result in (tmp_path / "compiled", tmp_path / "kept"):
-        given = ["estimate", log, "--building", building, "--to", "8", "--out", str(result)]
-        kept = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "loops")}
-        subprocess.run([sys.executable, ROOT / "cli.py", *given], env=kept, check=True)
-        written.append((result / "estimates.parquet").read_bytes())
-    assert written[0] == written[1]
+    done = run(script, NUMBA_CACHE_DIR=str(loops), NUMBA_DEBUG_CACHE="1")
+    return (out / "estimates.parquet").read_bytes(), done.stdout.count("data saved to")
+
+
+def test_loops_compiled_by_one_process_by_several_and_before_give_the_same_bytes(
+    tmp_path: Path,
+) -> None:
+    alone, several = tmp_path / "alone", tmp_path / "several"
+    by_itself, many = estimated(tmp_path / "1", alone, cores=1, until=60)
+    shared, first = estimated(tmp_path / "2", several, cores=2, until=60)
+    kept, none = estimated(tmp_path / "3", several, cores=2, until=60)
+    assert by_itself == shared == kept
+    assert many == sum(map(len, PARTS))
+    assert first == 1 + sum(map(len, PARTS[::2]))  # and that by which it saw that any has to be
+    assert none == 0
+
+
+def test_processes_that_fail_to_compile_do_no_harm(tmp_path: Path) -> None:
+    script = (
+        "import sys\nfrom objstate.cli import sharing\nfrom objstate.experiments import processes\n"
+        "processes.default_workers = lambda: 2\n"
+        "sharing.share_out_compiling()\nsys.executable = {!r}\n"
+    )
+    for number, executable in enumerate(("/bin/false", str(tmp_path / "nowhere"))):
+        loops = tmp_path / str(number)
+        assert (
+            run(script.format(executable) + SCRIPT, NUMBA_CACHE_DIR=str(loops)).stdout == "[2.]\n"
+        )
+
+
+def test_a_process_that_compiles_ends_with_its_parent(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "objstate.cli.loops", "0", "1"]
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    with subprocess.Popen(command, stdin=subprocess.PIPE, env=environment) as child:
+        assert child.stdin is not None
+        child.stdin.close()
+        assert child.wait(10) == 1
+    assert not list(tmp_path.rglob("*.nbc"))
 
 
 def test_what_cant_be_compiled_is_an_error() -> None:

@@ -40,6 +40,7 @@ from objstate.cli.parsing import (
     split_topics,
 )
 from objstate.cli.progress import progress_bar
+from objstate.cli.sharing import share_out_compiling
 from objstate.cli.state_table import state_table
 
 if TYPE_CHECKING:
@@ -159,6 +160,7 @@ def estimate(
     extras = Extras(calibrate, learn_dynamics)
     options = extras.prepare(logs, building, options, quiet)
     with live_view(live) as view, progress_bar("Estimating", quiet or live) as report:
+        share_out_compiling()
         result = estimate_log(
             logs,
             building,

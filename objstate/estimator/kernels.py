@@ -77,8 +77,9 @@ def reached(entered: FloatArray, beams: BoolArray, walls: FloatArray, margin: fl
 @_compile
 def evenly_spread(beams: BoolArray, most: int) -> Any:
     """At most ``most`` of the chosen beams (n,), evenly spread among them."""
-    last, kept = -1, np.zeros_like(beams)
+    last, kept = -1, np.empty(beams.shape[0], dtype=np.bool_)
     for i in range(beams.shape[0]):
+        kept[i] = False
         last += beams[i]
     if last < most:
         return beams

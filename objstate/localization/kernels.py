@@ -24,20 +24,23 @@ def _wrapped(angle: float) -> Any:
 @_inner
 def _mean(poses: FloatArray, weights: FloatArray) -> Any:
     """Mean (3,) of poses (n, 3) with weights (n,); the yaw's is circular."""
-    mean, east, north = np.zeros(3), 0.0, 0.0
+    mean, x, y, east, north = np.empty(3), 0.0, 0.0, 0.0, 0.0
     for p in range(poses.shape[0]):
-        mean[0] += weights[p] * poses[p, 0]
-        mean[1] += weights[p] * poses[p, 1]
+        x += weights[p] * poses[p, 0]
+        y += weights[p] * poses[p, 1]
         east += weights[p] * np.cos(poses[p, 2])
         north += weights[p] * np.sin(poses[p, 2])
-    mean[2] = np.arctan2(north, east)
+    mean[0], mean[1], mean[2] = x, y, np.arctan2(north, east)
     return mean
 
 
 @_compile
 def moments(poses: FloatArray, weights: FloatArray) -> Any:
     """Mean (3,) and covariance (3, 3) of poses (n, 3) with weights (n,)."""
-    mean, covariance, off = _mean(poses, weights), np.zeros((3, 3)), np.empty(3)
+    mean, covariance, off = _mean(poses, weights), np.empty((3, 3)), np.empty(3)
+    for row in range(3):
+        for column in range(3):
+            covariance[row, column] = 0.0
     for p in range(poses.shape[0]):
         off[0], off[1] = poses[p, 0] - mean[0], poses[p, 1] - mean[1]
         off[2] = _wrapped(poses[p, 2] - mean[2])
@@ -64,7 +67,7 @@ def moved(
 
     ``noise`` (3, n), in standard deviations, is of the half turn before, of that after, and of the length.
     """
-    out = np.empty_like(poses)
+    out = np.empty((poses.shape[0], 3))
     for p in range(poses.shape[0]):
         heading = poses[p, 2] + half_turn_std * noise[0, p]
         driven = length + length_std * noise[2, p]
@@ -81,8 +84,12 @@ def cells(poses: FloatArray, sides: FloatArray) -> Any:
     The cells have the ``sides`` (3,), and the poses' mean lies in the middle of one.
     """
     count = poses.shape[0]
-    mean = _mean(poses, np.full(count, 1.0 / count))
-    places, first, last = np.empty((count, 3)), np.zeros(3), np.zeros(3)
+    evenly, places, first, last = np.empty(count), np.empty((count, 3)), np.empty(3), np.empty(3)
+    for p in range(count):
+        evenly[p] = 1.0 / count
+    for axis in range(3):
+        first[axis], last[axis] = 0.0, 0.0
+    mean = _mean(poses, evenly)
     for p in range(count):
         places[p, 0] = np.rint((poses[p, 0] - mean[0]) / sides[0])
         places[p, 1] = np.rint((poses[p, 1] - mean[1]) / sides[1])

@@ -51,7 +51,8 @@ def _score(
     out: FloatArray,
 ) -> None:
     """About log p(o | l) ``out`` (b,) of a place where so much should be read at b bearings, for as many headings."""
-    out.fill(0.0)
+    for t in range(out.shape[0]):
+        out[t] = 0.0
     for i in range(bins.shape[0]):
         measured, anything, short = beams[0, i], beams[1, i], beams[2, i]
         first, rest = (
@@ -119,7 +120,9 @@ def scores(
     the pose ``offset`` (3,) as seen from the robot.
     """
     turns = nearest.shape[1]
-    table, is_known = np.empty(nearest.shape), np.zeros(nearest.shape[0], dtype=np.bool_)
+    table, is_known = np.empty(nearest.shape), np.empty(nearest.shape[0], dtype=np.bool_)
+    for place in range(nearest.shape[0]):
+        is_known[place] = False
     nowhere, out = _nowhere(beams, missing), np.empty(poses.shape[0])
     for p in range(poses.shape[0]):
         cos, sin = np.cos(poses[p, 2]), np.sin(poses[p, 2])
@@ -145,6 +148,6 @@ def scores(
                 per_sigma,
                 table[place],
             )
-        turn = int(np.round((poses[p, 2] + offset[2]) / (2.0 * np.pi) * turns)) % turns
+        turn = int(np.rint((poses[p, 2] + offset[2]) / (2.0 * np.pi) * turns)) % turns
         out[p] = table[place, turn]
     return out

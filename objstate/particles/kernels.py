@@ -24,7 +24,7 @@ def normalized(log: FloatArray) -> Any:
     top, total = -np.inf, 0.0
     for j in range(log.shape[0]):
         top = max(top, log[j])
-    logarithms, values = np.empty_like(log), np.empty_like(log)
+    logarithms, values = np.empty(log.shape[0]), np.empty(log.shape[0])
     for j in range(log.shape[0]):
         values[j] = np.exp(log[j] - top)
         total += values[j]

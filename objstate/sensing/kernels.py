@@ -104,7 +104,7 @@ def take(
             beams[MEASURED, k], beams[SHORT, k] = reads[some[k]], stopped[some[k]]
             k += 1
     before[chosen.shape[0]] = k
-    lookup = np.empty_like(index)
+    lookup = np.empty(index.shape[0], dtype=np.int64)
     for cell in range(index.shape[0]):
         lookup[cell] = before[index[cell]]
     return some, beams, lookup, reads, stopped

@@ -45,7 +45,7 @@ class Sweep:
         return Sweep(
             height=float(rays.origins[0, 2]),
             order=order,
-            rows=np.vstack([bearing, rays.directions[order, :2].T, offset.T]),
+            rows=np.ascontiguousarray(np.vstack([bearing, rays.directions[order, :2].T, offset.T])),
             centre=np.array([*centre, np.hypot(*offset.T).max()]),
         )
 

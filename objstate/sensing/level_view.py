@@ -79,7 +79,7 @@ class LevelView:
         walls, stand = self.walls(poses), self._outlines.stand(poses)
         outlines, height = self._outlines, self._sweep.height
         placed = {
-            name: (outlines.of_object(name, height), outlines.placements(name, state[None])[0])
+            name: (outlines.of_object(name, height), outlines.placements(name, state[None]))
             for name, state in states.items()
         }
 
@@ -195,21 +195,10 @@ class LevelView:
 
     def _cast(self, outline: ObjectOutline, placements: FloatArray, stand: Stand) -> FloatArray:
         """Ranges (p, s, n) m of an outline at placements (s, 4)."""
-        beams = self._beams
 
         def ranges(abreast: FloatArray) -> FloatArray:
-            found = np.empty((len(abreast), len(placements), len(beams.order)))
-            projection.cast(
-                abreast,
-                placements,
-                outline.segments,
-                outline.rim,
-                beams.order,
-                beams.rows,
-                beams.lookup,
-                self._sweep.centre,
-                found,
-            )
+            found = np.full((len(abreast), len(placements), len(self._beams.order)), np.inf)
+            self._shorten(found, outline, placements, abreast)
             return found
 
         return stand.each(ranges)
@@ -220,21 +209,31 @@ class LevelView:
         abreast: FloatArray,
         behind: FloatArray,
     ) -> FloatArray:
-        """Ranges (p, n) m of what is behind, or of objects at a placement (4,) each where they are nearer."""
-        nearest, beams = behind.copy(), self._beams
+        """Ranges (p, n) m of what is behind, or of objects at a placement (1, 4) each where they are nearer."""
+        nearest = behind.copy()
         for outline, place in objects:
-            projection.put_before(
-                abreast,
-                place,
-                outline.segments,
-                outline.rim,
-                beams.order,
-                beams.rows,
-                beams.lookup,
-                self._sweep.centre,
-                nearest,
-            )
+            self._shorten(nearest[:, None], outline, place, abreast)
         return nearest
+
+    def _shorten(
+        self,
+        ranges: FloatArray,
+        outline: ObjectOutline,
+        placements: FloatArray,
+        abreast: FloatArray,
+    ) -> None:
+        """Let ranges (p, s, n) m from poses be those of an outline at placements (s, 4) where it is nearer."""
+        projection.cast(
+            abreast,
+            placements,
+            outline.segments,
+            outline.rim,
+            self._beams.order,
+            self._beams.rows,
+            self._beams.lookup,
+            self._sweep.centre,
+            ranges,
+        )
 
     def _unsorted(self, values: NDArray[T]) -> NDArray[T]:
         """Values (..., n) of sorted beams in the scan's own order."""

@@ -34,7 +34,7 @@ from objstate.sensing.kernels import (
     at_once,
     floor_of,
 )
-from objstate.sensing.projection import SPARE, project, stands, strays
+from objstate.sensing.projection import SPARE, project, stands, strays, untouched
 from objstate.sensing.runs import half_precision, hit_density, look_past, step
 
 SCALE, LOG_SCALE = 10.0**DECADES, DECADES * np.log(10.0)
@@ -163,7 +163,8 @@ def _span(
         is_touched[i] = False
         j = order[i]
         if not _touches(nearest[i], without[j], np.inf):
-            nearest[i].fill(np.inf)
+            for p in range(nearest.shape[1]):
+                nearest[i, p] = np.inf
             continue
         first, past = min(first, j), max(past, j + 1)
         if not bears[i]:
@@ -220,10 +221,9 @@ def scan_log_likelihood(
     """Log p(o | d-hat) ``out`` (p,) of a scan's beams (n,), in its own order, for what is ``expected`` (p, n)."""
     size, count = expected.shape
     free, stopped, hits, meets = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
-    free.fill(1.0 - model[UNEXPECTED])
-    stopped.fill(model[UNEXPECTED])
+    for p in range(size):
+        free[p], stopped[p], out[p] = 1.0 - model[UNEXPECTED], model[UNEXPECTED], 0.0
     most = min(at_once(short, model), at_once(lasting, model))
-    out.fill(0.0)
     for j in range(count):
         for p in range(size):
             meets[p] = expected[p, j]
@@ -273,9 +273,9 @@ def object_log_likelihood(
     size, count = poses.shape[0], beams.shape[1]
     lasers, middle = stands(poses, sweep), np.empty(4)
     strayed, turned = strays(lasers, middle)
-    nearest, is_touched = np.empty((count, size)), np.zeros(count, dtype=np.bool_)
+    nearest, is_touched = np.empty((count, size)), np.empty(count, dtype=np.bool_)
     spare = np.empty((SPARE, size))
-    nearest.fill(np.inf)
+    untouched(nearest, is_touched)
     measured, short, place = np.empty(count), np.empty(count), np.empty(count, dtype=np.int64)
     without = np.empty((count, size))
     for i in range(count):
@@ -317,9 +317,8 @@ def object_log_likelihood(
             is_touched,
             spare,
         )
-        change.fill(0.0)
-        gradient.fill(0.0)
-        curvature.fill(0.0)
+        for p in range(size):
+            change[p], gradient[p], curvature[p] = 0.0, 0.0, 0.0
         first, past = _span(is_touched, nearest, without, order, beams, model, bears)
         for j in range(first, past):
             i = place[j]
@@ -397,8 +396,9 @@ def _replace(likelihood: FloatArray, mixed: FloatArray, kept: FloatArray) -> Non
 @_inner
 def _log_products(likelihood: FloatArray, out: FloatArray) -> None:
     """Logarithms ``out`` (p,) of the products over beams of likelihoods (n, p)."""
-    product = np.ones(out.shape[0])
-    out.fill(0.0)
+    product = np.empty(out.shape[0])
+    for p in range(out.shape[0]):
+        product[p], out[p] = 1.0, 0.0
     for i in range(likelihood.shape[0]):
         row, leaves = likelihood[i], 0
         for p in range(out.shape[0]):
@@ -437,13 +437,14 @@ def pose_log_likelihood(
     lasers, middle = stands(poses, sweep), np.empty(4)
     strayed, turned = strays(lasers, middle)
     without, likelihood = np.empty((count, size)), np.empty((count, size))
-    alone, mixed, kept = np.empty((count, size)), np.zeros((count, size)), np.ones((count, size))
-    alone.fill(np.inf)
+    alone, mixed, kept = np.empty((count, size)), np.empty((count, size)), np.empty((count, size))
     dense, spare = np.empty(size), np.empty((SPARE, size))
-    is_touched, is_mixed = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_)
+    is_touched, is_mixed = np.empty(count, dtype=np.bool_), np.empty(count, dtype=np.bool_)
+    untouched(alone, is_touched)
     for i in range(count):
+        is_mixed[i] = False
         for p in range(size):
-            without[i, p] = expected[p, order[i]]
+            without[i, p], mixed[i, p], kept[i, p] = expected[p, order[i]], 0.0, 1.0
         _look(without[i], _read(beams[MEASURED, i], model), beams[SHORT, i], model, likelihood[i])
     outline_start, placement_start = 0, 0
     for j in range(outline_ends.shape[0]):
@@ -472,7 +473,8 @@ def pose_log_likelihood(
                     is_mixed[i] = True
                     _look(alone[i], _read(beams[MEASURED, i], model), beams[SHORT, i], model, dense)
                     _mix(alone[i], without[i], dense, shares[s], mixed[i], kept[i])
-                alone[i].fill(np.inf)
+                for p in range(size):
+                    alone[i, p] = np.inf
         for i in range(count):
             if is_mixed[i]:
                 is_mixed[i] = False

@@ -318,6 +318,15 @@ def project(
             is_touched[i] = True
 
 
+@_inner
+def untouched(nearest: FloatArray, is_touched: BoolArray) -> None:
+    """Let no beam (n,) touch anything, nor be ended by anything (n, p)."""
+    for i in range(is_touched.shape[0]):
+        is_touched[i] = False
+        for p in range(nearest.shape[1]):
+            nearest[i, p] = np.inf
+
+
 @_compile
 def cast(
     poses: FloatArray,
@@ -330,16 +339,16 @@ def cast(
     sweep: FloatArray,
     out: FloatArray,
 ) -> None:
-    """Ranges ``out`` (p, s, n) from poses (p, 4) to an outline (k, 4) at placements (s, 4).
+    """Shorten ranges ``out`` (p, s, n) from poses (p, 4) where an outline (k, 4) at placements (s, 4) is nearer.
 
-    ``out`` is in the scan's own order, of which sorted beam i is ``order[i]``.
+    They are in the scan's own order, of which sorted beam i is ``order[i]``.
     """
     lasers, middle = stands(poses, sweep), np.empty(4)
     (strayed, turned), count = strays(lasers, middle), beams.shape[1]
     nearest, spare = np.empty((count, poses.shape[0])), np.empty((SPARE, poses.shape[0]))
-    is_touched = np.zeros(count, dtype=np.bool_)
+    is_touched = np.empty(count, dtype=np.bool_)
+    untouched(nearest, is_touched)
     for s in range(placements.shape[0]):
-        nearest.fill(np.inf)
         project(
             lasers,
             middle,
@@ -356,50 +365,11 @@ def cast(
             spare,
         )
         for i in range(count):
-            for p in range(poses.shape[0]):
-                out[p, s, order[i]] = nearest[i, p]
-
-
-@_compile
-def put_before(
-    poses: FloatArray,
-    place: FloatArray,
-    outline: FloatArray,
-    rim: int,
-    order: IntArray,
-    beams: FloatArray,
-    index: IntArray,
-    sweep: FloatArray,
-    expected: FloatArray,
-) -> None:
-    """Shorten what is ``expected`` (p, n) from poses (p, 4) where an outline (k, 4) at a place (4,) is nearer.
-
-    It is in the scan's own order, of which sorted beam i is ``order[i]``.
-    """
-    lasers, middle = stands(poses, sweep), np.empty(4)
-    (strayed, turned), count = strays(lasers, middle), beams.shape[1]
-    nearest, spare = np.empty((count, poses.shape[0])), np.empty((SPARE, poses.shape[0]))
-    nearest.fill(np.inf)
-    is_touched = np.zeros(count, dtype=np.bool_)
-    project(
-        lasers,
-        middle,
-        strayed,
-        turned,
-        place,
-        outline,
-        rim,
-        beams,
-        index,
-        sweep[SPREAD],
-        nearest,
-        is_touched,
-        spare,
-    )
-    for i in range(count):
-        if is_touched[i]:
-            for p in range(poses.shape[0]):
-                expected[p, order[i]] = min(expected[p, order[i]], nearest[i, p])
+            if is_touched[i]:
+                is_touched[i] = False
+                for p in range(poses.shape[0]):
+                    out[p, s, order[i]] = min(out[p, s, order[i]], nearest[i, p])
+                    nearest[i, p] = np.inf
 
 
 @_compile
@@ -418,18 +388,20 @@ def mark_seen(
     """
     lasers, middle = stands(poses, sweep), np.empty(4)
     (strayed, turned), count, size = strays(lasers, middle), beams.shape[1], poses.shape[0]
-    fixed = np.zeros(4)
-    fixed[COS] = 1.0
+    fixed = np.empty(4)
+    fixed[X], fixed[Y], fixed[COS], fixed[SIN] = 0.0, 0.0, 1.0, 0.0
     nearest, alone, spare = (
         np.empty((count, size)),
         np.empty((count, size)),
         np.empty((SPARE, size)),
     )
-    nearest.fill(np.inf)
-    alone.fill(np.inf)
     by = np.empty((count, size), dtype=np.int64)  # which segment each beam hits
-    by.fill(-1)
-    is_touched = np.zeros(count, dtype=np.bool_)
+    is_touched = np.empty(count, dtype=np.bool_)
+    untouched(nearest, is_touched)
+    untouched(alone, is_touched)
+    for i in range(count):
+        for p in range(size):
+            by[i, p] = -1
     for k in range(outline.shape[0]):
         project(
             lasers,

@@ -142,8 +142,8 @@ def look_past(
     """
     count, size = expected.shape
     reach, stop, hits = np.empty(size), np.empty(size), np.empty(size)
-    reach.fill(1.0 - model[UNEXPECTED])
-    stop.fill(model[UNEXPECTED])
+    for p in range(size):
+        reach[p], stop[p] = 1.0 - model[UNEXPECTED], model[UNEXPECTED]
     for j in range(count):
         for p in range(size):
             before[j, p] = stop[p]
@@ -153,11 +153,12 @@ def look_past(
             reach[p] *= per_density[j, p]
             stop[p] *= per_density[j, p]
     if model[LASTING] == 0.0:
-        free.fill(1.0)
-        stopped.fill(1.0)
+        for j in range(count):
+            for p in range(size):
+                free[j, p], stopped[j, p] = 1.0, 1.0
         return
-    reach.fill(1.0)
-    stop.fill(1.0)
+    for p in range(size):
+        reach[p], stop[p] = 1.0, 1.0
     for j in range(count - 1, -1, -1):
         for p in range(size):
             free[j, p] = reach[p]

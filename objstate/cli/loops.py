@@ -1,0 +1,99 @@
+"""The loops that every run needs, compiled part by part: ``python -m objstate.cli.loops PART OF``.
+
+Signatures are those that a run calls them with: b, i and f for truth values, integers and
+floats, with the number of axes where they are arrays.
+"""
+
+from __future__ import annotations
+
+import gc
+import os
+import sys
+import threading
+from itertools import chain
+from typing import Any
+
+from objstate.estimator import kernels as sight
+from objstate.localization import kernels as robot
+from objstate.localization import search_kernels as search
+from objstate.objects import kernels as lattice
+from objstate.particles import kernels as particles
+from objstate.sensing import kernels as scans
+from objstate.sensing import likelihood, projection
+
+Part = tuple[tuple[Any, str], ...]  # loops and their signatures
+
+PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the projection
+    (
+        (likelihood.object_log_likelihood, "i1 f2 f2 f2 f2 i f2 i1 f2 f1 i1 f1 f1 f f f2 b1"),
+        (likelihood.average_out, "f2 i1 f2"),
+        (projection.mark_seen, "f2 f2 i f2 i1 f1 b1"),
+    ),
+    (
+        (scans.take, "b1 i1 f2 i1 f1 f1"),
+        (scans.with_trigonometry, "f2 f"),
+        (scans.rectangle, "f2"),
+        (scans.hinged, "f f f f f2"),
+        (scans.chances, "f1 f1 f1"),
+        (particles.normalized, "f1"),
+        (particles.largest_step, "f1 f1 f f"),
+        (particles.systematic, "f1 i f"),
+        (lattice.worth_casting, "f1 f i i"),
+        (lattice.condition, "f2 i1 f2 f2 f1"),
+        (lattice.drift, "f2 f b f f1 f2"),
+        (lattice.moments, "f2 f1 f"),
+        (lattice.interval, "f2 f1 f f"),
+        (lattice.apportion, "f2 f1 f2 f1 f1 f1 f1 f1"),
+        (lattice.handed_on, "f2 f1 f i1"),
+        (lattice.narrow, "f1 f b i"),
+    ),
+    (
+        (projection.cast, "f2 f2 f2 i i1 f2 i1 f1 f3"),
+        (likelihood.pose_log_likelihood, "f2 f2 f2 i1 i1 f2 i1 f1 i1 f2 i1 f1 f1 f1"),
+        (likelihood.scan_log_likelihood, "f2 f1 f1 f1 f1 f1"),
+    ),
+    (
+        (search.scores, "f2 i2 f1 f f2 f2 f2 i1 f2 f1 f f1 f"),
+        (robot.moments, "f2 f1"),
+        (robot.moved, "f2 f f f f f f2"),
+        (robot.cells, "f2 f1"),
+        (robot.copies, "f2 i1 f2 f2"),
+        (sight.evenly_spread, "b1 i"),
+        (sight.within, "f2 f f f"),
+        (sight.entries, "f2 f1 f f f2 f2 f1"),
+        (sight.reached, "f2 b1 f1 f"),
+        (sight.share_through_walls, "f1 f1 f"),
+    ),
+)
+
+
+def compile_part(part: int, of: int) -> None:
+    """Compile every ``of``-th part from one on, but for loops that were compiled before."""
+    for loop, signature in chain(*PARTS[part::of]):
+        loop.compile(_types(signature))
+
+
+def main(part: int, of: int) -> None:
+    """The same in a process for that alone, which ends at once when its parent does."""
+    gc.disable()  # what numba leaves isn't worth looking for in a process that ends soon
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    compile_part(part, of)
+
+
+def _types(signature: str) -> tuple[Any, ...]:
+    from numba import types
+
+    scalars = {"b": types.boolean, "i": types.int64, "f": types.float64}
+    return tuple(
+        types.Array(scalars[each[0]], int(each[1:]), "C") if each[1:] else scalars[each]
+        for each in signature.split()
+    )
+
+
+def _end_with_parent() -> None:
+    sys.stdin.read()
+    os._exit(1)
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]), int(sys.argv[2]))

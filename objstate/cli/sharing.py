@@ -1,0 +1,55 @@
+"""Compiling shared out over processes, as after an install."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from functools import cache
+
+from objstate.compiling import when_compiling
+
+MOST_PROCESSES = 4  # parts of about equal work
+PATIENCE = 120.0  # s that are waited for them
+
+
+@cache
+def share_out_compiling() -> None:
+    """As soon as a loop has to be compiled, let all that a run needs be, by a process for each core.
+
+    Loops that they don't bring about, whatever the reason, are compiled where they are needed.
+    """
+    when_compiling(_compile)
+
+
+def _compile() -> None:
+    from objstate.experiments.processes import default_workers
+    from objstate.sensing import kernels
+
+    processes = min(default_workers(), MOST_PROCESSES)
+    stats = kernels.take.stats  # type: ignore[attr-defined]
+    if processes == 1 or stats.cache_path is None or stats.cache_hits:
+        return  # nothing could be handed over, or the loops of every run were compiled before
+    from objstate.cli.loops import compile_part
+
+    command = [sys.executable, "-P", "-m", "objstate.cli.loops"]
+    others: list[subprocess.Popen[bytes]] = []
+    try:
+        for part in range(1, processes):
+            others.append(
+                subprocess.Popen(
+                    [*command, str(part), str(processes)],
+                    stdin=subprocess.PIPE,
+                    stdout=subprocess.DEVNULL,
+                    stderr=subprocess.DEVNULL,
+                    start_new_session=True,  # Ctrl-C is for the parent
+                )
+            )
+        compile_part(0, processes)
+        for other in others:
+            other.wait(PATIENCE)
+    except (OSError, subprocess.TimeoutExpired):
+        return
+    finally:
+        for other in others:
+            other.kill()
+            other.communicate()
