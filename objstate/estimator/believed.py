@@ -49,19 +49,20 @@ class Believed:
     def at(self, name: str, stamp_ns: int, rng: np.random.Generator | None = None) -> ObjectBelief:
         """p(s_i) <- integral of p(s_i | t, s_i') p(s_i'), t the time since the last update."""
         belief = self.marginals[name]
-        seconds = _seconds(belief, stamp_ns)
+        seconds, now = _seconds(belief, stamp_ns), altered(belief, stamp_ns=stamp_ns)
         if seconds > 0.0:
-            belief = self.filters[name].predict(belief, seconds, rng or self.rngs[name])
-        return altered(belief, stamp_ns=stamp_ns)
+            return self.filters[name].predict(now, seconds, rng or self.rngs[name])
+        return now
 
     def given(self, name: str, samples: int, stamp_ns: int) -> ConditionalBelief:
         """The same given each of so many robot samples."""
         belief = self.marginals[name]
         known = self._in_view.get(name) or ConditionalBelief.independent(belief, samples)
+        known = altered(known, belief=altered(known.belief, stamp_ns=stamp_ns))
         seconds = _seconds(belief, stamp_ns)
         if seconds > 0.0:
-            known = self.filters[name].predict_each(known, seconds, self.rngs[name])
-        return altered(known, belief=altered(known.belief, stamp_ns=stamp_ns))
+            return self.filters[name].predict_each(known, seconds, self.rngs[name])
+        return known
 
     def keep_in_view(self, given: Mapping[str, ConditionalBelief]) -> None:
         """Keep the beliefs of the objects in view; of all others, marginals alone remain."""

@@ -74,15 +74,13 @@ def observe(
         if update is None:
             continue
         log_evidence += update.log_evidence + tempering * (absent - backdrop.log_likelihood)
-        belief = altered(update.conditional.belief, last_observed_ns=stamp_ns)
-        given[name] = altered(update.conditional, belief=belief)
-        fits[name] = _fit(name, belief, update, view, robot, without)
+        given[name] = update.conditional
+        fits[name] = _fit(name, update, view, robot, without)
     return Observation(given, beliefs, fits, log_evidence / tempering)
 
 
 def _fit(
     name: str,
-    belief: ObjectBelief,
     update: Update,
     view: ScanView,
     robot: PoseBelief,
@@ -92,6 +90,7 @@ def _fit(
 
     Seen from the robot sample that explains the scan best.
     """
+    belief = update.conditional.belief
     best = int(np.argmax(robot.weights.log + update.log_evidence))
     expected = without[best]
     if belief.presence >= 0.5:

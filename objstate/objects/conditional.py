@@ -14,7 +14,6 @@ import numpy as np
 
 from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.objects.belief import ObjectBelief
-from objstate.particles import Weights
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,9 +33,8 @@ class ConditionalBelief:
 
     def averaged(self, given: FloatArray, robot_weights: FloatArray) -> ConditionalBelief:
         """With new conditional weights (l, n), the marginal by the robot weights (l,), which sum to one."""
-        marginal = (robot_weights * self.presence) @ given
         gone = float(robot_weights @ (1.0 - self.presence))  # exactly 0 where nobody doubts it
-        belief = self.belief.weighted(Weights(marginal / marginal.sum()), 1.0 - gone)
+        belief = self.belief.mixture(given, robot_weights * self.presence, 1.0 - gone)
         return ConditionalBelief(belief, given, self.presence, self.inherited)
 
     def apportioned(self, before: ObjectBelief, robot_weights: FloatArray) -> ConditionalBelief:

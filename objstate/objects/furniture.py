@@ -125,7 +125,11 @@ class SampleFilter:
             believed = self._renewed(believed.averaged(after, robot), remaining > 0.0, rng)
         there, log_evidence = _presence(believed.presence, log_evidence)
         seen = evidence.robot_weights_after(log_evidence).values
-        belief = altered(believed.belief, presence=float(seen @ there))
+        belief = altered(
+            believed.belief,
+            presence=float(seen @ there),
+            last_observed_ns=believed.belief.stamp_ns,
+        )
         return Update(altered(believed, belief=belief, presence=there), log_evidence, bears)
 
     def _looked_ahead(

@@ -17,6 +17,7 @@ TAIL_SIGMAS = 4.0  # at which a Gaussian is cut off
 MOST_DECAY = 600.0  # exp(-600) is a float yet
 TINY = 2.3e-308  # the least deviation; nothing is divided by zero
 NEXT_TO_NOTHING = 40.0  # exp(-40) beside one
+TURN = 2.0 * np.pi
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
@@ -40,37 +41,103 @@ def _taps(variance: float, most: int) -> Any:
     return taps / total
 
 
+@_inner
+def _walked(
+    row: FloatArray, taps: FloatArray, wraps: bool, padded: FloatArray, to: FloatArray
+) -> None:
+    """Weights ``to`` (n,) after a random walk of those of a ``row`` (n,), by ``taps`` (r + 1,).
+
+    At the ends it is reflected, or goes on where the lattice ``wraps``. ``padded`` (n + 2 r,) is overwritten.
+    """
+    last, reach = row.shape[0] - 1, taps.shape[0] - 1
+    if reach == 1:
+        for j in range(1, last):
+            to[j] = taps[0] * row[j] + taps[1] * (row[j - 1] + row[j + 1])
+        below, above = (row[last], row[0]) if wraps else (row[0], row[last])
+        to[0] = taps[0] * row[0] + taps[1] * (below + row[1])
+        to[last] = taps[0] * row[last] + taps[1] * (row[last - 1] + above)
+        return
+    for j in range(last + 1):
+        padded[reach + j] = row[j]
+        to[j] = taps[0] * row[j]
+    for k in range(reach):
+        padded[reach - 1 - k] = row[last - k] if wraps else row[k]
+        padded[reach + last + 1 + k] = row[k] if wraps else row[last - k]
+    for k in range(1, reach + 1):
+        for j in range(last + 1):
+            to[j] += taps[k] * (padded[reach + j - k] + padded[reach + j + k])
+
+
+@_inner
+def _normalize(weights: FloatArray) -> None:
+    """Let weights (n,) sum to one."""
+    total = 0.0
+    for j in range(weights.shape[0]):
+        total += weights[j]
+    for j in range(weights.shape[0]):
+        weights[j] /= total
+
+
+@_inner
+def _moments(weights: FloatArray, first: float, cell: float, wraps: bool) -> Any:
+    """Mean and standard deviation of a lattice with weights (n,), each spread over its cell.
+
+    The states are a ``cell`` apart from the ``first`` on; directions where the lattice ``wraps``.
+    """
+    mean, variance, east, north = 0.0, 0.0, 0.0, 0.0
+    if wraps:
+        for j in range(weights.shape[0]):
+            east += weights[j] * np.cos(first + cell * j)
+            north += weights[j] * np.sin(first + cell * j)
+        mean = np.arctan2(north, east)
+        for j in range(weights.shape[0]):
+            off = first + cell * j - mean
+            off -= TURN * np.floor((off + np.pi) / TURN)
+            variance += weights[j] * off * off
+    else:
+        for j in range(weights.shape[0]):
+            mean += weights[j] * j
+        for j in range(weights.shape[0]):
+            variance += weights[j] * (j - mean) ** 2
+        mean, variance = first + cell * mean, cell * cell * variance
+    return mean, np.sqrt(variance + cell * cell / 12.0)
+
+
 @_compile
-def drift(
+def moments(weights: FloatArray, first: float, cell: float, wraps: bool) -> Any:
+    """``_moments``, for Python."""
+    return _moments(weights, first, cell, wraps)
+
+
+@_compile
+def predict(
+    given: FloatArray,
     weights: FloatArray,
-    variance: float,
+    first: float,
+    cell: float,
     wraps: bool,
+    variance: float,
     stayed: float,
     rest: FloatArray,
-    out: FloatArray,
-) -> None:
-    """Each row of ``weights`` (p, n) after a while, into ``out`` (p, n).
+    given_later: FloatArray,
+    weights_later: FloatArray,
+) -> Any:
+    """Rows ``given`` (p, n) and their marginal ``weights`` (n,) after a while; the marginal's mean and deviation.
 
-    A share of ``stayed`` takes a random walk with a ``variance``, in cells squared; at the ends it
-    is reflected, or goes on where the lattice ``wraps``. The others are now distributed as ``rest`` (n,).
+    A share of ``stayed`` takes a random walk with a ``variance``, in cells squared; the others are now
+    distributed as ``rest`` (n,). The lattice is as in ``_moments``.
     """
-    count = weights.shape[1]
+    count = weights.shape[0]
     taps = _taps(variance, count)
-    reach = taps.shape[0] - 1
-    padded = np.empty(count + 2 * reach)
-    for p in range(weights.shape[0]):
-        row, to = weights[p], out[p]
+    padded = np.empty(count + 2 * taps.shape[0])
+    for p in range(given.shape[0] + 1):
+        row = given[p] if p < given.shape[0] else weights
+        to = given_later[p] if p < given.shape[0] else weights_later
+        _walked(row, taps, wraps, padded, to)
         for j in range(count):
-            padded[reach + j] = row[j]
-        for k in range(reach):
-            padded[reach - 1 - k] = row[count - 1 - k] if wraps else row[k]
-            padded[reach + count + k] = row[k] if wraps else row[count - 1 - k]
-        for j in range(count):
-            to[j] = stayed * taps[0] * row[j] + (1.0 - stayed) * rest[j]
-        for k in range(1, reach + 1):
-            walked = stayed * taps[k]
-            for j in range(count):
-                to[j] += walked * (padded[reach + j - k] + padded[reach + j + k])
+            to[j] = stayed * to[j] + (1.0 - stayed) * rest[j]
+    _normalize(weights_later)
+    return _moments(weights_later, first, cell, wraps)
 
 
 @_inner
@@ -92,44 +159,76 @@ def condition(
     given: FloatArray,
     chosen: IntArray,
     log_likelihood: FloatArray,
-    out: FloatArray,
+    robot: FloatArray,
+    first: float,
+    cell: float,
+    wraps: bool,
+    after: FloatArray,
     evidence: FloatArray,
-) -> None:
-    """Bayes' rule in every row of ``given`` (p, n), into ``out`` (p, n), with its log ``evidence`` (p,).
+    weights: FloatArray,
+) -> Any:
+    """Bayes' rule in every row of ``given`` (p, n), into ``after`` (p, n), with its log ``evidence`` (p,).
 
     ``log_likelihood`` (p, k) is known at the ascending states ``chosen`` (k,), the first
-    and the last among them; between them the likelihood is linear.
+    and the last among them; between them the likelihood is linear. The marginal ``weights`` (n,) are those of rows that
+    count by ``robot`` (p,); their mean and deviation come back. The lattice is as in ``_moments``.
     """
-    factors, likelihood = np.empty(given.shape[1]), np.empty(chosen.shape[0])
+    last, count = chosen.shape[0] - 1, given.shape[1]
+    likelihood, rise = np.empty(last + 1), np.zeros(last + 1)
+    below, share = np.empty(count, dtype=np.int64), np.empty(count)
+    below[chosen[last]], share[chosen[last]] = last, 0.0
+    for k in range(last):
+        steps = chosen[k + 1] - chosen[k]
+        for j in range(steps):
+            below[chosen[k] + j], share[chosen[k] + j] = k, j / steps
+    weights.fill(0.0)
     for p in range(given.shape[0]):
         top = -np.inf
-        for k in range(chosen.shape[0]):
+        for k in range(last + 1):
             top = max(top, log_likelihood[p, k])
-        for k in range(chosen.shape[0]):
+        for k in range(last + 1):
             likelihood[k] = _decay(top - log_likelihood[p, k])
-        left = likelihood[0]
-        factors[0] = left
-        for k in range(1, chosen.shape[0]):
-            right = likelihood[k]
-            begin, steps = chosen[k - 1], chosen[k] - chosen[k - 1]
-            slope = (right - left) / steps
-            for j in range(1, steps):
-                factors[begin + j] = left + slope * j
-            factors[begin + steps] = right
-            left = right
-        row, to, total = given[p], out[p], 0.0
-        for j in range(row.shape[0]):
-            to[j] = row[j] * factors[j]
+        for k in range(last):
+            rise[k] = likelihood[k + 1] - likelihood[k]
+        row, to, total = given[p], after[p], 0.0
+        for j in range(count):
+            to[j] = row[j] * (likelihood[below[j]] + share[j] * rise[below[j]])
             total += to[j]
         if total < LEAST_EVIDENCE:  # this row can't have read it: its pose is wrong, not its states
             evidence[p] = top + np.log(LEAST_EVIDENCE)
-            for j in range(row.shape[0]):  # to assign a slice costs seconds of compiling
+            for j in range(count):  # to assign a slice costs seconds of compiling
                 to[j] = row[j]
-            continue
+            total = 1.0
+        else:
+            evidence[p] = top + np.log(total)
         scale = 1.0 / total
-        for j in range(row.shape[0]):
+        for j in range(count):
             to[j] *= scale
-        evidence[p] = top + np.log(total)
+            weights[j] += robot[p] * to[j]
+    _normalize(weights)
+    return _moments(weights, first, cell, wraps)
+
+
+@_compile
+def mixture(
+    given: FloatArray,
+    shares: FloatArray,
+    first: float,
+    cell: float,
+    wraps: bool,
+    weights: FloatArray,
+) -> Any:
+    """The marginal ``weights`` (n,) of rows ``given`` (p, n) with ``shares`` (p,) of any sum.
+
+    Their mean and deviation come back. The lattice is as in ``_moments``.
+    """
+    weights.fill(0.0)
+    for p in range(given.shape[0]):
+        row = given[p]
+        for j in range(weights.shape[0]):
+            weights[j] += shares[p] * row[j]
+    _normalize(weights)
+    return _moments(weights, first, cell, wraps)
 
 
 @_compile
@@ -184,8 +283,8 @@ def _bend(here: float, there: float) -> Any:
     return here if abs(here) < abs(there) else there
 
 
-@_compile
-def narrow(weights: FloatArray, power: float, wraps: bool, parts: int) -> Any:
+@_inner
+def _narrowed(weights: FloatArray, power: float, wraps: bool, parts: int) -> Any:
     """Weights (n,) of a lattice to a ``power`` above one, of any sum.
 
     Between two samples, the logarithm of the density is the parabola through them that bends like the
@@ -227,6 +326,29 @@ def narrow(weights: FloatArray, power: float, wraps: bool, parts: int) -> Any:
 
 
 @_compile
+def widen(
+    weights: FloatArray,
+    power: float,
+    parts: int,
+    variance: float,
+    first: float,
+    cell: float,
+    wraps: bool,
+    out: FloatArray,
+) -> Any:
+    """Weights (n,) of a lattice to a ``power`` from one on, in ``parts``, and after a random walk, into ``out`` (n,).
+
+    The walk's ``variance`` is in cells squared. Mean and deviation come back; the lattice is as in ``_moments``.
+    """
+    count = weights.shape[0]
+    taps = _taps(variance, count)
+    narrowed = _narrowed(weights, power, wraps, parts) if power > 1.0 else weights
+    _walked(narrowed, taps, wraps, np.empty(count + 2 * taps.shape[0]), out)
+    _normalize(out)
+    return _moments(out, first, cell, wraps)
+
+
+@_compile
 def worth_casting(weights: FloatArray, negligible: float, fine: int, coarse: int) -> Any:
     """Indices (m,) of states that are worth casting, by their weights (n,), and which (m,) of them have weight.
 
@@ -251,30 +373,19 @@ def worth_casting(weights: FloatArray, negligible: float, fine: int, coarse: int
     return chosen[:count], whole[:count]
 
 
-@_compile
-def moments(states: FloatArray, weights: FloatArray, width: float) -> Any:
-    """Mean and standard deviation of a lattice's states (n, 1), each cell's weight spread over its width."""
-    mean, variance = 0.0, 0.0
-    for j in range(weights.shape[0]):
-        mean += weights[j] * states[j, 0]
-    for j in range(weights.shape[0]):
-        variance += weights[j] * (states[j, 0] - mean) ** 2
-    return mean, np.sqrt(variance + width * width / 12.0)
-
-
 @_inner
-def _quantile(states: FloatArray, weights: FloatArray, width: float, share: float) -> Any:
+def _quantile(weights: FloatArray, first: float, cell: float, share: float) -> Any:
     """The state below which a share of a lattice's weight lies, each cell's spread over its width."""
-    before = 0.0
-    for j in range(weights.shape[0]):
+    before, last = 0.0, weights.shape[0] - 1
+    for j in range(last + 1):
         if before + weights[j] >= share and weights[j] > 0.0:
-            return states[j, 0] + width * ((share - before) / weights[j] - 0.5)
+            return first + cell * (j + (share - before) / weights[j] - 0.5)
         before += weights[j]
-    return states[weights.shape[0] - 1, 0] + width / 2.0
+    return first + cell * (last + 0.5)
 
 
 @_compile
-def interval(states: FloatArray, weights: FloatArray, width: float, tail: float) -> Any:
-    """The states below which a ``tail`` of a lattice's weight lies, and all but a tail."""
-    lower = _quantile(states, weights, width, tail)
-    return lower, _quantile(states, weights, width, 1.0 - tail)
+def interval(weights: FloatArray, first: float, cell: float, tail: float) -> Any:
+    """The states below which a ``tail`` of a lattice's weight (n,) lies, and all but a tail."""
+    lower = _quantile(weights, first, cell, tail)
+    return lower, _quantile(weights, first, cell, 1.0 - tail)
