@@ -37,9 +37,7 @@ class Observation:
         return altered(
             self,
             beliefs={
-                name: each.averaged(each.given, weights)
-                .apportioned(self.predicted[name], weights)
-                .handed_on(forgotten, ancestors)
+                name: each.settled(self.predicted[name], weights, forgotten, ancestors)
                 for name, each in self.beliefs.items()
             },
         )

@@ -16,7 +16,7 @@ from objstate.geometry import BoolArray, FloatArray, wrap
 from objstate.lazy import altered, lazy
 from objstate.objects.footprint import footprint
 from objstate.objects.passage import clear_widths, lattice_clear_widths
-from objstate.particles import Weights, quantiles
+from objstate.particles import Weights, evenly, quantiles
 from objstate.records import Estimate
 from objstate.sensing import UncertainObject
 
@@ -80,6 +80,11 @@ class ObjectBelief:
             return np.array([False, False, True])
         return np.array([self.item.wraps])
 
+    @property
+    def lattice(self) -> tuple[float, float, bool]:
+        """The first of a door's states, how far they lie apart, and whether the last is beside it."""
+        return float(self.states[0, 0]), float(self.cell[0]), self.item.wraps
+
     def with_weights(self, weights: Weights) -> ObjectBelief:
         return altered(self, weights=weights)
 
@@ -98,10 +103,10 @@ class ObjectBelief:
             marginal = shares @ given
             weights = Weights(marginal / marginal.sum())
             return altered(self, weights=weights, presence=presence)
-        from objstate.objects import kernels
+        from objstate.objects.kernels import mixture
 
         marginal = np.empty(given.shape[1])
-        mean, std = kernels.mixture(given, shares, *self._lattice, marginal)
+        mean, std = mixture(given, shares, *self.lattice, marginal)
         return self.on_lattice(marginal, mean, std, presence=presence)
 
     def with_samples(self, states: FloatArray, weights: Weights) -> ObjectBelief:
@@ -135,9 +140,9 @@ class ObjectBelief:
     def _moments(self) -> tuple[FloatArray, FloatArray]:
         """Mean (d,) and standard deviations (d,) of samples without scouts."""
         if self.item.kind is not Kind.PLANAR:
-            from objstate.objects import kernels
+            from objstate.objects.kernels import moments
 
-            mean, std = kernels.moments(self.weights.values, *self._lattice)
+            mean, std = moments(self.weights.values, *self.lattice)
             return np.array([mean]), np.array([std])
         from objstate.objects import sampling
 
@@ -147,11 +152,6 @@ class ObjectBelief:
         home = float(self.item.home[2])
         sampling.moments(states, values, home, symmetry.order, symmetry.centre, middle, off)
         return middle, off
-
-    @property
-    def _lattice(self) -> tuple[float, float, bool]:
-        """The first of a door's states, how far they lie apart, and whether the last is beside it."""
-        return float(self.states[0, 0]), float(self.cell[0]), self.item.wraps
 
     @lazy
     def deviations(self) -> FloatArray:
@@ -220,10 +220,10 @@ class ObjectBelief:
         return self.cell[0] > 0.0 and not self.item.wraps
 
     def _interval_on_line(self, tail: float) -> tuple[FloatArray, FloatArray]:
-        from objstate.objects import kernels
+        from objstate.objects.kernels import interval
 
         # a cell at a limit reaches beyond it
-        lower, upper = kernels.interval(self.weights.values, *self._lattice[:2], tail)
+        lower, upper = interval(self.weights.values, *self.lattice[:2], tail)
         return np.array([max(lower, self.item.lower)]), np.array([min(upper, self.item.upper)])
 
     def _quantiles(self, coordinate: int, shares: FloatArray) -> FloatArray:
@@ -302,10 +302,7 @@ class ObjectBelief:
         name = self.item.name
         if self.settled:
             return UncertainObject(name, self.mean[None], np.full(1, self.presence))
-        comb = (np.arange(count) + 0.5) / count
-        each = self.standing
-        chosen = np.searchsorted(np.cumsum(each.weights.values), comb)
-        states = each.states[chosen.clip(max=len(each.states) - 1)]
+        states = self.standing.states[evenly(self.standing.weights, count)]
         return UncertainObject(name, states, np.full(count, self.presence / count))
 
     @property

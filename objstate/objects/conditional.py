@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from objstate.building.model import Kind
 from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.objects.belief import ObjectBelief
 
@@ -44,11 +45,11 @@ class ConditionalBelief:
         caused, (v / v0)^2 is left by a scan that takes the variance v0 of the belief ``before``
         it to v: the mean keeps v / v0 of its error.
         """
-        from objstate.objects import kernels
+        from objstate.objects.kernels import apportion
 
         off, inherited = self.belief.deviations, np.empty(len(self.belief.std))
         shared = np.empty(len(inherited))
-        kernels.apportion(
+        apportion(
             self.given,
             robot_weights * self.presence,
             off,
@@ -66,15 +67,47 @@ class ConditionalBelief:
 
         That it gives up for the marginal. Without ``ancestors``, the samples are the same.
         """
-        from objstate.objects import kernels
+        from objstate.objects.kernels import handed_on
 
         presence = (1.0 - share) * self.presence + share * self.belief.presence
         if ancestors is None:
             ancestors = np.arange(len(presence))
-        given = kernels.handed_on(self.given, self.belief.weights.values, share, ancestors)
+        given = handed_on(self.given, self.belief.weights.values, share, ancestors)
         shown = (1.0 - share) ** 2 * (self.belief.shared - self.inherited)
         inherited = self.belief.shared - shown
         return ConditionalBelief(self.belief, given, presence[ancestors], inherited)
+
+    def settled(
+        self,
+        before: ObjectBelief,
+        robot_weights: FloatArray,
+        share: float,
+        ancestors: IntArray | None,
+    ) -> ConditionalBelief:
+        """All that follows a scan: ``averaged``, ``apportioned`` and ``handed_on``; of doors in one compiled step."""
+        if self.belief.item.kind is Kind.PLANAR:
+            averaged = self.averaged(self.given, robot_weights)
+            return averaged.apportioned(before, robot_weights).handed_on(share, ancestors)
+        from objstate.objects.kernels import settle
+
+        belief = self.belief
+        if ancestors is None:
+            ancestors = np.arange(len(self.presence))
+        weights = np.empty(len(belief.states))
+        given = np.empty((len(ancestors), len(weights)))
+        mean, std, shared, inherited = settle(
+            self.given,
+            robot_weights,
+            *belief.lattice,
+            float(before.std[0]),
+            float(self.inherited[0]),
+            share,
+            ancestors,
+            weights,
+            given,
+        )
+        belief = belief.on_lattice(weights, mean, std, shared=np.array([shared]))
+        return ConditionalBelief(belief, given, self.presence[ancestors], np.array([inherited]))
 
 
 @dataclass(frozen=True, eq=False)

@@ -120,12 +120,12 @@ class LatticeFilter:
         self, belief: ObjectBelief, given: FloatArray, seconds: float
     ) -> tuple[ObjectBelief, FloatArray]:
         """A belief, and rows (l, n) of it, after a while: the door stays and drifts, or somebody has moved it."""
-        from objstate.objects import kernels
+        from objstate.objects.kernels import predict
 
         cells, hours = self._cells_per_second * seconds, seconds / SECONDS_PER_HOUR
         stayed = math.exp(-self.settings.dynamics.moves_per_hour * hours)
         later, weights = np.empty_like(given), np.empty(len(belief.states))
-        mean, std = kernels.predict(
+        mean, std = predict(
             given,
             belief.weights.values,
             *self._lattice,
@@ -151,18 +151,16 @@ class LatticeFilter:
 
         Between the states that are cast, the likelihood is linear.
         """
-        from objstate.objects import kernels
+        from objstate.objects.kernels import condition, worth_casting
 
         belief = believed.belief
-        chosen, whole = kernels.worth_casting(
-            belief.weights.values, NEGLIGIBLE, FINE, self._coarsely
-        )
+        chosen, whole = worth_casting(belief.weights.values, NEGLIGIBLE, FINE, self._coarsely)
         log_likelihood, bears = evidence.cast(belief.states[chosen], whole, self._normals[chosen])
         if not bears.any():
             return None
         given, log_evidence = np.empty_like(believed.given), np.empty(len(believed.given))
         weights = np.empty(given.shape[1])
-        mean, std = kernels.condition(
+        mean, std = condition(
             believed.given,
             chosen,
             log_likelihood,
@@ -178,7 +176,7 @@ class LatticeFilter:
 
     def widened(self, belief: ObjectBelief, factor: float, std_m: float) -> ObjectBelief:
         """A hinged leaf that hangs aside reads turned by what the shift is to its mean lever."""
-        from objstate.objects import kernels
+        from objstate.objects.kernels import widen
 
         lever, power = self._width / LEAN, 1.0
         more = (std_m / lever if self.item.kind is Kind.HINGED else std_m) ** 2
@@ -191,9 +189,7 @@ class LatticeFilter:
             else:
                 more += (factor - 1.0) * variance
         cells, weights = more / self._spacing**2, np.empty(len(belief.states))
-        mean, std = kernels.widen(
-            belief.weights.values, power, PARTS, cells, *self._lattice, weights
-        )
+        mean, std = widen(belief.weights.values, power, PARTS, cells, *self._lattice, weights)
         return belief.on_lattice(weights, mean, std)
 
     @lazy

@@ -21,6 +21,7 @@ TURN = 2.0 * np.pi
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
+_inner_sums = inner(nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
 _compile_sums = njit(nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
 
 
@@ -209,6 +210,17 @@ def condition(
     return _moments(weights, first, cell, wraps)
 
 
+@_inner
+def _mix(given: FloatArray, shares: FloatArray, weights: FloatArray) -> None:
+    """The marginal ``weights`` (n,) of rows ``given`` (p, n) with ``shares`` (p,) of any sum."""
+    weights.fill(0.0)
+    for p in range(given.shape[0]):
+        row = given[p]
+        for j in range(weights.shape[0]):
+            weights[j] += shares[p] * row[j]
+    _normalize(weights)
+
+
 @_compile
 def mixture(
     given: FloatArray,
@@ -218,31 +230,57 @@ def mixture(
     wraps: bool,
     weights: FloatArray,
 ) -> Any:
-    """The marginal ``weights`` (n,) of rows ``given`` (p, n) with ``shares`` (p,) of any sum.
+    """``_mix``, for Python; the mean and deviation of the marginal come back.
 
-    Their mean and deviation come back. The lattice is as in ``_moments``.
+    The lattice is as in ``_moments``.
     """
-    weights.fill(0.0)
-    for p in range(given.shape[0]):
-        row = given[p]
-        for j in range(weights.shape[0]):
-            weights[j] += shares[p] * row[j]
-    _normalize(weights)
+    _mix(given, shares, weights)
     return _moments(weights, first, cell, wraps)
 
 
-@_compile
-def handed_on(given: FloatArray, marginal: FloatArray, share: float, ancestors: IntArray) -> Any:
-    """Rows (q, n) of ``given`` (p, n) of the ancestors (q,), but for a share of the ``marginal`` (n,)."""
-    out = np.empty((ancestors.shape[0], marginal.shape[0]))
+@_inner
+def _hand_on(
+    given: FloatArray, marginal: FloatArray, share: float, ancestors: IntArray, out: FloatArray
+) -> None:
+    """Rows ``out`` (q, n) of ``given`` (p, n) of the ancestors (q,), but for a share of the ``marginal`` (n,)."""
     for q in range(ancestors.shape[0]):
         row, to = given[ancestors[q]], out[q]
         for j in range(marginal.shape[0]):
             to[j] = (1.0 - share) * row[j] + share * marginal[j]
+
+
+@_compile
+def handed_on(given: FloatArray, marginal: FloatArray, share: float, ancestors: IntArray) -> Any:
+    """``_hand_on``, for Python."""
+    out = np.empty((ancestors.shape[0], marginal.shape[0]))
+    _hand_on(given, marginal, share, ancestors, out)
     return out
 
 
-@_compile_sums
+@_inner_sums
+def _disagreement(given: FloatArray, robot: FloatArray, off: FloatArray) -> Any:
+    """The variance of the means of rows (p, m), which count by ``robot`` (p,), of any sum.
+
+    The first n columns of ``given`` stand for states that are ``off`` (n,) the mean.
+    """
+    between, everyone = 0.0, 0.0
+    for p in range(robot.shape[0]):
+        total, mean, row = 0.0, 0.0, given[p]
+        for j in range(off.shape[0]):
+            total += row[j]
+            mean += row[j] * off[j]
+        between += robot[p] * (mean / total) ** 2
+        everyone += robot[p]
+    return between / everyone
+
+
+@_inner
+def _left(inherited: float, before: float, std: float) -> Any:
+    """What is left of an ``inherited`` variance by a scan that takes a deviation from ``before`` to ``std``."""
+    return inherited * min(std / max(before, TINY), 1.0) ** 4
+
+
+@_compile
 def apportion(
     given: FloatArray,
     robot: FloatArray,
@@ -256,23 +294,44 @@ def apportion(
     """What is ``left`` (d,) of an ``inherited`` variance (d,) or (1,), and what is ``shared`` (d,) with that.
 
     A scan has taken deviations from ``before`` (d,) to ``std`` (d,). Shared is what the means of rows
-    (p, m) disagree about, too: the first n columns of ``given`` stand for states that are ``off`` (n, d)
-    the mean, and rows count by ``robot`` (p,), of any sum.
+    (p, m) disagree about, too: see ``_disagreement``, for each coordinate of ``off`` (n, d).
     """
-    everyone = 0.0
-    for p in range(robot.shape[0]):
-        everyone += robot[p]
     for k in range(std.shape[0]):
-        kept = min(std[k] / max(before[k], TINY), 1.0)
-        left[k] = kept**4 * inherited[min(k, inherited.shape[0] - 1)]
-        between = 0.0
-        for p in range(robot.shape[0]):
-            total, mean = 0.0, 0.0
-            for j in range(off.shape[0]):
-                total += given[p, j]
-                mean += given[p, j] * off[j, k]
-            between += robot[p] * (mean / total) ** 2
-        shared[k] = left[k] + between / everyone
+        left[k] = _left(inherited[min(k, inherited.shape[0] - 1)], before[k], std[k])
+        shared[k] = left[k] + _disagreement(given, robot, off[:, k].copy())
+
+
+@_compile
+def settle(
+    given: FloatArray,
+    robot: FloatArray,
+    first: float,
+    cell: float,
+    wraps: bool,
+    before: float,
+    inherited: float,
+    share: float,
+    ancestors: IntArray,
+    weights: FloatArray,
+    handed: FloatArray,
+) -> Any:
+    """All that a door's rows ``given`` (p, n) go through after a scan: ``mixture``, ``apportion``, ``handed_on``.
+
+    Rows count by ``robot`` (p,). Into ``weights`` (n,) goes their marginal, into ``handed`` (q, n) what ancestors
+    (q,) among them hand on. The mean and deviation of the marginal come back, what of its variance
+    is shared, and what of that no longer shows in the rows.
+    """
+    _mix(given, robot, weights)
+    mean, std = _moments(weights, first, cell, wraps)
+    off = np.empty(weights.shape[0])
+    for j in range(off.shape[0]):
+        off[j] = first + cell * j - mean
+        if wraps:
+            off[j] -= TURN * np.floor((off[j] + np.pi) / TURN)
+    between = _disagreement(given, robot, off)
+    _hand_on(given, weights, share, ancestors, handed)
+    shared = _left(inherited, before, std) + between
+    return mean, std, shared, shared - (1.0 - share) ** 2 * between
 
 
 @_inner
