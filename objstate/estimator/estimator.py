@@ -212,10 +212,10 @@ class Estimator:
             corrected, self.settings.object_updates.tempering * observation.log_evidence
         )
         robot, ancestors = self._localizer.renew(corrected, self._rng)
-        observation = observation.settled_by(seen, self._forgotten(track), ancestors)
+        observation = observation.settled_by(seen)
         for name in observation.fits:
             self._consistency.note(observation.predicted[name], observation.beliefs[name].belief)
-        self._believed.keep_in_view(observation.beliefs)
+        self._believed.keep_in_view(observation.beliefs, self._forgotten(track), ancestors)
         self._track = track.corrected(robot, self._odometry)
         self.corrections += 1
         self._note_hinges(sight, observation)

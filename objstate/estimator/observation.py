@@ -9,7 +9,7 @@ import numpy as np
 
 from objstate.estimator.backdrop import Backdrop
 from objstate.estimator.believed import Believed
-from objstate.geometry import BoolArray, FloatArray, IntArray
+from objstate.geometry import BoolArray, FloatArray
 from objstate.lazy import altered
 from objstate.localization import PoseBelief
 from objstate.objects import ConditionalBelief, ObjectBelief, ScanEvidence, Update
@@ -25,22 +25,13 @@ class Observation:
     fits: Mapping[str, float]  # of the objects on which a beam bore
     log_evidence: FloatArray  # (l,) log p(o | l) of the beams towards objects
 
-    def settled_by(
-        self, robot: PoseBelief, forgotten: float, ancestors: IntArray | None
-    ) -> Observation:
-        """The same objects, their marginals by what the robot samples weigh after the scan.
-
-        The samples of the next scan have ``ancestors`` (l',) among them; of what those believe, they give up a share
-        for the marginals.
-        """
+    def settled_by(self, robot: PoseBelief) -> Observation:
+        """The same objects, their marginals by what the robot samples weigh after the scan."""
         weights = robot.weights.values
-        return altered(
-            self,
-            beliefs={
-                name: each.settled(self.predicted[name], weights, forgotten, ancestors)
-                for name, each in self.beliefs.items()
-            },
-        )
+        beliefs = {
+            name: each.settled(self.predicted[name], weights) for name, each in self.beliefs.items()
+        }
+        return altered(self, beliefs=beliefs)
 
 
 def observe(

@@ -73,41 +73,26 @@ class ConditionalBelief:
         if ancestors is None:
             ancestors = np.arange(len(presence))
         given = handed_on(self.given, self.belief.weights.values, share, ancestors)
-        shown = (1.0 - share) ** 2 * (self.belief.shared - self.inherited)
-        inherited = self.belief.shared - shown
-        return ConditionalBelief(self.belief, given, presence[ancestors], inherited)
+        return ConditionalBelief(self.belief, given, presence[ancestors], self.hidden_by(share))
 
-    def settled(
-        self,
-        before: ObjectBelief,
-        robot_weights: FloatArray,
-        share: float,
-        ancestors: IntArray | None,
-    ) -> ConditionalBelief:
-        """All that follows a scan: ``averaged``, ``apportioned`` and ``handed_on``; of doors in one compiled step."""
+    def hidden_by(self, share: float) -> FloatArray:
+        """(d,) of ``belief.shared``, what no longer shows when a share of each row is given up."""
+        shown = (1.0 - share) ** 2 * (self.belief.shared - self.inherited)
+        return np.asarray(self.belief.shared - shown)
+
+    def settled(self, before: ObjectBelief, robot_weights: FloatArray) -> ConditionalBelief:
+        """``averaged`` and ``apportioned``, by what robot samples weigh after a scan; for doors one compiled step."""
         if self.belief.item.kind is Kind.PLANAR:
-            averaged = self.averaged(self.given, robot_weights)
-            return averaged.apportioned(before, robot_weights).handed_on(share, ancestors)
+            return self.averaged(self.given, robot_weights).apportioned(before, robot_weights)
         from objstate.objects.kernels import settle
 
-        belief = self.belief
-        if ancestors is None:
-            ancestors = np.arange(len(self.presence))
-        weights = np.empty(len(belief.states))
-        given = np.empty((len(ancestors), len(weights)))
-        mean, std, shared, inherited = settle(
-            self.given,
-            robot_weights,
-            *belief.lattice,
-            float(before.std[0]),
-            float(self.inherited[0]),
-            share,
-            ancestors,
-            weights,
-            given,
+        belief, weights = self.belief, np.empty(len(self.belief.states))
+        was, inherited = float(before.std[0]), float(self.inherited[0])
+        mean, std, shared, left = settle(
+            self.given, robot_weights, *belief.lattice, was, inherited, weights
         )
         belief = belief.on_lattice(weights, mean, std, shared=np.array([shared]))
-        return ConditionalBelief(belief, given, self.presence[ancestors], np.array([inherited]))
+        return ConditionalBelief(belief, self.given, self.presence, np.array([left]))
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,7 @@ import numpy as np
 
 from objstate.building.model import Kind, MovableObject
 from objstate.config import DoorSettings
-from objstate.geometry import FloatArray, wrap
+from objstate.geometry import FloatArray, IntArray, wrap
 from objstate.lazy import lazy
 from objstate.objects.belief import ObjectBelief
 from objstate.objects.conditional import ConditionalBelief, Update
@@ -108,26 +108,44 @@ class LatticeFilter:
     def predict(
         self, belief: ObjectBelief, seconds: float, rng: np.random.Generator
     ) -> ObjectBelief:
-        return self._later(belief, np.empty((0, len(belief.states))), seconds)[0]
+        nobody = np.empty((0, len(belief.states)))
+        return self._later(belief, nobody, seconds, 0.0, np.arange(0))[0]
 
     def predict_each(
-        self, believed: ConditionalBelief, seconds: float, rng: np.random.Generator
+        self,
+        believed: ConditionalBelief,
+        seconds: float,
+        rng: np.random.Generator,
+        forgotten: float = 0.0,
+        ancestors: IntArray | None = None,
     ) -> ConditionalBelief:
-        belief, given = self._later(believed.belief, believed.given, seconds)
-        return ConditionalBelief(belief, given, believed.presence, believed.inherited)
+        if ancestors is None:
+            ancestors = np.arange(len(believed.given))
+        before = believed.belief
+        belief, given = self._later(before, believed.given, seconds, forgotten, ancestors)
+        presence = believed.presence[ancestors]  # all the same: nobody doubts that a door is there
+        return ConditionalBelief(belief, given, presence, believed.hidden_by(forgotten))
 
     def _later(
-        self, belief: ObjectBelief, given: FloatArray, seconds: float
+        self,
+        belief: ObjectBelief,
+        given: FloatArray,
+        seconds: float,
+        forgotten: float,
+        ancestors: IntArray,
     ) -> tuple[ObjectBelief, FloatArray]:
-        """A belief, and rows (l, n) of it, after a while: the door stays and drifts, or somebody has moved it."""
+        """A belief, and what rows (l, n) hand on (l', n), after a while: the door drifts, or somebody has moved it."""
         from objstate.objects.kernels import predict
 
         cells, hours = self._cells_per_second * seconds, seconds / SECONDS_PER_HOUR
         stayed = math.exp(-self.settings.dynamics.moves_per_hour * hours)
-        later, weights = np.empty_like(given), np.empty(len(belief.states))
+        weights = np.empty(len(belief.states))
+        later = np.empty((len(ancestors), len(weights)))
         mean, std = predict(
             given,
             belief.weights.values,
+            forgotten,
+            ancestors,
             *self._lattice,
             cells,
             stayed,

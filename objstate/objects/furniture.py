@@ -89,8 +89,14 @@ class SampleFilter:
         return altered(belief.with_samples(states, belief.weights), presence=there)
 
     def predict_each(
-        self, believed: ConditionalBelief, seconds: float, rng: np.random.Generator
+        self,
+        believed: ConditionalBelief,
+        seconds: float,
+        rng: np.random.Generator,
+        forgotten: float = 0.0,
+        ancestors: IntArray | None = None,
     ) -> ConditionalBelief:
+        believed = believed.handed_on(forgotten, ancestors)
         towards = self.settings.presence - believed.presence
         return altered(
             believed,

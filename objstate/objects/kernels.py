@@ -110,10 +110,19 @@ def moments(weights: FloatArray, first: float, cell: float, wraps: bool) -> Any:
     return _moments(weights, first, cell, wraps)
 
 
+@_inner
+def _hand_on(row: FloatArray, marginal: FloatArray, share: float, to: FloatArray) -> None:
+    """A row (n,) but for a share of the ``marginal`` (n,)."""
+    for j in range(marginal.shape[0]):
+        to[j] = (1.0 - share) * row[j] + share * marginal[j]
+
+
 @_compile
 def predict(
     given: FloatArray,
     weights: FloatArray,
+    forgotten: float,
+    ancestors: IntArray,
     first: float,
     cell: float,
     wraps: bool,
@@ -123,18 +132,20 @@ def predict(
     given_later: FloatArray,
     weights_later: FloatArray,
 ) -> Any:
-    """Rows ``given`` (p, n) and their marginal ``weights`` (n,) after a while; the marginal's mean and deviation.
+    """What rows ``given`` (p, n) hand on, and their marginal ``weights`` (n,), a while later.
 
+    Into ``given_later`` (q, n) go the rows of ``ancestors`` (q,), but for a share ``forgotten`` that is the marginal's.
     A share of ``stayed`` takes a random walk with a ``variance``, in cells squared; the others are now
-    distributed as ``rest`` (n,). The lattice is as in ``_moments``.
+    distributed as ``rest`` (n,). The marginal's mean and deviation come back; the lattice is as in ``_moments``.
     """
-    count = weights.shape[0]
+    count, heirs = weights.shape[0], ancestors.shape[0]
     taps = _taps(variance, count)
-    padded = np.empty(count + 2 * taps.shape[0])
-    for p in range(given.shape[0] + 1):
-        row = given[p] if p < given.shape[0] else weights
-        to = given_later[p] if p < given.shape[0] else weights_later
-        _walked(row, taps, wraps, padded, to)
+    row, padded = np.empty(count), np.empty(count + 2 * taps.shape[0])
+    for q in range(heirs + 1):
+        if q < heirs:
+            _hand_on(given[ancestors[q]], weights, forgotten, row)
+        to = given_later[q] if q < heirs else weights_later
+        _walked(row if q < heirs else weights, taps, wraps, padded, to)
         for j in range(count):
             to[j] = stayed * to[j] + (1.0 - stayed) * rest[j]
     _normalize(weights_later)
@@ -238,22 +249,12 @@ def mixture(
     return _moments(weights, first, cell, wraps)
 
 
-@_inner
-def _hand_on(
-    given: FloatArray, marginal: FloatArray, share: float, ancestors: IntArray, out: FloatArray
-) -> None:
-    """Rows ``out`` (q, n) of ``given`` (p, n) of the ancestors (q,), but for a share of the ``marginal`` (n,)."""
-    for q in range(ancestors.shape[0]):
-        row, to = given[ancestors[q]], out[q]
-        for j in range(marginal.shape[0]):
-            to[j] = (1.0 - share) * row[j] + share * marginal[j]
-
-
 @_compile
 def handed_on(given: FloatArray, marginal: FloatArray, share: float, ancestors: IntArray) -> Any:
-    """``_hand_on``, for Python."""
+    """Rows (q, n) of ``given`` (p, n) of the ancestors (q,), but for a share of the ``marginal`` (n,)."""
     out = np.empty((ancestors.shape[0], marginal.shape[0]))
-    _hand_on(given, marginal, share, ancestors, out)
+    for q in range(ancestors.shape[0]):
+        _hand_on(given[ancestors[q]], marginal, share, out[q])
     return out
 
 
@@ -310,16 +311,12 @@ def settle(
     wraps: bool,
     before: float,
     inherited: float,
-    share: float,
-    ancestors: IntArray,
     weights: FloatArray,
-    handed: FloatArray,
 ) -> Any:
-    """All that a door's rows ``given`` (p, n) go through after a scan: ``mixture``, ``apportion``, ``handed_on``.
+    """What a door's rows ``given`` (p, n) come to after a scan: ``mixture`` and ``apportion``.
 
-    Rows count by ``robot`` (p,). Into ``weights`` (n,) goes their marginal, into ``handed`` (q, n) what ancestors
-    (q,) among them hand on. The mean and deviation of the marginal come back, what of its variance
-    is shared, and what of that no longer shows in the rows.
+    Rows count by ``robot`` (p,). Into ``weights`` (n,) goes their marginal; its mean and deviation come
+    back, and what of its variance is shared and left.
     """
     _mix(given, robot, weights)
     mean, std = _moments(weights, first, cell, wraps)
@@ -328,10 +325,8 @@ def settle(
         off[j] = first + cell * j - mean
         if wraps:
             off[j] -= TURN * np.floor((off[j] + np.pi) / TURN)
-    between = _disagreement(given, robot, off)
-    _hand_on(given, weights, share, ancestors, handed)
-    shared = _left(inherited, before, std) + between
-    return mean, std, shared, shared - (1.0 - share) ** 2 * between
+    left = _left(inherited, before, std)
+    return mean, std, left + _disagreement(given, robot, off), left
 
 
 @_inner
