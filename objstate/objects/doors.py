@@ -181,6 +181,7 @@ class LatticeFilter:
         mean, std = condition(
             believed.given,
             chosen,
+            whole,
             log_likelihood,
             evidence.robot_weights.values,
             *self._lattice,

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from objstate.compiling import inner, njit
-from objstate.geometry import FloatArray, IntArray
+from objstate.geometry import BoolArray, FloatArray, IntArray
 
 LEAST_EVIDENCE = 1e-250
 TAIL_SIGMAS = 4.0  # at which a Gaussian is cut off
@@ -44,23 +44,29 @@ def _taps(variance: float, most: int) -> Any:
 
 @_inner
 def _walked(
-    row: FloatArray, taps: FloatArray, wraps: bool, padded: FloatArray, to: FloatArray
+    row: FloatArray,
+    taps: FloatArray,
+    wraps: bool,
+    besides: FloatArray,
+    padded: FloatArray,
+    to: FloatArray,
 ) -> None:
-    """Weights ``to`` (n,) after a random walk of those of a ``row`` (n,), by ``taps`` (r + 1,).
+    """Weights ``to`` (n,) after a random walk of those of a ``row`` (n,), by ``taps`` (r + 1,), and others ``besides`` (n,).
 
     At the ends it is reflected, or goes on where the lattice ``wraps``. ``padded`` (n + 2 r,) is overwritten.
     """
     last, reach = row.shape[0] - 1, taps.shape[0] - 1
     if reach == 1:
+        here, aside = taps[0], taps[1]
         for j in range(1, last):
-            to[j] = taps[0] * row[j] + taps[1] * (row[j - 1] + row[j + 1])
+            to[j] = here * row[j] + aside * (row[j - 1] + row[j + 1]) + besides[j]
         below, above = (row[last], row[0]) if wraps else (row[0], row[last])
-        to[0] = taps[0] * row[0] + taps[1] * (below + row[1])
-        to[last] = taps[0] * row[last] + taps[1] * (row[last - 1] + above)
+        to[0] = here * row[0] + aside * (below + row[1]) + besides[0]
+        to[last] = here * row[last] + aside * (row[last - 1] + above) + besides[last]
         return
     for j in range(last + 1):
         padded[reach + j] = row[j]
-        to[j] = taps[0] * row[j]
+        to[j] = taps[0] * row[j] + besides[j]
     for k in range(reach):
         padded[reach - 1 - k] = row[last - k] if wraps else row[k]
         padded[reach + last + 1 + k] = row[k] if wraps else row[last - k]
@@ -110,13 +116,6 @@ def moments(weights: FloatArray, first: float, cell: float, wraps: bool) -> Any:
     return _moments(weights, first, cell, wraps)
 
 
-@_inner
-def _hand_on(row: FloatArray, marginal: FloatArray, share: float, to: FloatArray) -> None:
-    """A row (n,) but for a share of the ``marginal`` (n,)."""
-    for j in range(marginal.shape[0]):
-        to[j] = (1.0 - share) * row[j] + share * marginal[j]
-
-
 @_compile
 def predict(
     given: FloatArray,
@@ -138,16 +137,18 @@ def predict(
     A share of ``stayed`` takes a random walk with a ``variance``, in cells squared; the others are now
     distributed as ``rest`` (n,). The marginal's mean and deviation come back; the lattice is as in ``_moments``.
     """
-    count, heirs = weights.shape[0], ancestors.shape[0]
-    taps = _taps(variance, count)
-    row, padded = np.empty(count), np.empty(count + 2 * taps.shape[0])
-    for q in range(heirs + 1):
-        if q < heirs:
-            _hand_on(given[ancestors[q]], weights, forgotten, row)
-        to = given_later[q] if q < heirs else weights_later
-        _walked(row if q < heirs else weights, taps, wraps, padded, to)
-        for j in range(count):
-            to[j] = stayed * to[j] + (1.0 - stayed) * rest[j]
+    count = weights.shape[0]
+    taps = stayed * _taps(variance, count)
+    besides, padded = np.empty(count), np.empty(count + 2 * taps.shape[0])
+    for j in range(count):
+        besides[j] = (1.0 - stayed) * rest[j]
+    _walked(weights, taps, wraps, besides, padded, weights_later)
+    for j in range(count):
+        besides[j] = (1.0 - forgotten) * besides[j] + forgotten * weights_later[j]
+    for k in range(taps.shape[0]):
+        taps[k] *= 1.0 - forgotten
+    for q in range(ancestors.shape[0]):
+        _walked(given[ancestors[q]], taps, wraps, besides, padded, given_later[q])
     _normalize(weights_later)
     return _moments(weights_later, first, cell, wraps)
 
@@ -166,10 +167,19 @@ def _decay(exponent: float) -> Any:
     return value
 
 
+@_inner
+def _line(begin: int, end: int, left: float, right: float, to: FloatArray) -> None:
+    """Let ``to`` (n,) be linear from ``begin``, where it is ``left``, up to ``end``, where it will be ``right``."""
+    slope = (right - left) / (end - begin)
+    for j in range(end - begin):
+        to[begin + j] = left + slope * j
+
+
 @_compile_sums
 def condition(
     given: FloatArray,
     chosen: IntArray,
+    whole: BoolArray,
     log_likelihood: FloatArray,
     robot: FloatArray,
     first: float,
@@ -182,29 +192,42 @@ def condition(
     """Bayes' rule in every row of ``given`` (p, n), into ``after`` (p, n), with its log ``evidence`` (p,).
 
     ``log_likelihood`` (p, k) is known at the ascending states ``chosen`` (k,), the first
-    and the last among them; between them the likelihood is linear. The marginal ``weights`` (n,) are those of rows that
-    count by ``robot`` (p,); their mean and deviation come back. The lattice is as in ``_moments``.
+    and the last among them; between them the likelihood is linear. In states that aren't ``whole`` (k,) all rows have the same.
+    The marginal ``weights`` (n,) are those of rows that count by ``robot`` (p,); their mean and deviation
+    come back. The lattice is as in ``_moments``.
     """
-    last, count = chosen.shape[0] - 1, given.shape[1]
-    likelihood, rise = np.empty(last + 1), np.zeros(last + 1)
-    below, share = np.empty(count, dtype=np.int64), np.empty(count)
-    below[chosen[last]], share[chosen[last]] = last, 0.0
+    last, count, level = chosen.shape[0] - 1, given.shape[1], -np.inf
+    likelihood, alike = np.empty(last + 1), np.zeros(last + 1)
+    for k in range(last + 1):
+        level = level if whole[k] else max(level, log_likelihood[0, k])
+    for k in range(last + 1):
+        alike[k] = 0.0 if whole[k] else _decay(level - log_likelihood[0, k])
+    factors, shape = (
+        np.empty(count),
+        np.zeros(count),
+    )  # of the likelihood, where all rows have the same
     for k in range(last):
-        steps = chosen[k + 1] - chosen[k]
-        for j in range(steps):
-            below[chosen[k] + j], share[chosen[k] + j] = k, j / steps
+        if not (whole[k] or whole[k + 1]):
+            _line(chosen[k], chosen[k + 1], alike[k], alike[k + 1], shape)
+    shape[chosen[last]] = alike[last]
     weights.fill(0.0)
     for p in range(given.shape[0]):
-        top = -np.inf
+        top = level
         for k in range(last + 1):
-            top = max(top, log_likelihood[p, k])
+            top = max(top, log_likelihood[p, k]) if whole[k] else top
+        scale = _decay(top - level)
         for k in range(last + 1):
-            likelihood[k] = _decay(top - log_likelihood[p, k])
+            own = _decay(top - log_likelihood[p, k])
+            likelihood[k] = own if whole[k] else scale * alike[k]
+        for j in range(count):
+            factors[j] = scale * shape[j]
         for k in range(last):
-            rise[k] = likelihood[k + 1] - likelihood[k]
+            if whole[k] or whole[k + 1]:
+                _line(chosen[k], chosen[k + 1], likelihood[k], likelihood[k + 1], factors)
+        factors[chosen[last]] = likelihood[last]
         row, to, total = given[p], after[p], 0.0
         for j in range(count):
-            to[j] = row[j] * (likelihood[below[j]] + share[j] * rise[below[j]])
+            to[j] = row[j] * factors[j]
             total += to[j]
         if total < LEAST_EVIDENCE:  # this row can't have read it: its pose is wrong, not its states
             evidence[p] = top + np.log(LEAST_EVIDENCE)
@@ -213,9 +236,9 @@ def condition(
             total = 1.0
         else:
             evidence[p] = top + np.log(total)
-        scale = 1.0 / total
+        share = 1.0 / total
         for j in range(count):
-            to[j] *= scale
+            to[j] *= share
             weights[j] += robot[p] * to[j]
     _normalize(weights)
     return _moments(weights, first, cell, wraps)
@@ -254,7 +277,9 @@ def handed_on(given: FloatArray, marginal: FloatArray, share: float, ancestors: 
     """Rows (q, n) of ``given`` (p, n) of the ancestors (q,), but for a share of the ``marginal`` (n,)."""
     out = np.empty((ancestors.shape[0], marginal.shape[0]))
     for q in range(ancestors.shape[0]):
-        _hand_on(given[ancestors[q]], marginal, share, out[q])
+        row, to = given[ancestors[q]], out[q]
+        for j in range(marginal.shape[0]):
+            to[j] = (1.0 - share) * row[j] + share * marginal[j]
     return out
 
 
@@ -397,7 +422,8 @@ def widen(
     count = weights.shape[0]
     taps = _taps(variance, count)
     narrowed = _narrowed(weights, power, wraps, parts) if power > 1.0 else weights
-    _walked(narrowed, taps, wraps, np.empty(count + 2 * taps.shape[0]), out)
+    padded = np.empty(count + 2 * taps.shape[0])
+    _walked(narrowed, taps, wraps, np.zeros(count), padded, out)
     _normalize(out)
     return _moments(out, first, cell, wraps)
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from objstate.geometry import FloatArray, IntArray
+from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.objects import kernels
 
 STATES = 17
@@ -15,13 +15,17 @@ SEEDS = st.integers(0, 10_000)
 
 
 def conditioned(
-    prior: FloatArray, chosen: IntArray, log_likelihood: FloatArray
+    prior: FloatArray,
+    chosen: IntArray,
+    log_likelihood: FloatArray,
+    whole: BoolArray | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """Rows (p, n) after the likelihood (p, k) of chosen states, and their log evidence (p,)."""
+    whole = np.ones(len(chosen), dtype=bool) if whole is None else whole
     after, evidence = np.empty_like(prior), np.empty(len(prior))
     robot, marginal = np.full(len(prior), 1.0 / len(prior)), np.empty(prior.shape[1])
-    lattice = (0.0, 1.0, False)
-    kernels.condition(prior, chosen, log_likelihood, robot, *lattice, after, evidence, marginal)
+    told = (chosen, whole, log_likelihood)
+    kernels.condition(prior, *told, robot, 0.0, 1.0, False, after, evidence, marginal)
     np.testing.assert_allclose(marginal, robot @ after, rtol=1e-9, atol=1e-300)
     return after, evidence
 
@@ -65,6 +69,23 @@ def test_between_known_states_the_likelihood_is_linear(seed: int, inner: set[int
         pairs = prior[row] * likelihood
         np.testing.assert_allclose(after[row], pairs / pairs.sum(), rtol=1e-9, atol=1e-15)
         assert evidence[row] == pytest.approx(np.log(pairs.sum()), abs=1e-9)
+
+
+@settings(max_examples=40)
+@given(SEEDS, st.sets(st.integers(0, STATES - 1)), st.sets(st.integers(0, STATES - 1)))
+def test_states_that_all_rows_have_the_same_of_are_states_like_others(
+    seed: int, some: set[int], apart: set[int]
+) -> None:
+    rng = np.random.default_rng(seed)
+    chosen = np.array(sorted(some | {0, STATES - 1}))
+    whole = np.isin(chosen, list(apart))
+    log = rng.normal(-5.0, 6.0, (3, len(chosen)))
+    log[:, ~whole] = log[0, ~whole]
+    prior = rows_of(rng)
+    after, evidence = conditioned(prior, chosen, log, whole)
+    written_out, told = conditioned(prior, chosen, log)
+    np.testing.assert_allclose(after, written_out, rtol=1e-6, atol=1e-12)
+    np.testing.assert_allclose(evidence, told, atol=1e-8)
 
 
 @settings(max_examples=40)
