@@ -237,9 +237,11 @@ def condition(
         else:
             evidence[p] = top + np.log(total)
         share = 1.0 / total
+        counts = robot[p] * share
+        for j in range(count):
+            weights[j] += counts * to[j]
         for j in range(count):
             to[j] *= share
-            weights[j] += robot[p] * to[j]
     _normalize(weights)
     return _moments(weights, first, cell, wraps)
 
@@ -249,9 +251,9 @@ def _mix(given: FloatArray, shares: FloatArray, weights: FloatArray) -> None:
     """The marginal ``weights`` (n,) of rows ``given`` (p, n) with ``shares`` (p,) of any sum."""
     weights.fill(0.0)
     for p in range(given.shape[0]):
-        row = given[p]
+        row, share = given[p], shares[p]
         for j in range(weights.shape[0]):
-            weights[j] += shares[p] * row[j]
+            weights[j] += share * row[j]
     _normalize(weights)
 
 
