@@ -85,4 +85,5 @@ def _fit(
     if belief.presence >= 0.5:
         alone = view.object(name, belief.best[None], robot.poses[best : best + 1])[0, 0]
         expected = np.minimum(expected, alone)
-    return float(np.mean(view.explained(expected)[update.bears]))
+    explained = view.explained(expected) & update.bears
+    return float(np.count_nonzero(explained) / np.count_nonzero(update.bears))

@@ -168,11 +168,19 @@ def _decay(exponent: float) -> Any:
 
 
 @_inner
-def _line(begin: int, end: int, left: float, right: float, to: FloatArray) -> None:
-    """Let ``to`` (n,) be linear from ``begin``, where it is ``left``, up to ``end``, where it will be ``right``."""
-    slope = (right - left) / (end - begin)
-    for j in range(end - begin):
-        to[begin + j] = left + slope * j
+def _lay(
+    chosen: IntArray, values: FloatArray, whole: BoolArray, alike: bool, to: FloatArray
+) -> None:
+    """Let ``to`` (n,) be linear between ``values`` (k,) at ascending places ``chosen`` (k,).
+
+    That is between two neither of which is ``whole`` (k,), if they are to be ``alike``, or else between all others.
+    """
+    for k in range(chosen.shape[0] - 1):
+        if alike != (whole[k] or whole[k + 1]):
+            begin, left = chosen[k], values[k]
+            slope = (values[k + 1] - left) / (chosen[k + 1] - begin)
+            for j in range(chosen[k + 1] - begin):
+                to[begin + j] = left + slope * j
 
 
 @_compile_sums
@@ -206,9 +214,7 @@ def condition(
         np.empty(count),
         np.zeros(count),
     )  # of the likelihood, where all rows have the same
-    for k in range(last):
-        if not (whole[k] or whole[k + 1]):
-            _line(chosen[k], chosen[k + 1], alike[k], alike[k + 1], shape)
+    _lay(chosen, alike, whole, True, shape)
     shape[chosen[last]] = alike[last]
     weights.fill(0.0)
     for p in range(given.shape[0]):
@@ -221,9 +227,7 @@ def condition(
             likelihood[k] = own if whole[k] else scale * alike[k]
         for j in range(count):
             factors[j] = scale * shape[j]
-        for k in range(last):
-            if whole[k] or whole[k + 1]:
-                _line(chosen[k], chosen[k + 1], likelihood[k], likelihood[k + 1], factors)
+        _lay(chosen, likelihood, whole, False, factors)
         factors[chosen[last]] = likelihood[last]
         row, to, total = given[p], after[p], 0.0
         for j in range(count):
