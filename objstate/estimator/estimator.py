@@ -117,11 +117,13 @@ class Estimator:
 
         Raises ValueError for an earlier moment.
         """
-        known = self._believed.marginals[name].stamp_ns
+        belief = self._believed.marginals[name]
+        known = belief.stamp_ns
         if known is not None and stamp_ns < known:
             raise ValueError(f"object '{name}' was updated after {stamp_ns} ns, at {known} ns")
-        rng = np.random.default_rng(stamp_ns)
-        return self._published(name, self._believed.at(name, stamp_ns, rng))
+        if stamp_ns != known:
+            belief = self._believed.at(name, stamp_ns, np.random.default_rng(stamp_ns))
+        return self._published(name, belief)
 
     @property
     def lost(self) -> tuple[tuple[int, int], ...]:

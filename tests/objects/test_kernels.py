@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from objstate.geometry import BoolArray, FloatArray, IntArray
+from objstate.geometry import BoolArray, FloatArray, IntArray, wrap
 from objstate.objects import kernels
 
 STATES = 17
@@ -111,6 +111,17 @@ def test_a_robot_sample_that_cannot_have_read_this_keeps_what_it_believed() -> N
     assert after[1, -1] == pytest.approx(1.0)
     assert np.isfinite(evidence[0])
     assert evidence[0] < evidence[1] - 100.0
+
+
+@settings(max_examples=40)
+@given(st.integers(0, 23), st.integers(0, 11))
+def test_the_mean_of_two_directions_lies_in_their_middle(one: int, further: int) -> None:
+    weights, cell = np.zeros(24), 2.0 * np.pi / 24
+    for place in (one, (one + further) % 24):
+        weights[place] += 0.5
+    mean, std = kernels.moments(weights, -np.pi, cell, True)
+    assert wrap(mean + np.pi - cell * (one + further / 2.0)) == pytest.approx(0.0, abs=1e-9)
+    assert std**2 == pytest.approx((cell * further / 2.0) ** 2 + cell**2 / 12.0)
 
 
 @pytest.mark.parametrize("std", [0.7, 1.3, 3.0])
