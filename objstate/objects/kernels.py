@@ -39,7 +39,9 @@ def _taps(variance: float, most: int) -> Any:
     for k in range(reach + 1):
         taps[k] = np.exp(-0.5 * k * k / variance)
         total += taps[k] if k == 0 else 2.0 * taps[k]
-    return taps / total
+    for k in range(reach + 1):  # to divide the array takes longer to compile
+        taps[k] /= total
+    return taps
 
 
 @_inner
@@ -76,6 +78,13 @@ def _walked(
 
 
 @_inner
+def _clear(weights: FloatArray) -> None:
+    """Let weights (n,) be zero; ``fill`` takes longer to compile."""
+    for j in range(weights.shape[0]):
+        weights[j] = 0.0
+
+
+@_inner
 def _normalize(weights: FloatArray) -> None:
     """Let weights (n,) sum to one."""
     total = 0.0
@@ -86,27 +95,30 @@ def _normalize(weights: FloatArray) -> None:
 
 
 @_inner
+def _off(j: int, mean: float, first: float, cell: float, wraps: bool) -> Any:
+    """How far a lattice's state ``j`` is off the mean, as in ``_moments``; directions the short way round."""
+    off = first + cell * j - mean
+    return off - TURN * np.floor((off + np.pi) / TURN) if wraps else off
+
+
+@_inner
 def _moments(weights: FloatArray, first: float, cell: float, wraps: bool) -> Any:
     """Mean and standard deviation of a lattice with weights (n,), each spread over its cell.
 
     The states are a ``cell`` apart from the ``first`` on; directions where the lattice ``wraps``.
     """
     mean, variance, east, north = 0.0, 0.0, 0.0, 0.0
+    for j in range(weights.shape[0]):
+        mean += weights[j] * j
+    mean = first + cell * mean
     if wraps:
         for j in range(weights.shape[0]):
             east += weights[j] * np.cos(first + cell * j)
             north += weights[j] * np.sin(first + cell * j)
         mean = np.arctan2(north, east)
-        for j in range(weights.shape[0]):
-            off = first + cell * j - mean
-            off -= TURN * np.floor((off + np.pi) / TURN)
-            variance += weights[j] * off * off
-    else:
-        for j in range(weights.shape[0]):
-            mean += weights[j] * j
-        for j in range(weights.shape[0]):
-            variance += weights[j] * (j - mean) ** 2
-        mean, variance = first + cell * mean, cell * cell * variance
+    for j in range(weights.shape[0]):
+        off = _off(j, mean, first, cell, wraps)
+        variance += weights[j] * off * off
     return mean, np.sqrt(variance + cell * cell / 12.0)
 
 
@@ -138,17 +150,22 @@ def predict(
     distributed as ``rest`` (n,). The marginal's mean and deviation come back; the lattice is as in ``_moments``.
     """
     count = weights.shape[0]
-    taps = stayed * _taps(variance, count)
+    taps = _taps(variance, count)
     besides, padded = np.empty(count), np.empty(count + 2 * taps.shape[0])
     for j in range(count):
         besides[j] = (1.0 - stayed) * rest[j]
-    _walked(weights, taps, wraps, besides, padded, weights_later)
-    for j in range(count):
-        besides[j] = (1.0 - forgotten) * besides[j] + forgotten * weights_later[j]
     for k in range(taps.shape[0]):
-        taps[k] *= 1.0 - forgotten
-    for q in range(ancestors.shape[0]):
-        _walked(given[ancestors[q]], taps, wraps, besides, padded, given_later[q])
+        taps[k] *= stayed
+    for q in range(ancestors.shape[0] + 1):  # the marginal first: rows take their share of it
+        row = given[ancestors[q - 1]] if q > 0 else weights
+        to = given_later[q - 1] if q > 0 else weights_later
+        _walked(row, taps, wraps, besides, padded, to)
+        if q > 0:
+            continue
+        for j in range(count):
+            besides[j] = (1.0 - forgotten) * besides[j] + forgotten * weights_later[j]
+        for k in range(taps.shape[0]):
+            taps[k] *= 1.0 - forgotten
     _normalize(weights_later)
     return _moments(weights_later, first, cell, wraps)
 
@@ -205,18 +222,16 @@ def condition(
     come back. The lattice is as in ``_moments``.
     """
     last, count, level = chosen.shape[0] - 1, given.shape[1], -np.inf
-    likelihood, alike = np.empty(last + 1), np.zeros(last + 1)
+    likelihood, alike = np.empty(last + 1), np.empty(last + 1)
     for k in range(last + 1):
         level = level if whole[k] else max(level, log_likelihood[0, k])
     for k in range(last + 1):
         alike[k] = 0.0 if whole[k] else _decay(level - log_likelihood[0, k])
-    factors, shape = (
-        np.empty(count),
-        np.zeros(count),
-    )  # of the likelihood, where all rows have the same
+    factors, shape = np.empty(count), np.empty(count)  # that of what all rows have the same of
+    _clear(shape)
+    _clear(weights)
     _lay(chosen, alike, whole, True, shape)
     shape[chosen[last]] = alike[last]
-    weights.fill(0.0)
     for p in range(given.shape[0]):
         top = level
         for k in range(last + 1):
@@ -253,7 +268,7 @@ def condition(
 @_inner
 def _mix(given: FloatArray, shares: FloatArray, weights: FloatArray) -> None:
     """The marginal ``weights`` (n,) of rows ``given`` (p, n) with ``shares`` (p,) of any sum."""
-    weights.fill(0.0)
+    _clear(weights)
     for p in range(given.shape[0]):
         row, share = given[p], shares[p]
         for j in range(weights.shape[0]):
@@ -353,9 +368,7 @@ def settle(
     mean, std = _moments(weights, first, cell, wraps)
     off = np.empty(weights.shape[0])
     for j in range(off.shape[0]):
-        off[j] = first + cell * j - mean
-        if wraps:
-            off[j] -= TURN * np.floor((off[j] + np.pi) / TURN)
+        off[j] = _off(j, mean, first, cell, wraps)
     left = _left(inherited, before, std)
     return mean, std, left + _disagreement(given, robot, off), left
 
@@ -428,8 +441,9 @@ def widen(
     count = weights.shape[0]
     taps = _taps(variance, count)
     narrowed = _narrowed(weights, power, wraps, parts) if power > 1.0 else weights
-    padded = np.empty(count + 2 * taps.shape[0])
-    _walked(narrowed, taps, wraps, np.zeros(count), padded, out)
+    besides, padded = np.empty(count), np.empty(count + 2 * taps.shape[0])
+    _clear(besides)
+    _walked(narrowed, taps, wraps, besides, padded, out)
     _normalize(out)
     return _moments(out, first, cell, wraps)
 
