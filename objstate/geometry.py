@@ -67,11 +67,6 @@ def interpolate_pose(a: FloatArray, b: FloatArray, share: ArrayLike) -> FloatArr
     return np.concatenate([moved[..., :2], wrap(moved[..., 2:])], axis=-1)
 
 
-def circular_mean(angles: FloatArray, weights: FloatArray) -> float:
-    """The direction of the weighted mean of unit vectors, rad."""
-    return math.atan2(float(weights @ np.sin(angles)), float(weights @ np.cos(angles)))
-
-
 def square_root(covariance: FloatArray) -> FloatArray:
     """A matrix ``root`` (d, d) with ``root @ root.T == covariance``, which may be singular."""
     values, vectors = np.linalg.eigh(covariance)

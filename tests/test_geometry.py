@@ -11,7 +11,6 @@ from scipy.spatial.transform import Rotation
 from objstate.geometry import (
     FloatArray,
     between,
-    circular_mean,
     compose,
     interpolate_pose,
     invert,
@@ -160,10 +159,3 @@ def test_mirrors_and_stretches_are_not_rigid() -> None:
     assert not is_rigid(np.diag([1.0, 1.0, -1.0, 1.0]))
     assert not is_rigid(np.diag([2.0, 2.0, 2.0, 1.0]))
     assert not is_rigid(transform(np.eye(3), np.array([np.nan, 0.0, 0.0])))
-
-
-@given(st.floats(-np.pi, np.pi), st.floats(0.0, 1.5))
-def test_the_mean_of_two_directions_lies_in_their_middle(middle: float, half: float) -> None:
-    pair = wrap(np.array([middle - half, middle + half]))
-    mean = circular_mean(pair, np.array([0.5, 0.5]))
-    assert wrap(mean - middle) == pytest.approx(0.0, abs=1e-9)

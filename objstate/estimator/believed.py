@@ -11,6 +11,7 @@ from objstate.building.model import Building, MovableObject
 from objstate.config import Settings
 from objstate.errors import SettingsError
 from objstate.estimator.surroundings import Surroundings
+from objstate.geometry import IntArray
 from objstate.lazy import altered
 from objstate.objects import ConditionalBelief, ObjectBelief, ObjectFilter, filter_for
 from objstate.records import NANOSECONDS
@@ -37,6 +38,10 @@ class Believed:
         self.surroundings = Surroundings(building)
         self.marginals: dict[str, ObjectBelief] = {}
         self._in_view: dict[str, ConditionalBelief] = {}
+        self._descent: tuple[float, IntArray | None] = (
+            0.0,
+            None,
+        )  # of the next scan's robot samples
         self._before: dict[str, ObjectBelief] = {}  # what changed since ``trust``, as it was
         self._earlier: dict[str, ObjectBelief] = {}  # what had changed since the one before
         for name, each in self.filters.items():
@@ -49,23 +54,37 @@ class Believed:
     def at(self, name: str, stamp_ns: int, rng: np.random.Generator | None = None) -> ObjectBelief:
         """p(s_i) <- integral of p(s_i | t, s_i') p(s_i'), t the time since the last update."""
         belief = self.marginals[name]
-        seconds = _seconds(belief, stamp_ns)
+        seconds, now = _seconds(belief, stamp_ns), altered(belief, stamp_ns=stamp_ns)
         if seconds > 0.0:
-            belief = self.filters[name].predict(belief, seconds, rng or self.rngs[name])
-        return altered(belief, stamp_ns=stamp_ns)
+            return self.filters[name].predict(now, seconds, rng or self.rngs[name])
+        return now
 
     def given(self, name: str, samples: int, stamp_ns: int) -> ConditionalBelief:
         """The same given each of so many robot samples."""
-        belief = self.marginals[name]
-        known = self._in_view.get(name) or ConditionalBelief.independent(belief, samples)
-        seconds = _seconds(belief, stamp_ns)
-        if seconds > 0.0:
-            known = self.filters[name].predict_each(known, seconds, self.rngs[name])
-        return altered(known, belief=altered(known.belief, stamp_ns=stamp_ns))
+        known = self._in_view.get(name)
+        forgotten, ancestors = self._descent
+        if known is None:
+            known = ConditionalBelief.independent(self.marginals[name], samples)
+            forgotten, ancestors = 0.0, None
+        seconds = _seconds(known.belief, stamp_ns)
+        known = altered(known, belief=altered(known.belief, stamp_ns=stamp_ns))
+        if seconds == 0.0:
+            return known.handed_on(forgotten, ancestors)
+        rng = self.rngs[name]
+        return self.filters[name].predict_each(known, seconds, rng, forgotten, ancestors)
 
-    def keep_in_view(self, given: Mapping[str, ConditionalBelief]) -> None:
-        """Keep the beliefs of the objects in view; of all others, marginals alone remain."""
-        self._in_view = dict(given)
+    def keep_in_view(
+        self,
+        given: Mapping[str, ConditionalBelief],
+        forgotten: float = 0.0,
+        ancestors: IntArray | None = None,
+    ) -> None:
+        """Keep the beliefs of the objects in view; of all others, marginals alone remain.
+
+        The robot samples of the next scan have ``ancestors`` (l',) among those of this one; of what these believe,
+        they give up a share for the marginals.
+        """
+        self._in_view, self._descent = dict(given), (forgotten, ancestors)
         self.keep({name: each.belief for name, each in given.items()}.items())
 
     def keep(self, beliefs: Iterable[tuple[str, ObjectBelief]]) -> None:

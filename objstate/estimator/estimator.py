@@ -125,11 +125,13 @@ class Estimator:
 
         Raises ValueError for an earlier moment.
         """
-        known = self._believed.marginals[name].stamp_ns
+        belief = self._believed.marginals[name]
+        known = belief.stamp_ns
         if known is not None and stamp_ns < known:
             raise ValueError(f"object '{name}' was updated after {stamp_ns} ns, at {known} ns")
-        rng = np.random.default_rng(stamp_ns)
-        return self._published(name, self._believed.at(name, stamp_ns, rng))
+        if stamp_ns != known:
+            belief = self._believed.at(name, stamp_ns, np.random.default_rng(stamp_ns))
+        return self._published(name, belief)
 
     @property
     def lost(self) -> tuple[tuple[int, int], ...]:
@@ -221,10 +223,10 @@ class Estimator:
             corrected, self.settings.object_updates.tempering * observation.log_evidence
         )
         robot, ancestors = self._localizer.renew(corrected, self._rng)
-        observation = observation.settled_by(seen, self._forgotten(track), ancestors)
+        observation = observation.settled_by(seen)
         for name in observation.fits:
             self._consistency.note(observation.predicted[name], observation.beliefs[name].belief)
-        self._believed.keep_in_view(observation.beliefs)
+        self._believed.keep_in_view(observation.beliefs, self._forgotten(track), ancestors)
         self._track = track.corrected(robot, self._odometry)
         self.corrections += 1
         self._note_hinges(sight, observation)

@@ -19,6 +19,7 @@ from objstate.building.model import Building, Kind, Mesh, MovableObject
 from objstate.config import HingeSettings, Settings
 from objstate.estimator.sight import Sight
 from objstate.geometry import BoolArray, FloatArray, between, wrap
+from objstate.lazy import lazy
 from objstate.objects import ObjectBelief, filter_for
 from objstate.objects.belief import SETTLED_ANGLE
 from objstate.objects.doors import LEAN, LatticeFilter, leaf_axes
@@ -336,8 +337,9 @@ class _Leaf:
     far: float
     sides: tuple[float, float]  # m across
     reach: float  # m, of its farthest corner from the hinge
+    halfway: FloatArray  # (4, 4) its transform between its limits
 
-    @property
+    @lazy
     def outwards(self) -> FloatArray:
         """(2, 2) along, pointing away from the hinge, and across, as columns."""
         away = math.copysign(1.0, self.near + self.far)
@@ -348,6 +350,7 @@ class _Leaf:
     def of(item: MovableObject) -> _Leaf:
         plan = item.mesh.vertices[:, :2]
         across, along = leaf_axes(item)
+        middle = (item.lower + item.upper) / 2.0
         return _Leaf(
             along=along,
             across=across,
@@ -355,6 +358,7 @@ class _Leaf:
             far=float((plan @ along).max()),
             sides=(float((plan @ across).min()), float((plan @ across).max())),
             reach=float(np.hypot(plan[:, 0], plan[:, 1]).max()),
+            halfway=item.transforms(np.array([[middle]]))[0],
         )
 
     def held_against(
@@ -401,9 +405,8 @@ def _lasting_std(glances: list[_Glance]) -> float:
 
 def from_swing(item: MovableObject, places: FloatArray) -> FloatArray:
     """Distances (k,) m of places (k, 2) from the sector that a door's leaf sweeps."""
-    leaf, middle = _Leaf.of(item), (item.lower + item.upper) / 2.0
-    halfway = item.transforms(np.array([[middle]]))[0]
-    x, y = ((places - halfway[:2, 3]) @ halfway[:2, :2] @ leaf.outwards).T
+    leaf = _Leaf.of(item)
+    x, y = ((places - leaf.halfway[:2, 3]) @ leaf.halfway[:2, :2] @ leaf.outwards).T
     reach = np.hypot(x, y)
     beyond = np.maximum(np.abs(np.arctan2(y, x)) - (item.upper - item.lower) / 2.0, 0.0)
     along = np.clip(reach * np.cos(beyond), 0.0, leaf.reach)  # of the leaf in its nearest state

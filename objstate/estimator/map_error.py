@@ -92,17 +92,17 @@ def _looks(
     off = longer * np.abs(cosines)
     facing = np.round(np.arctan2(normals[:, 1], normals[:, 0]) * SIDES / (2.0 * np.pi)) % SIDES
     cells = np.column_stack([np.floor(places / settings.cell_m), facing])[is_flat].astype(np.int64)
-    off, squares = off[is_flat], cosines[is_flat] ** 2
-    each, member = np.unique(cells, axis=0, return_inverse=True)
-    for k, (column, row, side) in enumerate(each.tolist()):
-        here = member == k
-        believable = here & (
-            np.abs(off) < settings.most_m
-        )  # not stopped by something, nor through a gap
-        count = int(believable.sum())
-        if count >= max(settings.beams, settings.in_full * here.sum()):
-            noise = settings.noise_m**2 * float(squares[believable].mean()) / count
-            yield (column, row, side), float(np.median(off[believable])), noise
+    there: dict[_Place, list[tuple[float, float]]] = {}
+    told = zip(off[is_flat].tolist(), (cosines[is_flat] ** 2).tolist(), strict=True)
+    for (column, row, side), each in zip(cells.tolist(), told, strict=True):
+        there.setdefault((column, row, side), []).append(each)
+    for place, beams in sorted(there.items()):
+        # not stopped by something, nor through a gap
+        believable = sorted(each for each in beams if abs(each[0]) < settings.most_m)
+        count = len(believable)
+        if count >= max(settings.beams, settings.in_full * len(beams)):
+            median = (believable[(count - 1) // 2][0] + believable[count // 2][0]) / 2.0
+            yield place, median, settings.noise_m**2 * sum(s for _, s in believable) / count**2
 
 
 def _walls(places: FloatArray) -> tuple[FloatArray, BoolArray]:

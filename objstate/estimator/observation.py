@@ -9,7 +9,7 @@ import numpy as np
 
 from objstate.estimator.backdrop import Backdrop
 from objstate.estimator.believed import Believed
-from objstate.geometry import BoolArray, FloatArray, IntArray
+from objstate.geometry import BoolArray, FloatArray
 from objstate.lazy import altered
 from objstate.localization import PoseBelief
 from objstate.objects import ConditionalBelief, ObjectBelief, ScanEvidence, Update
@@ -25,24 +25,13 @@ class Observation:
     fits: Mapping[str, float]  # of the objects on which a beam bore
     log_evidence: FloatArray  # (l,) log p(o | l) of the beams towards objects
 
-    def settled_by(
-        self, robot: PoseBelief, forgotten: float, ancestors: IntArray | None
-    ) -> Observation:
-        """The same objects, their marginals by what the robot samples weigh after the scan.
-
-        The samples of the next scan have ``ancestors`` (l',) among them; of what those believe, they give up a share
-        for the marginals.
-        """
+    def settled_by(self, robot: PoseBelief) -> Observation:
+        """The same objects, their marginals by what the robot samples weigh after the scan."""
         weights = robot.weights.values
-        return altered(
-            self,
-            beliefs={
-                name: each.averaged(each.given, weights)
-                .apportioned(self.predicted[name], weights)
-                .handed_on(forgotten, ancestors)
-                for name, each in self.beliefs.items()
-            },
-        )
+        beliefs = {
+            name: each.settled(self.predicted[name], weights) for name, each in self.beliefs.items()
+        }
+        return altered(self, beliefs=beliefs)
 
 
 def observe(
@@ -74,15 +63,13 @@ def observe(
         if update is None:
             continue
         log_evidence += update.log_evidence + tempering * (absent - backdrop.log_likelihood)
-        belief = altered(update.conditional.belief, last_observed_ns=stamp_ns)
-        given[name] = altered(update.conditional, belief=belief)
-        fits[name] = _fit(name, belief, update, view, robot, without)
+        given[name] = update.conditional
+        fits[name] = _fit(name, update, view, robot, without)
     return Observation(given, beliefs, fits, log_evidence / tempering)
 
 
 def _fit(
     name: str,
-    belief: ObjectBelief,
     update: Update,
     view: ScanView,
     robot: PoseBelief,
@@ -92,9 +79,11 @@ def _fit(
 
     Seen from the robot sample that explains the scan best.
     """
+    belief = update.conditional.belief
     best = int(np.argmax(robot.weights.log + update.log_evidence))
     expected = without[best]
     if belief.presence >= 0.5:
         alone = view.object(name, belief.best[None], robot.poses[best : best + 1])[0, 0]
         expected = np.minimum(expected, alone)
-    return float(np.mean(view.explained(expected)[update.bears]))
+    explained = view.explained(expected) & update.bears
+    return float(np.count_nonzero(explained) / np.count_nonzero(update.bears))

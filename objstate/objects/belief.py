@@ -7,15 +7,16 @@ from copy import copy
 from dataclasses import dataclass, field
 from functools import partial
 from operator import le
+from typing import Any
 
 import numpy as np
 
 from objstate.building.model import Kind, MovableObject
-from objstate.geometry import BoolArray, FloatArray, circular_mean, wrap
+from objstate.geometry import BoolArray, FloatArray, wrap
 from objstate.lazy import altered, lazy
 from objstate.objects.footprint import footprint
 from objstate.objects.passage import clear_widths, lattice_clear_widths
-from objstate.particles import Weights, quantiles
+from objstate.particles import Weights, evenly, quantiles
 from objstate.records import Estimate
 from objstate.sensing import UncertainObject
 
@@ -79,11 +80,34 @@ class ObjectBelief:
             return np.array([False, False, True])
         return np.array([self.item.wraps])
 
+    @property
+    def lattice(self) -> tuple[float, float, bool]:
+        """The first of a door's states, how far they lie apart, and whether the last is beside it."""
+        return float(self.states[0, 0]), float(self.cell[0]), self.item.wraps
+
     def with_weights(self, weights: Weights) -> ObjectBelief:
         return altered(self, weights=weights)
 
-    def weighted(self, weights: Weights, presence: float) -> ObjectBelief:
-        return altered(self, weights=weights, presence=presence)
+    def on_lattice(self, weights: FloatArray, mean: float, std: float, **also: Any) -> ObjectBelief:
+        """A door's belief with other weights (n,), of which these are the mean and the standard deviation.
+
+        ``also`` are other fields.
+        """
+        belief = altered(self, weights=Weights(weights), **also)
+        belief.__dict__.update(mean=np.array([mean]), std=np.array([std]))
+        return belief
+
+    def mixture(self, given: FloatArray, shares: FloatArray, presence: float) -> ObjectBelief:
+        """The belief with the mean weights of rows (l, n) that have shares (l,) of any sum."""
+        if self.item.kind is Kind.PLANAR:
+            marginal = shares @ given
+            weights = Weights(marginal / marginal.sum())
+            return altered(self, weights=weights, presence=presence)
+        from objstate.objects.kernels import mixture
+
+        marginal = np.empty(given.shape[1])
+        mean, std = mixture(given, shares, *self.lattice, marginal)
+        return self.on_lattice(marginal, mean, std, presence=presence)
 
     def with_samples(self, states: FloatArray, weights: Weights) -> ObjectBelief:
         return altered(self, states=states, weights=weights)
@@ -110,17 +134,15 @@ class ObjectBelief:
         Of furniture that looks the same after some turns, all equal states count as the
         one nearest to where it should stand.
         """
-        if self.item.wraps:
-            return np.array([circular_mean(self.states[:, 0], self.weights.values)])
         return self._moments[0]
 
     @lazy
     def _moments(self) -> tuple[FloatArray, FloatArray]:
-        """Mean (d,) and standard deviations (d,) of samples without scouts, on a line or of furniture."""
+        """Mean (d,) and standard deviations (d,) of samples without scouts."""
         if self.item.kind is not Kind.PLANAR:
-            from objstate.objects import kernels
+            from objstate.objects.kernels import moments
 
-            mean, std = kernels.moments(self.states, self.weights.values, self.cell[0])
+            mean, std = moments(self.weights.values, *self.lattice)
             return np.array([mean]), np.array([std])
         from objstate.objects import sampling
 
@@ -171,9 +193,6 @@ class ObjectBelief:
     @lazy
     def std(self) -> FloatArray:
         """(d,) standard deviations, the width of a sample's cell included."""
-        if self.item.wraps:
-            variance = self.weights.values @ self.deviations**2
-            return np.asarray(np.sqrt(variance + self.cell**2 / 12.0))
         return self._moments[1]
 
     def kept_of(self, factor: float) -> FloatArray:
@@ -201,10 +220,10 @@ class ObjectBelief:
         return self.cell[0] > 0.0 and not self.item.wraps
 
     def _interval_on_line(self, tail: float) -> tuple[FloatArray, FloatArray]:
-        from objstate.objects import kernels
+        from objstate.objects.kernels import interval
 
         # a cell at a limit reaches beyond it
-        lower, upper = kernels.interval(self.states, self.weights.values, self.cell[0], tail)
+        lower, upper = interval(self.weights.values, *self.lattice[:2], tail)
         return np.array([max(lower, self.item.lower)]), np.array([min(upper, self.item.upper)])
 
     def _quantiles(self, coordinate: int, shares: FloatArray) -> FloatArray:
@@ -283,10 +302,7 @@ class ObjectBelief:
         name = self.item.name
         if self.settled:
             return UncertainObject(name, self.mean[None], np.full(1, self.presence))
-        comb = (np.arange(count) + 0.5) / count
-        each = self.standing
-        chosen = np.searchsorted(np.cumsum(each.weights.values), comb)
-        states = each.states[chosen.clip(max=len(each.states) - 1)]
+        states = self.standing.states[evenly(self.standing.weights, count)]
         return UncertainObject(name, states, np.full(count, self.presence / count))
 
     @property

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from objstate.building.model import Kind
 from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.objects.belief import ObjectBelief
-from objstate.particles import Weights
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,9 +34,8 @@ class ConditionalBelief:
 
     def averaged(self, given: FloatArray, robot_weights: FloatArray) -> ConditionalBelief:
         """With new conditional weights (l, n), the marginal by the robot weights (l,), which sum to one."""
-        marginal = (robot_weights * self.presence) @ given
         gone = float(robot_weights @ (1.0 - self.presence))  # exactly 0 where nobody doubts it
-        belief = self.belief.weighted(Weights(marginal / marginal.sum()), 1.0 - gone)
+        belief = self.belief.mixture(given, robot_weights * self.presence, 1.0 - gone)
         return ConditionalBelief(belief, given, self.presence, self.inherited)
 
     def apportioned(self, before: ObjectBelief, robot_weights: FloatArray) -> ConditionalBelief:
@@ -46,11 +45,11 @@ class ConditionalBelief:
         caused, (v / v0)^2 is left by a scan that takes the variance v0 of the belief ``before``
         it to v: the mean keeps v / v0 of its error.
         """
-        from objstate.objects import kernels
+        from objstate.objects.kernels import apportion
 
         off, inherited = self.belief.deviations, np.empty(len(self.belief.std))
         shared = np.empty(len(inherited))
-        kernels.apportion(
+        apportion(
             self.given,
             robot_weights * self.presence,
             off,
@@ -68,15 +67,32 @@ class ConditionalBelief:
 
         That it gives up for the marginal. Without ``ancestors``, the samples are the same.
         """
-        from objstate.objects import kernels
+        from objstate.objects.kernels import handed_on
 
         presence = (1.0 - share) * self.presence + share * self.belief.presence
         if ancestors is None:
             ancestors = np.arange(len(presence))
-        given = kernels.handed_on(self.given, self.belief.weights.values, share, ancestors)
+        given = handed_on(self.given, self.belief.weights.values, share, ancestors)
+        return ConditionalBelief(self.belief, given, presence[ancestors], self.hidden_by(share))
+
+    def hidden_by(self, share: float) -> FloatArray:
+        """(d,) of ``belief.shared``, what no longer shows when a share of each row is given up."""
         shown = (1.0 - share) ** 2 * (self.belief.shared - self.inherited)
-        inherited = self.belief.shared - shown
-        return ConditionalBelief(self.belief, given, presence[ancestors], inherited)
+        return np.asarray(self.belief.shared - shown)
+
+    def settled(self, before: ObjectBelief, robot_weights: FloatArray) -> ConditionalBelief:
+        """``averaged`` and ``apportioned``, by what robot samples weigh after a scan; for doors one compiled step."""
+        if self.belief.item.kind is Kind.PLANAR:
+            return self.averaged(self.given, robot_weights).apportioned(before, robot_weights)
+        from objstate.objects.kernels import settle
+
+        belief, weights = self.belief, np.empty(len(self.belief.states))
+        was, inherited = float(before.std[0]), float(self.inherited[0])
+        mean, std, shared, left = settle(
+            self.given, robot_weights, *belief.lattice, was, inherited, weights
+        )
+        belief = belief.on_lattice(weights, mean, std, shared=np.array([shared]))
+        return ConditionalBelief(belief, self.given, self.presence, np.array([left]))
 
 
 @dataclass(frozen=True, eq=False)

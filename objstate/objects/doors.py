@@ -13,7 +13,7 @@ import numpy as np
 
 from objstate.building.model import Kind, MovableObject
 from objstate.config import DoorSettings
-from objstate.geometry import FloatArray, wrap
+from objstate.geometry import FloatArray, IntArray, wrap
 from objstate.lazy import lazy
 from objstate.objects.belief import ObjectBelief
 from objstate.objects.conditional import ConditionalBelief, Update
@@ -54,6 +54,11 @@ class LatticeFilter:
     def _spacing(self) -> float:
         """rad or m between neighbouring states."""
         return float(self._states[1] - self._states[0])
+
+    @lazy
+    def _lattice(self) -> tuple[float, float, bool]:
+        """The first state, the spacing, and whether the last state is beside the first."""
+        return float(self._states[0]), self._spacing, self.item.wraps
 
     def prior(self, rng: np.random.Generator) -> ObjectBelief:
         states = self._states
@@ -103,33 +108,59 @@ class LatticeFilter:
     def predict(
         self, belief: ObjectBelief, seconds: float, rng: np.random.Generator
     ) -> ObjectBelief:
-        moved = self._moved(belief.weights.values[None], seconds)[0]
-        return belief.with_weights(Weights(moved / moved.sum()))
+        nobody = np.empty((0, len(belief.states)))
+        return self._later(belief, nobody, seconds, 0.0, np.arange(0))[0]
 
     def predict_each(
-        self, believed: ConditionalBelief, seconds: float, rng: np.random.Generator
+        self,
+        believed: ConditionalBelief,
+        seconds: float,
+        rng: np.random.Generator,
+        forgotten: float = 0.0,
+        ancestors: IntArray | None = None,
     ) -> ConditionalBelief:
-        belief = self.predict(believed.belief, seconds, rng)
-        given = self._moved(believed.given, seconds)
-        return ConditionalBelief(belief, given, believed.presence, believed.inherited)
+        if ancestors is None:
+            ancestors = np.arange(len(believed.given))
+        before = believed.belief
+        belief, given = self._later(before, believed.given, seconds, forgotten, ancestors)
+        presence = believed.presence[ancestors]  # all the same: nobody doubts that a door is there
+        return ConditionalBelief(belief, given, presence, believed.hidden_by(forgotten))
 
-    def _moved(self, weights: FloatArray, seconds: float) -> FloatArray:
-        """Weights (m, n) after a while: the door stays and drifts, or somebody has moved it."""
+    def _later(
+        self,
+        belief: ObjectBelief,
+        given: FloatArray,
+        seconds: float,
+        forgotten: float,
+        ancestors: IntArray,
+    ) -> tuple[ObjectBelief, FloatArray]:
+        """A belief, and what rows (l, n) hand on (l', n), after a while: the door drifts, or somebody has moved it."""
+        from objstate.objects.kernels import predict
+
+        cells, hours = self._cells_per_second * seconds, seconds / SECONDS_PER_HOUR
+        stayed = math.exp(-self.settings.dynamics.moves_per_hour * hours)
+        weights = np.empty(len(belief.states))
+        later = np.empty((len(ancestors), len(weights)))
+        mean, std = predict(
+            given,
+            belief.weights.values,
+            forgotten,
+            ancestors,
+            *self._lattice,
+            cells,
+            stayed,
+            self._rest_weights,
+            later,
+            weights,
+        )
+        return belief.on_lattice(weights, mean, std), later
+
+    @lazy
+    def _cells_per_second(self) -> float:
+        """The variance of the drift, in cells squared."""
         dynamics, hinged = self.settings.dynamics, self.item.kind is Kind.HINGED
         drift = math.radians(dynamics.drift_deg) if hinged else dynamics.drift_m
-        stayed = math.exp(-dynamics.moves_per_hour * seconds / SECONDS_PER_HOUR)
-        return self._drifted(weights, drift**2 * seconds, stayed)
-
-    def _drifted(self, weights: FloatArray, variance: float, stayed: float = 1.0) -> FloatArray:
-        """Weights (m, n) after a random walk on the lattice of a variance, rad^2 or m^2.
-
-        All but a share of ``stayed`` don't walk: somebody puts them to rest.
-        """
-        from objstate.objects import kernels
-
-        cells, out = variance / self._spacing**2, np.empty_like(weights)
-        kernels.drift(weights, cells, self.item.wraps, stayed, self._rest_weights, out)
-        return out
+        return (drift / self._spacing) ** 2
 
     def update(
         self, believed: ConditionalBelief, evidence: ScanEvidence, rng: np.random.Generator
@@ -138,36 +169,47 @@ class LatticeFilter:
 
         Between the states that are cast, the likelihood is linear.
         """
-        from objstate.objects import kernels
+        from objstate.objects.kernels import condition, worth_casting
 
         belief = believed.belief
-        chosen, whole = kernels.worth_casting(
-            belief.weights.values, NEGLIGIBLE, FINE, self._coarsely
-        )
+        chosen, whole = worth_casting(belief.weights.values, NEGLIGIBLE, FINE, self._coarsely)
         log_likelihood, bears = evidence.cast(belief.states[chosen], whole, self._normals[chosen])
         if not bears.any():
             return None
         given, log_evidence = np.empty_like(believed.given), np.empty(len(believed.given))
-        kernels.condition(believed.given, chosen, log_likelihood, given, log_evidence)
-        return Update(believed.averaged(given, evidence.robot_weights.values), log_evidence, bears)
+        weights = np.empty(given.shape[1])
+        mean, std = condition(
+            believed.given,
+            chosen,
+            whole,
+            log_likelihood,
+            evidence.robot_weights.values,
+            *self._lattice,
+            given,
+            log_evidence,
+            weights,
+        )
+        belief = belief.on_lattice(weights, mean, std, last_observed_ns=belief.stamp_ns)
+        after = ConditionalBelief(belief, given, believed.presence, believed.inherited)
+        return Update(after, log_evidence, bears)
 
     def widened(self, belief: ObjectBelief, factor: float, std_m: float) -> ObjectBelief:
         """A hinged leaf that hangs aside reads turned by what the shift is to its mean lever."""
-        from objstate.objects import kernels
+        from objstate.objects.kernels import widen
 
-        weights, lever = belief.weights.values, self._width / LEAN
+        lever, power = self._width / LEAN, 1.0
         more = (std_m / lever if self.item.kind is Kind.HINGED else std_m) ** 2
         if belief.settled:
             variance, factor = float(belief.std[0]) ** 2, float(belief.kept_of(factor)[0])
             if factor < 1.0:
                 more -= BLURRED * self._spacing**2  # by which the lattice widens it by itself
-                share = max(factor + min(more, 0.0) / variance, NARROWEST)
-                weights = kernels.narrow(weights, 1.0 / share, self.item.wraps, PARTS)
+                power = 1.0 / max(factor + min(more, 0.0) / variance, NARROWEST)
                 more = max(more, 0.0)
             else:
                 more += (factor - 1.0) * variance
-        wider = self._drifted(weights[None], more)[0]
-        return belief.with_weights(Weights(wider / wider.sum()))
+        cells, weights = more / self._spacing**2, np.empty(len(belief.states))
+        mean, std = widen(belief.weights.values, power, PARTS, cells, *self._lattice, weights)
+        return belief.on_lattice(weights, mean, std)
 
     @lazy
     def _width(self) -> float:

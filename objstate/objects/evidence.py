@@ -8,11 +8,10 @@ import numpy as np
 
 from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.lazy import lazy
-from objstate.particles import Weights
+from objstate.particles import Weights, evenly
 from objstate.sensing import Comparison, ScanView
 
 FEW = 8  # robot samples from which states of next to no weight are cast
-COMB = (np.arange(FEW) + 0.5) / FEW
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +69,7 @@ class ScanEvidence:
         sample counts as much as it explains the scan by that absence: then the mean
         is that of p(o | s, l) over p(l).
         """
-        return np.searchsorted(np.cumsum(self.robot_weights_without.values), COMB)
+        return evenly(self.robot_weights_without, FEW)
 
     @lazy
     def robot_weights_without(self) -> Weights:

@@ -8,6 +8,7 @@ import numpy as np
 
 from objstate.building.model import Kind, MovableObject
 from objstate.config import DoorSettings, ObjectSettings, Settings
+from objstate.geometry import IntArray
 from objstate.objects.belief import ObjectBelief
 from objstate.objects.conditional import ConditionalBelief, Update
 from objstate.objects.doors import LatticeFilter
@@ -27,9 +28,14 @@ class ObjectFilter(Protocol):
         """Eq. (5): the belief ``seconds`` later, by the dynamics p(s | t, s')."""
 
     def predict_each(
-        self, believed: ConditionalBelief, seconds: float, rng: np.random.Generator
+        self,
+        believed: ConditionalBelief,
+        seconds: float,
+        rng: np.random.Generator,
+        forgotten: float = 0.0,
+        ancestors: IntArray | None = None,
     ) -> ConditionalBelief:
-        """The same given each robot sample."""
+        """The same given each robot sample, of the ``ancestors`` (l',) that it has: see ``handed_on``."""
 
     def update(
         self, believed: ConditionalBelief, evidence: ScanEvidence, rng: np.random.Generator

@@ -90,8 +90,14 @@ class SampleFilter:
         return altered(belief.with_samples(states, belief.weights), presence=there)
 
     def predict_each(
-        self, believed: ConditionalBelief, seconds: float, rng: np.random.Generator
+        self,
+        believed: ConditionalBelief,
+        seconds: float,
+        rng: np.random.Generator,
+        forgotten: float = 0.0,
+        ancestors: IntArray | None = None,
     ) -> ConditionalBelief:
+        believed = believed.handed_on(forgotten, ancestors)
         towards = self.settings.presence - believed.presence
         return altered(
             believed,
@@ -126,7 +132,11 @@ class SampleFilter:
             believed = self._renewed(believed.averaged(after, robot), remaining > 0.0, rng)
         there, log_evidence = _presence(believed.presence, log_evidence)
         seen = evidence.robot_weights_after(log_evidence).values
-        belief = altered(believed.belief, presence=float(seen @ there))
+        belief = altered(
+            believed.belief,
+            presence=float(seen @ there),
+            last_observed_ns=believed.belief.stamp_ns,
+        )
         return Update(altered(believed, belief=belief, presence=there), log_evidence, bears)
 
     def _looked_ahead(

@@ -10,16 +10,18 @@ from typing import Any
 import numpy as np
 
 from objstate.compiling import inner, njit
-from objstate.geometry import FloatArray, IntArray
+from objstate.geometry import BoolArray, FloatArray, IntArray
 
 LEAST_EVIDENCE = 1e-250
 TAIL_SIGMAS = 4.0  # at which a Gaussian is cut off
 MOST_DECAY = 600.0  # exp(-600) is a float yet
 TINY = 2.3e-308  # the least deviation; nothing is divided by zero
 NEXT_TO_NOTHING = 40.0  # exp(-40) beside one
+TURN = 2.0 * np.pi
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
+_inner_sums = inner(nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
 _compile_sums = njit(nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
 
 
@@ -37,40 +39,135 @@ def _taps(variance: float, most: int) -> Any:
     for k in range(reach + 1):
         taps[k] = np.exp(-0.5 * k * k / variance)
         total += taps[k] if k == 0 else 2.0 * taps[k]
-    return taps / total
+    for k in range(reach + 1):  # to divide the array takes longer to compile
+        taps[k] /= total
+    return taps
+
+
+@_inner
+def _walked(
+    row: FloatArray,
+    taps: FloatArray,
+    wraps: bool,
+    besides: FloatArray,
+    padded: FloatArray,
+    to: FloatArray,
+) -> None:
+    """Weights ``to`` (n,) after a random walk of those of a ``row`` (n,), by ``taps`` (r + 1,), and others ``besides`` (n,).
+
+    At the ends it is reflected, or goes on where the lattice ``wraps``. ``padded`` (n + 2 r,) is overwritten.
+    """
+    last, reach = row.shape[0] - 1, taps.shape[0] - 1
+    if reach == 1:
+        here, aside = taps[0], taps[1]
+        for j in range(1, last):
+            to[j] = here * row[j] + aside * (row[j - 1] + row[j + 1]) + besides[j]
+        below, above = (row[last], row[0]) if wraps else (row[0], row[last])
+        to[0] = here * row[0] + aside * (below + row[1]) + besides[0]
+        to[last] = here * row[last] + aside * (row[last - 1] + above) + besides[last]
+        return
+    for j in range(last + 1):
+        padded[reach + j] = row[j]
+        to[j] = taps[0] * row[j] + besides[j]
+    for k in range(reach):
+        padded[reach - 1 - k] = row[last - k] if wraps else row[k]
+        padded[reach + last + 1 + k] = row[k] if wraps else row[last - k]
+    for k in range(1, reach + 1):
+        for j in range(last + 1):
+            to[j] += taps[k] * (padded[reach + j - k] + padded[reach + j + k])
+
+
+@_inner
+def _clear(weights: FloatArray) -> None:
+    """Let weights (n,) be zero; ``fill`` takes longer to compile."""
+    for j in range(weights.shape[0]):
+        weights[j] = 0.0
+
+
+@_inner
+def _normalize(weights: FloatArray) -> None:
+    """Let weights (n,) sum to one."""
+    total = 0.0
+    for j in range(weights.shape[0]):
+        total += weights[j]
+    for j in range(weights.shape[0]):
+        weights[j] /= total
+
+
+@_inner
+def _off(j: int, mean: float, first: float, cell: float, wraps: bool) -> Any:
+    """How far a lattice's state ``j`` is off the mean, as in ``_moments``; directions the short way round."""
+    off = first + cell * j - mean
+    return off - TURN * np.floor((off + np.pi) / TURN) if wraps else off
+
+
+@_inner
+def _moments(weights: FloatArray, first: float, cell: float, wraps: bool) -> Any:
+    """Mean and standard deviation of a lattice with weights (n,), each spread over its cell.
+
+    The states are a ``cell`` apart from the ``first`` on; directions where the lattice ``wraps``.
+    """
+    mean, variance, east, north = 0.0, 0.0, 0.0, 0.0
+    for j in range(weights.shape[0]):
+        mean += weights[j] * j
+    mean = first + cell * mean
+    if wraps:
+        for j in range(weights.shape[0]):
+            east += weights[j] * np.cos(first + cell * j)
+            north += weights[j] * np.sin(first + cell * j)
+        mean = np.arctan2(north, east)
+    for j in range(weights.shape[0]):
+        off = _off(j, mean, first, cell, wraps)
+        variance += weights[j] * off * off
+    return mean, np.sqrt(variance + cell * cell / 12.0)
 
 
 @_compile
-def drift(
+def moments(weights: FloatArray, first: float, cell: float, wraps: bool) -> Any:
+    """``_moments``, for Python."""
+    return _moments(weights, first, cell, wraps)
+
+
+@_compile
+def predict(
+    given: FloatArray,
     weights: FloatArray,
-    variance: float,
+    forgotten: float,
+    ancestors: IntArray,
+    first: float,
+    cell: float,
     wraps: bool,
+    variance: float,
     stayed: float,
     rest: FloatArray,
-    out: FloatArray,
-) -> None:
-    """Each row of ``weights`` (p, n) after a while, into ``out`` (p, n).
+    given_later: FloatArray,
+    weights_later: FloatArray,
+) -> Any:
+    """What rows ``given`` (p, n) hand on, and their marginal ``weights`` (n,), a while later.
 
-    A share of ``stayed`` takes a random walk with a ``variance``, in cells squared; at the ends it
-    is reflected, or goes on where the lattice ``wraps``. The others are now distributed as ``rest`` (n,).
+    Into ``given_later`` (q, n) go the rows of ``ancestors`` (q,), but for a share ``forgotten`` that is the marginal's.
+    A share of ``stayed`` takes a random walk with a ``variance``, in cells squared; the others are now
+    distributed as ``rest`` (n,). The marginal's mean and deviation come back; the lattice is as in ``_moments``.
     """
-    count = weights.shape[1]
+    count = weights.shape[0]
     taps = _taps(variance, count)
-    reach = taps.shape[0] - 1
-    padded = np.empty(count + 2 * reach)
-    for p in range(weights.shape[0]):
-        row, to = weights[p], out[p]
+    besides, padded = np.empty(count), np.empty(count + 2 * taps.shape[0])
+    for j in range(count):
+        besides[j] = (1.0 - stayed) * rest[j]
+    for k in range(taps.shape[0]):
+        taps[k] *= stayed
+    for q in range(ancestors.shape[0] + 1):  # the marginal first: rows take their share of it
+        row = given[ancestors[q - 1]] if q > 0 else weights
+        to = given_later[q - 1] if q > 0 else weights_later
+        _walked(row, taps, wraps, besides, padded, to)
+        if q > 0:
+            continue
         for j in range(count):
-            padded[reach + j] = row[j]
-        for k in range(reach):
-            padded[reach - 1 - k] = row[count - 1 - k] if wraps else row[k]
-            padded[reach + count + k] = row[k] if wraps else row[count - 1 - k]
-        for j in range(count):
-            to[j] = stayed * taps[0] * row[j] + (1.0 - stayed) * rest[j]
-        for k in range(1, reach + 1):
-            walked = stayed * taps[k]
-            for j in range(count):
-                to[j] += walked * (padded[reach + j - k] + padded[reach + j + k])
+            besides[j] = (1.0 - forgotten) * besides[j] + forgotten * weights_later[j]
+        for k in range(taps.shape[0]):
+            taps[k] *= 1.0 - forgotten
+    _normalize(weights_later)
+    return _moments(weights_later, first, cell, wraps)
 
 
 @_inner
@@ -87,49 +184,113 @@ def _decay(exponent: float) -> Any:
     return value
 
 
+@_inner
+def _lay(
+    chosen: IntArray, values: FloatArray, whole: BoolArray, alike: bool, to: FloatArray
+) -> None:
+    """Let ``to`` (n,) be linear between ``values`` (k,) at ascending places ``chosen`` (k,).
+
+    That is between two neither of which is ``whole`` (k,), if they are to be ``alike``, or else between all others.
+    """
+    for k in range(chosen.shape[0] - 1):
+        if alike != (whole[k] or whole[k + 1]):
+            begin, left = chosen[k], values[k]
+            slope = (values[k + 1] - left) / (chosen[k + 1] - begin)
+            for j in range(chosen[k + 1] - begin):
+                to[begin + j] = left + slope * j
+
+
 @_compile_sums
 def condition(
     given: FloatArray,
     chosen: IntArray,
+    whole: BoolArray,
     log_likelihood: FloatArray,
-    out: FloatArray,
+    robot: FloatArray,
+    first: float,
+    cell: float,
+    wraps: bool,
+    after: FloatArray,
     evidence: FloatArray,
-) -> None:
-    """Bayes' rule in every row of ``given`` (p, n), into ``out`` (p, n), with its log ``evidence`` (p,).
+    weights: FloatArray,
+) -> Any:
+    """Bayes' rule in every row of ``given`` (p, n), into ``after`` (p, n), with its log ``evidence`` (p,).
 
     ``log_likelihood`` (p, k) is known at the ascending states ``chosen`` (k,), the first
-    and the last among them; between them the likelihood is linear.
+    and the last among them; between them the likelihood is linear. In states that aren't ``whole`` (k,) all rows have the same.
+    The marginal ``weights`` (n,) are those of rows that count by ``robot`` (p,); their mean and deviation
+    come back. The lattice is as in ``_moments``.
     """
-    factors, likelihood = np.empty(given.shape[1]), np.empty(chosen.shape[0])
+    last, count, level = chosen.shape[0] - 1, given.shape[1], -np.inf
+    likelihood, alike = np.empty(last + 1), np.empty(last + 1)
+    for k in range(last + 1):
+        level = level if whole[k] else max(level, log_likelihood[0, k])
+    for k in range(last + 1):
+        alike[k] = 0.0 if whole[k] else _decay(level - log_likelihood[0, k])
+    factors, shape = np.empty(count), np.empty(count)  # that of what all rows have the same of
+    _clear(shape)
+    _clear(weights)
+    _lay(chosen, alike, whole, True, shape)
+    shape[chosen[last]] = alike[last]
     for p in range(given.shape[0]):
-        top = -np.inf
-        for k in range(chosen.shape[0]):
-            top = max(top, log_likelihood[p, k])
-        for k in range(chosen.shape[0]):
-            likelihood[k] = _decay(top - log_likelihood[p, k])
-        left = likelihood[0]
-        factors[0] = left
-        for k in range(1, chosen.shape[0]):
-            right = likelihood[k]
-            begin, steps = chosen[k - 1], chosen[k] - chosen[k - 1]
-            slope = (right - left) / steps
-            for j in range(1, steps):
-                factors[begin + j] = left + slope * j
-            factors[begin + steps] = right
-            left = right
-        row, to, total = given[p], out[p], 0.0
-        for j in range(row.shape[0]):
+        top = level
+        for k in range(last + 1):
+            top = max(top, log_likelihood[p, k]) if whole[k] else top
+        scale = _decay(top - level)
+        for k in range(last + 1):
+            own = _decay(top - log_likelihood[p, k])
+            likelihood[k] = own if whole[k] else scale * alike[k]
+        for j in range(count):
+            factors[j] = scale * shape[j]
+        _lay(chosen, likelihood, whole, False, factors)
+        factors[chosen[last]] = likelihood[last]
+        row, to, total = given[p], after[p], 0.0
+        for j in range(count):
             to[j] = row[j] * factors[j]
             total += to[j]
         if total < LEAST_EVIDENCE:  # this row can't have read it: its pose is wrong, not its states
             evidence[p] = top + np.log(LEAST_EVIDENCE)
-            for j in range(row.shape[0]):  # to assign a slice costs seconds of compiling
+            for j in range(count):  # to assign a slice costs seconds of compiling
                 to[j] = row[j]
-            continue
-        scale = 1.0 / total
-        for j in range(row.shape[0]):
-            to[j] *= scale
-        evidence[p] = top + np.log(total)
+            total = 1.0
+        else:
+            evidence[p] = top + np.log(total)
+        share = 1.0 / total
+        counts = robot[p] * share
+        for j in range(count):
+            weights[j] += counts * to[j]
+        for j in range(count):
+            to[j] *= share
+    _normalize(weights)
+    return _moments(weights, first, cell, wraps)
+
+
+@_inner
+def _mix(given: FloatArray, shares: FloatArray, weights: FloatArray) -> None:
+    """The marginal ``weights`` (n,) of rows ``given`` (p, n) with ``shares`` (p,) of any sum."""
+    _clear(weights)
+    for p in range(given.shape[0]):
+        row, share = given[p], shares[p]
+        for j in range(weights.shape[0]):
+            weights[j] += share * row[j]
+    _normalize(weights)
+
+
+@_compile
+def mixture(
+    given: FloatArray,
+    shares: FloatArray,
+    first: float,
+    cell: float,
+    wraps: bool,
+    weights: FloatArray,
+) -> Any:
+    """``_mix``, for Python; the mean and deviation of the marginal come back.
+
+    The lattice is as in ``_moments``.
+    """
+    _mix(given, shares, weights)
+    return _moments(weights, first, cell, wraps)
 
 
 @_compile
@@ -143,7 +304,30 @@ def handed_on(given: FloatArray, marginal: FloatArray, share: float, ancestors: 
     return out
 
 
-@_compile_sums
+@_inner_sums
+def _disagreement(given: FloatArray, robot: FloatArray, off: FloatArray) -> Any:
+    """The variance of the means of rows (p, m), which count by ``robot`` (p,), of any sum.
+
+    The first n columns of ``given`` stand for states that are ``off`` (n,) the mean.
+    """
+    between, everyone = 0.0, 0.0
+    for p in range(robot.shape[0]):
+        total, mean, row = 0.0, 0.0, given[p]
+        for j in range(off.shape[0]):
+            total += row[j]
+            mean += row[j] * off[j]
+        between += robot[p] * (mean / total) ** 2
+        everyone += robot[p]
+    return between / everyone
+
+
+@_inner
+def _left(inherited: float, before: float, std: float) -> Any:
+    """What is left of an ``inherited`` variance by a scan that takes a deviation from ``before`` to ``std``."""
+    return inherited * min(std / max(before, TINY), 1.0) ** 4
+
+
+@_compile
 def apportion(
     given: FloatArray,
     robot: FloatArray,
@@ -157,23 +341,36 @@ def apportion(
     """What is ``left`` (d,) of an ``inherited`` variance (d,) or (1,), and what is ``shared`` (d,) with that.
 
     A scan has taken deviations from ``before`` (d,) to ``std`` (d,). Shared is what the means of rows
-    (p, m) disagree about, too: the first n columns of ``given`` stand for states that are ``off`` (n, d)
-    the mean, and rows count by ``robot`` (p,), of any sum.
+    (p, m) disagree about, too: see ``_disagreement``, for each coordinate of ``off`` (n, d).
     """
-    everyone = 0.0
-    for p in range(robot.shape[0]):
-        everyone += robot[p]
     for k in range(std.shape[0]):
-        kept = min(std[k] / max(before[k], TINY), 1.0)
-        left[k] = kept**4 * inherited[min(k, inherited.shape[0] - 1)]
-        between = 0.0
-        for p in range(robot.shape[0]):
-            total, mean = 0.0, 0.0
-            for j in range(off.shape[0]):
-                total += given[p, j]
-                mean += given[p, j] * off[j, k]
-            between += robot[p] * (mean / total) ** 2
-        shared[k] = left[k] + between / everyone
+        left[k] = _left(inherited[min(k, inherited.shape[0] - 1)], before[k], std[k])
+        shared[k] = left[k] + _disagreement(given, robot, off[:, k].copy())
+
+
+@_compile
+def settle(
+    given: FloatArray,
+    robot: FloatArray,
+    first: float,
+    cell: float,
+    wraps: bool,
+    before: float,
+    inherited: float,
+    weights: FloatArray,
+) -> Any:
+    """What a door's rows ``given`` (p, n) come to after a scan: ``mixture`` and ``apportion``.
+
+    Rows count by ``robot`` (p,). Into ``weights`` (n,) goes their marginal; its mean and deviation come
+    back, and what of its variance is shared and left.
+    """
+    _mix(given, robot, weights)
+    mean, std = _moments(weights, first, cell, wraps)
+    off = np.empty(weights.shape[0])
+    for j in range(off.shape[0]):
+        off[j] = _off(j, mean, first, cell, wraps)
+    left = _left(inherited, before, std)
+    return mean, std, left + _disagreement(given, robot, off), left
 
 
 @_inner
@@ -184,8 +381,8 @@ def _bend(here: float, there: float) -> Any:
     return here if abs(here) < abs(there) else there
 
 
-@_compile
-def narrow(weights: FloatArray, power: float, wraps: bool, parts: int) -> Any:
+@_inner
+def _narrowed(weights: FloatArray, power: float, wraps: bool, parts: int) -> Any:
     """Weights (n,) of a lattice to a ``power`` above one, of any sum.
 
     Between two samples, the logarithm of the density is the parabola through them that bends like the
@@ -227,6 +424,31 @@ def narrow(weights: FloatArray, power: float, wraps: bool, parts: int) -> Any:
 
 
 @_compile
+def widen(
+    weights: FloatArray,
+    power: float,
+    parts: int,
+    variance: float,
+    first: float,
+    cell: float,
+    wraps: bool,
+    out: FloatArray,
+) -> Any:
+    """Weights (n,) of a lattice to a ``power`` from one on, in ``parts``, and after a random walk, into ``out`` (n,).
+
+    The walk's ``variance`` is in cells squared. Mean and deviation come back; the lattice is as in ``_moments``.
+    """
+    count = weights.shape[0]
+    taps = _taps(variance, count)
+    narrowed = _narrowed(weights, power, wraps, parts) if power > 1.0 else weights
+    besides, padded = np.empty(count), np.empty(count + 2 * taps.shape[0])
+    _clear(besides)
+    _walked(narrowed, taps, wraps, besides, padded, out)
+    _normalize(out)
+    return _moments(out, first, cell, wraps)
+
+
+@_compile
 def worth_casting(weights: FloatArray, negligible: float, fine: int, coarse: int) -> Any:
     """Indices (m,) of states that are worth casting, by their weights (n,), and which (m,) of them have weight.
 
@@ -251,30 +473,19 @@ def worth_casting(weights: FloatArray, negligible: float, fine: int, coarse: int
     return chosen[:count], whole[:count]
 
 
-@_compile
-def moments(states: FloatArray, weights: FloatArray, width: float) -> Any:
-    """Mean and standard deviation of a lattice's states (n, 1), each cell's weight spread over its width."""
-    mean, variance = 0.0, 0.0
-    for j in range(weights.shape[0]):
-        mean += weights[j] * states[j, 0]
-    for j in range(weights.shape[0]):
-        variance += weights[j] * (states[j, 0] - mean) ** 2
-    return mean, np.sqrt(variance + width * width / 12.0)
-
-
 @_inner
-def _quantile(states: FloatArray, weights: FloatArray, width: float, share: float) -> Any:
+def _quantile(weights: FloatArray, first: float, cell: float, share: float) -> Any:
     """The state below which a share of a lattice's weight lies, each cell's spread over its width."""
-    before = 0.0
-    for j in range(weights.shape[0]):
+    before, last = 0.0, weights.shape[0] - 1
+    for j in range(last + 1):
         if before + weights[j] >= share and weights[j] > 0.0:
-            return states[j, 0] + width * ((share - before) / weights[j] - 0.5)
+            return first + cell * (j + (share - before) / weights[j] - 0.5)
         before += weights[j]
-    return states[weights.shape[0] - 1, 0] + width / 2.0
+    return first + cell * (last + 0.5)
 
 
 @_compile
-def interval(states: FloatArray, weights: FloatArray, width: float, tail: float) -> Any:
-    """The states below which a ``tail`` of a lattice's weight lies, and all but a tail."""
-    lower = _quantile(states, weights, width, tail)
-    return lower, _quantile(states, weights, width, 1.0 - tail)
+def interval(weights: FloatArray, first: float, cell: float, tail: float) -> Any:
+    """The states below which a ``tail`` of a lattice's weight (n,) lies, and all but a tail."""
+    lower = _quantile(weights, first, cell, tail)
+    return lower, _quantile(weights, first, cell, 1.0 - tail)

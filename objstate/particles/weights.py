@@ -69,9 +69,9 @@ class Weights:
     @staticmethod
     def _normalized(log: FloatArray) -> tuple[Weights, float]:
         """Weights that sum to one, of logarithms (n,), and the logarithm of the sum they had."""
-        from objstate.particles import kernels
+        from objstate.particles.kernels import normalized
 
-        logarithms, values, log_sum = kernels.normalized(log)
+        logarithms, values, log_sum = normalized(log)
         return Weights._known(logarithms, values), log_sum
 
     @staticmethod
@@ -103,6 +103,13 @@ def systematic(weights: Weights, count: int, rng: np.random.Generator) -> IntArr
     from objstate.particles import kernels
 
     return np.asarray(kernels.systematic(weights.values, count, rng.random()))
+
+
+def evenly(weights: Weights, count: int) -> IntArray:
+    """Indices (count,) of samples that stand for all: an even comb over the weights, by no chance."""
+    from objstate.particles.kernels import systematic as comb
+
+    return np.asarray(comb(weights.values, count, 0.5))
 
 
 def quantiles(values: FloatArray, weights: FloatArray, shares: FloatArray) -> FloatArray:

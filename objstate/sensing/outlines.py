@@ -22,6 +22,7 @@ from objstate.sensing.level import Sweep, UncertainObject, flat, moves_in_plane
 from objstate.sensing.neighbourhood import STRIDE, TOUCHING, Neighbourhood, Rectangle, widened
 
 SCENERIES_KEPT = 64
+HINGES_KEPT = 4096  # of so many doors
 ABREAST = 200  # poses from which ranges are cast side by side, at most
 
 
@@ -104,9 +105,8 @@ class LevelOutlines:
         """Have this building's objects, of which nothing is remembered as yet."""
         self._building = building
         self.of_object = cache(partial(_outline_of, building))
-        self.scenery = lru_cache(maxsize=SCENERIES_KEPT)(
-            partial(_scenery_of, building, self.of_object)
-        )
+        together = lru_cache(maxsize=SCENERIES_KEPT)(partial(_together, self.of_object))
+        self.scenery = lru_cache(maxsize=SCENERIES_KEPT)(partial(_scenery_of, building, together))
 
     def stand(self, poses: FloatArray) -> Stand:
         """Robot poses (p, 3) as the kernels take them; a scan asks for the same often."""
@@ -149,24 +149,28 @@ def _outline_of(building: Building, name: str, height: float) -> ObjectOutline:
     return _rimmed(outline(item.mesh.moved(home), height) - home[:2, 3])
 
 
+def _together(
+    outline_of: Callable[[str, float], ObjectOutline], names: tuple[str, ...], height: float
+) -> tuple[FloatArray, IntArray, IntArray]:
+    """Segments (k, 4) of one object after the other, where each one's end (j,), and how many are its rim (j,)."""
+    outlines = [outline_of(name, height) for name in names]
+    segments = [each.segments for each in outlines]
+    rims = np.array([each.rim for each in outlines], dtype=np.int64)
+    return np.concatenate([np.empty((0, 4)), *segments]), _ends(segments), rims
+
+
 def _scenery_of(
     building: Building,
-    outline_of: Callable[[str, float], ObjectOutline],
+    together: Callable[[tuple[str, ...], float], tuple[FloatArray, IntArray, IntArray]],
     objects: tuple[UncertainObject, ...],
     height: float,
 ) -> Scenery:
     """Objects that localization reckons with, in a laser's plane."""
-    outlines = [outline_of(each.name, height) for each in objects]
-    places = [_placements(building[each.name], each.states) for each in objects]
     none = np.empty((0, 4))
-    return Scenery(
-        np.concatenate([none, *(each.segments for each in outlines)]),
-        _ends([each.segments for each in outlines]),
-        np.array([each.rim for each in outlines], dtype=np.int64),
-        np.concatenate([none, *places]),
-        _ends(places),
-        np.concatenate([none[:, 0], *(each.shares for each in objects)]),
-    )
+    places = [none, *(_placements(building[each.name], each.states) for each in objects)]
+    shares = [none[:, 0], *(each.shares for each in objects)]
+    outlines = together(tuple(each.name for each in objects), height)
+    return Scenery(*outlines, np.concatenate(places), _ends(places[1:]), np.concatenate(shares))
 
 
 def _ends(parts: Sequence[FloatArray]) -> IntArray:
@@ -178,14 +182,20 @@ def _placements(item: MovableObject, states: FloatArray) -> FloatArray:
     """Positions, and cosines and sines of turns (s, 4), of the link's frame against the home state."""
     if item.kind is Kind.PLANAR:
         return np.asarray(kernels.with_trigonometry(states, item.home[2]))
-    x, y = item.origin[:2, 3].tolist()
     if item.kind is Kind.HINGED:
-        direction = math.copysign(1.0, item.direction[2])
-        return np.asarray(kernels.hinged(x, y, direction, item.home[0], states))
+        return np.asarray(kernels.hinged(*_hinge(item), states))
+    x, y = item.origin[:2, 3].tolist()
     along = states * item.direction[:2]
     return np.column_stack(
         [x + along[:, 0], y + along[:, 1], np.ones(len(states)), np.zeros(len(states))]
     )
+
+
+@lru_cache(maxsize=HINGES_KEPT)
+def _hinge(item: MovableObject) -> tuple[float, float, float, float]:
+    """Where a hinge is, m; the direction in which the leaf turns, 1 or -1; its home state, rad."""
+    x, y = item.hinge.tolist()
+    return x, y, math.copysign(1.0, item.direction[2]), float(item.home[0])
 
 
 def _rimmed(segments: FloatArray) -> ObjectOutline:

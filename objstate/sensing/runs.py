@@ -79,9 +79,24 @@ def step(
     the densities of a reading that something new stops, and that what stopped the beam before
     stops. ``hits`` (p,) are that of what is expected.
     """
+    _as_expected(expected, measured, model, hits)
+    _advance(expected, measured, short, lasting, model, free, stopped, hits)
+
+
+@_inner
+def _advance(
+    expected: FloatArray,
+    measured: float,
+    short: float,
+    lasting: float,
+    model: FloatArray,
+    free: FloatArray,
+    stopped: FloatArray,
+    hits: FloatArray,
+) -> None:
+    """``step``, where ``hits`` (p,) hold the densities of a reading of what is expected already."""
     floor, lasts, unexpected = floor_of(measured, model), model[LASTING], model[UNEXPECTED]
     fresh = 1.0 - lasts
-    _as_expected(expected, measured, model, hits)
     for p in range(free.shape[0]):
         both = fresh * (free[p] + stopped[p])
         reaches = lasts * free[p] + (1.0 - unexpected) * both
@@ -108,9 +123,9 @@ def _step_back(
     """The same the other way: how likely later beams read what they do, given how the one before fared.
 
     ``free`` and ``stopped`` (p,) hold that for this beam first; its densities count ``scale`` (p,) times.
+    ``hits`` (p,) are those of a reading of what is expected.
     """
     floor, lasts, unexpected = floor_of(measured, model), model[LASTING], model[UNEXPECTED]
-    _as_expected(expected, measured, model, hits)
     for p in range(free.shape[0]):
         is_before = measured < expected[p]
         goes_on = scale[p] * stopped[p] * (floor + (lasting if is_before else 0.0))
@@ -142,12 +157,15 @@ def look_past(
     """
     count, size = expected.shape
     reach, stop, hits = np.empty(size), np.empty(size), np.empty(size)
+    as_expected = np.empty((count, size))
     for p in range(size):
         reach[p], stop[p] = 1.0 - model[UNEXPECTED], model[UNEXPECTED]
     for j in range(count):
+        _as_expected(expected[j], measured[j], model, as_expected[j])
         for p in range(size):
             before[j, p] = stop[p]
-        step(expected[j], measured[j], short[j], lasting[j], model, reach, stop, hits)
+            hits[p] = as_expected[j, p]
+        _advance(expected[j], measured[j], short[j], lasting[j], model, reach, stop, hits)
         for p in range(size):
             per_density[j, p] = 1.0 / (reach[p] + stop[p])
             reach[p] *= per_density[j, p]
@@ -170,7 +188,7 @@ def look_past(
             lasting[j],
             model,
             per_density[j],
-            hits,
+            as_expected[j],
             reach,
             stop,
         )

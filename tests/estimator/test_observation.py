@@ -114,13 +114,11 @@ def test_marginals_are_settled_by_what_the_robot_samples_weigh_after_the_scan() 
     robot = PoseBelief(ROBOT + np.array([[0.0, 0, 0], [0.1, 0, 0]]), Weights.uniform(2))
     observation = seen(Believed(place, Settings(), 0, {}), "door", view, robot)
     one = PoseBelief(robot.poses, Weights.of(np.array([1.0, 0.0])))
-    settled = observation.settled_by(one, 0.0, None).beliefs["door"]
+    settled = observation.settled_by(one).beliefs["door"]
     np.testing.assert_allclose(
         settled.belief.weights.values, observation.beliefs["door"].given[0], atol=1e-12
     )
     np.testing.assert_array_equal(settled.given, observation.beliefs["door"].given)
-    forgetful = observation.settled_by(one, 1.0, None).beliefs["door"]
-    np.testing.assert_allclose(forgetful.given[1], settled.belief.weights.values, atol=1e-12)
 
 
 # --- fit ----------------------------------------------------------------------------

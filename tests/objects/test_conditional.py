@@ -85,6 +85,49 @@ def test_a_resampled_robot_sample_believes_what_its_ancestor_did() -> None:
     assert after.belief is believed.belief
 
 
+@settings(max_examples=30)
+@given(SEEDS, ROBOTS, SHARES, st.floats(0.0, 5000.0))
+def test_what_is_handed_on_may_be_predicted_at_once(
+    seed: int, robots: int, share: float, seconds: float
+) -> None:
+    believed, robot = tables(seed, robots)
+    believed = believed.apportioned(PRIOR, robot)
+    ancestors = np.random.default_rng(seed).integers(0, robots, 5)
+    rng = np.random.default_rng(0)
+    written_out = FILTER.predict_each(believed.handed_on(share, ancestors), seconds, rng)
+    at_once = FILTER.predict_each(believed, seconds, rng, share, ancestors)
+    for each in ("given", "presence", "inherited"):
+        np.testing.assert_allclose(getattr(at_once, each), getattr(written_out, each), atol=1e-14)
+    np.testing.assert_allclose(
+        at_once.belief.weights.values, written_out.belief.weights.values, atol=1e-14
+    )
+
+
+@settings(max_examples=30)
+@given(SEEDS, ROBOTS, st.booleans())
+def test_a_door_is_settled_by_the_steps_that_it_stands_for(
+    seed: int, robots: int, goes_round: bool
+) -> None:
+    believed, _ = tables(seed, robots)
+    if goes_round:
+        turning = replace(believed.belief, item=replace(PRIOR.item, wraps=True))
+        believed = replace(believed, belief=turning)
+    before = replace(believed.belief, shared=np.array([0.02]))
+    believed = replace(believed, belief=before, inherited=np.array([0.01]))
+    seen = np.random.default_rng(seed + 1).dirichlet(np.ones(robots))
+    settled = believed.settled(before, seen)
+    steps = believed.averaged(believed.given, seen).apportioned(before, seen)
+    np.testing.assert_array_equal(settled.given, believed.given)
+    np.testing.assert_allclose(settled.inherited, steps.inherited, rtol=1e-9)
+    for each in ("mean", "std", "shared"):
+        np.testing.assert_allclose(
+            getattr(settled.belief, each), getattr(steps.belief, each), rtol=1e-9, atol=1e-12
+        )
+    moments = replace(settled.belief, stamp_ns=1)  # which has to work them out
+    np.testing.assert_allclose(moments.mean, settled.belief.mean, rtol=1e-9)
+    np.testing.assert_allclose(moments.std, settled.belief.std, rtol=1e-9)
+
+
 @pytest.mark.parametrize("robots", [1, 7])
 def test_at_first_every_robot_sample_believes_the_same(robots: int) -> None:
     believed = ConditionalBelief.independent(PRIOR, robots)
