@@ -18,9 +18,10 @@ from objstate.geometry import BoolArray, FloatArray
 from objstate.records import NANOSECONDS
 
 BENT = 0.02  # rad, by which three places in a row on a flat wall may seem to bend
+ASIDE = 0.27  # of a cell, by which the grid of places is shifted: walls often stand at round numbers
 SIDES = 8  # directions that the walls of one place are told apart by
 
-_Place = tuple[int, int, int]  # column and row of its cell, and which way its wall faces
+_Place = tuple[float, float, float]  # column and row of its cell, and which way its wall faces
 
 
 @dataclass(frozen=True)
@@ -91,10 +92,10 @@ def _looks(
     normals *= np.sign(cosines)[:, None]
     off = longer * np.abs(cosines)
     facing = np.round(np.arctan2(normals[:, 1], normals[:, 0]) * SIDES / (2.0 * np.pi)) % SIDES
-    cells = np.column_stack([np.floor(places / settings.cell_m), facing])[is_flat].astype(np.int64)
+    cells = np.column_stack([np.floor(places / settings.cell_m + ASIDE), facing])
     there: dict[_Place, list[tuple[float, float]]] = {}
     told = zip(off[is_flat].tolist(), (cosines[is_flat] ** 2).tolist(), strict=True)
-    for (column, row, side), each in zip(cells.tolist(), told, strict=True):
+    for (column, row, side), each in zip(cells[is_flat].tolist(), told, strict=True):
         there.setdefault((column, row, side), []).append(each)
     for place, beams in sorted(there.items()):
         # not stopped by something, nor through a gap
