@@ -11,7 +11,7 @@ from objstate.building.model import Building, Mesh
 from objstate.config import Settings
 from objstate.estimator import Estimator
 from objstate.estimator.believed import Believed
-from objstate.estimator.hinges import Hinges, from_swing
+from objstate.estimator.hinges import Hinges, _Glance, from_swing
 from objstate.estimator.sight import Sight
 from objstate.estimator.surroundings import Surroundings
 from objstate.geometry import FloatArray
@@ -214,6 +214,27 @@ def test_a_door_that_suddenly_is_another_is_what_its_looks_surely_say() -> None:
     assert told.item is place[name]
     assert abs(np.degrees(told.mean[0] - truth()[name][0])) < 3.0
     assert hinges.search(right, sensing) is None
+
+
+def test_beams_that_go_through_a_leaf_speak_against_its_being_there() -> None:
+    place, sensing = corridor(), Sensing(corridor(), BeamModel(Settings().beam_model))
+    hinges, rays, name = Hinges(place, Settings()), fan(181), "b"
+    rng, pose = np.random.default_rng(0), np.array([4.2, 0.2, -0.9])
+    ranges = ExpectedRanges(place).scene(truth(), pose[None], rays)[0]
+    robot = PoseBelief.gaussian(pose, np.diag([1e-5, 1e-5, 1e-6]), 150, rng)
+    sight = Sight(scan_of(ranges, rays), robot, sensing, Surroundings(place))
+    prior = Estimator(place).objects[name]
+
+    def passed(degrees: float, offset: tuple[float, float]) -> int:
+        about = np.exp(-((prior.states[:, 0] - np.radians(degrees)) ** 2) / 1e-4) + 1e-300
+        item = place[name].hung_at(place[name].hinge + offset)
+        belief = replace(prior, item=item, weights=Weights.of(about))
+        glance = _Glance(sight.scan, pose, sight.walls, 0.005, 0.0, {})
+        return hinges._passed(belief, glance)
+
+    assert passed(50.0, (0.0, 0.0)) == 0
+    assert passed(20.0, (0.0, 0.0)) > 5
+    assert passed(50.0, (0.0, 0.3)) > 5
 
 
 def test_what_lies_about_a_swing_is_as_far_from_it_as_the_nearest_place_of_the_leaf() -> None:
