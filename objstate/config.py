@@ -123,7 +123,7 @@ class OdometryErrorSettings(Strict):
     """How the log corrects the alphas: by how much scans correct the odometry."""
 
     weight: Positive = 1.0  # of the alphas, in stretches
-    weight_m: Positive = 3.0  # of nothing being systematic, in m
+    none_systematic: Positive = 3.0  # weight of nothing being systematic, in stretches
     stretch_m: Positive = 1.0  # m of driving whose corrections add up
     stretch_deg: Positive = 60.0  # deg; or of turning
     least: Positive = 0.05  # factor on a variance
@@ -201,7 +201,7 @@ class HingeSettings(Strict):
     tempering: Exponent = 0.2  # exponent on the likelihood of a look
     sure: Share = 0.99  # probability from which a door hangs elsewhere
     least_sigmas: Positive = 1.5  # of what robot and walls may be off: nearer is its place
-    most_strange: Share = 0.45  # of the strange beams, that may be left decimetres away
+    most_strange: Share = 0.45  # of beams unexplained in place, that may be left decimetres away
     least_shown: Share = 0.65  # of the leaf's length, in some look, if it hangs decimetres away
     looks: Count = 12  # that are remembered of a door
     least_looks: Count = 6  # by which places are compared

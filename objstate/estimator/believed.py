@@ -68,7 +68,7 @@ class Believed:
             forgotten, ancestors = 0.0, None
         seconds = _seconds(known.belief, stamp_ns)
         known = altered(known, belief=altered(known.belief, stamp_ns=stamp_ns))
-        if seconds == 0.0:
+        if seconds <= 0.0:
             return known.handed_on(forgotten, ancestors)
         rng = self.rngs[name]
         return self.filters[name].predict_each(known, seconds, rng, forgotten, ancestors)

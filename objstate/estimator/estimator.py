@@ -236,6 +236,7 @@ class Estimator:
         """p(l | o_k) and p(s_i | o_k) as marginals, each from its share of the beams (section 2.2)."""
         scan = sight.scan
         self._believed.collapse()
+        self._odometry_error.forget()
         localizing, observing = self._schedule.share_out(scan)
         if not self._localizes_itself:
             localizing, observing = np.zeros_like(localizing), scan.valid
@@ -535,6 +536,7 @@ class Estimator:
         else:
             belief = self._localizer.start(record.mean, record.covariance, self._rng)
         self._believed.collapse()
+        self._odometry_error.forget()
         self._track = Track(belief)
         self._search.forget()
         if is_start:

@@ -29,6 +29,7 @@ from objstate.sensing import BeamModel, Sensing
 from objstate.sensing.view import EXPLAINED_SIGMAS
 
 STOPPED = 0.15  # m short of a wall, by which something has stopped a beam
+TURNED = math.radians(30.0)  # from the angle that is believed: by more, only a leaf may be
 ASIDE = 0.15  # m from the leaf within which a reading may be one of it
 LONGEST_BOX = 0.5  # m; what shows less of itself may be a box
 BEYOND = 0.05  # m past the leaf's edges, likewise
@@ -102,7 +103,7 @@ class Hinges:
         looks = [self._look(item, glance, sensing) for glance in watch.glances]
         hanging = find_hinge(self._filters[item.name], looks, self._settings)
         is_in_place = np.array_equal(believed.item.hinge, item.hinge)
-        if self._is_elsewhere(item, hanging, believed, watch.glances):
+        if self._is_elsewhere(item, hanging, believed, watch):
             belief = _rehung(item, hanging)
             self._hung[belief.item] = hanging
         elif (
@@ -122,7 +123,7 @@ class Hinges:
         item: MovableObject,
         hanging: Hanging,
         believed: ObjectBelief,
-        glances: list[_Glance],
+        watch: _Watch,
     ) -> bool:
         """Whether a door surely hangs elsewhere than is believed, or where it was found already.
 
@@ -134,14 +135,14 @@ class Hinges:
         if hanging.elsewhere < (s.sure if is_in_place else KEPT):
             return False
         offset = hanging.offset
-        if is_in_place and np.hypot(*offset) < s.least_sigmas * _lasting_std(glances):
+        if is_in_place and np.hypot(*offset) < s.least_sigmas * _lasting_std(watch.glances):
             return False
         leaf, strayed = _Leaf.of(item), float(np.hypot(*(offset - before)))
         turned = abs(float(wrap(hanging.belief.mean - believed.mean)[0]))
-        if strayed <= ASIDE and turned <= SETTLED_ANGLE + strayed * LEAN / leaf.reach:
+        if strayed <= ASIDE and turned <= min(SETTLED_ANGLE + strayed * LEAN / leaf.reach, TURNED):
             return True
-        here = self._held_against(hanging.belief_in_place, glances)
-        there = self._held_against(_rehung(item, hanging), glances)
+        here = self._held_against(hanging.belief_in_place, watch.lately)
+        there = self._held_against(_rehung(item, hanging), watch.lately)
         shown = max(look.span for look in there)
         is_leaf = shown >= max(s.least_shown * (leaf.far - leaf.near), LONGEST_BOX)
         return is_leaf and _unexplained(there) <= s.most_strange * _unexplained(here)
@@ -243,6 +244,7 @@ class _Watch:
         self._spacing = settings.every_m
         self._driven = -math.inf  # m, at the last glance
         self._known: float | None = None  # rad, the angle at the last glance at which it was known
+        self._another_ns = 0  # when the door last was another than it had been
         self._wait = settings.least_looks  # glances until the next search
         self._pull = 0.0  # sum of what lines pass the hinge by, over their variances, 1/m
         self._hold = 0.0  # sum of one over these variances, 1/m^2
@@ -266,7 +268,8 @@ class _Watch:
         is_another = self.is_another(belief)
         if look.stopped < POINTS and not is_another:
             return
-        self.has_jumped |= is_another
+        if is_another:
+            self.has_jumped, self._another_ns = True, glance.scan.stamp_ns
         self._know(belief)
         self.glances.append(glance)
         if len(self.glances) > self._settings.looks:
@@ -279,6 +282,11 @@ class _Watch:
             variance = look.std**2 + glance.shift_std**2
             self._pull += look.aside / variance
             self._hold += 1.0 / variance
+
+    @property
+    def lately(self) -> list[_Glance]:
+        """Those at the door as it is now: since it last was another."""
+        return [each for each in self.glances if each.scan.stamp_ns >= self._another_ns]
 
     @property
     def is_strange(self) -> bool:

@@ -1,7 +1,7 @@
 """How far the odometry is off, as the log itself tells: by how scans correct it.
 
-What scans correct for each metre on average is systematic: wheels smaller than they are taken for, or a laser
-that is mounted askew, so that the robot seems to drive aside of where it looks. The rest is random.
+What scans correct in proportion to the way and its turns is systematic: wheels smaller than they are taken for, a
+gyro that counts turns short, or a laser that is mounted askew, so that the robot seems to drive aside of where it looks. The rest is random.
 The alphas of the motion model are a guess at it, the same for every robot. But what scans correct a belief's mean
 by is on average as much, squared, as what they take from its variance, and in the long run that is
 what the way has added. Where corrections are smaller, the odometry is better than the alphas say.
@@ -28,7 +28,9 @@ class _Stretch:
     """What odometry told of some way, and how scans corrected it; in the robot's frame."""
 
     std: float  # m, of the position, at its begin
-    ahead_m: float = 0.0  # less what was driven backwards
+    driven: FloatArray = field(  # (3,) m ahead, m and rad to the left, as the odometry told it
+        default_factory=partial(np.zeros, 3)
+    )
     way_m: float = 0.0
     turned: float = 0.0  # rad, to either side
     added: FloatArray = field(  # (2,) to the variances of lengths and of turns, as the alphas say
@@ -46,17 +48,23 @@ class OdometryError:
 
     def __init__(self, settings: OdometryErrorSettings) -> None:
         self._settings = settings
-        self._driven_m = settings.weight_m
-        self._strayed = np.zeros(3)  # m, m, rad, on so much of driving
+        self._driven = settings.none_systematic * np.eye(
+            3
+        )  # sum of products of what stretches were driven,
+        self._strayed = np.zeros((3, 3))  # and of how far they strayed and what they were driven
+        self._systematic: FloatArray = np.zeros((3, 3))
         self._corrected = np.full(2, settings.weight)  # squares, of lengths and of turns,
         self._expected = np.full(2, settings.weight)  # by what the alphas say was added
         self._open: _Stretch | None = None
         self._is_standing = True
 
     @property
-    def per_metre(self) -> FloatArray:
-        """(3,) m ahead, m and rad to the left, by which the odometry is off for each metre it tells."""
-        return self._strayed / self._driven_m
+    def systematic(self) -> FloatArray:
+        """(3, 3) by which m ahead, m and rad to the left the odometry is off, for each of these that it tells.
+
+        Least squares over all stretches, with a prior of nothing.
+        """
+        return self._systematic
 
     @property
     def factors(self) -> Variances:
@@ -68,9 +76,9 @@ class OdometryError:
     def drive(self, step: FloatArray, variances: Variances) -> tuple[FloatArray, Variances]:
         """What a step (3,) of the odometry was, and its variances, to which the alphas give so much."""
         self._is_standing = False
-        systematic = self.per_metre * step[0]
+        systematic = self._systematic @ step
         if self._open is not None:
-            self._open.ahead_m += float(step[0])
+            self._open.driven += step
             self._open.way_m += math.hypot(step[0], step[1])
             self._open.turned += abs(float(step[2]))
             self._open.added += variances
@@ -112,5 +120,6 @@ class OdometryError:
         taken, added = stretch.taken[told], stretch.added[told]
         self._corrected[told] += random[told] ** 2 / added
         self._expected[told] += np.minimum(taken / (factors[told] * added), 1.0)
-        self._driven_m += abs(stretch.ahead_m)
-        self._strayed += math.copysign(1.0, stretch.ahead_m) * stretch.strayed
+        self._driven += np.outer(stretch.driven, stretch.driven)
+        self._strayed += np.outer(stretch.strayed, stretch.driven)
+        self._systematic = np.asarray(np.linalg.solve(self._driven, self._strayed.T).T)
