@@ -27,7 +27,7 @@ COORDINATOR = "coordinator"
 # By strategy, what makes it drive more or less: the weight of the coordinator's cost; s between
 # the beginnings of rounds, s after which an object counts as old, s between random looks.
 KNOBS: dict[str, tuple[float, ...]] = {
-    COORDINATOR: (1.1,),
+    COORDINATOR: (0.7,),
     "fixed round": (1500.0, 2700.0),
     "oldest first": (2400.0,),
     "greedy nearest": (1500.0, 2700.0),
