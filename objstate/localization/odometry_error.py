@@ -48,13 +48,13 @@ class OdometryError:
 
     def __init__(self, settings: OdometryErrorSettings) -> None:
         self._settings = settings
-        self._driven = settings.none_systematic * np.eye(
-            3
-        )  # sum of products of what stretches were driven,
-        self._strayed = np.zeros((3, 3))  # and of how far they strayed and what they were driven
+        # sums over stretches: products of what was driven, and of how far they strayed with that
+        self._driven = settings.none_systematic * np.eye(3)
+        self._strayed = np.zeros((3, 3))
         self._systematic: FloatArray = np.zeros((3, 3))
-        self._corrected = np.full(2, settings.weight)  # squares, of lengths and of turns,
-        self._expected = np.full(2, settings.weight)  # by what the alphas say was added
+        # likewise: squares of corrections by what the alphas say was added, of lengths and of turns
+        self._corrected = np.full(2, settings.weight)
+        self._expected = np.full(2, settings.weight)
         self._open: _Stretch | None = None
         self._is_standing = True
 
