@@ -38,10 +38,8 @@ class Believed:
         self.surroundings = Surroundings(building)
         self.marginals: dict[str, ObjectBelief] = {}
         self._in_view: dict[str, ConditionalBelief] = {}
-        self._descent: tuple[float, IntArray | None] = (
-            0.0,
-            None,
-        )  # of the next scan's robot samples
+        # what the next scan's robot samples forget, and their ancestors
+        self._descent: tuple[float, IntArray | None] = 0.0, None
         self._before: dict[str, ObjectBelief] = {}  # what changed since ``trust``, as it was
         self._earlier: dict[str, ObjectBelief] = {}  # what had changed since the one before
         for name, each in self.filters.items():

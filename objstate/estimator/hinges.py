@@ -29,8 +29,8 @@ from objstate.sensing import BeamModel, Sensing
 from objstate.sensing.view import EXPLAINED_SIGMAS
 
 STOPPED = 0.15  # m short of a wall, by which something has stopped a beam
-TURNED = math.radians(30.0)  # from the angle that is believed: by more, only a leaf may be
 ASIDE = 0.15  # m from the leaf within which a reading may be one of it
+TURNED = math.radians(30.0)  # from the angle that is believed: by more, only a leaf may be
 LONGEST_BOX = 0.5  # m; what shows less of itself may be a box
 BEYOND = 0.05  # m past the leaf's edges, likewise
 POINTS = 5  # readings of the leaf that a line needs

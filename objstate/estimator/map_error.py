@@ -18,9 +18,7 @@ from objstate.geometry import BoolArray, FloatArray
 from objstate.records import NANOSECONDS
 
 BENT = 0.02  # rad, by which three places in a row on a flat wall may seem to bend
-ASIDE = (
-    0.27  # of a cell, by which the grid of places is shifted: walls often stand at round numbers
-)
+ASIDE = 0.27  # of a cell, by which the grid of places is shifted: walls stand at round numbers
 SIDES = 8  # directions that the walls of one place are told apart by
 
 _Place = tuple[float, float, float]  # column and row of its cell, and which way its wall faces

@@ -37,10 +37,9 @@ class _Stretch:
         default_factory=partial(np.zeros, 2)
     )
     taken: FloatArray = field(default_factory=partial(np.zeros, 2))  # (2,) from them, by scans
-    strayed: FloatArray = field(  # (3,) m, m, rad off what the odometry told
+    corrected: FloatArray = field(  # (3,) m, m, rad, of the mean, by scans
         default_factory=partial(np.zeros, 3)
     )
-    reckoned: FloatArray = field(default_factory=partial(np.zeros, 3))  # (3,) of it, before scans
 
 
 class OdometryError:
@@ -76,16 +75,15 @@ class OdometryError:
     def drive(self, step: FloatArray, variances: Variances) -> tuple[FloatArray, Variances]:
         """What a step (3,) of the odometry was, and its variances, to which the alphas give so much."""
         self._is_standing = False
-        systematic = self._systematic @ step
         if self._open is not None:
             self._open.driven += step
             self._open.way_m += math.hypot(step[0], step[1])
             self._open.turned += abs(float(step[2]))
             self._open.added += variances
-            self._open.strayed += systematic
-            self._open.reckoned += systematic
         length, turn = self.factors
-        return step + systematic, Variances(length * variances.length, turn * variances.turn)
+        return step + self._systematic @ step, Variances(
+            length * variances.length, turn * variances.turn
+        )
 
     def note(self, before: PoseBelief, after: PoseBelief) -> None:
         """Take in how a scan corrected the belief.
@@ -101,7 +99,7 @@ class OdometryError:
         yaw = float(before.mean[2])
         cos, sin = math.cos(yaw), math.sin(yaw)
         dx, dy, turned = (after.mean - before.mean).tolist()
-        stretch.strayed += (cos * dx + sin * dy, cos * dy - sin * dx, wrapped(turned))
+        stretch.corrected += (cos * dx + sin * dy, cos * dy - sin * dx, wrapped(turned))
         (xx, xy, _), (_, yy, _), (_, _, turns) = (before.covariance - after.covariance).tolist()
         stretch.taken += (cos * cos * xx + 2.0 * cos * sin * xy + sin * sin * yy, turns)
         if stretch.way_m >= s.stretch_m or stretch.turned >= math.radians(s.stretch_deg):
@@ -115,11 +113,12 @@ class OdometryError:
 
     def _learn(self, stretch: _Stretch) -> None:
         """Take in a stretch, as far as scans saw what was added on it."""
-        factors, random = np.array(self.factors), (stretch.strayed - stretch.reckoned)[[0, 2]]
+        factors, corrected = np.array(self.factors), stretch.corrected[[0, 2]]
         told = (stretch.added > 0.0) & (stretch.taken > 0.0)
         taken, added = stretch.taken[told], stretch.added[told]
-        self._corrected[told] += random[told] ** 2 / added
+        self._corrected[told] += corrected[told] ** 2 / added
         self._expected[told] += np.minimum(taken / (factors[told] * added), 1.0)
+        strayed = stretch.corrected + self._systematic @ stretch.driven
         self._driven += np.outer(stretch.driven, stretch.driven)
-        self._strayed += np.outer(stretch.strayed, stretch.driven)
+        self._strayed += np.outer(strayed, stretch.driven)
         self._systematic = np.asarray(np.linalg.solve(self._driven, self._strayed.T).T)

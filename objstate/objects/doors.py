@@ -55,11 +55,6 @@ class LatticeFilter:
         """rad or m between neighbouring states."""
         return float(self._states[1] - self._states[0])
 
-    @lazy
-    def _lattice(self) -> tuple[float, float, bool]:
-        """The first state, the spacing, and whether the last state is beside the first."""
-        return float(self._states[0]), self._spacing, self.item.wraps
-
     def prior(self, rng: np.random.Generator) -> ObjectBelief:
         states = self._states
         return ObjectBelief(
@@ -146,7 +141,7 @@ class LatticeFilter:
             belief.weights.values,
             forgotten,
             ancestors,
-            *self._lattice,
+            *belief.lattice,
             cells,
             stayed,
             self._rest_weights,
@@ -184,7 +179,7 @@ class LatticeFilter:
             whole,
             log_likelihood,
             evidence.robot_weights.values,
-            *self._lattice,
+            *belief.lattice,
             given,
             log_evidence,
             weights,
@@ -208,7 +203,7 @@ class LatticeFilter:
             else:
                 more += (factor - 1.0) * variance
         cells, weights = more / self._spacing**2, np.empty(len(belief.states))
-        mean, std = widen(belief.weights.values, power, PARTS, cells, *self._lattice, weights)
+        mean, std = widen(belief.weights.values, power, PARTS, cells, *belief.lattice, weights)
         return belief.on_lattice(weights, mean, std)
 
     @lazy
