@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 
 from objstate.geometry import FloatArray
 from objstate.lazy import lazy
@@ -21,10 +21,9 @@ class Backdrop:
         view: ScanView,
         poses: FloatArray,
         beliefs: Mapping[str, ObjectBelief],
-        names: Iterable[str],
     ) -> None:
         self.view = view
-        self._known = {name: beliefs[name].mean for name in names if beliefs[name].settled}
+        self._known = {name: each.mean for name, each in beliefs.items() if each.settled}
         self._scene = view.scenes(self._known, poses)
 
     def without(self, name: str) -> tuple[FloatArray, FloatArray]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from zlib import crc32
 
 import numpy as np
@@ -11,9 +11,15 @@ from objstate.building.model import Building, MovableObject
 from objstate.config import Settings
 from objstate.errors import SettingsError
 from objstate.estimator.surroundings import Surroundings
-from objstate.geometry import IntArray
 from objstate.lazy import altered
-from objstate.objects import ConditionalBelief, ObjectBelief, ObjectFilter, filter_for
+from objstate.objects import (
+    SAME,
+    ConditionalBelief,
+    Descent,
+    ObjectBelief,
+    ObjectFilter,
+    filter_for,
+)
 from objstate.records import NANOSECONDS
 
 
@@ -38,8 +44,9 @@ class Believed:
         self.surroundings = Surroundings(building)
         self.marginals: dict[str, ObjectBelief] = {}
         self._in_view: dict[str, ConditionalBelief] = {}
-        # what the next scan's robot samples forget, and their ancestors
-        self._descent: tuple[float, IntArray | None] = 0.0, None
+        self._descents: dict[
+            str, Descent
+        ] = {}  # from the samples given which these are to the last
         self._before: dict[str, ObjectBelief] = {}  # what changed since ``trust``, as it was
         self._earlier: dict[str, ObjectBelief] = {}  # what had changed since the one before
         for name, each in self.filters.items():
@@ -59,30 +66,31 @@ class Believed:
 
     def given(self, name: str, samples: int, stamp_ns: int) -> ConditionalBelief:
         """The same given each of so many robot samples."""
-        known = self._in_view.get(name)
-        forgotten, ancestors = self._descent
+        known, descent = self._in_view.get(name), self._descents.get(name, SAME)
         if known is None:
-            known = ConditionalBelief.independent(self.marginals[name], samples)
-            forgotten, ancestors = 0.0, None
+            known, descent = ConditionalBelief.independent(self.marginals[name], samples), SAME
         seconds = _seconds(known.belief, stamp_ns)
         known = altered(known, belief=altered(known.belief, stamp_ns=stamp_ns))
         if seconds <= 0.0:
-            return known.handed_on(forgotten, ancestors)
-        rng = self.rngs[name]
-        return self.filters[name].predict_each(known, seconds, rng, forgotten, ancestors)
+            return known.handed_on(descent)
+        return self.filters[name].predict_each(known, seconds, self.rngs[name], descent)
 
     def keep_in_view(
         self,
         given: Mapping[str, ConditionalBelief],
-        forgotten: float = 0.0,
-        ancestors: IntArray | None = None,
+        descent: Descent = SAME,
+        near: Collection[str] = (),
     ) -> None:
-        """Keep the beliefs of the objects in view; of all others, marginals alone remain.
+        """Keep the beliefs of the objects in view, and of those ``near``; of all others, marginals alone remain.
 
-        The robot samples of the next scan have ``ancestors`` (l',) among those of this one; of what these believe,
-        they give up a share for the marginals.
+        The robot samples of the next scan descend from those of this one.
         """
-        self._in_view, self._descent = dict(given), (forgotten, ancestors)
+        aside = [name for name in self._in_view if name in near and name not in given]
+        self._descents = {
+            **{name: self._descents[name].then(descent) for name in aside},
+            **dict.fromkeys(given, descent),
+        }
+        self._in_view = {**{name: self._in_view[name] for name in aside}, **given}
         self.keep({name: each.belief for name, each in given.items()}.items())
 
     def keep(self, beliefs: Iterable[tuple[str, ObjectBelief]]) -> None:

@@ -31,7 +31,7 @@ from objstate.localization import (
     PoseBelief,
     Search,
 )
-from objstate.objects import ObjectBelief
+from objstate.objects import Descent, ObjectBelief
 from objstate.particles import Weights
 from objstate.records import (
     Estimate,
@@ -226,7 +226,8 @@ class Estimator:
         observation = observation.settled_by(seen)
         for name in observation.fits:
             self._consistency.note(observation.predicted[name], observation.beliefs[name].belief)
-        self._believed.keep_in_view(observation.beliefs, self._forgotten(track), ancestors)
+        descent = Descent(self._forgotten(track), ancestors)
+        self._believed.keep_in_view(observation.beliefs, descent, near)
         self._track = track.corrected(robot, self._odometry)
         self.corrections += 1
         self._note_hinges(sight, observation)
@@ -324,7 +325,7 @@ class Estimator:
         return observe(
             self._believed,
             sight.view(used),
-            dict(zip(names, towards[:, used], strict=True)),
+            [name for name, each in zip(names, towards, strict=True) if each.any()],
             robot,
             sight.scan.stamp_ns,
             self.settings.object_updates.tempering,

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from objstate.estimator.backdrop import Backdrop
 from objstate.estimator.believed import Believed
-from objstate.geometry import BoolArray, FloatArray
+from objstate.geometry import FloatArray
 from objstate.lazy import altered
 from objstate.localization import PoseBelief
 from objstate.objects import ConditionalBelief, ObjectBelief, ScanEvidence, Update
@@ -37,7 +37,7 @@ class Observation:
 def observe(
     believed: Believed,
     view: ScanView,
-    towards: Mapping[str, BoolArray],
+    names: Sequence[str],
     robot: PoseBelief,
     stamp_ns: int,
     tempering: float,
@@ -45,16 +45,14 @@ def observe(
 ) -> Observation:
     """Predict each object's p(s | l) and integrate the scan into it, for each robot sample l.
 
-    ``towards`` names the objects near the robot, each with the beams (n,) of the view
-    that may touch it. ``shift_std`` m is how far the building is off.
+    The view is of the beams that may touch the objects of these ``names``. ``shift_std`` m is how
+    far the building is off.
     """
-    given = {name: believed.given(name, len(robot.weights), stamp_ns) for name in towards}
+    given = {name: believed.given(name, len(robot.weights), stamp_ns) for name in names}
     beliefs = {name: each.belief for name, each in given.items()}
-    backdrop = Backdrop(view, robot.poses, beliefs, towards)
+    backdrop = Backdrop(view, robot.poses, beliefs)
     log_evidence, fits = tempering * backdrop.log_likelihood, {}
-    for name, beams in towards.items():
-        if not beams.any():
-            continue
+    for name in names:
         without, absent = backdrop.without(name)
         evidence = ScanEvidence(
             name, view, robot.poses, robot.weights, without, absent, tempering, shift_std

@@ -18,6 +18,27 @@ from objstate.objects.belief import ObjectBelief
 
 
 @dataclass(frozen=True, eq=False)
+class Descent:
+    """How the robot samples of a scan come from those of an earlier one."""
+
+    forgotten: float = 0.0  # share of what each knows by itself that it gives up for the marginal
+    ancestors: IntArray | None = None  # (l',) among the earlier samples; None: they are the same
+
+    def then(self, later: Descent) -> Descent:
+        """The descent from there to where a ``later`` one ends."""
+        mine, theirs = self.ancestors, later.ancestors
+        both = mine if theirs is None else theirs if mine is None else mine[theirs]
+        return Descent(1.0 - (1.0 - self.forgotten) * (1.0 - later.forgotten), both)
+
+    def of(self, count: int) -> IntArray:
+        """The ancestors (l',) among ``count`` samples."""
+        return np.arange(count) if self.ancestors is None else self.ancestors
+
+
+SAME = Descent()  # of samples that are those of before
+
+
+@dataclass(frozen=True, eq=False)
 class ConditionalBelief:
     """An object's belief given each of l robot samples, over n states that they share."""
 
@@ -62,16 +83,12 @@ class ConditionalBelief:
         belief = self.belief.with_shared(shared)
         return ConditionalBelief(belief, self.given, self.presence, inherited)
 
-    def handed_on(self, share: float, ancestors: IntArray | None = None) -> ConditionalBelief:
-        """Each robot sample of the next scan believes what its ancestor (l',) did, but for a share.
-
-        That it gives up for the marginal. Without ``ancestors``, the samples are the same.
-        """
+    def handed_on(self, descent: Descent) -> ConditionalBelief:
+        """Each robot sample (l',) believes what its ancestor did, but for what it forgets."""
         from objstate.objects.kernels import handed_on
 
+        share, ancestors = descent.forgotten, descent.of(len(self.presence))
         presence = (1.0 - share) * self.presence + share * self.belief.presence
-        if ancestors is None:
-            ancestors = np.arange(len(presence))
         given = handed_on(self.given, self.belief.weights.values, share, ancestors)
         return ConditionalBelief(self.belief, given, presence[ancestors], self.hidden_by(share))
 

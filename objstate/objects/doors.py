@@ -13,10 +13,10 @@ import numpy as np
 
 from objstate.building.model import Kind, MovableObject
 from objstate.config import DoorSettings
-from objstate.geometry import FloatArray, IntArray, wrap
+from objstate.geometry import FloatArray, wrap
 from objstate.lazy import lazy
 from objstate.objects.belief import ObjectBelief
-from objstate.objects.conditional import ConditionalBelief, Update
+from objstate.objects.conditional import SAME, ConditionalBelief, Descent, Update
 from objstate.objects.evidence import ScanEvidence
 from objstate.particles import Weights
 
@@ -104,42 +104,37 @@ class LatticeFilter:
         self, belief: ObjectBelief, seconds: float, rng: np.random.Generator
     ) -> ObjectBelief:
         nobody = np.empty((0, len(belief.states)))
-        return self._later(belief, nobody, seconds, 0.0, np.arange(0))[0]
+        return self._later(belief, nobody, seconds, SAME)[0]
 
     def predict_each(
         self,
         believed: ConditionalBelief,
         seconds: float,
         rng: np.random.Generator,
-        forgotten: float = 0.0,
-        ancestors: IntArray | None = None,
+        descent: Descent = SAME,
     ) -> ConditionalBelief:
-        if ancestors is None:
-            ancestors = np.arange(len(believed.given))
-        before = believed.belief
-        belief, given = self._later(before, believed.given, seconds, forgotten, ancestors)
-        presence = believed.presence[ancestors]  # all the same: nobody doubts that a door is there
-        return ConditionalBelief(belief, given, presence, believed.hidden_by(forgotten))
+        belief, given = self._later(believed.belief, believed.given, seconds, descent)
+        presence = np.full(len(given), belief.presence)  # nobody doubts that a door is there
+        return ConditionalBelief(belief, given, presence, believed.hidden_by(descent.forgotten))
 
     def _later(
         self,
         belief: ObjectBelief,
         given: FloatArray,
         seconds: float,
-        forgotten: float,
-        ancestors: IntArray,
+        descent: Descent,
     ) -> tuple[ObjectBelief, FloatArray]:
         """A belief, and what rows (l, n) hand on (l', n), after a while: the door drifts, or somebody has moved it."""
         from objstate.objects.kernels import predict
 
         cells, hours = self._cells_per_second * seconds, seconds / SECONDS_PER_HOUR
         stayed = math.exp(-self.settings.dynamics.moves_per_hour * hours)
-        weights = np.empty(len(belief.states))
+        ancestors, weights = descent.of(len(given)), np.empty(len(belief.states))
         later = np.empty((len(ancestors), len(weights)))
         mean, std = predict(
             given,
             belief.weights.values,
-            forgotten,
+            descent.forgotten,
             ancestors,
             *belief.lattice,
             cells,

@@ -8,9 +8,8 @@ import numpy as np
 
 from objstate.building.model import Kind, MovableObject
 from objstate.config import DoorSettings, ObjectSettings, Settings
-from objstate.geometry import IntArray
 from objstate.objects.belief import ObjectBelief
-from objstate.objects.conditional import ConditionalBelief, Update
+from objstate.objects.conditional import SAME, ConditionalBelief, Descent, Update
 from objstate.objects.doors import LatticeFilter
 from objstate.objects.evidence import ScanEvidence
 from objstate.objects.furniture import SampleFilter
@@ -32,10 +31,9 @@ class ObjectFilter(Protocol):
         believed: ConditionalBelief,
         seconds: float,
         rng: np.random.Generator,
-        forgotten: float = 0.0,
-        ancestors: IntArray | None = None,
+        descent: Descent = SAME,
     ) -> ConditionalBelief:
-        """The same given each robot sample, of the ``ancestors`` (l',) that it has: see ``handed_on``."""
+        """The same given each robot sample, which descends from one of those before."""
 
     def update(
         self, believed: ConditionalBelief, evidence: ScanEvidence, rng: np.random.Generator

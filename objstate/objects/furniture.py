@@ -17,7 +17,7 @@ from objstate.config import FurnitureSettings
 from objstate.geometry import BoolArray, FloatArray, IntArray, wrap
 from objstate.lazy import altered, lazy
 from objstate.objects.belief import ObjectBelief
-from objstate.objects.conditional import ConditionalBelief, Update
+from objstate.objects.conditional import SAME, ConditionalBelief, Descent, Update
 from objstate.objects.evidence import ScanEvidence
 from objstate.objects.places import copies, occupied
 from objstate.objects.proposals import TracedOutline
@@ -94,10 +94,9 @@ class SampleFilter:
         believed: ConditionalBelief,
         seconds: float,
         rng: np.random.Generator,
-        forgotten: float = 0.0,
-        ancestors: IntArray | None = None,
+        descent: Descent = SAME,
     ) -> ConditionalBelief:
-        believed = believed.handed_on(forgotten, ancestors)
+        believed = believed.handed_on(descent)
         towards = self.settings.presence - believed.presence
         return altered(
             believed,

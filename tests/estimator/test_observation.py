@@ -52,8 +52,7 @@ def seen(
     stamp_ns: int = 1,
     shift_std: float = 0.0,
 ) -> Observation:
-    beams = np.ones(view.walls(ROBOT[None]).shape[1], dtype=bool)
-    return observe(state, view, {name: beams}, robot, stamp_ns, TEMPERING, shift_std)
+    return observe(state, view, [name], robot, stamp_ns, TEMPERING, shift_std)
 
 
 def after_scans(
@@ -146,9 +145,8 @@ def test_an_object_on_which_no_beam_bears_has_no_fit_and_keeps_its_belief() -> N
     place = doorway()
     view = view_of(place, read(place, "door", np.array([0.6])))
     behind = PoseBelief(np.array([[-2.0, -2.0, -np.pi / 2]]), Weights.uniform(1))
-    beams = np.zeros(view.walls(ROBOT[None]).shape[1], dtype=bool)
     state = Believed(place, Settings(), 0, {})
-    observation = observe(state, view, {"door": beams}, behind, 1, TEMPERING, 0.0)
+    observation = observe(state, view, ["door"], behind, 1, TEMPERING, 0.0)
     assert observation.fits == {}
     np.testing.assert_array_equal(
         observation.beliefs["door"].belief.weights.values, state.marginals["door"].weights.values

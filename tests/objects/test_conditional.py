@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from objstate.config import DoorSettings
 from objstate.geometry import FloatArray
-from objstate.objects import ConditionalBelief
+from objstate.objects import ConditionalBelief, Descent
 from objstate.objects.doors import LatticeFilter
 from objstate.particles import Weights
 from tests.rooms import door
@@ -50,7 +50,11 @@ def test_whatever_is_done_rows_sum_to_one(
     believed, _ = tables(seed, robots)
     ancestors = np.random.default_rng(seed).integers(0, robots, 5)
     predicted = FILTER.predict_each(believed, seconds, np.random.default_rng(0))
-    for each in (believed.handed_on(share), believed.handed_on(share, ancestors), predicted):
+    for each in (
+        believed.handed_on(Descent(share)),
+        believed.handed_on(Descent(share, ancestors)),
+        predicted,
+    ):
         np.testing.assert_allclose(each.given.sum(axis=1), 1.0, atol=1e-12)
         assert (each.given >= 0.0).all()
 
@@ -61,7 +65,7 @@ def test_blending_keeps_the_marginal_and_brings_the_rows_nearer_to_it(
     seed: int, robots: int, share: float
 ) -> None:
     believed, robot = tables(seed, robots)
-    blended = believed.handed_on(share)
+    blended = believed.handed_on(Descent(share))
     marginal = believed.belief.weights.values
     np.testing.assert_allclose(robot @ blended.given, marginal, atol=1e-14)
     off = (1.0 - share) * (believed.given - marginal)
@@ -80,7 +84,7 @@ def test_the_mean_of_predicted_rows_is_the_predicted_marginal(
 
 def test_a_resampled_robot_sample_believes_what_its_ancestor_did() -> None:
     believed, _ = tables(0, 4)
-    after = believed.handed_on(0.0, np.array([2, 2, 0, 3, 3]))
+    after = believed.handed_on(Descent(0.0, np.array([2, 2, 0, 3, 3])))
     np.testing.assert_array_equal(after.given, believed.given[[2, 2, 0, 3, 3]])
     assert after.belief is believed.belief
 
@@ -93,9 +97,9 @@ def test_what_is_handed_on_may_be_predicted_at_once(
     believed, robot = tables(seed, robots)
     believed = believed.apportioned(PRIOR, robot)
     ancestors = np.random.default_rng(seed).integers(0, robots, 5)
-    rng = np.random.default_rng(0)
-    written_out = FILTER.predict_each(believed.handed_on(share, ancestors), seconds, rng)
-    at_once = FILTER.predict_each(believed, seconds, rng, share, ancestors)
+    descent, rng = Descent(share, ancestors), np.random.default_rng(0)
+    written_out = FILTER.predict_each(believed.handed_on(descent), seconds, rng)
+    at_once = FILTER.predict_each(believed, seconds, rng, descent)
     for each in ("given", "presence", "inherited"):
         np.testing.assert_allclose(getattr(at_once, each), getattr(written_out, each), atol=1e-14)
     np.testing.assert_allclose(
@@ -159,7 +163,7 @@ def test_what_is_forgotten_of_the_robots_errors_stays_in_the_belief(
 ) -> None:
     believed, robot = tables(seed, robots)
     before = believed.apportioned(PRIOR, robot)
-    blended = before.handed_on(share)
+    blended = before.handed_on(Descent(share))
     after = blended.averaged(blended.given, robot).apportioned(blended.belief, robot)
     np.testing.assert_allclose(after.belief.shared, before.belief.shared, rtol=1e-6, atol=1e-15)
 

@@ -14,7 +14,7 @@ from objstate.estimator.believed import Believed
 from objstate.estimator.observation import observe
 from objstate.geometry import FloatArray
 from objstate.localization import PoseBelief
-from objstate.objects import ConditionalBelief, ObjectBelief
+from objstate.objects import ConditionalBelief, Descent, ObjectBelief
 from objstate.objects.furniture import SampleFilter
 from objstate.particles import Weights
 from objstate.sensing import BeamModel, ExpectedRanges, Sensing
@@ -51,9 +51,7 @@ def after_scans(
         view = model.view(observed(expected, states, ROBOT, RAYS, rng))
         about = rng.normal(0.0, [0.01, 0.01, np.radians(0.7)], (ROBOTS, 3))
         robot = PoseBelief(ROBOT + about, Weights.uniform(ROBOTS))
-        beams = np.ones(len(RAYS.directions), dtype=bool)
-        beams = beams[: view.walls(ROBOT[None]).shape[1]]
-        seen = observe(believed, view, {"desk": beams}, robot, k * 10**8, TEMPERING, 0.0)
+        seen = observe(believed, view, ["desk"], robot, k * 10**8, TEMPERING, 0.0)
         believed.collapse()
         believed.keep({name: each.belief for name, each in seen.beliefs.items()}.items())
         beliefs.append(believed.marginals["desk"])
@@ -152,7 +150,9 @@ def test_presence_is_averaged_blended_and_handed_on_like_all_that_robot_samples_
     believed = rows([0.9, 0.5, 0.1])
     averaged = believed.averaged(believed.given, weights)
     assert averaged.belief.presence == pytest.approx(0.5 * 0.9 + 0.3 * 0.5 + 0.2 * 0.1)
-    blended = averaged.handed_on(0.25)
+    blended = averaged.handed_on(Descent(0.25))
     assert weights @ blended.presence == pytest.approx(averaged.belief.presence)
     np.testing.assert_allclose(blended.presence[0], 0.75 * 0.9 + 0.25 * averaged.belief.presence)
-    np.testing.assert_array_equal(averaged.handed_on(0.0, ancestors).presence, [0.1, 0.9, 0.9])
+    np.testing.assert_array_equal(
+        averaged.handed_on(Descent(0.0, ancestors)).presence, [0.1, 0.9, 0.9]
+    )
