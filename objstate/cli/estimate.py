@@ -210,9 +210,9 @@ def _print(
     states = latest_states(estimates, true_states or (), result.lost_ns, result.symmetry)
     if states:
         print_table(state_table(states, result.begin_ns, with_truth=true_states is not None))
-    known, near = {state.estimate.object for state in states}, set(estimates["object"])
-    print_names("Never near", set(result.objects) - near)
-    print_names("Near only while the robot was lost", near - known)
+    known, in_view = {state.estimate.object for state in states}, set(estimates["object"])
+    print_names("Never in view", set(result.objects) - in_view)
+    print_names("In view only while the robot was lost", in_view - known)
     print_text(
         f"{result.log_seconds:.0f} s of log in {result.elapsed_seconds:.1f} s, "
         f"{result.log_seconds / result.elapsed_seconds:.0f} x real time."

@@ -105,7 +105,7 @@ def strip(
     Stretches in which the robot was ``lost`` are shaded.
     """
     if not len(posteriors):
-        return element("p", "never near", class_="never")
+        return element("p", "never in view", class_="never")
     heat = heat_map(posteriors, axis)
     seen = estimates.filter("observed")["stamp"].to_numpy()
     return element(

@@ -44,10 +44,10 @@ def warnings(material: Material, latest: Sequence[LatestState]) -> list[str]:
 
 
 def _of_states(material: Material, latest: Sequence[LatestState]) -> Iterator[str]:
-    near = set(material.estimates["object"])
-    never = [name for name in material.summary["objects"] if name not in near]
+    in_view = set(material.estimates["object"])
+    never = [name for name in material.summary["objects"] if name not in in_view]
     if never:
-        yield f"The robot was never near {_some(never)}; the plan shows them as the model does."
+        yield f"The robot never had {_some(never)} in view from near; the plan shows them as the model does."
     unseen = _names(state for state in latest if not state.estimate.observed)
     if unseen:
         yield f"No beam bore on {_some(unseen)}; their states are what was assumed before."

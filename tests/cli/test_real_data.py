@@ -27,7 +27,7 @@ def test_a_recorded_drive_from_map_and_log_to_a_path(run, tmp_path: Path) -> Non
         "--to", "10",
     )  # fmt: skip
     assert outcome.code == 0
-    assert "Never near: WL1, WL2, WU1" in outcome.out  # they are reached later
+    assert "Never in view: WL1, WL2, WU1" in outcome.out  # they are reached later
     path = read_tum(tmp_path / "out" / "trajectory.tum")
     steps = np.hypot(*np.diff(path.poses[:, :2], axis=0).T)
     assert len(path.poses) > 50

@@ -39,7 +39,7 @@ def test_it_needs_nothing_else(page: str) -> None:
 def test_it_says_what_a_reader_wants_to_know(page: str) -> None:
     text = " ".join(read(page).words)
     assert "office_door" in text
-    assert "The robot was never near far <door>" in text
+    assert "The robot never had far <door> in view" in text
     assert "sigma_hit" in text
     assert "log.mcap" in text
     assert "Beside the truth" in text

@@ -83,7 +83,7 @@ def test_lines_have_gaps_where_the_object_was_not_near() -> None:
 
 
 def test_an_object_without_posteriors_was_never_near() -> None:
-    assert "never near" in strip("angle", posteriors([]), estimates([]), None, Axis(0, 1.0))
+    assert "never in view" in strip("angle", posteriors([]), estimates([]), None, Axis(0, 1.0))
 
 
 @pytest.mark.parametrize("duration", [0.0, 0.5, 59.0, 3600.0, 10**6])
