@@ -88,7 +88,7 @@ class Estimator:
         self._rng = np.random.default_rng([seed, 0])
         self._search_rng = np.random.default_rng([seed, 2])
         self._localizer = Localizer(self.settings.localization)
-        self._odometry_error = OdometryError(self.settings.odometry_error)
+        self.odometry_error = OdometryError(self.settings.odometry_error)  # as learnt by now
         self._search = Search(ExpectedRanges(building), self.settings)
         self._sensing = Sensing(building, BeamModel(self.settings.beam_model))
         self._thinned = Thinning(self.settings.scans)
@@ -218,7 +218,7 @@ class Estimator:
         observation = self._observe(near, towards, used, sight, track.belief)
         evidence += share * s.tempering * observation.log_evidence
         corrected = self._localizer.correct(track.belief, evidence)
-        self._odometry_error.note(track.belief, corrected)
+        self.odometry_error.note(track.belief, corrected)
         seen = self._localizer.correct(
             corrected, self.settings.object_updates.tempering * observation.log_evidence
         )
@@ -237,7 +237,7 @@ class Estimator:
         """p(l | o_k) and p(s_i | o_k) as marginals, each from its share of the beams (section 2.2)."""
         scan = sight.scan
         self._believed.collapse()
-        self._odometry_error.forget()
+        self.odometry_error.forget()
         localizing, observing = self._schedule.share_out(scan)
         if not self._localizes_itself:
             localizing, observing = np.zeros_like(localizing), scan.valid
@@ -278,7 +278,7 @@ class Estimator:
     def _driven(self, track: Track, step: FloatArray) -> Track:
         if not self._localizes_itself:
             return track.moved(track.belief.moved(step))
-        error = self._odometry_error
+        error = self.odometry_error
         return track.moved(self._localizer.predict(track.belief, step, self._rng, error))
 
     def _localize(self, track: Track, sight: Sight, beams: BoolArray) -> Track:
@@ -466,7 +466,7 @@ class Estimator:
     def _lose(self, now_ns: int) -> None:
         """Say that the robot is lost, and take back what was learnt of objects since it fitted."""
         self._doubt.rise(now_ns)
-        self._odometry_error.forget()
+        self.odometry_error.forget()
         self._rehang(self._believed.go_back())
         self._hinges.forget()
 
@@ -537,7 +537,7 @@ class Estimator:
         else:
             belief = self._localizer.start(record.mean, record.covariance, self._rng)
         self._believed.collapse()
-        self._odometry_error.forget()
+        self.odometry_error.forget()
         self._track = Track(belief)
         self._search.forget()
         if is_start:

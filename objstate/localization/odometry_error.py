@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -71,6 +72,15 @@ class OdometryError:
         s = self._settings
         length, turn = (self._corrected / self._expected).tolist()
         return Variances(min(max(length, s.least), s.most), min(max(turn, s.least), s.most))
+
+    def to_dict(self) -> dict[str, Any]:
+        """What was learnt, for ``run.json``."""
+        length, turn = self.factors
+        return {
+            "systematic": self.systematic.tolist(),
+            "length_factor": length,
+            "turn_factor": turn,
+        }
 
     def drive(self, step: FloatArray, variances: Variances) -> tuple[FloatArray, Variances]:
         """What a step (3,) of the odometry was, and its variances, to which the alphas give so much."""

@@ -70,6 +70,7 @@ class RunResult:
     symmetry: Mapping[str, int] = field(default_factory=dict)
     world: WorldUse | None = None  # where one took part
     laser_heights: Mapping[str, float] = field(default_factory=dict)  # m above the floor, by frame
+    odometry_error: Mapping[str, Any] = field(default_factory=dict)  # as the drive taught it
 
     def to_dict(self) -> dict[str, Any]:
         """What ``run.json`` says of the outcome."""
@@ -87,6 +88,7 @@ class RunResult:
             "symmetry": dict(self.symmetry),
             "world": None if self.world is None else asdict(self.world),
             "laser_heights": dict(self.laser_heights),
+            "odometry_error": dict(self.odometry_error),
         }
 
 
@@ -153,6 +155,7 @@ def estimate_log(
             symmetry=model.symmetries,
             world=None if memory is None else memory.keep(drive.end_ns, options.settings),
             laser_heights=drive.heights,
+            odometry_error=estimator.odometry_error.to_dict(),
         )
         inputs = {
             "logs": described,

@@ -275,6 +275,22 @@ def test_nowhere_to_search_is_refused(tmp_path: Path) -> None:
         estimate_log([recorded(tmp_path)], tmp_path / "bare.urdf", tmp_path / "out", told)
 
 
+def test_what_a_drive_taught_about_the_odometry_is_told(tmp_path: Path) -> None:
+    scene = tmp_path / "far.scene.yaml"
+    scene.write_text(
+        "building: hall.urdf\n"
+        "route: {waypoints: [{x: -1.5, y: 0.0}, {x: 5.0, y: 0.5}, {x: -1.5, y: 0.0}]}\n"
+        "odometry: {translation_scale: 0.05}\n"
+    )
+    building = hall(tmp_path)
+    estimate_log([simulate(scene, tmp_path / "drive").log], building, tmp_path / "out")
+    told = json.loads((tmp_path / "out" / "run.json").read_text())["odometry_error"]
+    ahead, aside, turned = np.array(told["systematic"])[:, 0]
+    assert ahead == pytest.approx(-0.05 / 1.05, abs=0.015)
+    assert max(abs(aside), abs(turned)) < 0.015
+    assert 0.0 < told["length_factor"] < 1.0  # of the alphas' variance
+
+
 def test_progress_grows_to_the_end(tmp_path: Path) -> None:
     building = hall(tmp_path)
     seen: list[tuple[float, float]] = []
