@@ -157,10 +157,10 @@ def estimate(
         mounts=mounts | parse_mounts(mount or []),
         clock_offsets=clock_offsets | parse_clock_offsets(clock_offset or []),
     )
+    share_out_compiling()
     extras = Extras(calibrate, learn_dynamics)
     options = extras.prepare(logs, building, options, quiet)
     with live_view(live) as view, progress_bar("Estimating", quiet or live) as report:
-        share_out_compiling()
         result = estimate_log(
             logs,
             building,
