@@ -39,7 +39,7 @@ class HitFinder:
 
         A reading within the setting ``lost_margin`` of what is expected is explained.
         """
-        pose, margin = robot.mean[None], estimator.settings.localization.lost_margin
+        pose, margin = robot.mean[None], estimator.settings.localization.doubt_margin
         walls = self._expected.walls(pose, scan.rays)[0]
         objects = np.full(len(scan), np.inf)
         for name, belief in estimator.objects.items():
