@@ -96,7 +96,7 @@ class Hinges:
     def search(self, believed: ObjectBelief, sensing: Sensing) -> ObjectBelief | None:
         """What to believe of a door after a search for its hinge, hung where it surely is.
 
-        In its place, too, where it suddenly was another and all looks surely say otherwise.
+        In its place, too, where it suddenly was another and all looks rather say otherwise.
         None where nothing changes. ``sensing`` knows where the others hang.
         """
         watch, item = self._watches[believed.item.name], self._building[believed.item.name]
@@ -341,9 +341,9 @@ class _Watch:
 
 
 def _contradicts(belief: ObjectBelief, other: ObjectBelief) -> bool:
-    """Whether a door is known, and not to be what somebody else believes of it."""
-    angle = float(belief.mean[0])
-    return _share_about(angle, belief) >= KNOWN and _share_about(angle, other) < DOUBTED
+    """Whether a door is open by about some angle more probably than by somebody else's belief of it."""
+    angle = float(belief.best[0])
+    return _share_about(angle, other) < DOUBTED * _share_about(angle, belief)
 
 
 def _share_about(angle: float, belief: ObjectBelief) -> float:
