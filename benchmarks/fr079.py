@@ -3,7 +3,8 @@
 The Freiburg 079 log comes with corrected poses. A map is made of its scans by counting, doors are put
 where leaves are seen to stand, and the log is run in that building with the robot's own localization.
 Nobody moves these leaves, so each pass should find them where the last one did. Prints for each door
-and pass the last estimate with its 90 % interval, and the leaf's bearing.
+and pass the last estimate with its 90 % interval, and what a line through the leaf's readings says, as the
+corrected poses have them.
 """
 
 from __future__ import annotations
@@ -35,6 +36,9 @@ MARGIN = 12.0  # m about the robot's way that the map covers
 REACH = 12.0  # m up to which beams count
 HITS, SHARE = 3, 0.15  # a wall is where so many beams end, and such a share of those that come by
 PASS_NS = 10 * 10**9  # without a look at a door, the next is another pass
+FRAME = 0.15  # m from its hinge, within which readings are of a door's frame
+FAN = 10.0  # deg within which most readings are of the leaf
+ENOUGH, SPAN = 60, 0.3  # readings, and m that they cover, by which a line is to be told
 
 
 def main() -> None:
@@ -59,22 +63,50 @@ def main() -> None:
         )
         estimates = read_estimates(result.folder)
     for door in csv.DictReader(DOORS.open()):
-        print_passes(door, estimates.filter(estimates["object"] == door["door"]), result.begin_ns)
+        rows = estimates.filter(estimates["object"] == door["door"])
+        print_passes(door, rows, scans, result.begin_ns)
 
 
-def print_passes(door: dict[str, str], rows, begin_ns: int) -> None:
-    """The last estimate of each pass."""
+def print_passes(door: dict[str, str], rows, scans: list[Scan], begin_ns: int) -> None:
+    """The last estimate of each pass, and how the leaf was seen to stand in it."""
     rows = rows.filter(rows["observed"])
     stamps = rows["stamp"].to_numpy()
     ends = [k for k, (a, b) in enumerate(pairwise([*stamps, np.inf])) if b - a > PASS_NS]
-    sign = 1.0 if door["opens"] == "ccw" else -1.0
     print(f"{door['door']}: {len(stamps)} looks in {len(ends)} passes")
-    for k in ends:
-        mean, lower, upper = (np.degrees(rows[name][k]) for name in ("mean", "lower", "upper"))
+    for first, last in zip([0, *(k + 1 for k in ends)], ends, strict=False):
+        mean, lower, upper = (np.degrees(rows[name][last]) for name in ("mean", "lower", "upper"))
+        looks = [scan for scan in scans if stamps[first] <= scan.stamp_ns <= stamps[last]]
+        line = seen(door, np.concatenate([ends_of(scan) for scan in looks]))
         print(
-            f"  {(stamps[k] - begin_ns) / NANOSECONDS:5.0f} s: {mean:.1f} deg ({lower:.1f} to {upper:.1f}), "
-            f"fit {rows['fit'][k]:.2f}, bearing {float(door['closed_bearing_deg']) + sign * mean:.0f} deg"
+            f"  {(stamps[last] - begin_ns) / NANOSECONDS:5.0f} s: {mean:.1f} deg ({lower:.1f} to {upper:.1f}), "
+            f"fit {rows['fit'][last]:.2f}, "
+            + (f"seen {line:.1f}" if line else "not seen as a line")
         )
+
+
+def ends_of(scan: Scan) -> FloatArray:
+    """Where the beams of a scan end (n, 2), as its corrected pose has it."""
+    origins, directions = cast_from(
+        transform_from_pose(scan.odometry), scan.rays.take(np.isfinite(scan.ranges))
+    )
+    returned = scan.ranges[np.isfinite(scan.ranges), None]
+    return origins[:, :2] + returned * directions[:, :2]
+
+
+def seen(door: dict[str, str], places: FloatArray) -> float | None:
+    """Opening angle in degrees of a line through the readings (n, 2) that are a door's leaf, if they show enough."""
+    sign = 1.0 if door["opens"] == "ccw" else -1.0
+    closed = float(door["closed_bearing_deg"])
+    away = places - [float(door["hinge_x"]), float(door["hinge_y"])]
+    away = away[(np.hypot(*away.T) > FRAME) & (np.hypot(*away.T) < float(door["width_m"]))]
+    angles = (sign * (np.degrees(np.arctan2(away[:, 1], away[:, 0])) - closed)) % 360.0
+    counts, edges = np.histogram(angles, np.arange(FAN, float(door["upper_limit_deg"]), FAN))
+    leaf = away[np.abs(angles - edges[int(np.argmax(counts))] - FAN / 2.0) < FAN]
+    if len(leaf) < ENOUGH or np.ptp(np.hypot(*leaf.T)) < SPAN:
+        return None
+    along = np.linalg.svd(leaf - leaf.mean(axis=0))[2][0]
+    along *= np.sign(along @ leaf.mean(axis=0))
+    return float((sign * (np.degrees(np.arctan2(along[1], along[0])) - closed)) % 360.0)
 
 
 def write_map(scans: list[Scan], folder: Path) -> Path:

@@ -100,9 +100,9 @@ class LocalizationSettings(Strict):
     tempering: Exponent = 0.1  # exponent on the likelihood of a scan
     initial_xy_std: NonNegative = 0.3  # m, of a start pose given without deviations
     initial_yaw_std_deg: NonNegative = 10.0
-    lost_above: Share = 0.12  # of returning beams that pass through walls: the robot is lost
-    lost_margin: Positive = 0.25  # m beyond a wall at which a return has passed through it
-    lost_after: Positive = 4.0  # s over which that share is averaged
+    doubt_above: Share = 0.06  # of returning beams that pass through walls: looked for elsewhere
+    doubt_margin: Positive = 0.25  # m beyond a wall at which a return has passed through it
+    doubt_after: Positive = 4.0  # s over which that share is averaged
     lost_below: Share = 0.2  # how well beams are explained, 0 as by chance, 1 fully: lost below
     doubt_below: Share = 0.9  # of how well they usually are: the robot is looked for elsewhere
     fit_after: Positive = 1.0  # s over which that is averaged

@@ -66,7 +66,7 @@ class Doubt:
             self._fitted_since_ns = now_ns
         self._fitted_ns = now_ns
         self._forget_winner()
-        if now_ns - self._fitted_since_ns >= self._lost.lost_after * NANOSECONDS:
+        if now_ns - self._fitted_since_ns >= self._lost.doubt_after * NANOSECONDS:
             self._search_from_ns, self._wait = 0, self._search.every_s
         if now_ns - self._trusted_ns < 2.0 * self._lost.fit_after * NANOSECONDS:
             return False

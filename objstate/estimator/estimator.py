@@ -425,7 +425,7 @@ class Estimator:
         if not self._is_narrow(robot) or not beams.any():
             return track
         view, walls = sight.view(beams), sight.walls[beams]
-        through = share_through_walls(scan.ranges[beams], walls, s.lost_margin)
+        through = share_through_walls(scan.ranges[beams], walls, s.doubt_margin)
         objects = self._scenery(sight.seen_by(beams), self._believed.marginals)
         likelihood = view.pose_log_likelihood(robot.mean[None], FIT_BLUR, objects, walls[None])
         fit = view.fit(float(likelihood[0]), FIT_BLUR)

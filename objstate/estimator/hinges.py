@@ -24,7 +24,7 @@ from objstate.objects import ObjectBelief, filter_for
 from objstate.objects.belief import SETTLED_ANGLE
 from objstate.objects.doors import LEAN, LatticeFilter, leaf_axes
 from objstate.objects.hanging import Hanging, Look, find_hinge
-from objstate.records import Scan
+from objstate.records import NANOSECONDS, Scan
 from objstate.sensing import BeamModel, Sensing
 from objstate.sensing.view import EXPLAINED_SIGMAS
 
@@ -60,7 +60,7 @@ class Hinges:
             if item.kind is Kind.HINGED
             and isinstance(door := filter_for(item, settings), LatticeFilter)
         }
-        self._watches = {name: _Watch(settings.hinges) for name in self._filters}
+        self._watches = self._unseen()
 
     def is_due(self, belief: ObjectBelief, driven: float) -> bool:
         """Whether a door is to be looked at, after so many m of driving."""
@@ -96,7 +96,7 @@ class Hinges:
     def search(self, believed: ObjectBelief, sensing: Sensing) -> ObjectBelief | None:
         """What to believe of a door after a search for its hinge, hung where it surely is.
 
-        In its place, too, where it suddenly was another and all looks surely say otherwise.
+        In its place, too, where it suddenly was another and all looks rather say otherwise.
         None where nothing changes. ``sensing`` knows where the others hang.
         """
         watch, item = self._watches[believed.item.name], self._building[believed.item.name]
@@ -195,7 +195,10 @@ class Hinges:
 
     def forget(self) -> None:
         """Forget all looks: the robot wasn't where it thought."""
-        self._watches = {name: _Watch(self._settings) for name in self._watches}
+        self._watches = self._unseen()
+
+    def _unseen(self) -> dict[str, _Watch]:
+        return {name: _Watch(door, self._settings) for name, door in self._filters.items()}
 
     def _look(self, item: MovableObject, glance: _Glance, sensing: Sensing) -> Look:
         scan, pose, beams = glance.scan, glance.pose, self._beams(item, glance)
@@ -238,12 +241,15 @@ class _Strangeness:
 class _Watch:
     """What is remembered of one door, and what was strange since its hinge was last looked for."""
 
-    def __init__(self, settings: HingeSettings) -> None:
-        self.glances: list[_Glance] = []
+    def __init__(self, door: LatticeFilter, settings: HingeSettings) -> None:
+        self._door = door
         self._settings = settings
+        self._shown: list[_Glance] = []  # those that show something of the door
+        self._glimpse: _Glance | None = None  # since: next to nothing, by which it is another
         self._spacing = settings.every_m
         self._driven = -math.inf  # m, at the last glance
         self._known: float | None = None  # rad, the angle at the last glance at which it was known
+        self._known_ns = 0
         self._another_ns = 0  # when the door last was another than it had been
         self._wait = settings.least_looks  # glances until the next search
         self._pull = 0.0  # sum of what lines pass the hinge by, over their variances, 1/m
@@ -262,18 +268,21 @@ class _Watch:
     def add(self, glance: _Glance, look: _Strangeness, belief: ObjectBelief, driven: float) -> None:
         """Remember one more glance; of many, every other one, so that those of long ago count too.
 
-        A glance at next to nothing of it is left out, but for one that changed what is believed.
+        A glance at next to nothing of it is left out, but for the last one if that changed what is believed.
         """
         self._driven = driven
-        is_another = self.is_another(belief)
-        if look.stopped < POINTS and not is_another:
+        is_shown, is_another = look.stopped >= POINTS, self.is_another(belief)
+        if not (is_shown or is_another):
             return
         if is_another:
             self.has_jumped, self._another_ns = True, glance.scan.stamp_ns
         self._know(belief)
-        self.glances.append(glance)
-        if len(self.glances) > self._settings.looks:
-            self.glances = self.glances[::-2][::-1]  # the last among them
+        self._glimpse = None if is_shown else glance
+        if not is_shown:
+            return
+        self._shown.append(glance)
+        if len(self._shown) > self._settings.looks:
+            self._shown = self._shown[::-2][::-1]  # the last among them
             self._spacing *= 2.0
         self._count += 1
         self._stopped += look.stopped
@@ -282,6 +291,11 @@ class _Watch:
             variance = look.std**2 + glance.shift_std**2
             self._pull += look.aside / variance
             self._hold += 1.0 / variance
+
+    @property
+    def glances(self) -> list[_Glance]:
+        """All that are remembered, in the order of their stamps."""
+        return self._shown if self._glimpse is None else [*self._shown, self._glimpse]
 
     @property
     def lately(self) -> list[_Glance]:
@@ -316,17 +330,20 @@ class _Watch:
     def _know(self, belief: ObjectBelief) -> None:
         angle = float(belief.mean[0])
         if _share_about(angle, belief) >= KNOWN:
-            self._known = angle
+            self._known, self._known_ns = angle, belief.stamp_ns or 0
 
     def is_another(self, belief: ObjectBelief) -> bool:
-        """Whether a door that was known isn't what it was."""
-        return self._known is not None and _share_about(self._known, belief) < DOUBTED
+        """Whether a door that was known isn't what it was, by more than somebody may have moved it unseen."""
+        if self._known is None:
+            return False
+        unseen_s = ((belief.stamp_ns or 0) - self._known_ns) / NANOSECONDS
+        return _share_about(self._known, belief) < DOUBTED * self._door.stayed(unseen_s)
 
 
 def _contradicts(belief: ObjectBelief, other: ObjectBelief) -> bool:
-    """Whether a door is known, and not to be what somebody else believes of it."""
-    angle = float(belief.mean[0])
-    return _share_about(angle, belief) >= KNOWN and _share_about(angle, other) < DOUBTED
+    """Whether a door is open by about some angle more probably than by somebody else's belief of it."""
+    angle = float(belief.best[0])
+    return _share_about(angle, other) < DOUBTED * _share_about(angle, belief)
 
 
 def _share_about(angle: float, belief: ObjectBelief) -> float:

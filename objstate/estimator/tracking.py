@@ -39,7 +39,7 @@ class TrackRecord:
         seconds = (stamp_ns - self.until_ns) / NANOSECONDS
         usual_after = min(self.seconds + TINY, s.usual_after)
         return TrackRecord(
-            misfit=_drawn_to(self.misfit, through_walls, seconds / s.lost_after),
+            misfit=_drawn_to(self.misfit, through_walls, seconds / s.doubt_after),
             fit=_drawn_to(self.fit, fit, seconds / s.fit_after),
             usual_fit=_drawn_to(self.usual_fit, fit, seconds / usual_after),
             seconds=self.seconds + seconds,
@@ -49,11 +49,11 @@ class TrackRecord:
     def fits(self, s: LocalizationSettings) -> bool:
         """Whether nothing speaks against the track."""
         as_usual = self.fit >= s.doubt_below * self.usual_fit
-        return as_usual and self.misfit <= s.lost_above / 2.0 and not self.is_wrong(s)
+        return as_usual and self.misfit <= s.doubt_above and not self.is_wrong(s)
 
     def is_wrong(self, s: LocalizationSettings) -> bool:
         """Whether the robot can't be where the track says."""
-        return self.misfit > s.lost_above or self.fit < s.lost_below
+        return self.fit < s.lost_below
 
 
 @dataclass(frozen=True, eq=False)

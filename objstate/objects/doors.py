@@ -127,8 +127,7 @@ class LatticeFilter:
         """A belief, and what rows (l, n) hand on (l', n), after a while: the door drifts, or somebody has moved it."""
         from objstate.objects.kernels import predict
 
-        cells, hours = self._cells_per_second * seconds, seconds / SECONDS_PER_HOUR
-        stayed = math.exp(-self.settings.dynamics.moves_per_hour * hours)
+        cells = self._cells_per_second * seconds
         ancestors, weights = descent.of(len(given)), np.empty(len(belief.states))
         later = np.empty((len(ancestors), len(weights)))
         mean, std = predict(
@@ -138,12 +137,16 @@ class LatticeFilter:
             ancestors,
             *belief.lattice,
             cells,
-            stayed,
+            self.stayed(seconds),
             self._rest_weights,
             later,
             weights,
         )
         return belief.on_lattice(weights, mean, std), later
+
+    def stayed(self, seconds: float) -> float:
+        """Probability that nobody has moved the door for so long."""
+        return math.exp(-self.settings.dynamics.moves_per_hour * seconds / SECONDS_PER_HOUR)
 
     @lazy
     def _cells_per_second(self) -> float:

@@ -130,11 +130,13 @@ def test_short_readings_of_some_beams_are_no_sign_of_a_wrong_place_but_of_all_ar
     assert not wrong.fits(s)
 
 
-def test_beams_through_walls_are_a_sign_however_well_the_others_fit() -> None:
+def test_beams_through_walls_are_a_reason_to_search_but_alone_none_to_be_lost() -> None:
+    """However well the others fit: the walls of a map may be gone, or of glass."""
     s, each = SETTINGS.localization, TrackRecord()
     for k in range(1, 60):
         each = each.judged(0.3, 0.7, k * SECOND // 5, s)
-    assert each.is_wrong(s)
+    assert not each.fits(s)
+    assert not each.is_wrong(s)
 
 
 def test_a_track_that_was_followed_is_left_only_for_much_better_places() -> None:

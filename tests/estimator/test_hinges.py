@@ -11,12 +11,13 @@ from objstate.building.model import Building, Mesh
 from objstate.config import Settings
 from objstate.estimator import Estimator
 from objstate.estimator.believed import Believed
-from objstate.estimator.hinges import Hinges, _Glance, from_swing
+from objstate.estimator.hinges import Hinges, _Glance, _Strangeness, _Watch, from_swing
 from objstate.estimator.sight import Sight
 from objstate.estimator.surroundings import Surroundings
 from objstate.geometry import FloatArray
 from objstate.localization import PoseBelief
-from objstate.objects import ObjectBelief
+from objstate.objects import ObjectBelief, filter_for
+from objstate.objects.doors import LatticeFilter
 from objstate.particles import Weights
 from objstate.records import Scan
 from objstate.sensing import BeamModel, ExpectedRanges, Sensing
@@ -184,6 +185,44 @@ def test_the_last_look_at_a_door_is_always_remembered() -> None:
         hinges.note(belief, sight, 0.35 * k, 0.005, {})
     assert hinges.seems_off(name)
     assert hinges.search(belief, sensing) is None
+
+
+def door_about(place: Building, name: str, degrees: float, stamp_ns: int) -> ObjectBelief:
+    prior = Estimator(place).objects[name]
+    about = np.exp(-0.5 * ((prior.states[:, 0] - np.radians(degrees)) / 0.01) ** 2) + 1e-300
+    return replace(prior, weights=Weights.of(about), stamp_ns=stamp_ns, last_observed_ns=stamp_ns)
+
+
+def glance_at(stamp_ns: int) -> _Glance:
+    scan = scan_of(np.full(5, 2.0), fan(5), stamp_ns)
+    return _Glance(scan, np.zeros(3), np.full(5, 4.0), 0.01, 0.0, {})
+
+
+def test_a_door_that_nobody_looked_at_for_long_is_another_only_once_scans_say_so() -> None:
+    place, hour_ns = corridor(), 3600 * 10**9
+    door = filter_for(place["b"], Settings())
+    assert isinstance(door, LatticeFilter)
+    watch, known = _Watch(door, Settings().hinges), door_about(place, "b", 50.0, 0)
+    watch.add(glance_at(0), _Strangeness(20, 0), known, 0.0)
+    later = replace(door.predict(known, 3600.0, np.random.default_rng(0)), stamp_ns=hour_ns)
+    assert later.weights.values[np.abs(later.states[:, 0] - np.radians(50.0)) < 0.1].sum() < 0.3
+    assert not watch.is_another(later)
+    assert watch.is_another(door_about(place, "b", 20.0, hour_ns))
+
+
+def test_glances_at_next_to_nothing_do_not_push_out_those_that_show_a_door() -> None:
+    """However many there are while a door seems to be another: the last of them tells of it."""
+    place, settings = corridor(), Settings().hinges
+    door = filter_for(place["b"], Settings())
+    assert isinstance(door, LatticeFilter)
+    watch, belief = _Watch(door, settings), door_about(place, "b", 50.0, 0)
+    for k in range(settings.looks):
+        watch.add(glance_at(k), _Strangeness(20, 0), belief, 0.4 * k)
+    unsure = replace(belief, weights=Weights.uniform(len(belief.states)))
+    for k in range(settings.looks, 5 * settings.looks):
+        watch.add(glance_at(k), _Strangeness(1, 0), unsure, 0.4 * k)
+    stamps = [each.scan.stamp_ns for each in watch.glances]
+    assert stamps == [*range(settings.looks), 5 * settings.looks - 1]
 
 
 def test_a_door_that_suddenly_is_another_is_what_its_looks_surely_say() -> None:

@@ -37,9 +37,9 @@ class HitFinder:
     def hits(self, scan: Scan, robot: PoseBelief, estimator: Estimator) -> np.ndarray:
         """(n,) a ``Hit`` for each beam; what those say that don't return means nothing.
 
-        A reading within the setting ``lost_margin`` of what is expected is explained.
+        A reading within the setting ``doubt_margin`` of what is expected is explained.
         """
-        pose, margin = robot.mean[None], estimator.settings.localization.lost_margin
+        pose, margin = robot.mean[None], estimator.settings.localization.doubt_margin
         walls = self._expected.walls(pose, scan.rays)[0]
         objects = np.full(len(scan), np.inf)
         for name, belief in estimator.objects.items():
