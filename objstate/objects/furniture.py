@@ -80,14 +80,18 @@ class SampleFilter:
         self, belief: ObjectBelief, seconds: float, rng: np.random.Generator
     ) -> ObjectBelief:
         """Every sample creeps, and is now and then moved to where the prior says."""
-        dynamics = self.settings.dynamics
-        drift = np.array([dynamics.drift_m, dynamics.drift_m, np.radians(dynamics.drift_deg)])
-        states = belief.states + drift * np.sqrt(seconds) * rng.standard_normal(belief.states.shape)
+        drift = np.sqrt(self.drift_variance(seconds))
+        states = belief.states + drift * rng.standard_normal(belief.states.shape)
         states[:, 2] = wrap(states[:, 2])
         redrawn = rng.random(len(states)) < self._moved(seconds)
         states[redrawn] = self._of_prior(int(redrawn.sum()), rng)
         there = belief.presence + self._moved(seconds) * (self.settings.presence - belief.presence)
         return altered(belief.with_samples(states, belief.weights), presence=there)
+
+    def drift_variance(self, seconds: float) -> FloatArray:
+        dynamics = self.settings.dynamics
+        drift = np.array([dynamics.drift_m, dynamics.drift_m, np.radians(dynamics.drift_deg)])
+        return np.asarray(seconds * drift**2)
 
     def predict_each(
         self,
