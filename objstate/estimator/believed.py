@@ -64,6 +64,12 @@ class Believed:
             return self.filters[name].predict(now, seconds, rng or self.rngs[name])
         return now
 
+    def unmoved(self, name: str, stamp_ns: int) -> ObjectBelief:
+        """Mean and deviations at a moment, for somebody who knows that the object wasn't moved since."""
+        belief = self.marginals[name]
+        seconds = max(_seconds(belief, stamp_ns), 0.0)
+        return belief.drifted(self.filters[name].drift_variance(seconds))
+
     def given(self, name: str, samples: int, stamp_ns: int) -> ConditionalBelief:
         """The same given each of so many robot samples."""
         known, descent = self._in_view.get(name), self._descents.get(name, SAME)

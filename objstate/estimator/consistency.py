@@ -47,7 +47,10 @@ class Consistency:
         return float(np.clip(ratio**2, s.least, s.most))
 
     def note(self, before: ObjectBelief, after: ObjectBelief) -> None:
-        """Take in how a scan changed an object's belief."""
+        """Take in how a scan changed the belief of an object that nobody moved since the scan before.
+
+        Else what a scan says against its having been moved would pass for what it says of the place.
+        """
         name, of, s = after.item.name, after.item.kind, self._settings
         stretch = self._open.pop(name, None)
         if not (before.settled and after.settled and before.std.all()):

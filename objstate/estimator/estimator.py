@@ -225,7 +225,8 @@ class Estimator:
         robot, ancestors = self._localizer.renew(corrected, self._rng)
         observation = observation.settled_by(seen)
         for name in observation.fits:
-            self._consistency.note(observation.predicted[name], observation.beliefs[name].belief)
+            if observation.predicted[name].settled:
+                self._consistency.note(observation.unmoved[name], observation.beliefs[name].belief)
         descent = Descent(self._forgotten(track), ancestors)
         self._believed.keep_in_view(observation.beliefs, descent, near)
         self._track = track.corrected(robot, self._odometry)

@@ -22,6 +22,7 @@ class Observation:
 
     beliefs: Mapping[str, ConditionalBelief]
     predicted: Mapping[str, ObjectBelief]  # before it
+    unmoved: Mapping[str, ObjectBelief]  # likewise, if nobody has moved them since the scan before
     fits: Mapping[str, float]  # of the objects on which a beam bore
     log_evidence: FloatArray  # (l,) log p(o | l) of the beams towards objects
 
@@ -29,7 +30,7 @@ class Observation:
         """The same objects, their marginals by what the robot samples weigh after the scan."""
         weights = robot.weights.values
         beliefs = {
-            name: each.settled(self.predicted[name], weights) for name, each in self.beliefs.items()
+            name: each.settled(self.unmoved[name], weights) for name, each in self.beliefs.items()
         }
         return altered(self, beliefs=beliefs)
 
@@ -50,6 +51,7 @@ def observe(
     """
     given = {name: believed.given(name, len(robot.weights), stamp_ns) for name in names}
     beliefs = {name: each.belief for name, each in given.items()}
+    unmoved = {name: believed.unmoved(name, stamp_ns) for name in names}
     backdrop = Backdrop(view, robot.poses, beliefs)
     log_evidence, fits = tempering * backdrop.log_likelihood, {}
     for name in names:
@@ -63,7 +65,7 @@ def observe(
         log_evidence += update.log_evidence + tempering * (absent - backdrop.log_likelihood)
         given[name] = update.conditional
         fits[name] = _fit(name, update, view, robot, without)
-    return Observation(given, beliefs, fits, log_evidence / tempering)
+    return Observation(given, beliefs, unmoved, fits, log_evidence / tempering)
 
 
 def _fit(

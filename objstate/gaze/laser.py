@@ -14,7 +14,7 @@ from typing import TypeVar
 import numpy as np
 
 from objstate.building.model import Building, Kind
-from objstate.config import NonNegative, Settings, Share, Strict
+from objstate.config import NonNegative, Positive, Settings, Share, Strict
 from objstate.gaze.floor import leaf_ends
 from objstate.gaze.sensors import Sensor
 from objstate.geometry import BoolArray, FloatArray, IntArray
@@ -41,6 +41,7 @@ class LookSettings(Strict):
     beams_share: Share = 1.0  # of a scan's beams that observe objects; less with marginal inference
     robot_std: NonNegative = 0.02  # m, of the robot's position, which all its beams share
     robot_yaw_std: NonNegative = 0.01  # rad
+    variance_factor: Positive = 1.0  # that an estimator learns for its beliefs' variances on a log
 
 
 class LaserLooks:
@@ -58,7 +59,7 @@ class LaserLooks:
         self.sensor = sensor
         self._model = model
         self._robot_std = np.array([looks.robot_std, looks.robot_yaw_std])
-        self._exponent = s.object_updates.tempering * looks.beams_share
+        self._exponent = s.object_updates.tempering * looks.beams_share / looks.variance_factor
         self._expected = ExpectedRanges(building)
         rays = sensor.rays()
         self._bearings = np.arctan2(rays.directions[:, 1], rays.directions[:, 0])

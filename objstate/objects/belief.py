@@ -118,6 +118,12 @@ class ObjectBelief:
         object.__setattr__(known, "shared", shared)
         return known
 
+    def drifted(self, variance: FloatArray) -> ObjectBelief:
+        """The belief by its mean and deviations (d,), after a drift has added a variance (d,)."""
+        known = copy(self)
+        known.__dict__.update(mean=self.mean, std=np.sqrt(self.std**2 + variance))
+        return known
+
     @lazy
     def standing(self) -> ObjectBelief:
         """The belief without its scouts."""

@@ -64,7 +64,8 @@ class ConditionalBelief:
 
         What robot samples of weights (l,) disagree about is what their errors cause now. Of what earlier ones
         caused, (v / v0)^2 is left by a scan that takes the variance v0 of the belief ``before``
-        it to v: the mean keeps v / v0 of its error.
+        it to v: the mean keeps v / v0 of its error. That the object may have been moved since the scan before isn't
+        meant: where it wasn't, the error is the same.
         """
         from objstate.objects.kernels import apportion
 

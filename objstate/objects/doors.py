@@ -106,6 +106,9 @@ class LatticeFilter:
         nobody = np.empty((0, len(belief.states)))
         return self._later(belief, nobody, seconds, SAME)[0]
 
+    def drift_variance(self, seconds: float) -> FloatArray:
+        return np.array([self._cells_per_second * seconds * self._spacing**2])
+
     def predict_each(
         self,
         believed: ConditionalBelief,

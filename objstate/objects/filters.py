@@ -8,6 +8,7 @@ import numpy as np
 
 from objstate.building.model import Kind, MovableObject
 from objstate.config import DoorSettings, ObjectSettings, Settings
+from objstate.geometry import FloatArray
 from objstate.objects.belief import ObjectBelief
 from objstate.objects.conditional import SAME, ConditionalBelief, Descent, Update
 from objstate.objects.doors import LatticeFilter
@@ -25,6 +26,9 @@ class ObjectFilter(Protocol):
         self, belief: ObjectBelief, seconds: float, rng: np.random.Generator
     ) -> ObjectBelief:
         """Eq. (5): the belief ``seconds`` later, by the dynamics p(s | t, s')."""
+
+    def drift_variance(self, seconds: float) -> FloatArray:
+        """(d,) the variance that drift alone adds meanwhile, while nobody moves the object."""
 
     def predict_each(
         self,

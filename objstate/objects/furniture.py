@@ -80,14 +80,18 @@ class SampleFilter:
         self, belief: ObjectBelief, seconds: float, rng: np.random.Generator
     ) -> ObjectBelief:
         """Every sample creeps, and is now and then moved to where the prior says."""
-        dynamics = self.settings.dynamics
-        drift = np.array([dynamics.drift_m, dynamics.drift_m, np.radians(dynamics.drift_deg)])
-        states = belief.states + drift * np.sqrt(seconds) * rng.standard_normal(belief.states.shape)
+        drift = np.sqrt(self.drift_variance(seconds))
+        states = belief.states + drift * rng.standard_normal(belief.states.shape)
         states[:, 2] = wrap(states[:, 2])
         redrawn = rng.random(len(states)) < self._moved(seconds)
         states[redrawn] = self._of_prior(int(redrawn.sum()), rng)
         there = belief.presence + self._moved(seconds) * (self.settings.presence - belief.presence)
         return altered(belief.with_samples(states, belief.weights), presence=there)
+
+    def drift_variance(self, seconds: float) -> FloatArray:
+        dynamics = self.settings.dynamics
+        drift = np.array([dynamics.drift_m, dynamics.drift_m, np.radians(dynamics.drift_deg)])
+        return np.asarray(seconds * drift**2)
 
     def predict_each(
         self,
@@ -116,10 +120,12 @@ class SampleFilter:
 
         Between steps the samples are resampled and spread by a kernel. Of a belief that a scan may narrow
         much, a look ahead from a few robot samples decides which samples to copy first; what
-        these weigh, all robot samples say (auxiliary particle filter, Pitt and Shephard 1999).
+        these weigh, all robot samples say (auxiliary particle filter, Pitt and Shephard 1999). So they do
+        of a place that was open, as soon as it isn't.
         """
         robot = evidence.robot_weights.values
         log_evidence, remaining = np.zeros(len(robot)), 1.0
+        from_few = 0.0  # exponent of what was cast from a few robot samples for all of them
         believed, ahead = self._looked_ahead(self._shown(believed, evidence, rng), evidence, rng)
         while remaining > 0.0:
             cast, bears = evidence.cast(believed.belief.states, self._whole(believed.belief))
@@ -128,7 +134,11 @@ class SampleFilter:
             exponent, after, told = self._taken_in(believed, cast, evidence, ahead, remaining)
             log_evidence += told
             remaining, ahead = remaining - exponent, 0.0
+            from_few += 0.0 if believed.belief.settled else exponent
             believed = self._renewed(believed.averaged(after, robot), remaining > 0.0, rng)
+        if from_few > 0.0 and believed.belief.settled:
+            believed, told = self._told_apart(believed, evidence, from_few)
+            log_evidence += told
         there, log_evidence = _presence(believed.presence, log_evidence)
         seen = evidence.robot_weights_after(log_evidence).values
         belief = altered(
@@ -137,6 +147,23 @@ class SampleFilter:
             last_observed_ns=believed.belief.stamp_ns,
         )
         return Update(altered(believed, belief=belief, presence=there), log_evidence, bears)
+
+    def _told_apart(
+        self, believed: ConditionalBelief, evidence: ScanEvidence, exponent: float
+    ) -> tuple[ConditionalBelief, FloatArray]:
+        """What each robot sample believes, where some of the likelihood was that from a few for all of them.
+
+        ``exponent`` is how much of it. Also what that changes in the log evidence (l,).
+        """
+        states, nowhere = believed.belief.states, np.zeros(len(believed.belief.states), dtype=bool)
+        by_each, _ = evidence.cast(states, self._whole(believed.belief))
+        by_few, _ = evidence.cast(states, nowhere)
+        change = exponent * (by_each - by_few)
+        top = change.max(axis=1, keepdims=True)
+        rows = believed.given * np.exp(change - top)
+        told = rows.sum(axis=1, keepdims=True)
+        apart = believed.averaged(rows / told, evidence.robot_weights.values)
+        return apart, (top + np.log(told))[:, 0]
 
     def _looked_ahead(
         self, believed: ConditionalBelief, evidence: ScanEvidence, rng: np.random.Generator

@@ -74,6 +74,16 @@ def test_what_collapses_keeps_its_marginal_and_no_more() -> None:
     assert len(state.given("door", 7, SECOND).given) == 7
 
 
+@pytest.mark.parametrize("name", ["door", "table"])
+def test_what_nobody_moved_has_drifted_from_where_it_was(name: str) -> None:
+    state = believed()
+    state.keep_in_view(narrowed(state, SECOND))
+    before, after = state.marginals[name], state.unmoved(name, 101 * SECOND)
+    drift = state.filters[name].drift_variance(100.0)
+    np.testing.assert_array_equal(after.mean, before.mean)
+    np.testing.assert_allclose(after.std**2, before.std**2 + drift)
+
+
 def test_an_object_asked_for_later_is_predicted() -> None:
     state = believed()
     certain = np.zeros(len(state.marginals["door"].states))

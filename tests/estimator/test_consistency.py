@@ -80,6 +80,21 @@ def test_the_factor_keeps_between_its_bounds(believed_noise: float) -> None:
     assert SETTINGS.least <= learnt(believed_noise) <= SETTINGS.most
 
 
+def test_that_a_door_may_have_been_moved_teaches_nothing_of_widths() -> None:
+    consistency, rng, states = Consistency(SETTINGS), np.random.default_rng(0), PRIOR.states[:, 0]
+    a_while = 10.0  # s
+    for k in range(DOORS):
+        belief = gaussian(f"door_{k}", 0.8 + 0.06 * rng.standard_normal(), 0.06)
+        for _ in range(SCANS):
+            predicted = FILTER.predict(belief, a_while, rng)
+            told = norm.logpdf(0.8 + NOISE * rng.standard_normal(), states, NOISE)
+            after = predicted.with_weights(predicted.weights.reweight(told)[0])
+            if predicted.settled:
+                consistency.note(belief.drifted(FILTER.drift_variance(a_while)), after)
+            belief = after
+    assert consistency.factor(Kind.HINGED) == pytest.approx(1.0, abs=0.3)
+
+
 def test_a_door_that_somebody_moves_teaches_nothing() -> None:
     consistency, (here, there) = (
         Consistency(SETTINGS),

@@ -126,3 +126,16 @@ def test_what_stands_outside_has_no_viewpoint() -> None:
         1,
     )
     assert len(found) == 0
+
+
+def test_readings_tell_as_much_more_as_an_estimator_learns_to_narrow_beliefs() -> None:
+    rooms = two_rooms(chest("chest", 3.0, 0.5, 0.4))
+    belief, pose = prior(rooms["chest"]), np.array([1.5, 0.0, 0.0])
+
+    def told(factor: float) -> FloatArray:
+        looks = LookSettings(robot_std=0.0, robot_yaw_std=0.0, variance_factor=factor)
+        information = LaserLooks(rooms, LASER, looks=looks).look(belief, pose, {}, SCANS)
+        assert information is not None
+        return information
+
+    np.testing.assert_allclose(told(0.2), 5.0 * told(1.0))

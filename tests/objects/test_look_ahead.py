@@ -26,14 +26,14 @@ KNOWN = FurnitureSettings(
 FILTER = SampleFilter(ITEM, KNOWN)
 
 
-def evidence(seed: int) -> ScanEvidence:
+def evidence(seed: int, robot_yaw_deg: float = 1.0) -> ScanEvidence:
     """A scan of the table somewhere about its place, from samples of a robot belief."""
     rng = np.random.default_rng(seed)
     pose = np.array([-1.5, -0.4, 0.2])
     state = ITEM.home + SPREAD * rng.standard_normal(3)
     scan = observed(ExpectedRanges(ROOM), {ITEM.name: state}, pose, fan(181, np.pi), rng)
     view = Sensing(ROOM, BeamModel(BeamModelSettings())).view(scan)
-    poses = pose + rng.standard_normal((40, 3)) * [0.02, 0.02, np.radians(1.0)]
+    poses = pose + rng.standard_normal((40, 3)) * [0.02, 0.02, np.radians(robot_yaw_deg)]
     walls = view.walls(poses)
     absent = view.log_likelihood(walls)
     return ScanEvidence(ITEM.name, view, poses, Weights.uniform(40), walls, absent, TEMPERING)
@@ -89,3 +89,19 @@ def test_what_all_robot_samples_see_is_cast_once(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(ScanEvidence, "cast", counted)
     estimated(evidence(0), 0)
     assert looks == [False, True]
+
+
+def test_once_a_place_is_known_each_robot_sample_has_it_where_it_sees_it() -> None:
+    open_place = FurnitureSettings(prior_std_m=0.08, prior_std_deg=4.0)
+    filter_, slopes = SampleFilter(ITEM, open_place), []
+    for seed in range(4):
+        told, rng = evidence(seed, 0.1), np.random.default_rng(seed)
+        believed = ConditionalBelief.independent(filter_.prior(rng), len(told.poses))
+        assert not believed.belief.settled
+        update = filter_.update(believed, told, rng)
+        assert update is not None
+        after = update.conditional
+        assert after.belief.settled
+        seen = after.given[:, : -after.belief.scouts] @ after.belief.standing.states[:, 0]
+        slopes.append(np.polyfit(told.poses[:, 0], seen, 1)[0])
+    assert 0.65 < min(slopes) <= max(slopes) < 1.2
