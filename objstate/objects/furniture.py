@@ -149,21 +149,18 @@ class SampleFilter:
         return Update(altered(believed, belief=belief, presence=there), log_evidence, bears)
 
     def _told_apart(
-        self, believed: ConditionalBelief, evidence: ScanEvidence, exponent: float
+        self, believed: ConditionalBelief, evidence: ScanEvidence, most: float
     ) -> tuple[ConditionalBelief, FloatArray]:
         """What each robot sample believes, where some of the likelihood was that from a few for all of them.
 
-        ``exponent`` is how much of it. Also what that changes in the log evidence (l,).
+        That had the exponent ``most``; of what robot samples see by themselves, as much is taken in as enough
+        samples survive. Also the log evidence (l,) of that.
         """
         states, nowhere = believed.belief.states, np.zeros(len(believed.belief.states), dtype=bool)
         by_each, _ = evidence.cast(states, self._whole(believed.belief))
         by_few, _ = evidence.cast(states, nowhere)
-        change = exponent * (by_each - by_few)
-        top = change.max(axis=1, keepdims=True)
-        rows = believed.given * np.exp(change - top)
-        told = rows.sum(axis=1, keepdims=True)
-        apart = believed.averaged(rows / told, evidence.robot_weights.values)
-        return apart, (top + np.log(told))[:, 0]
+        _, rows, told = self._taken_in(believed, by_each - by_few, evidence, 0.0, most)
+        return believed.averaged(rows, evidence.robot_weights.values), told
 
     def _looked_ahead(
         self, believed: ConditionalBelief, evidence: ScanEvidence, rng: np.random.Generator
