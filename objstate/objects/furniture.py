@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from objstate.objects.sampling import Moves
 
 SECONDS_PER_HOUR = 3600.0
+FEWEST = 20.0  # effective samples by which robot samples may tell apart where they see an object
 RESAMPLE_BELOW = 0.5  # of the samples; resample when the effective number falls below
 AHEAD = 0.35  # of the samples, that a look ahead leaves effective
 FOLLOWED = 0.1  # weight of scouts after a scan, above which they are samples like others
@@ -149,18 +150,24 @@ class SampleFilter:
         return Update(altered(believed, belief=belief, presence=there), log_evidence, bears)
 
     def _told_apart(
-        self, believed: ConditionalBelief, evidence: ScanEvidence, most: float
+        self, believed: ConditionalBelief, evidence: ScanEvidence, exponent: float
     ) -> tuple[ConditionalBelief, FloatArray]:
         """What each robot sample believes, where some of the likelihood was that from a few for all of them.
 
-        That had the exponent ``most``; of what robot samples see by themselves, as much is taken in as enough
-        samples survive. Also the log evidence (l,) of that.
+        ``exponent`` is how much of it. Also what that changes in the log evidence (l,). Where samples of the
+        object are too few for that, nothing changes.
         """
         states, nowhere = believed.belief.states, np.zeros(len(believed.belief.states), dtype=bool)
         by_each, _ = evidence.cast(states, self._whole(believed.belief))
         by_few, _ = evidence.cast(states, nowhere)
-        _, rows, told = self._taken_in(believed, by_each - by_few, evidence, 0.0, most)
-        return believed.averaged(rows, evidence.robot_weights.values), told
+        change = exponent * (by_each - by_few)
+        top = change.max(axis=1, keepdims=True)
+        rows = believed.given * np.exp(change - top)
+        told = rows.sum(axis=1, keepdims=True)
+        apart = believed.averaged(rows / told, evidence.robot_weights.values)
+        if apart.belief.weights.effective_size < FEWEST:
+            return believed, np.zeros(len(told))
+        return apart, (top + np.log(told))[:, 0]
 
     def _looked_ahead(
         self, believed: ConditionalBelief, evidence: ScanEvidence, rng: np.random.Generator
