@@ -11,7 +11,7 @@ from objstate.building.model import Mesh
 from objstate.config import Settings
 from objstate.errors import SettingsError
 from objstate.estimator.believed import Believed
-from objstate.objects import ConditionalBelief
+from objstate.objects import ConditionalBelief, Descent
 from objstate.particles import Weights
 from objstate.world import World
 from tests.rooms import building, door, enclosure, table
@@ -82,6 +82,21 @@ def test_what_nobody_moved_has_drifted_from_where_it_was(name: str) -> None:
     drift = state.filters[name].drift_variance(100.0)
     np.testing.assert_array_equal(after.mean, before.mean)
     np.testing.assert_allclose(after.std**2, before.std**2 + drift)
+
+
+def test_what_no_beam_points_at_waits_for_the_next_scan_while_it_is_near() -> None:
+    """A table's scan hands the door's robot samples on; without it near, they are forgotten."""
+    rows = narrowed(believed(), SECOND)
+    door = rows["door"]
+    rows["door"] = replace(door, given=np.roll(door.given, 1, axis=1) * np.arange(1, 5)[:, None])
+    ancestors = np.array([3, 1, 1])
+    for near, told in ((["door", "table"], rows["door"].given[ancestors]), (["table"], None)):
+        state = believed()
+        state.keep_in_view(rows)
+        state.keep_in_view({"table": rows["table"]}, Descent(0.0, ancestors), near)
+        given = state.given("door", 3, SECOND).given
+        marginal = np.tile(state.marginals["door"].weights.values, (3, 1))
+        np.testing.assert_array_equal(given, marginal if told is None else told)
 
 
 def test_an_object_asked_for_later_is_predicted() -> None:

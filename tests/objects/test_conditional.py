@@ -90,6 +90,20 @@ def test_a_resampled_robot_sample_believes_what_its_ancestor_did() -> None:
 
 
 @settings(max_examples=30)
+@given(SEEDS, ROBOTS, SHARES, SHARES, st.booleans(), st.booleans())
+def test_what_is_handed_on_twice_may_be_handed_on_at_once(
+    seed: int, robots: int, share: float, later: float, resampled: bool, again: bool
+) -> None:
+    believed, _ = tables(seed, robots)
+    rng, size = np.random.default_rng(seed), 5 if resampled else robots
+    one = Descent(share, rng.integers(0, robots, 5) if resampled else None)
+    other = Descent(later, rng.integers(0, size, 7) if again else None)
+    twice, at_once = believed.handed_on(one).handed_on(other), believed.handed_on(one.then(other))
+    for each in ("given", "presence", "inherited"):
+        np.testing.assert_allclose(getattr(at_once, each), getattr(twice, each), atol=1e-14)
+
+
+@settings(max_examples=30)
 @given(SEEDS, ROBOTS, SHARES, st.floats(0.0, 5000.0))
 def test_what_is_handed_on_may_be_predicted_at_once(
     seed: int, robots: int, share: float, seconds: float
