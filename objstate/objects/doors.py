@@ -132,8 +132,11 @@ class LatticeFilter:
         """A belief, and what rows (l, n) hand on (l', n), after a while: the door drifts, or somebody has moved it."""
         from objstate.objects.kernels import predict
 
-        cells, hours = self._cells_per_second * seconds, seconds / SECONDS_PER_HOUR
-        stayed = math.exp(-self.settings.dynamics.moves_per_hour * hours)
+        hours = seconds / SECONDS_PER_HOUR
+        untouched = math.exp(-self.settings.dynamics.moves_per_hour * hours)
+        stayed = (1.0 - belief.moving) * untouched
+        moves_on = math.exp(-seconds / self.settings.swing.seconds)
+        goes = self._moved(belief, seconds, moves_on)
         weights = np.empty(len(belief.states))
         later = np.empty((len(ancestors), len(weights)))
         mean, std = predict(
@@ -142,13 +145,27 @@ class LatticeFilter:
             forgotten,
             ancestors,
             *belief.lattice,
-            cells,
+            self._cells_per_second * seconds,
             stayed,
-            self._rest_weights,
+            goes,
             later,
             weights,
         )
-        return belief.on_lattice(weights, mean, std), later
+        moved = 1.0 - stayed
+        belief = belief.on_lattice(
+            weights, mean, std, moving=moved * moves_on, swung=moved * moves_on * goes
+        )
+        return belief, later
+
+    def _moved(self, belief: ObjectBelief, seconds: float, moves_on: float) -> FloatArray:
+        """(n,) where a door is that somebody has moved for a while: on its way with probability ``moves_on``, or at rest."""
+        if moves_on < NEGLIGIBLE:
+            return self._rest_weights
+        hinged, swing = self.item.kind is Kind.HINGED, self.settings.swing
+        speed = math.radians(swing.most_deg_per_s) if hinged else swing.most_m_per_s
+        reach = max(round(speed * seconds / self._spacing), 1)
+        on_its_way = spread(belief.weights.values, reach, self.item.wraps)
+        return moves_on * on_its_way + (1.0 - moves_on) * self._rest_weights
 
     @lazy
     def _cells_per_second(self) -> float:
@@ -184,7 +201,14 @@ class LatticeFilter:
             log_evidence,
             weights,
         )
-        belief = belief.on_lattice(weights, mean, std, last_observed_ns=belief.stamp_ns)
+        belief = belief.on_lattice(
+            weights,
+            mean,
+            std,
+            last_observed_ns=belief.stamp_ns,
+            moving=still_moving(belief, weights),
+            swung=None,
+        )
         after = ConditionalBelief(belief, given, believed.presence, believed.inherited)
         return Update(after, log_evidence, bears)
 
@@ -217,6 +241,33 @@ class LatticeFilter:
         """Of how many states one is cast whatever its weight."""
         hinged = self.item.kind is Kind.HINGED
         return max(int(COARSE / (self._spacing * (self._width if hinged else 1.0))), 1)
+
+
+def spread(weights: FloatArray, reach: int, wraps: bool) -> FloatArray:
+    """Weights (n,) of a lattice, each spread over the ``reach`` cells to both sides; what passes a limit stops there.
+
+    Of steps of a cell or more, all orders of magnitude are about as likely: doors are thrown, and led slowly.
+    """
+    count = len(weights)
+    reach = min(reach, count)
+    steps = 1.0 / (1.0 + np.abs(np.arange(-reach, reach + 1)))
+    padded = np.convolve(weights, steps / steps.sum())
+    before, within, after = np.split(padded, [reach, reach + count])
+    if wraps:
+        within[count - reach :] += before
+        within[:reach] += after
+    else:
+        within[0] += before.sum()
+        within[-1] += after.sum()
+    return within
+
+
+def still_moving(predicted: ObjectBelief, weights: FloatArray) -> float:
+    """Probability that a door is being moved, where a scan gives its states the weights (n,)."""
+    if predicted.swung is None:
+        return predicted.moving
+    before = np.maximum(predicted.weights.values, np.finfo(float).tiny)
+    return min(float(weights @ (predicted.swung / before)), 1.0)
 
 
 def leaf_axes(item: MovableObject) -> tuple[FloatArray, FloatArray]:
