@@ -72,8 +72,7 @@ class ObjectBelief:
     shared: FloatArray = field(  # (d,) or (1,), of the variance what errors of the robot cause
         default_factory=partial(np.zeros, 1)
     )
-    moving: float = 0.0  # probability that somebody is moving a door at this moment
-    swung: FloatArray | None = None  # (n,) of the weights, what came of moving since the last scan
+    swung: FloatArray | None = None  # (n,) of a door's weights, what is being moved just now
 
     @property
     def wraps(self) -> BoolArray:

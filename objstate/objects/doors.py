@@ -29,6 +29,7 @@ NEGLIGIBLE = 1e-4  # weight, relative to the largest, below which a state is cas
 PARTS = 6  # in which a cell is taken where a belief is narrowed
 BLURRED = 0.25  # of a cell, squared: the variance that its width and its parts' places on the lattice make
 NARROWEST = 0.01  # of a variance, to which a belief is narrowed at most
+TINY = np.finfo(float).tiny
 COARSE = 0.05  # m between states that are cast whatever their weight, at a leaf's outer edge
 
 
@@ -132,40 +133,40 @@ class LatticeFilter:
         """A belief, and what rows (l, n) hand on (l', n), after a while: the door drifts, or somebody has moved it."""
         from objstate.objects.kernels import predict
 
-        hours = seconds / SECONDS_PER_HOUR
-        untouched = math.exp(-self.settings.dynamics.moves_per_hour * hours)
-        stayed = (1.0 - belief.moving) * untouched
-        moves_on = math.exp(-seconds / self.settings.swing.seconds)
-        goes = self._moved(belief, seconds, moves_on)
+        dynamics, swing = self.settings.dynamics, self.settings.swing
+        begun = -math.expm1(-dynamics.moves_per_hour * seconds / SECONDS_PER_HOUR)
+        goes_on = math.exp(-seconds / swing.seconds)
+        given, resting, swung = apart(given, belief)
+        stayed = (1.0 - begun) * (1.0 - float(swung.sum()))
+        moved = self._moved(swung + begun * (belief.weights.values - swung), seconds, goes_on)
         weights = np.empty(len(belief.states))
         later = np.empty((len(ancestors), len(weights)))
         mean, std = predict(
             given,
-            belief.weights.values,
+            resting,
             forgotten,
             ancestors,
             *belief.lattice,
             self._cells_per_second * seconds,
             stayed,
-            goes,
+            moved / max(1.0 - stayed, TINY),
             later,
             weights,
         )
-        moved = 1.0 - stayed
-        belief = belief.on_lattice(
-            weights, mean, std, moving=moved * moves_on, swung=moved * moves_on * goes
-        )
-        return belief, later
+        return belief.on_lattice(weights, mean, std, swung=goes_on * moved), later
 
-    def _moved(self, belief: ObjectBelief, seconds: float, moves_on: float) -> FloatArray:
-        """(n,) where a door is that somebody has moved for a while: on its way with probability ``moves_on``, or at rest."""
-        if moves_on < NEGLIGIBLE:
-            return self._rest_weights
+    def _moved(self, swung: FloatArray, seconds: float, goes_on: float) -> FloatArray:
+        """(n,) where what is being moved, with weights (n,) of any sum, is after a while.
+
+        On its way while moves go on, of which ``goes_on`` is the probability, and then where doors come to rest.
+        """
+        rests = float(swung.sum()) * self._rest_weights
+        if goes_on < NEGLIGIBLE:
+            return rests
         hinged, swing = self.item.kind is Kind.HINGED, self.settings.swing
         speed = math.radians(swing.most_deg_per_s) if hinged else swing.most_m_per_s
         reach = max(round(speed * seconds / self._spacing), 1)
-        on_its_way = spread(belief.weights.values, reach, self.item.wraps)
-        return moves_on * on_its_way + (1.0 - moves_on) * self._rest_weights
+        return goes_on * spread(swung, reach, self.item.wraps) + (1.0 - goes_on) * rests
 
     @lazy
     def _cells_per_second(self) -> float:
@@ -206,8 +207,7 @@ class LatticeFilter:
             mean,
             std,
             last_observed_ns=belief.stamp_ns,
-            moving=still_moving(belief, weights),
-            swung=None,
+            swung=still_swung(belief, weights),
         )
         after = ConditionalBelief(belief, given, believed.presence, believed.inherited)
         return Update(after, log_evidence, bears)
@@ -262,12 +262,22 @@ def spread(weights: FloatArray, reach: int, wraps: bool) -> FloatArray:
     return within
 
 
-def still_moving(predicted: ObjectBelief, weights: FloatArray) -> float:
-    """Probability that a door is being moved, where a scan gives its states the weights (n,)."""
+def apart(given: FloatArray, belief: ObjectBelief) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Rows (l, n) and weights (n,) of a door if nobody is moving it, and of the weights what is being moved (n,)."""
+    weights, swung = belief.weights.values, belief.swung
+    if swung is None or swung.sum() < NEGLIGIBLE:
+        return given, weights, np.zeros(len(weights))
+    at_rest = np.maximum(1.0 - swung / np.maximum(weights, TINY), TINY)
+    rows, resting = given * at_rest, weights * at_rest
+    return rows / rows.sum(axis=1, keepdims=True), resting / resting.sum(), swung
+
+
+def still_swung(predicted: ObjectBelief, weights: FloatArray) -> FloatArray | None:
+    """(n,) of weights (n,) that a scan gives a door's states, what is being moved."""
     if predicted.swung is None:
-        return predicted.moving
-    before = np.maximum(predicted.weights.values, np.finfo(float).tiny)
-    return min(float(weights @ (predicted.swung / before)), 1.0)
+        return None
+    share = predicted.swung / np.maximum(predicted.weights.values, TINY)
+    return np.asarray(np.minimum(share, 1.0) * weights)
 
 
 def leaf_axes(item: MovableObject) -> tuple[FloatArray, FloatArray]:
