@@ -234,6 +234,7 @@ class Swing(Strict):
     """How a door moves while somebody moves it."""
 
     seconds: Positive = 2.0  # for which it does, on average
+    near_s: Positive = 0.5  # after which it may be wherever doors come to rest, on average
     most_deg_per_s: Positive = 90.0  # hinged
     most_m_per_s: Positive = 1.0  # sliding
 

@@ -135,10 +135,10 @@ class LatticeFilter:
 
         dynamics, swing = self.settings.dynamics, self.settings.swing
         begun = -math.expm1(-dynamics.moves_per_hour * seconds / SECONDS_PER_HOUR)
-        goes_on = math.exp(-seconds / swing.seconds)
         given, resting, swung = apart(given, belief)
         stayed = (1.0 - begun) * (1.0 - float(swung.sum()))
-        moved = self._moved(swung + begun * (belief.weights.values - swung), seconds, goes_on)
+        moved = self._moved(swung + begun * (belief.weights.values - swung), seconds)
+        goes_on = math.exp(-seconds / swing.seconds)
         weights = np.empty(len(belief.states))
         later = np.empty((len(ancestors), len(weights)))
         mean, std = predict(
@@ -155,18 +155,16 @@ class LatticeFilter:
         )
         return belief.on_lattice(weights, mean, std, swung=goes_on * moved), later
 
-    def _moved(self, swung: FloatArray, seconds: float, goes_on: float) -> FloatArray:
-        """(n,) where what is being moved, with weights (n,) of any sum, is after a while.
-
-        On its way while moves go on, of which ``goes_on`` is the probability, and then where doors come to rest.
-        """
-        rests = float(swung.sum()) * self._rest_weights
-        if goes_on < NEGLIGIBLE:
-            return rests
+    def _moved(self, swung: FloatArray, seconds: float) -> FloatArray:
+        """(n,) where what is being moved, with weights (n,) of any sum, is after a while: near, or where doors come to rest."""
         hinged, swing = self.item.kind is Kind.HINGED, self.settings.swing
+        near = math.exp(-seconds / swing.near_s)
+        rests = float(swung.sum()) * self._rest_weights
+        if near < NEGLIGIBLE:
+            return rests
         speed = math.radians(swing.most_deg_per_s) if hinged else swing.most_m_per_s
         reach = max(round(speed * seconds / self._spacing), 1)
-        return goes_on * spread(swung, reach, self.item.wraps) + (1.0 - goes_on) * rests
+        return near * spread(swung, reach, self.item.wraps) + (1.0 - near) * rests
 
     @lazy
     def _cells_per_second(self) -> float:
@@ -265,7 +263,7 @@ def spread(weights: FloatArray, reach: int, wraps: bool) -> FloatArray:
 def apart(given: FloatArray, belief: ObjectBelief) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Rows (l, n) and weights (n,) of a door if nobody is moving it, and of the weights what is being moved (n,)."""
     weights, swung = belief.weights.values, belief.swung
-    if swung is None or swung.sum() < NEGLIGIBLE:
+    if swung is None:
         return given, weights, np.zeros(len(weights))
     at_rest = np.maximum(1.0 - swung / np.maximum(weights, TINY), TINY)
     rows, resting = given * at_rest, weights * at_rest
