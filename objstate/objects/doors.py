@@ -135,7 +135,7 @@ class LatticeFilter:
 
         dynamics, swing = self.settings.dynamics, self.settings.swing
         begun = -math.expm1(-dynamics.moves_per_hour * seconds / SECONDS_PER_HOUR)
-        given, resting, swung = apart(given, belief)
+        swung, resting = apart(belief)
         stayed = (1.0 - begun) * (1.0 - float(swung.sum()))
         moved = self._moved(swung + begun * (belief.weights.values - swung), seconds)
         goes_on = math.exp(-seconds / swing.seconds)
@@ -143,6 +143,7 @@ class LatticeFilter:
         later = np.empty((len(ancestors), len(weights)))
         mean, std = predict(
             given,
+            belief.weights.values,
             resting,
             forgotten,
             ancestors,
@@ -157,14 +158,14 @@ class LatticeFilter:
 
     def _moved(self, swung: FloatArray, seconds: float) -> FloatArray:
         """(n,) where what is being moved, with weights (n,) of any sum, is after a while: near, or where doors come to rest."""
+        from objstate.objects.kernels import moved
+
         hinged, swing = self.item.kind is Kind.HINGED, self.settings.swing
-        near = math.exp(-seconds / swing.near_s)
-        rests = float(swung.sum()) * self._rest_weights
-        if near < NEGLIGIBLE:
-            return rests
+        near, later = math.exp(-seconds / swing.near_s), np.empty(len(swung))
         speed = math.radians(swing.most_deg_per_s) if hinged else swing.most_m_per_s
-        reach = max(round(speed * seconds / self._spacing), 1)
-        return near * spread(swung, reach, self.item.wraps) + (1.0 - near) * rests
+        reach = 1 if near < NEGLIGIBLE else max(round(speed * seconds / self._spacing), 1)
+        moved(swung, reach, near, self._rest_weights, self.item.wraps, later)
+        return later
 
     @lazy
     def _cells_per_second(self) -> float:
@@ -241,33 +242,12 @@ class LatticeFilter:
         return max(int(COARSE / (self._spacing * (self._width if hinged else 1.0))), 1)
 
 
-def spread(weights: FloatArray, reach: int, wraps: bool) -> FloatArray:
-    """Weights (n,) of a lattice, each spread over the ``reach`` cells to both sides; what passes a limit stops there.
-
-    Of steps of a cell or more, all orders of magnitude are about as likely: doors are thrown, and led slowly.
-    """
-    count = len(weights)
-    reach = min(reach, count)
-    steps = 1.0 / (1.0 + np.abs(np.arange(-reach, reach + 1)))
-    padded = np.convolve(weights, steps / steps.sum())
-    before, within, after = np.split(padded, [reach, reach + count])
-    if wraps:
-        within[count - reach :] += before
-        within[:reach] += after
-    else:
-        within[0] += before.sum()
-        within[-1] += after.sum()
-    return within
-
-
-def apart(given: FloatArray, belief: ObjectBelief) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Rows (l, n) and weights (n,) of a door if nobody is moving it, and of the weights what is being moved (n,)."""
+def apart(belief: ObjectBelief) -> tuple[FloatArray, FloatArray]:
+    """Of a door's weights, what is being moved (n,), and the share that isn't (n,) in each state."""
     weights, swung = belief.weights.values, belief.swung
     if swung is None:
-        return given, weights, np.zeros(len(weights))
-    at_rest = np.maximum(1.0 - swung / np.maximum(weights, TINY), TINY)
-    rows, resting = given * at_rest, weights * at_rest
-    return rows / rows.sum(axis=1, keepdims=True), resting / resting.sum(), swung
+        return np.zeros(len(weights)), np.ones(len(weights))
+    return swung, np.maximum(1.0 - swung / np.maximum(weights, TINY), TINY)
 
 
 def still_swung(predicted: ObjectBelief, weights: FloatArray) -> FloatArray | None:

@@ -129,9 +129,46 @@ def moments(weights: FloatArray, first: float, cell: float, wraps: bool) -> Any:
 
 
 @_compile
+def moved(
+    swung: FloatArray, reach: int, near: float, rest: FloatArray, wraps: bool, later: FloatArray
+) -> None:
+    """Where what is being moved, with weights ``swung`` (n,) of any sum, is a while ``later`` (n,).
+
+    A share ``near`` has gone by up to ``reach`` cells, by all orders of magnitude about alike: doors are thrown, and led slowly.
+    The others are distributed as ``rest`` (n,).
+    """
+    count, total = swung.shape[0], 0.0
+    reach = min(reach, count)
+    taps, besides = np.empty(reach + 1), np.empty(count)
+    for k in range(reach + 1):
+        taps[k] = 1.0 / (1.0 + k)
+        total += taps[k] if k == 0 else 2.0 * taps[k]
+    for k in range(reach + 1):
+        taps[k] *= near / total
+    total = 0.0
+    for j in range(count):
+        total += swung[j]
+    for j in range(count):
+        besides[j] = (1.0 - near) * total * rest[j]
+    _walked(swung, taps, wraps, besides, np.empty(count + 2 * reach), later)
+
+
+@_inner_sums
+def _at_rest(row: FloatArray, resting: FloatArray, to: FloatArray) -> None:
+    """Weights ``to`` (n,), which sum to one, of the shares ``resting`` (n,) of a ``row`` (n,)."""
+    total = 0.0
+    for j in range(row.shape[0]):
+        to[j] = row[j] * resting[j]
+        total += to[j]
+    for j in range(row.shape[0]):
+        to[j] /= total
+
+
+@_compile
 def predict(
     given: FloatArray,
     weights: FloatArray,
+    resting: FloatArray,
     forgotten: float,
     ancestors: IntArray,
     first: float,
@@ -139,27 +176,29 @@ def predict(
     wraps: bool,
     variance: float,
     stayed: float,
-    rest: FloatArray,
+    elsewhere: FloatArray,
     given_later: FloatArray,
     weights_later: FloatArray,
 ) -> Any:
     """What rows ``given`` (p, n) hand on, and their marginal ``weights`` (n,), a while later.
 
     Into ``given_later`` (q, n) go the rows of ``ancestors`` (q,), but for a share ``forgotten`` that is the marginal's.
-    A share of ``stayed`` takes a random walk with a ``variance``, in cells squared; the others are now
-    distributed as ``rest`` (n,). The marginal's mean and deviation come back; the lattice is as in ``_moments``.
+    Of each state, the share that is ``resting`` (n,), ``stayed`` in all, takes a random walk with a ``variance``, in cells squared;
+    the others are now distributed as ``elsewhere`` (n,). The marginal's mean and deviation come back; the lattice is as in ``_moments``.
     """
     count = weights.shape[0]
     taps = _taps(variance, count)
     besides, padded = np.empty(count), np.empty(count + 2 * taps.shape[0])
+    stays = np.empty(count)
     for j in range(count):
-        besides[j] = (1.0 - stayed) * rest[j]
+        besides[j] = (1.0 - stayed) * elsewhere[j]
     for k in range(taps.shape[0]):
         taps[k] *= stayed
     for q in range(ancestors.shape[0] + 1):  # the marginal first: rows take their share of it
         row = given[ancestors[q - 1]] if q > 0 else weights
         to = given_later[q - 1] if q > 0 else weights_later
-        _walked(row, taps, wraps, besides, padded, to)
+        _at_rest(row, resting, stays)
+        _walked(stays, taps, wraps, besides, padded, to)
         if q > 0:
             continue
         for j in range(count):
