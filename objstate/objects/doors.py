@@ -29,6 +29,8 @@ NEGLIGIBLE = 1e-4  # weight, relative to the largest, below which a state is cas
 PARTS = 6  # in which a cell is taken where a belief is narrowed
 BLURRED = 0.25  # of a cell, squared: the variance that its width and its parts' places on the lattice make
 NARROWEST = 0.01  # of a variance, to which a belief is narrowed at most
+LIKELY = 0.05  # that a door is being moved; below, all of it is taken to rest as well
+TINY = np.finfo(float).tiny
 COARSE = 0.05  # m between states that are cast whatever their weight, at a leaf's outer edge
 
 
@@ -127,25 +129,48 @@ class LatticeFilter:
         seconds: float,
         descent: Descent,
     ) -> tuple[ObjectBelief, FloatArray]:
-        """A belief, and what rows (l, n) hand on (l', n), after a while: the door drifts, or somebody has moved it."""
+        """A belief, and what rows (l, n) hand on (l', n), after a while: the door drifts, or somebody moves it."""
         from objstate.objects.kernels import predict
 
-        cells = self._cells_per_second * seconds
-        ancestors, weights = descent.of(len(given)), np.empty(len(belief.states))
+        stays, (gone, moved) = belief.weights.values, self._moved(belief, seconds)
+        if gone > LIKELY:  # parting each row takes as long as all the rest
+            stays, given = resting(stays, belief), resting(given, belief)
+        ancestors, weights = descent.of(len(given)), np.empty(len(stays))
         later = np.empty((len(ancestors), len(weights)))
         mean, std = predict(
             given,
-            belief.weights.values,
+            stays,
             descent.forgotten,
             ancestors,
             *belief.lattice,
-            cells,
-            self.stayed(seconds),
-            self._rest_weights,
+            self._cells_per_second * seconds,
+            1.0 - gone,
+            moved,
             later,
             weights,
         )
-        return belief.on_lattice(weights, mean, std), later
+        goes_on = math.exp(-seconds / self.settings.swing.seconds)
+        swung = goes_on * moved / np.maximum(weights, TINY)
+        return belief.on_lattice(weights, mean, std, swung=swung), later
+
+    def _moved(self, belief: ObjectBelief, seconds: float) -> tuple[float, FloatArray]:
+        """Probability that a door is being moved, or begins to be, and its weights (n,) a while later that come of it: near, or where doors come to rest."""
+        from objstate.objects.kernels import moved
+
+        swing, hinged = self.settings.swing, self.item.kind is Kind.HINGED
+        most = math.radians(swing.most_deg_per_s) if hinged else swing.most_m_per_s
+        later = np.empty(len(belief.states))
+        gone = moved(
+            belief.weights.values,
+            belief.swung,
+            1.0 - self.stayed(seconds),
+            math.ceil(most * seconds / self._spacing),
+            math.exp(-seconds / swing.near_s),
+            self._rest_weights,
+            self.item.wraps,
+            later,
+        )
+        return min(gone, 1.0), later
 
     def stayed(self, seconds: float) -> float:
         """Probability that nobody has moved the door for so long."""
@@ -218,6 +243,12 @@ class LatticeFilter:
         """Of how many states one is cast whatever its weight."""
         hinged = self.item.kind is Kind.HINGED
         return max(int(COARSE / (self._spacing * (self._width if hinged else 1.0))), 1)
+
+
+def resting(weights: FloatArray, belief: ObjectBelief) -> FloatArray:
+    """Weights (..., n) of a door's states, if nobody moves it just now."""
+    still = weights * (1.0 - belief.swung)
+    return np.asarray(still / still.sum(axis=-1, keepdims=True))
 
 
 def leaf_axes(item: MovableObject) -> tuple[FloatArray, FloatArray]:
