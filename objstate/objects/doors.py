@@ -29,7 +29,10 @@ NEGLIGIBLE = 1e-4  # weight, relative to the largest, below which a state is cas
 PARTS = 6  # in which a cell is taken where a belief is narrowed
 BLURRED = 0.25  # of a cell, squared: the variance that its width and its parts' places on the lattice make
 NARROWEST = 0.01  # of a variance, to which a belief is narrowed at most
-LIKELY = 0.05  # that a door is being moved; below, all of it is taken to rest as well
+HARDLY = (
+    0.5  # as probably as that a move begins just now, a door that is being moved counts as at rest
+)
+AT_REST = np.zeros(1)
 TINY = np.finfo(float).tiny
 COARSE = 0.05  # m between states that are cast whatever their weight, at a leaf's outer edge
 
@@ -132,9 +135,13 @@ class LatticeFilter:
         """A belief, and what rows (l, n) hand on (l', n), after a while: the door drifts, or somebody moves it."""
         from objstate.objects.kernels import predict
 
-        stays, (gone, moved) = belief.weights.values, self._moved(belief, seconds)
-        if gone > LIKELY:  # parting each row takes as long as all the rest
-            stays, given = resting(stays, belief), resting(given, belief)
+        stays, begun = belief.weights.values, 1.0 - self.stayed(seconds)
+        swung = belief.swung
+        if float((stays * swung).sum()) > HARDLY * begun:
+            stays, given = normalized(stays * (1.0 - swung)), normalized(given * (1.0 - swung))
+        else:  # as good as at rest
+            swung = AT_REST
+        gone, moved = self._moved(belief.weights.values, swung, begun, seconds)
         ancestors, weights = descent.of(len(given)), np.empty(len(stays))
         later = np.empty((len(ancestors), len(weights)))
         mean, std = predict(
@@ -153,17 +160,22 @@ class LatticeFilter:
         swung = goes_on * moved / np.maximum(weights, TINY)
         return belief.on_lattice(weights, mean, std, swung=swung), later
 
-    def _moved(self, belief: ObjectBelief, seconds: float) -> tuple[float, FloatArray]:
-        """Probability that a door is being moved, or begins to be, and its weights (n,) a while later that come of it: near, or where doors come to rest."""
+    def _moved(
+        self, weights: FloatArray, swung: FloatArray, begun: float, seconds: float
+    ) -> tuple[float, FloatArray]:
+        """Of a door's weights (n,), what is being moved after a while, and where (n,): near, or where doors come to rest.
+
+        That is what was being moved, a share ``swung`` (n,) or (1,), and of the others a share that has ``begun``.
+        """
         from objstate.objects.kernels import moved
 
         swing, hinged = self.settings.swing, self.item.kind is Kind.HINGED
         most = math.radians(swing.most_deg_per_s) if hinged else swing.most_m_per_s
-        later = np.empty(len(belief.states))
+        later = np.empty(len(weights))
         gone = moved(
-            belief.weights.values,
-            belief.swung,
-            1.0 - self.stayed(seconds),
+            weights,
+            swung,
+            begun,
             math.ceil(most * seconds / self._spacing),
             math.exp(-seconds / swing.near_s),
             self._rest_weights,
@@ -245,10 +257,9 @@ class LatticeFilter:
         return max(int(COARSE / (self._spacing * (self._width if hinged else 1.0))), 1)
 
 
-def resting(weights: FloatArray, belief: ObjectBelief) -> FloatArray:
-    """Weights (..., n) of a door's states, if nobody moves it just now."""
-    still = weights * (1.0 - belief.swung)
-    return np.asarray(still / still.sum(axis=-1, keepdims=True))
+def normalized(weights: FloatArray) -> FloatArray:
+    """Weights (..., n), those of each row summing to one."""
+    return np.asarray(weights / weights.sum(axis=-1, keepdims=True))
 
 
 def leaf_axes(item: MovableObject) -> tuple[FloatArray, FloatArray]:

@@ -316,6 +316,14 @@ def test_a_door_that_goes_out_of_sight_while_it_swings_may_swing_on(speed: float
     assert lower < seen < min(seen + 2.0 * speed, 1.3) < upper
 
 
+def test_a_door_that_swings_is_known_to_and_one_that_rests_is_not() -> None:
+    filter_, belief = swinging(0.7, until=1.0)
+    resting = filter_.predict(knows(filter_, np.array([0.3])), 0.1, rng_of())
+    for each, least, most in ((belief, 0.5, 1.0), (resting, 0.0, 1e-4)):
+        assert ((each.swung >= 0.0) & (each.swung <= 1.0)).all()
+        assert least < each.weights.values @ each.swung < most
+
+
 def test_a_door_that_came_to_rest_in_sight_is_known_out_of_sight() -> None:
     filter_, belief = swinging(0.7, until=1.0)
     for _ in range(30):
