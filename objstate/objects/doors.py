@@ -29,10 +29,6 @@ NEGLIGIBLE = 1e-4  # weight, relative to the largest, below which a state is cas
 PARTS = 6  # in which a cell is taken where a belief is narrowed
 BLURRED = 0.25  # of a cell, squared: the variance that its width and its parts' places on the lattice make
 NARROWEST = 0.01  # of a variance, to which a belief is narrowed at most
-HARDLY = (
-    0.5  # as probably as that a move begins just now, a door that is being moved counts as at rest
-)
-AT_REST = np.zeros(1)
 TINY = np.finfo(float).tiny
 COARSE = 0.05  # m between states that are cast whatever their weight, at a leaf's outer edge
 
@@ -135,18 +131,14 @@ class LatticeFilter:
         """A belief, and what rows (l, n) hand on (l', n), after a while: the door drifts, or somebody moves it."""
         from objstate.objects.kernels import predict
 
-        stays, begun = belief.weights.values, 1.0 - self.stayed(seconds)
-        swung = belief.swung
-        if float((stays * swung).sum()) > HARDLY * begun:
-            stays, given = normalized(stays * (1.0 - swung)), normalized(given * (1.0 - swung))
-        else:  # as good as at rest
-            swung = AT_REST
-        gone, moved = self._moved(belief.weights.values, swung, begun, seconds)
-        ancestors, weights = descent.of(len(given)), np.empty(len(stays))
+        before, begun = belief.weights.values, 1.0 - self.stayed(seconds)
+        gone, moved = self._moved(before, belief.swung, begun, seconds)
+        ancestors, weights = descent.of(len(given)), np.empty(len(before))
         later = np.empty((len(ancestors), len(weights)))
         mean, std = predict(
             given,
-            stays,
+            before,
+            belief.swung,
             descent.forgotten,
             ancestors,
             *belief.lattice,
@@ -255,11 +247,6 @@ class LatticeFilter:
         """Of how many states one is cast whatever its weight."""
         hinged = self.item.kind is Kind.HINGED
         return max(int(COARSE / (self._spacing * (self._width if hinged else 1.0))), 1)
-
-
-def normalized(weights: FloatArray) -> FloatArray:
-    """Weights (..., n), those of each row summing to one."""
-    return np.asarray(weights / weights.sum(axis=-1, keepdims=True))
 
 
 def leaf_axes(item: MovableObject) -> tuple[FloatArray, FloatArray]:

@@ -176,10 +176,23 @@ def moved(
     return gone
 
 
+@_inner_sums
+def _part(row: FloatArray, resting: FloatArray, to: FloatArray) -> None:
+    """Weights ``to`` (n,), which sum to one, of the shares ``resting`` (n,) of a ``row`` (n,)."""
+    total = 0.0
+    for j in range(row.shape[0]):
+        to[j] = row[j] * resting[j]
+        total += to[j]
+    share = 1.0 / total
+    for j in range(row.shape[0]):
+        to[j] *= share
+
+
 @_compile
 def predict(
     given: FloatArray,
     weights: FloatArray,
+    swung: FloatArray,
     forgotten: float,
     ancestors: IntArray,
     first: float,
@@ -194,20 +207,23 @@ def predict(
     """What rows ``given`` (p, n) hand on, and their marginal ``weights`` (n,), a while later.
 
     Into ``given_later`` (q, n) go the rows of ``ancestors`` (q,), but for a share ``forgotten`` that is the marginal's.
-    A share of ``stayed`` takes a random walk with a ``variance``, in cells squared; the others have now
-    the weights ``elsewhere`` (n,). The marginal's mean and deviation come back; the lattice is as in ``_moments``.
+    What isn't being moved, in each state all but a share ``swung`` (n,) or (1,), and ``stayed`` in all, takes a random walk
+    with a ``variance``, in cells squared; the others have now the weights ``elsewhere`` (n,). The marginal's mean and deviation come back; the lattice is as in ``_moments``.
     """
     count = weights.shape[0]
     taps = _taps(variance, count)
     besides, padded = np.empty(count), np.empty(count + 2 * taps.shape[0])
+    resting, stays = np.empty(count), np.empty(count)
     for j in range(count):
         besides[j] = elsewhere[j]
+        resting[j] = 1.0 - swung[min(j, swung.shape[0] - 1)]
     for k in range(taps.shape[0]):
         taps[k] *= stayed
     for q in range(ancestors.shape[0] + 1):  # the marginal first: rows take their share of it
         row = given[ancestors[q - 1]] if q > 0 else weights
         to = given_later[q - 1] if q > 0 else weights_later
-        _walked(row, taps, wraps, besides, padded, to)
+        _part(row, resting, stays)
+        _walked(stays, taps, wraps, besides, padded, to)
         if q > 0:
             continue
         for j in range(count):
