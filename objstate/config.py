@@ -230,6 +230,15 @@ class Rest(Strict):
     std_m: Positive = 0.03  # sliding
 
 
+class Swing(Strict):
+    """How a door moves while somebody moves it."""
+
+    seconds: Positive = 2.0  # for which it does, on average
+    near_s: Positive = 0.5  # after which it may be wherever doors come to rest, on average
+    most_deg_per_s: Positive = 90.0  # hinged
+    most_m_per_s: Positive = 1.0  # sliding
+
+
 class DoorSettings(Strict):
     """A hinged or sliding door: one degree of freedom between limits."""
 
@@ -241,6 +250,7 @@ class DoorSettings(Strict):
     prior_std_m: Positive = 0.1
     dynamics: Dynamics = Dynamics(moves_per_hour=2.0, drift_deg=0.05, drift_m=0.001)
     rest: Rest = Rest()
+    swing: Swing = Swing()
     resolution_deg: ResolutionDeg = 0.25  # spacing of the sampled angles
     resolution_m: ResolutionM = 0.005
 
@@ -301,6 +311,7 @@ class ObjectRule(Strict):
     prior_std_m: Positive | None = None
     dynamics: Dynamics | None = None
     rest: Rest | None = None
+    swing: Swing | None = None
     resolution_deg: ResolutionDeg | None = None
     resolution_m: ResolutionM | None = None
     presence: Annotated[float, Field(gt=0, lt=1)] | None = None

@@ -102,16 +102,26 @@ def test_every_key_of_objects_is_listed_with_its_default(
 ) -> None:
     true = defaults(model)
     true |= true.pop("dynamics")
-    true.pop("rest", None)
+    for group in ("rest", "swing"):
+        true.pop(group, None)
     told = listed("`objects`", column)
-    told = {key: cell for key, cell in told.items() if key not in {"dynamics", "rest"}}
+    told = {key: cell for key, cell in told.items() if key not in {"dynamics", "rest", "swing"}}
     assert {key for key, cell in told.items() if cell} == true.keys()
     wrong = {key: (told[key], true[key]) for key in true if not says(told[key], true[key])}
     assert wrong == {}
 
 
-def test_every_key_of_rest_is_listed_with_its_default() -> None:
-    true, told = defaults(config.Rest), listed("Where doors come to rest")
+@pytest.mark.parametrize(
+    ("model", "heading"),
+    [
+        (config.Rest, "Where doors come to rest"),
+        (config.Swing, "While somebody moves a door"),
+    ],
+)
+def test_every_key_of_a_doors_groups_is_listed_with_its_default(
+    model: type[BaseModel], heading: str
+) -> None:
+    true, told = defaults(model), listed(heading)
     assert told.keys() == true.keys()
     assert all(says(told[key], value) for key, value in true.items())
 

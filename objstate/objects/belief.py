@@ -72,6 +72,9 @@ class ObjectBelief:
     shared: FloatArray = field(  # (d,) or (1,), of the variance what errors of the robot cause
         default_factory=partial(np.zeros, 1)
     )
+    swung: FloatArray = field(  # (n,) or (1,), how probably a door is being moved there
+        default_factory=partial(np.zeros, 1)
+    )
 
     @property
     def wraps(self) -> BoolArray:

@@ -29,6 +29,7 @@ NEGLIGIBLE = 1e-4  # weight, relative to the largest, below which a state is cas
 PARTS = 6  # in which a cell is taken where a belief is narrowed
 BLURRED = 0.25  # of a cell, squared: the variance that its width and its parts' places on the lattice make
 NARROWEST = 0.01  # of a variance, to which a belief is narrowed at most
+TINY = np.finfo(float).tiny
 COARSE = 0.05  # m between states that are cast whatever their weight, at a leaf's outer edge
 
 
@@ -127,25 +128,53 @@ class LatticeFilter:
         seconds: float,
         descent: Descent,
     ) -> tuple[ObjectBelief, FloatArray]:
-        """A belief, and what rows (l, n) hand on (l', n), after a while: the door drifts, or somebody has moved it."""
+        """A belief, and what rows (l, n) hand on (l', n), after a while: the door drifts, or somebody moves it."""
         from objstate.objects.kernels import predict
 
-        cells = self._cells_per_second * seconds
-        ancestors, weights = descent.of(len(given)), np.empty(len(belief.states))
+        before, begun = belief.weights.values, 1.0 - self.stayed(seconds)
+        gone, moved = self._moved(before, belief.swung, begun, seconds)
+        ancestors, weights = descent.of(len(given)), np.empty(len(before))
         later = np.empty((len(ancestors), len(weights)))
         mean, std = predict(
             given,
-            belief.weights.values,
+            before,
+            belief.swung,
             descent.forgotten,
             ancestors,
             *belief.lattice,
-            cells,
-            self.stayed(seconds),
-            self._rest_weights,
+            self._cells_per_second * seconds,
+            1.0 - gone,
+            moved,
             later,
             weights,
         )
-        return belief.on_lattice(weights, mean, std), later
+        goes_on = math.exp(-seconds / self.settings.swing.seconds)
+        swung = goes_on * moved / np.maximum(weights, TINY)
+        return belief.on_lattice(weights, mean, std, swung=swung), later
+
+    def _moved(
+        self, weights: FloatArray, swung: FloatArray, begun: float, seconds: float
+    ) -> tuple[float, FloatArray]:
+        """Of a door's weights (n,), what is being moved after a while, and where (n,): near, or where doors come to rest.
+
+        That is what was being moved, a share ``swung`` (n,) or (1,), and of the others a share that has ``begun``.
+        """
+        from objstate.objects.kernels import moved
+
+        swing, hinged = self.settings.swing, self.item.kind is Kind.HINGED
+        most = math.radians(swing.most_deg_per_s) if hinged else swing.most_m_per_s
+        later = np.empty(len(weights))
+        gone = moved(
+            weights,
+            swung,
+            begun,
+            math.ceil(most * seconds / self._spacing),
+            math.exp(-seconds / swing.near_s),
+            self._rest_weights,
+            self.item.wraps,
+            later,
+        )
+        return min(gone, 1.0), later
 
     def stayed(self, seconds: float) -> float:
         """Probability that nobody has moved the door for so long."""

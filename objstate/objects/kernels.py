@@ -45,6 +45,17 @@ def _taps(variance: float, most: int) -> Any:
 
 
 @_inner
+def _pad(row: FloatArray, reach: int, wraps: bool, padded: FloatArray) -> None:
+    """Let ``padded`` (n + 2 reach,) be a ``row`` (n,), and beyond its ends what is reflected or, where it ``wraps``, goes on."""
+    last = row.shape[0] - 1
+    for j in range(last + 1):
+        padded[reach + j] = row[j]
+    for k in range(reach):
+        padded[reach - 1 - k] = row[last - k] if wraps else row[k]
+        padded[reach + last + 1 + k] = row[k] if wraps else row[last - k]
+
+
+@_inner
 def _walked(
     row: FloatArray,
     taps: FloatArray,
@@ -66,12 +77,9 @@ def _walked(
         to[0] = here * row[0] + aside * (below + row[1]) + besides[0]
         to[last] = here * row[last] + aside * (row[last - 1] + above) + besides[last]
         return
+    _pad(row, reach, wraps, padded)
     for j in range(last + 1):
-        padded[reach + j] = row[j]
         to[j] = taps[0] * row[j] + besides[j]
-    for k in range(reach):
-        padded[reach - 1 - k] = row[last - k] if wraps else row[k]
-        padded[reach + last + 1 + k] = row[k] if wraps else row[last - k]
     for k in range(1, reach + 1):
         for j in range(last + 1):
             to[j] += taps[k] * (padded[reach + j - k] + padded[reach + j + k])
@@ -129,9 +137,62 @@ def moments(weights: FloatArray, first: float, cell: float, wraps: bool) -> Any:
 
 
 @_compile
+def moved(
+    weights: FloatArray,
+    swung: FloatArray,
+    begun: float,
+    reach: int,
+    near: float,
+    rest: FloatArray,
+    wraps: bool,
+    later: FloatArray,
+) -> Any:
+    """Of a lattice's ``weights`` (n,), what is being moved after a while, into ``later`` (n,); what it comes to comes back.
+
+    That is what was being moved, a share ``swung`` (n,) or (1,), and of the others a share that has ``begun``.
+    A share ``near`` of it has gone by at most 1, 2, 4, ... cells, up to ``reach``, each as often: doors are thrown, and led slowly.
+    At the ends it is reflected, or goes on where the lattice ``wraps``. The others are distributed as ``rest`` (n,).
+    """
+    count, orders, most, gone = weights.shape[0], 0, 1, 0.0
+    reach = min(reach, count)
+    padded, below = np.empty(count + 2 * reach), np.zeros(count + 2 * reach + 1)
+    for j in range(count):
+        share = swung[min(j, swung.shape[0] - 1)]
+        later[j] = weights[j] * (share + (1.0 - share) * begun)
+        gone += later[j]
+    _pad(later, reach, wraps, padded)
+    for j in range(padded.shape[0]):
+        below[j + 1] = below[j] + padded[j]
+    for j in range(count):
+        later[j] = (1.0 - near) * gone * rest[j]
+    while most <= reach:
+        orders, most = orders + 1, 2 * most
+    for order in range(orders):
+        most = 2**order
+        share = near / (orders * (2 * most + 1))
+        for j in range(count):
+            within = below[reach + j + most + 1] - below[reach + j - most]
+            later[j] += share * max(within, 0.0)
+    return gone
+
+
+@_inner_sums
+def _part(row: FloatArray, resting: FloatArray, to: FloatArray) -> None:
+    """Weights ``to`` (n,), which sum to one, of the shares ``resting`` (n,) of a ``row`` (n,)."""
+    total = 0.0
+    for j in range(row.shape[0]):
+        to[j] = row[j] * resting[j]
+        total += to[j]
+    share = 1.0 / total
+    for j in range(row.shape[0]):
+        to[j] *= share
+
+
+@_compile
 def predict(
     given: FloatArray,
     weights: FloatArray,
+    swung: FloatArray,
     forgotten: float,
     ancestors: IntArray,
     first: float,
@@ -139,27 +200,30 @@ def predict(
     wraps: bool,
     variance: float,
     stayed: float,
-    rest: FloatArray,
+    elsewhere: FloatArray,
     given_later: FloatArray,
     weights_later: FloatArray,
 ) -> Any:
     """What rows ``given`` (p, n) hand on, and their marginal ``weights`` (n,), a while later.
 
     Into ``given_later`` (q, n) go the rows of ``ancestors`` (q,), but for a share ``forgotten`` that is the marginal's.
-    A share of ``stayed`` takes a random walk with a ``variance``, in cells squared; the others are now
-    distributed as ``rest`` (n,). The marginal's mean and deviation come back; the lattice is as in ``_moments``.
+    What isn't being moved, in each state all but a share ``swung`` (n,) or (1,), and ``stayed`` in all, takes a random walk
+    with a ``variance``, in cells squared; the others have now the weights ``elsewhere`` (n,). The marginal's mean and deviation come back; the lattice is as in ``_moments``.
     """
     count = weights.shape[0]
     taps = _taps(variance, count)
     besides, padded = np.empty(count), np.empty(count + 2 * taps.shape[0])
+    resting, stays = np.empty(count), np.empty(count)
     for j in range(count):
-        besides[j] = (1.0 - stayed) * rest[j]
+        besides[j] = elsewhere[j]
+        resting[j] = 1.0 - swung[min(j, swung.shape[0] - 1)]
     for k in range(taps.shape[0]):
         taps[k] *= stayed
     for q in range(ancestors.shape[0] + 1):  # the marginal first: rows take their share of it
         row = given[ancestors[q - 1]] if q > 0 else weights
         to = given_later[q - 1] if q > 0 else weights_later
-        _walked(row, taps, wraps, besides, padded, to)
+        _part(row, resting, stays)
+        _walked(stays, taps, wraps, besides, padded, to)
         if q > 0:
             continue
         for j in range(count):

@@ -118,7 +118,9 @@ def _of_being_lost(drive: Drive, estimator: Estimator, options: RunOptions) -> I
             yield (
                 f"The robot was lost from {began:.0f} s to {ended:.0f} s of the log: scans didn't fit "
                 "where it was thought to be until it was found, there or in another place. What had been learnt "
-                "of objects meanwhile was dropped; estimates with these stamps are wrong."
+                "of objects meanwhile was dropped; estimates with these stamps are wrong. If places "
+                "look alike, it may have been in another one before already: then those shortly "
+                "before are wrong, too, and are kept."
             )
 
 

@@ -167,12 +167,23 @@ def test_drift_adds_its_variance_however_short_the_time(seconds: float) -> None:
 
 
 def test_many_small_predictions_spread_as_one_long() -> None:
-    filter_ = LatticeFilter(HINGED, DoorSettings(dynamics=moving(0.3, 0.0, 2.0)))
+    filter_ = LatticeFilter(HINGED, DoorSettings(dynamics=moving(0.3, 0.0, 0.0)))
     belief = stepped = knows(filter_, np.array([0.8]))
     for _ in range(200):
         stepped = filter_.predict(stepped, 0.1, rng_of())
     once = filter_.predict(belief, 20.0, rng_of())
     assert stepped.std[0] == pytest.approx(once.std[0], rel=0.01)
+
+
+def test_of_moves_in_small_steps_few_end_near_where_they_began() -> None:
+    filter_ = LatticeFilter(HINGED, DoorSettings(dynamics=moving(0.0, 0.0, 2.0)))
+    belief = stepped = knows(filter_, np.array([0.8]))
+    for _ in range(200):
+        stepped = filter_.predict(stepped, 0.1, rng_of())
+    once = filter_.predict(belief, 20.0, rng_of())
+    far = np.abs(belief.states[:, 0] - 0.8) > 0.3
+    share = stepped.weights.values[far].sum() / once.weights.values[far].sum()
+    assert 0.7 < share <= 1.0
 
 
 def test_a_door_last_seen_an_hour_ago_is_uncertain_again() -> None:
@@ -277,6 +288,52 @@ def test_a_door_at_its_stop_is_found_there_within_its_limits(stop: float) -> Non
     (lower,), (upper,) = belief.interval()
     half = belief.cell[0] / 2
     assert HINGED.lower - half <= lower <= upper <= HINGED.upper + half
+
+
+def swinging(speed: float, *, until: float) -> tuple[ObjectFilter, ObjectBelief]:
+    """What is believed of a door that was watched at 10 Hz while it opened, from 0.3 rad on, with a speed in rad/s."""
+    filter_ = filter_for(HINGED, Settings())
+    belief = knows(filter_, np.array([0.3]))
+    for k in range(1, round(10 * until) + 1):
+        belief = filter_.predict(belief, 0.1, rng_of())
+        state = np.array([0.3 + 0.1 * k * speed])
+        belief = updated(
+            filter_, belief, evidence_by(gaussian_about(state, np.full(1, 0.02))), rng_of()
+        )
+    return filter_, belief
+
+
+@pytest.mark.parametrize("speed", [0.3, 0.7])
+def test_a_door_that_goes_out_of_sight_while_it_swings_may_swing_on(speed: float) -> None:
+    filter_, belief = swinging(speed, until=1.2)
+    seen = 0.3 + 1.2 * speed
+    (lower,), (upper,) = belief.interval()
+    assert lower < seen < upper
+    assert upper - lower < 0.3
+    for _ in range(30):
+        belief = filter_.predict(belief, 0.1, rng_of())
+    (lower,), (upper,) = belief.interval()
+    assert lower < seen < min(seen + 2.0 * speed, 1.3) < upper
+
+
+def test_a_door_that_swings_is_known_to_and_one_that_rests_is_not() -> None:
+    filter_, belief = swinging(0.7, until=1.0)
+    resting = filter_.predict(knows(filter_, np.array([0.3])), 0.1, rng_of())
+    for each, least, most in ((belief, 0.5, 1.0), (resting, 0.0, 1e-4)):
+        assert ((each.swung >= 0.0) & (each.swung <= 1.0)).all()
+        assert least < each.weights.values @ each.swung < most
+
+
+def test_a_door_that_came_to_rest_in_sight_is_known_out_of_sight() -> None:
+    filter_, belief = swinging(0.7, until=1.0)
+    for _ in range(30):
+        belief = filter_.predict(belief, 0.1, rng_of())
+        belief = updated(
+            filter_, belief, evidence_by(gaussian_about(np.ones(1), np.full(1, 0.02))), rng_of()
+        )
+    belief = filter_.predict(belief, 10.0, rng_of())
+    (lower,), (upper,) = belief.interval()
+    assert upper - lower < np.radians(3.0)
 
 
 @pytest.mark.parametrize("degrees", [20.0, 47.3, 85.0])
