@@ -43,10 +43,8 @@ class Believed:
         }
         self.surroundings = Surroundings(building)
         self.marginals: dict[str, ObjectBelief] = {}
-        self._in_view: dict[str, ConditionalBelief] = {}
-        self._descents: dict[
-            str, Descent
-        ] = {}  # from the samples given which these are to the last
+        # given robot samples each, and how those of the last scan descend from them
+        self._in_view: dict[str, tuple[ConditionalBelief, Descent]] = {}
         self._before: dict[str, ObjectBelief] = {}  # what changed since ``trust``, as it was
         self._earlier: dict[str, ObjectBelief] = {}  # what had changed since the one before
         for name, each in self.filters.items():
@@ -72,8 +70,9 @@ class Believed:
 
     def given(self, name: str, samples: int, stamp_ns: int) -> ConditionalBelief:
         """The same given each of so many robot samples."""
-        known, descent = self._in_view.get(name), self._descents.get(name, SAME)
-        if known is None:
+        if name in self._in_view:
+            known, descent = self._in_view[name]
+        else:
             known, descent = ConditionalBelief.independent(self.marginals[name], samples), SAME
         seconds = _seconds(known.belief, stamp_ns)
         known = altered(known, belief=altered(known.belief, stamp_ns=stamp_ns))
@@ -91,12 +90,12 @@ class Believed:
 
         The robot samples of the next scan descend from those of this one.
         """
-        aside = [name for name in self._in_view if name in near and name not in given]
-        self._descents = {
-            **{name: self._descents[name].then(descent) for name in aside},
-            **dict.fromkeys(given, descent),
+        aside = {
+            name: (known, before.then(descent))
+            for name, (known, before) in self._in_view.items()
+            if name in near and name not in given
         }
-        self._in_view = {**{name: self._in_view[name] for name in aside}, **given}
+        self._in_view = aside | {name: (each, descent) for name, each in given.items()}
         self.keep({name: each.belief for name, each in given.items()}.items())
 
     def keep(self, beliefs: Iterable[tuple[str, ObjectBelief]]) -> None:
