@@ -32,7 +32,7 @@ def in_turns(calls: Mapping[str, Callable[[], object]], effort: Effort) -> dict[
     Short calls are repeated, as in a drive; the first of each turn, which find the processor's caches full
     of what the others left, don't count.
     """
-    repeats = {name: 1 for name in calls}
+    repeats = dict.fromkeys(calls, 1)
     for name, call in calls.items():
         call()
         for _ in range(2):  # the second time with what the first repeats left in the caches

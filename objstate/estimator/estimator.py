@@ -420,16 +420,19 @@ class Estimator:
     # --- lost, and found again ------------------------------------------------------
 
     def _judged(self, track: Track, sight: Sight) -> Track:
-        """The track with its record of how well it explains scans kept up."""
+        """The track with its record of how well it explains scans kept up; a wide one's best pose counts."""
         s, robot, scan = self.settings.localization, sight.robot, sight.scan
         beams = evenly_spread(sight.valid, s.max_beams)
-        if not self._is_narrow(robot) or not beams.any():
+        if not beams.any():
             return track
-        view, walls = sight.view(beams), sight.walls[beams]
-        through = share_through_walls(scan.ranges[beams], walls, s.doubt_margin)
+        view, poses, walls = sight.view(beams), robot.mean[None], sight.walls[None, beams]
         objects = self._scenery(sight.seen_by(beams), self._believed.marginals)
-        likelihood = view.pose_log_likelihood(robot.mean[None], FIT_BLUR, objects, walls[None])
-        fit = view.fit(float(likelihood[0]), FIT_BLUR)
+        if not self._is_narrow(robot):
+            poses, walls, objects = robot.poses, view.walls(robot.poses), []
+        likelihoods = view.pose_log_likelihood(poses, FIT_BLUR, objects, walls)
+        best = int(np.argmax(likelihoods))
+        through = share_through_walls(scan.ranges[beams], walls[best], s.doubt_margin)
+        fit = view.fit(float(likelihoods[best]), FIT_BLUR)
         return track.judged(track.record.judged(through, fit, scan.stamp_ns, s))
 
     def _found_again(self, track: Track, scan: Scan) -> Track:

@@ -24,6 +24,9 @@ SECONDS_PER_HOUR = 3600.0
 # Where beams spread evenly over a leaf, a shift turns it by 1.5 over its width; leaf and robot are
 # off by themselves, as their squares add up.
 LEAN = 1.5 * 2.0**0.5
+# Along its rail, so are they, and nothing turns; and of what walls are off along their normals, half is told once
+# the robot has followed them.
+ALONG = 2.0 * 2.0**0.5
 FINE = 50  # states with weight that are cast at most; of more, an even comb
 NEGLIGIBLE = 1e-4  # weight, relative to the largest, below which a state is cast only coarsely
 PARTS = 6  # in which a cell is taken where a belief is narrowed
@@ -219,11 +222,9 @@ class LatticeFilter:
         return Update(after, log_evidence, bears)
 
     def widened(self, belief: ObjectBelief, factor: float, std_m: float) -> ObjectBelief:
-        """A hinged leaf that hangs aside reads turned by what the shift is to its mean lever."""
         from objstate.objects.kernels import widen
 
-        lever, power = self._width / LEAN, 1.0
-        more = (std_m / lever if self.item.kind is Kind.HINGED else std_m) ** 2
+        more, power = (self._off_per_shift * std_m) ** 2, 1.0
         if belief.settled:
             variance, factor = float(belief.std[0]) ** 2, float(belief.kept_of(factor)[0])
             if factor < 1.0:
@@ -235,6 +236,14 @@ class LatticeFilter:
         cells, weights = more / self._spacing**2, np.empty(len(belief.states))
         mean, std = widen(belief.weights.values, power, PARTS, cells, *belief.lattice, weights)
         return belief.on_lattice(weights, mean, std)
+
+    @lazy
+    def _off_per_shift(self) -> float:
+        """By how much a leaf reads off, rad or m, for each m that walls are off.
+
+        A hinged one that hangs aside reads turned by what the shift is to its mean lever.
+        """
+        return LEAN / self._width if self.item.kind is Kind.HINGED else ALONG
 
     @lazy
     def _width(self) -> float:

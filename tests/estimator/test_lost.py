@@ -77,6 +77,27 @@ def test_a_kidnapped_robot_says_so_soon_is_found_and_no_object_is_spoilt(seed: i
             assert abs(np.degrees(belief.mean[0] - state[0])) < 4.0
 
 
+def test_a_belief_that_a_jump_of_the_odometry_made_wide_is_lost_until_it_is_found() -> None:
+    driven, jump = drive(5, 9.0), np.array([60.0, -40.0, 2.0])
+    estimator, errors = Estimator(CORRIDOR, initial_pose=START), dict[float, float]()
+    for record in driven.records:
+        since = (record.stamp_ns - START_NS) / SECOND - KIDNAPPED_S
+        match record:
+            case Scan(odometry=np.ndarray() as odometry) if since >= 0.0:
+                estimator.feed(replace(record, odometry=compose(jump, odometry)))
+            case Odometry() if since >= 0.0:
+                estimator.feed(replace(record, pose=compose(jump, record.pose)))
+            case _:
+                estimator.feed(record)
+        if isinstance(record, Scan):
+            errors[since] = error(estimator, driven.poses[record.stamp_ns])
+    assert max(each for since, each in errors.items() if 0.0 <= since < 0.3) > 10.0
+    assert max(each for since, each in errors.items() if since > 2.0) < 0.1
+    ((since_ns, until_ns),) = estimator.lost
+    assert abs((since_ns - START_NS) / SECOND - KIDNAPPED_S) <= 0.3
+    assert (until_ns - START_NS) / SECOND - KIDNAPPED_S < 2.0
+
+
 def test_a_robot_that_may_be_anywhere_is_lost_until_it_is_found() -> None:
     driven = drive(3, 9.0)
     estimator, was_lost = Estimator(CORRIDOR, global_start=True), []
