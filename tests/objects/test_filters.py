@@ -20,7 +20,7 @@ from objstate.config import (
 )
 from objstate.geometry import FloatArray, wrap
 from objstate.objects import ObjectBelief, ObjectFilter, ScanEvidence, filter_for
-from objstate.objects.doors import LatticeFilter
+from objstate.objects.doors import ALONG, LatticeFilter
 from objstate.objects.furniture import SampleFilter
 from objstate.particles import Weights
 from objstate.records import Scan
@@ -498,7 +498,7 @@ def test_a_building_that_is_off_widens_by_as_much_as_variances_add(std_m: float)
     sliding = LatticeFilter(SLIDING, DoorSettings(resolution_m=0.001))
     belief = knows(sliding, np.array([0.45]))
     told = sliding.widened(belief, 1.0, std_m)
-    assert told.std[0] == pytest.approx(np.hypot(belief.std[0], std_m), rel=0.03)
+    assert told.std[0] == pytest.approx(np.hypot(belief.std[0], ALONG * std_m), rel=0.03)
     furniture = SampleFilter(TABLE, FurnitureSettings())
     belief = knows(furniture, TABLE.home)
     told = furniture.widened(belief, 1.0, std_m)
