@@ -8,11 +8,12 @@ import numpy as np
 
 from objstate.config import Settings
 from objstate.geometry import FloatArray, compose
-from objstate.localization import Hypotheses, apart
+from objstate.localization import APART, Hypotheses, apart
 from objstate.records import NANOSECONDS
 
 AGAIN = 0.25  # of the usual time between searches, after one by which the track is wrong
 TIED = 0.1  # probability from which a place isn't excluded
+NARROW = 1e-9  # the width, as in `apart`, of a track that means one place
 
 
 class Verdict(Enum):
@@ -42,8 +43,9 @@ class Doubt:
         self._winner: FloatArray | None = None  # (3,) of the last search, driven on
         self._wins = 0  # searches in a row that agreed on it
         self._denials = 0  # searches in a row by which the track is wrong, whatever else is right
+        self._width = NARROW  # of the places that the track may mean, as in `apart`
         self.is_lost = False
-        self.is_new = True  # no search has told whether the start is right
+        self.is_new = True  # no search has told whether the track is right from its start on
 
     def stretches(self, now_ns: int) -> tuple[tuple[int, int], ...]:
         """(from, to) ns of each time that the robot was lost, the present one up to now."""
@@ -73,6 +75,11 @@ class Doubt:
         self._trusted_ns = now_ns
         return True
 
+    def blur(self, std: float) -> None:
+        """The track has become wide, by ``std`` m: it isn't the one that was followed, wherever it settles."""
+        self.is_new = True
+        self._width = max(self._width, std / APART[0])
+
     def weigh(self, found: Hypotheses, track: FloatArray | None, now_ns: int) -> Verdict:
         """What a search says, and those before it, of the track (3,): who is it that wins?"""
         wait = self._search.every_s if self.is_lost else self._wait
@@ -88,21 +95,26 @@ class Doubt:
         if track is None or self.is_lost:
             return Verdict.OPEN
         share = float(shares[apart(found.poses, track) <= 1.0].sum())
-        self._denials = self._denials + 1 if share < 1.0 - sure else 0
+        is_vague, is_late = self._width > NARROW, found.looks > self._search.confirmed
+        denied = is_late and share < sure if is_vague else share < 1.0 - sure
+        self._denials = self._denials + 1 if denied else 0
         if self._denials >= self._search.confirmed:
             return Verdict.NOT_HERE
         if self._denials > 0:
             self._search_from_ns = now_ns + int(AGAIN * self._search.every_s * NANOSECONDS)
             return Verdict.OPEN
-        is_as_good = found.looks > self._search.confirmed and share >= TIED
-        return Verdict.HERE if is_as_good or apart(track, best) <= 1.0 else Verdict.OPEN
+        is_as_good = (is_late and share >= TIED) or apart(track, best) <= 1.0
+        return Verdict.HERE if is_as_good and not is_vague else Verdict.OPEN
 
     def _favoured(self, found: Hypotheses, track: FloatArray | None) -> FloatArray:
-        """The hypotheses' probabilities (h,), the track's favoured by what was known before."""
+        """The hypotheses' probabilities (h,), the track's favoured by what was known before.
+
+        So are places about one that was wide, by Student's distribution: it was wide where nothing told how wide.
+        """
         if track is None or self.is_lost:
             return found.shares
-        ours = apart(found.poses, track) <= 1.0
-        shares = np.where(ours, self._search.track_odds, 1.0) * found.shares
+        away = np.maximum(apart(found.poses, track) - 1.0, 0.0) / self._width
+        shares = (1.0 + (self._search.track_odds - 1.0) / (1.0 + away**2) ** 2) * found.shares
         return np.asarray(shares / shares.sum())
 
     def drive(self, step: FloatArray) -> None:
@@ -113,13 +125,13 @@ class Doubt:
     def found(self, now_ns: int) -> None:
         """The robot was found in another place."""
         self._end(now_ns)
-        self.is_new = False
+        self._confirm()
         self._fitted_ns, self._wait = now_ns, self._search.every_s
 
     def start_anew(self, now_ns: int) -> None:
         """Somebody says where the robot is: a start like the first, which no search has confirmed."""
         self._end(now_ns)
-        self.is_new = True
+        self.is_new, self._width = True, NARROW
         if self._fitted_ns is not None:  # else it is the first start
             self._fitted_ns = now_ns
         self._fitted_since_ns = None
@@ -131,7 +143,7 @@ class Doubt:
         If it was said to be lost, it was, as far as objects go: what it learnt of them was taken back.
         """
         self._end(now_ns)
-        self.is_new = False
+        self._confirm()
         self._fitted_ns, self._wait = now_ns, 2.0 * self._wait
         self._search_from_ns = now_ns + int(self._wait * NANOSECONDS)
 
@@ -141,6 +153,10 @@ class Doubt:
             self._past.append((self._since(now_ns), now_ns))
         self.is_lost = False
         self._forget_winner()
+
+    def _confirm(self) -> None:
+        """A search has told where the robot is."""
+        self.is_new, self._width = False, NARROW
 
     def _since(self, now_ns: int) -> int:
         return now_ns if self._fitted_ns is None else self._fitted_ns

@@ -442,8 +442,10 @@ class Estimator:
         what was learnt of objects since it last fitted is given up as soon as it is lost.
         """
         s, now, doubt = self.settings.localization, scan.stamp_ns, self._doubt
-        fits = track.record.fits(s) and not doubt.is_lost
-        if fits and not doubt.is_new:
+        fits, is_narrow = track.record.fits(s) and not doubt.is_lost, self._is_narrow(track.belief)
+        if not is_narrow:
+            doubt.blur(track.belief.position_std)
+        if fits and not (doubt.is_new and is_narrow):
             self._search.forget()
             if doubt.dispel(now):
                 self._believed.trust()

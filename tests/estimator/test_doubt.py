@@ -17,8 +17,8 @@ SETTINGS = Settings()
 HERE, THERE = np.array([1.0, 2.0, 0.5]), np.array([9.0, 2.0, 0.5])
 
 
-def found(*poses: np.ndarray, shares: tuple[float, ...]) -> Hypotheses:
-    return Hypotheses(np.zeros(3), np.array(poses), np.array(shares), 1)
+def found(*poses: np.ndarray, shares: tuple[float, ...], looks: int = 1) -> Hypotheses:
+    return Hypotheses(np.zeros(3), np.array(poses), np.array(shares), looks)
 
 
 def track() -> Track:
@@ -90,6 +90,25 @@ def test_two_searches_in_a_row_that_exclude_the_track_lose_it() -> None:
     assert doubt.weigh(rivals, HERE, 0) is Verdict.OPEN
     assert doubt.may_search(SECOND // 2)
     assert doubt.weigh(rivals, HERE, SECOND // 2) is Verdict.NOT_HERE
+
+
+def test_a_track_that_was_wide_is_one_of_the_places_near_by_until_a_search_is_sure_of_it() -> None:
+    doubt = Doubt(SETTINGS)
+    aside, far = (HERE + np.array([off, 0.0, 0.0]) for off in (1.5, 60.0))
+    doubt.settle(0)
+    assert not doubt.is_new
+    doubt.blur(1.0)
+    assert doubt.is_new
+    tied = found(HERE, aside, far, shares=(0.4, 0.3, 0.3), looks=3)
+    assert doubt.weigh(tied, HERE, 60 * SECOND) is Verdict.OPEN
+    assert doubt.weigh(tied, HERE, 61 * SECOND) is Verdict.NOT_HERE
+    doubt.found(62 * SECOND)
+    doubt.blur(1.0)
+    far_or_here = found(
+        HERE, far, shares=(0.6, 0.4), looks=3
+    )  # who was followed is none of the far places
+    assert doubt.weigh(far_or_here, HERE, 120 * SECOND) is Verdict.OPEN
+    assert doubt.weigh(far_or_here, HERE, 121 * SECOND) is Verdict.HERE
 
 
 def test_one_search_that_another_contradicts_loses_nobody() -> None:
