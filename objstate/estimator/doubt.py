@@ -96,8 +96,8 @@ class Doubt:
             return Verdict.OPEN
         share = float(shares[apart(found.poses, track) <= 1.0].sum())
         is_vague, is_late = self._width > NARROW, found.looks > self._search.confirmed
-        denied = is_late and share < sure if is_vague else share < 1.0 - sure
-        self._denials = self._denials + 1 if denied else 0
+        is_denied = share < (sure if is_vague and is_late else 1.0 - sure)
+        self._denials = self._denials + 1 if is_denied else 0
         if self._denials >= self._search.confirmed:
             return Verdict.NOT_HERE
         if self._denials > 0:
