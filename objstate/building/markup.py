@@ -10,6 +10,8 @@ from xml.parsers import expat
 
 from objstate.errors import BuildingError
 
+MAPS = (".yaml", ".yml", ".pgm", ".png")  # how occupancy maps' names end
+
 
 @dataclass(frozen=True, eq=False)
 class Element:
@@ -72,6 +74,10 @@ class Element:
 
 def read_xml(path: Path) -> Element:
     """The root element of an XML file. Raises BuildingError if it can't be read or parsed."""
+    if path.suffix.lower() in MAPS:
+        raise BuildingError(
+            f"{path} is a map, not a URDF; `objstate building from-map` makes a building of it."
+        )
     try:
         content = path.read_bytes()
     except OSError as error:

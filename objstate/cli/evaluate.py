@@ -90,6 +90,8 @@ def _evaluate_result(
 ) -> None:
     from objstate.evaluation import evaluate as evaluate_result
 
+    if not folder.is_dir():
+        raise ResultError(f"{folder} is no folder; give one that `objstate estimate` wrote.")
     if truth is None:
         raise SettingsError(f"{folder} is one result; say with --truth CSV what is true.")
     evaluation = evaluate_result(folder, truth, path)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from objstate.cli.tables import new_table
+from objstate.cli.tables import new_table, percent
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -13,17 +13,22 @@ if TYPE_CHECKING:
     from objstate.evaluation import LatestState
     from objstate.records import Estimate
 
+OF_FURNITURE = ("x", "y", "yaw")  # coordinates
+
 
 def state_table(states: Sequence[LatestState], begin_ns: int, with_truth: bool) -> Table:
     """Each coordinate with its 90 % interval and when a scan last bore on it.
 
-    ``begin_ns`` is the stamp from which "last seen" counts.
+    ``begin_ns`` is the stamp from which "last seen" counts. Where there is furniture, also how
+    probably it is there at all.
     """
     truth = ("truth", "error") if with_truth else ()
-    numbers = ("estimate", "90 % interval", *truth, "last seen (s)")
+    with_presence = any(state.estimate.coordinate in OF_FURNITURE for state in states)
+    there = ("there (%)",) if with_presence else ()
+    numbers = ("estimate", "90 % interval", *truth, *there, "last seen (s)")
     table = new_table("", ("object", "state"), numbers)
     for state in states:
-        table.add_row(*_cells(state, begin_ns, with_truth))
+        table.add_row(*_cells(state, begin_ns, with_truth, with_presence))
     return table
 
 
@@ -48,7 +53,7 @@ def span(estimate: Estimate) -> str:
     return f"{lower} to {upper}"
 
 
-def _cells(state: LatestState, begin_ns: int, with_truth: bool) -> list[str]:
+def _cells(state: LatestState, begin_ns: int, with_truth: bool, with_presence: bool) -> list[str]:
     estimate = state.estimate
     coordinate = estimate.coordinate
     truth = [figure(coordinate, state.truth), figure(coordinate, state.error)]
@@ -59,5 +64,6 @@ def _cells(state: LatestState, begin_ns: int, with_truth: bool) -> list[str]:
         figure(coordinate, estimate.mean),
         span(estimate),
         *(truth if with_truth else []),
+        *([percent(estimate.presence)] if with_presence else []),
         seen,
     ]

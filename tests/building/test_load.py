@@ -262,6 +262,12 @@ def test_files_that_are_no_urdf_are_refused(tmp_path: Path, content: bytes, mess
         load_building(path)
 
 
+def test_a_map_is_refused_and_what_makes_a_building_of_it_named(tmp_path: Path) -> None:
+    (tmp_path / "map.yaml").write_text("image: map.pgm\n")
+    with pytest.raises(BuildingError, match="objstate building from-map"):
+        load_building(tmp_path / "map.yaml")
+
+
 def test_a_path_that_leads_nowhere_is_refused(tmp_path: Path) -> None:
     for path in (tmp_path / "none.urdf", tmp_path):
         with pytest.raises(BuildingError, match="can't be read"):

@@ -1,6 +1,7 @@
 """Tables that stay readable on a narrow terminal."""
 
 import math
+from dataclasses import replace
 
 import pytest
 from rich.console import Console
@@ -49,6 +50,15 @@ def test_degrees_and_metres_have_their_own_decimals() -> None:
 
 def test_what_was_never_observed_says_so() -> None:
     assert "never" in at_80_columns(state_table([state("angle", 0.0, False)], STAMP, False))
+
+
+def test_furniture_that_is_gone_says_so_and_doors_have_no_column_for_it() -> None:
+    gone, door = state("x", 1.0), state("angle", 1.0)
+    gone = replace(gone, estimate=replace(gone.estimate, presence=0.04))
+    shown = at_80_columns(state_table([door, gone], STAMP, False))
+    assert "(%)" in shown
+    assert "  4 " in shown
+    assert "(%)" not in at_80_columns(state_table([door], STAMP, False))
 
 
 @pytest.mark.parametrize(("unit", "figure"), [("rad", "57.3"), ("m", "100.0")])
