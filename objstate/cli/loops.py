@@ -54,7 +54,10 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
         (likelihood.scan_log_likelihood, "f2 f1 f1 f1 f1 f1"),
     ),
     (
+        (search.by_cell, "f2 f i i"),
+        (search.look_round, "f2 f2 f2 i1 i2 i2 f f f"),
         (search.scores, "f2 i2 f1 f f2 f2 f2 i1 f2 f1 f f1 f"),
+        (search.scores_all_round, "f2 f1 i2 f1 f f2 f2 f2 i1 f2 f1 f f1 f"),
         (robot.moments, "f2 f1"),
         (robot.moved, "f2 f f f f f f2"),
         (robot.cells, "f2 f1"),

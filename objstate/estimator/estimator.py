@@ -42,7 +42,7 @@ from objstate.records import (
     RobotBelief,
     Scan,
 )
-from objstate.sensing import BeamModel, ExpectedRanges, Sensing, UncertainObject, cast_from
+from objstate.sensing import BeamModel, Sensing, UncertainObject, cast_from
 
 FIT_BLUR = 0.1  # m; walls that are off by less fit
 FOUND_STD = np.array([0.1, 0.1, np.radians(3.0)])  # m, m, rad, of a place that was searched for
@@ -89,8 +89,8 @@ class Estimator:
         self._search_rng = np.random.default_rng([seed, 2])
         self._localizer = Localizer(self.settings.localization)
         self.odometry_error = OdometryError(self.settings.odometry_error)  # as learnt by now
-        self._search = Search(ExpectedRanges(building), self.settings)
         self._sensing = Sensing(building, BeamModel(self.settings.beam_model))
+        self._search = Search(self._sensing, self.settings)
         self._thinned = Thinning(self.settings.scans)
         self._schedule = Schedule(self.settings.object_updates)
         self._believed = Believed(building, self.settings, seed, beliefs or {})

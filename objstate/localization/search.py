@@ -11,10 +11,10 @@ from objstate.config import Settings
 from objstate.errors import BuildingError
 from objstate.geometry import FloatArray, between, compose, wrap
 from objstate.localization.belief import PoseBelief
-from objstate.localization.places import Places
+from objstate.localization.places import HEADINGS, TURNS, Places
 from objstate.particles import Weights
 from objstate.records import Scan
-from objstate.sensing import ExpectedRanges
+from objstate.sensing import Sensing
 
 LogLikelihood = Callable[[FloatArray, Scan, float], FloatArray]
 """Tempered log p(o | l) (p,) of poses (p, 3), ranges blurred by so many m."""
@@ -60,8 +60,8 @@ class Hypotheses:
 class Search:
     """The search for a robot that may be anywhere in the building."""
 
-    def __init__(self, expected: ExpectedRanges, settings: Settings) -> None:
-        self._expected = expected
+    def __init__(self, sensing: Sensing, settings: Settings) -> None:
+        self._sensing = sensing
         self._settings = settings
         self._places: dict[int, Places] = {}
         self._looks: dict[str, list[Look]] = {}
@@ -130,19 +130,25 @@ class Search:
 
     def _candidates(self, odometry: FloatArray) -> FloatArray:
         """Poses that fit the latest scan of each laser best, of all free places and headings."""
-        latest = [looks[-1] for looks in self._looks.values()]
+        latest, s = [looks[-1] for looks in self._looks.values()], self._settings
         tables = [self._at(look) for look in latest]
-        poses = next((each for each in tables if len(each.points)), tables[0]).everywhere()
-        steps = [between(odometry, look.odometry) for look in latest]
-        score = self._looked_up(poses, latest, steps)
-        if len(poses) > KEPT:
-            poses = poses[np.argpartition(-score, KEPT)[:KEPT]]
-        return poses
+        points = next((each for each in tables if len(each.points)), tables[0]).points
+        score = np.zeros((len(points), TURNS))
+        for look, table in zip(latest, tables, strict=True):
+            step = between(odometry, look.odometry)
+            score += table.log_likelihoods(
+                look.scan, s.beam_model, s.search.max_beams, points, step
+            )
+        best = np.arange(score.size)
+        if len(best) > KEPT:
+            best = np.argpartition(-score.ravel(), KEPT)[:KEPT]
+        place, turn = np.divmod(best, TURNS)
+        return np.column_stack([points[place], HEADINGS[turn]])
 
     def _nowhere(self) -> BuildingError:
-        building, heights = self._expected.building, [k * HEIGHT_STEP for k in self._places]
+        name, heights = self._sensing.building.name, [k * HEIGHT_STEP for k in self._places]
         return BuildingError(
-            f"Building '{building.name}' has no place to search for the robot: a search needs "
+            f"Building '{name}' has no place to search for the robot: a search needs "
             f"places that walls enclose at the laser's height ({_listed(heights)} m); give the "
             "robot's start instead of --global, or the building its walls."
         )
@@ -159,11 +165,11 @@ class Search:
 
     def _at(self, look: Look) -> Places:
         """The places as a laser at the look's height sees them."""
-        heights = look.scan.rays.origins[:, 2]
-        key = round(float(heights.mean()) / HEIGHT_STEP)
+        height = float(np.median(look.scan.rays.origins[:, 2]))
+        key = round(height / HEIGHT_STEP)
         if key not in self._places:
-            height = float(heights.mean())
-            self._places[key] = Places.of(self._expected, height, self._settings.search)
+            walls = self._sensing.walls_at(height)
+            self._places[key] = Places.of(walls, self._settings.search)
         return self._places[key]
 
 

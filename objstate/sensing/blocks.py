@@ -14,12 +14,12 @@ class Blocks:
     """Wall segments (k, 4) by the blocks of the floor that they pass."""
 
     def __init__(self, segments: FloatArray) -> None:
-        self._segments = segments
+        self.segments = segments
 
     def within(self, place: FloatArray, radius: float) -> FloatArray:
         """The segments that come within ``radius`` m of a place (2,), in their own order."""
-        if len(self._segments) == 0:
-            return self._segments
+        if len(self.segments) == 0:
+            return self.segments
         (first_x, first_y), (last_x, last_y) = (
             np.floor((place + side * radius) / SIDE).astype(int).tolist() for side in (-1.0, 1.0)
         )
@@ -30,14 +30,14 @@ class Blocks:
         )
         found = [each for each in blocks if each is not None]
         if not found:
-            return self._segments[:0]
-        near = self._segments[np.unique(np.concatenate(found))]
+            return self.segments[:0]
+        near = self.segments[np.unique(np.concatenate(found))]
         return np.ascontiguousarray(near[_distance(near, place) <= radius])
 
     @lazy
     def _by_block(self) -> dict[tuple[int, int], IntArray]:
         """Indices of the segments whose bounding boxes touch each block."""
-        ends = self._segments.reshape(-1, 2, 2)
+        ends = self.segments.reshape(-1, 2, 2)
         lower = np.floor(ends.min(axis=1) / SIDE).astype(np.int64)
         counts = np.floor(ends.max(axis=1) / SIDE).astype(np.int64) - lower + 1
         of = np.repeat(np.arange(len(ends)), counts.prod(axis=1))
