@@ -27,6 +27,7 @@ from objstate.localization import (
     LEVER,
     Hypotheses,
     Localizer,
+    LogLikelihood,
     OdometryError,
     PoseBelief,
     Search,
@@ -196,7 +197,7 @@ class Estimator:
         if self._localizes_itself and not self._is_anywhere:
             track = self._found_again(self._judged(track, sight), scan)
             if track.belief is not sight.robot:
-                sight = self._sight(scan, track.belief)
+                sight = sight.by(track.belief)
         if self._doubt.is_lost:
             self._track = track
             return self._unobserved(sight)
@@ -249,7 +250,7 @@ class Estimator:
         if not observing.any() or not self._is_narrow(track.belief):
             return []
         robot = track.belief.thinned(self.settings.object_updates.robot_samples, self._rng)
-        sight = self._sight(scan, track.belief)
+        sight = sight.by(track.belief)
         near, towards = self._near(sight, observing)
         observation = self._observe(near, towards, np.asarray(towards.any(axis=0)), sight, robot)
         self._believed.keep((name, each.belief) for name, each in observation.beliefs.items())
@@ -309,7 +310,7 @@ class Estimator:
         return float(-np.expm1(-driven / self.settings.object_updates.correlation_m))
 
     def _sight(self, scan: Scan, robot: PoseBelief) -> Sight:
-        return Sight(scan, robot, self._sensing, self._believed.surroundings)
+        return Sight(scan, robot, self._sensing.view(scan), self._believed.surroundings)
 
     def _near(self, sight: Sight, beams: BoolArray) -> tuple[list[str], BoolArray]:
         """The objects near the robot, and which of the beams may touch each of them (m, n)."""
@@ -489,13 +490,19 @@ class Estimator:
             return None
         return self._search.hypotheses(self._explained, also, self._search_rng)
 
-    def _explained(self, poses: FloatArray, scan: Scan, blur: float) -> FloatArray:
-        """Tempered log p(o | l) (p,) of poses near each other, from each with its own objects."""
-        s = self.settings.localization
-        sight = self._sight(scan, PoseBelief(poses, Weights.uniform(len(poses))))
-        beams = evenly_spread(sight.valid, s.max_beams)
-        objects = self._scenery(sight.seen_by(beams), self._believed.priors)
-        return s.tempering * sight.view(beams).pose_log_likelihood(poses, blur, objects)
+    def _explained(self, scan: Scan) -> LogLikelihood:
+        """Tempered log p(o | l) (p,) of a scan, for poses near each other, from each with its own objects."""
+        s, anywhere = self.settings.localization, PoseBelief(np.zeros((1, 3)), Weights.uniform(1))
+        looked = self._sight(scan, anywhere)
+        beams = evenly_spread(looked.valid, s.max_beams)
+        view = looked.view(beams)
+
+        def log_likelihood(poses: FloatArray, blur: float) -> FloatArray:
+            sight = looked.by(PoseBelief(poses, Weights.uniform(len(poses))))
+            objects = self._scenery(sight.seen_by(beams), self._believed.priors)
+            return s.tempering * view.pose_log_likelihood(poses, blur, objects)
+
+        return log_likelihood
 
     def _anywhere(self, scan: Scan) -> Track | None:
         """The track of a robot that may be anywhere: where its scans up to this one fit."""

@@ -15,7 +15,7 @@ from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.lazy import lazy
 from objstate.localization import PoseBelief
 from objstate.records import Scan
-from objstate.sensing import ScanView, Sensing
+from objstate.sensing import ScanView
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,28 +24,28 @@ class Sight:
 
     scan: Scan
     robot: PoseBelief
-    sensing: Sensing
+    whole: ScanView  # of all beams that say anything
     surroundings: Surroundings
+
+    def by(self, robot: PoseBelief) -> Sight:
+        """The same scan by another robot belief."""
+        return Sight(self.scan, robot, self.whole, self.surroundings)
 
     @lazy
     def walls(self) -> FloatArray:
         """Range (n,) m of the walls for each beam; not a number for beams that say nothing."""
         out = np.full(len(self.scan), np.nan)
-        out[self.valid] = self._whole.walls(self.robot.mean[None])[0]
+        out[self.valid] = self.whole.walls(self.robot.mean[None])[0]
         return out
 
-    @lazy
+    @property
     def valid(self) -> BoolArray:
         """Which beams (n,) say anything."""
         return self.scan.valid
 
-    @lazy
-    def _whole(self) -> ScanView:
-        return self.sensing.view(self.scan)
-
     def view(self, beams: BoolArray) -> ScanView:
         """The view of some of the beams (n,) that say anything."""
-        return self._whole.take(beams[self.valid])
+        return self.whole.take(beams[self.valid])
 
     @lazy
     def names(self) -> list[str]:

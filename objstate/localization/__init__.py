@@ -3,6 +3,15 @@
 from objstate.localization.belief import PoseBelief
 from objstate.localization.localizer import LEVER, Localizer
 from objstate.localization.odometry_error import OdometryError
-from objstate.localization.search import Hypotheses, Search, apart
+from objstate.localization.search import Hypotheses, LogLikelihood, Search, apart
 
-__all__ = ["LEVER", "Hypotheses", "Localizer", "OdometryError", "PoseBelief", "Search", "apart"]
+__all__ = [
+    "LEVER",
+    "Hypotheses",
+    "Localizer",
+    "LogLikelihood",
+    "OdometryError",
+    "PoseBelief",
+    "Search",
+    "apart",
+]

@@ -16,7 +16,7 @@ from objstate.particles import Weights
 from objstate.records import Scan
 from objstate.sensing import Sensing
 
-LogLikelihood = Callable[[FloatArray, Scan, float], FloatArray]
+LogLikelihood = Callable[[FloatArray, float], FloatArray]
 """Tempered log p(o | l) (p,) of poses (p, 3), ranges blurred by so many m."""
 
 APART = np.array([0.75, 0.75, np.radians(20.0)])  # poses that differ by more are other hypotheses
@@ -92,9 +92,9 @@ class Search:
         return True
 
     def hypotheses(
-        self, log_likelihood: LogLikelihood, also: FloatArray, rng: np.random.Generator
+        self, explained: Callable[[Scan], LogLikelihood], also: FloatArray, rng: np.random.Generator
     ) -> Hypotheses:
-        """The places that explain all remembered scans best; those of ``also`` (k, 3) compete.
+        """The places by which all remembered scans are ``explained`` best; those of ``also`` (k, 3) compete.
 
         Raises BuildingError where the building has no place to search, and none is given.
         """
@@ -113,10 +113,12 @@ class Search:
         score[: len(also)] += score.max() - score.min()  # they aren't sorted out unrefined
         found = _distinct(found, score, HYPOTHESES + len(also))
 
+        log_likelihoods = [explained(look.scan) for look in looks]
+
         def joint(poses: FloatArray, blur: float) -> FloatArray:
             total = np.zeros(len(poses))
-            for look, step in zip(looks, steps, strict=True):
-                total += log_likelihood(compose(poses, step), look.scan, blur)
+            for log_likelihood, step in zip(log_likelihoods, steps, strict=True):
+                total += log_likelihood(compose(poses, step), blur)
             return total
 
         refined = [_refined(pose, joint, rng) for pose in found]
@@ -201,7 +203,7 @@ def _distinct_indices(poses: FloatArray, most: int) -> list[int]:
 
 def _refined(
     pose: FloatArray,
-    joint: Callable[[FloatArray, float], FloatArray],
+    joint: LogLikelihood,
     rng: np.random.Generator,
 ) -> tuple[FloatArray, float]:
     """The best pose near a pose (3,), by closer and closer tries, and its log-likelihood."""

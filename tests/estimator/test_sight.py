@@ -28,7 +28,7 @@ def sight(pose: FloatArray, ranges: FloatArray | None = None) -> Sight:
     scan = Scan(0, "laser", measured, RAYS, 0.02, 20.0)
     sensing = Sensing(PLACE, BeamModel(BeamModelSettings()))
     robot = PoseBelief(pose[None], Weights.uniform(1))
-    return Sight(scan, robot, sensing, Surroundings(PLACE))
+    return Sight(scan, robot, sensing.view(scan), Surroundings(PLACE))
 
 
 def every(count: int) -> BoolArray:

@@ -47,7 +47,7 @@ def exactly(pose: FloatArray) -> PoseBelief:
 def towards(robot: PoseBelief) -> dict[str, BoolArray]:
     """Which beams may touch each object of the room, all of which are in range."""
     scan = Scan(0, "laser", np.ones(len(RAYS)), RAYS, 0.02, 50.0)
-    sight = Sight(scan, robot, SENSING, Surroundings(ROOM))
+    sight = Sight(scan, robot, SENSING.view(scan), Surroundings(ROOM))
     return dict(zip(sight.names, np.isfinite(sight.entries), strict=True))
 
 

@@ -12,7 +12,7 @@ from objstate.building.model import Building, Mesh
 from objstate.config import SearchSettings, Settings
 from objstate.errors import BuildingError
 from objstate.geometry import FloatArray, compose, wrap
-from objstate.localization import Hypotheses, Search, apart
+from objstate.localization import Hypotheses, LogLikelihood, Search, apart
 from objstate.localization.places import CLEARANCE, TURNS, Places
 from objstate.records import Rays, Scan
 from objstate.sensing import BeamModel, ExpectedRanges, Sensing
@@ -42,14 +42,15 @@ def searched(place: Building, pose: FloatArray, step: FloatArray, looks: int) ->
     rng, expected, sensing = np.random.default_rng(1), ExpectedRanges(place), Sensing(place, MODEL)
     search = Search(sensing, Settings())
 
-    def log_likelihood(poses: FloatArray, scan: Scan, blur: float) -> FloatArray:
-        return TEMPERING * sensing.view(scan).pose_log_likelihood(poses, blur, [])
+    def explained(scan: Scan) -> LogLikelihood:
+        view = sensing.view(scan)
+        return lambda poses, blur: TEMPERING * view.pose_log_likelihood(poses, blur, [])
 
     odometry = np.array([3.0, 1.0, -2.0])
     for _ in range(looks):
         assert search.note(observed(expected, {}, pose, RAYS, rng), odometry)
         pose, odometry = compose(pose, step), compose(odometry, step)
-    return search.hypotheses(log_likelihood, np.empty((0, 3)), rng)
+    return search.hypotheses(explained, np.empty((0, 3)), rng)
 
 
 MODEL = BeamModel(Settings().beam_model)
@@ -136,13 +137,14 @@ def test_where_walls_enclose_nothing_a_told_place_alone_is_held_against_scans(wa
     search = Search(sensing, Settings())
     assert len(Places.of(sensing.walls_at(LASER_HEIGHT), SearchSettings()).points) == 0
 
-    def log_likelihood(poses: FloatArray, scan: Scan, blur: float) -> FloatArray:
-        return TEMPERING * sensing.view(scan).pose_log_likelihood(poses, blur, [])
+    def explained(scan: Scan) -> LogLikelihood:
+        view = sensing.view(scan)
+        return lambda poses, blur: TEMPERING * view.pose_log_likelihood(poses, blur, [])
 
     assert search.note(observed(expected, {}, pose, RAYS, rng), np.zeros(3))
     with pytest.raises(BuildingError, match=r"enclose at the laser's height \(0\.3 m\)"):
-        search.hypotheses(log_likelihood, np.empty((0, 3)), rng)
-    found = search.hypotheses(log_likelihood, pose[None], rng)
+        search.hypotheses(explained, np.empty((0, 3)), rng)
+    found = search.hypotheses(explained, pose[None], rng)
     assert len(found.poses) == 1
     assert apart(found.poses[0], pose) < 1.0
 
