@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterable, Mapping
 from functools import lru_cache
 from typing import Literal
@@ -19,7 +20,7 @@ from objstate.estimator.kernels import evenly_spread, share_through_walls
 from objstate.estimator.map_error import MapError
 from objstate.estimator.observation import Observation, observe
 from objstate.estimator.schedule import Schedule
-from objstate.estimator.sight import Sight
+from objstate.estimator.sight import Near, Sight
 from objstate.estimator.thinning import Thinning
 from objstate.estimator.tracking import Track
 from objstate.geometry import BoolArray, FloatArray, between, transform_from_pose
@@ -210,13 +211,13 @@ class Estimator:
         scan, s = sight.scan, self.settings.localization
         if self._map_error.is_due(scan.stamp_ns):
             self._note_map_error(sight)
-        near, towards = self._near(sight, sight.valid)
-        used = np.asarray(towards.any(axis=0))
-        share = min(1.0, s.max_beams / max(int(sight.valid.sum()), 1))  # of the beams that count
-        free = sight.valid & ~used
-        aside = evenly_spread(free, int(np.ceil(share * free.sum())))
-        evidence = self._log_likelihood(sight, aside, but=near)
-        observation = self._observe(near, towards, used, sight, track.belief)
+        near = self._near(sight, sight.valid)
+        telling = int(np.count_nonzero(sight.valid))
+        share = min(1.0, s.max_beams / max(telling, 1))  # of the beams that count
+        free = sight.valid & ~near.beams
+        aside = evenly_spread(free, math.ceil(share * np.count_nonzero(free)))
+        evidence = self._log_likelihood(sight, aside, but=near.names)
+        observation = self._observe(near, sight, track.belief)
         evidence += share * s.tempering * observation.log_evidence
         corrected = self._localizer.correct(track.belief, evidence)
         self.odometry_error.note(track.belief, corrected)
@@ -229,7 +230,7 @@ class Estimator:
             if observation.predicted[name].settled:
                 self._consistency.note(observation.unmoved[name], observation.beliefs[name].belief)
         descent = Descent(self._forgotten(track), ancestors)
-        self._believed.keep_in_view(observation.beliefs, descent, near)
+        self._believed.keep_in_view(observation.beliefs, descent, near.names)
         self._track = track.corrected(robot, self._odometry)
         self.corrections += 1
         self._note_hinges(sight, observation)
@@ -251,15 +252,14 @@ class Estimator:
             return []
         robot = track.belief.thinned(self.settings.object_updates.robot_samples, self._rng)
         sight = sight.by(track.belief)
-        near, towards = self._near(sight, observing)
-        observation = self._observe(near, towards, np.asarray(towards.any(axis=0)), sight, robot)
+        observation = self._observe(self._near(sight, observing), sight, robot)
         self._believed.keep((name, each.belief) for name, each in observation.beliefs.items())
         self._note_hinges(sight, observation)
         return self._estimates(observation)
 
     def _unobserved(self, sight: Sight) -> list[Estimate]:
         """What is believed of the objects that a lost robot thinks it is near."""
-        near, _ = self._near(sight, sight.valid)
+        near = self._near(sight, sight.valid).names
         beliefs = {name: self._believed.at(name, sight.scan.stamp_ns) for name in near}
         return [
             row
@@ -271,7 +271,7 @@ class Estimator:
         """p(l) <- integral of p(l | a, l') p(l'), for a new odometry reading a."""
         if self._odometry is not None:
             step = between(self._odometry, pose)
-            self._driven_m += float(np.hypot(step[0], step[1]))
+            self._driven_m += math.hypot(step[0], step[1])
             if self._track is not None:
                 self._track = self._driven(self._track, step)
             self._doubt.drive(step)
@@ -305,29 +305,21 @@ class Estimator:
         """
         if track.corrected_at is None or self._odometry is None:
             return 1.0
-        step = between(track.corrected_at, self._odometry)
-        driven = float(np.hypot(step[0], step[1])) + LEVER * abs(float(step[2]))
-        return float(-np.expm1(-driven / self.settings.object_updates.correlation_m))
+        x, y, turned = between(track.corrected_at, self._odometry).tolist()
+        driven = math.hypot(x, y) + LEVER * abs(turned)
+        return -math.expm1(-driven / self.settings.object_updates.correlation_m)
 
     def _sight(self, scan: Scan, robot: PoseBelief) -> Sight:
         return Sight(scan, robot, self._sensing.view(scan), self._believed.surroundings)
 
-    def _near(self, sight: Sight, beams: BoolArray) -> tuple[list[str], BoolArray]:
-        """The objects near the robot, and which of the beams may touch each of them (m, n)."""
+    def _near(self, sight: Sight, beams: BoolArray) -> Near:
         return sight.near(self.settings.object_updates.max_distance, beams)
 
-    def _observe(
-        self,
-        names: list[str],
-        towards: BoolArray,
-        used: BoolArray,
-        sight: Sight,
-        robot: PoseBelief,
-    ) -> Observation:
+    def _observe(self, near: Near, sight: Sight, robot: PoseBelief) -> Observation:
         return observe(
             self._believed,
-            sight.view(used),
-            [name for name, each in zip(names, towards, strict=True) if each.any()],
+            sight.view(near.beams),
+            near.pointed_at,
             robot,
             sight.scan.stamp_ns,
             self.settings.object_updates.tempering,

@@ -6,23 +6,33 @@ from typing import Any
 
 import numpy as np
 
-from objstate.compiling import njit
+from objstate.compiling import inner, njit
 from objstate.geometry import BoolArray, FloatArray
 
 SPREAD_SIGMAS = 3.0  # how far samples of a belief stray from its mean
 
 _compile = njit(nogil=True, error_model="numpy")
+_inner = inner(nogil=True, error_model="numpy")
+
+
+@_inner
+def _comes_within(circle: FloatArray, x: float, y: float, distance: float) -> Any:
+    """Whether a circle (3,) comes within a distance of a place."""
+    east, north, reach = circle[0] - x, circle[1] - y, circle[2] + distance
+    return east * east + north * north <= reach * reach
 
 
 @_compile
 def within(circles: FloatArray, x: float, y: float, distance: float) -> Any:
-    """Which of the circles (m, 3), x, y and radius, come within a distance of a place, by number."""
+    """Which of the circles (m, 3), x, y and radius, come within a distance of a place: their numbers, and they themselves."""
     found, count = np.empty(circles.shape[0], dtype=np.int64), 0
     for k in range(circles.shape[0]):
-        east, north, reach = circles[k, 0] - x, circles[k, 1] - y, circles[k, 2] + distance
         found[count] = k
-        count += east * east + north * north <= reach * reach
-    return found[:count]
+        count += _comes_within(circles[k], x, y, distance)
+    near = np.empty((count, 3))
+    for k in range(count):
+        near[k] = circles[found[k]]
+    return found[:count], near
 
 
 @_compile
@@ -56,6 +66,35 @@ def entries(
             enters = (squared >= 0.0) & (along + half > 0.0)
             out[k, i] = max(along - half, 0.0) / level[i] if enters else np.inf
     return out
+
+
+@_compile
+def near(
+    circles: FloatArray,
+    x: float,
+    y: float,
+    distance: float,
+    entered: FloatArray,
+    beams: BoolArray,
+) -> Any:
+    """Which of the circles (m, 3) come within a distance of a place, which of these are entered, and by which beams.
+
+    The first two are numbers; of the beams (n,), those count that are chosen and enter one of the circles, at ranges (m, n).
+    """
+    found, count = np.empty((2, circles.shape[0]), dtype=np.int64), 0
+    enters, some = np.zeros(beams.shape[0], dtype=np.bool_), 0
+    for k in range(circles.shape[0]):
+        if not _comes_within(circles[k], x, y, distance):
+            continue
+        found[0, count] = found[1, some] = k
+        is_entered = False
+        for i in range(beams.shape[0]):
+            meets = beams[i] & (entered[k, i] < np.inf)
+            enters[i] |= meets
+            is_entered |= meets
+        count += 1
+        some += is_entered
+    return found[0, :count], found[1, :some], enters
 
 
 @_compile

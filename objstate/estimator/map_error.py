@@ -8,6 +8,7 @@ average, the variance of the error that stays.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -46,7 +47,7 @@ class MapError:
     def std(self) -> float:
         """m, along the walls' normals, by what looks at a place agree on: less half its standard error."""
         mean, error = self._sum / self._precision, self._precision**-0.5
-        return float(np.sqrt(max(mean - error / 2.0, self._settings.least_m**2)))
+        return math.sqrt(max(mean - error / 2.0, self._settings.least_m**2))
 
     def is_due(self, stamp_ns: int) -> bool:
         """Whether enough time has gone by since the last note that its errors are forgotten."""
@@ -64,7 +65,7 @@ class MapError:
         """
         s, self._noted_ns, guess = self._settings, stamp_ns, self._settings.std_m**2
         for place, off, noise in _looks(s, places, directions, longer):
-            clip = s.clip * float(np.sqrt(self.std**2 + noise))
+            clip = s.clip * math.sqrt(self.std**2 + noise)
             now = min(max(off, -clip), clip)
             before = self._before.get(place, _Mean(0.0, 0.0))
             if before.precision > 0.0:

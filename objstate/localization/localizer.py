@@ -102,16 +102,10 @@ class Localizer:
         count = min(max(needed, s.min_particles), max(s.max_particles, len(ancestors) // 2))
         if count != len(ancestors):
             ancestors = systematic(belief.weights, count, rng)
-        noise, root = rng.standard_normal((count, 3)), self._kernel(belief, count)
-        poses = kernels.copies(belief.poses, ancestors, noise, root)
+        noise, root = rng.standard_normal((count, 3)), square_root(belief.covariance)
+        width = s.kernel_width * count ** (-1.0 / 7.0)  # the optimal order in 3-D
+        poses = kernels.copies(belief.poses, ancestors, noise, root, width, self._bin)
         return PoseBelief(poses, Weights.uniform(count)), ancestors
-
-    def _kernel(self, belief: PoseBelief, count: int) -> FloatArray:
-        """Square root (3, 3) of the covariance of the kernel around each of ``count`` samples."""
-        width = self.settings.kernel_width * count ** (-1.0 / 7.0)  # the optimal order in 3-D
-        root = width * square_root(belief.covariance)
-        widest = np.abs(root).sum(axis=1) / self._bin
-        return np.asarray(root / max(1.0, float(widest.max())))
 
     @lazy
     def _bin(self) -> FloatArray:
@@ -121,7 +115,7 @@ class Localizer:
 
     def _occupied(self, poses: FloatArray) -> int:
         """How many cells of the KLD grid, the first of which has its middle in theirs, hold a sample."""
-        return len(set(kernels.cells(poses, self._bin).tolist()))
+        return int(kernels.occupied(poses, self._bin))
 
     def _spacing(self, belief: PoseBelief) -> float:
         """Distance in m between neighbouring samples, a turn counted at ``LEVER``."""

@@ -55,6 +55,7 @@ class OdometryError:
         # likewise: squares of corrections by what the alphas say was added, of lengths and of turns
         self._corrected = np.full(2, settings.weight)
         self._expected = np.full(2, settings.weight)
+        self._factors = self._found_factors()
         self._open: _Stretch | None = None
         self._is_standing = True
 
@@ -69,9 +70,7 @@ class OdometryError:
     @property
     def factors(self) -> Variances:
         """By how much the variances of lengths and of turns are larger than the alphas say."""
-        s = self._settings
-        length, turn = (self._corrected / self._expected).tolist()
-        return Variances(min(max(length, s.least), s.most), min(max(turn, s.least), s.most))
+        return self._factors
 
     def to_dict(self) -> dict[str, Any]:
         """What was learnt, for ``run.json``."""
@@ -132,3 +131,8 @@ class OdometryError:
         self._driven += np.outer(stretch.driven, stretch.driven)
         self._strayed += np.outer(strayed, stretch.driven)
         self._systematic = np.asarray(np.linalg.solve(self._driven, self._strayed.T).T)
+        self._factors = self._found_factors()
+
+    def _found_factors(self) -> Variances:
+        s, (length, turn) = self._settings, (self._corrected / self._expected).tolist()
+        return Variances(min(max(length, s.least), s.most), min(max(turn, s.least), s.most))

@@ -20,13 +20,16 @@ from objstate.records import Scan
 from objstate.sensing import BeamModel
 
 TURNS = 90  # bearings at which ranges are looked up, and headings that are tried
-HEADINGS = np.arange(TURNS) * (2.0 * np.pi / TURNS)  # rad, those
+HEADINGS = np.linspace(0.0, 2.0 * np.pi, TURNS, endpoint=False)  # rad, those
 MOST_CELLS = 1000  # of the grid in which walls are found, along a side
 LASERS_KEPT = 4
 LEVEL = 0.1  # sine of a beam's slope up to which it reads about what a level one does
 CLEARANCE = 0.15  # m around a robot's middle that must be free
 FIRST_LOOKS = 4000  # places that tell how much of a large building is free
-EVENLY = (0.7548776662466927, 0.5698402909980532)  # steps by which points cover a square (Roberts 2018)
+EVENLY = (
+    0.7548776662466927,
+    0.5698402909980532,
+)  # steps by which points cover a square (Roberts 2018)
 SPARE = 1.1  # by which more may be free than a first look tells
 ENCLOSED = 0.75  # of all bearings at which a place inside a building sees walls
 
@@ -162,21 +165,21 @@ def _look_round(
 
     Walls have their two ends (2 k, 2) in a rectangle of a ``size`` (2,) that begins in the origin.
     """
-    from objstate.localization import search_kernels
+    from objstate.localization import search_kernels as kernels
 
     walls = ends.reshape(-1, 4)
     side = max(float(np.sqrt(np.prod(size) / len(walls))), float(size.max()) / MOST_CELLS)
     columns, rows = (int(length / side) + 1 for length in size)
-    cells = search_kernels.by_cell(walls, side, columns, rows)
+    numbers, first, last = kernels.by_cell(walls, side, columns, rows)
     directions = np.column_stack([np.cos(HEADINGS), np.sin(HEADINGS)])
 
-    def look_round(points: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
-        nearest, farthest, free = search_kernels.look_round(
-            points, directions, walls, *cells, side, CLEARANCE, ENCLOSED
+    def look(points: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
+        nearest, farthest, free = kernels.look_round(
+            points, directions, walls, numbers, first, last, side, CLEARANCE, ENCLOSED
         )
         return nearest, farthest, free
 
-    return look_round
+    return look
 
 
 def _by_bearing(scan: Scan, most: int) -> tuple[IntArray, IntArray]:

@@ -125,7 +125,9 @@ def test_places_know_what_rays_all_round_would_read() -> None:
     rays = Rays(np.tile([0.0, 0.0, LASER_HEIGHT], (TURNS, 1)), level)
     ranges = ExpectedRanges(place).walls(poses, rays)
     about = np.stack([np.roll(ranges, turn, axis=1) for turn in (-1, 0, 1)])
-    off = np.abs(np.stack([places.nearest - about.min(axis=0), places.farthest - about.max(axis=0)]))
+    off = np.abs(
+        np.stack([places.nearest - about.min(axis=0), places.farthest - about.max(axis=0)])
+    )
     assert np.mean(off < 1e-4) > 0.999  # but for rays that just pass a corner
 
 
