@@ -49,7 +49,7 @@ class Localizer:
 
         The noise is what the alphas say, or what was learnt of the odometry's ``error``, which hears of the step.
         """
-        if not step.any():
+        if not any(step.tolist()):
             return belief
         variances = motion_variances(step, self.settings)
         if error is not None:
@@ -119,8 +119,9 @@ class Localizer:
 
     def _spacing(self, belief: PoseBelief) -> float:
         """Distance in m between neighbouring samples, a turn counted at ``LEVER``."""
-        determinant = max(float(np.linalg.det(belief.covariance)), 0.0)
-        volume = 4.0 / 3.0 * math.pi * LEVER * math.sqrt(determinant)
+        (xx, xy, xt), (_, yy, yt), (_, _, tt) = belief.covariance.tolist()
+        determinant = xx * (yy * tt - yt * yt) - xy * (xy * tt - yt * xt) + xt * (xy * yt - yy * xt)
+        volume = 4.0 / 3.0 * math.pi * LEVER * math.sqrt(max(determinant, 0.0))
         cell = LEVER * math.prod(self._bin.tolist())
         if volume > cell:  # several clouds may stand far apart, with nothing between
             volume = min(volume, cell * self._occupied(belief.poses))
