@@ -128,31 +128,6 @@ def look_round(
 
 
 @_inner
-def _add_return(
-    nearest: FloatArray,
-    farthest: FloatArray,
-    breadth: FloatArray,
-    measured: float,
-    anything: float,
-    short: float,
-    per_sigma: float,
-    out: FloatArray,
-) -> None:
-    """Add to ``out`` (b,) what a beam with a return says of headings in which it has these bearings (b,)."""
-    for t in range(out.shape[0]):
-        off = max(nearest[t] - measured, measured - farthest[t], 0.0) * per_sigma
-        least = short if measured < nearest[t] else anything
-        out[t] += max(breadth[t] - 0.5 * off * off, least)
-
-
-@_inner
-def _add_missing(farthest: FloatArray, reach: float, missing: FloatArray, out: FloatArray) -> None:
-    """Add the same of a beam without a return."""
-    for t in range(out.shape[0]):
-        out[t] += missing[0] if farthest[t] >= reach else missing[1]
-
-
-@_inner
 def _score(
     nearest: FloatArray,
     farthest: FloatArray,
@@ -162,41 +137,31 @@ def _score(
     reach: float,
     missing: FloatArray,
     per_sigma: float,
+    twice: FloatArray,
     out: FloatArray,
 ) -> None:
-    """About log p(o | l) ``out`` (b,) of a place where so much should be read at b bearings, for as many headings."""
-    for t in range(out.shape[0]):
+    """About log p(o | l) ``out`` (b,) of a place where so much should be read at b bearings, for as many headings.
+
+    In ``twice`` (3, 2 b) it goes round twice, so that the bearings of a beam in all headings follow each other.
+    """
+    turns = out.shape[0]
+    for t in range(turns):
+        twice[0, t] = twice[0, t + turns] = nearest[t]
+        twice[1, t] = twice[1, t + turns] = farthest[t]
+        twice[2, t] = twice[2, t + turns] = breadth[t]
         out[t] = 0.0
     for i in range(bins.shape[0]):
         measured, anything, short = beams[0, i], beams[1, i], beams[2, i]
-        first, rest = (
-            bins[i],
-            out.shape[0] - bins[i],
-        )  # headings up to ``rest`` have bearings from ``first``
+        least, most = twice[0, bins[i] : bins[i] + turns], twice[1, bins[i] : bins[i] + turns]
+        between = twice[2, bins[i] : bins[i] + turns]
         if measured < np.inf:
-            _add_return(
-                nearest[first:],
-                farthest[first:],
-                breadth[first:],
-                measured,
-                anything,
-                short,
-                per_sigma,
-                out[:rest],
-            )
-            _add_return(
-                nearest[:first],
-                farthest[:first],
-                breadth[:first],
-                measured,
-                anything,
-                short,
-                per_sigma,
-                out[rest:],
-            )
+            for t in range(turns):
+                off = max(least[t] - measured, measured - most[t], 0.0) * per_sigma
+                chance = short if measured < least[t] else anything
+                out[t] += max(between[t] - 0.5 * off * off, chance)
         else:
-            _add_missing(farthest[first:], reach, missing, out[:rest])
-            _add_missing(farthest[:first], reach, missing, out[rest:])
+            for t in range(turns):
+                out[t] += missing[0] if most[t] >= reach else missing[1]
 
 
 @_inner
@@ -243,6 +208,7 @@ def scores(
     the pose ``offset`` (3,) as seen from the robot.
     """
     turns = nearest.shape[1]
+    twice = np.empty((3, 2 * turns))
     table, is_known = np.empty(nearest.shape), np.zeros(nearest.shape[0], np.bool_)
     nowhere, out = _nowhere(beams, missing), np.empty(poses.shape[0])
     for p in range(poses.shape[0]):
@@ -264,6 +230,7 @@ def scores(
                 reach,
                 missing,
                 per_sigma,
+                twice,
                 table[place],
             )
         turn = int(np.rint((poses[p, 2] + offset[2]) / (2.0 * np.pi) * turns)) % turns
@@ -290,7 +257,7 @@ def scores_all_round(
 ) -> Any:
     """The same (c, t) of robots at points (c, 2) in each of some headings (t,)."""
     turns, count = nearest.shape[1], headings.shape[0]
-    table = np.empty(nearest.shape)
+    table, twice = np.empty(nearest.shape), np.empty((3, 2 * turns))
     for place in range(nearest.shape[0]):
         _score(
             nearest[place],
@@ -301,6 +268,7 @@ def scores_all_round(
             reach,
             missing,
             per_sigma,
+            twice,
             table[place],
         )
     nowhere, out = _nowhere(beams, missing), np.empty((points.shape[0], count))
