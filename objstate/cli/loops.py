@@ -52,15 +52,15 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
         (projection.cast, "f2 f2 f2 i i1 f2 i1 f1 f3"),
         (likelihood.pose_log_likelihood, "f2 f2 f2 i1 i1 f2 i1 f1 i1 f2 i1 f1 f1 f1"),
         (likelihood.scan_log_likelihood, "f2 f1 f1 f1 f1 f1"),
-    ),
-    (
         (search.by_cell, "f2 f i i"),
         (search.look_round, "f2 f2 f2 i1 i2 i2 f f f"),
+    ),
+    (
         (search.scores, "f2 i2 f1 f f2 f2 f2 i1 f2 f1 f f1 f"),
         (search.scores_all_round, "f2 f1 i2 f1 f f2 f2 f2 i1 f2 f1 f f1 f"),
         (robot.moments, "f2 f1"),
         (robot.moved, "f2 f f f f f f2"),
-        (robot.occupied, "f2 f1"),
+        (robot.cells, "f2 f1"),
         (robot.copies, "f2 i1 f2 f2 f f1"),
         (sight.evenly_spread, "b1 i"),
         (sight.within, "f2 f f f"),
@@ -68,6 +68,7 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
         (sight.entries, "f2 f1 f f f2 f2 f1"),
         (sight.reached, "f2 b1 f1 f"),
         (sight.share_through_walls, "f1 f1 f"),
+        (sight.wall_looks, "f2 f2 f1 f f i f f"),
     ),
 )
 

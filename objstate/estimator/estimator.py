@@ -372,11 +372,9 @@ class Estimator:
     def _note_map_error(self, sight: Sight) -> None:
         """Compare what beams aside of all objects read with where the walls should be."""
         chosen, scan = sight.bare & np.isfinite(sight.walls), sight.scan
-        walls = sight.walls[chosen]
-        origins, directions = cast_from(
-            transform_from_pose(sight.robot.mean), scan.rays.take(chosen)
-        )
-        origins, directions = origins[:, :2], directions[:, :2]
+        walls, rays = sight.walls[chosen], scan.rays.take(chosen)
+        base = transform_from_pose(sight.robot.mean)
+        origins, directions = (np.ascontiguousarray(each[:, :2]) for each in cast_from(base, rays))
         places, longer = origins + directions * walls[:, None], scan.ranges[chosen] - walls
         self._map_error.note(scan.stamp_ns, places, directions, longer)
 

@@ -78,8 +78,8 @@ def moved(
 
 
 @_compile
-def occupied(poses: FloatArray, sides: FloatArray) -> Any:
-    """How many cells of a grid hold one of the poses (n, 3) or more.
+def cells(poses: FloatArray, sides: FloatArray) -> Any:
+    """Numbers (n,) of the cells of a grid that poses (n, 3) lie in, by which cells are told apart.
 
     The cells have the ``sides`` (3,), and the poses' mean lies in the middle of one.
     """
@@ -103,11 +103,7 @@ def occupied(poses: FloatArray, sides: FloatArray) -> Any:
         layer = rows * (places[p, 2] - first[2])
         row = columns * (places[p, 1] - first[1] + layer)
         numbers[p] = np.int64(places[p, 0] - first[0] + row)
-    numbers.sort()
-    found = 1
-    for p in range(1, count):
-        found += numbers[p] != numbers[p - 1]
-    return found
+    return numbers
 
 
 @_inner

@@ -115,7 +115,7 @@ class Localizer:
 
     def _occupied(self, poses: FloatArray) -> int:
         """How many cells of the KLD grid, the first of which has its middle in theirs, hold a sample."""
-        return int(kernels.occupied(poses, self._bin))
+        return len(set(kernels.cells(poses, self._bin).tolist()))
 
     def _spacing(self, belief: PoseBelief) -> float:
         """Distance in m between neighbouring samples, a turn counted at ``LEVER``."""
