@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Mapping
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Literal
 
 import numpy as np
@@ -101,6 +101,7 @@ class Estimator:
         self._consistency = Consistency(self.settings.consistency)
         self._hinges = Hinges(building, self.settings)
         self._represented = lru_cache(maxsize=1024)(ObjectBelief.represented_by)  # few change
+        self._widened = lru_cache(maxsize=64)(partial(_widened, self._believed))  # asked for again
         self._odometry: FloatArray | None = None
         self._driven_m = 0.0
         self._now_ns = 0
@@ -182,7 +183,7 @@ class Estimator:
         self._now_ns = scan.stamp_ns
         if scan.odometry is not None:
             self._drive(scan.odometry)
-        if not scan.valid.any():
+        if not np.count_nonzero(scan.valid):
             return []
         thinned = self._thinned(scan)
         return [] if thinned is None else self._sense(thinned)
@@ -358,7 +359,7 @@ class Estimator:
         """The belief of somebody who knows that the building's model is off."""
         factor = self._consistency.factor(belief.item.kind)
         std = max(self._map_error.std, self._hinges.std(belief))
-        return self._believed.filters[name].widened(belief, factor, std)
+        return self._widened(name, belief, factor, std)
 
     def _infers_jointly(self, robot: PoseBelief) -> bool:
         s = self.settings.object_updates
@@ -414,7 +415,7 @@ class Estimator:
         """The track with its record of how well it explains scans kept up."""
         s, robot, scan = self.settings.localization, sight.robot, sight.scan
         beams = evenly_spread(sight.valid, s.max_beams)
-        if not self._is_narrow(robot) or not beams.any():
+        if not (self._is_narrow(robot) and np.count_nonzero(beams)):
             return track
         view, walls = sight.view(beams), sight.walls[beams]
         through = share_through_walls(scan.ranges[beams], walls, s.doubt_margin)
@@ -540,3 +541,9 @@ class Estimator:
         self._search.forget()
         if is_start:
             self._doubt.start_anew(self._now_ns)
+
+
+def _widened(
+    believed: Believed, name: str, belief: ObjectBelief, factor: float, std_m: float
+) -> ObjectBelief:
+    return believed.filters[name].widened(belief, factor, std_m)

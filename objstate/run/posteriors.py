@@ -87,7 +87,7 @@ def _shares(belief: ObjectBelief, k: int, edges: FloatArray) -> FloatArray:
         ends = values[0] + cell * (np.arange(len(values) + 1) - 0.5)
         filled = np.interp(edges, ends, np.concatenate([NOTHING, np.cumsum(weights)]))
         filled[0], filled[-1] = 0.0, 1.0
-        return np.maximum(filled[1:] - filled[:-1], 0.0)
+        return np.asarray(np.maximum(filled[1:] - filled[:-1], 0.0))
     bins = np.searchsorted(edges, values, side="right") - 1
     shares = np.bincount(bins.clip(0, len(edges) - 2), weights, len(edges) - 1)
     return shares.astype(float)
