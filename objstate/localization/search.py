@@ -25,6 +25,9 @@ HYPOTHESES = 12  # of those, that differ, are refined
 TRIES = 48  # poses about a hypothesis, in each of the steps below
 STEPS = (1.0, 0.35, 0.12)  # of ``SPREAD``
 SPREAD = np.array([0.12, 0.12, np.radians(2.5)])  # how far from the truth a looked-up pose may be
+HOPELESS = (
+    30.0  # by which log-likelihoods are behind the best that further steps don't catch up with it
+)
 HEIGHT_STEP = 0.1  # m; lasers whose heights differ by less are looked up in one table
 
 
@@ -121,8 +124,7 @@ class Search:
                 total += log_likelihood(compose(poses, step), blur)
             return total
 
-        refined = [_refined(pose, joint, rng) for pose in found]
-        poses, score = np.array([p for p, _ in refined]), np.array([value for _, value in refined])
+        poses, score = _refined(found, joint, rng)
         order = np.argsort(-score, kind="stable")
         poses, score = poses[order], score[order]
         kept = _distinct_indices(poses, HYPOTHESES)
@@ -202,16 +204,18 @@ def _distinct_indices(poses: FloatArray, most: int) -> list[int]:
 
 
 def _refined(
-    pose: FloatArray,
-    joint: LogLikelihood,
-    rng: np.random.Generator,
-) -> tuple[FloatArray, float]:
-    """The best pose near a pose (3,), by closer and closer tries, and its log-likelihood."""
-    best = 0.0
+    poses: FloatArray, joint: LogLikelihood, rng: np.random.Generator
+) -> tuple[FloatArray, FloatArray]:
+    """The best poses near poses (h, 3), by closer and closer tries, and their log-likelihoods (h,).
+
+    About each the same is tried, so that none is luckier than others that look alike.
+    """
+    poses, score = poses.copy(), np.zeros(len(poses))
     for step in STEPS:
-        tries = pose + rng.standard_normal((TRIES, 3)) * SPREAD * step
-        tries[0] = pose
-        score = joint(tries, step * float(SPREAD[0]) / 2.0)
-        k = int(np.argmax(score))
-        pose, best = tries[k], float(score[k])
-    return pose, best
+        off = rng.standard_normal((TRIES, 3)) * SPREAD * step
+        off[0] = 0.0
+        for h in np.flatnonzero(score >= score.max() - HOPELESS):
+            told = joint(poses[h] + off, step * float(SPREAD[0]) / 2.0)
+            best = int(np.argmax(told))
+            poses[h], score[h] = poses[h] + off[best], told[best]
+    return poses, score
