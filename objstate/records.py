@@ -72,7 +72,7 @@ class Scan:
     def __len__(self) -> int:
         return len(self.ranges)
 
-    @property
+    @lazy
     def valid(self) -> BoolArray:
         """(n,) the beams that say anything: a return, or none up to range_max."""
         return ~np.isnan(self.ranges)

@@ -29,22 +29,15 @@ def _section(mesh: Mesh, height: float) -> FloatArray:
     """One segment (k, 2, 2) for each triangle that the plane passes through."""
     above = mesh.vertices[:, 2] - height
     above = np.where(np.abs(above) < SNAP, 0.0, above)
-    lone = _lone_corner(above[mesh.faces] >= 0)
-    cut = lone >= 0
-    faces, lone = mesh.faces[cut], lone[cut]
-    rows = np.arange(len(faces))
+    first, second, third = (above >= 0.0)[mesh.faces.T]
+    cut = (first != second) | (second != third)
+    lone = np.where(second == third, 0, np.where(first == third, 1, 2))[cut]  # on its side alone
+    faces, rows = mesh.faces[cut], np.arange(len(lone))
     tip = faces[rows, lone]
     others = np.column_stack([faces[rows, (lone + 1) % 3], faces[rows, (lone + 2) % 3]])
     share = above[tip, None] / (above[tip, None] - above[others])  # of the way from the tip
     start, end = mesh.vertices[tip, None, :2], mesh.vertices[others, :2]
     return np.asarray(start + share[..., None] * (end - start))
-
-
-def _lone_corner(above: np.ndarray) -> IntArray:
-    """(f,) which corner lies alone on its side of the plane, -1 where none does; from (f, 3)."""
-    alone = above != np.roll(above, 1, axis=1)
-    alone &= above != np.roll(above, -1, axis=1)
-    return np.where(alone.any(axis=1), alone.argmax(axis=1), -1)
 
 
 def join_collinear(segments: FloatArray) -> FloatArray:

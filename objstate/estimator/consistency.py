@@ -10,24 +10,21 @@ for shrinkage close to nothing, which beliefs of samples have by chance, says no
 
 from __future__ import annotations
 
-from collections.abc import Hashable
-from dataclasses import dataclass
-
-import numpy as np
+import math
+from collections.abc import Hashable, Sequence
+from typing import NamedTuple
 
 from objstate.config import ConsistencySettings
-from objstate.geometry import FloatArray
 from objstate.objects import ObjectBelief
 
-OF_MEAN = np.sqrt(np.pi / 2.0)  # a Gaussian's deviation by its mean distance from zero
+OF_MEAN = math.sqrt(math.pi / 2.0)  # a Gaussian's deviation by its mean distance from zero
 
 
-@dataclass(frozen=True, eq=False)
-class Stretch:
-    """How a belief (d,) changed for a while, each scan by the deviation that it found."""
+class Change(NamedTuple):
+    """Of one coordinate of a belief, over a stretch: each scan's by the deviation that it found."""
 
-    moved: FloatArray  # the mean, in deviations
-    shrunk: FloatArray  # the variance, as a share of itself
+    moved: float  # the mean, in deviations
+    shrunk: float  # the variance, as a share of itself
 
 
 class Consistency:
@@ -37,14 +34,14 @@ class Consistency:
         self._settings = settings
         self._moved: dict[Hashable, float] = {}  # by class: sums over stretches and coordinates
         self._expected: dict[Hashable, float] = {}
-        self._open: dict[str, Stretch] = {}
+        self._open: dict[str, Sequence[Change]] = {}  # by object: of each coordinate
 
     def factor(self, of: Hashable) -> float:
         """For objects of one class; 1 where nothing is known."""
         s = self._settings
         moved, expected = self._moved.get(of, 0.0), self._expected.get(of, 0.0)
         ratio = (moved + s.weight) / (expected + s.weight)
-        return float(np.clip(ratio**2, s.least, s.most))
+        return min(max(ratio**2, s.least), s.most)
 
     def note(self, before: ObjectBelief, after: ObjectBelief) -> None:
         """Take in how a scan changed the belief of an object that nobody moved since the scan before.
@@ -52,18 +49,24 @@ class Consistency:
         Else what a scan says against its having been moved would pass for what it says of the place.
         """
         name, of, s = after.item.name, after.item.kind, self._settings
-        stretch = self._open.pop(name, None)
+        changed = self._open.pop(name, [Change(0.0, 0.0)] * len(after.cell))
         if not (before.settled and after.settled and before.std.all()):
             return
-        moved, shrunk = after.moved_from(before) / before.std, 1.0 - (after.std / before.std) ** 2
-        if np.abs(moved).max() > s.jump:
+        moved, std, later = (
+            after.moved_from(before).tolist(),
+            before.std.tolist(),
+            after.std.tolist(),
+        )
+        if any(abs(move) > s.jump * was for move, was in zip(moved, std, strict=True)):
             return
-        if stretch is not None:
-            moved, shrunk = moved + stretch.moved, shrunk + stretch.shrunk
-        if shrunk.mean() < s.stretch:
-            self._open[name] = Stretch(moved, shrunk)
+        changed = [
+            Change(so_far.moved + move / was, so_far.shrunk + 1.0 - (is_now / was) ** 2)
+            for so_far, move, was, is_now in zip(changed, moved, std, later, strict=True)
+        ]
+        if sum(each.shrunk for each in changed) < s.stretch * len(changed):
+            self._open[name] = changed
             return
-        telling = shrunk > 0.0
-        by_mean, by_variance = OF_MEAN * np.abs(moved[telling]), np.sqrt(shrunk[telling])
-        self._moved[of] = self._moved.get(of, 0.0) + float(by_mean.sum())
-        self._expected[of] = self._expected.get(of, 0.0) + float(by_variance.sum())
+        for moved, shrunk in changed:
+            if shrunk > 0.0:
+                self._moved[of] = self._moved.get(of, 0.0) + OF_MEAN * abs(moved)
+                self._expected[of] = self._expected.get(of, 0.0) + math.sqrt(shrunk)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterable, Mapping
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Literal
 
 import numpy as np
@@ -19,7 +20,7 @@ from objstate.estimator.kernels import evenly_spread, share_through_walls
 from objstate.estimator.map_error import MapError
 from objstate.estimator.observation import Observation, observe
 from objstate.estimator.schedule import Schedule
-from objstate.estimator.sight import Sight
+from objstate.estimator.sight import Near, Sight
 from objstate.estimator.thinning import Thinning
 from objstate.estimator.tracking import Track
 from objstate.geometry import BoolArray, FloatArray, between, transform_from_pose
@@ -27,6 +28,7 @@ from objstate.localization import (
     LEVER,
     Hypotheses,
     Localizer,
+    LogLikelihood,
     OdometryError,
     PoseBelief,
     Search,
@@ -42,7 +44,7 @@ from objstate.records import (
     RobotBelief,
     Scan,
 )
-from objstate.sensing import BeamModel, ExpectedRanges, Sensing, UncertainObject, cast_from
+from objstate.sensing import BeamModel, Sensing, UncertainObject, cast_from
 
 FIT_BLUR = 0.1  # m; walls that are off by less fit
 FOUND_STD = np.array([0.1, 0.1, np.radians(3.0)])  # m, m, rad, of a place that was searched for
@@ -89,8 +91,8 @@ class Estimator:
         self._search_rng = np.random.default_rng([seed, 2])
         self._localizer = Localizer(self.settings.localization)
         self.odometry_error = OdometryError(self.settings.odometry_error)  # as learnt by now
-        self._search = Search(ExpectedRanges(building), self.settings)
         self._sensing = Sensing(building, BeamModel(self.settings.beam_model))
+        self._search = Search(self._sensing, self.settings)
         self._thinned = Thinning(self.settings.scans)
         self._schedule = Schedule(self.settings.object_updates)
         self._believed = Believed(building, self.settings, seed, beliefs or {})
@@ -99,6 +101,7 @@ class Estimator:
         self._consistency = Consistency(self.settings.consistency)
         self._hinges = Hinges(building, self.settings)
         self._represented = lru_cache(maxsize=1024)(ObjectBelief.represented_by)  # few change
+        self._widened = lru_cache(maxsize=64)(partial(_widened, self._believed))  # asked for again
         self._odometry: FloatArray | None = None
         self._driven_m = 0.0
         self._now_ns = 0
@@ -180,7 +183,7 @@ class Estimator:
         self._now_ns = scan.stamp_ns
         if scan.odometry is not None:
             self._drive(scan.odometry)
-        if not scan.valid.any():
+        if not np.count_nonzero(scan.valid):
             return []
         thinned = self._thinned(scan)
         return [] if thinned is None else self._sense(thinned)
@@ -196,7 +199,7 @@ class Estimator:
         if self._localizes_itself and not self._is_anywhere:
             track = self._found_again(self._judged(track, sight), scan)
             if track.belief is not sight.robot:
-                sight = self._sight(scan, track.belief)
+                sight = sight.by(track.belief)
         if self._doubt.is_lost:
             self._track = track
             return self._unobserved(sight)
@@ -209,13 +212,13 @@ class Estimator:
         scan, s = sight.scan, self.settings.localization
         if self._map_error.is_due(scan.stamp_ns):
             self._note_map_error(sight)
-        near, towards = self._near(sight, sight.valid)
-        used = np.asarray(towards.any(axis=0))
-        share = min(1.0, s.max_beams / max(int(sight.valid.sum()), 1))  # of the beams that count
-        free = sight.valid & ~used
-        aside = evenly_spread(free, int(np.ceil(share * free.sum())))
-        evidence = self._log_likelihood(sight, aside, but=near)
-        observation = self._observe(near, towards, used, sight, track.belief)
+        near = self._near(sight, sight.valid)
+        telling = int(np.count_nonzero(sight.valid))
+        share = min(1.0, s.max_beams / max(telling, 1))  # of the beams that count
+        free = sight.valid & ~near.beams
+        aside = evenly_spread(free, math.ceil(share * np.count_nonzero(free)))
+        evidence = self._log_likelihood(sight, aside, but=near.names)
+        observation = self._observe(near, sight, track.belief)
         evidence += share * s.tempering * observation.log_evidence
         corrected = self._localizer.correct(track.belief, evidence)
         self.odometry_error.note(track.belief, corrected)
@@ -228,7 +231,7 @@ class Estimator:
             if observation.predicted[name].settled:
                 self._consistency.note(observation.unmoved[name], observation.beliefs[name].belief)
         descent = Descent(self._forgotten(track), ancestors)
-        self._believed.keep_in_view(observation.beliefs, descent, near)
+        self._believed.keep_in_view(observation.beliefs, descent, near.names)
         self._track = track.corrected(robot, self._odometry)
         self.corrections += 1
         self._note_hinges(sight, observation)
@@ -249,16 +252,15 @@ class Estimator:
         if not observing.any() or not self._is_narrow(track.belief):
             return []
         robot = track.belief.thinned(self.settings.object_updates.robot_samples, self._rng)
-        sight = self._sight(scan, track.belief)
-        near, towards = self._near(sight, observing)
-        observation = self._observe(near, towards, np.asarray(towards.any(axis=0)), sight, robot)
+        sight = sight.by(track.belief)
+        observation = self._observe(self._near(sight, observing), sight, robot)
         self._believed.keep((name, each.belief) for name, each in observation.beliefs.items())
         self._note_hinges(sight, observation)
         return self._estimates(observation)
 
     def _unobserved(self, sight: Sight) -> list[Estimate]:
         """What is believed of the objects that a lost robot thinks it is near."""
-        near, _ = self._near(sight, sight.valid)
+        near = self._near(sight, sight.valid).names
         beliefs = {name: self._believed.at(name, sight.scan.stamp_ns) for name in near}
         return [
             row
@@ -270,7 +272,7 @@ class Estimator:
         """p(l) <- integral of p(l | a, l') p(l'), for a new odometry reading a."""
         if self._odometry is not None:
             step = between(self._odometry, pose)
-            self._driven_m += float(np.hypot(step[0], step[1]))
+            self._driven_m += math.hypot(step[0], step[1])
             if self._track is not None:
                 self._track = self._driven(self._track, step)
             self._doubt.drive(step)
@@ -304,29 +306,21 @@ class Estimator:
         """
         if track.corrected_at is None or self._odometry is None:
             return 1.0
-        step = between(track.corrected_at, self._odometry)
-        driven = float(np.hypot(step[0], step[1])) + LEVER * abs(float(step[2]))
-        return float(-np.expm1(-driven / self.settings.object_updates.correlation_m))
+        x, y, turned = between(track.corrected_at, self._odometry).tolist()
+        driven = math.hypot(x, y) + LEVER * abs(turned)
+        return -math.expm1(-driven / self.settings.object_updates.correlation_m)
 
     def _sight(self, scan: Scan, robot: PoseBelief) -> Sight:
-        return Sight(scan, robot, self._sensing, self._believed.surroundings)
+        return Sight(scan, robot, self._sensing.view(scan), self._believed.surroundings)
 
-    def _near(self, sight: Sight, beams: BoolArray) -> tuple[list[str], BoolArray]:
-        """The objects near the robot, and which of the beams may touch each of them (m, n)."""
+    def _near(self, sight: Sight, beams: BoolArray) -> Near:
         return sight.near(self.settings.object_updates.max_distance, beams)
 
-    def _observe(
-        self,
-        names: list[str],
-        towards: BoolArray,
-        used: BoolArray,
-        sight: Sight,
-        robot: PoseBelief,
-    ) -> Observation:
+    def _observe(self, near: Near, sight: Sight, robot: PoseBelief) -> Observation:
         return observe(
             self._believed,
-            sight.view(used),
-            [name for name, each in zip(names, towards, strict=True) if each.any()],
+            sight.view(near.beams),
+            near.pointed_at,
             robot,
             sight.scan.stamp_ns,
             self.settings.object_updates.tempering,
@@ -365,7 +359,7 @@ class Estimator:
         """The belief of somebody who knows that the building's model is off."""
         factor = self._consistency.factor(belief.item.kind)
         std = max(self._map_error.std, self._hinges.std(belief))
-        return self._believed.filters[name].widened(belief, factor, std)
+        return self._widened(name, belief, factor, std)
 
     def _infers_jointly(self, robot: PoseBelief) -> bool:
         s = self.settings.object_updates
@@ -379,11 +373,9 @@ class Estimator:
     def _note_map_error(self, sight: Sight) -> None:
         """Compare what beams aside of all objects read with where the walls should be."""
         chosen, scan = sight.bare & np.isfinite(sight.walls), sight.scan
-        walls = sight.walls[chosen]
-        origins, directions = cast_from(
-            transform_from_pose(sight.robot.mean), scan.rays.take(chosen)
-        )
-        origins, directions = origins[:, :2], directions[:, :2]
+        walls, rays = sight.walls[chosen], scan.rays.take(chosen)
+        base = transform_from_pose(sight.robot.mean)
+        origins, directions = (np.ascontiguousarray(each[:, :2]) for each in cast_from(base, rays))
         places, longer = origins + directions * walls[:, None], scan.ranges[chosen] - walls
         self._map_error.note(scan.stamp_ns, places, directions, longer)
 
@@ -423,7 +415,7 @@ class Estimator:
         """The track with its record of how well it explains scans kept up; a wide one's best pose counts."""
         s, robot, scan = self.settings.localization, sight.robot, sight.scan
         beams = evenly_spread(sight.valid, s.max_beams)
-        if not beams.any():
+        if not np.count_nonzero(beams):
             return track
         view, poses, walls = sight.view(beams), robot.mean[None], sight.walls[None, beams]
         objects = self._scenery(sight.seen_by(beams), self._believed.marginals)
@@ -494,13 +486,19 @@ class Estimator:
             return None
         return self._search.hypotheses(self._explained, also, self._search_rng)
 
-    def _explained(self, poses: FloatArray, scan: Scan, blur: float) -> FloatArray:
-        """Tempered log p(o | l) (p,) of poses near each other, from each with its own objects."""
-        s = self.settings.localization
-        sight = self._sight(scan, PoseBelief(poses, Weights.uniform(len(poses))))
-        beams = evenly_spread(sight.valid, s.max_beams)
-        objects = self._scenery(sight.seen_by(beams), self._believed.priors)
-        return s.tempering * sight.view(beams).pose_log_likelihood(poses, blur, objects)
+    def _explained(self, scan: Scan) -> LogLikelihood:
+        """Tempered log p(o | l) (p,) of a scan, for poses near each other, from each with its own objects."""
+        s, anywhere = self.settings.localization, PoseBelief(np.zeros((1, 3)), Weights.uniform(1))
+        looked = self._sight(scan, anywhere)
+        beams = evenly_spread(looked.valid, s.max_beams)
+        view = looked.view(beams)
+
+        def log_likelihood(poses: FloatArray, blur: float) -> FloatArray:
+            sight = looked.by(PoseBelief(poses, Weights.uniform(len(poses))))
+            objects = self._scenery(sight.seen_by(beams), self._believed.priors)
+            return s.tempering * view.pose_log_likelihood(poses, blur, objects)
+
+        return log_likelihood
 
     def _anywhere(self, scan: Scan) -> Track | None:
         """The track of a robot that may be anywhere: where its scans up to this one fit."""
@@ -548,3 +546,9 @@ class Estimator:
         self._search.forget()
         if is_start:
             self._doubt.start_anew(self._now_ns)
+
+
+def _widened(
+    believed: Believed, name: str, belief: ObjectBelief, factor: float, std_m: float
+) -> ObjectBelief:
+    return believed.filters[name].widened(belief, factor, std_m)

@@ -8,18 +8,13 @@ average, the variance of the error that stays.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
 from dataclasses import dataclass
 
-import numpy as np
-
 from objstate.config import MapErrorSettings
-from objstate.geometry import BoolArray, FloatArray
+from objstate.estimator.kernels import wall_looks
+from objstate.geometry import FloatArray
 from objstate.records import NANOSECONDS
-
-BENT = 0.02  # rad, by which three places in a row on a flat wall may seem to bend
-ASIDE = 0.27  # of a cell, by which the grid of places is shifted: walls stand at round numbers
-SIDES = 8  # directions that the walls of one place are told apart by
 
 _Place = tuple[float, float, float]  # column and row of its cell, and which way its wall faces
 
@@ -46,7 +41,7 @@ class MapError:
     def std(self) -> float:
         """m, along the walls' normals, by what looks at a place agree on: less half its standard error."""
         mean, error = self._sum / self._precision, self._precision**-0.5
-        return float(np.sqrt(max(mean - error / 2.0, self._settings.least_m**2)))
+        return math.sqrt(max(mean - error / 2.0, self._settings.least_m**2))
 
     def is_due(self, stamp_ns: int) -> bool:
         """Whether enough time has gone by since the last note that its errors are forgotten."""
@@ -63,8 +58,12 @@ class MapError:
         tell a variance; a place that lies off by more than ``clip`` deviations counts as if by so many.
         """
         s, self._noted_ns, guess = self._settings, stamp_ns, self._settings.std_m**2
-        for place, off, noise in _looks(s, places, directions, longer):
-            clip = s.clip * float(np.sqrt(self.std**2 + noise))
+        looks = wall_looks(
+            places, directions, longer, s.cell_m, s.most_m, s.beams, s.in_full, s.noise_m**2
+        )
+        for column, row, side, off, noise in looks.tolist():
+            place = (column, row, side)
+            clip = s.clip * math.sqrt(self.std**2 + noise)
             now = min(max(off, -clip), clip)
             before = self._before.get(place, _Mean(0.0, 0.0))
             if before.precision > 0.0:
@@ -74,47 +73,3 @@ class MapError:
             precision = before.precision + 1.0 / noise
             mean = before.off + (now - before.off) / (noise * precision)
             self._before[place] = _Mean(mean, precision)
-
-
-def _looks(
-    settings: MapErrorSettings, places: FloatArray, directions: FloatArray, longer: FloatArray
-) -> Iterator[tuple[_Place, float, float]]:
-    """By how many m each place seems to lie off along its wall's normal, and the variance of that by noise.
-
-    Only beams between two neighbours on the same flat wall tell, and only of places that nothing hides in part.
-    """
-    if len(places) < 3:
-        return
-    along, is_flat = _walls(places)
-    places, directions, longer = places[1:-1], directions[1:-1], longer[1:-1]
-    normals = np.column_stack([-along[:, 1], along[:, 0]])
-    cosines = (directions * normals).sum(axis=1)
-    normals *= np.sign(cosines)[:, None]
-    off = longer * np.abs(cosines)
-    facing = np.round(np.arctan2(normals[:, 1], normals[:, 0]) * SIDES / (2.0 * np.pi)) % SIDES
-    cells = np.column_stack([np.floor(places / settings.cell_m + ASIDE), facing])
-    there: dict[_Place, list[tuple[float, float]]] = {}
-    told = zip(off[is_flat].tolist(), (cosines[is_flat] ** 2).tolist(), strict=True)
-    for (column, row, side), each in zip(cells[is_flat].tolist(), told, strict=True):
-        there.setdefault((column, row, side), []).append(each)
-    for place, beams in sorted(there.items()):
-        # not stopped by something, nor through a gap
-        believable = sorted(each for each in beams if abs(each[0]) < settings.most_m)
-        count = len(believable)
-        if count >= max(settings.beams, settings.in_full * len(beams)):
-            median = (believable[(count - 1) // 2][0] + believable[count // 2][0]) / 2.0
-            yield place, median, settings.noise_m**2 * sum(s for _, s in believable) / count**2
-
-
-def _walls(places: FloatArray) -> tuple[FloatArray, BoolArray]:
-    """The direction (n - 2, 2) of the wall at each place but the first and the last, and whether it's flat there.
-
-    A wall is flat where a place and its neighbours lie in one line.
-    """
-    steps = np.diff(places, axis=0)
-    lengths = np.hypot(steps[:, 0], steps[:, 1])
-    steps = steps / np.maximum(lengths, np.finfo(float).tiny)[:, None]
-    before, after = steps[:-1], steps[1:]
-    bend = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
-    ahead = (before * after).sum(axis=1) > 0.0
-    return after, (np.abs(bend) < BENT) & ahead

@@ -5,17 +5,29 @@ from __future__ import annotations
 import math
 from collections.abc import Collection
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from objstate.estimator import kernels
 from objstate.estimator.kernels import SPREAD_SIGMAS
 from objstate.estimator.surroundings import Surroundings
-from objstate.geometry import BoolArray, FloatArray, IntArray
+from objstate.geometry import BoolArray, FloatArray
 from objstate.lazy import lazy
 from objstate.localization import PoseBelief
 from objstate.records import Scan
-from objstate.sensing import ScanView, Sensing
+from objstate.sensing import ScanView
+
+
+class Near(NamedTuple):
+    """The objects near a robot, and the beams that may tell of them.
+
+    All other beams are the same whatever the objects do (section 3 of the paper).
+    """
+
+    names: list[str]
+    pointed_at: list[str]  # those of them that some beam may touch
+    beams: BoolArray  # (n,) that may touch one of them
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,42 +36,38 @@ class Sight:
 
     scan: Scan
     robot: PoseBelief
-    sensing: Sensing
+    whole: ScanView  # of all beams that say anything
     surroundings: Surroundings
+
+    def by(self, robot: PoseBelief) -> Sight:
+        """The same scan by another robot belief."""
+        return Sight(self.scan, robot, self.whole, self.surroundings)
 
     @lazy
     def walls(self) -> FloatArray:
         """Range (n,) m of the walls for each beam; not a number for beams that say nothing."""
         out = np.full(len(self.scan), np.nan)
-        out[self.valid] = self._whole.walls(self.robot.mean[None])[0]
+        out[self.valid] = self.whole.walls(self.robot.mean[None])[0]
         return out
 
-    @lazy
+    @property
     def valid(self) -> BoolArray:
         """Which beams (n,) say anything."""
         return self.scan.valid
 
-    @lazy
-    def _whole(self) -> ScanView:
-        return self.sensing.view(self.scan)
-
     def view(self, beams: BoolArray) -> ScanView:
         """The view of some of the beams (n,) that say anything."""
-        return self._whole.take(beams[self.valid])
+        return self.whole.take(beams[self.valid])
 
-    @lazy
+    @property
     def names(self) -> list[str]:
         """The objects that come within the laser's range."""
-        return [self.surroundings.names[k] for k in self._numbers.tolist()]
+        return self._in_range[0]
 
     @lazy
-    def _numbers(self) -> IntArray:
+    def _in_range(self) -> tuple[list[str], FloatArray]:
+        """Those, and the circles (m, 3) in which each of them can be."""
         return self.surroundings.within(self.robot.mean, self.scan.range_max)
-
-    @lazy
-    def _circles(self) -> FloatArray:
-        """(m, 3) in which each of them can be."""
-        return self.surroundings.numbered(self._numbers)
 
     @lazy
     def entries(self) -> FloatArray:
@@ -70,25 +78,24 @@ class Sight:
         robot, rays = self.robot, self.scan.rays
         yaw_std = math.sqrt(robot.covariance[2, 2])
         found = kernels.entries(
-            self._circles, robot.mean, robot.position_std, yaw_std, rays.origins, *rays.courses
+            self._in_range[1], robot.mean, robot.position_std, yaw_std, rays.origins, *rays.courses
         )
         return np.asarray(found)
 
-    def near(self, distance: float, beams: BoolArray) -> tuple[list[str], BoolArray]:
-        """The objects within a distance, and which of the beams (n,) may touch each of them (m, n).
-
-        The other beams are the same whatever the object does (section 3 of the paper).
-        """
-        x, y, _ = self.robot.mean
-        chosen = kernels.within(self._circles, x, y, distance)
-        towards = np.isfinite(self.entries[chosen]) & beams
-        return [self.names[k] for k in chosen.tolist()], towards
+    def near(self, distance: float, beams: BoolArray) -> Near:
+        """The objects within a distance, and what some of the beams (n,) tell of them."""
+        (names, circles), (x, y, _) = self._in_range, self.robot.mean.tolist()
+        found, pointed_at, used = kernels.near(circles, x, y, distance, self.entries, beams)
+        return Near(
+            [names[k] for k in found.tolist()], [names[k] for k in pointed_at.tolist()], used
+        )
 
     def seen_by(self, beams: BoolArray, but: Collection[str] = ()) -> list[str]:
         """Objects, but those named, that some of the beams (n,) may reach before they meet a wall."""
         margin = SPREAD_SIGMAS * self.robot.position_std
         reached = kernels.reached(self.entries, beams, self.walls, margin)
-        return [name for k in reached.tolist() if (name := self.names[k]) not in but]
+        names = self.names
+        return [name for k in reached.tolist() if (name := names[k]) not in but]
 
     @property
     def bare(self) -> BoolArray:

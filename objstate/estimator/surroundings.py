@@ -13,7 +13,7 @@ import numpy as np
 from objstate.building.model import Building, Kind, MovableObject
 from objstate.estimator import kernels
 from objstate.estimator.kernels import SPREAD_SIGMAS
-from objstate.geometry import FloatArray, IntArray
+from objstate.geometry import FloatArray
 from objstate.objects import ObjectBelief
 from objstate.sensing.level import moves_in_plane
 
@@ -39,17 +39,14 @@ class Surroundings:
         """Let an object's circle follow its hinge."""
         self._circles[self._index[item.name]] = _circle(item, self._reach[item.name])
 
-    def within(self, place: FloatArray, distance: float) -> IntArray:
-        """Numbers of the objects whose circles come within ``distance`` m of a place (2 or 3,)."""
-        return np.asarray(kernels.within(self._circles, place[0], place[1], distance))
-
     def circles(self, names: Sequence[str]) -> FloatArray:
         """(m, 3) x, y and radius, m, of the circles of some objects."""
-        return self.numbered([self._index[name] for name in names])
+        return self._circles[[self._index[name] for name in names]].reshape(-1, 3)
 
-    def numbered(self, numbers: IntArray | list[int]) -> FloatArray:
-        """The same of objects given by number."""
-        return self._circles[numbers].reshape(-1, 3)
+    def within(self, place: FloatArray, distance: float) -> tuple[list[str], FloatArray]:
+        """The objects that come within ``distance`` m of a place (2 or 3,), and x, y and radius (m, 3) of their circles."""
+        numbers, circles = kernels.within(self._circles, place[0], place[1], distance)
+        return [self.names[k] for k in numbers.tolist()], circles
 
 
 def item_states(item: MovableObject) -> FloatArray:

@@ -7,7 +7,6 @@ twice as many of them tell less than twice as much, though likelihoods take them
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -18,18 +17,11 @@ from objstate.records import NANOSECONDS, Rays, Scan
 ROUNDING = 1e-3  # by which spacings that are meant to be equal may differ, as a share
 
 
-@dataclass
-class _Laser:
-    """What has been taken of one laser's scans so far."""
-
-    taken: int = 0
-    next_ns: int = 0  # from when on the next may be
-
-
 @dataclass(frozen=True, eq=False)
 class _Combs:
     """Every so many of a laser's beams, of which another comb is taken each time."""
 
+    of: Rays
     every: int
     known: dict[int, Rays] = field(default_factory=dict)
 
@@ -38,9 +30,18 @@ class _Combs:
             return scan
         first = turn % self.every
         if first not in self.known:
-            self.known[first] = scan.rays.take(np.arange(first, len(scan), self.every))
+            self.known[first] = self.of.take(np.arange(first, len(scan), self.every))
         ranges = np.ascontiguousarray(scan.ranges[first :: self.every])
         return altered(scan, ranges=ranges, rays=self.known[first])
+
+
+@dataclass
+class _Laser:
+    """What has been taken of one laser's scans so far."""
+
+    combs: _Combs  # of its last rays: its scans often share them
+    taken: int = 0
+    next_ns: int = 0  # from when on the next may be
 
 
 class Thinning:
@@ -49,18 +50,22 @@ class Thinning:
     def __init__(self, settings: ScanSettings) -> None:
         self._settings = settings
         self._lasers: dict[str, _Laser] = {}
-        self._combs: WeakKeyDictionary[Rays, _Combs] = WeakKeyDictionary()  # scans often share rays
 
     def __call__(self, scan: Scan) -> Scan | None:
         """What to take of a scan; None of one that follows the last of its laser too soon."""
-        laser = self._lasers.setdefault(scan.laser, _Laser())
+        laser = self._lasers.get(scan.laser)
+        if laser is None:
+            laser = self._lasers[scan.laser] = _Laser(self._combed(scan.rays))
         if scan.stamp_ns < laser.next_ns:
             return None
         laser.next_ns = scan.stamp_ns + round(self._settings.least_gap_s * NANOSECONDS)
         laser.taken += 1
-        if scan.rays not in self._combs:
-            self._combs[scan.rays] = _Combs(self._every(scan.rays))
-        return self._combs[scan.rays].taken_of(scan, laser.taken)
+        if laser.combs.of is not scan.rays:
+            laser.combs = self._combed(scan.rays)
+        return laser.combs.taken_of(scan, laser.taken)
+
+    def _combed(self, rays: Rays) -> _Combs:
+        return _Combs(rays, self._every(rays))
 
     def _every(self, rays: Rays) -> int:
         """Of how many beams one is taken, so that the others lie no farther apart than they may."""

@@ -3,13 +3,14 @@
 from objstate.localization.belief import PoseBelief
 from objstate.localization.localizer import LEVER, Localizer
 from objstate.localization.odometry_error import OdometryError
-from objstate.localization.search import APART, Hypotheses, Search, apart
+from objstate.localization.search import APART, Hypotheses, LogLikelihood, Search, apart
 
 __all__ = [
     "APART",
     "LEVER",
     "Hypotheses",
     "Localizer",
+    "LogLikelihood",
     "OdometryError",
     "PoseBelief",
     "Search",

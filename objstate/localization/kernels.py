@@ -106,10 +106,37 @@ def cells(poses: FloatArray, sides: FloatArray) -> Any:
     return numbers
 
 
+@_inner
+def _narrow_root(root: FloatArray, width: float, sides: FloatArray) -> Any:
+    """The root (3, 3) of a covariance times a width, or less where it would reach beyond a cell of these ``sides`` (3,)."""
+    out, widest = np.empty((3, 3)), 1.0
+    for axis in range(3):
+        reach = 0.0
+        for column in range(3):
+            out[axis, column] = width * root[axis, column]
+            reach += abs(out[axis, column])
+        widest = max(widest, reach / sides[axis])
+    for axis in range(3):
+        for column in range(3):
+            out[axis, column] /= widest
+    return out
+
+
 @_compile
-def copies(poses: FloatArray, ancestors: IntArray, noise: FloatArray, root: FloatArray) -> Any:
-    """Copies (m, 3) of the poses (n, 3) that are ancestors (m,), spread by ``root`` (3, 3) times noise (m, 3)."""
-    out = np.empty((ancestors.shape[0], 3))
+def copies(
+    poses: FloatArray,
+    ancestors: IntArray,
+    noise: FloatArray,
+    root: FloatArray,
+    width: float,
+    sides: FloatArray,
+) -> Any:
+    """Copies (m, 3) of the poses (n, 3) that are ancestors (m,), spread by a kernel.
+
+    That is as wide as a distribution whose covariance has the ``root`` (3, 3) times ``width``, but no wider than a
+    cell of these ``sides`` (3,). The noise (m, 3) is in standard deviations.
+    """
+    out, root = np.empty((ancestors.shape[0], 3)), _narrow_root(root, width, sides)
     for k in range(ancestors.shape[0]):
         for axis in range(3):
             out[k, axis] = poses[ancestors[k], axis]

@@ -49,7 +49,7 @@ class Localizer:
 
         The noise is what the alphas say, or what was learnt of the odometry's ``error``, which hears of the step.
         """
-        if not step.any():
+        if not any(step.tolist()):
             return belief
         variances = motion_variances(step, self.settings)
         if error is not None:
@@ -102,16 +102,10 @@ class Localizer:
         count = min(max(needed, s.min_particles), max(s.max_particles, len(ancestors) // 2))
         if count != len(ancestors):
             ancestors = systematic(belief.weights, count, rng)
-        noise, root = rng.standard_normal((count, 3)), self._kernel(belief, count)
-        poses = kernels.copies(belief.poses, ancestors, noise, root)
+        noise, root = rng.standard_normal((count, 3)), square_root(belief.covariance)
+        width = s.kernel_width * count ** (-1.0 / 7.0)  # the optimal order in 3-D
+        poses = kernels.copies(belief.poses, ancestors, noise, root, width, self._bin)
         return PoseBelief(poses, Weights.uniform(count)), ancestors
-
-    def _kernel(self, belief: PoseBelief, count: int) -> FloatArray:
-        """Square root (3, 3) of the covariance of the kernel around each of ``count`` samples."""
-        width = self.settings.kernel_width * count ** (-1.0 / 7.0)  # the optimal order in 3-D
-        root = width * square_root(belief.covariance)
-        widest = np.abs(root).sum(axis=1) / self._bin
-        return np.asarray(root / max(1.0, float(widest.max())))
 
     @lazy
     def _bin(self) -> FloatArray:
@@ -125,8 +119,9 @@ class Localizer:
 
     def _spacing(self, belief: PoseBelief) -> float:
         """Distance in m between neighbouring samples, a turn counted at ``LEVER``."""
-        determinant = max(float(np.linalg.det(belief.covariance)), 0.0)
-        volume = 4.0 / 3.0 * math.pi * LEVER * math.sqrt(determinant)
+        (xx, xy, xt), (_, yy, yt), (_, _, tt) = belief.covariance.tolist()
+        determinant = xx * (yy * tt - yt * yt) - xy * (xy * tt - yt * xt) + xt * (xy * yt - yy * xt)
+        volume = 4.0 / 3.0 * math.pi * LEVER * math.sqrt(max(determinant, 0.0))
         cell = LEVER * math.prod(self._bin.tolist())
         if volume > cell:  # several clouds may stand far apart, with nothing between
             volume = min(volume, cell * self._occupied(belief.poses))

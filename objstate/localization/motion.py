@@ -26,12 +26,16 @@ class Variances(NamedTuple):
     length: float
     turn: float
 
+    def plus(self, others: Variances) -> Variances:
+        """Those of a step and of another by itself."""
+        return Variances(self.length + others.length, self.turn + others.turn)
+
 
 def motion_variances(step: FloatArray, settings: LocalizationSettings) -> Variances:
     """What the alphas say of a step (3,)."""
-    s = settings
-    driven = math.hypot(step[0], step[1]) * s.update_min_d  # m^2
-    turned = abs(float(step[2])) * s.update_min_a  # rad^2
+    s, (ahead, left, turn) = settings, step.tolist()
+    driven = math.hypot(ahead, left) * s.update_min_d  # m^2
+    turned = abs(turn) * s.update_min_a  # rad^2
     return Variances(
         s.alpha3 * driven + s.alpha4 * turned,
         s.alpha1 * turned + s.alpha2 * driven,
@@ -43,7 +47,8 @@ def sample_motion(
 ) -> FloatArray:
     """Poses (n, 3) after the odometry moved by ``step`` (3,) in the robot's frame, with noise."""
     length_std, half_turn_std = math.sqrt(variances.length), math.sqrt(variances.turn / 2.0)
-    length, bearing = math.hypot(step[0], step[1]), math.atan2(step[1], step[0])
+    ahead, left, turn = step.tolist()
+    length, bearing = math.hypot(ahead, left), math.atan2(left, ahead)
     noise = rng.standard_normal((3, len(poses)))
-    out = kernels.moved(poses, length, bearing, float(step[2]), length_std, half_turn_std, noise)
+    out = kernels.moved(poses, length, bearing, turn, length_std, half_turn_std, noise)
     return np.asarray(out)

@@ -21,6 +21,7 @@ from objstate.geometry import FloatArray, wrapped
 from objstate.localization.belief import PoseBelief
 from objstate.localization.motion import Variances
 
+NONE = Variances(0.0, 0.0)
 SETTLING = 2.0  # by which a belief's deviation shrinks that hadn't found its place yet
 
 
@@ -34,10 +35,8 @@ class _Stretch:
     )
     way_m: float = 0.0
     turned: float = 0.0  # rad, to either side
-    added: FloatArray = field(  # (2,) to the variances of lengths and of turns, as the alphas say
-        default_factory=partial(np.zeros, 2)
-    )
-    taken: FloatArray = field(default_factory=partial(np.zeros, 2))  # (2,) from them, by scans
+    added: Variances = NONE  # to lengths and turns, as the alphas say
+    taken: Variances = NONE  # from them, by scans
     corrected: FloatArray = field(  # (3,) m, m, rad, of the mean, by scans
         default_factory=partial(np.zeros, 3)
     )
@@ -55,6 +54,7 @@ class OdometryError:
         # likewise: squares of corrections by what the alphas say was added, of lengths and of turns
         self._corrected = np.full(2, settings.weight)
         self._expected = np.full(2, settings.weight)
+        self._factors = self._found_factors()
         self._open: _Stretch | None = None
         self._is_standing = True
 
@@ -69,9 +69,7 @@ class OdometryError:
     @property
     def factors(self) -> Variances:
         """By how much the variances of lengths and of turns are larger than the alphas say."""
-        s = self._settings
-        length, turn = (self._corrected / self._expected).tolist()
-        return Variances(min(max(length, s.least), s.most), min(max(turn, s.least), s.most))
+        return self._factors
 
     def to_dict(self) -> dict[str, Any]:
         """What was learnt, for ``run.json``."""
@@ -85,12 +83,13 @@ class OdometryError:
     def drive(self, step: FloatArray, variances: Variances) -> tuple[FloatArray, Variances]:
         """What a step (3,) of the odometry was, and its variances, to which the alphas give so much."""
         self._is_standing = False
-        if self._open is not None:
-            self._open.driven += step
-            self._open.way_m += math.hypot(step[0], step[1])
-            self._open.turned += abs(float(step[2]))
-            self._open.added += variances
-        length, turn = self.factors
+        stretch, (length, turn) = self._open, self._factors
+        if stretch is not None:
+            ahead, left, turned = step.tolist()
+            stretch.driven += step
+            stretch.way_m += math.hypot(ahead, left)
+            stretch.turned += abs(turned)
+            stretch.added = stretch.added.plus(variances)
         return step + self._systematic @ step, Variances(
             length * variances.length, turn * variances.turn
         )
@@ -111,7 +110,8 @@ class OdometryError:
         dx, dy, turned = (after.mean - before.mean).tolist()
         stretch.corrected += (cos * dx + sin * dy, cos * dy - sin * dx, wrapped(turned))
         (xx, xy, _), (_, yy, _), (_, _, turns) = (before.covariance - after.covariance).tolist()
-        stretch.taken += (cos * cos * xx + 2.0 * cos * sin * xy + sin * sin * yy, turns)
+        lengths = cos * cos * xx + 2.0 * cos * sin * xy + sin * sin * yy
+        stretch.taken = stretch.taken.plus(Variances(lengths, turns))
         if stretch.way_m >= s.stretch_m or stretch.turned >= math.radians(s.stretch_deg):
             if stretch.std <= SETTLING * after.position_std:
                 self._learn(stretch)
@@ -124,11 +124,17 @@ class OdometryError:
     def _learn(self, stretch: _Stretch) -> None:
         """Take in a stretch, as far as scans saw what was added on it."""
         factors, corrected = np.array(self.factors), stretch.corrected[[0, 2]]
-        told = (stretch.added > 0.0) & (stretch.taken > 0.0)
-        taken, added = stretch.taken[told], stretch.added[told]
+        added, taken = np.array(stretch.added), np.array(stretch.taken)
+        told = (added > 0.0) & (taken > 0.0)
+        added, taken = added[told], taken[told]
         self._corrected[told] += corrected[told] ** 2 / added
         self._expected[told] += np.minimum(taken / (factors[told] * added), 1.0)
         strayed = stretch.corrected + self._systematic @ stretch.driven
         self._driven += np.outer(stretch.driven, stretch.driven)
         self._strayed += np.outer(strayed, stretch.driven)
         self._systematic = np.asarray(np.linalg.solve(self._driven, self._strayed.T).T)
+        self._factors = self._found_factors()
+
+    def _found_factors(self) -> Variances:
+        s, (length, turn) = self._settings, (self._corrected / self._expected).tolist()
+        return Variances(min(max(length, s.least), s.most), min(max(turn, s.least), s.most))

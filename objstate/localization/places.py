@@ -5,23 +5,32 @@ The inside of something solid and large counts as free, too; no scan fits there.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache, partial
+from typing import Any
 
 import numpy as np
 
 from objstate.config import BeamModelSettings, SearchSettings
 from objstate.geometry import BoolArray, FloatArray, IntArray, compose
 from objstate.lazy import lazy
-from objstate.records import Rays, Scan
-from objstate.sensing import BeamModel, ExpectedRanges
+from objstate.records import Scan
+from objstate.sensing import BeamModel
 
 TURNS = 90  # bearings at which ranges are looked up, and headings that are tried
-AT_ONCE = 2000  # places cast together
+HEADINGS = np.linspace(0.0, 2.0 * np.pi, TURNS, endpoint=False)  # rad, those
+MOST_CELLS = 1000  # of the grid in which walls are found, along a side
 LASERS_KEPT = 4
 LEVEL = 0.1  # sine of a beam's slope up to which it reads about what a level one does
 CLEARANCE = 0.15  # m around a robot's middle that must be free
+FIRST_LOOKS = 4000  # places that tell how much of a large building is free
+EVENLY = (
+    0.7548776662466927,
+    0.5698402909980532,
+)  # steps by which points cover a square (Roberts 2018)
+SPARE = 1.1  # by which more may be free than a first look tells
 ENCLOSED = 0.75  # of all bearings at which a place inside a building sees walls
 
 
@@ -37,35 +46,35 @@ class Places:
     farthest: FloatArray  # (c, TURNS) m
 
     @staticmethod
-    def of(expected: ExpectedRanges, height: float, settings: SearchSettings) -> Places:
-        """The free places of a building, seen by a laser at a height; none where nothing encloses any."""
-        corners = expected.building.walls.vertices[:, :2]
-        if len(corners) == 0:
+    def of(walls: FloatArray, settings: SearchSettings) -> Places:
+        """The free places between walls, segments (k, 4) at a laser's height; none where they enclose none."""
+        if len(walls) == 0:
             return Places.none(settings.spacing)
-        corner, upper = corners.min(axis=0), corners.max(axis=0)
-        spacing = max(
-            settings.spacing, float(np.sqrt(np.prod(upper - corner) / settings.max_places))
-        )
-        is_final = spacing == settings.spacing
-        while True:  # in a large building, a first look tells how much of it is free
-            shape = np.ceil((upper - corner) / spacing).astype(int).clip(min=1)
+        ends = walls.reshape(-1, 2)
+        corner, upper = ends.min(axis=0), ends.max(axis=0)
+        size = upper - corner
+        look_round, spacing = _look_round(ends - corner, size), settings.spacing
+        if np.prod(size / spacing) > settings.max_places:
+            *_, free = look_round(np.modf(np.outer(np.arange(FIRST_LOOKS), EVENLY))[0] * size)
+            taken = SPARE * max(float(free.mean()), 1.0 / FIRST_LOOKS) * float(np.prod(size))
+            spacing = max(spacing, math.sqrt(taken / settings.max_places))
+        while True:
+            shape = np.ceil(size / spacing).astype(int).clip(min=1)
             column, row = np.divmod(np.arange(shape.prod()), shape[1])
-            points = corner + (np.column_stack([column, row]) + 0.5) * spacing
-            ranges, free = _look_round(expected, points, height)
-            if is_final and free.sum() <= settings.max_places:
+            points = (np.column_stack([column, row]) + 0.5) * spacing
+            nearest, farthest, free = look_round(points)
+            if free.sum() <= settings.max_places:
                 break
-            share = 1.1 * max(int(free.sum()), 1) / settings.max_places
-            spacing, is_final = max(settings.spacing, spacing * float(np.sqrt(share))), True
+            spacing *= math.sqrt(SPARE * free.sum() / settings.max_places)
         cells = np.full(len(points), -1)
         cells[free] = np.arange(free.sum())
-        about = np.stack([np.roll(ranges[free], turn, axis=1) for turn in (-1, 0, 1)])
         return Places(
             spacing,
             corner,
             cells.reshape(shape),
-            points[free],
-            np.ascontiguousarray(about.min(axis=0)),
-            np.ascontiguousarray(about.max(axis=0)),
+            corner + points[free],
+            nearest[free],
+            farthest[free],
         )
 
     @staticmethod
@@ -73,12 +82,6 @@ class Places:
         """Of a building without walls."""
         unseen = np.empty((0, TURNS))
         return Places(spacing, np.zeros(2), np.full((1, 1), -1), np.empty((0, 2)), unseen, unseen)
-
-    def everywhere(self) -> FloatArray:
-        """Poses (c * TURNS, 3) at every place in every heading."""
-        yaws = np.arange(TURNS) * (2.0 * np.pi / TURNS)
-        count = len(self.points)
-        return np.column_stack([np.repeat(self.points, TURNS, axis=0), np.tile(yaws, count)])
 
     def log_likelihood(
         self,
@@ -91,6 +94,27 @@ class Places:
         """About log p(o | l) (p,) of a scan's walls, by look-up, for a step (3,) on from robot poses (p, 3)."""
         from objstate.localization import search_kernels
 
+        looked_up = self._looked_up(scan, beam_model, beams, step)
+        return np.asarray(search_kernels.scores(poses, *looked_up))
+
+    def log_likelihoods(
+        self,
+        scan: Scan,
+        beam_model: BeamModelSettings,
+        beams: int,
+        points: FloatArray,
+        step: FloatArray,
+    ) -> FloatArray:
+        """The same (c, TURNS) of robots at points (c, 2) in every heading."""
+        from objstate.localization import search_kernels
+
+        looked_up = self._looked_up(scan, beam_model, beams, step)
+        return np.asarray(search_kernels.scores_all_round(points, HEADINGS, *looked_up))
+
+    def _looked_up(
+        self, scan: Scan, beam_model: BeamModelSettings, beams: int, step: FloatArray
+    ) -> tuple[Any, ...]:
+        """What the compiled loops need to know of these places and of a scan's beams."""
         chosen, bins = _by_bearing(scan, beams)
         middle = scan.rays.origins[:, :2].mean(axis=0) if len(scan) else np.zeros(2)
         model = BeamModel(beam_model, self.spacing / 2.0)
@@ -102,8 +126,7 @@ class Places:
         with np.errstate(divide="ignore"):
             rows = np.log(np.stack([floor, floor + model.short(measured)]).clip(min=1e-9))
         near, far, breadth = self._within(reach, hit, peak)
-        found = search_kernels.scores(
-            poses,
+        return (
             self.cells,
             self.corner,
             self.spacing,
@@ -117,7 +140,6 @@ class Places:
             np.log(np.array([missing + hit, missing]).clip(min=1e-9)),
             per_sigma,
         )
-        return np.asarray(found)
 
     @lazy
     def _within(self) -> Callable[[float, float, float], tuple[FloatArray, FloatArray, FloatArray]]:
@@ -137,17 +159,27 @@ def _between(
 
 
 def _look_round(
-    expected: ExpectedRanges, points: FloatArray, height: float
-) -> tuple[FloatArray, BoolArray]:
-    """Ranges (c, TURNS) all round from points (c, 2), and which of them are free and inside."""
-    bearings = np.arange(TURNS) * (2.0 * np.pi / TURNS)
-    directions = np.column_stack([np.cos(bearings), np.sin(bearings), np.zeros(TURNS)])
-    rays = Rays(np.tile([0.0, 0.0, height], (TURNS, 1)), directions)
-    poses = np.column_stack([points, np.zeros(len(points))])
-    parts = [expected.walls(poses[k : k + AT_ONCE], rays) for k in range(0, len(poses), AT_ONCE)]
-    ranges = np.concatenate(parts)
-    enclosed = np.isfinite(ranges).mean(axis=1) >= ENCLOSED
-    return ranges, enclosed & (ranges.min(axis=1) >= CLEARANCE)
+    ends: FloatArray, size: FloatArray
+) -> Callable[[FloatArray], tuple[FloatArray, FloatArray, BoolArray]]:
+    """What is read at least and at most about each bearing (c, TURNS) from points (c, 2), and which are free and inside.
+
+    Walls have their two ends (2 k, 2) in a rectangle of a ``size`` (2,) that begins in the origin.
+    """
+    from objstate.localization import search_kernels as kernels
+
+    walls = ends.reshape(-1, 4)
+    side = max(float(np.sqrt(np.prod(size) / len(walls))), float(size.max()) / MOST_CELLS)
+    columns, rows = (int(length / side) + 1 for length in size)
+    numbers, first, last = kernels.by_cell(walls, side, columns, rows)
+    directions = np.column_stack([np.cos(HEADINGS), np.sin(HEADINGS)])
+
+    def look(points: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
+        nearest, farthest, free = kernels.look_round(
+            points, directions, walls, numbers, first, last, side, CLEARANCE, ENCLOSED
+        )
+        return nearest, farthest, free
+
+    return look
 
 
 def _by_bearing(scan: Scan, most: int) -> tuple[IntArray, IntArray]:

@@ -11,12 +11,12 @@ from objstate.config import Settings
 from objstate.errors import BuildingError
 from objstate.geometry import FloatArray, between, compose, wrap
 from objstate.localization.belief import PoseBelief
-from objstate.localization.places import Places
+from objstate.localization.places import HEADINGS, TURNS, Places
 from objstate.particles import Weights
 from objstate.records import Scan
-from objstate.sensing import ExpectedRanges
+from objstate.sensing import Sensing
 
-LogLikelihood = Callable[[FloatArray, Scan, float], FloatArray]
+LogLikelihood = Callable[[FloatArray, float], FloatArray]
 """Tempered log p(o | l) (p,) of poses (p, 3), ranges blurred by so many m."""
 
 APART = np.array([0.75, 0.75, np.radians(20.0)])  # poses that differ by more are other hypotheses
@@ -25,6 +25,9 @@ HYPOTHESES = 12  # of those, that differ, are refined
 TRIES = 48  # poses about a hypothesis, in each of the steps below
 STEPS = (1.0, 0.35, 0.12)  # of ``SPREAD``
 SPREAD = np.array([0.12, 0.12, np.radians(2.5)])  # how far from the truth a looked-up pose may be
+HOPELESS = (
+    30.0  # by which log-likelihoods are behind the best that further steps don't catch up with it
+)
 HEIGHT_STEP = 0.1  # m; lasers whose heights differ by less are looked up in one table
 
 
@@ -60,8 +63,8 @@ class Hypotheses:
 class Search:
     """The search for a robot that may be anywhere in the building."""
 
-    def __init__(self, expected: ExpectedRanges, settings: Settings) -> None:
-        self._expected = expected
+    def __init__(self, sensing: Sensing, settings: Settings) -> None:
+        self._sensing = sensing
         self._settings = settings
         self._places: dict[int, Places] = {}
         self._looks: dict[str, list[Look]] = {}
@@ -92,9 +95,9 @@ class Search:
         return True
 
     def hypotheses(
-        self, log_likelihood: LogLikelihood, also: FloatArray, rng: np.random.Generator
+        self, explained: Callable[[Scan], LogLikelihood], also: FloatArray, rng: np.random.Generator
     ) -> Hypotheses:
-        """The places that explain all remembered scans best; those of ``also`` (k, 3) compete.
+        """The places by which all remembered scans are ``explained`` best; those of ``also`` (k, 3) compete.
 
         Raises BuildingError where the building has no place to search, and none is given.
         """
@@ -113,14 +116,15 @@ class Search:
         score[: len(also)] += score.max() - score.min()  # they aren't sorted out unrefined
         found = _distinct(found, score, HYPOTHESES + len(also))
 
+        log_likelihoods = [explained(look.scan) for look in looks]
+
         def joint(poses: FloatArray, blur: float) -> FloatArray:
             total = np.zeros(len(poses))
-            for look, step in zip(looks, steps, strict=True):
-                total += log_likelihood(compose(poses, step), look.scan, blur)
+            for log_likelihood, step in zip(log_likelihoods, steps, strict=True):
+                total += log_likelihood(compose(poses, step), blur)
             return total
 
-        refined = [_refined(pose, joint, rng) for pose in found]
-        poses, score = np.array([p for p, _ in refined]), np.array([value for _, value in refined])
+        poses, score = _refined(found, joint, rng)
         order = np.argsort(-score, kind="stable")
         poses, score = poses[order], score[order]
         kept = _distinct_indices(poses, HYPOTHESES)
@@ -130,19 +134,25 @@ class Search:
 
     def _candidates(self, odometry: FloatArray) -> FloatArray:
         """Poses that fit the latest scan of each laser best, of all free places and headings."""
-        latest = [looks[-1] for looks in self._looks.values()]
+        latest, s = [looks[-1] for looks in self._looks.values()], self._settings
         tables = [self._at(look) for look in latest]
-        poses = next((each for each in tables if len(each.points)), tables[0]).everywhere()
-        steps = [between(odometry, look.odometry) for look in latest]
-        score = self._looked_up(poses, latest, steps)
-        if len(poses) > KEPT:
-            poses = poses[np.argpartition(-score, KEPT)[:KEPT]]
-        return poses
+        points = next((each for each in tables if len(each.points)), tables[0]).points
+        score = np.zeros((len(points), TURNS))
+        for look, table in zip(latest, tables, strict=True):
+            step = between(odometry, look.odometry)
+            score += table.log_likelihoods(
+                look.scan, s.beam_model, s.search.max_beams, points, step
+            )
+        best = np.arange(score.size)
+        if len(best) > KEPT:
+            best = np.argpartition(-score.ravel(), KEPT)[:KEPT]
+        place, turn = np.divmod(best, TURNS)
+        return np.column_stack([points[place], HEADINGS[turn]])
 
     def _nowhere(self) -> BuildingError:
-        building, heights = self._expected.building, [k * HEIGHT_STEP for k in self._places]
+        name, heights = self._sensing.building.name, [k * HEIGHT_STEP for k in self._places]
         return BuildingError(
-            f"Building '{building.name}' has no place to search for the robot: a search needs "
+            f"Building '{name}' has no place to search for the robot: a search needs "
             f"places that walls enclose at the laser's height ({_listed(heights)} m); give the "
             "robot's start instead of --global, or the building its walls."
         )
@@ -159,11 +169,11 @@ class Search:
 
     def _at(self, look: Look) -> Places:
         """The places as a laser at the look's height sees them."""
-        heights = look.scan.rays.origins[:, 2]
-        key = round(float(heights.mean()) / HEIGHT_STEP)
+        height = float(np.median(look.scan.rays.origins[:, 2]))
+        key = round(height / HEIGHT_STEP)
         if key not in self._places:
-            height = float(heights.mean())
-            self._places[key] = Places.of(self._expected, height, self._settings.search)
+            walls = self._sensing.walls_at(height)
+            self._places[key] = Places.of(walls, self._settings.search)
         return self._places[key]
 
 
@@ -194,16 +204,18 @@ def _distinct_indices(poses: FloatArray, most: int) -> list[int]:
 
 
 def _refined(
-    pose: FloatArray,
-    joint: Callable[[FloatArray, float], FloatArray],
-    rng: np.random.Generator,
-) -> tuple[FloatArray, float]:
-    """The best pose near a pose (3,), by closer and closer tries, and its log-likelihood."""
-    best = 0.0
+    poses: FloatArray, joint: LogLikelihood, rng: np.random.Generator
+) -> tuple[FloatArray, FloatArray]:
+    """The best poses near poses (h, 3), by closer and closer tries, and their log-likelihoods (h,).
+
+    About each the same is tried, so that none is luckier than others that look alike.
+    """
+    poses, score = poses.copy(), np.zeros(len(poses))
     for step in STEPS:
-        tries = pose + rng.standard_normal((TRIES, 3)) * SPREAD * step
-        tries[0] = pose
-        score = joint(tries, step * float(SPREAD[0]) / 2.0)
-        k = int(np.argmax(score))
-        pose, best = tries[k], float(score[k])
-    return pose, best
+        off = rng.standard_normal((TRIES, 3)) * SPREAD * step
+        off[0] = 0.0
+        for h in np.flatnonzero(score >= score.max() - HOPELESS):
+            told = joint(poses[h] + off, step * float(SPREAD[0]) / 2.0)
+            best = int(np.argmax(told))
+            poses[h], score[h] = poses[h] + off[best], told[best]
+    return poses, score

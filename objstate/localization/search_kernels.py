@@ -1,4 +1,4 @@
-"""The search's inner loop, compiled: how well places all over a building explain a scan."""
+"""The search's inner loops, compiled: what is seen from places all over a building, and how well they explain a scan."""
 
 from __future__ import annotations
 
@@ -12,30 +12,119 @@ from objstate.geometry import FloatArray, IntArray
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract", "nnan", "nsz"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract", "nnan", "nsz"})
 
+SLACK = 1e-9  # m by which a ray may pass an end of a segment and still hit
+
+
+@_compile
+def by_cell(segments: FloatArray, side: float, columns: int, rows: int) -> Any:
+    """Which segments (k, 4) pass each cell of a grid: numbers (m,), and where each cell's begin and end (w, h).
+
+    Segments are seen from the grid's corner.
+    """
+    first, last = np.zeros((columns, rows), np.int64), np.zeros((columns, rows), np.int64)
+    numbers, reach = np.empty(0, np.int64), 0.5 * np.sqrt(2.0) * side + SLACK
+    for is_counted in (False, True):
+        for k in range(segments.shape[0]):
+            ax, ay = segments[k, 0], segments[k, 1]
+            bx, by = segments[k, 2], segments[k, 3]
+            length = np.hypot(bx - ax, by - ay)
+            for column in range(int(min(ax, bx) / side), min(int(max(ax, bx) / side) + 1, columns)):
+                for row in range(int(min(ay, by) / side), min(int(max(ay, by) / side) + 1, rows)):
+                    x, y = (column + 0.5) * side - ax, (row + 0.5) * side - ay
+                    if abs((bx - ax) * y - (by - ay) * x) > reach * length:
+                        continue
+                    if is_counted:
+                        numbers[last[column, row]] = k
+                    last[column, row] += 1
+        if not is_counted:
+            total = 0
+            for column in range(columns):
+                for row in range(rows):
+                    first[column, row] = total
+                    total += last[column, row]
+                    last[column, row] = first[column, row]
+            numbers = np.empty(total, np.int64)
+    return numbers, first, last
+
 
 @_inner
-def _add_return(
-    nearest: FloatArray,
-    farthest: FloatArray,
-    breadth: FloatArray,
-    measured: float,
-    anything: float,
-    short: float,
-    per_sigma: float,
-    out: FloatArray,
-) -> None:
-    """Add to ``out`` (b,) what a beam with a return says of headings in which it has these bearings (b,)."""
-    for t in range(out.shape[0]):
-        off = max(nearest[t] - measured, measured - farthest[t], 0.0) * per_sigma
-        least = short if measured < nearest[t] else anything
-        out[t] += max(breadth[t] - 0.5 * off * off, least)
+def _distance(
+    x: float,
+    y: float,
+    dx: float,
+    dy: float,
+    segments: FloatArray,
+    numbers: IntArray,
+    first: IntArray,
+    last: IntArray,
+    side: float,
+) -> Any:
+    """Distance along a ray from x, y, seen from the grid's corner, to the nearest segment; inf where there is none."""
+    nearest, column, row = np.inf, int(np.floor(x / side)), int(np.floor(y / side))
+    per_column = side / abs(dx) if dx != 0.0 else np.inf  # m along the ray
+    per_row = side / abs(dy) if dy != 0.0 else np.inf
+    to_column = ((column + (dx > 0.0)) * side - x) / dx if dx != 0.0 else np.inf
+    to_row = ((row + (dy > 0.0)) * side - y) / dy if dy != 0.0 else np.inf
+    while 0 <= column < first.shape[0] and 0 <= row < first.shape[1]:
+        for place in range(first[column, row], last[column, row]):
+            k = numbers[place]
+            ax, ay = segments[k, 0] - x, segments[k, 1] - y
+            bx, by = segments[k, 2] - x, segments[k, 3] - y
+            left, right = dx * ay - dy * ax, dx * by - dy * bx  # m aside of the ray
+            if min(left, right) > SLACK or max(left, right) < -SLACK or left == right:
+                continue
+            share = min(max(left / (left - right), 0.0), 1.0)
+            distance = dx * (ax + share * (bx - ax)) + dy * (ay + share * (by - ay))
+            if 0.0 <= distance < nearest:
+                nearest = distance
+        if nearest <= min(to_column, to_row):
+            break
+        if to_column < to_row:
+            column += 1 if dx > 0.0 else -1
+            to_column += per_column
+        else:
+            row += 1 if dy > 0.0 else -1
+            to_row += per_row
+    return nearest
 
 
-@_inner
-def _add_missing(farthest: FloatArray, reach: float, missing: FloatArray, out: FloatArray) -> None:
-    """Add the same of a beam without a return."""
-    for t in range(out.shape[0]):
-        out[t] += missing[0] if farthest[t] >= reach else missing[1]
+@_compile
+def look_round(
+    points: FloatArray,
+    directions: FloatArray,
+    segments: FloatArray,
+    numbers: IntArray,
+    first: IntArray,
+    last: IntArray,
+    side: float,
+    clearance: float,
+    enclosed: float,
+) -> Any:
+    """The least and the largest of the ranges about each of b directions (b, 2) all round from points (c, 2).
+
+    And which of these are free (c,): at least ``clearance`` m around them, and segments at a share ``enclosed`` of the
+    directions. Of those that aren't, the ranges say nothing. Points and segments (k, 4) are seen from the grid's
+    corner; ``by_cell`` gives the others.
+    """
+    count, turns = points.shape[0], directions.shape[0]
+    nearest, farthest = np.empty((count, turns)), np.empty((count, turns))
+    free, ranges = np.empty(count, np.bool_), np.empty(turns)
+    for p in range(count):
+        free[p], seen = True, turns
+        for t in range(turns):
+            dx, dy = directions[t, 0], directions[t, 1]
+            ranges[t] = _distance(
+                points[p, 0], points[p, 1], dx, dy, segments, numbers, first, last, side
+            )
+            seen -= ranges[t] == np.inf
+            if ranges[t] < clearance or seen < enclosed * turns:
+                free[p] = False
+                break
+        for t in range(turns):
+            before, after = ranges[t - 1], ranges[(t + 1) % turns]
+            nearest[p, t] = min(before, ranges[t], after)
+            farthest[p, t] = max(before, ranges[t], after)
+    return nearest, farthest, free
 
 
 @_inner
@@ -48,41 +137,31 @@ def _score(
     reach: float,
     missing: FloatArray,
     per_sigma: float,
+    twice: FloatArray,
     out: FloatArray,
 ) -> None:
-    """About log p(o | l) ``out`` (b,) of a place where so much should be read at b bearings, for as many headings."""
-    for t in range(out.shape[0]):
+    """About log p(o | l) ``out`` (b,) of a place where so much should be read at b bearings, for as many headings.
+
+    In ``twice`` (3, 2 b) it goes round twice, so that the bearings of a beam in all headings follow each other.
+    """
+    turns = out.shape[0]
+    for t in range(turns):
+        twice[0, t] = twice[0, t + turns] = nearest[t]
+        twice[1, t] = twice[1, t + turns] = farthest[t]
+        twice[2, t] = twice[2, t + turns] = breadth[t]
         out[t] = 0.0
     for i in range(bins.shape[0]):
         measured, anything, short = beams[0, i], beams[1, i], beams[2, i]
-        first, rest = (
-            bins[i],
-            out.shape[0] - bins[i],
-        )  # headings up to ``rest`` have bearings from ``first``
+        least, most = twice[0, bins[i] : bins[i] + turns], twice[1, bins[i] : bins[i] + turns]
+        between = twice[2, bins[i] : bins[i] + turns]
         if measured < np.inf:
-            _add_return(
-                nearest[first:],
-                farthest[first:],
-                breadth[first:],
-                measured,
-                anything,
-                short,
-                per_sigma,
-                out[:rest],
-            )
-            _add_return(
-                nearest[:first],
-                farthest[:first],
-                breadth[:first],
-                measured,
-                anything,
-                short,
-                per_sigma,
-                out[rest:],
-            )
+            for t in range(turns):
+                off = max(least[t] - measured, measured - most[t], 0.0) * per_sigma
+                chance = short if measured < least[t] else anything
+                out[t] += max(between[t] - 0.5 * off * off, chance)
         else:
-            _add_missing(farthest[first:], reach, missing, out[:rest])
-            _add_missing(farthest[:first], reach, missing, out[rest:])
+            for t in range(turns):
+                out[t] += missing[0] if most[t] >= reach else missing[1]
 
 
 @_inner
@@ -92,6 +171,15 @@ def _nowhere(beams: FloatArray, missing: FloatArray) -> Any:
     for i in range(beams.shape[1]):
         total += beams[1, i] if beams[0, i] < np.inf else missing[1]
     return total
+
+
+@_inner
+def _cell(x: float, y: float, cells: IntArray, spacing: float) -> Any:
+    """The place in whose cell x, y lies, seen from the grid's corner; -1 where none is free."""
+    column, row = int(np.floor(x / spacing)), int(np.floor(y / spacing))
+    if 0 <= column < cells.shape[0] and 0 <= row < cells.shape[1]:
+        return cells[column, row]
+    return -1
 
 
 @_compile
@@ -120,18 +208,14 @@ def scores(
     the pose ``offset`` (3,) as seen from the robot.
     """
     turns = nearest.shape[1]
-    table, is_known = np.empty(nearest.shape), np.empty(nearest.shape[0], dtype=np.bool_)
-    for place in range(nearest.shape[0]):
-        is_known[place] = False
+    twice = np.empty((3, 2 * turns))
+    table, is_known = np.empty(nearest.shape), np.zeros(nearest.shape[0], np.bool_)
     nowhere, out = _nowhere(beams, missing), np.empty(poses.shape[0])
     for p in range(poses.shape[0]):
         cos, sin = np.cos(poses[p, 2]), np.sin(poses[p, 2])
         x = poses[p, 0] + cos * offset[0] - sin * offset[1] - corner[0]
         y = poses[p, 1] + sin * offset[0] + cos * offset[1] - corner[1]
-        column, row = int(np.floor(x / spacing)), int(np.floor(y / spacing))
-        place = -1
-        if 0 <= column < cells.shape[0] and 0 <= row < cells.shape[1]:
-            place = cells[column, row]
+        place = _cell(x, y, cells, spacing)
         if place < 0:
             out[p] = nowhere
             continue
@@ -146,8 +230,56 @@ def scores(
                 reach,
                 missing,
                 per_sigma,
+                twice,
                 table[place],
             )
         turn = int(np.rint((poses[p, 2] + offset[2]) / (2.0 * np.pi) * turns)) % turns
         out[p] = table[place, turn]
+    return out
+
+
+@_compile
+def scores_all_round(
+    points: FloatArray,
+    headings: FloatArray,
+    cells: IntArray,
+    corner: FloatArray,
+    spacing: float,
+    nearest: FloatArray,
+    farthest: FloatArray,
+    breadth: FloatArray,
+    bins: IntArray,
+    beams: FloatArray,
+    offset: FloatArray,
+    reach: float,
+    missing: FloatArray,
+    per_sigma: float,
+) -> Any:
+    """The same (c, t) of robots at points (c, 2) in each of some headings (t,)."""
+    turns, count = nearest.shape[1], headings.shape[0]
+    table, twice = np.empty(nearest.shape), np.empty((3, 2 * turns))
+    for place in range(nearest.shape[0]):
+        _score(
+            nearest[place],
+            farthest[place],
+            breadth[place],
+            bins,
+            beams,
+            reach,
+            missing,
+            per_sigma,
+            twice,
+            table[place],
+        )
+    nowhere, out = _nowhere(beams, missing), np.empty((points.shape[0], count))
+    aside, turn = np.empty((count, 2)), np.empty(count, np.int64)
+    for t in range(count):
+        cos, sin = np.cos(headings[t]), np.sin(headings[t])
+        aside[t, 0] = cos * offset[0] - sin * offset[1] - corner[0]
+        aside[t, 1] = sin * offset[0] + cos * offset[1] - corner[1]
+        turn[t] = int(np.rint((headings[t] + offset[2]) / (2.0 * np.pi) * turns)) % turns
+    for p in range(points.shape[0]):
+        for t in range(count):
+            place = _cell(points[p, 0] + aside[t, 0], points[p, 1] + aside[t, 1], cells, spacing)
+            out[p, t] = nowhere if place < 0 else table[place, turn[t]]
     return out

@@ -109,14 +109,17 @@ class Converter:
         return self._mountings.base(self._child or BASE)
 
     def _find_mounting(self, laser: str) -> FloatArray:
-        with self._notices.muted():
-            read_tf_until(
-                lambda: self._mountings.is_known(laser, self._base),
-                self._messages,
-                self._roles,
-                self._tree,
-            )
-        return self._mountings.mounting(laser, self._base)
+        base = self._base
+        if not self._mountings.is_known(laser, base):
+            with self._notices.muted():
+                read_tf_until(
+                    lambda: self._mountings.is_known(laser, self._base),
+                    self._messages,
+                    self._roles,
+                    self._tree,
+                )
+            base = self._base
+        return self._mountings.mounting(laser, base)
 
     def _handlers_by_topic(self) -> dict[str, Handler]:
         roles = self._roles

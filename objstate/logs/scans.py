@@ -8,6 +8,7 @@ and others an error.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -135,8 +136,10 @@ def clean_ranges(message: Any, laser: str, notices: Notices) -> tuple[FloatArray
 
 def declared_count(message: Any) -> int:
     """How many beams the angles of a ``LaserScan`` announce; -1 where they make no sense."""
-    steps = float(message.angle_max - message.angle_min) / float(message.angle_increment or np.nan)
-    return round(steps) + 1 if np.isfinite(steps) else -1
+    steps = float(message.angle_max - message.angle_min) / float(
+        message.angle_increment or math.nan
+    )
+    return round(steps) + 1 if math.isfinite(steps) else -1
 
 
 def disagrees(message: Any) -> bool:
@@ -154,7 +157,7 @@ def _has_beams(message: Any, count: int, laser: str, notices: Notices) -> bool:
     if count == 0:
         notices.drop("Scan", f"{laser} sent no ranges")
         return False
-    usable = np.isfinite(message.angle_min) and np.isfinite(message.angle_increment)
+    usable = math.isfinite(message.angle_min) and math.isfinite(message.angle_increment)
     if not usable or (message.angle_increment == 0 and count > 1):
         notices.drop("Scan", f"{laser} sent unusable angles")
         return False

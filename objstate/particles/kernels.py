@@ -17,11 +17,11 @@ _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
 
 @_compile
 def normalized(log: FloatArray) -> Any:
-    """Logarithms (n,) of weights that sum to one, and the weights, and the logarithm of the sum they had.
+    """Logarithms (n,) of weights that sum to one, the weights, and the logarithm of the sum they had; their effective number.
 
-    That is not finite where no weight is above zero.
+    That sum is not finite where no weight is above zero.
     """
-    top, total = -np.inf, 0.0
+    top, total, squared = -np.inf, 0.0, 0.0
     for j in range(log.shape[0]):
         top = max(top, log[j])
     logarithms, values = np.empty(log.shape[0]), np.empty(log.shape[0])
@@ -31,8 +31,9 @@ def normalized(log: FloatArray) -> Any:
     log_sum = top + np.log(total)
     for j in range(log.shape[0]):
         values[j] /= total
+        squared += values[j] * values[j]
         logarithms[j] = log[j] - log_sum
-    return logarithms, values, log_sum
+    return logarithms, values, log_sum, 1.0 / squared
 
 
 @_compile

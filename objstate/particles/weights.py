@@ -24,7 +24,8 @@ class Weights:
 
     @staticmethod
     def uniform(count: int) -> Weights:
-        return Weights._known(np.full(count, -math.log(count)), np.full(count, 1.0 / count))
+        log, values = np.full(count, -math.log(count)), np.full(count, 1.0 / count)
+        return Weights._known(values, log, float(count))
 
     @staticmethod
     def of(weights: FloatArray) -> Weights:
@@ -48,7 +49,7 @@ class Weights:
         with np.errstate(divide="ignore"):
             return np.asarray(np.log(self.values))
 
-    @property
+    @lazy
     def effective_size(self) -> float:
         """Kish's effective number of samples, between 1 and n."""
         return 1.0 / float(self.values @ self.values)
@@ -71,14 +72,14 @@ class Weights:
         """Weights that sum to one, of logarithms (n,), and the logarithm of the sum they had."""
         from objstate.particles.kernels import normalized
 
-        logarithms, values, log_sum = normalized(log)
-        return Weights._known(logarithms, values), log_sum
+        logarithms, values, log_sum, effective_size = normalized(log)
+        return Weights._known(values, logarithms, effective_size), log_sum
 
     @staticmethod
-    def _known(log: FloatArray, values: FloatArray) -> Weights:
+    def _known(values: FloatArray, log: FloatArray, effective_size: float) -> Weights:
         """Weights of which the logarithms are known already, of those too that are next to zero."""
         weights = Weights(values)
-        weights.__dict__["log"] = log
+        weights.__dict__.update(log=log, effective_size=effective_size)
         return weights
 
 

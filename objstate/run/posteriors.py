@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 
@@ -15,6 +16,8 @@ from objstate.records import Estimate, Record
 
 STEP_NS = 1_000_000_000  # between two histograms of one object: people look no closer
 BINS = 64  # 1.5 degrees of a door, 6 of furniture's yaw
+NOTHING = np.zeros(1)
+EDGES_KEPT = 1024  # of the bins of so many objects
 PLACE_BIN = 0.025  # m; 64 of them are as far as a piece of furniture is unsure of its place
 
 
@@ -47,8 +50,7 @@ def histograms(belief: ObjectBelief, stamp_ns: int) -> list[Histogram]:
     found = []
     for k, coordinate in enumerate(item.coordinates):
         lower, upper = _span(belief, k)
-        edges = np.linspace(lower, upper, BINS + 1)
-        shares = _shares(belief, k, edges)
+        shares = _shares(belief, k, _edges(lower, upper))
         found.append(Histogram(stamp_ns, item.name, coordinate, lower, upper, shares))
     return found
 
@@ -63,21 +65,29 @@ def _span(belief: ObjectBelief, k: int) -> tuple[float, float]:
     return first * PLACE_BIN, (first + BINS) * PLACE_BIN
 
 
+@lru_cache(maxsize=EDGES_KEPT)
+def _edges(lower: float, upper: float) -> FloatArray:
+    """(b + 1,) of even bins."""
+    return np.linspace(lower, upper, BINS + 1)
+
+
 def _shares(belief: ObjectBelief, k: int, edges: FloatArray) -> FloatArray:
     """(b,) of the belief between edges (b + 1,); what lies outside counts to the outermost bins.
 
     A sample that stands for a cell is spread over its width, so that bins that
     hold three cells don't alternate with bins that hold four.
     """
-    values, weights, cell = belief.states[:, k], belief.weights.values, belief.cell[k]
+    values, weights, cell = belief.states[:, k], belief.weights.values, float(belief.cell[k])
     if belief.wraps[k]:
         values = wrap(values)
     if cell > 0.0:
-        order = np.argsort(values, kind="stable")
-        ends = np.append(values[order] - cell / 2, values[order[-1]] + cell / 2)
-        filled = np.interp(edges, ends, np.concatenate([[0.0], np.cumsum(weights[order])]))
+        if belief.wraps[k]:
+            order = np.argsort(values)
+            values, weights = values[order], weights[order]
+        ends = values[0] + cell * (np.arange(len(values) + 1) - 0.5)
+        filled = np.interp(edges, ends, np.concatenate([NOTHING, np.cumsum(weights)]))
         filled[0], filled[-1] = 0.0, 1.0
-        return np.asarray(np.diff(filled).clip(min=0.0))
+        return np.asarray(np.maximum(filled[1:] - filled[:-1], 0.0))
     bins = np.searchsorted(edges, values, side="right") - 1
     shares = np.bincount(bins.clip(0, len(edges) - 2), weights, len(edges) - 1)
     return shares.astype(float)

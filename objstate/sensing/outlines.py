@@ -137,6 +137,10 @@ class LevelOutlines:
         middle = np.array([left + right, bottom + top]) / 2
         return Neighbourhood(rectangle, reach, self._walls(height).within(middle, radius))
 
+    def walls_at(self, height: float) -> FloatArray:
+        """All wall segments (k, 4) in a laser's plane at a height, m."""
+        return self._walls(height).segments
+
     def placements(self, name: str, states: FloatArray) -> FloatArray:
         """An object's outline in states (s, d), against its home state, as the kernels take it (s, 4)."""
         return _placements(self._building[name], states)

@@ -7,7 +7,7 @@ from weakref import WeakKeyDictionary
 
 from objstate.building.model import Building, MovableObject
 from objstate.errors import PlatformError
-from objstate.geometry import BoolArray
+from objstate.geometry import BoolArray, FloatArray
 from objstate.records import Rays, Scan
 from objstate.sensing.beam_model import BeamModel
 from objstate.sensing.embree import needs_embree, why_no_embree
@@ -41,6 +41,15 @@ class Sensing:
             rays, measured = scan.rays.take(chosen), scan.ranges[chosen]
             return MeshView(self._expected, rays, measured, self._beam_model, scan.range_max)
         return self._level_view(self._outlines, sweep, scan, chosen, self._beam_model)
+
+    @property
+    def building(self) -> Building:
+        """The building that scans are held against."""
+        return self._expected.building
+
+    def walls_at(self, height: float) -> FloatArray:
+        """The segments (k, 4) in which a plane at a height, m, cuts the walls."""
+        return self._outlines.walls_at(height)
 
     def with_object(self, item: MovableObject) -> Sensing:
         """The same building but for one object of a name it has, which now stands elsewhere."""

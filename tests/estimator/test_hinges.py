@@ -181,7 +181,8 @@ def test_the_last_look_at_a_door_is_always_remembered() -> None:
         about = np.exp(-0.5 * ((prior.states[:, 0] - angle) / np.radians(0.5)) ** 2) + 1e-300
         stamp = (k + 1) * 10**9
         belief = replace(prior, weights=Weights.of(about), stamp_ns=stamp, last_observed_ns=stamp)
-        sight = Sight(scan_of(ranges, rays, stamp), robot, sensing, Surroundings(place))
+        scan = scan_of(ranges, rays, stamp)
+        sight = Sight(scan, robot, sensing.view(scan), Surroundings(place))
         hinges.note(belief, sight, 0.35 * k, 0.005, {})
     assert hinges.seems_off(name)
     assert hinges.search(belief, sensing) is None
@@ -237,7 +238,7 @@ def test_a_door_that_suddenly_is_another_is_what_its_looks_surely_say() -> None:
             continue
         driven_m = float(np.hypot(*(robot.mean - START)[:2]))
         if hinges.is_due(belief, driven_m):
-            sight = Sight(record, robot, sensing, Surroundings(place))
+            sight = Sight(record, robot, sensing.view(record), Surroundings(place))
             hinges.note(belief, sight, driven_m, estimator.map_error, {})
     right = estimator.objects[name]
     assert not hinges.seems_off(name)
@@ -245,7 +246,7 @@ def test_a_door_that_suddenly_is_another_is_what_its_looks_surely_say() -> None:
     last = next(each for each in reversed(records) if isinstance(each, Scan))
     assert hinges.is_due(wrong, driven_m + 0.31)
     assert estimator.robot is not None
-    sight = Sight(last, estimator.robot, sensing, Surroundings(place))
+    sight = Sight(last, estimator.robot, sensing.view(last), Surroundings(place))
     hinges.note(wrong, sight, driven_m + 0.31, estimator.map_error, {})
     assert hinges.seems_off(name)
     told = hinges.search(wrong, sensing)
@@ -261,7 +262,8 @@ def test_beams_that_go_through_a_leaf_speak_against_its_being_there() -> None:
     rng, pose = np.random.default_rng(0), np.array([4.2, 0.2, -0.9])
     ranges = ExpectedRanges(place).scene(truth(), pose[None], rays)[0]
     robot = PoseBelief.gaussian(pose, np.diag([1e-5, 1e-5, 1e-6]), 150, rng)
-    sight = Sight(scan_of(ranges, rays), robot, sensing, Surroundings(place))
+    scan = scan_of(ranges, rays)
+    sight = Sight(scan, robot, sensing.view(scan), Surroundings(place))
     prior = Estimator(place).objects[name]
 
     def passed(degrees: float, offset: tuple[float, float]) -> int:

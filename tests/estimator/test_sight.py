@@ -28,7 +28,7 @@ def sight(pose: FloatArray, ranges: FloatArray | None = None) -> Sight:
     scan = Scan(0, "laser", measured, RAYS, 0.02, 20.0)
     sensing = Sensing(PLACE, BeamModel(BeamModelSettings()))
     robot = PoseBelief(pose[None], Weights.uniform(1))
-    return Sight(scan, robot, sensing, Surroundings(PLACE))
+    return Sight(scan, robot, sensing.view(scan), Surroundings(PLACE))
 
 
 def every(count: int) -> BoolArray:
@@ -44,9 +44,22 @@ def test_an_object_behind_a_wall_is_in_range_but_not_seen() -> None:
 
 def test_only_beams_towards_an_object_see_it() -> None:
     found = sight(np.array([-2.0, -1.0, 0.0]))
-    _, towards = found.near(10.0, every(len(RAYS)))
-    assert found.seen_by(~towards[0] & ~towards[1]) == []
-    assert found.seen_by(towards[0]) == ["here"]
+    here, behind = np.isfinite(found.entries)
+    assert found.seen_by(~here & ~behind) == []
+    assert found.seen_by(here) == ["here"]
+
+
+def test_near_objects_are_pointed_at_by_the_beams_that_enter_their_circles() -> None:
+    found = sight(np.array([-2.0, -1.0, 0.0]))
+    here, behind = np.isfinite(found.entries)
+    for distance, names in ((0.1, []), (2.5, ["here"]), (10.0, ["here", "behind"])):
+        for beams in (every(len(RAYS)), ~here):
+            near = found.near(distance, beams)
+            entered = {"here": here & beams, "behind": behind & beams}
+            assert near.names == names
+            assert near.pointed_at == [name for name in names if entered[name].any()]
+            some = [entered[name] for name in names]
+            np.testing.assert_array_equal(near.beams, np.any([~every(len(RAYS)), *some], axis=0))
 
 
 def test_beams_that_say_nothing_meet_no_wall_and_touch_nothing() -> None:
@@ -55,6 +68,5 @@ def test_beams_that_say_nothing_meet_no_wall_and_touch_nothing() -> None:
     found = sight(np.array([-2.0, -1.0, 0.0]), ranges)
     assert np.isnan(found.walls[::2]).all()
     assert np.isfinite(found.walls[1::2]).all()
-    _, towards = found.near(10.0, found.valid)
-    assert not towards[:, ::2].any()
+    assert not found.near(10.0, found.valid).beams[::2].any()
     assert not found.bare[::2].any()

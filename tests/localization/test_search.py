@@ -12,9 +12,9 @@ from objstate.building.model import Building, Mesh
 from objstate.config import SearchSettings, Settings
 from objstate.errors import BuildingError
 from objstate.geometry import FloatArray, compose, wrap
-from objstate.localization import Hypotheses, Search, apart
-from objstate.localization.places import CLEARANCE, Places
-from objstate.records import Scan
+from objstate.localization import Hypotheses, LogLikelihood, Search, apart
+from objstate.localization.places import CLEARANCE, TURNS, Places
+from objstate.records import Rays, Scan
 from objstate.sensing import BeamModel, ExpectedRanges, Sensing
 from tests.rooms import LASER_HEIGHT, block, building, fan, fence, observed, wall
 
@@ -40,16 +40,17 @@ def alike() -> Building:
 def searched(place: Building, pose: FloatArray, step: FloatArray, looks: int) -> Hypotheses:
     """What a search makes of scans taken while driving from a pose on by a step each."""
     rng, expected, sensing = np.random.default_rng(1), ExpectedRanges(place), Sensing(place, MODEL)
-    search = Search(expected, Settings())
+    search = Search(sensing, Settings())
 
-    def log_likelihood(poses: FloatArray, scan: Scan, blur: float) -> FloatArray:
-        return TEMPERING * sensing.view(scan).pose_log_likelihood(poses, blur, [])
+    def explained(scan: Scan) -> LogLikelihood:
+        view = sensing.view(scan)
+        return lambda poses, blur: TEMPERING * view.pose_log_likelihood(poses, blur, [])
 
     odometry = np.array([3.0, 1.0, -2.0])
     for _ in range(looks):
         assert search.note(observed(expected, {}, pose, RAYS, rng), odometry)
         pose, odometry = compose(pose, step), compose(odometry, step)
-    return search.hypotheses(log_likelihood, np.empty((0, 3)), rng)
+    return search.hypotheses(explained, np.empty((0, 3)), rng)
 
 
 MODEL = BeamModel(Settings().beam_model)
@@ -95,7 +96,7 @@ def test_hypotheses_lie_apart_and_drive_on_together() -> None:
 
 def test_scans_from_one_place_are_remembered_once() -> None:
     place = hall()
-    search = Search(ExpectedRanges(place), Settings())
+    search = Search(Sensing(place, MODEL), Settings())
     scan = observed(ExpectedRanges(place), {}, np.array([1.0, -2.0, 0.4]), RAYS)
     assert search.note(scan, np.zeros(3))
     assert not search.note(scan, np.array([0.05, 0.0, 0.0]))
@@ -104,9 +105,9 @@ def test_scans_from_one_place_are_remembered_once() -> None:
 
 def test_places_are_free_inside_the_building_and_no_more_than_asked_for() -> None:
     place = hall()
-    few = SearchSettings(max_places=150)
+    few, walls = SearchSettings(max_places=150), Sensing(place, MODEL).walls_at(LASER_HEIGHT)
     for settings in (SearchSettings(), few):
-        places = Places.of(ExpectedRanges(place), LASER_HEIGHT, settings)
+        places = Places.of(walls, settings)
         assert 0 < len(places.points) <= settings.max_places
         assert (places.nearest >= CLEARANCE).all()
         assert (places.nearest <= places.farthest).all()
@@ -115,30 +116,45 @@ def test_places_are_free_inside_the_building_and_no_more_than_asked_for() -> Non
     assert places.spacing > few.spacing
 
 
+def test_places_know_what_rays_all_round_would_read() -> None:
+    place = hall()
+    places = Places.of(Sensing(place, MODEL).walls_at(LASER_HEIGHT), SearchSettings())
+    poses = np.column_stack([places.points, np.zeros(len(places.points))])
+    bearings = np.arange(TURNS) * (2.0 * np.pi / TURNS)
+    level = np.column_stack([np.cos(bearings), np.sin(bearings), np.zeros(TURNS)])
+    rays = Rays(np.tile([0.0, 0.0, LASER_HEIGHT], (TURNS, 1)), level)
+    ranges = ExpectedRanges(place).walls(poses, rays)
+    about = np.stack([np.roll(ranges, turn, axis=1) for turn in (-1, 0, 1)])
+    off = np.abs(
+        np.stack([places.nearest - about.min(axis=0), places.farthest - about.max(axis=0)])
+    )
+    assert np.mean(off < 1e-4) > 0.999  # but for rays that just pass a corner
+
+
 @pytest.mark.parametrize("walls", [Mesh.empty(), wall((0.0, 0.0), (6.0, 0.0))])
 def test_where_walls_enclose_nothing_a_told_place_alone_is_held_against_scans(walls: Mesh) -> None:
     place, pose, rng = building(walls), np.array([1.0, 1.5, -1.2]), np.random.default_rng(0)
     expected = ExpectedRanges(place)
-    assert len(Places.of(expected, LASER_HEIGHT, SearchSettings()).everywhere()) == 0
-    sensing, search = Sensing(place, MODEL), Search(expected, Settings())
+    sensing = Sensing(place, MODEL)
+    search = Search(sensing, Settings())
+    assert len(Places.of(sensing.walls_at(LASER_HEIGHT), SearchSettings()).points) == 0
 
-    def log_likelihood(poses: FloatArray, scan: Scan, blur: float) -> FloatArray:
-        return TEMPERING * sensing.view(scan).pose_log_likelihood(poses, blur, [])
+    def explained(scan: Scan) -> LogLikelihood:
+        view = sensing.view(scan)
+        return lambda poses, blur: TEMPERING * view.pose_log_likelihood(poses, blur, [])
 
     assert search.note(observed(expected, {}, pose, RAYS, rng), np.zeros(3))
     with pytest.raises(BuildingError, match=r"enclose at the laser's height \(0\.3 m\)"):
-        search.hypotheses(log_likelihood, np.empty((0, 3)), rng)
-    found = search.hypotheses(log_likelihood, pose[None], rng)
+        search.hypotheses(explained, np.empty((0, 3)), rng)
+    found = search.hypotheses(explained, pose[None], rng)
     assert len(found.poses) == 1
     assert apart(found.poses[0], pose) < 1.0
 
 
 def test_nothing_keeps_places_once_they_are_done_with() -> None:
-    expected, settings, pose = ExpectedRanges(hall()), Settings(), np.array([1.0, -2.0, 0.4])
-    places, scan = (
-        Places.of(expected, LASER_HEIGHT, settings.search),
-        observed(expected, {}, pose, RAYS),
-    )
+    place, settings, pose = hall(), Settings(), np.array([1.0, -2.0, 0.4])
+    places = Places.of(Sensing(place, MODEL).walls_at(LASER_HEIGHT), settings.search)
+    scan = observed(ExpectedRanges(place), {}, pose, RAYS)
     told = [
         places.log_likelihood(scan, settings.beam_model, 40, pose[None], np.zeros(3))
         for _ in range(2)
