@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from objstate.building.model import Building, MovableObject
+from objstate.building.model import Building, Kind, MovableObject
 from objstate.config import Settings
 from objstate.errors import LogError, SettingsError
 from objstate.estimator.believed import Believed
@@ -225,7 +225,8 @@ class Estimator:
         seen = self._localizer.correct(
             corrected, self.settings.object_updates.tempering * observation.log_evidence
         )
-        robot, ancestors = self._localizer.renew(corrected, self._rng)
+        by_furniture = any(self.building[name].kind is Kind.PLANAR for name in near.names)
+        robot, ancestors = self._localizer.renew(corrected, self._rng, by_furniture)
         observation = observation.settled_by(seen)
         for name in observation.fits:
             if observation.predicted[name].settled:

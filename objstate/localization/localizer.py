@@ -77,20 +77,22 @@ class Localizer:
         return PoseBelief(belief.poses, weights)
 
     def renew(
-        self, belief: PoseBelief, rng: np.random.Generator
+        self, belief: PoseBelief, rng: np.random.Generator, by_furniture: bool = False
     ) -> tuple[PoseBelief, IntArray | None]:
         """The belief resampled where few samples carry it, and which samples (n,) were taken.
 
-        None where it was left as it is.
+        None where it was left as it is. ``by_furniture``, samples carry more, and are more.
         """
-        if belief.weights.effective_size >= self.settings.resample_below * len(belief.weights):
+        s = self.settings
+        if belief.weights.effective_size >= s.resample_below * len(belief.weights):
             return belief, None
-        return self._resample(belief, rng)
+        fewest = max(s.min_particles, s.min_particles_by_furniture if by_furniture else 0)
+        return self._resample(belief, fewest, rng)
 
     def _resample(
-        self, belief: PoseBelief, rng: np.random.Generator
+        self, belief: PoseBelief, fewest: int, rng: np.random.Generator
     ) -> tuple[PoseBelief, IntArray]:
-        """Systematic resampling to the size that KLD sampling asks for (Fox 2003).
+        """Systematic resampling to the size that KLD sampling asks for (Fox 2003), or the ``fewest``.
 
         Copies are spread by a small kernel (regularized particle filter, Musso,
         Oudjane and Le Gland 2001), so that a robot that stands still keeps a
@@ -99,7 +101,7 @@ class Localizer:
         s = self.settings
         ancestors = systematic(belief.weights, len(belief.weights), rng)
         needed = kld_sample_size(self._occupied(belief.poses[ancestors]), s.pf_err, s.pf_z)
-        count = min(max(needed, s.min_particles), max(s.max_particles, len(ancestors) // 2))
+        count = min(max(needed, fewest), max(s.max_particles, len(ancestors) // 2))
         if count != len(ancestors):
             ancestors = systematic(belief.weights, count, rng)
         noise, root = rng.standard_normal((count, 3)), square_root(belief.covariance)
