@@ -57,8 +57,8 @@ def join_collinear(segments: FloatArray) -> FloatArray:
     segments, places = segments[order], places[order]
     run = _runs(line[order], places)
     first = np.flatnonzero(np.diff(run, prepend=-1))
-    by_end = np.lexsort((places[:, 1], run))
-    last = by_end[np.append(first[1:], len(run)) - 1]
+    reaching = np.flatnonzero(places[:, 1] == np.maximum.reduceat(places[:, 1], first)[run])
+    last = reaching[np.flatnonzero(np.diff(run[reaching], append=-1))]
     return np.stack([segments[first, 0], segments[last, 1]], axis=1)
 
 
