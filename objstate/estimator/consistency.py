@@ -15,10 +15,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from objstate.building.model import Kind
 from objstate.config import ConsistencySettings
 from objstate.geometry import FloatArray
 from objstate.objects import ObjectBelief
 
+LEARNT = (Kind.HINGED, Kind.SLIDING)  # what samples at regular places tell can't be lost
 OF_MEAN = np.sqrt(np.pi / 2.0)  # a Gaussian's deviation by its mean distance from zero
 
 
@@ -33,14 +35,26 @@ class Stretch:
 class Consistency:
     """The factor by which the variances of beliefs of some class should be larger than they say."""
 
-    def __init__(self, settings: ConsistencySettings) -> None:
+    def __init__(self, settings: ConsistencySettings, tempering: float = 1.0) -> None:
         self._settings = settings
+        self._tempering = tempering  # exponent on a scan's likelihood, as the first guess has it
         self._moved: dict[Hashable, float] = {}  # by class: sums over stretches and coordinates
         self._expected: dict[Hashable, float] = {}
         self._open: dict[str, Stretch] = {}
 
     def factor(self, of: Hashable) -> float:
-        """For objects of one class; 1 where nothing is known."""
+        """For objects of one class whose scans count by ``exponent``; 1 where nothing is known."""
+        return self._factor(of) * self.exponent(of) / self._tempering
+
+    def exponent(self, of: Hashable) -> float:
+        """On the likelihood of a scan of an object of one class: the larger, the less its mean moves."""
+        if of not in LEARNT:
+            return self._tempering
+        most = max(self._settings.most_tempering, self._tempering)
+        return min(self._tempering / min(self._factor(of), 1.0), most)
+
+    def _factor(self, of: Hashable) -> float:
+        """The factor on variances of beliefs whose scans count by the exponent of the first guess."""
         s = self._settings
         moved, expected = self._moved.get(of, 0.0), self._expected.get(of, 0.0)
         ratio = (moved + s.weight) / (expected + s.weight)
@@ -64,6 +78,8 @@ class Consistency:
             self._open[name] = Stretch(moved, shrunk)
             return
         telling = shrunk > 0.0
-        by_mean, by_variance = OF_MEAN * np.abs(moved[telling]), np.sqrt(shrunk[telling])
+        narrowed = np.sqrt(self._tempering / self.exponent(of))
+        by_mean = OF_MEAN * narrowed * np.abs(moved[telling])
+        by_variance = np.sqrt(shrunk[telling])
         self._moved[of] = self._moved.get(of, 0.0) + float(by_mean.sum())
         self._expected[of] = self._expected.get(of, 0.0) + float(by_variance.sum())

@@ -96,7 +96,9 @@ class Estimator:
         self._believed = Believed(building, self.settings, seed, beliefs or {})
         self._rehang(self._believed.marginals[name].item for name in self.hung_elsewhere)
         self._map_error = MapError(self.settings.map_error)
-        self._consistency = Consistency(self.settings.consistency)
+        self._consistency = Consistency(
+            self.settings.consistency, self.settings.object_updates.tempering
+        )
         self._hinges = Hinges(building, self.settings)
         self._represented = lru_cache(maxsize=1024)(ObjectBelief.represented_by)  # few change
         self._odometry: FloatArray | None = None
@@ -323,13 +325,14 @@ class Estimator:
         sight: Sight,
         robot: PoseBelief,
     ) -> Observation:
+        seen = [name for name, each in zip(names, towards, strict=True) if each.any()]
         return observe(
             self._believed,
             sight.view(used),
-            [name for name, each in zip(names, towards, strict=True) if each.any()],
+            seen,
             robot,
             sight.scan.stamp_ns,
-            self.settings.object_updates.tempering,
+            {name: self._consistency.exponent(self.building[name].kind) for name in seen},
             self._map_error.std,
         )
 

@@ -24,7 +24,7 @@ class Observation:
     predicted: Mapping[str, ObjectBelief]  # before it
     unmoved: Mapping[str, ObjectBelief]  # likewise, if nobody has moved them since the scan before
     fits: Mapping[str, float]  # of the objects on which a beam bore
-    log_evidence: FloatArray  # (l,) log p(o | l) of the beams towards objects
+    log_evidence: FloatArray  # (l,) log p(o | l) of the beams towards objects, not tempered
 
     def settled_by(self, robot: PoseBelief) -> Observation:
         """The same objects, their marginals by what the robot samples weigh after the scan."""
@@ -41,31 +41,32 @@ def observe(
     names: Sequence[str],
     robot: PoseBelief,
     stamp_ns: int,
-    tempering: float,
+    tempering: Mapping[str, float],
     shift_std: float,
 ) -> Observation:
     """Predict each object's p(s | l) and integrate the scan into it, for each robot sample l.
 
-    The view is of the beams that may touch the objects of these ``names``. ``shift_std`` m is how
-    far the building is off.
+    The view is of the beams that may touch the objects of these ``names``, which count by each object's exponent
+    ``tempering``. ``shift_std`` m is how far the building is off.
     """
     given = {name: believed.given(name, len(robot.weights), stamp_ns) for name in names}
     beliefs = {name: each.belief for name, each in given.items()}
     unmoved = {name: believed.unmoved(name, stamp_ns) for name in names}
     backdrop = Backdrop(view, robot.poses, beliefs)
-    log_evidence, fits = tempering * backdrop.log_likelihood, {}
+    log_evidence, fits = backdrop.log_likelihood, {}
     for name in names:
         without, absent = backdrop.without(name)
         evidence = ScanEvidence(
-            name, view, robot.poses, robot.weights, without, absent, tempering, shift_std
+            name, view, robot.poses, robot.weights, without, absent, tempering[name], shift_std
         )
         update = believed.filters[name].update(given[name], evidence, believed.rngs[name])
         if update is None:
             continue
-        log_evidence += update.log_evidence + tempering * (absent - backdrop.log_likelihood)
+        told = update.log_evidence / tempering[name]
+        log_evidence = log_evidence + told + (absent - backdrop.log_likelihood)
         given[name] = update.conditional
         fits[name] = _fit(name, update, view, robot, without)
-    return Observation(given, beliefs, unmoved, fits, log_evidence / tempering)
+    return Observation(given, beliefs, unmoved, fits, log_evidence)
 
 
 def _fit(
