@@ -407,7 +407,8 @@ class Estimator:
 
     def _hang(self, name: str) -> None:
         """Look for a door's hinge, and hang it where it surely is."""
-        belief = self._hinges.search(self._believed.marginals[name], self._sensing)
+        share = self._consistency.exponent(self.building[name].kind) / self.settings.object_updates.tempering
+        belief = self._hinges.search(self._believed.marginals[name], self._sensing, share)
         if belief is not None:
             self._believed.hang(belief)
             self._rehang([belief.item])

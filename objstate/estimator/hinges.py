@@ -93,7 +93,9 @@ class Hinges:
         watch = self._watches[name]
         return watch.is_strange or watch.has_jumped
 
-    def search(self, believed: ObjectBelief, sensing: Sensing) -> ObjectBelief | None:
+    def search(
+        self, believed: ObjectBelief, sensing: Sensing, share: float = 1.0
+    ) -> ObjectBelief | None:
         """What to believe of a door after a search for its hinge, hung where it surely is.
 
         In its place, too, where it suddenly was another and all looks rather say otherwise.
@@ -101,7 +103,7 @@ class Hinges:
         """
         watch, item = self._watches[believed.item.name], self._building[believed.item.name]
         looks = [self._look(item, glance, sensing) for glance in watch.glances]
-        hanging = find_hinge(self._filters[item.name], looks, self._settings)
+        hanging = find_hinge(self._filters[item.name], looks, self._settings, min(self._settings.tempering * share, 1.0))
         is_in_place = np.array_equal(believed.item.hinge, item.hinge)
         if self._is_elsewhere(item, hanging, believed, watch):
             belief = _rehung(item, hanging)
