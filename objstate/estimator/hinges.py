@@ -37,6 +37,7 @@ POINTS = 5  # readings of the leaf that a line needs
 SPAN = 0.25  # m along the leaf that they must cover
 KNOWN = 0.95  # probability of being open by about an angle from which a door's angle is known
 DOUBTED = 0.9  # the same, below which it isn't any more
+AFTER_JUMP = 3  # looks at a door that suddenly is another, by which all its looks are asked
 KEPT = 0.5  # probability down to which a door that was found elsewhere stays there
 LEAVES_KEPT = 4096  # leaves of so many doors are remembered
 
@@ -91,7 +92,7 @@ class Hinges:
     def seems_off(self, name: str) -> bool:
         """Whether what has been read of a door is worth a search for its hinge."""
         watch = self._watches[name]
-        return watch.is_strange or watch.has_jumped
+        return watch.is_strange or watch.looks_since_jump >= AFTER_JUMP
 
     def search(
         self, believed: ObjectBelief, sensing: Sensing, share: float = 1.0
@@ -260,12 +261,14 @@ class _Watch:
 
     def _restart(self) -> None:
         self._count = self._stopped = self._strange = 0
-        self.has_jumped = False
+        self.looks_since_jump = 0  # at a door that suddenly was another; 0: it wasn't
 
     def is_due(self, belief: ObjectBelief, driven: float) -> bool:
         """Whether it is time for a glance; of a door that seems to be another, sooner."""
         away = driven - self._driven
-        return away >= self._spacing or (away >= self._settings.every_m and self.is_another(belief))
+        if away < self._settings.every_m:
+            return False
+        return away >= self._spacing or self.has_jumped or self.is_another(belief)
 
     def add(self, glance: _Glance, look: _Strangeness, belief: ObjectBelief, driven: float) -> None:
         """Remember one more glance; of many, every other one, so that those of long ago count too.
@@ -276,8 +279,9 @@ class _Watch:
         is_shown, is_another = look.stopped >= POINTS, self.is_another(belief)
         if not (is_shown or is_another):
             return
+        self.looks_since_jump += is_another or self.has_jumped
         if is_another:
-            self.has_jumped, self._another_ns = True, glance.scan.stamp_ns
+            self._another_ns = glance.scan.stamp_ns
         self._know(belief)
         self._glimpse = None if is_shown else glance
         if not is_shown:
@@ -293,6 +297,11 @@ class _Watch:
             variance = look.std**2 + glance.shift_std**2
             self._pull += look.aside / variance
             self._hold += 1.0 / variance
+
+    @property
+    def has_jumped(self) -> bool:
+        """Whether the door suddenly was another since its hinge was last looked for."""
+        return self.looks_since_jump > 0
 
     @property
     def glances(self) -> list[_Glance]:
