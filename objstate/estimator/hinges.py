@@ -92,7 +92,7 @@ class Hinges:
     def seems_off(self, name: str) -> bool:
         """Whether what has been read of a door is worth a search for its hinge."""
         watch = self._watches[name]
-        return watch.is_strange or watch.looks_since_jump >= AFTER_JUMP
+        return watch.is_strange or watch.is_to_be_asked
 
     def search(
         self, believed: ObjectBelief, sensing: Sensing, share: float = 1.0
@@ -302,6 +302,15 @@ class _Watch:
     def has_jumped(self) -> bool:
         """Whether the door suddenly was another since its hinge was last looked for."""
         return self.looks_since_jump > 0
+
+    @property
+    def is_to_be_asked(self) -> bool:
+        """Whether all looks are to say what the door is that suddenly was another.
+
+        At once, where next to nothing shows it; a leaf that is seen is looked at for a while.
+        """
+        is_shown = self._glimpse is None
+        return self.looks_since_jump >= (AFTER_JUMP if is_shown else 1)
 
     @property
     def glances(self) -> list[_Glance]:
