@@ -188,7 +188,7 @@ class ConsistencySettings(Strict):
     jump: Positive = 5.0  # deviations that a mean moves by in one scan if the object was moved
     least: Positive = 0.04  # factor on a variance
     most: Positive = 10.0
-    most_tempering: Exponent = 1.0  # exponent on the likelihood of a scan of a door
+    off_m: Positive = 0.008
 
 
 class HingeSettings(Strict):

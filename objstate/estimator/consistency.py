@@ -37,6 +37,7 @@ class Consistency:
 
     def __init__(self, settings: ConsistencySettings, tempering: float = 1.0) -> None:
         self._settings = settings
+        self.off = 0.0  # m by which the building is off its model
         self._tempering = tempering  # exponent on a scan's likelihood, as the first guess has it
         self._moved: dict[Hashable, float] = {}  # by class: sums over stretches and coordinates
         self._expected: dict[Hashable, float] = {}
@@ -50,7 +51,8 @@ class Consistency:
         """On the likelihood of a scan of an object of one class: the larger, the less its mean moves."""
         if of not in LEARNT:
             return self._tempering
-        most = max(self._settings.most_tempering, self._tempering)
+        by_chance = 1.0 / (1.0 + (self.off / self._settings.off_m) ** 2)
+        most = max(by_chance, self._tempering)
         return min(self._tempering / min(self._factor(of), 1.0), most)
 
     def _factor(self, of: Hashable) -> float:

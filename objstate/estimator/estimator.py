@@ -211,6 +211,7 @@ class Estimator:
         scan, s = sight.scan, self.settings.localization
         if self._map_error.is_due(scan.stamp_ns):
             self._note_map_error(sight)
+            self._consistency.off = self._map_error.std
         near, towards = self._near(sight, sight.valid)
         used = np.asarray(towards.any(axis=0))
         share = min(1.0, s.max_beams / max(int(sight.valid.sum()), 1))  # of the beams that count
