@@ -16,6 +16,8 @@ LEAST_EVIDENCE = 1e-250
 TAIL_SIGMAS = 4.0  # at which a Gaussian is cut off
 MOST_DECAY = 600.0  # exp(-600) is a float yet
 TINY = 2.3e-308  # the least deviation; nothing is divided by zero
+FOOT = 1e-3  # of the density at a peak, at which it ends
+VALLEY = 2.0  # by which the density rises again beyond a peak's end
 NEXT_TO_NOTHING = 40.0  # exp(-40) beside one
 TURN = 2.0 * np.pi
 
@@ -446,8 +448,26 @@ def _bend(here: float, there: float) -> Any:
 
 
 @_inner
+def _peak(weights: FloatArray, below: IntArray, above: IntArray) -> Any:
+    """Which states (n,) of a lattice with weights (n,) lie about the heaviest one, up to a valley beside it.
+
+    ``below`` and ``above`` (n,) are their neighbours.
+    """
+    top, is_near = 0, np.zeros(weights.shape[0], dtype=np.bool_)
+    for j in range(weights.shape[0]):
+        top = j if weights[j] > weights[top] else top
+    is_near[top] = True
+    for beside in (below, above):
+        j, lowest = beside[top], weights[top]
+        while not is_near[j] and FOOT * weights[top] < weights[j] < VALLEY * lowest:
+            is_near[j], lowest = True, min(lowest, weights[j])
+            j = beside[j]
+    return is_near
+
+
+@_inner
 def _narrowed(weights: FloatArray, power: float, wraps: bool, parts: int) -> Any:
-    """Weights (n,) of a lattice to a ``power`` above one, of any sum.
+    """Weights (n,) of a lattice, to a ``power`` above one about the heaviest state; what lies elsewhere stays.
 
     Between two samples, the logarithm of the density is the parabola through them that bends like the
     straighter of both: at an edge of the belief none bulges beyond what it joins. Each cell is taken in ``parts``,
@@ -464,10 +484,12 @@ def _narrowed(weights: FloatArray, power: float, wraps: bool, parts: int) -> Any
         log[j] = np.log(max(weights[j] / top, LEAST_EVIDENCE))
         below[j] = j - 1 if j > 0 else (count - 1 if wraps else 1)  # limits reflect
         above[j] = j + 1 if j < count - 1 else (0 if wraps else count - 2)
+    is_near, near, narrow = _peak(weights, below, above), 0.0, 0.0
     for j in range(count):
         bend[j] = log[below[j]] - 2.0 * log[j] + log[above[j]]
+        near += weights[j] if is_near[j] else 0.0
     for j in range(count):
-        if power * log[j] < -NEXT_TO_NOTHING:
+        if not is_near[j] or power * log[j] < -NEXT_TO_NOTHING:
             continue
         for k in range(parts):
             t = (k + 0.5) / parts - 0.5
@@ -477,13 +499,16 @@ def _narrowed(weights: FloatArray, power: float, wraps: bool, parts: int) -> Any
             exponents[j, k] = power * (log[j] + rise)
             highest = max(highest, exponents[j, k])
     for j in range(count):
-        if power * log[j] < -NEXT_TO_NOTHING:
+        if not is_near[j] or power * log[j] < -NEXT_TO_NOTHING:
             continue
         for k in range(parts):
             t = (k + 0.5) / parts - 0.5
             part = np.exp(exponents[j, k] - highest)
+            narrow += part
             out[j] += (1.0 - abs(t)) * part
             out[above[j] if t > 0.0 else below[j]] += abs(t) * part
+    for j in range(count):
+        out[j] = near / narrow * out[j] + (0.0 if is_near[j] else weights[j])
     return out
 
 
