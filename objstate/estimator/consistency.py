@@ -10,6 +10,7 @@ for shrinkage close to nothing, which beliefs of samples have by chance, says no
 
 from __future__ import annotations
 
+import math
 from collections.abc import Hashable
 from dataclasses import dataclass
 
@@ -20,7 +21,7 @@ from objstate.config import ConsistencySettings
 from objstate.geometry import FloatArray
 from objstate.objects import ObjectBelief
 
-LEARNT = (Kind.HINGED, Kind.SLIDING)  # what samples at regular places tell can't be lost
+FILTERED = (Kind.HINGED, Kind.SLIDING)  # samples at regular places lose nothing by it
 OF_MEAN = np.sqrt(np.pi / 2.0)  # a Gaussian's deviation by its mean distance from zero
 
 
@@ -33,30 +34,36 @@ class Stretch:
 
 
 class Consistency:
-    """The factor by which the variances of beliefs of some class should be larger than they say."""
+    """How wide beliefs of some class should be: what filters are to do about it, and what is left to be done.
 
-    def __init__(self, settings: ConsistencySettings, tempering: float = 1.0) -> None:
+    Beliefs of doors that say too little are made ``sharper`` by what they are filtered with, lest what speaks for another
+    state count too little, too; all else is a ``factor`` on the variances of what is published.
+    """
+
+    def __init__(self, settings: ConsistencySettings, tempering: float) -> None:
         self._settings = settings
-        self.off = 0.0  # m by which the building is off its model
-        self._tempering = tempering  # exponent on a scan's likelihood, as the first guess has it
+        self._most = 1.0 / tempering  # sharper than by all that scans say is nothing
         self._moved: dict[Hashable, float] = {}  # by class: sums over stretches and coordinates
         self._expected: dict[Hashable, float] = {}
         self._open: dict[str, Stretch] = {}
+        self.off = 0.0  # m by which the building is off its model
 
     def factor(self, of: Hashable) -> float:
-        """For objects of one class whose scans count by ``exponent``; 1 where nothing is known."""
-        return self._factor(of) * self.exponent(of) / self._tempering
+        """By which variances should be larger than beliefs that are ``sharper`` already say; 1 where nothing is known."""
+        return self._needed(of) * self.sharper(of)
 
-    def exponent(self, of: Hashable) -> float:
-        """On the likelihood of a scan of an object of one class: the larger, the less its mean moves."""
-        if of not in LEARNT:
-            return self._tempering
+    def sharper(self, of: Hashable) -> float:
+        """By which the variances of scans and of drift are smaller than the settings have them, for objects of one class.
+
+        As far as readings err by chance: in how far the building is off, all scans err alike.
+        """
+        if of not in FILTERED:
+            return 1.0
         by_chance = 1.0 / (1.0 + (self.off / self._settings.off_m) ** 2)
-        most = max(by_chance, self._tempering)
-        return min(self._tempering / min(self._factor(of), 1.0), most)
+        return max(min(1.0 / self._needed(of), self._most * by_chance), 1.0)
 
-    def _factor(self, of: Hashable) -> float:
-        """The factor on variances of beliefs whose scans count by the exponent of the first guess."""
+    def _needed(self, of: Hashable) -> float:
+        """The factor on the variances of beliefs that are as wide as the settings have them."""
         s = self._settings
         moved, expected = self._moved.get(of, 0.0), self._expected.get(of, 0.0)
         ratio = (moved + s.weight) / (expected + s.weight)
@@ -80,8 +87,7 @@ class Consistency:
             self._open[name] = Stretch(moved, shrunk)
             return
         telling = shrunk > 0.0
-        narrowed = np.sqrt(self._tempering / self.exponent(of))
-        by_mean = OF_MEAN * narrowed * np.abs(moved[telling])
+        by_mean = OF_MEAN * np.abs(moved[telling]) / math.sqrt(self.sharper(of))
         by_variance = np.sqrt(shrunk[telling])
         self._moved[of] = self._moved.get(of, 0.0) + float(by_mean.sum())
         self._expected[of] = self._expected.get(of, 0.0) + float(by_variance.sum())

@@ -333,7 +333,8 @@ class Estimator:
             seen,
             robot,
             sight.scan.stamp_ns,
-            {name: self._consistency.exponent(self.building[name].kind) for name in seen},
+            self.settings.object_updates.tempering,
+            {name: self._consistency.sharper(self.building[name].kind) for name in seen},
             self._map_error.std,
         )
 
@@ -408,8 +409,8 @@ class Estimator:
 
     def _hang(self, name: str) -> None:
         """Look for a door's hinge, and hang it where it surely is."""
-        share = self._consistency.exponent(self.building[name].kind) / self.settings.object_updates.tempering
-        belief = self._hinges.search(self._believed.marginals[name], self._sensing, share)
+        sharper = self._consistency.sharper(self.building[name].kind)
+        belief = self._hinges.search(self._believed.marginals[name], self._sensing, sharper)
         if belief is not None:
             self._believed.hang(belief)
             self._rehang([belief.item])

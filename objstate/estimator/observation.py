@@ -41,28 +41,33 @@ def observe(
     names: Sequence[str],
     robot: PoseBelief,
     stamp_ns: int,
-    tempering: Mapping[str, float],
+    tempering: float,
+    sharper: Mapping[str, float],
     shift_std: float,
 ) -> Observation:
     """Predict each object's p(s | l) and integrate the scan into it, for each robot sample l.
 
-    The view is of the beams that may touch the objects of these ``names``, which count by each object's exponent
-    ``tempering``. ``shift_std`` m is how far the building is off.
+    The view is of the beams that may touch the objects of these ``names``. ``shift_std`` m is how far the building is off. By a factor ``sharper`` of each
+    object, its variances are smaller than the exponent ``tempering`` has them: of what scans tell, and of drift.
     """
-    given = {name: believed.given(name, len(robot.weights), stamp_ns) for name in names}
+    samples = len(robot.weights)
+    given = {
+        name: believed.given(name, samples, stamp_ns, 1.0 / sharper[name]) for name in names
+    }
     beliefs = {name: each.belief for name, each in given.items()}
-    unmoved = {name: believed.unmoved(name, stamp_ns) for name in names}
+    unmoved = {name: believed.unmoved(name, stamp_ns, 1.0 / sharper[name]) for name in names}
     backdrop = Backdrop(view, robot.poses, beliefs)
     log_evidence, fits = backdrop.log_likelihood, {}
     for name in names:
         without, absent = backdrop.without(name)
+        exponent = tempering * sharper[name]
         evidence = ScanEvidence(
-            name, view, robot.poses, robot.weights, without, absent, tempering[name], shift_std
+            name, view, robot.poses, robot.weights, without, absent, exponent, shift_std
         )
         update = believed.filters[name].update(given[name], evidence, believed.rngs[name])
         if update is None:
             continue
-        told = update.log_evidence / tempering[name]
+        told = update.log_evidence / exponent
         log_evidence = log_evidence + told + (absent - backdrop.log_likelihood)
         given[name] = update.conditional
         fits[name] = _fit(name, update, view, robot, without)

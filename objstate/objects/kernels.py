@@ -144,37 +144,52 @@ def moved(
     swung: FloatArray,
     begun: float,
     reach: int,
-    near: float,
+    goes_on: FloatArray,
+    ending: float,
     rest: FloatArray,
     wraps: bool,
     later: FloatArray,
+    going: FloatArray,
 ) -> Any:
-    """Of a lattice's ``weights`` (n,), what is being moved after a while, into ``later`` (n,); what it comes to comes back.
+    """Of a lattice's ``weights`` (n,), what has been moved after a while, into ``later`` (n,); what it comes to comes back.
 
-    That is what was being moved, a share ``swung`` (n,) or (1,), and of the others a share that has ``begun``.
-    A share ``near`` of it has gone by at most 1, 2, 4, ... cells, up to ``reach``, each as often: doors are thrown, and led slowly.
-    At the ends it is reflected, or goes on where the lattice ``wraps``. The others are distributed as ``rest`` (n,).
+    That is what was being moved, a share ``swung`` (n,) or (1,), and of the others a share that has ``begun``. Of
+    both (2, 2), ``goes_on`` says which share is being moved near where it was yet, and which is being moved at all. What
+    isn't near any more is distributed as ``rest`` (n,). A share ``ending`` of what isn't being moved near any more came to rest there. What is near has gone by at most 1, 2, 4, ... cells, up to ``reach``, each as often:
+    doors are thrown, and led slowly. At the ends it is reflected, or goes on where the lattice ``wraps``. Into ``going`` (n,) goes what is being moved.
     """
-    count, orders, most, gone = weights.shape[0], 0, 1, 0.0
+    count, orders, most = weights.shape[0], 0, 1
     reach = min(reach, count)
     padded, below = np.empty(count + 2 * reach), np.zeros(count + 2 * reach + 1)
+    sums, nears = np.zeros(2), np.empty(2)
+    for k in range(2):
+        nears[k] = goes_on[k, 0] + ending * (1.0 - goes_on[k, 0])
     for j in range(count):
         share = swung[min(j, swung.shape[0] - 1)]
-        later[j] = weights[j] * (share + (1.0 - share) * begun)
-        gone += later[j]
+        before, since = weights[j] * share, weights[j] * (1.0 - share) * begun
+        later[j] = nears[0] * before + nears[1] * since
+        sums[0] += before
+        sums[1] += since
+    near = nears[0] * sums[0] + nears[1] * sums[1]
+    near_on = goes_on[0, 0] * sums[0] + goes_on[1, 0] * sums[1]
+    all_on = goes_on[0, 1] * sums[0] + goes_on[1, 1] * sums[1]
+    gone = sums[0] + sums[1]
+    far, far_on, share_on = max(gone - near, 0.0), max(all_on - near_on, 0.0), near_on / max(near, TINY)
     _pad(later, reach, wraps, padded)
     for j in range(padded.shape[0]):
         below[j + 1] = below[j] + padded[j]
-    for j in range(count):
-        later[j] = (1.0 - near) * gone * rest[j]
+    _clear(later)
     while most <= reach:
         orders, most = orders + 1, 2 * most
     for order in range(orders):
         most = 2**order
-        share = near / (orders * (2 * most + 1))
+        share = 1.0 / (orders * (2 * most + 1))
         for j in range(count):
             within = below[reach + j + most + 1] - below[reach + j - most]
             later[j] += share * max(within, 0.0)
+    for j in range(count):
+        going[j] = share_on * later[j] + far_on * rest[j]
+        later[j] += far * rest[j]
     return gone
 
 
