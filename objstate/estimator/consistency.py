@@ -21,7 +21,7 @@ from objstate.config import ConsistencySettings
 from objstate.geometry import FloatArray
 from objstate.objects import ObjectBelief
 
-FILTERED = (Kind.HINGED, Kind.SLIDING)  # samples at regular places lose nothing by it
+SHARPENED = (Kind.HINGED, Kind.SLIDING)  # no scan leaves one of their samples with all the weight
 OF_MEAN = np.sqrt(np.pi / 2.0)  # a Gaussian's deviation by its mean distance from zero
 
 
@@ -34,33 +34,35 @@ class Stretch:
 
 
 class Consistency:
-    """How wide beliefs of some class should be: what filters are to do about it, and what is left to be done.
+    """How wide beliefs of some class should be, and by what.
 
-    Beliefs of doors that say too little are made ``sharper`` by what they are filtered with, lest what speaks for another
-    state count too little, too; all else is a ``factor`` on the variances of what is published.
+    Of doors whose beliefs are too wide, scans tell more than the settings have it: they are ``sharper``. Else what speaks for another
+    state would count too little, too. What is left is a ``factor`` on the variances of what is published.
     """
 
     def __init__(self, settings: ConsistencySettings, tempering: float) -> None:
         self._settings = settings
-        self._most = 1.0 / tempering  # sharper than by all that scans say is nothing
+        self._tempering = tempering  # exponent on the likelihood of a scan, as the settings have it
         self._moved: dict[Hashable, float] = {}  # by class: sums over stretches and coordinates
         self._expected: dict[Hashable, float] = {}
         self._open: dict[str, Stretch] = {}
         self.off = 0.0  # m by which the building is off its model
 
     def factor(self, of: Hashable) -> float:
-        """By which variances should be larger than beliefs that are ``sharper`` already say; 1 where nothing is known."""
+        """On the variances of beliefs that are as sharp as they should be; 1 where nothing is known."""
         return self._needed(of) * self.sharper(of)
 
     def sharper(self, of: Hashable) -> float:
-        """By which the variances of scans and of drift are smaller than the settings have them, for objects of one class.
+        """By which scans of objects of one class tell more, and drift adds less variance, than the settings have it.
 
-        As far as readings err by chance: in how far the building is off, all scans err alike.
+        That is as far as readings err by chance: where the building is off, all scans err alike.
         """
-        if of not in FILTERED:
+        if of not in SHARPENED:
             return 1.0
-        by_chance = 1.0 / (1.0 + (self.off / self._settings.off_m) ** 2)
-        return max(min(1.0 / self._needed(of), self._most * by_chance), 1.0)
+        s = self._settings
+        by_chance = 1.0 / (1.0 + (self.off / s.off_m) ** 2)
+        most = min(by_chance, s.most_tempering) / self._tempering
+        return max(min(1.0 / self._needed(of), most), 1.0)
 
     def _needed(self, of: Hashable) -> float:
         """The factor on the variances of beliefs that are as wide as the settings have them."""

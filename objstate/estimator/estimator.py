@@ -334,8 +334,8 @@ class Estimator:
             robot,
             sight.scan.stamp_ns,
             self.settings.object_updates.tempering,
-            {name: self._consistency.sharper(self.building[name].kind) for name in seen},
             self._map_error.std,
+            {name: self._consistency.sharper(self.building[name].kind) for name in seen},
         )
 
     def _log_likelihood(

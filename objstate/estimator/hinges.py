@@ -101,13 +101,12 @@ class Hinges:
         """What to believe of a door after a search for its hinge, hung where it surely is.
 
         In its place, too, where it suddenly was another and all looks rather say otherwise.
-        None where nothing changes. ``sensing`` knows where the others hang. Looks count by a factor ``sharper`` more than the settings
-        have it.
+        None where nothing changes. ``sensing`` knows where the others hang. Looks tell by a factor ``sharper`` more
+        than the settings have it.
         """
         watch, item = self._watches[believed.item.name], self._building[believed.item.name]
         looks = [self._look(item, glance, sensing) for glance in watch.glances]
-        exponent = min(self._settings.tempering * sharper, 1.0)
-        hanging = find_hinge(self._filters[item.name], looks, self._settings, exponent)
+        hanging = find_hinge(self._filters[item.name], looks, self._settings, sharper)
         is_in_place = np.array_equal(believed.item.hinge, item.hinge)
         if self._is_elsewhere(item, hanging, believed, watch):
             belief = _rehung(item, hanging)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
@@ -14,6 +15,8 @@ from objstate.lazy import altered
 from objstate.localization import PoseBelief
 from objstate.objects import ConditionalBelief, ObjectBelief, ScanEvidence, Update
 from objstate.sensing import ScanView
+
+NOTHING: Mapping[str, float] = MappingProxyType({})
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,25 +45,27 @@ def observe(
     robot: PoseBelief,
     stamp_ns: int,
     tempering: float,
-    sharper: Mapping[str, float],
     shift_std: float,
+    sharper: Mapping[str, float] = NOTHING,
 ) -> Observation:
     """Predict each object's p(s | l) and integrate the scan into it, for each robot sample l.
 
-    The view is of the beams that may touch the objects of these ``names``. ``shift_std`` m is how far the building is off. By a factor ``sharper`` of each
-    object, its variances are smaller than the exponent ``tempering`` has them: of what scans tell, and of drift.
+    The view is of the beams that may touch the objects of these ``names``. ``shift_std`` m is how
+    far the building is off. Of objects that are ``sharper``, by a factor, scans tell as much more than
+    the exponent ``tempering`` has it, and drift adds as much less variance.
     """
-    samples = len(robot.weights)
+    drifts = {name: 1.0 / sharper.get(name, 1.0) for name in names}
     given = {
-        name: believed.given(name, samples, stamp_ns, 1.0 / sharper[name]) for name in names
+        name: believed.given(name, len(robot.weights), stamp_ns, drift)
+        for name, drift in drifts.items()
     }
     beliefs = {name: each.belief for name, each in given.items()}
-    unmoved = {name: believed.unmoved(name, stamp_ns, 1.0 / sharper[name]) for name in names}
+    unmoved = {name: believed.unmoved(name, stamp_ns, drift) for name, drift in drifts.items()}
     backdrop = Backdrop(view, robot.poses, beliefs)
     log_evidence, fits = backdrop.log_likelihood, {}
     for name in names:
         without, absent = backdrop.without(name)
-        exponent = tempering * sharper[name]
+        exponent = tempering / drifts[name]
         evidence = ScanEvidence(
             name, view, robot.poses, robot.weights, without, absent, exponent, shift_std
         )

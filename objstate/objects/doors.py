@@ -166,7 +166,7 @@ class LatticeFilter:
         swing, hinged = self.settings.swing, self.item.kind is Kind.HINGED
         most = math.radians(swing.most_deg_per_s) if hinged else swing.most_m_per_s
         rests, leaves = 1.0 / swing.seconds, 1.0 / swing.near_s
-        rates = np.array([rests + leaves, rests]) * seconds
+        rates = np.array([rests + leaves, rests]) * max(seconds, TINY)
         near_s = -math.expm1(-rates[0]) / (rests + leaves)  # on average
         goes_on = np.array([np.exp(-rates), -np.expm1(-rates) / rates])  # begun at any time between
         later, going = np.empty(len(weights)), np.empty(len(weights))

@@ -174,7 +174,11 @@ def moved(
     near_on = goes_on[0, 0] * sums[0] + goes_on[1, 0] * sums[1]
     all_on = goes_on[0, 1] * sums[0] + goes_on[1, 1] * sums[1]
     gone = sums[0] + sums[1]
-    far, far_on, share_on = max(gone - near, 0.0), max(all_on - near_on, 0.0), near_on / max(near, TINY)
+    far, far_on, share_on = (
+        max(gone - near, 0.0),
+        max(all_on - near_on, 0.0),
+        near_on / max(near, TINY),
+    )
     _pad(later, reach, wraps, padded)
     for j in range(padded.shape[0]):
         below[j + 1] = below[j] + padded[j]
