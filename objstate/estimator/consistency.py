@@ -69,7 +69,7 @@ class Consistency:
         s = self._settings
         moved, expected = self._moved.get(of, 0.0), self._expected.get(of, 0.0)
         ratio = (moved + s.weight) / (expected + s.weight)
-        return float(np.clip(ratio**2, s.least, s.most))
+        return min(max(ratio**2, s.least), s.most)
 
     def note(self, before: ObjectBelief, after: ObjectBelief) -> None:
         """Take in how a scan changed the belief of an object that nobody moved since the scan before.

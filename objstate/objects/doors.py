@@ -29,6 +29,7 @@ NEGLIGIBLE = 1e-4  # weight, relative to the largest, below which a state is cas
 PARTS = 6  # in which a cell is taken where a belief is narrowed
 BLURRED = 0.25  # of a cell, squared: the variance that its width and its parts' places on the lattice make
 NARROWEST = 0.01  # of a variance, to which a belief is narrowed at most
+LEAST = 1e-9  # of the time a door is moved; what goes on for less does not end
 TINY = np.finfo(float).tiny
 COARSE = 0.05  # m between states that are cast whatever their weight, at a leaf's outer edge
 
@@ -165,18 +166,16 @@ class LatticeFilter:
 
         swing, hinged = self.settings.swing, self.item.kind is Kind.HINGED
         most = math.radians(swing.most_deg_per_s) if hinged else swing.most_m_per_s
-        rests, leaves = 1.0 / swing.seconds, 1.0 / swing.near_s
-        rates = np.array([rests + leaves, rests]) * max(seconds, TINY)
-        near_s = -math.expm1(-rates[0]) / (rests + leaves)  # on average
-        goes_on = np.array([np.exp(-rates), -np.expm1(-rates) / rates])  # begun at any time between
+        ends, leaves = max(seconds / swing.seconds, LEAST), seconds / swing.near_s
+        near_s = -math.expm1(-ends - leaves) / (ends + leaves) * seconds  # on average
         later, going = np.empty(len(weights)), np.empty(len(weights))
         gone = moved(
             weights,
             swung,
             begun,
             math.ceil(most * near_s / self._spacing),
-            goes_on,
-            rests / (rests + leaves),
+            ends,
+            leaves,
             self._rest_weights,
             self.item.wraps,
             later,

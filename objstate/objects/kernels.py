@@ -144,8 +144,8 @@ def moved(
     swung: FloatArray,
     begun: float,
     reach: int,
-    goes_on: FloatArray,
-    ending: float,
+    ends: float,
+    leaves: float,
     rest: FloatArray,
     wraps: bool,
     later: FloatArray,
@@ -153,17 +153,21 @@ def moved(
 ) -> Any:
     """Of a lattice's ``weights`` (n,), what has been moved after a while, into ``later`` (n,); what it comes to comes back.
 
-    That is what was being moved, a share ``swung`` (n,) or (1,), and of the others a share that has ``begun``. Of
-    both (2, 2), ``goes_on`` says which share is being moved near where it was yet, and which is being moved at all. What
-    isn't near any more is distributed as ``rest`` (n,). A share ``ending`` of what isn't being moved near any more came to rest there. What is near has gone by at most 1, 2, 4, ... cells, up to ``reach``, each as often:
-    doors are thrown, and led slowly. At the ends it is reflected, or goes on where the lattice ``wraps``. Into ``going`` (n,) goes what is being moved.
+    That is what was being moved, a share ``swung`` (n,) or (1,), and of the others a share that has ``begun`` at any moment.
+    Meanwhile, moving ``ends`` so many times on average, and as many times it ``leaves`` where it began. Until then, it goes by
+    at most 1, 2, 4, ... cells, up to ``reach``, each as often: doors are thrown, and led slowly. At the limits that
+    is reflected, or goes on where the lattice ``wraps``. What has left is distributed as ``rest`` (n,). Into ``going`` (n,) goes what is being
+    moved still.
     """
     count, orders, most = weights.shape[0], 0, 1
     reach = min(reach, count)
     padded, below = np.empty(count + 2 * reach), np.zeros(count + 2 * reach + 1)
-    sums, nears = np.zeros(2), np.empty(2)
+    sums, goes_on, nears, near_on = np.zeros(2), np.empty(2), np.empty(2), np.empty(2)
+    either = ends + leaves
+    goes_on[0], near_on[0] = np.exp(-ends), np.exp(-either)
+    goes_on[1], near_on[1] = (1.0 - goes_on[0]) / ends, (1.0 - near_on[0]) / either
     for k in range(2):
-        nears[k] = goes_on[k, 0] + ending * (1.0 - goes_on[k, 0])
+        nears[k] = (ends + leaves * near_on[k]) / either
     for j in range(count):
         share = swung[min(j, swung.shape[0] - 1)]
         before, since = weights[j] * share, weights[j] * (1.0 - share) * begun
@@ -171,14 +175,10 @@ def moved(
         sums[0] += before
         sums[1] += since
     near = nears[0] * sums[0] + nears[1] * sums[1]
-    near_on = goes_on[0, 0] * sums[0] + goes_on[1, 0] * sums[1]
-    all_on = goes_on[0, 1] * sums[0] + goes_on[1, 1] * sums[1]
-    gone = sums[0] + sums[1]
-    far, far_on, share_on = (
-        max(gone - near, 0.0),
-        max(all_on - near_on, 0.0),
-        near_on / max(near, TINY),
-    )
+    on = near_on[0] * sums[0] + near_on[1] * sums[1]
+    gone, share_on = sums[0] + sums[1], on / max(near, TINY)
+    far = max(gone - near, 0.0)
+    far_on = max(goes_on[0] * sums[0] + goes_on[1] * sums[1] - on, 0.0)
     _pad(later, reach, wraps, padded)
     for j in range(padded.shape[0]):
         below[j + 1] = below[j] + padded[j]
