@@ -39,7 +39,7 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
         (particles.largest_step, "f1 f1 f f"),
         (particles.systematic, "f1 i f"),
         (lattice.worth_casting, "f1 f i i"),
-        (lattice.moved, "f1 f1 f i f f1 b f1"),
+        (lattice.moved, "f1 f1 f i f f f1 b f1 f1"),
         (lattice.predict, "f2 f1 f1 f i1 f f b f f f1 f2 f1"),
         (lattice.condition, "f2 i1 b1 f2 f1 f f b f2 f1 f1"),
         (lattice.settle, "f2 f1 f f b f f f1"),

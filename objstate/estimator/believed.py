@@ -62,14 +62,22 @@ class Believed:
             return self.filters[name].predict(now, seconds, rng or self.rngs[name])
         return now
 
-    def unmoved(self, name: str, stamp_ns: int) -> ObjectBelief:
-        """Mean and deviations at a moment, for somebody who knows that the object wasn't moved since."""
+    def unmoved(self, name: str, stamp_ns: int, drift: float = 1.0) -> ObjectBelief:
+        """Mean and deviations at a moment, for somebody who knows that the object wasn't moved since.
+
+        The variance that ``drift`` adds counts by a factor.
+        """
         belief = self.marginals[name]
         seconds = max(_seconds(belief, stamp_ns), 0.0)
-        return belief.drifted(self.filters[name].drift_variance(seconds))
+        return belief.drifted(drift * self.filters[name].drift_variance(seconds))
 
-    def given(self, name: str, samples: int, stamp_ns: int) -> ConditionalBelief:
-        """The same given each of so many robot samples."""
+    def given(
+        self, name: str, samples: int, stamp_ns: int, drift: float = 1.0
+    ) -> ConditionalBelief:
+        """What is believed at a moment given each of so many robot samples.
+
+        The variance that ``drift`` adds counts by a factor.
+        """
         if name in self._in_view:
             known, descent = self._in_view[name]
         else:
@@ -78,7 +86,7 @@ class Believed:
         known = altered(known, belief=altered(known.belief, stamp_ns=stamp_ns))
         if seconds <= 0.0:
             return known.handed_on(descent)
-        return self.filters[name].predict_each(known, seconds, self.rngs[name], descent)
+        return self.filters[name].predict_each(known, seconds, self.rngs[name], descent, drift)
 
     def keep_in_view(
         self,

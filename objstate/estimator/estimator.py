@@ -98,7 +98,9 @@ class Estimator:
         self._believed = Believed(building, self.settings, seed, beliefs or {})
         self._rehang(self._believed.marginals[name].item for name in self.hung_elsewhere)
         self._map_error = MapError(self.settings.map_error)
-        self._consistency = Consistency(self.settings.consistency)
+        self._consistency = Consistency(
+            self.settings.consistency, self.settings.object_updates.tempering
+        )
         self._hinges = Hinges(building, self.settings)
         self._represented = lru_cache(maxsize=1024)(ObjectBelief.represented_by)  # few change
         self._widened = lru_cache(maxsize=64)(partial(_widened, self._believed))  # asked for again
@@ -212,6 +214,7 @@ class Estimator:
         scan, s = sight.scan, self.settings.localization
         if self._map_error.is_due(scan.stamp_ns):
             self._note_map_error(sight)
+            self._consistency.off = self._map_error.std
         near = self._near(sight, sight.valid)
         telling = int(np.count_nonzero(sight.valid))
         share = min(1.0, s.max_beams / max(telling, 1))  # of the beams that count
@@ -326,6 +329,7 @@ class Estimator:
             sight.scan.stamp_ns,
             self.settings.object_updates.tempering,
             self._map_error.std,
+            {name: self._consistency.sharper(self.building[name].kind) for name in near.pointed_at},
         )
 
     def _log_likelihood(
@@ -397,7 +401,8 @@ class Estimator:
 
     def _hang(self, name: str) -> None:
         """Look for a door's hinge, and hang it where it surely is."""
-        belief = self._hinges.search(self._believed.marginals[name], self._sensing)
+        sharper = self._consistency.sharper(self.building[name].kind)
+        belief = self._hinges.search(self._believed.marginals[name], self._sensing, sharper)
         if belief is not None:
             self._believed.hang(belief)
             self._rehang([belief.item])

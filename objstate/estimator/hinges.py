@@ -35,8 +35,10 @@ LONGEST_BOX = 0.5  # m; what shows less of itself may be a box
 BEYOND = 0.05  # m past the leaf's edges, likewise
 POINTS = 5  # readings of the leaf that a line needs
 SPAN = 0.25  # m along the leaf that they must cover
+LEAST_LINES = 3  # that say by what readings lie aside: one may be that of a box
 KNOWN = 0.95  # probability of being open by about an angle from which a door's angle is known
 DOUBTED = 0.9  # the same, below which it isn't any more
+AFTER_JUMP = 3  # looks at a door that suddenly is another, by which all its looks are asked
 KEPT = 0.5  # probability down to which a door that was found elsewhere stays there
 LEAVES_KEPT = 4096  # leaves of so many doors are remembered
 
@@ -91,17 +93,20 @@ class Hinges:
     def seems_off(self, name: str) -> bool:
         """Whether what has been read of a door is worth a search for its hinge."""
         watch = self._watches[name]
-        return watch.is_strange or watch.has_jumped
+        return watch.is_strange or watch.is_to_be_asked
 
-    def search(self, believed: ObjectBelief, sensing: Sensing) -> ObjectBelief | None:
+    def search(
+        self, believed: ObjectBelief, sensing: Sensing, sharper: float = 1.0
+    ) -> ObjectBelief | None:
         """What to believe of a door after a search for its hinge, hung where it surely is.
 
         In its place, too, where it suddenly was another and all looks rather say otherwise.
-        None where nothing changes. ``sensing`` knows where the others hang.
+        None where nothing changes. ``sensing`` knows where the others hang. Looks tell by a factor ``sharper`` more
+        than the settings have it.
         """
         watch, item = self._watches[believed.item.name], self._building[believed.item.name]
         looks = [self._look(item, glance, sensing) for glance in watch.glances]
-        hanging = find_hinge(self._filters[item.name], looks, self._settings)
+        hanging = find_hinge(self._filters[item.name], looks, self._settings, sharper)
         is_in_place = np.array_equal(believed.item.hinge, item.hinge)
         if self._is_elsewhere(item, hanging, believed, watch):
             belief = _rehung(item, hanging)
@@ -254,16 +259,19 @@ class _Watch:
         self._wait = settings.least_looks  # glances until the next search
         self._pull = 0.0  # sum of what lines pass the hinge by, over their variances, 1/m
         self._hold = 0.0  # sum of one over these variances, 1/m^2
+        self._lines = 0  # of how many
         self._restart()
 
     def _restart(self) -> None:
         self._count = self._stopped = self._strange = 0
-        self.has_jumped = False
+        self.looks_since_jump = 0  # at a door that suddenly was another; 0: it wasn't
 
     def is_due(self, belief: ObjectBelief, driven: float) -> bool:
         """Whether it is time for a glance; of a door that seems to be another, sooner."""
         away = driven - self._driven
-        return away >= self._spacing or (away >= self._settings.every_m and self.is_another(belief))
+        if away < self._settings.every_m:
+            return False
+        return away >= self._spacing or self.has_jumped or self.is_another(belief)
 
     def add(self, glance: _Glance, look: _Strangeness, belief: ObjectBelief, driven: float) -> None:
         """Remember one more glance; of many, every other one, so that those of long ago count too.
@@ -274,8 +282,9 @@ class _Watch:
         is_shown, is_another = look.stopped >= POINTS, self.is_another(belief)
         if not (is_shown or is_another):
             return
+        self.looks_since_jump += is_another or self.has_jumped
         if is_another:
-            self.has_jumped, self._another_ns = True, glance.scan.stamp_ns
+            self._another_ns = glance.scan.stamp_ns
         self._know(belief)
         self._glimpse = None if is_shown else glance
         if not is_shown:
@@ -291,6 +300,21 @@ class _Watch:
             variance = look.std**2 + glance.shift_std**2
             self._pull += look.aside / variance
             self._hold += 1.0 / variance
+            self._lines += 1
+
+    @property
+    def has_jumped(self) -> bool:
+        """Whether the door suddenly was another since its hinge was last looked for."""
+        return self.looks_since_jump > 0
+
+    @property
+    def is_to_be_asked(self) -> bool:
+        """Whether all looks are to say what the door is that suddenly was another.
+
+        At once, where next to nothing shows it; a leaf that is seen is looked at for a while.
+        """
+        is_shown = self._glimpse is None
+        return self.looks_since_jump >= (AFTER_JUMP if is_shown else 1)
 
     @property
     def glances(self) -> list[_Glance]:
@@ -313,7 +337,7 @@ class _Watch:
     @property
     def aside(self) -> float:
         """m by which the leaf's readings surely lie aside of it."""
-        if self._hold == 0.0:
+        if self._lines < LEAST_LINES:
             return 0.0
         by_chance = self._settings.doubt_sigmas**2 / self._hold
         return math.sqrt(max((self._pull / self._hold) ** 2 - by_chance, 0.0))
@@ -323,6 +347,7 @@ class _Watch:
         self._wait = 2 * max(self._count, self._settings.least_looks)
         if belief is not None or self.has_jumped:  # lines were those of another state
             self._pull = self._hold = 0.0
+            self._lines = 0
         if belief is not None:
             self._know(belief)
         self._restart()

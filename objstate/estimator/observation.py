@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
@@ -15,6 +16,8 @@ from objstate.localization import PoseBelief
 from objstate.objects import ConditionalBelief, ObjectBelief, ScanEvidence, Update
 from objstate.sensing import ScanView
 
+NOTHING: Mapping[str, float] = MappingProxyType({})
+
 
 @dataclass(frozen=True, eq=False)
 class Observation:
@@ -24,7 +27,7 @@ class Observation:
     predicted: Mapping[str, ObjectBelief]  # before it
     unmoved: Mapping[str, ObjectBelief]  # likewise, if nobody has moved them since the scan before
     fits: Mapping[str, float]  # of the objects on which a beam bore
-    log_evidence: FloatArray  # (l,) log p(o | l) of the beams towards objects
+    log_evidence: FloatArray  # (l,) log p(o | l) of the beams towards objects, not tempered
 
     def settled_by(self, robot: PoseBelief) -> Observation:
         """The same objects, their marginals by what the robot samples weigh after the scan."""
@@ -43,29 +46,37 @@ def observe(
     stamp_ns: int,
     tempering: float,
     shift_std: float,
+    sharper: Mapping[str, float] = NOTHING,
 ) -> Observation:
     """Predict each object's p(s | l) and integrate the scan into it, for each robot sample l.
 
     The view is of the beams that may touch the objects of these ``names``. ``shift_std`` m is how
-    far the building is off.
+    far the building is off. Of objects that are ``sharper``, by a factor, scans tell as much more than
+    the exponent ``tempering`` has it, and drift adds as much less variance.
     """
-    given = {name: believed.given(name, len(robot.weights), stamp_ns) for name in names}
+    drifts = {name: 1.0 / sharper.get(name, 1.0) for name in names}
+    given = {
+        name: believed.given(name, len(robot.weights), stamp_ns, drift)
+        for name, drift in drifts.items()
+    }
     beliefs = {name: each.belief for name, each in given.items()}
-    unmoved = {name: believed.unmoved(name, stamp_ns) for name in names}
+    unmoved = {name: believed.unmoved(name, stamp_ns, drift) for name, drift in drifts.items()}
     backdrop = Backdrop(view, robot.poses, beliefs)
-    log_evidence, fits = tempering * backdrop.log_likelihood, {}
+    log_evidence, fits = backdrop.log_likelihood, {}
     for name in names:
         without, absent = backdrop.without(name)
+        exponent = tempering / drifts[name]
         evidence = ScanEvidence(
-            name, view, robot.poses, robot.weights, without, absent, tempering, shift_std
+            name, view, robot.poses, robot.weights, without, absent, exponent, shift_std
         )
         update = believed.filters[name].update(given[name], evidence, believed.rngs[name])
         if update is None:
             continue
-        log_evidence += update.log_evidence + tempering * (absent - backdrop.log_likelihood)
+        told = update.log_evidence / exponent
+        log_evidence = log_evidence + told + (absent - backdrop.log_likelihood)
         given[name] = update.conditional
         fits[name] = _fit(name, update, view, robot, without)
-    return Observation(given, beliefs, unmoved, fits, log_evidence / tempering)
+    return Observation(given, beliefs, unmoved, fits, log_evidence)
 
 
 def _fit(

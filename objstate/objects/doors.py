@@ -32,6 +32,7 @@ NEGLIGIBLE = 1e-4  # weight, relative to the largest, below which a state is cas
 PARTS = 6  # in which a cell is taken where a belief is narrowed
 BLURRED = 0.25  # of a cell, squared: the variance that its width and its parts' places on the lattice make
 NARROWEST = 0.01  # of a variance, to which a belief is narrowed at most
+LEAST = 1e-9  # of the time a door is moved; what goes on for less does not end
 TINY = np.finfo(float).tiny
 COARSE = 0.05  # m between states that are cast whatever their weight, at a leaf's outer edge
 
@@ -119,8 +120,9 @@ class LatticeFilter:
         seconds: float,
         rng: np.random.Generator,
         descent: Descent = SAME,
+        drift: float = 1.0,
     ) -> ConditionalBelief:
-        belief, given = self._later(believed.belief, believed.given, seconds, descent)
+        belief, given = self._later(believed.belief, believed.given, seconds, descent, drift)
         presence = np.full(len(given), belief.presence)  # nobody doubts that a door is there
         return ConditionalBelief(belief, given, presence, believed.hidden_by(descent.forgotten))
 
@@ -130,12 +132,13 @@ class LatticeFilter:
         given: FloatArray,
         seconds: float,
         descent: Descent,
+        drift: float = 1.0,
     ) -> tuple[ObjectBelief, FloatArray]:
         """A belief, and what rows (l, n) hand on (l', n), after a while: the door drifts, or somebody moves it."""
         from objstate.objects.kernels import predict
 
         before, begun = belief.weights.values, 1.0 - self.stayed(seconds)
-        gone, moved = self._moved(before, belief.swung, begun, seconds)
+        gone, moved, going = self._moved(before, belief.swung, begun, seconds)
         ancestors, weights = descent.of(len(given)), np.empty(len(before))
         later = np.empty((len(ancestors), len(weights)))
         mean, std = predict(
@@ -145,39 +148,43 @@ class LatticeFilter:
             descent.forgotten,
             ancestors,
             *belief.lattice,
-            self._cells_per_second * seconds,
+            self._cells_per_second * drift * seconds,
             1.0 - gone,
             moved,
             later,
             weights,
         )
-        goes_on = math.exp(-seconds / self.settings.swing.seconds)
-        swung = goes_on * moved / np.maximum(weights, TINY)
+        swung = going / np.maximum(weights, TINY)
         return belief.on_lattice(weights, mean, std, swung=swung), later
 
     def _moved(
         self, weights: FloatArray, swung: FloatArray, begun: float, seconds: float
-    ) -> tuple[float, FloatArray]:
-        """Of a door's weights (n,), what is being moved after a while, and where (n,): near, or where doors come to rest.
+    ) -> tuple[float, FloatArray, FloatArray]:
+        """How much of a door's weights (n,) has been moved after a while, where that is (n,), and where it moves on (n,).
 
-        That is what was being moved, a share ``swung`` (n,) or (1,), and of the others a share that has ``begun``.
+        That is what was being moved, a share ``swung`` (n,) or (1,), and of the others a share that has ``begun``. It comes
+        to rest at one rate, and at another gets where doors come to rest; until then it is near.
         """
         from objstate.objects.kernels import moved
 
         swing, hinged = self.settings.swing, self.item.kind is Kind.HINGED
         most = math.radians(swing.most_deg_per_s) if hinged else swing.most_m_per_s
-        later = np.empty(len(weights))
+        ends, leaves = max(seconds / swing.seconds, LEAST), seconds / swing.near_s
+        near_s = -math.expm1(-ends - leaves) / (ends + leaves) * seconds  # on average
+        later, going = np.empty(len(weights)), np.empty(len(weights))
         gone = moved(
             weights,
             swung,
             begun,
-            math.ceil(most * seconds / self._spacing),
-            math.exp(-seconds / swing.near_s),
+            math.ceil(most * near_s / self._spacing),
+            ends,
+            leaves,
             self._rest_weights,
             self.item.wraps,
             later,
+            going,
         )
-        return min(gone, 1.0), later
+        return min(gone, 1.0), later, going
 
     def stayed(self, seconds: float) -> float:
         """Probability that nobody has moved the door for so long."""

@@ -36,8 +36,12 @@ class ObjectFilter(Protocol):
         seconds: float,
         rng: np.random.Generator,
         descent: Descent = SAME,
+        drift: float = 1.0,
     ) -> ConditionalBelief:
-        """The same given each robot sample, which descends from one of those before."""
+        """The same given each robot sample, which descends from one of those before.
+
+        The variance that drift adds counts by a factor.
+        """
 
     def update(
         self, believed: ConditionalBelief, evidence: ScanEvidence, rng: np.random.Generator

@@ -78,11 +78,15 @@ class SampleFilter:
         )
 
     def predict(
-        self, belief: ObjectBelief, seconds: float, rng: np.random.Generator
+        self,
+        belief: ObjectBelief,
+        seconds: float,
+        rng: np.random.Generator,
+        drift: float = 1.0,
     ) -> ObjectBelief:
         """Every sample creeps, and is now and then moved to where the prior says."""
-        drift = np.sqrt(self.drift_variance(seconds))
-        states = belief.states + drift * rng.standard_normal(belief.states.shape)
+        step = np.sqrt(drift * self.drift_variance(seconds))
+        states = belief.states + step * rng.standard_normal(belief.states.shape)
         states[:, 2] = wrap(states[:, 2])
         redrawn = rng.random(len(states)) < self._moved(seconds)
         states[redrawn] = self._of_prior(int(redrawn.sum()), rng)
@@ -100,12 +104,13 @@ class SampleFilter:
         seconds: float,
         rng: np.random.Generator,
         descent: Descent = SAME,
+        drift: float = 1.0,
     ) -> ConditionalBelief:
         believed = believed.handed_on(descent)
         towards = self.settings.presence - believed.presence
         return altered(
             believed,
-            belief=self.predict(believed.belief, seconds, rng),
+            belief=self.predict(believed.belief, seconds, rng, drift),
             presence=believed.presence + self._moved(seconds) * towards,
         )
 

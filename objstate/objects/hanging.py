@@ -75,16 +75,20 @@ class Hanging:
         return self.given.averaged(self.given.given, self.weights.values).belief
 
 
-def find_hinge(door: LatticeFilter, looks: Sequence[Look], settings: HingeSettings) -> Hanging:
+def find_hinge(
+    door: LatticeFilter, looks: Sequence[Look], settings: HingeSettings, sharper: float = 1.0
+) -> Hanging:
     """Where the hinge of a door as the model has it is, by looks in the order of their stamps.
 
-    Places all about are tried first; then, on a finer grid, those about the best.
+    They tell by a factor ``sharper`` more than the settings have it. Places all about are tried first; then, on a
+    finer grid, those about the best.
     """
+    tempering = min(sharper * settings.tempering, 1.0)
     spacing, fine = settings.spacing_m, settings.spacing_m / FINER
     around = _hexagons(settings.most_m, spacing, np.zeros(2))
-    first = _held_against(door, looks, around, settings, spacing)
+    first = _held_against(door, looks, around, settings, spacing, tempering)
     best = first.offsets[int(np.argmax(first.weights.log))]
-    return _held_against(door, looks, _hexagons(spacing, fine, best), settings, fine)
+    return _held_against(door, looks, _hexagons(spacing, fine, best), settings, fine, tempering)
 
 
 def _held_against(
@@ -93,6 +97,7 @@ def _held_against(
     places: FloatArray,
     settings: HingeSettings,
     spacing: float,
+    tempering: float,
 ) -> Hanging:
     """Hold hinges in the model's place and in others (m, 2) so far apart against looks.
 
@@ -115,7 +120,7 @@ def _held_against(
             robot_weights=weights,
             background=np.tile(look.background, (count, 1)),
             log_absent=np.zeros(count),
-            tempering=settings.tempering,
+            tempering=tempering,
             shift_std=float(np.hypot(look.shift_std, spacing / np.sqrt(12.0))),
         )
         update = door.update(given, evidence, rng)

