@@ -103,7 +103,7 @@ class LevelView:
     def log_likelihood(self, expected: FloatArray) -> FloatArray:
         beams, out = self._beams, np.empty(len(expected))
         likelihood.scan_log_likelihood(
-            expected, beams.measured, beams.short, self._lasting, self._parameters, out
+            _abreast(expected), beams.measured, beams.short, self._lasting, self._parameters, out
         )
         return out
 
@@ -146,46 +146,33 @@ class LevelView:
         outline = self._outlines.of_object(name, self._sweep.height)
         normals = np.zeros((len(states), 2)) if comparison.normals is None else comparison.normals
         placements = self._outlines.placements(name, states)
-        stand = self._outlines.stand(poses).poses
         whole, few = comparison.whole, comparison.few
+        if whole is None or few is None:
+            whole, few = np.ones(len(states), dtype=bool), np.empty(0, dtype=np.int64)
         model = self._parameters
         if not comparison.in_runs:
             model = self._beam_model.beam_by_beam.parameters(self._range_max)
-        bears = np.zeros(len(self._beams.order), dtype=bool)
-
-        def compare(some: IntArray, stand: FloatArray, background: FloatArray) -> FloatArray:
-            out = np.empty((len(stand), len(states)))
-            if len(some) == 0:
-                return out
-            likelihood.object_log_likelihood(
-                some,
-                stand,
-                placements,
-                normals,
-                outline.segments,
-                outline.rim,
-                background,
-                self._beams.order,
-                self._beams.rows,
-                self._lasting,
-                self._beams.lookup,
-                self._sweep.centre,
-                model,
-                comparison.shift_std,
-                comparison.tempering,
-                out,
-                bears,
-            )
-            return out
-
-        if whole is None:
-            out = compare(np.arange(len(states)), stand, comparison.background)
-            return out, self._unsorted(bears)
-        out = compare(np.flatnonzero(whole), stand, comparison.background)
-        rest = np.flatnonzero(~whole)
-        if len(rest):
-            found = compare(rest, stand[few], comparison.background[few])
-            likelihood.average_out(found, rest, out)
+        out, bears = np.empty((len(poses), len(states))), np.zeros(len(self._beams.order), bool)
+        likelihood.object_log_likelihood(
+            self._outlines.stand(poses).poses,
+            placements,
+            normals,
+            whole,
+            few,
+            outline.segments,
+            outline.rim,
+            _abreast(comparison.background),
+            self._beams.order,
+            self._beams.rows,
+            self._lasting,
+            self._beams.lookup,
+            self._sweep.centre,
+            model,
+            comparison.shift_std,
+            comparison.tempering,
+            out,
+            bears,
+        )
         return out, self._unsorted(bears)
 
     @lazy
@@ -240,3 +227,8 @@ class LevelView:
         out = np.empty_like(values)
         out[..., self._beams.order] = values
         return out
+
+
+def _abreast(ranges: FloatArray) -> FloatArray:
+    """Ranges (p, n) as the kernels take them (n, p), those from all poses side by side."""
+    return np.ascontiguousarray(ranges.T)
