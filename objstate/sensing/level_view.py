@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from functools import partial
+from collections.abc import Sequence
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -16,7 +15,7 @@ from objstate.sensing import kernels, likelihood, projection
 from objstate.sensing.beam_model import BeamModel
 from objstate.sensing.level import Sweep, UncertainObject
 from objstate.sensing.outlines import LevelOutlines, ObjectOutline, Stand
-from objstate.sensing.view import EXPLAINED_SIGMAS, Comparison, Scenes, agree
+from objstate.sensing.view import EXPLAINED_SIGMAS, Comparison, agree
 
 T = TypeVar("T", bound=np.generic)
 
@@ -75,20 +74,6 @@ class LevelView:
         placements = self._outlines.placements(name, states)
         return self._cast(outline, placements, self._outlines.stand(poses))
 
-    def scenes(self, states: Mapping[str, FloatArray], poses: FloatArray) -> Scenes:
-        walls, stand = self.walls(poses), self._outlines.stand(poses)
-        outlines, height = self._outlines, self._sweep.height
-        placed = {
-            name: (outlines.of_object(name, height), outlines.placements(name, state[None]))
-            for name, state in states.items()
-        }
-
-        def scene(but: str | None) -> FloatArray:
-            others = [each for name, each in placed.items() if name != but]
-            return stand.each(partial(self._put_before, others), walls)
-
-        return scene
-
     def explained(self, expected: FloatArray) -> BoolArray:
         margin = EXPLAINED_SIGMAS * self._beam_model.sigma_hit
         return agree(self._beams.measured, expected, self._range_max, margin)
@@ -122,7 +107,7 @@ class LevelView:
             found = np.empty(len(abreast))
             likelihood.pose_log_likelihood(
                 abreast,
-                expected,
+                _abreast(expected),
                 *scenery,
                 self._beams.order,
                 self._beams.rows,
@@ -184,43 +169,21 @@ class LevelView:
         """Ranges (p, s, n) m of an outline at placements (s, 4)."""
 
         def ranges(abreast: FloatArray) -> FloatArray:
-            found = np.full((len(abreast), len(placements), len(self._beams.order)), np.inf)
-            self._shorten(found, outline, placements, abreast)
-            return found
+            found = np.full((len(placements), len(self._beams.order), len(abreast)), np.inf)
+            projection.cast(
+                abreast,
+                placements,
+                outline.segments,
+                outline.rim,
+                self._beams.order,
+                self._beams.rows,
+                self._beams.lookup,
+                self._sweep.centre,
+                found,
+            )
+            return found.transpose(2, 0, 1)
 
         return stand.each(ranges)
-
-    def _put_before(
-        self,
-        objects: Sequence[tuple[ObjectOutline, FloatArray]],
-        abreast: FloatArray,
-        behind: FloatArray,
-    ) -> FloatArray:
-        """Ranges (p, n) m of what is behind, or of objects at a placement (1, 4) each where they are nearer."""
-        nearest = behind.copy()
-        for outline, place in objects:
-            self._shorten(nearest[:, None], outline, place, abreast)
-        return nearest
-
-    def _shorten(
-        self,
-        ranges: FloatArray,
-        outline: ObjectOutline,
-        placements: FloatArray,
-        abreast: FloatArray,
-    ) -> None:
-        """Let ranges (p, s, n) m from poses be those of an outline at placements (s, 4) where it is nearer."""
-        projection.cast(
-            abreast,
-            placements,
-            outline.segments,
-            outline.rim,
-            self._beams.order,
-            self._beams.rows,
-            self._beams.lookup,
-            self._sweep.centre,
-            ranges,
-        )
 
     def _unsorted(self, values: NDArray[T]) -> NDArray[T]:
         """Values (..., n) of sorted beams in the scan's own order."""

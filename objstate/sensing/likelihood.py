@@ -459,8 +459,8 @@ def pose_log_likelihood(
 
     Object j has the rows of ``outlines`` up to ``outline_ends[j]``, of which the first ``rims[j]``
     are its rim, and may stand at the ``placements`` up to ``placement_ends[j]``, with weights ``shares``. Where it is
-    nearer than what is ``expected`` (p, n) of all else, it is what the beam should read; else the
-    beam keeps the likelihood it had. Sorted beam i has the column ``order[i]`` of it.
+    nearer than what is ``expected`` (n, p) of all else, it is what the beam should read; else the
+    beam keeps the likelihood it had. Sorted beam i has the row ``order[i]`` of it.
     """
     size, count = poses.shape[0], beams.shape[1]
     lasers, middle = stands(poses, sweep), np.empty(4)
@@ -473,7 +473,7 @@ def pose_log_likelihood(
     for i in range(count):
         is_mixed[i] = False
         for p in range(size):
-            without[i, p], mixed[i, p], kept[i, p] = expected[p, order[i]], 0.0, 1.0
+            without[i, p], mixed[i, p], kept[i, p] = expected[order[i], p], 0.0, 1.0
         _look(without[i], _read(beams[MEASURED, i], model), beams[SHORT, i], model, likelihood[i])
     outline_start, placement_start = 0, 0
     for j in range(outline_ends.shape[0]):

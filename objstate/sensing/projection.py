@@ -339,7 +339,7 @@ def cast(
     sweep: FloatArray,
     out: FloatArray,
 ) -> None:
-    """Shorten ranges ``out`` (p, s, n) from poses (p, 4) where an outline (k, 4) at placements (s, 4) is nearer.
+    """Shorten ranges ``out`` (s, n, p) from poses (p, 4) where an outline (k, 4) at placements (s, 4) is nearer.
 
     They are in the scan's own order, of which sorted beam i is ``order[i]``.
     """
@@ -368,7 +368,7 @@ def cast(
             if is_touched[i]:
                 is_touched[i] = False
                 for p in range(poses.shape[0]):
-                    out[p, s, order[i]] = min(out[p, s, order[i]], nearest[i, p])
+                    out[s, order[i], p] = min(out[s, order[i], p], nearest[i, p])
                     nearest[i, p] = np.inf
 
 
