@@ -33,6 +33,7 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
         (scans.with_trigonometry, "f2 f"),
         (scans.rectangle, "f2"),
         (scans.hinged, "f f f f f2"),
+        (scans.lasting, "f1 f f"),
         (scans.chances, "f1 f1 f1"),
         (particles.normalized, "f1"),
         (particles.largest_step, "f1 f1 f f"),

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.lazy import lazy
@@ -16,8 +15,6 @@ from objstate.sensing.beam_model import BeamModel
 from objstate.sensing.level import Sweep, UncertainObject
 from objstate.sensing.outlines import LevelOutlines, ObjectOutline, Stand
 from objstate.sensing.view import EXPLAINED_SIGMAS, Comparison, agree
-
-T = TypeVar("T", bound=np.generic)
 
 FIXED = np.array([[0.0, 0.0, 1.0, 0.0]])  # the placement of what doesn't move
 
@@ -158,7 +155,7 @@ class LevelView:
             out,
             bears,
         )
-        return out, self._unsorted(bears)
+        return out, bears
 
     @lazy
     def _lasting(self) -> FloatArray:
@@ -169,7 +166,7 @@ class LevelView:
         """Ranges (p, s, n) m of an outline at placements (s, 4)."""
 
         def ranges(abreast: FloatArray) -> FloatArray:
-            found = np.full((len(placements), len(self._beams.order), len(abreast)), np.inf)
+            found = np.empty((len(placements), len(self._beams.order), len(abreast)))
             projection.cast(
                 abreast,
                 placements,
@@ -184,12 +181,6 @@ class LevelView:
             return found.transpose(2, 0, 1)
 
         return stand.each(ranges)
-
-    def _unsorted(self, values: NDArray[T]) -> NDArray[T]:
-        """Values (..., n) of sorted beams in the scan's own order."""
-        out = np.empty_like(values)
-        out[..., self._beams.order] = values
-        return out
 
 
 def _abreast(ranges: FloatArray) -> FloatArray:

@@ -143,9 +143,9 @@ def _span(
                 nearest[i, p] = np.inf
             continue
         first, past = min(first, j), max(past, j + 1)
-        if not bears[i]:
+        if not bears[j]:
             most = min(beams[MEASURED, i] + near, model[RANGE_MAX])
-            bears[i] = _touches(nearest[i], without[j], most)
+            bears[j] = _touches(nearest[i], without[j], most)
     return first, past
 
 
@@ -323,9 +323,9 @@ def object_log_likelihood(
     States have ``placements`` (s, 4) and ``normals`` (s, 2). Those that aren't ``whole`` (s,) are cast from a ``few`` (q,) of the
     poses (p, 4), and have the mean likelihood from all. ``background`` (n, p)
     is what the beams read without the object, in the scan's own order, of which sorted beam i is
-    ``order[i]``; so are ``lasting`` (n,), see ``runs``. Beams that the object doesn't touch contribute the same to
+    ``order[i]``; so are ``lasting`` (n,), see ``runs``, and ``bears`` (n,). Beams that the object doesn't touch contribute the same to
     every state (section 3 of Schulz and Burgard 2001) but for runs that reach over its edges, and
-    are looked at once. ``bears`` (n,) is set where a beam touches the object
+    are looked at once. ``bears`` is set where a beam touches the object
     in some state and isn't stopped before reaching it.
 
     The likelihood has the exponent ``tempering``. The object may stand ``shift_std`` m
