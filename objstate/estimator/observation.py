@@ -53,7 +53,7 @@ def observe(
     beliefs = {name: each.belief for name, each in given.items()}
     unmoved = {name: believed.unmoved(name, stamp_ns) for name in names}
     backdrop = Backdrop(view, robot.poses, beliefs)
-    log_evidence, fits = tempering * backdrop.log_likelihood, {}
+    log_evidence, fits = np.zeros(len(robot.weights)), {}
     for name in names:
         without, absent = backdrop.without(name)
         evidence = ScanEvidence(
@@ -62,9 +62,11 @@ def observe(
         update = believed.filters[name].update(given[name], evidence, believed.rngs[name])
         if update is None:
             continue
-        log_evidence += update.log_evidence + tempering * (absent - backdrop.log_likelihood)
+        log_evidence += update.log_evidence + tempering * absent
         given[name] = update.conditional
         fits[name] = _fit(name, update, view, robot, without)
+    if len(fits) != 1:  # each has counted the backdrop, which counts once
+        log_evidence -= (len(fits) - 1) * tempering * backdrop.log_likelihood
     return Observation(given, beliefs, unmoved, fits, log_evidence / tempering)
 
 
