@@ -187,7 +187,8 @@ def look_past(
             for p in range(size):
                 free[j, p], stopped[j, p] = 1.0, 1.0
             continue
-        behind = told(measured[j + 1], short[j + 1], lasting[j + 1], model)
-        rows = expected[j + 1], behind, hits[j + 1], per_density[j + 1], free[j + 1], stopped[j + 1]
-        _look_back(*rows, free[j], stopped[j])
+        behind, after = j + 1, (free[j + 1], stopped[j + 1])
+        beam = told(measured[behind], short[behind], lasting[behind], model)
+        told_of = hits[behind], per_density[behind]
+        _look_back(expected[behind], beam, *told_of, *after, free[j], stopped[j])
     return before, per_density, free, stopped
