@@ -79,8 +79,8 @@ class ScanSettings(Strict):
 class LocalizationSettings(Strict):
     """Monte Carlo localization: where is the robot?"""
 
-    min_particles: Count = 100
-    min_particles_by_furniture: Count = 150  # likewise, while furniture is near
+    min_particles: Count = 104  # whole vectors of eight
+    min_particles_by_furniture: Count = 152  # likewise, while furniture is near
     max_particles: Count = 2000
     pf_err: Positive = 0.05  # largest error between true and estimated distribution (KLD)
     pf_z: Positive = 2.33  # upper standard normal quantile of holding pf_err: 2.33 is 0.99

@@ -25,8 +25,7 @@ Part = tuple[tuple[Any, str], ...]  # loops and their signatures
 
 PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the projection
     (
-        (likelihood.object_log_likelihood, "i1 f2 f2 f2 f2 i f2 i1 f2 f1 i1 f1 f1 f f f2 b1"),
-        (likelihood.average_out, "f2 i1 f2"),
+        (likelihood.object_log_likelihood, "f2 f2 f2 b1 i1 f2 i f2 i1 f2 f1 i1 f1 f1 f f f2 b1"),
         (projection.mark_seen, "f2 f2 i f2 i1 f1 b1"),
     ),
     (
@@ -34,6 +33,7 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
         (scans.with_trigonometry, "f2 f"),
         (scans.rectangle, "f2"),
         (scans.hinged, "f f f f f2"),
+        (scans.lasting, "f1 f f"),
         (scans.chances, "f1 f1 f1"),
         (particles.normalized, "f1"),
         (particles.largest_step, "f1 f1 f f"),

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import reduce
+
+import numpy as np
 
 from objstate.geometry import FloatArray
 from objstate.lazy import lazy
@@ -23,14 +26,19 @@ class Backdrop:
         beliefs: Mapping[str, ObjectBelief],
     ) -> None:
         self.view = view
-        self._known = {name: each.mean for name, each in beliefs.items() if each.settled}
-        self._scene = view.scenes(self._known, poses)
+        self._walls = view.walls(poses)
+        self._alone = {
+            name: view.object(name, each.mean[None], poses)[:, 0]
+            for name, each in beliefs.items()
+            if each.settled
+        }
 
     def without(self, name: str) -> tuple[FloatArray, FloatArray]:
         """Expected ranges (l, n) m of everything but one object, and log p(o | l) (l,) given them."""
-        if name not in self._known:
+        if name not in self._alone:
             return self._whole, self.log_likelihood
-        expected = self._scene(name)
+        others = (ranges for other, ranges in self._alone.items() if other != name)
+        expected = reduce(np.minimum, others, self._walls)
         return expected, self.view.log_likelihood(expected)
 
     @lazy
@@ -41,4 +49,4 @@ class Backdrop:
     @lazy
     def _whole(self) -> FloatArray:
         """Expected ranges (l, n) m of the walls and of all objects whose state is known."""
-        return self._scene(None)
+        return reduce(np.minimum, self._alone.values(), self._walls)

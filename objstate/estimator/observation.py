@@ -62,7 +62,7 @@ def observe(
     beliefs = {name: each.belief for name, each in given.items()}
     unmoved = {name: believed.unmoved(name, stamp_ns, drift) for name, drift in drifts.items()}
     backdrop = Backdrop(view, robot.poses, beliefs)
-    log_evidence, fits = backdrop.log_likelihood, {}
+    log_evidence, fits = np.zeros(len(robot.weights)), {}
     for name in names:
         without, absent = backdrop.without(name)
         exponent = tempering / drifts[name]
@@ -72,10 +72,11 @@ def observe(
         update = believed.filters[name].update(given[name], evidence, believed.rngs[name])
         if update is None:
             continue
-        told = update.log_evidence / exponent
-        log_evidence = log_evidence + told + (absent - backdrop.log_likelihood)
+        log_evidence += update.log_evidence / exponent + absent
         given[name] = update.conditional
         fits[name] = _fit(name, update, view, robot, without)
+    if len(fits) != 1:  # each has counted the backdrop, which counts once
+        log_evidence -= (len(fits) - 1) * backdrop.log_likelihood
     return Observation(given, beliefs, unmoved, fits, log_evidence)
 
 

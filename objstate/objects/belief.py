@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from copy import copy
 from dataclasses import dataclass, field
 from functools import partial
 from operator import le
@@ -13,7 +12,7 @@ import numpy as np
 
 from objstate.building.model import Kind, MovableObject
 from objstate.geometry import BoolArray, FloatArray, wrap
-from objstate.lazy import altered, lazy
+from objstate.lazy import altered, knowing, lazy
 from objstate.objects.footprint import footprint
 from objstate.objects.passage import clear_widths, lattice_clear_widths
 from objstate.particles import Weights, evenly, quantiles
@@ -117,15 +116,11 @@ class ObjectBelief:
 
     def with_shared(self, shared: FloatArray) -> ObjectBelief:
         """With another ``shared`` (d,); what was computed of the belief already is kept."""
-        known = copy(self)
-        object.__setattr__(known, "shared", shared)
-        return known
+        return knowing(self, shared=shared)
 
     def drifted(self, variance: FloatArray) -> ObjectBelief:
         """The belief by its mean and deviations (d,), after a drift has added a variance (d,)."""
-        known = copy(self)
-        known.__dict__.update(mean=self.mean, std=np.sqrt(self.std**2 + variance))
-        return known
+        return knowing(self, mean=self.mean, std=np.sqrt(self.std**2 + variance))
 
     @lazy
     def standing(self) -> ObjectBelief:

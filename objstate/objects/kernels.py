@@ -198,15 +198,13 @@ def moved(
 
 
 @_inner_sums
-def _part(row: FloatArray, resting: FloatArray, to: FloatArray) -> None:
-    """Weights ``to`` (n,), which sum to one, of the shares ``resting`` (n,) of a ``row`` (n,)."""
+def _part(row: FloatArray, resting: FloatArray, to: FloatArray) -> Any:
+    """The shares ``resting`` (n,) of a ``row`` (n,), into ``to`` (n,); their sum comes back."""
     total = 0.0
     for j in range(row.shape[0]):
         to[j] = row[j] * resting[j]
         total += to[j]
-    share = 1.0 / total
-    for j in range(row.shape[0]):
-        to[j] *= share
+    return total
 
 
 @_compile
@@ -234,7 +232,7 @@ def predict(
     count = weights.shape[0]
     taps = _taps(variance, count)
     besides, padded = np.empty(count), np.empty(count + 2 * taps.shape[0])
-    resting, stays = np.empty(count), np.empty(count)
+    resting, stays, kept = np.empty(count), np.empty(count), np.empty_like(taps)
     for j in range(count):
         besides[j] = elsewhere[j]
         resting[j] = 1.0 - swung[min(j, swung.shape[0] - 1)]
@@ -243,8 +241,10 @@ def predict(
     for q in range(ancestors.shape[0] + 1):  # the marginal first: rows take their share of it
         row = given[ancestors[q - 1]] if q > 0 else weights
         to = given_later[q - 1] if q > 0 else weights_later
-        _part(row, resting, stays)
-        _walked(stays, taps, wraps, besides, padded, to)
+        total = _part(row, resting, stays)
+        for k in range(taps.shape[0]):
+            kept[k] = taps[k] / total
+        _walked(stays, kept, wraps, besides, padded, to)
         if q > 0:
             continue
         for j in range(count):

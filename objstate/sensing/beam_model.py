@@ -57,13 +57,11 @@ class BeamModel:
 
         Its surface goes on: the range (n,) is about that of the beam before, in the scan's own order.
         """
-        s, reading = self.settings, self._shares[:2].sum()
-        before = np.append(-np.inf, measured[:-1])
-        before[np.isinf(before)] = -np.inf  # nothing goes on from a missing return, nor to one
-        off = (measured - before) / s.short_std
-        return np.asarray(
-            reading * np.exp(-0.5 * off**2) / (s.short_std * math.sqrt(2.0 * math.pi))
-        )
+        from objstate.sensing import kernels
+
+        std = self.settings.short_std
+        peak = float(self._shares[:2].sum()) / (std * math.sqrt(2.0 * math.pi))
+        return np.asarray(kernels.lasting(np.ascontiguousarray(measured), std, peak))
 
     @lazy
     def beam_by_beam(self) -> BeamModel:

@@ -111,6 +111,20 @@ def take(
 
 
 @_compile
+def lasting(measured: FloatArray, std: float, peak: float) -> Any:
+    """Densities (n,) of ranges that go on from what the beam before ``measured`` (n,), give or take ``std`` m.
+
+    ``peak`` is that of the same range. Nothing goes on from a missing return, nor to one.
+    """
+    out = np.zeros(measured.shape[0])
+    for j in range(1, measured.shape[0]):
+        off = (measured[j] - measured[j - 1]) / std
+        if np.isfinite(off):
+            out[j] = peak * np.exp(-0.5 * off * off)
+    return out
+
+
+@_compile
 def ends(
     order: IntArray, beams: FloatArray, sweep: FloatArray, height: float, pose: FloatArray
 ) -> Any:

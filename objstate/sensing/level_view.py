@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from functools import partial
-from typing import NamedTuple, TypeVar
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.lazy import lazy
@@ -16,9 +14,7 @@ from objstate.sensing import kernels, likelihood, projection
 from objstate.sensing.beam_model import BeamModel
 from objstate.sensing.level import Sweep, UncertainObject
 from objstate.sensing.outlines import LevelOutlines, ObjectOutline, Stand
-from objstate.sensing.view import EXPLAINED_SIGMAS, Comparison, Scenes, agree
-
-T = TypeVar("T", bound=np.generic)
+from objstate.sensing.view import EXPLAINED_SIGMAS, Comparison, agree
 
 FIXED = np.array([[0.0, 0.0, 1.0, 0.0]])  # the placement of what doesn't move
 
@@ -75,20 +71,6 @@ class LevelView:
         placements = self._outlines.placements(name, states)
         return self._cast(outline, placements, self._outlines.stand(poses))
 
-    def scenes(self, states: Mapping[str, FloatArray], poses: FloatArray) -> Scenes:
-        walls, stand = self.walls(poses), self._outlines.stand(poses)
-        outlines, height = self._outlines, self._sweep.height
-        placed = {
-            name: (outlines.of_object(name, height), outlines.placements(name, state[None]))
-            for name, state in states.items()
-        }
-
-        def scene(but: str | None) -> FloatArray:
-            others = [each for name, each in placed.items() if name != but]
-            return stand.each(partial(self._put_before, others), walls)
-
-        return scene
-
     def explained(self, expected: FloatArray) -> BoolArray:
         margin = EXPLAINED_SIGMAS * self._beam_model.sigma_hit
         return agree(self._beams.measured, expected, self._range_max, margin)
@@ -103,7 +85,7 @@ class LevelView:
     def log_likelihood(self, expected: FloatArray) -> FloatArray:
         beams, out = self._beams, np.empty(len(expected))
         likelihood.scan_log_likelihood(
-            expected, beams.measured, beams.short, self._lasting, self._parameters, out
+            _abreast(expected), beams.measured, beams.short, self._lasting, self._parameters, out
         )
         return out
 
@@ -122,7 +104,7 @@ class LevelView:
             found = np.empty(len(abreast))
             likelihood.pose_log_likelihood(
                 abreast,
-                expected,
+                _abreast(expected),
                 *scenery,
                 self._beams.order,
                 self._beams.rows,
@@ -146,47 +128,34 @@ class LevelView:
         outline = self._outlines.of_object(name, self._sweep.height)
         normals = np.zeros((len(states), 2)) if comparison.normals is None else comparison.normals
         placements = self._outlines.placements(name, states)
-        stand = self._outlines.stand(poses).poses
         whole, few = comparison.whole, comparison.few
+        if whole is None or few is None:
+            whole, few = np.ones(len(states), dtype=bool), np.empty(0, dtype=np.int64)
         model = self._parameters
         if not comparison.in_runs:
             model = self._beam_model.beam_by_beam.parameters(self._range_max)
-        bears = np.zeros(len(self._beams.order), dtype=bool)
-
-        def compare(some: IntArray, stand: FloatArray, background: FloatArray) -> FloatArray:
-            out = np.empty((len(stand), len(states)))
-            if len(some) == 0:
-                return out
-            likelihood.object_log_likelihood(
-                some,
-                stand,
-                placements,
-                normals,
-                outline.segments,
-                outline.rim,
-                background,
-                self._beams.order,
-                self._beams.rows,
-                self._lasting,
-                self._beams.lookup,
-                self._sweep.centre,
-                model,
-                comparison.shift_std,
-                comparison.tempering,
-                out,
-                bears,
-            )
-            return out
-
-        if whole is None:
-            out = compare(np.arange(len(states)), stand, comparison.background)
-            return out, self._unsorted(bears)
-        out = compare(np.flatnonzero(whole), stand, comparison.background)
-        rest = np.flatnonzero(~whole)
-        if len(rest):
-            found = compare(rest, stand[few], comparison.background[few])
-            likelihood.average_out(found, rest, out)
-        return out, self._unsorted(bears)
+        out, bears = np.empty((len(poses), len(states))), np.zeros(len(self._beams.order), bool)
+        likelihood.object_log_likelihood(
+            self._outlines.stand(poses).poses,
+            placements,
+            normals,
+            whole,
+            few,
+            outline.segments,
+            outline.rim,
+            _abreast(comparison.background),
+            self._beams.order,
+            self._beams.rows,
+            self._lasting,
+            self._beams.lookup,
+            self._sweep.centre,
+            model,
+            comparison.shift_std,
+            comparison.tempering,
+            out,
+            bears,
+        )
+        return out, bears
 
     @lazy
     def _lasting(self) -> FloatArray:
@@ -197,46 +166,23 @@ class LevelView:
         """Ranges (p, s, n) m of an outline at placements (s, 4)."""
 
         def ranges(abreast: FloatArray) -> FloatArray:
-            found = np.full((len(abreast), len(placements), len(self._beams.order)), np.inf)
-            self._shorten(found, outline, placements, abreast)
-            return found
+            found = np.empty((len(placements), len(self._beams.order), len(abreast)))
+            projection.cast(
+                abreast,
+                placements,
+                outline.segments,
+                outline.rim,
+                self._beams.order,
+                self._beams.rows,
+                self._beams.lookup,
+                self._sweep.centre,
+                found,
+            )
+            return found.transpose(2, 0, 1)
 
         return stand.each(ranges)
 
-    def _put_before(
-        self,
-        objects: Sequence[tuple[ObjectOutline, FloatArray]],
-        abreast: FloatArray,
-        behind: FloatArray,
-    ) -> FloatArray:
-        """Ranges (p, n) m of what is behind, or of objects at a placement (1, 4) each where they are nearer."""
-        nearest = behind.copy()
-        for outline, place in objects:
-            self._shorten(nearest[:, None], outline, place, abreast)
-        return nearest
 
-    def _shorten(
-        self,
-        ranges: FloatArray,
-        outline: ObjectOutline,
-        placements: FloatArray,
-        abreast: FloatArray,
-    ) -> None:
-        """Let ranges (p, s, n) m from poses be those of an outline at placements (s, 4) where it is nearer."""
-        projection.cast(
-            abreast,
-            placements,
-            outline.segments,
-            outline.rim,
-            self._beams.order,
-            self._beams.rows,
-            self._beams.lookup,
-            self._sweep.centre,
-            ranges,
-        )
-
-    def _unsorted(self, values: NDArray[T]) -> NDArray[T]:
-        """Values (..., n) of sorted beams in the scan's own order."""
-        out = np.empty_like(values)
-        out[..., self._beams.order] = values
-        return out
+def _abreast(ranges: FloatArray) -> FloatArray:
+    """Ranges (p, n) as the kernels take them (n, p), those from all poses side by side."""
+    return np.ascontiguousarray(ranges.T)

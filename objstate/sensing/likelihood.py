@@ -35,7 +35,7 @@ from objstate.sensing.kernels import (
     floor_of,
 )
 from objstate.sensing.projection import SPARE, project, stands, strays, untouched
-from objstate.sensing.runs import half_precision, hit_density, look_past, step
+from objstate.sensing.runs import fared, half_precision, hit, hit_density, look_past, step, told
 
 SCALE, LOG_SCALE = 10.0**DECADES, DECADES * np.log(10.0)
 NEAR_SIGMAS = 4.0  # a range shorter than this many sigmas before an object was stopped by another
@@ -71,30 +71,6 @@ def _look(
         reads = min(expected[p], range_max) if is_gaussian else expected[p]
         hit = hit_density(measured - reads, half, peak, is_gaussian)
         out[p] = hit + floor + (short if measured < expected[p] else 0.0)
-
-
-@_inner
-def _pull(
-    measured: float,
-    expected: FloatArray,
-    touches: BoolArray,
-    hits: FloatArray,
-    free: FloatArray,
-    stopped: FloatArray,
-    per_shift: float,
-    gradient: FloatArray,
-    curvature: FloatArray,
-) -> None:
-    """Add what a beam says of a shift of the object, where it ``touches`` (p,) that, as far as it hits it.
-
-    That is to the log-density's gradient (p,) and curvature (p,), in sigmas.
-    """
-    if per_shift == 0.0:
-        return
-    for p in range(gradient.shape[0]):
-        pulled = per_shift * hits[p] / (free[p] + stopped[p]) if touches[p] else 0.0
-        gradient[p] += pulled * (measured - expected[p]) if touches[p] else 0.0
-        curvature[p] += pulled * per_shift
 
 
 @_inner
@@ -167,24 +143,77 @@ def _span(
                 nearest[i, p] = np.inf
             continue
         first, past = min(first, j), max(past, j + 1)
-        if not bears[i]:
+        if not bears[j]:
             most = min(beams[MEASURED, i] + near, model[RANGE_MAX])
-            bears[i] = _touches(nearest[i], without[j], most)
+            bears[j] = _touches(nearest[i], without[j], most)
     return first, past
 
 
 @_inner
-def _meet(
-    nearest: FloatArray, without: FloatArray, expected: FloatArray, touches: BoolArray
+def _pass(
+    nearest: FloatArray,
+    without: FloatArray,
+    per_density: FloatArray,
+    beam: Any,
+    per_shift: float,
+    model: FloatArray,
+    free: FloatArray,
+    stopped: FloatArray,
+    gradient: FloatArray,
+    curvature: FloatArray,
 ) -> None:
-    """What a beam should read (p,) where the object is at ``nearest`` (p,), which is infinite again.
+    """``runs.step`` for a beam that may meet an object at ``nearest`` (p,), which is infinite again.
 
-    And whether it ``touches`` (p,) the object.
+    ``free`` and ``stopped`` (p,) are against what the readings before let expect ``without`` (p,) the object, of which
+    ``per_density`` (p,) is one over the density. What the beam says of a shift of the object, as far as it hits that, is
+    added to the log-density's ``gradient`` and ``curvature`` (p,), in sigmas.
     """
-    for p in range(expected.shape[0]):
-        touches[p] = nearest[p] < without[p]
-        expected[p] = min(nearest[p], without[p])
+    rows, sums = (nearest, without, per_density), (gradient, curvature)
+    if model[GAUSSIAN] > 0.0:  # a loop of its own: the other one takes several poses at a time
+        _pass_each(*rows, beam, True, per_shift, free, stopped, *sums)
+    else:
+        _pass_each(*rows, beam, False, per_shift, free, stopped, *sums)
+
+
+@_inner
+def _pass_each(
+    nearest: FloatArray,
+    without: FloatArray,
+    per_density: FloatArray,
+    beam: Any,
+    is_gaussian: bool,
+    per_shift: float,
+    free: FloatArray,
+    stopped: FloatArray,
+    gradient: FloatArray,
+    curvature: FloatArray,
+) -> None:
+    """``_pass``, pose by pose."""
+    for p in range(free.shape[0]):
+        touches = nearest[p] < without[p]
+        expected = nearest[p] if touches else without[p]
+        hits = hit(expected, beam, is_gaussian)
+        now_free, now_stopped, hits = fared(free[p], stopped[p], hits, expected, beam)
+        tells = touches & (per_shift != 0.0)
+        pulled = per_shift * hits / (now_free + now_stopped) if tells else 0.0
+        gradient[p] += pulled * (beam[0] - expected) if tells else 0.0
+        curvature[p] += pulled * per_shift
+        free[p], stopped[p] = now_free * per_density[p], now_stopped * per_density[p]
         nearest[p] = np.inf
+
+
+@_inner
+def _end(
+    free: FloatArray,
+    stopped: FloatArray,
+    later_free: FloatArray,
+    later_stopped: FloatArray,
+    change: FloatArray,
+) -> None:
+    """Take in what the readings behind (p,) are likely to be, given how the last beam fared; ``free`` is overwritten."""
+    for p in range(free.shape[0]):
+        free[p] = free[p] * later_free[p] + stopped[p] * later_stopped[p]
+        change[p] += np.log(free[p])
 
 
 @_inner
@@ -195,18 +224,32 @@ def _average(
     tempering: float,
     per_sigma: float,
     variance: float,
-    state: int,
-    out: FloatArray,
 ) -> None:
-    """Tempered log-likelihoods ``out`` (p, n) of a state, averaged over shifts with a variance, m^2."""
-    for p in range(out.shape[0]):
-        out[p, state] = tempering * change[p]
+    """Temper log-likelihoods ``change`` (p,), and average them over shifts with a variance, m^2."""
+    precision = tempering * per_sigma * per_sigma
+    for p in range(change.shape[0]):
+        change[p] *= tempering
     if variance > 0.0:
-        precision = tempering * per_sigma * per_sigma
-        for p in range(out.shape[0]):
+        for p in range(change.shape[0]):
             surely = 1.0 + precision * curvature[p] * variance
             pulled = precision * gradient[p]
-            out[p, state] += 0.5 * (pulled * pulled * variance / surely - np.log(surely))
+            change[p] += 0.5 * (pulled * pulled * variance / surely - np.log(surely))
+
+
+@_inner
+def _put(log: FloatArray, is_whole: bool, out: FloatArray) -> None:
+    """Let ``out`` (p,) be ``log`` (p,), or, of those (q,) of a few poses, the logarithm of the mean."""
+    if is_whole:
+        for p in range(out.shape[0]):
+            out[p] = log[p]
+        return
+    top, total = -np.inf, 0.0
+    for p in range(log.shape[0]):
+        top = max(top, log[p])
+    for p in range(log.shape[0]):
+        total += np.exp(log[p] - top)
+    for p in range(out.shape[0]):
+        out[p] = top + np.log(total / log.shape[0])
 
 
 @_compile
@@ -218,16 +261,15 @@ def scan_log_likelihood(
     model: FloatArray,
     out: FloatArray,
 ) -> None:
-    """Log p(o | d-hat) ``out`` (p,) of a scan's beams (n,), in its own order, for what is ``expected`` (p, n)."""
-    size, count = expected.shape
-    free, stopped, hits, meets = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
+    """Log p(o | d-hat) ``out`` (p,) of a scan's beams (n,), in its own order, for what is ``expected`` (n, p)."""
+    count, size = expected.shape
+    free, stopped = np.empty(size), np.empty(size)
     for p in range(size):
         free[p], stopped[p], out[p] = 1.0 - model[UNEXPECTED], model[UNEXPECTED], 0.0
     most = min(at_once(short, model), at_once(lasting, model))
     for j in range(count):
-        for p in range(size):
-            meets[p] = expected[p, j]
-        step(meets, _read(measured[j], model), short[j], lasting[j], model, free, stopped, hits)
+        beam = told(_read(measured[j], model), short[j], lasting[j], model)
+        step(expected[j], beam, model, free, stopped)
         if (j + 1) % most == 0:
             _rescale(free, stopped, out)
     for p in range(size):
@@ -235,12 +277,33 @@ def scan_log_likelihood(
     _flush(free, out)
 
 
+@_inner
+def _rows(values: FloatArray, chosen: IntArray) -> Any:
+    """Some rows (q, n) of values (p, n)."""
+    out = np.empty((chosen.shape[0], values.shape[1]))
+    for q in range(out.shape[0]):
+        for j in range(out.shape[1]):
+            out[q, j] = values[chosen[q], j]
+    return out
+
+
+@_inner
+def _columns(values: FloatArray, chosen: IntArray) -> Any:
+    """Some columns (n, q) of values (n, p)."""
+    out = np.empty((values.shape[0], chosen.shape[0]))
+    for j in range(out.shape[0]):
+        for q in range(out.shape[1]):
+            out[j, q] = values[j, chosen[q]]
+    return out
+
+
 @_compile
 def object_log_likelihood(
-    states: IntArray,
     poses: FloatArray,
     placements: FloatArray,
     normals: FloatArray,
+    whole: BoolArray,
+    few: IntArray,
     outline: FloatArray,
     rim: int,
     background: FloatArray,
@@ -255,13 +318,14 @@ def object_log_likelihood(
     out: FloatArray,
     bears: BoolArray,
 ) -> None:
-    """Change in log p(o | s, l) that an object makes, over the background alone: ``out`` (p, n).
+    """Change in log p(o | s, l) that an object makes, over the background alone: ``out`` (p, s).
 
-    Its ``states`` (s,) are rows of ``placements`` and ``normals`` and columns of ``out``. ``background`` (p, n)
+    States have ``placements`` (s, 4) and ``normals`` (s, 2). Those that aren't ``whole`` (s,) are cast from a ``few`` (q,) of the
+    poses (p, 4), and have the mean likelihood from all. ``background`` (n, p)
     is what the beams read without the object, in the scan's own order, of which sorted beam i is
-    ``order[i]``; so are ``lasting`` (n,), see ``runs``. Beams that the object doesn't touch contribute the same to
+    ``order[i]``; so are ``lasting`` (n,), see ``runs``, and ``bears`` (n,). Beams that the object doesn't touch contribute the same to
     every state (section 3 of Schulz and Burgard 2001) but for runs that reach over its edges, and
-    are looked at once. ``bears`` (n,) is set where a beam touches the object
+    are looked at once. ``bears`` is set where a beam touches the object
     in some state and isn't stopped before reaching it.
 
     The likelihood has the exponent ``tempering``. The object may stand ``shift_std`` m
@@ -270,101 +334,66 @@ def object_log_likelihood(
     of its incidence, so the readings speak of the shift as a Gaussian, and the average
     has a closed form.
     """
-    size, count = poses.shape[0], beams.shape[1]
-    lasers, middle = stands(poses, sweep), np.empty(4)
-    strayed, turned = strays(lasers, middle)
-    nearest, is_touched = np.empty((count, size)), np.empty(count, dtype=np.bool_)
-    spare = np.empty((SPARE, size))
-    untouched(nearest, is_touched)
+    count, variance = beams.shape[1], shift_std * shift_std
     measured, short, place = np.empty(count), np.empty(count), np.empty(count, dtype=np.int64)
-    without = np.empty((count, size))
     for i in range(count):
         j = order[i]
         place[j], measured[j], short[j] = i, _read(beams[MEASURED, i], model), beams[SHORT, i]
-        for p in range(size):
-            without[j, p] = background[p, j]
-    before, per_density = np.empty((count, size)), np.empty((count, size))
-    later_free, later_stopped = np.empty((count, size)), np.empty((count, size))
-    look_past(
-        without,
-        measured,
-        short,
-        lasting,
-        model,
-        before,
-        per_density,
-        later_free,
-        later_stopped,
-    )
-    free, stopped, hits, change = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
-    expected, touches = np.empty(size), np.empty(size, dtype=np.bool_)
-    gradient, curvature = np.empty(size), np.empty(size)
-    variance = shift_std * shift_std
     most = min(at_once(short, model), at_once(lasting, model))
-    for k in range(states.shape[0]):
-        project(
-            lasers,
-            middle,
-            strayed,
-            turned,
-            placements[states[k]],
-            outline,
-            rim,
-            beams,
-            index,
-            sweep[SPREAD],
-            nearest,
-            is_touched,
-            spare,
-        )
-        for p in range(size):
-            change[p], gradient[p], curvature[p] = 0.0, 0.0, 0.0
-        first, past = _span(is_touched, nearest, without, order, beams, model, bears)
-        for j in range(first, past):
-            i = place[j]
-            if j == first:
-                for p in range(size):
-                    free[p], stopped[p] = 1.0 - before[j, p], before[j, p]
-            _meet(nearest[i], without[j], expected, touches)
-            step(expected, measured[j], short[j], lasting[j], model, free, stopped, hits)
-            if variance > 0.0:
-                _pull(
-                    measured[j],
-                    expected,
-                    touches,
-                    hits,
-                    free,
-                    stopped,
-                    _per_shift(normals, states[k], middle, beams, i),
-                    gradient,
-                    curvature,
-                )
+    before, per_density, later_free, later_stopped = look_past(
+        background, measured, short, lasting, model
+    )
+    cast, without, middle = poses, background, np.empty(4)
+    is_touched = np.empty(count, dtype=np.bool_)
+    for part in range(2 if few.shape[0] > 0 else 1):
+        is_whole = part == 0
+        if not is_whole:
+            cast, without = _rows(poses, few), _columns(background, few)
+            before, per_density = _columns(before, few), _columns(per_density, few)
+            later_free, later_stopped = _columns(later_free, few), _columns(later_stopped, few)
+        size = cast.shape[0]
+        lasers = stands(cast, sweep)
+        strayed, turned = strays(lasers, middle)
+        nearest, spare = np.empty((count, size)), np.empty((SPARE, size))
+        untouched(nearest, is_touched)
+        free, stopped, change = np.empty(size), np.empty(size), np.empty(size)
+        gradient, curvature = np.empty(size), np.empty(size)
+        for k in range(whole.shape[0]):
+            if whole[k] != is_whole:
+                continue
+            project(
+                lasers,
+                middle,
+                strayed,
+                turned,
+                placements[k],
+                outline,
+                rim,
+                beams,
+                index,
+                sweep[SPREAD],
+                nearest,
+                is_touched,
+                spare,
+            )
+            first, past = _span(is_touched, nearest, without, order, beams, model, bears)
             for p in range(size):
-                free[p] *= per_density[j, p]
-                stopped[p] *= per_density[j, p]
-            if (j - first + 1) % most == 0:
-                _rescale(free, stopped, change)
-        if past > first:
-            for p in range(size):
-                free[p] = (
-                    free[p] * later_free[past - 1, p] + stopped[p] * later_stopped[past - 1, p]
-                )
-            _flush(free, change)
-        _average(change, gradient, curvature, tempering, model[PER_SIGMA], variance, states[k], out)
-
-
-@_compile
-def average_out(few: FloatArray, states: IntArray, out: FloatArray) -> None:
-    """Let ``out`` (p, n) in the columns ``states`` (s,) be the logarithm of the mean over a ``few`` (q, n)."""
-    for k in range(states.shape[0]):
-        column, top, total = few[:, states[k]], -np.inf, 0.0
-        for p in range(column.shape[0]):
-            top = max(top, column[p])
-        for p in range(column.shape[0]):
-            total += np.exp(column[p] - top)
-        mean = top + np.log(total / column.shape[0])
-        for p in range(out.shape[0]):
-            out[p, states[k]] = mean
+                change[p], gradient[p], curvature[p] = 0.0, 0.0, 0.0
+            for j in range(first, past):
+                i = place[j]
+                if j == first:
+                    for p in range(size):
+                        free[p], stopped[p] = 1.0 - before[j, p], before[j, p]
+                beam = told(measured[j], short[j], lasting[j], model)
+                shift = _per_shift(normals, k, middle, beams, i) if variance > 0.0 else 0.0
+                rows = nearest[i], without[j], per_density[j]
+                _pass(*rows, beam, shift, model, free, stopped, gradient, curvature)
+                if (j - first + 1) % most == 0:
+                    _rescale(free, stopped, change)
+            if past > first:
+                _end(free, stopped, later_free[past - 1], later_stopped[past - 1], change)
+            _average(change, gradient, curvature, tempering, model[PER_SIGMA], variance)
+            _put(change, is_whole, out[:, k])
 
 
 @_inner
@@ -430,8 +459,8 @@ def pose_log_likelihood(
 
     Object j has the rows of ``outlines`` up to ``outline_ends[j]``, of which the first ``rims[j]``
     are its rim, and may stand at the ``placements`` up to ``placement_ends[j]``, with weights ``shares``. Where it is
-    nearer than what is ``expected`` (p, n) of all else, it is what the beam should read; else the
-    beam keeps the likelihood it had. Sorted beam i has the column ``order[i]`` of it.
+    nearer than what is ``expected`` (n, p) of all else, it is what the beam should read; else the
+    beam keeps the likelihood it had. Sorted beam i has the row ``order[i]`` of it.
     """
     size, count = poses.shape[0], beams.shape[1]
     lasers, middle = stands(poses, sweep), np.empty(4)
@@ -444,7 +473,7 @@ def pose_log_likelihood(
     for i in range(count):
         is_mixed[i] = False
         for p in range(size):
-            without[i, p], mixed[i, p], kept[i, p] = expected[p, order[i]], 0.0, 1.0
+            without[i, p], mixed[i, p], kept[i, p] = expected[order[i], p], 0.0, 1.0
         _look(without[i], _read(beams[MEASURED, i], model), beams[SHORT, i], model, likelihood[i])
     outline_start, placement_start = 0, 0
     for j in range(outline_ends.shape[0]):

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from functools import reduce
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -12,7 +11,7 @@ from objstate.records import Rays
 from objstate.sensing.beam_model import BeamModel
 from objstate.sensing.expected import ExpectedRanges, cast_from
 from objstate.sensing.level import UncertainObject
-from objstate.sensing.view import EXPLAINED_SIGMAS, Comparison, Scenes, agree
+from objstate.sensing.view import EXPLAINED_SIGMAS, Comparison, agree
 
 
 class MeshView:
@@ -43,16 +42,6 @@ class MeshView:
 
     def object(self, name: str, states: FloatArray, poses: FloatArray) -> FloatArray:
         return self._expected.object(name, states, poses, self._rays)
-
-    def scenes(self, states: Mapping[str, FloatArray], poses: FloatArray) -> Scenes:
-        walls = self.walls(poses)
-        alone = {name: self.object(name, each[None], poses)[:, 0] for name, each in states.items()}
-
-        def scene(but: str | None) -> FloatArray:
-            others = (ranges for name, ranges in alone.items() if name != but)
-            return reduce(np.minimum, others, walls)
-
-        return scene
 
     def explained(self, expected: FloatArray) -> BoolArray:
         margin = EXPLAINED_SIGMAS * self._beam_model.sigma_hit

@@ -100,7 +100,7 @@ def _glimpsed(segments: FloatArray, screens: FloatArray, place: FloatArray) -> B
     off = (start + GLIMPSES[:, None] * along - place).reshape(-1, 2)
     distance = np.hypot(off[:, 0], off[:, 1]).clip(min=TOUCHING)
     sweep = _sweep_towards(off / distance[:, None])
-    nearest = np.full((1, 1, len(off)), np.inf)
+    nearest = np.empty((1, len(off), 1))
     projection.cast(
         np.array([[*place, 1.0, 0.0]]),
         np.array([[0.0, 0.0, 1.0, 0.0]]),
@@ -112,7 +112,7 @@ def _glimpsed(segments: FloatArray, screens: FloatArray, place: FloatArray) -> B
         sweep.centre,
         nearest,
     )
-    visible = distance <= nearest[0, 0] + TOUCHING
+    visible = distance <= nearest[0, :, 0] + TOUCHING
     return np.asarray(visible.reshape(len(segments), -1).any(axis=1))
 
 

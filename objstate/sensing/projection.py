@@ -339,7 +339,7 @@ def cast(
     sweep: FloatArray,
     out: FloatArray,
 ) -> None:
-    """Shorten ranges ``out`` (p, s, n) from poses (p, 4) where an outline (k, 4) at placements (s, 4) is nearer.
+    """Ranges ``out`` (s, n, p) of an outline (k, 4) at placements (s, 4), from poses (p, 4).
 
     They are in the scan's own order, of which sorted beam i is ``order[i]``.
     """
@@ -365,11 +365,10 @@ def cast(
             spare,
         )
         for i in range(count):
-            if is_touched[i]:
-                is_touched[i] = False
-                for p in range(poses.shape[0]):
-                    out[p, s, order[i]] = min(out[p, s, order[i]], nearest[i, p])
-                    nearest[i, p] = np.inf
+            is_touched[i] = False
+            for p in range(poses.shape[0]):
+                out[s, order[i], p] = nearest[i, p]
+                nearest[i, p] = np.inf
 
 
 @_compile

@@ -46,94 +46,113 @@ def half_precision(model: FloatArray) -> Any:
 
 
 @_inner
-def _as_expected(
-    expected: FloatArray, measured: float, model: FloatArray, hits: FloatArray
-) -> None:
-    """Densities ``hits`` (p,), without the floor, of a reading of what is ``expected`` (p,), if nothing else stops the beam."""
+def told(measured: float, short: float, lasting: float, model: FloatArray) -> Any:
+    """What ``hit`` and ``fared`` take of a beam: what it measured, and what doesn't depend on what was expected.
+
+    ``short`` and ``lasting`` are the densities of a reading that something new stops, and that what
+    stopped the beam before stops.
+    """
     surely = 1.0 / (1.0 - model[UNEXPECTED])
+    of_hit = surely * model[HIT], surely * model[PEAK], half_precision(model), model[RANGE_MAX]
+    return (
+        measured,
+        floor_of(measured, model),
+        short,
+        lasting,
+        model[LASTING],
+        model[UNEXPECTED],
+        of_hit,
+    )
+
+
+@_inner
+def hit(expected: float, beam: Any, is_gaussian: bool) -> Any:
+    """The density, without the floor, of a beam's reading of what is expected, if nothing else stops it."""
+    measured, _, _, _, _, _, (clear, peak, half, range_max) = beam
     if measured == np.inf:
-        for p in range(hits.shape[0]):
-            hits[p] = surely * model[HIT] if expected[p] >= model[RANGE_MAX] else 0.0
-        return
-    peak, half, range_max = surely * model[PEAK], half_precision(model), model[RANGE_MAX]
-    is_gaussian = model[GAUSSIAN] > 0.0
-    for p in range(hits.shape[0]):
-        reads = min(expected[p], range_max) if is_gaussian else expected[p]
-        hits[p] = hit_density(measured - reads, half, peak, is_gaussian)
+        return clear if expected >= range_max else 0.0
+    reads = min(expected, range_max) if is_gaussian else expected
+    return hit_density(measured - reads, half, peak, is_gaussian)
+
+
+@_inner
+def fared(free: float, stopped: float, hits: float, expected: float, beam: Any) -> Any:
+    """The joint densities of what was read and how the last beam fared, one beam later; and how much of the first density hits.
+
+    That was ``free`` to reach what is expected, or ``stopped``. ``hits`` is ``hit`` of what is expected of the next.
+    """
+    measured, floor, short, lasting, lasts, unexpected, _ = beam
+    is_before, both = measured < expected, (1.0 - lasts) * (free + stopped)
+    reaches = lasts * free + (1.0 - unexpected) * both
+    goes_on = floor + (lasting if is_before else 0.0)
+    begins = unexpected * floor + (short if is_before else 0.0)
+    after = lasts * stopped * goes_on + both * begins
+    return reaches * (hits + floor), after, reaches * hits
 
 
 @_inner
 def step(
-    expected: FloatArray,
-    measured: float,
-    short: float,
-    lasting: float,
-    model: FloatArray,
-    free: FloatArray,
-    stopped: FloatArray,
-    hits: FloatArray,
+    expected: FloatArray, beam: Any, model: FloatArray, free: FloatArray, stopped: FloatArray
 ) -> None:
-    """Take the next beam's reading into the joint densities (p,) of what was read and how the last beam fared.
-
-    It was ``free`` to reach what is ``expected`` (p,), or ``stopped``. ``short`` and ``lasting`` are
-    the densities of a reading that something new stops, and that what stopped the beam before
-    stops. ``hits`` (p,) are that of what is expected.
-    """
-    _as_expected(expected, measured, model, hits)
-    _advance(expected, measured, short, lasting, model, free, stopped, hits)
+    """``fared`` for many poses: what is expected, and the densities, which change, are (p,)."""
+    if model[GAUSSIAN] > 0.0:  # a loop of its own: the other one takes several poses at a time
+        _step_each(expected, beam, True, free, stopped)
+    else:
+        _step_each(expected, beam, False, free, stopped)
 
 
 @_inner
-def _advance(
-    expected: FloatArray,
-    measured: float,
-    short: float,
-    lasting: float,
-    model: FloatArray,
-    free: FloatArray,
-    stopped: FloatArray,
-    hits: FloatArray,
+def _step_each(
+    expected: FloatArray, beam: Any, is_gaussian: bool, free: FloatArray, stopped: FloatArray
 ) -> None:
-    """``step``, where ``hits`` (p,) hold the densities of a reading of what is expected already."""
-    floor, lasts, unexpected = floor_of(measured, model), model[LASTING], model[UNEXPECTED]
-    fresh = 1.0 - lasts
+    """``step``, pose by pose."""
     for p in range(free.shape[0]):
-        both = fresh * (free[p] + stopped[p])
-        reaches = lasts * free[p] + (1.0 - unexpected) * both
-        is_before = measured < expected[p]
-        goes_on = floor + (lasting if is_before else 0.0)
-        begins = unexpected * floor + (short if is_before else 0.0)
-        free[p] = reaches * (hits[p] + floor)
-        stopped[p] = lasts * stopped[p] * goes_on + both * begins
-        hits[p] *= reaches
+        hits = hit(expected[p], beam, is_gaussian)
+        free[p], stopped[p], _ = fared(free[p], stopped[p], hits, expected[p], beam)
 
 
 @_inner
-def _step_back(
+def _look_on(
     expected: FloatArray,
-    measured: float,
-    short: float,
-    lasting: float,
-    model: FloatArray,
-    scale: FloatArray,
+    beam: Any,
+    is_gaussian: bool,
+    before: FloatArray,
     hits: FloatArray,
+    per_density: FloatArray,
+    after: FloatArray,
+) -> None:
+    """One beam of ``look_past`` with the beams before it: ``after`` (p,) is ``before`` of the next."""
+    for p in range(expected.shape[0]):
+        hits[p] = hit(expected[p], beam, is_gaussian)
+        free, stopped, _ = fared(1.0 - before[p], before[p], hits[p], expected[p], beam)
+        per_density[p] = 1.0 / (free + stopped)
+        after[p] = stopped * per_density[p]
+
+
+@_inner
+def _look_back(
+    expected: FloatArray,
+    beam: Any,
+    hits: FloatArray,
+    per_density: FloatArray,
     free: FloatArray,
     stopped: FloatArray,
+    free_before: FloatArray,
+    stopped_before: FloatArray,
 ) -> None:
-    """The same the other way: how likely later beams read what they do, given how the one before fared.
+    """The same with the beams behind it: how likely it and those read what they do, given how the one before it fared.
 
-    ``free`` and ``stopped`` (p,) hold that for this beam first; its densities count ``scale`` (p,) times.
-    ``hits`` (p,) are those of a reading of what is expected.
+    ``free`` and ``stopped`` (p,) are that for those behind, given how it fared itself.
     """
-    floor, lasts, unexpected = floor_of(measured, model), model[LASTING], model[UNEXPECTED]
-    for p in range(free.shape[0]):
-        is_before = measured < expected[p]
-        goes_on = scale[p] * stopped[p] * (floor + (lasting if is_before else 0.0))
-        begins = scale[p] * stopped[p] * (unexpected * floor + (short if is_before else 0.0))
-        reached = scale[p] * free[p] * (hits[p] + floor)
+    measured, floor, short, lasting, lasts, unexpected, _ = beam
+    for p in range(expected.shape[0]):
+        is_before, scale = measured < expected[p], per_density[p]
+        goes_on = scale * stopped[p] * (floor + (lasting if is_before else 0.0))
+        begins = scale * stopped[p] * (unexpected * floor + (short if is_before else 0.0))
+        reached = scale * free[p] * (hits[p] + floor)
         either = (1.0 - lasts) * ((1.0 - unexpected) * reached + begins)
-        free[p] = lasts * reached + either
-        stopped[p] = lasts * goes_on + either
+        free_before[p] = lasts * reached + either
+        stopped_before[p] = lasts * goes_on + either
 
 
 @_inner
@@ -143,52 +162,33 @@ def look_past(
     short: FloatArray,
     lasting: FloatArray,
     model: FloatArray,
-    before: FloatArray,
-    per_density: FloatArray,
-    free: FloatArray,
-    stopped: FloatArray,
-) -> None:
+) -> Any:
     """The whole scan's beams (n,), against what is ``expected`` (n, p) of all but an object.
 
-    ``before`` (n, p) is the probability that something unexpected stopped the beam before each, by
-    the readings up to there; ``per_density`` (n, p) one over the density of each reading, by those
-    before. ``free`` and ``stopped`` (n, p) are how likely those after read what they do, given how
-    the beam fared, against what those before let expect; where each beam is stopped by itself, that tells nothing.
+    There come back the probability (n, p) that something unexpected stopped the beam before each, by
+    the readings up to there; one over the density (n, p) of each reading, by those
+    before; and how likely those after read what they do, given that the beam was free or stopped (n, p each), against what those before
+    let expect. Where each beam is stopped by itself, that tells nothing.
     """
     count, size = expected.shape
-    reach, stop, hits = np.empty(size), np.empty(size), np.empty(size)
-    as_expected = np.empty((count, size))
+    before, per_density = np.empty((count + 1, size)), np.empty((count, size))
+    free, stopped, hits = np.empty((count, size)), np.empty((count, size)), np.empty((count, size))
     for p in range(size):
-        reach[p], stop[p] = 1.0 - model[UNEXPECTED], model[UNEXPECTED]
+        before[0, p] = model[UNEXPECTED]
     for j in range(count):
-        _as_expected(expected[j], measured[j], model, as_expected[j])
-        for p in range(size):
-            before[j, p] = stop[p]
-            hits[p] = as_expected[j, p]
-        _advance(expected[j], measured[j], short[j], lasting[j], model, reach, stop, hits)
-        for p in range(size):
-            per_density[j, p] = 1.0 / (reach[p] + stop[p])
-            reach[p] *= per_density[j, p]
-            stop[p] *= per_density[j, p]
-    if model[LASTING] == 0.0:
-        for j in range(count):
+        beam = told(measured[j], short[j], lasting[j], model)
+        rows = before[j], hits[j], per_density[j], before[j + 1]
+        if model[GAUSSIAN] > 0.0:
+            _look_on(expected[j], beam, True, *rows)
+        else:
+            _look_on(expected[j], beam, False, *rows)
+    for j in range(count - 1, -1, -1):
+        if j == count - 1 or model[LASTING] == 0.0:
             for p in range(size):
                 free[j, p], stopped[j, p] = 1.0, 1.0
-        return
-    for p in range(size):
-        reach[p], stop[p] = 1.0, 1.0
-    for j in range(count - 1, -1, -1):
-        for p in range(size):
-            free[j, p] = reach[p]
-            stopped[j, p] = stop[p]
-        _step_back(
-            expected[j],
-            measured[j],
-            short[j],
-            lasting[j],
-            model,
-            per_density[j],
-            as_expected[j],
-            reach,
-            stop,
-        )
+            continue
+        behind, after = j + 1, (free[j + 1], stopped[j + 1])
+        beam = told(measured[behind], short[behind], lasting[behind], model)
+        told_of = hits[behind], per_density[behind]
+        _look_back(expected[behind], beam, *told_of, *after, free[j], stopped[j])
+    return before, per_density, free, stopped

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -29,10 +29,6 @@ class Comparison:
     )
 
 
-Scenes = Callable[[str | None], FloatArray]
-"""Expected ranges (p, n) m of everything but the object named; of everything for None."""
-
-
 class ScanView(Protocol):
     """One scan's beams, against any robot poses (p, 3) and object states (s, d)."""
 
@@ -44,9 +40,6 @@ class ScanView(Protocol):
 
     def object(self, name: str, states: FloatArray, poses: FloatArray) -> FloatArray:
         """Expected ranges (p, s, n) m of one object alone."""
-
-    def scenes(self, states: Mapping[str, FloatArray], poses: FloatArray) -> Scenes:
-        """Expected ranges of the walls and of objects, each in a state (d,), one left out in turn."""
 
     def explained(self, expected: FloatArray) -> BoolArray:
         """Which beams (n,) read what is expected (n,) of them, within ``EXPLAINED_SIGMAS``."""

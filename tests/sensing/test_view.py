@@ -239,21 +239,6 @@ def test_taking_beams_keeps_the_order(view: ScanView) -> None:
     )
 
 
-@pytest.mark.parametrize("view", views(), ids=["level", "mesh"])
-@pytest.mark.parametrize("count", [1, 3, 250])
-def test_a_scene_is_the_nearest_of_walls_and_objects(view: ScanView, count: int) -> None:
-    robots = near_robots(1, count)
-    scene, walls = view.scenes(TRUE_STATES, robots), view.walls(robots)
-    alone = {
-        name: view.object(name, each[None], robots)[:, 0] for name, each in TRUE_STATES.items()
-    }
-    for but in (None, "door", "table"):
-        others = [ranges for name, ranges in alone.items() if name != but]
-        np.testing.assert_array_equal(scene(but), np.minimum.reduce([walls, *others]))
-    assert (scene(None) < walls).any()
-    assert (scene("door") > scene(None)).any()
-
-
 def test_tilted_lasers_and_hatches_are_cast_against_triangles() -> None:
     tilted = fan(30, mount=placed(0.0, 0.0, 0.3, (0.0, 0.1, 0.0)))
     scan = scan_of(np.ones(30), tilted)
