@@ -166,8 +166,11 @@ def moved(
     either = ends + leaves
     goes_on[0], near_on[0] = np.exp(-ends), np.exp(-either)
     goes_on[1], near_on[1] = (1.0 - goes_on[0]) / ends, (1.0 - near_on[0]) / either
-    for k in range(2):
-        nears[k] = (ends + leaves * near_on[k]) / either
+    stayed, ended = 1.0 - begun, ends / either
+    never_left = stayed ** (1.0 - ended)  # however often it has been moved again
+    nears[0] = near_on[0] + (1.0 - near_on[0]) * ended * never_left
+    ended = (never_left - stayed) / begun if begun > 0.0 else ended
+    nears[1] = near_on[1] + (1.0 - near_on[1]) * ended
     for j in range(count):
         share = swung[min(j, swung.shape[0] - 1)]
         before, since = weights[j] * share, weights[j] * (1.0 - share) * begun

@@ -28,7 +28,7 @@ def test_each_moment_is_answered_with_what_was_known_then() -> None:
     assert world.at(4 * HOUR)["door"].std[0] > 0.4
     assert world.at(5 * HOUR)["door"].mean[0] == pytest.approx(0.2, abs=0.01)
     faded = world.at(6 * HOUR - 1)["door"].weights.values
-    assert faded[15:32].sum() > 1.5 * faded[50:67].sum()  # about 0.2 rad, in half degrees
+    assert faded[30:64].sum() > 1.5 * faded[100:134].sum()  # about 0.2 rad, in quarter degrees
     assert world.at()["door"].mean[0] == pytest.approx(1.2, abs=0.01)
 
 
@@ -38,7 +38,7 @@ def test_a_belief_fades_to_where_doors_rest() -> None:
     told = [entropy(world.at(stamp)["door"].weights.values) for stamp in stamps]
     assert told == sorted(told)
     late, later = (world.at(hours * HOUR)["door"].weights.values for hours in (100, 200))
-    np.testing.assert_allclose(late, later, rtol=1e-6)
+    np.testing.assert_allclose(late, later, rtol=1e-4)
     assert late[0] > late[90] < late[-1]  # closed or open as far as it goes, rather than between
 
 
