@@ -35,7 +35,6 @@ LONGEST_BOX = 0.5  # m; what shows less of itself may be a box
 BEYOND = 0.05  # m past the leaf's edges, likewise
 POINTS = 5  # readings of the leaf that a line needs
 SPAN = 0.25  # m along the leaf that they must cover
-LEAST_LINES = 3  # that say by what readings lie aside: one may be that of a box
 KNOWN = 0.95  # probability of being open by about an angle from which a door's angle is known
 DOUBTED = 0.9  # the same, below which it isn't any more
 AFTER_JUMP = 3  # looks at a door that suddenly is another, by which all its looks are asked
@@ -259,7 +258,6 @@ class _Watch:
         self._wait = settings.least_looks  # glances until the next search
         self._pull = 0.0  # sum of what lines pass the hinge by, over their variances, 1/m
         self._hold = 0.0  # sum of one over these variances, 1/m^2
-        self._lines = 0  # of how many
         self._restart()
 
     def _restart(self) -> None:
@@ -300,7 +298,6 @@ class _Watch:
             variance = look.std**2 + glance.shift_std**2
             self._pull += look.aside / variance
             self._hold += 1.0 / variance
-            self._lines += 1
 
     @property
     def has_jumped(self) -> bool:
@@ -337,7 +334,7 @@ class _Watch:
     @property
     def aside(self) -> float:
         """m by which the leaf's readings surely lie aside of it."""
-        if self._lines < LEAST_LINES:
+        if self._hold == 0.0:
             return 0.0
         by_chance = self._settings.doubt_sigmas**2 / self._hold
         return math.sqrt(max((self._pull / self._hold) ** 2 - by_chance, 0.0))
@@ -347,7 +344,6 @@ class _Watch:
         self._wait = 2 * max(self._count, self._settings.least_looks)
         if belief is not None or self.has_jumped:  # lines were those of another state
             self._pull = self._hold = 0.0
-            self._lines = 0
         if belief is not None:
             self._know(belief)
         self._restart()

@@ -81,7 +81,6 @@ def test_filters_that_say_too_little_are_sharper_only_as_far_as_readings_err_by_
     sharpest = consistency.sharper(Kind.HINGED)
     assert sharpest == pytest.approx(SETTINGS.most_tempering / TEMPERING)
     assert consistency.factor(Kind.HINGED) < 0.5
-    consistency.off = SETTINGS.off_m
     consistency.off = 1.5 * SETTINGS.off_m
     assert consistency.sharper(Kind.HINGED) == pytest.approx(1.0 / 3.25 / TEMPERING)
     consistency.off = 10.0 * SETTINGS.off_m
