@@ -32,16 +32,18 @@ class MapError:
 
     def __init__(self, settings: MapErrorSettings) -> None:
         self._settings = settings
-        self._precision = settings.weight / settings.std_m**4
+        self._guessed = settings.weight / settings.std_m**4  # precision of the first guess, 1/m^4
+        self._precision = self._guessed
         self._sum = self._precision * settings.std_m**2
         self._noted_ns: int | None = None
         self._before: dict[_Place, _Mean] = {}
 
     @property
     def std(self) -> float:
-        """m, along the walls' normals, by what looks at a place agree on: less half its standard error."""
+        """m, along the walls' normals, by what looks at a place agree on: as far as learnt, less its standard error."""
         mean, error = self._sum / self._precision, self._precision**-0.5
-        return math.sqrt(max(mean - error / 2.0, self._settings.least_m**2))
+        learnt = 1.0 - self._guessed / self._precision
+        return math.sqrt(max(mean - learnt * error, self._settings.least_m**2))
 
     def is_due(self, stamp_ns: int) -> bool:
         """Whether enough time has gone by since the last note that its errors are forgotten."""

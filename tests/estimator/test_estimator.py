@@ -417,7 +417,7 @@ def test_however_often_a_robot_looks_from_one_place_its_own_error_stays_in_what_
         door = estimator.objects["a"]
         if door.settled:
             shares.append(float(door.shared[0] / door.std[0] ** 2))
-    assert np.mean(shares[-10:]) > 0.5
+    assert np.mean(shares[-10:]) > 0.3
 
 
 def test_nothing_keeps_an_estimator_or_its_building_once_it_is_done_with() -> None:

@@ -66,7 +66,7 @@ def test_a_few_places_where_something_stands_at_the_wall_do_not_lead() -> None:
 def test_before_a_place_was_seen_twice_it_is_the_first_guess() -> None:
     error = MapError(SETTINGS)
     guess = error.std
-    assert 0.5 * SETTINGS.std_m < guess <= SETTINGS.std_m
+    assert guess == pytest.approx(SETTINGS.std_m)
     note(error, 0, np.full(CELLS * BEAMS, 0.05), places())
     assert error.std == guess
 
