@@ -189,7 +189,7 @@ class ConsistencySettings(Strict):
     jump: Positive = 5.0  # deviations that a mean moves by in one scan if the object was moved
     least: Positive = 0.04  # factor on a variance
     most: Positive = 10.0
-    most_tempering: Exponent = 0.4  # exponent on the likelihood of a scan of a door, at most
+    most_tempering: Exponent = 0.3  # exponent on the likelihood of a scan of a door, at most
     off_m: Positive = 0.008  # m by which the building is off where half of the errors are chance
 
 
