@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from objstate.evaluation import LatestState
     from objstate.records import Estimate
 
-OF_FURNITURE = ("x", "y", "yaw")  # coordinates
-
 
 def state_table(states: Sequence[LatestState], begin_ns: int, with_truth: bool) -> Table:
     """Each coordinate with its 90 % interval and when a scan last bore on it.
@@ -22,8 +20,11 @@ def state_table(states: Sequence[LatestState], begin_ns: int, with_truth: bool) 
     ``begin_ns`` is the stamp from which "last seen" counts. Where there is furniture, also how
     probably it is there at all.
     """
+    from objstate.building.model import COORDINATES, Kind
+
     truth = ("truth", "error") if with_truth else ()
-    with_presence = any(state.estimate.coordinate in OF_FURNITURE for state in states)
+    of_furniture = COORDINATES[Kind.PLANAR]
+    with_presence = any(state.estimate.coordinate in of_furniture for state in states)
     there = ("there (%)",) if with_presence else ()
     numbers = ("estimate", "90 % interval", *truth, *there, "last seen (s)")
     table = new_table("", ("object", "state"), numbers)

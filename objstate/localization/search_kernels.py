@@ -8,11 +8,10 @@ import numpy as np
 
 from objstate.compiling import inner, njit
 from objstate.geometry import FloatArray, IntArray
+from objstate.sensing.section_kernels import SLACK, hit
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract", "nnan", "nsz"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract", "nnan", "nsz"})
-
-SLACK = 1e-9  # m by which a ray may pass an end of a segment and still hit
 
 
 @_compile
@@ -67,16 +66,7 @@ def _distance(
     to_row = ((row + (dy > 0.0)) * side - y) / dy if dy != 0.0 else np.inf
     while 0 <= column < first.shape[0] and 0 <= row < first.shape[1]:
         for place in range(first[column, row], last[column, row]):
-            k = numbers[place]
-            ax, ay = segments[k, 0] - x, segments[k, 1] - y
-            bx, by = segments[k, 2] - x, segments[k, 3] - y
-            left, right = dx * ay - dy * ax, dx * by - dy * bx  # m aside of the ray
-            if min(left, right) > SLACK or max(left, right) < -SLACK or left == right:
-                continue
-            share = min(max(left / (left - right), 0.0), 1.0)
-            distance = dx * (ax + share * (bx - ax)) + dy * (ay + share * (by - ay))
-            if 0.0 <= distance < nearest:
-                nearest = distance
+            nearest = min(nearest, hit(x, y, dx, dy, segments[numbers[place]]))
         if nearest <= min(to_column, to_row):
             break
         if to_column < to_row:

@@ -1,13 +1,28 @@
-"""Every ray against every segment, compiled."""
+"""Where rays meet segments, compiled; and every ray against every segment."""
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
-from objstate.compiling import njit
+from objstate.compiling import inner, njit
 from objstate.geometry import FloatArray
 
 SLACK = 1e-9  # m by which a ray may pass an end of a segment and still hit
+
+
+@inner(nogil=True, error_model="numpy")
+def hit(x: float, y: float, dx: float, dy: float, segment: FloatArray) -> Any:
+    """Distance along a ray from x, y, in the direction of a unit vector, to a segment (4,); inf where it passes by."""
+    ax, ay = segment[0] - x, segment[1] - y
+    bx, by = segment[2] - x, segment[3] - y
+    left, right = dx * ay - dy * ax, dx * by - dy * bx  # m aside of the ray
+    if min(left, right) > SLACK or max(left, right) < -SLACK or left == right:
+        return np.inf
+    share = min(max(left / (left - right), 0.0), 1.0)
+    distance = dx * (ax + share * (bx - ax)) + dy * (ay + share * (by - ay))
+    return distance if distance >= 0.0 else np.inf
 
 
 @njit(nogil=True, error_model="numpy")
@@ -15,15 +30,7 @@ def cast(rays: FloatArray, segments: FloatArray) -> FloatArray:
     """Distances (n,) along rays (n, 4), each an origin and a unit vector, to segments (k, 4)."""
     out = np.full(rays.shape[0], np.inf)
     for i in range(rays.shape[0]):
-        x, y, dx, dy = rays[i, 0], rays[i, 1], rays[i, 2], rays[i, 3]
         for k in range(segments.shape[0]):
-            ax, ay = segments[k, 0] - x, segments[k, 1] - y
-            bx, by = segments[k, 2] - x, segments[k, 3] - y
-            left, right = dx * ay - dy * ax, dx * by - dy * bx  # m aside of the ray
-            if min(left, right) > SLACK or max(left, right) < -SLACK or left == right:
-                continue
-            share = min(max(left / (left - right), 0.0), 1.0)
-            distance = dx * (ax + share * (bx - ax)) + dy * (ay + share * (by - ay))
-            if 0.0 <= distance < out[i]:
-                out[i] = distance
+            distance = hit(rays[i, 0], rays[i, 1], rays[i, 2], rays[i, 3], segments[k])
+            out[i] = min(out[i], distance)
     return out
