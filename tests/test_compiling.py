@@ -10,8 +10,9 @@ from pathlib import Path
 import numba
 import pytest
 
-from objstate.cli.loops import PARTS
+from objstate.cli.loops import EVERY_RUN, PARTS
 from objstate.compiling import njit
+from objstate.simulation import simulate
 
 ROOT = Path(__file__).parents[1]
 SCRIPT = """
@@ -46,11 +47,13 @@ def test_where_they_can_be_kept_they_are(tmp_path: Path) -> None:
     assert len(list(tmp_path.rglob("*.nbc"))) == 1
 
 
-def estimated(out: Path, loops: Path, *, cores: int, until: int) -> tuple[bytes, int]:
-    """What the sample log gives up to a time, s, with so many cores; and how many loops that process compiled."""
+def estimated(
+    out: Path, log: Path, building: Path, loops: Path, *, cores: int, until: int
+) -> tuple[bytes, int]:
+    """What a log gives up to a time, s, with so many cores; and how many loops that process compiled."""
     given = [
-        *("estimate", str(ROOT / "logs/corridor.mcap"), "--quiet", "--to", str(until)),
-        *("--building", str(ROOT / "models/corridor/corridor.urdf"), "--out", str(out)),
+        *("estimate", str(log), "--quiet", "--to", str(until)),
+        *("--building", str(building), "--out", str(out)),
     ]
     script = (
         f"import sys\nsys.path.insert(0, {str(ROOT)!r})\n"
@@ -64,14 +67,33 @@ def estimated(out: Path, loops: Path, *, cores: int, until: int) -> tuple[bytes,
 def test_loops_compiled_by_one_process_by_several_and_before_give_the_same_bytes(
     tmp_path: Path,
 ) -> None:
-    alone, several = tmp_path / "alone", tmp_path / "several"
-    by_itself, many = estimated(tmp_path / "1", alone, cores=1, until=60)
-    shared, first = estimated(tmp_path / "2", several, cores=2, until=60)
-    kept, none = estimated(tmp_path / "3", several, cores=2, until=60)
+    doors = ROOT / "logs/corridor.mcap", ROOT / "models/corridor/corridor.urdf"
+    alone, several, before = (tmp_path / name for name in ("alone", "several", "before"))
+    by_itself, many = estimated(tmp_path / "1", *doors, alone, cores=1, until=60)
+    shared, first = estimated(tmp_path / "2", *doors, several, cores=2, until=60)
+    assert many == sum(map(len, PARTS[:EVERY_RUN]))
+    assert first == 1 + sum(
+        map(len, PARTS[:EVERY_RUN:2])
+    )  # and that by which it saw that any has to be
+    told = run(
+        "from objstate.cli.entry import main\nmain(['compile'])", NUMBA_CACHE_DIR=str(before)
+    )
+    assert told.stdout.startswith("The inner loops are compiled")
+    kept, none = estimated(tmp_path / "3", *doors, before, cores=2, until=60)
     assert by_itself == shared == kept
-    assert many == sum(map(len, PARTS))
-    assert first == 1 + sum(map(len, PARTS[::2]))  # and that by which it saw that any has to be
     assert none == 0
+    simulate(ROOT / "benchmarks/scenes/room.scene.yaml", tmp_path / "room", seed=3)
+    desks = tmp_path / "room/log.mcap", ROOT / "benchmarks/scenes/room.urdf"
+    assert estimated(tmp_path / "4", *desks, before, cores=2, until=60)[1] == 0
+
+
+def test_where_nothing_can_be_kept_there_is_nothing_to_compile_beforehand() -> None:
+    script = "import sys\nfrom objstate.cli.entry import main\nsys.exit(main(['compile']))"
+    nowhere = {"NUMBA_CACHE_LOCATOR_CLASSES": "UserProvidedCacheLocator", "NUMBA_CACHE_DIR": ""}
+    with pytest.raises(subprocess.CalledProcessError) as refused:
+        run(script, **nowhere)
+    assert refused.value.returncode == 1
+    assert "set NUMBA_CACHE_DIR" in refused.value.stderr
 
 
 def test_processes_that_fail_to_compile_do_no_harm(tmp_path: Path) -> None:
@@ -88,7 +110,7 @@ def test_processes_that_fail_to_compile_do_no_harm(tmp_path: Path) -> None:
 
 
 def test_a_process_that_compiles_ends_with_its_parent(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "objstate.cli.loops", "0", "1"]
+    command = [sys.executable, "-m", "objstate.cli.loops", "0", "1", "1"]
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     with subprocess.Popen(command, stdin=subprocess.PIPE, env=environment) as child:
         assert child.stdin is not None

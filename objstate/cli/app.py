@@ -10,6 +10,7 @@ from objstate.cli import (
     batch,
     building,
     calibrate,
+    compile,  # noqa: A004 - the module of a command
     convert,
     estimate,
     evaluate,
@@ -78,6 +79,7 @@ app.command(epilog=statistics.EXAMPLES)(statistics.statistics)
 app.command(epilog=simulate.EXAMPLES)(simulate.simulate)
 app.command(epilog=calibrate.EXAMPLES)(calibrate.calibrate)
 app.command(epilog=convert.EXAMPLES)(convert.convert)
+app.command("compile", epilog=compile.EXAMPLES)(compile.compile_)
 app.add_typer(building.app, name="building")
 app.command("next", epilog=next.EXAMPLES)(next.next_)
 app.add_typer(world.app, name="world")

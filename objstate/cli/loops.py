@@ -1,7 +1,7 @@
-"""The loops that every run needs, compiled part by part: ``python -m objstate.cli.loops PART OF``.
+"""The loops that runs need, compiled part by part: ``python -m objstate.cli.loops PART OF PARTS``.
 
 Signatures are those that a run calls them with: b, i and f for truth values, integers and
-floats, with the number of axes where they are arrays.
+floats, with the number of axes where they are arrays, and m for ``Moves``.
 """
 
 from __future__ import annotations
@@ -17,11 +17,14 @@ from objstate.estimator import kernels as sight
 from objstate.localization import kernels as robot
 from objstate.localization import search_kernels as search
 from objstate.objects import kernels as lattice
+from objstate.objects import sampling as furniture
 from objstate.particles import kernels as particles
 from objstate.sensing import kernels as scans
 from objstate.sensing import likelihood, projection
 
 Part = tuple[tuple[Any, str], ...]  # loops and their signatures
+
+EVERY_RUN = 4  # parts that every run needs; the other is furniture's
 
 PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the projection
     (
@@ -70,28 +73,45 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
         (sight.share_through_walls, "f1 f1 f"),
         (sight.wall_looks, "f2 f2 f1 f f i f f"),
     ),
+    (
+        (scans.ends, "i1 f2 f1 f f1"),
+        (lattice.apportion, "f2 f1 f2 f1 f1 f1 f1 f1"),
+        (furniture.moments, "f2 f1 f i f1 f1 f1"),
+        (furniture.offsets, "f2 f1 i f1 f2"),
+        (furniture.lie_on, "f2 f2 f2 f b2"),
+        (furniture.take_in, "f2 f1 i f2 f1 f f f f2 f1"),
+        (furniture.densities, "f2 f1 m f1"),
+        (furniture.pool, "f2 f1 i f1 f1 m f f1"),
+        (furniture.send_out, "f2 f2 f1 m f1 f2 f2 f1 f2"),
+        (furniture.inherit, "f2 f1 i1 f1 f2"),
+        (furniture.occupied, "f2 f1 f1"),
+        (furniture.copies, "f2 f1 i1 f1 f1 f2 f2"),
+    ),
 )
 
 
-def compile_part(part: int, of: int) -> None:
-    """Compile every ``of``-th part from one on, but for loops that were compiled before."""
-    for loop, signature in chain(*PARTS[part::of]):
+def compile_part(part: int, of: int, parts: int) -> None:
+    """Of the first ``parts``, compile every ``of``-th from one on, but for loops that were compiled before."""
+    for loop, signature in chain(*PARTS[part:parts:of]):
         loop.compile(_types(signature))
 
 
-def main(part: int, of: int) -> None:
+def main(part: int, of: int, parts: int) -> None:
     """The same in a process for that alone, which ends at once when its parent does."""
     gc.disable()  # what numba leaves isn't worth looking for in a process that ends soon
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    compile_part(part, of)
+    compile_part(part, of, parts)
 
 
 def _types(signature: str) -> tuple[Any, ...]:
     from numba import types
 
-    scalars = {"b": types.boolean, "i": types.int64, "f": types.float64}
+    place, flag, count = types.Array(types.float64, 1, "C"), types.boolean, types.int64
+    fields = (place, place, flag, place, count, place)
+    moves = types.NamedTuple(fields, furniture.Moves)  # type: ignore[no-untyped-call]
+    plain = {"b": flag, "i": count, "f": types.float64, "m": moves}
     return tuple(
-        types.Array(scalars[each[0]], int(each[1:]), "C") if each[1:] else scalars[each]
+        types.Array(plain[each[0]], int(each[1:]), "C") if each[1:] else plain[each]
         for each in signature.split()
     )
 
@@ -102,4 +122,4 @@ def _end_with_parent() -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]), int(sys.argv[2]))
+    main(*map(int, sys.argv[1:]))

@@ -70,7 +70,7 @@ class TracedOutline:
         from objstate.objects import sampling
 
         out = np.empty((len(states), len(ends)), dtype=bool)
-        sampling.lie_on(states, self._abreast, ends, within, out)
+        sampling.lie_on(states, self._abreast, np.ascontiguousarray(ends), within, out)
         return out
 
     @lazy
