@@ -109,14 +109,14 @@ def _of_being_lost(drive: Drive, estimator: Estimator, options: RunOptions) -> I
             )
         elif is_open:
             yield (
-                f"The robot was lost from {began:.0f} s of the log to its end: scans didn't fit where "
+                f"The robot was lost from {began:.1f} s of the log to its end: scans didn't fit where "
                 "it was thought to be, and no other place was surely the right one. Nothing was "
                 "learnt of objects since. Many people, false readings or things that aren't in the "
                 "building look the same; then it may not have been lost."
             )
         else:
             yield (
-                f"The robot was lost from {began:.0f} s to {ended:.0f} s of the log: scans didn't fit "
+                f"The robot was lost from {began:.1f} s to {ended:.1f} s of the log: scans didn't fit "
                 "where it was thought to be until it was found, there or in another place. What had been learnt "
                 "of objects meanwhile was dropped; estimates with these stamps are wrong. If places "
                 "look alike, it may have been in another one before already: then those shortly "

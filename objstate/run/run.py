@@ -253,13 +253,16 @@ def _check_robot(drive: Drive, log: Log, options: RunOptions) -> None:
         )
     if not drive.stamps_ns:
         raise LogError(
-            f"Nothing says where the robot starts: {_where_no_start_is(options)}; "
+            f"Nothing says where the robot starts: {_where_no_start_is(log, options)}; "
             "give --initial-pose X,Y,YAW, or --global."
         )
 
 
-def _where_no_start_is(options: RunOptions) -> str:
-    """In what was read of the log there is no initial pose; what was not read may hold one."""
+def _where_no_start_is(log: Log, options: RunOptions) -> str:
+    """In what was read of the log there is no usable initial pose; what was not read may hold one."""
+    unusable = [warning for warning in log.warnings if "/initialpose" in warning]
+    if unusable:
+        return "; ".join(unusable)
     if options.topics is not None:
         return "the topics that are read hold no /initialpose"
     if options.start is not None:

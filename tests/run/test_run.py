@@ -117,6 +117,16 @@ def test_a_run_that_fails_teaches_nothing(tmp_path: Path) -> None:
     assert open_store(world).drives() == []
 
 
+def test_an_initial_pose_that_is_no_pose_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("objstate.simulation.drive._drawn", lambda *_: [[np.nan, 0.0, 0.0]])
+    building = hall(tmp_path)
+    log = recorded(tmp_path)
+    with pytest.raises(LogError, match="/initialpose dropped: the pose is not finite"):
+        estimate_log([log], building, tmp_path / "out")
+
+
 def test_a_log_is_the_same_by_what_is_read_of_it() -> None:
     files = [{"sha256": "a"}, {"sha256": "b"}]
     whole = log_identity(files, RunOptions())
