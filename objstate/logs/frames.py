@@ -33,6 +33,7 @@ SAME_MOUNTING = 5e-3
 
 Edge = tuple[str, tuple[float, ...]]  # parent, (x, y, z, qx, qy, qz, qw)
 Path = tuple[tuple[Edge, ...], tuple[Edge, ...]]  # edges up from two frames to where they meet
+Way = tuple[list[str], list[str]]  # the frames of such a path
 
 
 def frame_name(frame: str) -> str:
@@ -45,7 +46,9 @@ class FrameTree:
 
     def __init__(self) -> None:
         self._edges: dict[str, Edge] = {}
-        self._lines: dict[str, list[str]] = {}  # of ancestors, as long as no parent changes
+        # as long as no parent changes: ancestors, and ways from frame to frame
+        self._lines: dict[str, list[str]] = {}
+        self._ways: dict[tuple[str, str], Way | None] = {}
 
     def update(self, stamped: Any) -> str:
         """Take a ``geometry_msgs/TransformStamped``; returns the child's name."""
@@ -55,6 +58,7 @@ class FrameTree:
         parent = frame_name(stamped.header.frame_id)
         if parent != self.parent(child):
             self._lines.clear()
+            self._ways.clear()
         self._edges[child] = (parent, numbers)
         return child
 
@@ -78,16 +82,15 @@ class FrameTree:
 
     def are_connected(self, a: str, b: str) -> bool:
         """Whether tf leads from one frame to the other."""
-        return a == b or not set(self.ancestors(a)).isdisjoint(self.ancestors(b))
+        return self._way(a, b) is not None
 
     def path(self, frame: str, reference: str) -> Path:
-        """The edges up from a frame, and up from another, to where they meet."""
-        up, up_reference = self.ancestors(frame), self.ancestors(reference)
-        common = next(name for name in up if name in up_reference)
-        return (
-            tuple(self._edges[name] for name in up[: up.index(common)]),
-            tuple(self._edges[name] for name in up_reference[: up_reference.index(common)]),
-        )
+        """The edges up from a frame, and up from another, to where they meet; they must be connected."""
+        way = self._way(frame, reference)
+        assert way is not None
+        up, up_reference = way
+        edges = self._edges
+        return tuple([edges[name] for name in up]), tuple([edges[name] for name in up_reference])
 
     def pose_of(self, frame: str, reference: str) -> FloatArray:
         """Transform (4, 4) of ``frame`` in ``reference``; they must be connected.
@@ -96,6 +99,17 @@ class FrameTree:
         """
         edges, reference_edges = self.path(frame, reference)
         return invert(_product(reference_edges)) @ _product(edges)
+
+    def _way(self, frame: str, reference: str) -> Way | None:
+        """The frames up from one, and up from another, below where they meet, if they do."""
+        key = frame, reference
+        if key not in self._ways:
+            up, others = self.ancestors(frame), self.ancestors(reference)
+            met = next((name for name in up if name in others), None)
+            self._ways[key] = (
+                None if met is None else (up[: up.index(met)], others[: others.index(met)])
+            )
+        return self._ways[key]
 
 
 def _product(edges: tuple[Edge, ...]) -> FloatArray:

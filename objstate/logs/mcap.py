@@ -66,12 +66,13 @@ class McapFile:
                 if opcode == CHUNK:
                     for inner, part, done in self._chunk(body):
                         self._position = start + round(done * (end - start))
-                        yield from self._message(inner, part, topics)
+                        if message := self._message(inner, part, topics):
+                            yield message
                 elif opcode in (DATA_END, FOOTER):
                     self._position = self._size  # what follows is the index
                     return
-                else:
-                    yield from self._message(opcode, body, topics)
+                elif message := self._message(opcode, body, topics):
+                    yield message
                 self._position = start = end
         self._notices.add(
             f"{self.path.name} is cut off after {self._position} bytes: what precedes is used"
@@ -107,18 +108,19 @@ class McapFile:
             return
         yield from _records_within(data)
 
-    def _message(
-        self, opcode: int, body: bytes, topics: Collection[str] | None
-    ) -> Iterator[Message]:
-        if opcode == MESSAGE and len(body) >= MESSAGE_HEADER.size:
-            channel, _, log_time, _ = MESSAGE_HEADER.unpack_from(body)
-            if channel in self._channels:
-                topic, message_type = self._channels[channel]
-                if topics is None or topic in topics:
-                    data = unpack_message(body[MESSAGE_HEADER.size :])
-                    yield Message(topic, message_type, log_time, data)
-        else:
+    def _message(self, opcode: int, body: bytes, topics: Collection[str] | None) -> Message | None:
+        """The message that a record holds, if any, of the topics; other records are learnt from."""
+        if opcode != MESSAGE or len(body) < MESSAGE_HEADER.size:
             self._learn(opcode, body)
+            return None
+        channel, _, log_time, _ = MESSAGE_HEADER.unpack_from(body)
+        if channel not in self._channels:
+            return None
+        topic, message_type = self._channels[channel]
+        if topics is not None and topic not in topics:
+            return None
+        data = unpack_message(body[MESSAGE_HEADER.size :])
+        return Message(topic, message_type, log_time, data)
 
     def _learn(self, opcode: int, body: bytes) -> None:
         """Take note of a schema or a channel; channels of no ROS message are left out."""

@@ -99,6 +99,9 @@ def place_in_odometry(items: Iterable[Item], notices: Notices) -> Iterator[Recor
     for item in items:
         if isinstance(item, Odometry) and not _extends(track, item, notices):
             continue
+        if not held and not isinstance(item, Sweep):
+            yield item
+            continue
         held.append(item)
         while held and _is_ready(held[0], track, now_ns=item.stamp_ns):
             yield from _placed(held.popleft(), track, notices)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from itertools import count
+from typing import NamedTuple
 
 from objstate.logs.notices import Notices
 from objstate.logs.scans import Sweep
@@ -29,8 +29,7 @@ RANKS: dict[type, int] = {
 }
 
 
-@dataclass(frozen=True, eq=False)
-class Arrival:
+class Arrival(NamedTuple):
     """Something that happened at ``item.stamp_ns``, with the time at which it was recorded."""
 
     item: Item

@@ -9,8 +9,7 @@ and others an error.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -28,8 +27,7 @@ LEAST_REACH = 1.0
 COUNT_TOLERANCE = 1
 
 
-@dataclass(frozen=True, eq=False)
-class Sweep:
+class Sweep(NamedTuple):
     """A scan before the robot's motion during it is known."""
 
     stamp_ns: int
