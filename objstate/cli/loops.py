@@ -35,6 +35,7 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
         (scans.hinged, "f f f f f2"),
         (scans.lasting, "f1 f f"),
         (scans.chances, "f1 f1 f1"),
+        (scans.share_explained, "b1 i1 f2 f1 f1 f1 f2 f2 f f"),
         (particles.normalized, "f1"),
         (particles.largest_step, "f1 f1 f f"),
         (particles.systematic, "f1 i f"),
