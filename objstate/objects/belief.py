@@ -22,6 +22,7 @@ from objstate.sensing import UncertainObject
 CENTRAL = 0.9  # the share of the posterior between lower and upper
 SETTLED_ANGLE = np.radians(5.0)  # rad; a state known better than this stands for the belief
 SETTLED_LENGTH = 0.05  # m
+TINY = float(np.finfo(float).tiny)
 ROUNDING = 1e-12  # by which sums of weights may miss a share
 SETTLED = {  # std of each coordinate
     Kind.HINGED: (SETTLED_ANGLE,),
@@ -82,7 +83,7 @@ class ObjectBelief:
             return np.array([False, False, True])
         return np.array([self.item.wraps])
 
-    @property
+    @lazy
     def lattice(self) -> tuple[float, float, bool]:
         """The first of a door's states, how far they lie apart, and whether the last is beside it."""
         return float(self.states[0, 0]), float(self.cell[0]), self.item.wraps
@@ -96,7 +97,8 @@ class ObjectBelief:
         ``also`` are other fields.
         """
         belief = altered(self, weights=Weights(weights), **also)
-        belief.__dict__.update(mean=np.array([mean]), std=np.array([std]))
+        known = {"mean": np.array([mean]), "std": np.array([std]), "lattice": self.lattice}
+        belief.__dict__.update(known)
         return belief
 
     def mixture(self, given: FloatArray, shares: FloatArray, presence: float) -> ObjectBelief:
@@ -199,12 +201,14 @@ class ObjectBelief:
         """(d,) standard deviations, the width of a sample's cell included."""
         return self._moments[1]
 
-    def kept_of(self, factor: float) -> FloatArray:
-        """(d,) what a factor on the variance leaves of it, when one below 1 spares the ``shared`` part."""
+    def kept_of(self, factor: float) -> list[float]:
+        """What a factor leaves of the variance of each coordinate, when one below 1 spares the ``shared`` part."""
+        stds, shared = self.std.tolist(), self.shared.tolist()
         if factor >= 1.0:
-            return np.full(len(self.std), factor)
-        variance = np.maximum(self.std**2, np.finfo(float).tiny)
-        return np.asarray(factor + (1.0 - factor) * np.minimum(self.shared / variance, 1.0))
+            return [factor] * len(stds)
+        shared = shared * len(stds) if len(shared) == 1 else shared
+        spared = [min(each / max(std * std, TINY), 1.0) for each, std in zip(shared, stds, strict=True)]
+        return [factor + (1.0 - factor) * each for each in spared]
 
     def interval(self, share: float = CENTRAL) -> tuple[FloatArray, FloatArray]:
         """Lower and upper bounds (d,) of the central ``share`` of the posterior.

@@ -224,7 +224,7 @@ class SampleFilter:
 
     def widened(self, belief: ObjectBelief, factor: float, std_m: float) -> ObjectBelief:
         std = np.array([std_m, std_m, std_m / LEVER])
-        kept = belief.kept_of(factor) if belief.settled else 1.0
+        kept = np.array(belief.kept_of(factor)) if belief.settled else 1.0
         belief = belief.standing
         wider = np.sqrt(kept + (std / np.maximum(belief.std, LEAST_STD)) ** 2)
         states = belief.mean + wider * belief.deviations
