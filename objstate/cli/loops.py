@@ -13,6 +13,7 @@ import threading
 from itertools import chain
 from typing import Any
 
+from objstate.estimator import hinge_kernels as hinges
 from objstate.estimator import kernels as sight
 from objstate.localization import kernels as robot
 from objstate.localization import search_kernels as search
@@ -68,6 +69,7 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
         (sight.entries, "f2 f1 f f f2 f2 f1"),
         (sight.reached, "f2 b1 f1 f"),
         (sight.share_through_walls, "f1 f1 f"),
+        (hinges.look, "f1 f1 f2 f2 f1 f1 f2 f f f f2 f2 f1"),
         (sight.wall_looks, "f2 f2 f1 f f i f f"),
     ),
 )

@@ -207,7 +207,9 @@ class ObjectBelief:
         if factor >= 1.0:
             return [factor] * len(stds)
         shared = shared * len(stds) if len(shared) == 1 else shared
-        spared = [min(each / max(std * std, TINY), 1.0) for each, std in zip(shared, stds, strict=True)]
+        spared = [
+            min(each / max(std * std, TINY), 1.0) for each, std in zip(shared, stds, strict=True)
+        ]
         return [factor + (1.0 - factor) * each for each in spared]
 
     def interval(self, share: float = CENTRAL) -> tuple[FloatArray, FloatArray]:

@@ -176,7 +176,10 @@ def share_explained(
         for s in range(placements.shape[0]):
             place_cos, place_sin = placements[s, COS], placements[s, SIN]
             east, north = x - placements[s, X], y - placements[s, Y]
-            own_x, own_y = place_cos * east + place_sin * north, place_cos * north - place_sin * east
+            own_x, own_y = (
+                place_cos * east + place_sin * north,
+                place_cos * north - place_sin * east,
+            )
             own_dx, own_dy = place_cos * dx + place_sin * dy, place_cos * dy - place_sin * dx
             for j in range(outline.shape[0]):
                 expected = min(expected, hit(own_x, own_y, own_dx, own_dy, outline[j]))

@@ -1,0 +1,108 @@
+"""How the readings about a door lie on its leaf, compiled."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from objstate.compiling import inner, njit
+from objstate.geometry import FloatArray
+
+STOPPED = 0.15  # m short of a wall, by which something has stopped a beam
+ASIDE = 0.15  # m from the leaf within which a reading may be one of it
+BEYOND = 0.05  # m past the leaf's edges, likewise
+POINTS = 5  # readings of the leaf that a line needs
+SPAN = 0.25  # m along the leaf that they must cover
+NEAR, FAR, RIGHT, LEFT = range(4)  # sides of a leaf: along from the hinge, and across
+
+_compile = njit(nogil=True, error_model="numpy")
+_inner = inner(nogil=True, error_model="numpy")
+
+
+@_inner
+def _from_swing(x: float, y: float, half: float, reach: float) -> Any:
+    """Distance from a sector about the x axis, of so many rad to each side and a radius of ``reach`` m."""
+    distance = np.hypot(x, y)
+    beyond = max(abs(np.arctan2(y, x)) - half, 0.0)
+    along = min(max(distance * np.cos(beyond), 0.0), reach)  # of the leaf in its nearest state
+    return np.hypot(distance * np.cos(beyond) - along, distance * np.sin(beyond))
+
+
+@_inner
+def _line(lever: FloatArray, off: FloatArray) -> Any:
+    """By how much a line through readings passes the hinge, and the deviation of that, m.
+
+    They are ``off`` (k,) the leaf's side at levers (k,) along it.
+    """
+    count, middle, aside, squares, both, rest = lever.shape[0], 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(count):
+        middle += lever[k] / count
+        aside += off[k] / count
+    for k in range(count):
+        squares += (lever[k] - middle) ** 2
+        both += (lever[k] - middle) * off[k]
+    slope = both / squares
+    aside -= slope * middle
+    for k in range(count):
+        rest += (off[k] - aside - slope * lever[k]) ** 2
+    variance = rest / (count - 2) * (1.0 / count + middle * middle / squares)
+    return aside, np.sqrt(variance)
+
+
+@_compile
+def look(
+    ranges: FloatArray,
+    walls: FloatArray,
+    origins: FloatArray,
+    directions: FloatArray,
+    pose: FloatArray,
+    hinge: FloatArray,
+    outwards: FloatArray,
+    half: float,
+    reach: float,
+    most: float,
+    place: FloatArray,
+    axes: FloatArray,
+    sides: FloatArray,
+) -> Any:
+    """What stopped beams (n,) short of the ``walls`` (n,) within ``most`` m of a door's swing, against its leaf.
+
+    Beams begin at ``origins`` (n, 3) with ``directions`` (n, 3) from a robot at a pose (3,). The swing is a sector about
+    the ``hinge`` (2,), ``half`` to each side of the first column of ``outwards`` (2, 2), up to ``reach`` m. The leaf's
+    link is at ``place`` (4, 4), in which ``axes`` (2, 2) are its directions along and across, and ``sides`` (4,)
+    where it ends. There come back how many beams that were and how many of them the leaf didn't stop; m by which
+    a line through the others passes the hinge, its deviation, and m along the leaf that they cover.
+    """
+    cos, sin = np.cos(pose[2]), np.sin(pose[2])
+    along_x = place[0, 0] * axes[0, 0] + place[0, 1] * axes[1, 0]
+    along_y = place[1, 0] * axes[0, 0] + place[1, 1] * axes[1, 0]
+    across_x = place[0, 0] * axes[0, 1] + place[0, 1] * axes[1, 1]
+    across_y = place[1, 0] * axes[0, 1] + place[1, 1] * axes[1, 1]
+    eye = (pose[0] - place[0, 3]) * across_x + (pose[1] - place[1, 3]) * across_y
+    side = sides[LEFT] if eye > (sides[RIGHT] + sides[LEFT]) / 2.0 else sides[RIGHT]
+    lever, off = np.empty(ranges.shape[0]), np.empty(ranges.shape[0])
+    stopped, on, least, largest = 0, 0, np.inf, -np.inf
+    for i in range(ranges.shape[0]):
+        if not ranges[i] < walls[i] - STOPPED:
+            continue
+        x = origins[i, 0] + ranges[i] * directions[i, 0]
+        y = origins[i, 1] + ranges[i] * directions[i, 1]
+        x, y = pose[0] + cos * x - sin * y, pose[1] + sin * x + cos * y
+        east, north = x - hinge[0], y - hinge[1]
+        ahead = east * outwards[0, 0] + north * outwards[1, 0]
+        aside = east * outwards[0, 1] + north * outwards[1, 1]
+        if _from_swing(ahead, aside, half, reach) > most:
+            continue
+        stopped += 1
+        east, north = x - place[0, 3], y - place[1, 3]
+        lever[on] = east * along_x + north * along_y
+        off[on] = east * across_x + north * across_y - side
+        is_within = sides[NEAR] - BEYOND <= lever[on] <= sides[FAR] + BEYOND
+        if abs(off[on]) <= ASIDE and is_within:
+            least, largest = min(least, lever[on]), max(largest, lever[on])
+            on += 1
+    if on < POINTS or largest - least < SPAN:
+        return stopped, stopped - on if stopped >= POINTS else 0, 0.0, np.inf, 0.0
+    aside, std = _line(lever[:on], off[:on])
+    return stopped, stopped - on, aside, std, largest - least
