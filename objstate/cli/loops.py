@@ -40,6 +40,7 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
         (particles.normalized, "f1"),
         (particles.largest_step, "f1 f1 f f"),
         (particles.systematic, "f1 i f"),
+        (particles.evenly_after, "f1 f1 i"),
         (lattice.worth_casting, "f1 f i i"),
         (lattice.predict, "f2 f1 f1 f i1 f f b f f f f1 f1 f2 f1 f1"),
         (lattice.condition, "f2 i1 b1 f2 f1 f f b f2 f1 f1"),
@@ -69,7 +70,7 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
         (sight.entries, "f2 f1 f f f2 f2 f1"),
         (sight.reached, "f2 b1 f1 f"),
         (sight.share_through_walls, "f1 f1 f"),
-        (hinges.look, "f1 f1 f2 f2 f1 f1 f2 f f f f2 f2 f1"),
+        (hinges.look, "f1 f1 f2 f2 f1 f1 f2 f f f f f1 f3 f1"),
         (sight.wall_looks, "f2 f2 f1 f f i f f"),
     ),
 )

@@ -62,24 +62,26 @@ def look(
     half: float,
     reach: float,
     most: float,
-    place: FloatArray,
-    axes: FloatArray,
+    angle: float,
+    joint: FloatArray,
+    turns: FloatArray,
     sides: FloatArray,
 ) -> Any:
     """What stopped beams (n,) short of the ``walls`` (n,) within ``most`` m of a door's swing, against its leaf.
 
     Beams begin at ``origins`` (n, 3) with ``directions`` (n, 3) from a robot at a pose (3,). The swing is a sector about
-    the ``hinge`` (2,), ``half`` to each side of the first column of ``outwards`` (2, 2), up to ``reach`` m. The leaf's
-    link is at ``place`` (4, 4), in which ``axes`` (2, 2) are its directions along and across, and ``sides`` (4,)
-    where it ends. There come back how many beams that were and how many of them the leaf didn't stop; m by which
+    the ``hinge`` (2,), ``half`` to each side of the first column of ``outwards`` (2, 2), up to ``reach`` m. The leaf
+    is open by an ``angle`` about its ``joint`` (2,): its directions along and across are the columns of the first of ``turns`` (3, 2, 2),
+    and of the others as much as the angle's sine and cosine say. ``sides`` (4,) are where it ends. There come back how many beams that were and how many of them the leaf didn't stop; m by which
     a line through the others passes the hinge, its deviation, and m along the leaf that they cover.
     """
     cos, sin = np.cos(pose[2]), np.sin(pose[2])
-    along_x = place[0, 0] * axes[0, 0] + place[0, 1] * axes[1, 0]
-    along_y = place[1, 0] * axes[0, 0] + place[1, 1] * axes[1, 0]
-    across_x = place[0, 0] * axes[0, 1] + place[0, 1] * axes[1, 1]
-    across_y = place[1, 0] * axes[0, 1] + place[1, 1] * axes[1, 1]
-    eye = (pose[0] - place[0, 3]) * across_x + (pose[1] - place[1, 3]) * across_y
+    by_sin, by_cos, axes = np.sin(angle), np.cos(angle), np.empty((2, 2))
+    for row in range(2):
+        for column in range(2):
+            turned = by_sin * turns[1, row, column] + by_cos * turns[2, row, column]
+            axes[row, column] = turns[0, row, column] + turned
+    eye = (pose[0] - joint[0]) * axes[0, 1] + (pose[1] - joint[1]) * axes[1, 1]
     side = sides[LEFT] if eye > (sides[RIGHT] + sides[LEFT]) / 2.0 else sides[RIGHT]
     lever, off = np.empty(ranges.shape[0]), np.empty(ranges.shape[0])
     stopped, on, least, largest = 0, 0, np.inf, -np.inf
@@ -95,9 +97,9 @@ def look(
         if _from_swing(ahead, aside, half, reach) > most:
             continue
         stopped += 1
-        east, north = x - place[0, 3], y - place[1, 3]
-        lever[on] = east * along_x + north * along_y
-        off[on] = east * across_x + north * across_y - side
+        east, north = x - joint[0], y - joint[1]
+        lever[on] = east * axes[0, 0] + north * axes[1, 0]
+        off[on] = east * axes[0, 1] + north * axes[1, 1] - side
         is_within = sides[NEAR] - BEYOND <= lever[on] <= sides[FAR] + BEYOND
         if abs(off[on]) <= ASIDE and is_within:
             least, largest = min(least, lever[on]), max(largest, lever[on])

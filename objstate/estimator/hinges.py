@@ -21,7 +21,6 @@ from objstate.estimator import hinge_kernels
 from objstate.estimator.hinge_kernels import ASIDE, FAR, NEAR, POINTS, STOPPED
 from objstate.estimator.sight import Sight
 from objstate.geometry import BoolArray, FloatArray, between, wrap
-from objstate.lazy import lazy
 from objstate.objects import ObjectBelief, filter_for
 from objstate.objects.belief import SETTLED_ANGLE
 from objstate.objects.doors import LEAN, LatticeFilter, leaf_axes
@@ -184,8 +183,9 @@ class Hinges:
             swing.half,
             swing.reach,
             self._settings.most_m,
-            belief.item.transforms(belief.best[None])[0],
-            leaf.axes,
+            float(belief.best[0]),
+            leaf.hinge,
+            leaf.turns,
             leaf.sides,
         )
         return _Strangeness(stopped, strange, aside, std, span)
@@ -381,6 +381,7 @@ class _Leaf:
     """A hinged leaf from above, as the loops take it."""
 
     axes: FloatArray  # (2, 2) unit vectors along and across, as columns; in the link's frame
+    turns: FloatArray  # (3, 2, 2) in the building: a part of them, what the sine of the angle adds, and the cosine
     sides: FloatArray  # (4,) m along, where it begins and ends, and across
     reach: float  # m, of its farthest corner from the hinge
     hinge: FloatArray  # (2,) m of the floor
@@ -399,10 +400,13 @@ class _Leaf:
         axes = np.column_stack(leaf_axes(item)[::-1])
         lower, upper = (plan @ axes).min(axis=0), (plan @ axes).max(axis=0)
         middle = (item.lower + item.upper) / 2.0
-        halfway = item.transforms(np.array([[middle]]))[0]
+        halfway, *quarters = item.transforms(np.array([[middle], [0.0], [np.pi / 2.0], [np.pi]]))
+        closed, aside, opposite = (each[:2, :2] @ axes for each in quarters)
+        still = (closed + opposite) / 2.0  # a turn is linear in the sine and cosine of its angle
         away = np.array([math.copysign(1.0, lower[0] + upper[0]), 1.0])
         return _Leaf(
             axes=axes,
+            turns=np.array([still, aside - still, closed - still]),
             sides=np.array([lower[0], upper[0], lower[1], upper[1]]),
             reach=float(np.hypot(plan[:, 0], plan[:, 1]).max()),
             hinge=halfway[:2, 3].copy(),

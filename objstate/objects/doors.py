@@ -186,7 +186,7 @@ class LatticeFilter:
         belief = believed.belief
         chosen, whole = worth_casting(belief.weights.values, NEGLIGIBLE, FINE, self._coarsely)
         log_likelihood, bears = evidence.cast(belief.states[chosen], whole, self._normals[chosen])
-        if not bears.any():
+        if np.count_nonzero(bears) == 0:
             return None
         given, log_evidence = np.empty_like(believed.given), np.empty(len(believed.given))
         weights = np.empty(given.shape[1])

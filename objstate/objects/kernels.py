@@ -356,7 +356,6 @@ def condition(
         counts = robot[p] * share
         for j in range(count):
             weights[j] += counts * to[j]
-        for j in range(count):
             to[j] *= share
     _normalize(weights)
     return _moments(weights, first, cell, wraps)

@@ -61,10 +61,7 @@ class Weights:
         """
         weights, log_evidence = Weights._normalized(self.log + log_likelihood)
         if not math.isfinite(log_evidence):
-            raise ImpossibleEvidenceError(
-                "No sample of the belief can explain the reading; give the beam model shares "
-                "of random readings and missing returns (z_rand and z_max above 0)."
-            )
+            raise _impossible()
         return weights, log_evidence
 
     @staticmethod
@@ -81,6 +78,13 @@ class Weights:
         weights = Weights(values)
         weights.__dict__.update(log=log, effective_size=effective_size)
         return weights
+
+
+def _impossible() -> ImpossibleEvidenceError:
+    return ImpossibleEvidenceError(
+        "No sample of the belief can explain the reading; give the beam model shares "
+        "of random readings and missing returns (z_rand and z_max above 0)."
+    )
 
 
 def largest_step(
@@ -111,6 +115,16 @@ def evenly(weights: Weights, count: int) -> IntArray:
     from objstate.particles.kernels import systematic as comb
 
     return np.asarray(comb(weights.values, count, 0.5))
+
+
+def evenly_after(weights: Weights, log_likelihood: FloatArray, count: int) -> IntArray:
+    """``evenly`` by what samples weigh after evidence (n,), as ``Weights.reweight`` takes it in."""
+    from objstate.particles import kernels
+
+    chosen, is_possible = kernels.evenly_after(weights.log, log_likelihood, count)
+    if not is_possible:
+        raise _impossible()
+    return np.asarray(chosen)
 
 
 def quantiles(values: FloatArray, weights: FloatArray, shares: FloatArray) -> FloatArray:
