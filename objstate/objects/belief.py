@@ -94,12 +94,10 @@ class ObjectBelief:
     def on_lattice(self, weights: FloatArray, mean: float, std: float, **also: Any) -> ObjectBelief:
         """A door's belief with other weights (n,), of which these are the mean and the standard deviation.
 
-        ``also`` are other fields.
+        ``also`` are other fields, and what else is known.
         """
-        belief = altered(self, weights=Weights(weights), **also)
         known = {"mean": np.array([mean]), "std": np.array([std]), "lattice": self.lattice}
-        belief.__dict__.update(known)
-        return belief
+        return altered(self, weights=Weights(weights), **known, **also)
 
     def mixture(self, given: FloatArray, shares: FloatArray, presence: float) -> ObjectBelief:
         """The belief with the mean weights of rows (l, n) that have shares (l,) of any sum."""
@@ -217,6 +215,16 @@ class ObjectBelief:
 
         A direction's bounds lie around its mean and may pass pi.
         """
+        if share == CENTRAL:
+            return self.central
+        return self._interval(share)
+
+    @lazy
+    def central(self) -> tuple[FloatArray, FloatArray]:
+        """The bounds (d,) of ``CENTRAL``, as of any share."""
+        return self._interval(CENTRAL)
+
+    def _interval(self, share: float) -> tuple[FloatArray, FloatArray]:
         if self._is_line:
             return self._interval_on_line((1.0 - share) / 2.0)
         tails = np.array([(1.0 - share) / 2.0, (1.0 + share) / 2.0])
@@ -232,9 +240,7 @@ class ObjectBelief:
     def _interval_on_line(self, tail: float) -> tuple[FloatArray, FloatArray]:
         from objstate.objects.kernels import interval
 
-        # a cell at a limit reaches beyond it
-        lower, upper = interval(self.weights.values, *self.lattice[:2], tail)
-        return np.array([max(lower, self.item.lower)]), np.array([min(upper, self.item.upper)])
+        return within_limits(self.item, *interval(self.weights.values, *self.lattice[:2], tail))
 
     def _quantiles(self, coordinate: int, shares: FloatArray) -> FloatArray:
         values, weights = self.deviations[:, coordinate], self.standing.weights.values
@@ -331,19 +337,14 @@ class ObjectBelief:
         if self.stamp_ns is None:
             raise ValueError("a belief without a moment has no estimates")
         lower, upper = self.interval()
+        told = [each.tolist() for each in (self.mean, self.std, lower, upper)]
+        is_observed, fit = fit is not None, math.nan if fit is None else fit
         return [
-            Estimate(
-                stamp_ns=self.stamp_ns,
-                object=self.item.name,
-                coordinate=coordinate,
-                mean=float(self.mean[k]),
-                std=float(self.std[k]),
-                lower=float(lower[k]),
-                upper=float(upper[k]),
-                observed=fit is not None,
-                fit=math.nan if fit is None else fit,
-                presence=self.presence,
-                lost=lost,
-            )
-            for k, coordinate in enumerate(self.item.coordinates)
+            Estimate(self.stamp_ns, self.item.name, *row, is_observed, fit, self.presence, lost)
+            for row in zip(self.item.coordinates, *told, strict=True)
         ]
+
+
+def within_limits(item: MovableObject, lower: float, upper: float) -> tuple[FloatArray, FloatArray]:
+    """Bounds (1,) of a door's state: a cell at a limit reaches beyond it."""
+    return np.array([max(lower, item.lower)]), np.array([min(upper, item.upper)])

@@ -15,7 +15,7 @@ from objstate.building.model import Kind, MovableObject
 from objstate.config import DoorSettings
 from objstate.geometry import FloatArray, wrap
 from objstate.lazy import lazy
-from objstate.objects.belief import ObjectBelief
+from objstate.objects.belief import CENTRAL, ObjectBelief, within_limits
 from objstate.objects.conditional import SAME, ConditionalBelief, Descent, Update
 from objstate.objects.evidence import ScanEvidence
 from objstate.particles import Weights
@@ -218,8 +218,17 @@ class LatticeFilter:
             else:
                 more += (factor - 1.0) * variance
         cells, weights = more / self._spacing**2, np.empty(len(belief.states))
-        mean, std = widen(belief.weights.values, power, PARTS, cells, *belief.lattice, weights)
-        return belief.on_lattice(weights, mean, std)
+        (mean, std), bounds = widen(
+            belief.weights.values,
+            power,
+            PARTS,
+            cells,
+            *belief.lattice,
+            (1.0 - CENTRAL) / 2.0,
+            weights,
+        )
+        known = {} if self.item.wraps else {"central": within_limits(self.item, *bounds)}
+        return belief.on_lattice(weights, mean, std, **known)
 
     @lazy
     def _off_per_shift(self) -> float:

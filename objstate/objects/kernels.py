@@ -542,6 +542,30 @@ def _narrowed(weights: FloatArray, power: float, wraps: bool, parts: int) -> Any
     return out
 
 
+@_inner
+def _quantile(weights: FloatArray, first: float, cell: float, share: float) -> Any:
+    """The state below which a share of a lattice's weight lies, each cell's spread over its width."""
+    before, last = 0.0, weights.shape[0] - 1
+    for j in range(last + 1):
+        if before + weights[j] >= share and weights[j] > 0.0:
+            return first + cell * (j + (share - before) / weights[j] - 0.5)
+        before += weights[j]
+    return first + cell * (last + 0.5)
+
+
+@_inner
+def _interval(weights: FloatArray, first: float, cell: float, tail: float) -> Any:
+    """The states below which a ``tail`` of a lattice's weight (n,) lies, and all but a tail."""
+    lower = _quantile(weights, first, cell, tail)
+    return lower, _quantile(weights, first, cell, 1.0 - tail)
+
+
+@_compile
+def interval(weights: FloatArray, first: float, cell: float, tail: float) -> Any:
+    """``_interval``, for Python."""
+    return _interval(weights, first, cell, tail)
+
+
 @_compile
 def widen(
     weights: FloatArray,
@@ -551,11 +575,13 @@ def widen(
     first: float,
     cell: float,
     wraps: bool,
+    tail: float,
     out: FloatArray,
 ) -> Any:
     """Weights (n,) of a lattice to a ``power`` from one on, in ``parts``, and after a random walk, into ``out`` (n,).
 
-    The walk's ``variance`` is in cells squared. Mean and deviation come back; the lattice is as in ``_moments``.
+    The walk's ``variance`` is in cells squared. Mean and deviation come back, and what ``interval`` says;
+    the lattice is as in ``_moments``.
     """
     count = weights.shape[0]
     taps = _taps(variance, count)
@@ -564,7 +590,7 @@ def widen(
     _clear(besides)
     _walked(narrowed, taps, wraps, besides, padded, out)
     _normalize(out)
-    return _moments(out, first, cell, wraps)
+    return _moments(out, first, cell, wraps), _interval(out, first, cell, tail)
 
 
 @_compile
@@ -590,21 +616,3 @@ def worth_casting(weights: FloatArray, negligible: float, fine: int, coarse: int
             chosen[count], whole[count] = j, is_heavy
             count += 1
     return chosen[:count], whole[:count]
-
-
-@_inner
-def _quantile(weights: FloatArray, first: float, cell: float, share: float) -> Any:
-    """The state below which a share of a lattice's weight lies, each cell's spread over its width."""
-    before, last = 0.0, weights.shape[0] - 1
-    for j in range(last + 1):
-        if before + weights[j] >= share and weights[j] > 0.0:
-            return first + cell * (j + (share - before) / weights[j] - 0.5)
-        before += weights[j]
-    return first + cell * (last + 0.5)
-
-
-@_compile
-def interval(weights: FloatArray, first: float, cell: float, tail: float) -> Any:
-    """The states below which a ``tail`` of a lattice's weight (n,) lies, and all but a tail."""
-    lower = _quantile(weights, first, cell, tail)
-    return lower, _quantile(weights, first, cell, 1.0 - tail)
