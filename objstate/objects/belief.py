@@ -337,11 +337,24 @@ class ObjectBelief:
         if self.stamp_ns is None:
             raise ValueError("a belief without a moment has no estimates")
         lower, upper = self.interval()
-        told = [each.tolist() for each in (self.mean, self.std, lower, upper)]
-        is_observed, fit = fit is not None, math.nan if fit is None else fit
+        bounds = lower.tolist(), upper.tolist()
         return [
-            Estimate(self.stamp_ns, self.item.name, *row, is_observed, fit, self.presence, lost)
-            for row in zip(self.item.coordinates, *told, strict=True)
+            Estimate(
+                stamp_ns=self.stamp_ns,
+                object=self.item.name,
+                coordinate=coordinate,
+                mean=mean,
+                std=std,
+                lower=low,
+                upper=high,
+                observed=fit is not None,
+                fit=math.nan if fit is None else fit,
+                presence=self.presence,
+                lost=lost,
+            )
+            for coordinate, mean, std, low, high in zip(
+                self.item.coordinates, self.mean.tolist(), self.std.tolist(), *bounds, strict=True
+            )
         ]
 
 
