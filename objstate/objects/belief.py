@@ -12,12 +12,15 @@ import numpy as np
 
 from objstate.building.model import Kind, MovableObject
 from objstate.geometry import BoolArray, FloatArray, wrap
-from objstate.lazy import altered, knowing, lazy
+from objstate.lazy import Later, altered, knowing, lazy
 from objstate.objects.footprint import footprint
 from objstate.objects.passage import clear_widths, lattice_clear_widths
 from objstate.particles import Weights, evenly, quantiles
 from objstate.records import Estimate
 from objstate.sensing import UncertainObject
+
+kernels = Later("objstate.objects.kernels")
+sampling = Later("objstate.objects.sampling")
 
 CENTRAL = 0.9  # the share of the posterior between lower and upper
 SETTLED_ANGLE = np.radians(5.0)  # rad; a state known better than this stands for the belief
@@ -105,10 +108,8 @@ class ObjectBelief:
             marginal = shares @ given
             weights = Weights(marginal / marginal.sum())
             return altered(self, weights=weights, presence=presence)
-        from objstate.objects.kernels import mixture
-
         marginal = np.empty(given.shape[1])
-        mean, std = mixture(given, shares, *self.lattice, marginal)
+        mean, std = kernels.mixture(given, shares, *self.lattice, marginal)
         return self.on_lattice(marginal, mean, std, presence=presence)
 
     def with_samples(self, states: FloatArray, weights: Weights) -> ObjectBelief:
@@ -144,12 +145,8 @@ class ObjectBelief:
     def _moments(self) -> tuple[FloatArray, FloatArray]:
         """Mean (d,) and standard deviations (d,) of samples without scouts."""
         if self.item.kind is not Kind.PLANAR:
-            from objstate.objects.kernels import moments
-
-            mean, std = moments(self.weights.values, *self.lattice)
+            mean, std = kernels.moments(self.weights.values, *self.lattice)
             return np.array([mean]), np.array([std])
-        from objstate.objects import sampling
-
         count = len(self.states) - self.scouts
         states, values = self.states[:count], self.weights.values[:count]
         middle, off, symmetry = np.empty(3), np.empty(3), self.item.symmetry
@@ -161,8 +158,6 @@ class ObjectBelief:
     def deviations(self) -> FloatArray:
         """(n, d) samples, without scouts, from the mean; directions the short way round."""
         if self.item.kind is Kind.PLANAR:
-            from objstate.objects import sampling
-
             off, symmetry = np.empty_like(self.standing.states), self.item.symmetry
             sampling.offsets(self.standing.states, self.mean, symmetry.order, symmetry.centre, off)
             return off
@@ -238,9 +233,9 @@ class ObjectBelief:
         return self.cell[0] > 0.0 and not self.item.wraps
 
     def _interval_on_line(self, tail: float) -> tuple[FloatArray, FloatArray]:
-        from objstate.objects.kernels import interval
-
-        return within_limits(self.item, *interval(self.weights.values, *self.lattice[:2], tail))
+        return within_limits(
+            self.item, *kernels.interval(self.weights.values, *self.lattice[:2], tail)
+        )
 
     def _quantiles(self, coordinate: int, shares: FloatArray) -> FloatArray:
         values, weights = self.deviations[:, coordinate], self.standing.weights.values

@@ -14,11 +14,13 @@ import numpy as np
 from objstate.building.model import Kind, MovableObject
 from objstate.config import DoorSettings
 from objstate.geometry import FloatArray, wrap
-from objstate.lazy import lazy
+from objstate.lazy import Later, lazy
 from objstate.objects.belief import CENTRAL, ObjectBelief, within_limits
 from objstate.objects.conditional import SAME, ConditionalBelief, Descent, Update
 from objstate.objects.evidence import ScanEvidence
 from objstate.particles import Weights
+
+kernels = Later("objstate.objects.kernels")
 
 SECONDS_PER_HOUR = 3600.0
 # Where beams spread evenly over a leaf, a shift turns it by 1.5 over its width; leaf and robot are
@@ -133,12 +135,10 @@ class LatticeFilter:
         drift: float = 1.0,
     ) -> tuple[ObjectBelief, FloatArray]:
         """A belief, and what rows (l, n) hand on (l', n), after a while: the door drifts, or somebody moves it."""
-        from objstate.objects.kernels import predict
-
         before, ancestors = belief.weights.values, descent.of(len(given))
         weights, swung = np.empty(len(before)), np.empty(len(before))
         later = np.empty((len(ancestors), len(before)))
-        mean, std = predict(
+        mean, std = kernels.predict(
             given,
             before,
             belief.swung,
@@ -181,16 +181,16 @@ class LatticeFilter:
 
         Between the states that are cast, the likelihood is linear.
         """
-        from objstate.objects.kernels import condition, worth_casting
-
         belief = believed.belief
-        chosen, whole = worth_casting(belief.weights.values, NEGLIGIBLE, FINE, self._coarsely)
+        chosen, whole = kernels.worth_casting(
+            belief.weights.values, NEGLIGIBLE, FINE, self._coarsely
+        )
         log_likelihood, bears = evidence.cast(belief.states[chosen], whole, self._normals[chosen])
         if np.count_nonzero(bears) == 0:
             return None
         given, log_evidence = np.empty_like(believed.given), np.empty(len(believed.given))
         weights = np.empty(given.shape[1])
-        mean, std = condition(
+        mean, std = kernels.condition(
             believed.given,
             chosen,
             whole,
@@ -206,8 +206,6 @@ class LatticeFilter:
         return Update(after, log_evidence, bears)
 
     def widened(self, belief: ObjectBelief, factor: float, std_m: float) -> ObjectBelief:
-        from objstate.objects.kernels import widen
-
         more, power = (self._off_per_shift * std_m) ** 2, 1.0
         if belief.settled:
             variance, factor = float(belief.std[0]) ** 2, belief.kept_of(factor)[0]
@@ -218,7 +216,7 @@ class LatticeFilter:
             else:
                 more += (factor - 1.0) * variance
         cells, weights = more / self._spacing**2, np.empty(len(belief.states))
-        (mean, std), bounds = widen(
+        (mean, std), bounds = kernels.widen(
             belief.weights.values,
             power,
             PARTS,
