@@ -82,13 +82,14 @@ class Consistency:
         if not (before.settled and after.settled and all(std)):
             return
         moved = after.moved_from(before).tolist()
-        if any(abs(move) > s.jump * was for move, was in zip(moved, std, strict=True)):
+        moved = [move / was for move, was in zip(moved, std, strict=True)]
+        if max(map(abs, moved)) > s.jump:
             return
         changed = [
-            Change(so_far.moved + move / was, so_far.shrunk + 1.0 - (is_now / was) ** 2)
+            Change(so_far.moved + move, so_far.shrunk + 1.0 - (is_now / was) ** 2)
             for so_far, move, was, is_now in zip(changed, moved, std, later, strict=True)
         ]
-        if sum(each.shrunk for each in changed) < s.stretch * len(changed):
+        if sum([each.shrunk for each in changed]) < s.stretch * len(changed):
             self._open[name] = changed
             return
         by_mean = OF_MEAN / math.sqrt(self.sharper(of))

@@ -123,7 +123,9 @@ class LatticeFilter:
         drift: float = 1.0,
     ) -> ConditionalBelief:
         belief, given = self._later(believed.belief, believed.given, seconds, descent, drift)
-        presence = np.full(len(given), belief.presence)  # nobody doubts that a door is there
+        presence = believed.presence  # nobody doubts that a door is there
+        if len(presence) != len(given):
+            presence = np.full(len(given), belief.presence)
         return ConditionalBelief(belief, given, presence, believed.hidden_by(descent.forgotten))
 
     def _later(
@@ -185,7 +187,8 @@ class LatticeFilter:
         chosen, whole = kernels.worth_casting(
             belief.weights.values, NEGLIGIBLE, FINE, self._coarsely
         )
-        log_likelihood, bears = evidence.cast(belief.states[chosen], whole, self._normals[chosen])
+        states, normals = belief.states.take(chosen, axis=0), self._normals.take(chosen, axis=0)
+        log_likelihood, bears = evidence.cast(states, whole, normals)
         if np.count_nonzero(bears) == 0:
             return None
         given, log_evidence = np.empty_like(believed.given), np.empty(len(believed.given))
