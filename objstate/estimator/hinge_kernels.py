@@ -30,12 +30,12 @@ def _from_swing(x: float, y: float, half: float, reach: float) -> Any:
 
 
 @_inner
-def _line(lever: FloatArray, off: FloatArray) -> Any:
-    """By how much a line through readings passes the hinge, and the deviation of that, m.
+def _line(lever: FloatArray, off: FloatArray, count: int) -> Any:
+    """By how much a line through so many readings passes the hinge, and the deviation of that, m.
 
-    They are ``off`` (k,) the leaf's side at levers (k,) along it.
+    They are ``off`` (n,) the leaf's side at levers (n,) along it.
     """
-    count, middle, aside, squares, both, rest = lever.shape[0], 0.0, 0.0, 0.0, 0.0, 0.0
+    middle, aside, squares, both, rest = 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(count):
         middle += lever[k] / count
         aside += off[k] / count
@@ -76,12 +76,12 @@ def look(
     a line through the others passes the hinge, its deviation, and m along the leaf that they cover.
     """
     cos, sin = np.cos(pose[2]), np.sin(pose[2])
-    by_sin, by_cos, axes = np.sin(angle), np.cos(angle), np.empty((2, 2))
-    for row in range(2):
-        for column in range(2):
-            turned = by_sin * turns[1, row, column] + by_cos * turns[2, row, column]
-            axes[row, column] = turns[0, row, column] + turned
-    eye = (pose[0] - joint[0]) * axes[0, 1] + (pose[1] - joint[1]) * axes[1, 1]
+    by_sin, by_cos = np.sin(angle), np.cos(angle)
+    along_x = turns[0, 0, 0] + by_sin * turns[1, 0, 0] + by_cos * turns[2, 0, 0]
+    along_y = turns[0, 1, 0] + by_sin * turns[1, 1, 0] + by_cos * turns[2, 1, 0]
+    across_x = turns[0, 0, 1] + by_sin * turns[1, 0, 1] + by_cos * turns[2, 0, 1]
+    across_y = turns[0, 1, 1] + by_sin * turns[1, 1, 1] + by_cos * turns[2, 1, 1]
+    eye = (pose[0] - joint[0]) * across_x + (pose[1] - joint[1]) * across_y
     side = sides[LEFT] if eye > (sides[RIGHT] + sides[LEFT]) / 2.0 else sides[RIGHT]
     lever, off = np.empty(ranges.shape[0]), np.empty(ranges.shape[0])
     stopped, on, least, largest = 0, 0, np.inf, -np.inf
@@ -98,13 +98,13 @@ def look(
             continue
         stopped += 1
         east, north = x - joint[0], y - joint[1]
-        lever[on] = east * axes[0, 0] + north * axes[1, 0]
-        off[on] = east * axes[0, 1] + north * axes[1, 1] - side
+        lever[on] = east * along_x + north * along_y
+        off[on] = east * across_x + north * across_y - side
         is_within = sides[NEAR] - BEYOND <= lever[on] <= sides[FAR] + BEYOND
         if abs(off[on]) <= ASIDE and is_within:
             least, largest = min(least, lever[on]), max(largest, lever[on])
             on += 1
     if on < POINTS or largest - least < SPAN:
         return stopped, stopped - on if stopped >= POINTS else 0, 0.0, np.inf, 0.0
-    aside, std = _line(lever[:on], off[:on])
+    aside, std = _line(lever, off, on)
     return stopped, stopped - on, aside, std, largest - least
