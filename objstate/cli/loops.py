@@ -46,7 +46,6 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
         (lattice.condition, "f2 i1 b1 f2 f1 f f b f2 f1 f1"),
         (lattice.settle, "f2 f1 f f b f f f1"),
         (lattice.widen, "f1 f i f f f b f f1"),
-        (lattice.interval, "f1 f f f"),
         (lattice.moments, "f1 f f b"),
         (lattice.handed_on, "f2 f1 f i1"),
     ),
