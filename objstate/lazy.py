@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
 
 if TYPE_CHECKING:
@@ -35,6 +36,20 @@ class lazy(Generic[T]):  # noqa: N801 - a decorator
         if instance is None:
             return self
         value = instance.__dict__[self._name] = self._compute(instance)
+        return value
+
+
+class Later:
+    """A module that is loaded when something of it is first asked for, as compiled loops are, which need numba.
+
+    An import within a function does so too, and looks the module up again at each call.
+    """
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def __getattr__(self, name: str) -> Any:
+        value = self.__dict__[name] = getattr(import_module(self._name), name)
         return value
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from dataclasses import dataclass, replace
 
 from objstate.lazy import altered, lazy
@@ -48,3 +50,14 @@ def test_what_is_altered_forgets_what_it_worked_out_and_leaves_the_first_as_it_w
     assert (other.length, other.name, other.area) == (3.0, "b", 9.0)
     assert other == replace(first, length=3.0)
     assert (first.length, first.area) == (2.0, 4.0)
+
+
+def test_a_module_is_loaded_when_something_of_it_is_asked_for() -> None:
+    script = (
+        "import sys\nfrom objstate.lazy import Later\ncolours = Later('colorsys')\n"
+        "before = 'colorsys' in sys.modules\nprint(before, colours.ONE_THIRD > 0.3, 'colorsys' in sys.modules)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True
+    )
+    assert done.stdout == "False True True\n"

@@ -13,6 +13,7 @@ import threading
 from itertools import chain
 from typing import Any
 
+from objstate.estimator import hinge_kernels as hinges
 from objstate.estimator import kernels as sight
 from objstate.localization import kernels as robot
 from objstate.localization import search_kernels as search
@@ -38,16 +39,16 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
         (scans.hinged, "f f f f f2"),
         (scans.lasting, "f1 f f"),
         (scans.chances, "f1 f1 f1"),
+        (scans.share_explained, "b1 i1 f2 f1 f1 f1 f2 f2 f f"),
         (particles.normalized, "f1"),
         (particles.largest_step, "f1 f1 f f"),
         (particles.systematic, "f1 i f"),
+        (particles.evenly_after, "f1 f1 i"),
         (lattice.worth_casting, "f1 f i i"),
-        (lattice.moved, "f1 f1 f i f f f1 b f1 f1"),
-        (lattice.predict, "f2 f1 f1 f i1 f f b f f f1 f2 f1"),
+        (lattice.predict, "f2 f1 f1 f i1 f f b f f f f1 f1 f2 f1 f1"),
         (lattice.condition, "f2 i1 b1 f2 f1 f f b f2 f1 f1"),
         (lattice.settle, "f2 f1 f f b f f f1"),
-        (lattice.widen, "f1 f i f f f b f1"),
-        (lattice.interval, "f1 f f f"),
+        (lattice.widen, "f1 f i f f f b f f1"),
         (lattice.moments, "f1 f f b"),
         (lattice.handed_on, "f2 f1 f i1"),
     ),
@@ -71,6 +72,7 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
         (sight.entries, "f2 f1 f f f2 f2 f1"),
         (sight.reached, "f2 b1 f1 f"),
         (sight.share_through_walls, "f1 f1 f"),
+        (hinges.look, "f1 f1 f2 f2 f1 f1 f2 f f f f f1 f3 f1"),
         (sight.wall_looks, "f2 f2 f1 f f i f f"),
     ),
     (

@@ -46,19 +46,23 @@ class Consistency:
 
     def factor(self, of: Hashable) -> float:
         """On the variances of beliefs that are as sharp as they should be; 1 where nothing is known."""
-        return self._needed(of) * self.sharper(of)
+        needed = self._needed(of)
+        return needed * self._sharper(of, needed)
 
     def sharper(self, of: Hashable) -> float:
         """By which scans of objects of one class tell more, and drift adds less variance, than the settings have it.
 
         That is as far as readings err by chance: where the building is off, all scans err alike.
         """
+        return self._sharper(of, self._needed(of))
+
+    def _sharper(self, of: Hashable, needed: float) -> float:
         if of not in SHARPENED:
             return 1.0
         s = self._settings
         by_chance = 1.0 / (1.0 + (self.off / s.off_m) ** 2)
         most = min(by_chance, s.most_tempering) / self._tempering
-        return max(min(1.0 / self._needed(of), most), 1.0)
+        return max(min(1.0 / needed, most), 1.0)
 
     def _needed(self, of: Hashable) -> float:
         """The factor on the variances of beliefs that are as wide as the settings have them."""
@@ -74,20 +78,18 @@ class Consistency:
         """
         name, of, s = after.item.name, after.item.kind, self._settings
         changed = self._open.pop(name, [Change(0.0, 0.0)] * len(after.cell))
-        if not (before.settled and after.settled and before.std.all()):
+        std, later = before.std.tolist(), after.std.tolist()
+        if not (before.settled and after.settled and all(std)):
             return
-        moved, std, later = (
-            after.moved_from(before).tolist(),
-            before.std.tolist(),
-            after.std.tolist(),
-        )
-        if any(abs(move) > s.jump * was for move, was in zip(moved, std, strict=True)):
+        moved = after.moved_from(before).tolist()
+        moved = [move / was for move, was in zip(moved, std, strict=True)]
+        if max(map(abs, moved)) > s.jump:
             return
         changed = [
-            Change(so_far.moved + move / was, so_far.shrunk + 1.0 - (is_now / was) ** 2)
+            Change(so_far.moved + move, so_far.shrunk + 1.0 - (is_now / was) ** 2)
             for so_far, move, was, is_now in zip(changed, moved, std, later, strict=True)
         ]
-        if sum(each.shrunk for each in changed) < s.stretch * len(changed):
+        if sum([each.shrunk for each in changed]) < s.stretch * len(changed):
             self._open[name] = changed
             return
         by_mean = OF_MEAN / math.sqrt(self.sharper(of))

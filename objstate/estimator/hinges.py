@@ -17,9 +17,10 @@ import numpy as np
 
 from objstate.building.model import Building, Kind, Mesh, MovableObject
 from objstate.config import HingeSettings, Settings
+from objstate.estimator import hinge_kernels
+from objstate.estimator.hinge_kernels import ASIDE, FAR, NEAR, POINTS, STOPPED
 from objstate.estimator.sight import Sight
 from objstate.geometry import BoolArray, FloatArray, between, wrap
-from objstate.lazy import lazy
 from objstate.objects import ObjectBelief, filter_for
 from objstate.objects.belief import SETTLED_ANGLE
 from objstate.objects.doors import LEAN, LatticeFilter, leaf_axes
@@ -28,13 +29,8 @@ from objstate.records import NANOSECONDS, Scan
 from objstate.sensing import BeamModel, Sensing
 from objstate.sensing.view import EXPLAINED_SIGMAS
 
-STOPPED = 0.15  # m short of a wall, by which something has stopped a beam
-ASIDE = 0.15  # m from the leaf within which a reading may be one of it
 TURNED = math.radians(30.0)  # from the angle that is believed: by more, only a leaf may be
 LONGEST_BOX = 0.5  # m; what shows less of itself may be a box
-BEYOND = 0.05  # m past the leaf's edges, likewise
-POINTS = 5  # readings of the leaf that a line needs
-SPAN = 0.25  # m along the leaf that they must cover
 KNOWN = 0.95  # probability of being open by about an angle from which a door's angle is known
 DOUBTED = 0.9  # the same, below which it isn't any more
 AFTER_JUMP = 3  # looks at a door that suddenly is another, by which all its looks are asked
@@ -80,14 +76,10 @@ class Hinges:
 
         ``driven`` and ``map_error`` are in m; ``others`` are states (d,) of known doors beside it.
         """
-        robot, leaf = sight.robot, _Leaf.of(belief.item)
-        ends = self._stopped(belief.item, sight.scan, robot.mean, sight.walls)
-        self._watches[belief.item.name].add(
-            _Glance(sight.scan, robot.mean, sight.walls, robot.position_std, map_error, others),
-            leaf.held_against(ends, belief, robot.mean),
-            belief,
-            driven,
-        )
+        robot = sight.robot
+        glance = _Glance(sight.scan, robot.mean, sight.walls, robot.position_std, map_error, others)
+        look = self._strangeness(belief, belief.item, glance)
+        self._watches[belief.item.name].add(glance, look, belief, driven)
 
     def seems_off(self, name: str) -> bool:
         """Whether what has been read of a door is worth a search for its hinge."""
@@ -148,17 +140,16 @@ class Hinges:
         here = self._held_against(hanging.belief_in_place, watch.lately)
         there = self._held_against(_rehung(item, hanging), watch.lately)
         shown = max(look.span for look in there)
-        is_leaf = shown >= max(s.least_shown * (leaf.far - leaf.near), LONGEST_BOX)
+        is_leaf = shown >= max(s.least_shown * leaf.length, LONGEST_BOX)
         return is_leaf and _unexplained(there) <= s.most_strange * _unexplained(here)
 
     def _held_against(self, belief: ObjectBelief, glances: list[_Glance]) -> list[_Strangeness]:
         """A door's leaf in its most probable state against what stopped beams near it at each glance."""
-        item, looks = belief.item, []
-        for glance in glances:
-            ends = self._stopped(self._building[item.name], glance.scan, glance.pose, glance.walls)
-            look = _Leaf.of(item).held_against(ends, belief, glance.pose)
-            looks.append(replace(look, passed=self._passed(belief, glance)))
-        return looks
+        item = self._building[belief.item.name]
+        return [
+            replace(self._strangeness(belief, item, glance), passed=self._passed(belief, glance))
+            for glance in glances
+        ]
 
     def _passed(self, belief: ObjectBelief, glance: _Glance) -> int:
         """How many beams of a glance went through where a door's leaf is in its most probable state."""
@@ -176,16 +167,28 @@ class Hinges:
         within = _Leaf.of(item).reach + self._settings.most_m
         return glance.scan.valid & _passes(glance.scan, glance.pose, item.hinge, within)
 
-    def _stopped(
-        self, item: MovableObject, scan: Scan, pose: FloatArray, walls: FloatArray
-    ) -> FloatArray:
-        """Where beams end (k, 2) m, short of the walls (n,), that a door's leaf may have stopped."""
-        short = scan.ranges < walls - STOPPED
-        rays, ranges = scan.rays, scan.ranges[short, None]
-        ends = rays.origins[short, :2] + ranges * rays.directions[short, :2]
-        cos, sin = math.cos(pose[2]), math.sin(pose[2])
-        ends = ends @ np.array([[cos, sin], [-sin, cos]]) + pose[:2]
-        return np.asarray(ends[from_swing(item, ends) <= self._settings.most_m])
+    def _strangeness(
+        self, belief: ObjectBelief, item: MovableObject, glance: _Glance
+    ) -> _Strangeness:
+        """A door's leaf in its most probable state against what stopped beams near the swing of an ``item`` at a glance."""
+        leaf, swing, rays = _Leaf.of(belief.item), _Leaf.of(item), glance.scan.rays
+        stopped, strange, aside, std, span = hinge_kernels.look(
+            glance.scan.ranges,
+            glance.walls,
+            rays.origins,
+            rays.directions,
+            glance.pose,
+            swing.hinge,
+            swing.outwards,
+            swing.half,
+            swing.reach,
+            self._settings.most_m,
+            float(belief.best[0]),
+            leaf.hinge,
+            leaf.turns,
+            leaf.sides,
+        )
+        return _Strangeness(stopped, strange, aside, std, span)
 
     def std(self, belief: ObjectBelief) -> float:
         """m by which a door may hang aside of where it is taken to, along the normal of its leaf."""
@@ -194,7 +197,7 @@ class Hinges:
             watch = self._watches.get(item.name)
             return 0.0 if watch is None else watch.aside
         turn = item.transforms(belief.mean[None])[0, :2, :2]
-        normal = turn @ _Leaf.of(item).across
+        normal = turn @ _Leaf.of(item).axes[:, 1]
         return float(np.sqrt(normal @ hanging.covariance @ normal))
 
     def forget(self) -> None:
@@ -375,62 +378,41 @@ def _share_about(angle: float, belief: ObjectBelief) -> float:
 
 @dataclass(frozen=True, eq=False)
 class _Leaf:
-    """A hinged leaf from above, along and across, seen from its hinge."""
+    """A hinged leaf from above, as the loops take it."""
 
-    along: FloatArray  # (2,) unit vectors in the link's frame
-    across: FloatArray  # (2,)
-    near: float  # m along, where it begins and ends
-    far: float
-    sides: tuple[float, float]  # m across
+    axes: FloatArray  # (2, 2) unit vectors along and across, as columns; in the link's frame
+    turns: FloatArray  # (3, 2, 2) in the building: a part of them, what the sine of the angle adds, and the cosine
+    sides: FloatArray  # (4,) m along, where it begins and ends, and across
     reach: float  # m, of its farthest corner from the hinge
-    halfway: FloatArray  # (4, 4) its transform between its limits
+    hinge: FloatArray  # (2,) m of the floor
+    outwards: FloatArray  # (2, 2) halfway between its limits, along from the hinge and across
+    half: float  # rad, by which it turns from there to both sides
 
-    @lazy
-    def outwards(self) -> FloatArray:
-        """(2, 2) along, pointing away from the hinge, and across, as columns."""
-        away = math.copysign(1.0, self.near + self.far)
-        return np.column_stack([away * self.along, self.across])
+    @property
+    def length(self) -> float:
+        """m along."""
+        return float(self.sides[FAR] - self.sides[NEAR])
 
     @staticmethod
     @lru_cache(maxsize=LEAVES_KEPT)
     def of(item: MovableObject) -> _Leaf:
         plan = item.mesh.vertices[:, :2]
-        across, along = leaf_axes(item)
+        axes = np.column_stack(leaf_axes(item)[::-1])
+        lower, upper = (plan @ axes).min(axis=0), (plan @ axes).max(axis=0)
         middle = (item.lower + item.upper) / 2.0
+        halfway, *quarters = item.transforms(np.array([[middle], [0.0], [np.pi / 2.0], [np.pi]]))
+        closed, aside, opposite = (each[:2, :2] @ axes for each in quarters)
+        still = (closed + opposite) / 2.0  # a turn is linear in the sine and cosine of its angle
+        away = np.array([math.copysign(1.0, lower[0] + upper[0]), 1.0])
         return _Leaf(
-            along=along,
-            across=across,
-            near=float((plan @ along).min()),
-            far=float((plan @ along).max()),
-            sides=(float((plan @ across).min()), float((plan @ across).max())),
+            axes=axes,
+            turns=np.array([still, aside - still, closed - still]),
+            sides=np.array([lower[0], upper[0], lower[1], upper[1]]),
             reach=float(np.hypot(plan[:, 0], plan[:, 1]).max()),
-            halfway=item.transforms(np.array([[middle]]))[0],
+            hinge=halfway[:2, 3].copy(),
+            outwards=halfway[:2, :2] @ (away * axes),
+            half=(item.upper - item.lower) / 2.0,
         )
-
-    def held_against(
-        self, ends: FloatArray, belief: ObjectBelief, pose: FloatArray
-    ) -> _Strangeness:
-        """The leaf in its most probable state against where beams end (k, 2) m, from a pose (3,)."""
-        if len(ends) < POINTS:
-            return _Strangeness(len(ends), 0)
-        place = belief.item.transforms(belief.best[None])[0]
-        turn, hinge = place[:2, :2], place[:2, 3]
-        eye, own = (pose[:2] - hinge) @ turn, (ends - hinge) @ turn
-        side = self.sides[int(eye @ self.across > sum(self.sides) / 2.0)]
-        lever, off = own @ self.along, own @ self.across - side
-        on = (np.abs(off) <= ASIDE) & (lever >= self.near - BEYOND) & (lever <= self.far + BEYOND)
-        lever, off = lever[on], off[on]
-        strange = len(ends) - len(lever)
-        if len(lever) < POINTS or np.ptp(lever) < SPAN:
-            return _Strangeness(len(ends), strange)
-        middle = float(lever.mean())
-        spread = lever - middle
-        squares = float(spread @ spread)
-        slope = float(spread @ off) / squares
-        aside = float(off.mean()) - slope * middle
-        rest = off - aside - slope * lever
-        variance = float(rest @ rest) / (len(rest) - 2) * (1.0 / len(rest) + middle**2 / squares)
-        return _Strangeness(len(ends), strange, aside, math.sqrt(variance), float(np.ptp(lever)))
 
 
 def _rehung(item: MovableObject, hanging: Hanging) -> ObjectBelief:
@@ -447,16 +429,6 @@ def _lasting_std(glances: list[_Glance]) -> float:
     """m by which all glances together may be off: the robot's error is another in each, the walls' isn't."""
     robot = float(np.median([glance.robot_std for glance in glances]))
     return math.hypot(robot / math.sqrt(len(glances)), glances[-1].map_error)
-
-
-def from_swing(item: MovableObject, places: FloatArray) -> FloatArray:
-    """Distances (k,) m of places (k, 2) from the sector that a door's leaf sweeps."""
-    leaf = _Leaf.of(item)
-    x, y = ((places - leaf.halfway[:2, 3]) @ leaf.halfway[:2, :2] @ leaf.outwards).T
-    reach = np.hypot(x, y)
-    beyond = np.maximum(np.abs(np.arctan2(y, x)) - (item.upper - item.lower) / 2.0, 0.0)
-    along = np.clip(reach * np.cos(beyond), 0.0, leaf.reach)  # of the leaf in its nearest state
-    return np.asarray(np.hypot(reach * np.cos(beyond) - along, reach * np.sin(beyond)))
 
 
 def _passes(scan: Scan, pose: FloatArray, place: FloatArray, distance: float) -> BoolArray:

@@ -92,10 +92,6 @@ def _fit(
     Seen from the robot sample that explains the scan best.
     """
     belief = update.conditional.belief
-    best = int(np.argmax(robot.weights.log + update.log_evidence))
-    expected = without[best]
-    if belief.presence >= 0.5:
-        alone = view.object(name, belief.best[None], robot.poses[best : best + 1])[0, 0]
-        expected = np.minimum(expected, alone)
-    explained = view.explained(expected) & update.bears
-    return float(np.count_nonzero(explained) / np.count_nonzero(update.bears))
+    best = int((robot.weights.log + update.log_evidence).argmax())
+    states = belief.best[None, :] if belief.presence >= 0.5 else belief.states[:0]
+    return view.share_explained(name, states, robot.poses[best], without[best], update.bears)

@@ -12,16 +12,20 @@ import numpy as np
 
 from objstate.building.model import Kind, MovableObject
 from objstate.geometry import BoolArray, FloatArray, wrap
-from objstate.lazy import altered, knowing, lazy
+from objstate.lazy import Later, altered, knowing, lazy
 from objstate.objects.footprint import footprint
 from objstate.objects.passage import clear_widths, lattice_clear_widths
 from objstate.particles import Weights, evenly, quantiles
 from objstate.records import Estimate
 from objstate.sensing import UncertainObject
 
+kernels = Later("objstate.objects.kernels")
+sampling = Later("objstate.objects.sampling")
+
 CENTRAL = 0.9  # the share of the posterior between lower and upper
 SETTLED_ANGLE = np.radians(5.0)  # rad; a state known better than this stands for the belief
 SETTLED_LENGTH = 0.05  # m
+TINY = float(np.finfo(float).tiny)
 ROUNDING = 1e-12  # by which sums of weights may miss a share
 SETTLED = {  # std of each coordinate
     Kind.HINGED: (SETTLED_ANGLE,),
@@ -82,7 +86,7 @@ class ObjectBelief:
             return np.array([False, False, True])
         return np.array([self.item.wraps])
 
-    @property
+    @lazy
     def lattice(self) -> tuple[float, float, bool]:
         """The first of a door's states, how far they lie apart, and whether the last is beside it."""
         return float(self.states[0, 0]), float(self.cell[0]), self.item.wraps
@@ -93,11 +97,10 @@ class ObjectBelief:
     def on_lattice(self, weights: FloatArray, mean: float, std: float, **also: Any) -> ObjectBelief:
         """A door's belief with other weights (n,), of which these are the mean and the standard deviation.
 
-        ``also`` are other fields.
+        ``also`` are other fields, and what else is known.
         """
-        belief = altered(self, weights=Weights(weights), **also)
-        belief.__dict__.update(mean=np.array([mean]), std=np.array([std]))
-        return belief
+        known = {"mean": np.array([mean]), "std": np.array([std]), "lattice": self.lattice}
+        return altered(self, weights=Weights(weights), **known, **also)
 
     def mixture(self, given: FloatArray, shares: FloatArray, presence: float) -> ObjectBelief:
         """The belief with the mean weights of rows (l, n) that have shares (l,) of any sum."""
@@ -105,10 +108,8 @@ class ObjectBelief:
             marginal = shares @ given
             weights = Weights(marginal / marginal.sum())
             return altered(self, weights=weights, presence=presence)
-        from objstate.objects.kernels import mixture
-
         marginal = np.empty(given.shape[1])
-        mean, std = mixture(given, shares, *self.lattice, marginal)
+        mean, std = kernels.mixture(given, shares, *self.lattice, marginal)
         return self.on_lattice(marginal, mean, std, presence=presence)
 
     def with_samples(self, states: FloatArray, weights: Weights) -> ObjectBelief:
@@ -144,12 +145,8 @@ class ObjectBelief:
     def _moments(self) -> tuple[FloatArray, FloatArray]:
         """Mean (d,) and standard deviations (d,) of samples without scouts."""
         if self.item.kind is not Kind.PLANAR:
-            from objstate.objects.kernels import moments
-
-            mean, std = moments(self.weights.values, *self.lattice)
+            mean, std = kernels.moments(self.weights.values, *self.lattice)
             return np.array([mean]), np.array([std])
-        from objstate.objects import sampling
-
         count = len(self.states) - self.scouts
         states, values = self.states[:count], self.weights.values[:count]
         middle, off, symmetry = np.empty(3), np.empty(3), self.item.symmetry
@@ -161,8 +158,6 @@ class ObjectBelief:
     def deviations(self) -> FloatArray:
         """(n, d) samples, without scouts, from the mean; directions the short way round."""
         if self.item.kind is Kind.PLANAR:
-            from objstate.objects import sampling
-
             off, symmetry = np.empty_like(self.standing.states), self.item.symmetry
             sampling.offsets(self.standing.states, self.mean, symmetry.order, symmetry.centre, off)
             return off
@@ -199,18 +194,32 @@ class ObjectBelief:
         """(d,) standard deviations, the width of a sample's cell included."""
         return self._moments[1]
 
-    def kept_of(self, factor: float) -> FloatArray:
-        """(d,) what a factor on the variance leaves of it, when one below 1 spares the ``shared`` part."""
+    def kept_of(self, factor: float) -> list[float]:
+        """What a factor leaves of the variance of each coordinate, when one below 1 spares the ``shared`` part."""
+        stds, shared = self.std.tolist(), self.shared.tolist()
         if factor >= 1.0:
-            return np.full(len(self.std), factor)
-        variance = np.maximum(self.std**2, np.finfo(float).tiny)
-        return np.asarray(factor + (1.0 - factor) * np.minimum(self.shared / variance, 1.0))
+            return [factor] * len(stds)
+        shared = shared * len(stds) if len(shared) == 1 else shared
+        spared = [
+            min(each / max(std * std, TINY), 1.0) for each, std in zip(shared, stds, strict=True)
+        ]
+        return [factor + (1.0 - factor) * each for each in spared]
 
     def interval(self, share: float = CENTRAL) -> tuple[FloatArray, FloatArray]:
         """Lower and upper bounds (d,) of the central ``share`` of the posterior.
 
         A direction's bounds lie around its mean and may pass pi.
         """
+        if share == CENTRAL:
+            return self.central
+        return self._interval(share)
+
+    @lazy
+    def central(self) -> tuple[FloatArray, FloatArray]:
+        """The bounds (d,) of ``CENTRAL``, as of any share."""
+        return self._interval(CENTRAL)
+
+    def _interval(self, share: float) -> tuple[FloatArray, FloatArray]:
         if self._is_line:
             return self._interval_on_line((1.0 - share) / 2.0)
         tails = np.array([(1.0 - share) / 2.0, (1.0 + share) / 2.0])
@@ -224,11 +233,9 @@ class ObjectBelief:
         return self.cell[0] > 0.0 and not self.item.wraps
 
     def _interval_on_line(self, tail: float) -> tuple[FloatArray, FloatArray]:
-        from objstate.objects.kernels import interval
-
-        # a cell at a limit reaches beyond it
-        lower, upper = interval(self.weights.values, *self.lattice[:2], tail)
-        return np.array([max(lower, self.item.lower)]), np.array([min(upper, self.item.upper)])
+        return within_limits(
+            self.item, *kernels.interval(self.weights.values, *self.lattice[:2], tail)
+        )
 
     def _quantiles(self, coordinate: int, shares: FloatArray) -> FloatArray:
         values, weights = self.deviations[:, coordinate], self.standing.weights.values
@@ -325,19 +332,27 @@ class ObjectBelief:
         if self.stamp_ns is None:
             raise ValueError("a belief without a moment has no estimates")
         lower, upper = self.interval()
+        bounds = lower.tolist(), upper.tolist()
         return [
             Estimate(
                 stamp_ns=self.stamp_ns,
                 object=self.item.name,
                 coordinate=coordinate,
-                mean=float(self.mean[k]),
-                std=float(self.std[k]),
-                lower=float(lower[k]),
-                upper=float(upper[k]),
+                mean=mean,
+                std=std,
+                lower=low,
+                upper=high,
                 observed=fit is not None,
                 fit=math.nan if fit is None else fit,
                 presence=self.presence,
                 lost=lost,
             )
-            for k, coordinate in enumerate(self.item.coordinates)
+            for coordinate, mean, std, low, high in zip(
+                self.item.coordinates, self.mean.tolist(), self.std.tolist(), *bounds, strict=True
+            )
         ]
+
+
+def within_limits(item: MovableObject, lower: float, upper: float) -> tuple[FloatArray, FloatArray]:
+    """Bounds (1,) of a door's state: a cell at a limit reaches beyond it."""
+    return np.array([max(lower, item.lower)]), np.array([min(upper, item.upper)])

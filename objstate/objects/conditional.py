@@ -14,7 +14,10 @@ import numpy as np
 
 from objstate.building.model import Kind
 from objstate.geometry import BoolArray, FloatArray, IntArray
+from objstate.lazy import Later
 from objstate.objects.belief import ObjectBelief
+
+kernels = Later("objstate.objects.kernels")
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,11 +70,9 @@ class ConditionalBelief:
         it to v: the mean keeps v / v0 of its error. That the object may have been moved since the scan before isn't
         meant: where it wasn't, the error is the same.
         """
-        from objstate.objects.kernels import apportion
-
         off, inherited = self.belief.deviations, np.empty(len(self.belief.std))
         shared = np.empty(len(inherited))
-        apportion(
+        kernels.apportion(
             self.given,
             robot_weights * self.presence,
             off,
@@ -86,11 +87,9 @@ class ConditionalBelief:
 
     def handed_on(self, descent: Descent) -> ConditionalBelief:
         """Each robot sample (l',) believes what its ancestor did, but for what it forgets."""
-        from objstate.objects.kernels import handed_on
-
         share, ancestors = descent.forgotten, descent.of(len(self.presence))
         presence = (1.0 - share) * self.presence + share * self.belief.presence
-        given = handed_on(self.given, self.belief.weights.values, share, ancestors)
+        given = kernels.handed_on(self.given, self.belief.weights.values, share, ancestors)
         return ConditionalBelief(self.belief, given, presence[ancestors], self.hidden_by(share))
 
     def hidden_by(self, share: float) -> FloatArray:
@@ -102,11 +101,9 @@ class ConditionalBelief:
         """``averaged`` and ``apportioned``, by what robot samples weigh after a scan; for doors one compiled step."""
         if self.belief.item.kind is Kind.PLANAR:
             return self.averaged(self.given, robot_weights).apportioned(before, robot_weights)
-        from objstate.objects.kernels import settle
-
         belief, weights = self.belief, np.empty(len(self.belief.states))
         was, inherited = float(before.std[0]), float(self.inherited[0])
-        mean, std, shared, left = settle(
+        mean, std, shared, left = kernels.settle(
             self.given, robot_weights, *belief.lattice, was, inherited, weights
         )
         belief = belief.on_lattice(weights, mean, std, shared=np.array([shared]))

@@ -14,11 +14,13 @@ import numpy as np
 from objstate.building.model import Kind, MovableObject
 from objstate.config import DoorSettings
 from objstate.geometry import FloatArray, wrap
-from objstate.lazy import lazy
-from objstate.objects.belief import ObjectBelief
+from objstate.lazy import Later, lazy
+from objstate.objects.belief import CENTRAL, ObjectBelief, within_limits
 from objstate.objects.conditional import SAME, ConditionalBelief, Descent, Update
 from objstate.objects.evidence import ScanEvidence
 from objstate.particles import Weights
+
+kernels = Later("objstate.objects.kernels")
 
 SECONDS_PER_HOUR = 3600.0
 # Where beams spread evenly over a leaf, a shift turns it by 1.5 over its width; leaf and robot are
@@ -32,8 +34,6 @@ NEGLIGIBLE = 1e-4  # weight, relative to the largest, below which a state is cas
 PARTS = 6  # in which a cell is taken where a belief is narrowed
 BLURRED = 0.25  # of a cell, squared: the variance that its width and its parts' places on the lattice make
 NARROWEST = 0.01  # of a variance, to which a belief is narrowed at most
-LEAST = 1e-9  # of the time a door is moved; what goes on for less does not end
-TINY = np.finfo(float).tiny
 COARSE = 0.05  # m between states that are cast whatever their weight, at a leaf's outer edge
 
 
@@ -123,7 +123,9 @@ class LatticeFilter:
         drift: float = 1.0,
     ) -> ConditionalBelief:
         belief, given = self._later(believed.belief, believed.given, seconds, descent, drift)
-        presence = np.full(len(given), belief.presence)  # nobody doubts that a door is there
+        presence = believed.presence  # nobody doubts that a door is there
+        if len(presence) != len(given):
+            presence = np.full(len(given), belief.presence)
         return ConditionalBelief(belief, given, presence, believed.hidden_by(descent.forgotten))
 
     def _later(
@@ -135,13 +137,10 @@ class LatticeFilter:
         drift: float = 1.0,
     ) -> tuple[ObjectBelief, FloatArray]:
         """A belief, and what rows (l, n) hand on (l', n), after a while: the door drifts, or somebody moves it."""
-        from objstate.objects.kernels import predict
-
-        before, begun = belief.weights.values, 1.0 - self.stayed(seconds)
-        gone, moved, going = self._moved(before, belief.swung, begun, seconds)
-        ancestors, weights = descent.of(len(given)), np.empty(len(before))
-        later = np.empty((len(ancestors), len(weights)))
-        mean, std = predict(
+        before, ancestors = belief.weights.values, descent.of(len(given))
+        weights, swung = np.empty(len(before)), np.empty(len(before))
+        later = np.empty((len(ancestors), len(before)))
+        mean, std = kernels.predict(
             given,
             before,
             belief.swung,
@@ -149,42 +148,22 @@ class LatticeFilter:
             ancestors,
             *belief.lattice,
             self._cells_per_second * drift * seconds,
-            1.0 - gone,
-            moved,
+            1.0 - self.stayed(seconds),
+            seconds,
+            self._swing,
+            self._rest_weights,
             later,
-            weights,
-        )
-        swung = going / np.maximum(weights, TINY)
-        return belief.on_lattice(weights, mean, std, swung=swung), later
-
-    def _moved(
-        self, weights: FloatArray, swung: FloatArray, begun: float, seconds: float
-    ) -> tuple[float, FloatArray, FloatArray]:
-        """How much of a door's weights (n,) has been moved after a while, where that is (n,), and where it moves on (n,).
-
-        That is what was being moved, a share ``swung`` (n,) or (1,), and of the others a share that has ``begun``. It comes
-        to rest at one rate, and at another gets where doors come to rest; until then it is near.
-        """
-        from objstate.objects.kernels import moved
-
-        swing, hinged = self.settings.swing, self.item.kind is Kind.HINGED
-        most = math.radians(swing.most_deg_per_s) if hinged else swing.most_m_per_s
-        ends, leaves = max(seconds / swing.seconds, LEAST), seconds / swing.near_s
-        near_s = -math.expm1(-ends - leaves) / (ends + leaves) * seconds  # on average
-        later, going = np.empty(len(weights)), np.empty(len(weights))
-        gone = moved(
             weights,
             swung,
-            begun,
-            math.ceil(most * near_s / self._spacing),
-            ends,
-            leaves,
-            self._rest_weights,
-            self.item.wraps,
-            later,
-            going,
         )
-        return min(gone, 1.0), later, going
+        return belief.on_lattice(weights, mean, std, swung=swung), later
+
+    @lazy
+    def _swing(self) -> FloatArray:
+        """(3,) how the door moves while somebody moves it, as the loops take it."""
+        swing, hinged = self.settings.swing, self.item.kind is Kind.HINGED
+        most = math.radians(swing.most_deg_per_s) if hinged else swing.most_m_per_s
+        return np.array([swing.seconds, swing.near_s, most / self._spacing])
 
     def stayed(self, seconds: float) -> float:
         """Probability that nobody has moved the door for so long."""
@@ -204,16 +183,17 @@ class LatticeFilter:
 
         Between the states that are cast, the likelihood is linear.
         """
-        from objstate.objects.kernels import condition, worth_casting
-
         belief = believed.belief
-        chosen, whole = worth_casting(belief.weights.values, NEGLIGIBLE, FINE, self._coarsely)
-        log_likelihood, bears = evidence.cast(belief.states[chosen], whole, self._normals[chosen])
-        if not bears.any():
+        chosen, whole = kernels.worth_casting(
+            belief.weights.values, NEGLIGIBLE, FINE, self._coarsely
+        )
+        states, normals = belief.states.take(chosen, axis=0), self._normals.take(chosen, axis=0)
+        log_likelihood, bears = evidence.cast(states, whole, normals)
+        if np.count_nonzero(bears) == 0:
             return None
         given, log_evidence = np.empty_like(believed.given), np.empty(len(believed.given))
         weights = np.empty(given.shape[1])
-        mean, std = condition(
+        mean, std = kernels.condition(
             believed.given,
             chosen,
             whole,
@@ -229,11 +209,9 @@ class LatticeFilter:
         return Update(after, log_evidence, bears)
 
     def widened(self, belief: ObjectBelief, factor: float, std_m: float) -> ObjectBelief:
-        from objstate.objects.kernels import widen
-
         more, power = (self._off_per_shift * std_m) ** 2, 1.0
         if belief.settled:
-            variance, factor = float(belief.std[0]) ** 2, float(belief.kept_of(factor)[0])
+            variance, factor = float(belief.std[0]) ** 2, belief.kept_of(factor)[0]
             if factor < 1.0:
                 more -= BLURRED * self._spacing**2  # by which the lattice widens it by itself
                 power = 1.0 / max(factor + min(more, 0.0) / variance, NARROWEST)
@@ -241,8 +219,17 @@ class LatticeFilter:
             else:
                 more += (factor - 1.0) * variance
         cells, weights = more / self._spacing**2, np.empty(len(belief.states))
-        mean, std = widen(belief.weights.values, power, PARTS, cells, *belief.lattice, weights)
-        return belief.on_lattice(weights, mean, std)
+        (mean, std), bounds = kernels.widen(
+            belief.weights.values,
+            power,
+            PARTS,
+            cells,
+            *belief.lattice,
+            (1.0 - CENTRAL) / 2.0,
+            weights,
+        )
+        known = {} if self.item.wraps else {"central": within_limits(self.item, *bounds)}
+        return belief.on_lattice(weights, mean, std, **known)
 
     @lazy
     def _off_per_shift(self) -> float:

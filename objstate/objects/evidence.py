@@ -8,7 +8,7 @@ import numpy as np
 
 from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.lazy import lazy
-from objstate.particles import Weights, evenly
+from objstate.particles import Weights, evenly_after
 from objstate.sensing import Comparison, ScanView
 
 FEW = 8  # robot samples from which states of next to no weight are cast
@@ -69,7 +69,7 @@ class ScanEvidence:
         sample counts as much as it explains the scan by that absence: then the mean
         is that of p(o | s, l) over p(l).
         """
-        return evenly(self.robot_weights_without, FEW)
+        return evenly_after(self.robot_weights, self.tempering * self.log_absent, FEW)
 
     @lazy
     def robot_weights_without(self) -> Weights:

@@ -15,7 +15,7 @@ from objstate.building.model import MovableObject
 from objstate.building.outline import outline
 from objstate.config import FurnitureSettings
 from objstate.geometry import BoolArray, FloatArray, IntArray, wrap
-from objstate.lazy import altered, lazy
+from objstate.lazy import Later, altered, lazy
 from objstate.objects.belief import ObjectBelief
 from objstate.objects.conditional import SAME, ConditionalBelief, Descent, Update
 from objstate.objects.evidence import ScanEvidence
@@ -26,6 +26,7 @@ from objstate.particles import Weights, kld_sample_size, largest_step, systemati
 if TYPE_CHECKING:
     from objstate.objects.sampling import Moves
 
+sampling = Later("objstate.objects.sampling")
 SECONDS_PER_HOUR = 3600.0
 FEWEST = 20.0  # effective samples by which robot samples may tell apart where they see an object
 RESAMPLE_BELOW = 0.5  # of the samples; resample when the effective number falls below
@@ -205,8 +206,6 @@ class SampleFilter:
         Also, with it, Bayes' rule in every row (l, n) and the log evidence (l,) of each. A look
         ahead has used an exponent of ``ahead`` already, to choose the samples.
         """
-        from objstate.objects import sampling
-
         after, log_evidence = np.empty_like(believed.given), np.empty(len(believed.given))
         exponent = sampling.take_in(
             believed.given,
@@ -224,7 +223,7 @@ class SampleFilter:
 
     def widened(self, belief: ObjectBelief, factor: float, std_m: float) -> ObjectBelief:
         std = np.array([std_m, std_m, std_m / LEVER])
-        kept = belief.kept_of(factor) if belief.settled else 1.0
+        kept = np.array(belief.kept_of(factor)) if belief.settled else 1.0
         belief = belief.standing
         wider = np.sqrt(kept + (std / np.maximum(belief.std, LEAST_STD)) ** 2)
         states = belief.mean + wider * belief.deviations
@@ -243,8 +242,6 @@ class SampleFilter:
         self, believed: ConditionalBelief, resample: bool, rng: np.random.Generator
     ) -> ConditionalBelief:
         """The samples resampled where few carry the belief, and half of the scouts sent out anew."""
-        from objstate.objects import sampling
-
         belief, s = believed.belief, self.settings
         values, count = belief.weights.values, len(belief.states) - s.scouts
         states, place, ancestors = belief.states[:count], belief.mean, np.arange(count)
@@ -367,13 +364,14 @@ class SampleFilter:
     @lazy
     def _moves(self) -> Moves:
         """Where it may be moved to, as the kernels take it."""
-        from objstate.objects.sampling import Moves
-
         s, symmetry = self.settings, self.item.symmetry
         width = np.array([s.prior_std_m, s.prior_std_m, np.radians(s.prior_std_deg)])
         is_gaussian = s.prior == "gaussian"
         home = self.item.home
-        return Moves(home, width, is_gaussian, self._nudge, symmetry.order, symmetry.centre)
+        moves: Moves = sampling.Moves(
+            home, width, is_gaussian, self._nudge, symmetry.order, symmetry.centre
+        )
+        return moves
 
     def _sent_out(
         self,
@@ -388,8 +386,6 @@ class SampleFilter:
 
         Of those, half look near the samples (n, 3) about a place (3,), half where the prior says.
         """
-        from objstate.objects import sampling
-
         count = self.settings.scouts
         carried, led = count // 2, count // 2 + count // 4
         noise, unit = rng.standard_normal((led, 3)), self._units(count - led, rng)
@@ -401,8 +397,6 @@ class SampleFilter:
 
     def _new_place_density(self, states: FloatArray, place: FloatArray) -> FloatArray:
         """Density (n,) of states to which an object at a place (3,) is moved: near it, or as the prior."""
-        from objstate.objects import sampling
-
         out = np.empty(len(states))
         sampling.densities(states, place, self._moves, out)
         return out

@@ -19,7 +19,9 @@ TINY = 2.3e-308  # the least deviation; nothing is divided by zero
 FOOT = 1e-3  # of the density at a peak, at which it ends
 VALLEY = 2.0  # by which the density rises again beyond a peak's end
 NEXT_TO_NOTHING = 40.0  # exp(-40) beside one
+LEAST_ENDS = 1e-9  # times that a move ends meanwhile; one that goes on for less does not end
 TURN = 2.0 * np.pi
+ENDS_S, LEAVES_S, MOST_CELLS = range(3)  # of a swing: s until it ends and has left, cells a second
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
@@ -138,14 +140,13 @@ def moments(weights: FloatArray, first: float, cell: float, wraps: bool) -> Any:
     return _moments(weights, first, cell, wraps)
 
 
-@_compile
-def moved(
+@_inner
+def _moved(
     weights: FloatArray,
     swung: FloatArray,
     begun: float,
-    reach: int,
-    ends: float,
-    leaves: float,
+    seconds: float,
+    swing: FloatArray,
     rest: FloatArray,
     wraps: bool,
     later: FloatArray,
@@ -154,13 +155,15 @@ def moved(
     """Of a lattice's ``weights`` (n,), what has been moved after a while, into ``later`` (n,); what it comes to comes back.
 
     That is what was being moved, a share ``swung`` (n,) or (1,), and of the others a share that has ``begun`` at any moment.
-    Meanwhile, moving ``ends`` so many times on average, and as many times it ``leaves`` where it began. Until then, it goes by
-    at most 1, 2, 4, ... cells, up to ``reach``, each as often: doors are thrown, and led slowly. At the limits that
+    By its ``swing`` (3,), it comes to rest at one rate, and at another gets where doors come to rest. Until then, it goes by
+    at most 1, 2, 4, ... cells, up to a reach, each as often: doors are thrown, and led slowly. At the limits that
     is reflected, or goes on where the lattice ``wraps``. What has left is distributed as ``rest`` (n,). Into ``going`` (n,) goes what is being
     moved still.
     """
     count, orders, most = weights.shape[0], 0, 1
-    reach = min(reach, count)
+    ends, leaves = max(seconds / swing[ENDS_S], LEAST_ENDS), seconds / swing[LEAVES_S]
+    near_s = -np.expm1(-ends - leaves) / (ends + leaves) * seconds  # on average
+    reach = min(int(np.ceil(swing[MOST_CELLS] * near_s)), count)
     padded, below = np.empty(count + 2 * reach), np.zeros(count + 2 * reach + 1)
     sums, goes_on, nears, near_on = np.zeros(2), np.empty(2), np.empty(2), np.empty(2)
     either = ends + leaves
@@ -221,26 +224,30 @@ def predict(
     cell: float,
     wraps: bool,
     variance: float,
-    stayed: float,
-    elsewhere: FloatArray,
+    begun: float,
+    seconds: float,
+    swing: FloatArray,
+    rest: FloatArray,
     given_later: FloatArray,
     weights_later: FloatArray,
+    swung_later: FloatArray,
 ) -> Any:
     """What rows ``given`` (p, n) hand on, and their marginal ``weights`` (n,), a while later.
 
     Into ``given_later`` (q, n) go the rows of ``ancestors`` (q,), but for a share ``forgotten`` that is the marginal's.
-    What isn't being moved, in each state all but a share ``swung`` (n,) or (1,), and ``stayed`` in all, takes a random walk
-    with a ``variance``, in cells squared; the others have now the weights ``elsewhere`` (n,). The marginal's mean and deviation come back; the lattice is as in ``_moments``.
+    What isn't being moved, in each state all but a share ``swung`` (n,) or (1,), and hasn't ``begun`` to be, takes a random walk
+    with a ``variance``, in cells squared; the others move as in ``_moved``, and of each state a share ``swung_later`` (n,) still does.
+    The marginal's mean and deviation come back; the lattice is as in ``_moments``.
     """
     count = weights.shape[0]
     taps = _taps(variance, count)
     besides, padded = np.empty(count), np.empty(count + 2 * taps.shape[0])
     resting, stays, kept = np.empty(count), np.empty(count), np.empty_like(taps)
+    gone = _moved(weights, swung, begun, seconds, swing, rest, wraps, besides, swung_later)
     for j in range(count):
-        besides[j] = elsewhere[j]
         resting[j] = 1.0 - swung[min(j, swung.shape[0] - 1)]
     for k in range(taps.shape[0]):
-        taps[k] *= stayed
+        taps[k] *= 1.0 - min(gone, 1.0)
     for q in range(ancestors.shape[0] + 1):  # the marginal first: rows take their share of it
         row = given[ancestors[q - 1]] if q > 0 else weights
         to = given_later[q - 1] if q > 0 else weights_later
@@ -255,6 +262,8 @@ def predict(
         for k in range(taps.shape[0]):
             taps[k] *= 1.0 - forgotten
     _normalize(weights_later)
+    for j in range(count):
+        swung_later[j] /= max(weights_later[j], TINY)
     return _moments(weights_later, first, cell, wraps)
 
 
@@ -347,7 +356,6 @@ def condition(
         counts = robot[p] * share
         for j in range(count):
             weights[j] += counts * to[j]
-        for j in range(count):
             to[j] *= share
     _normalize(weights)
     return _moments(weights, first, cell, wraps)
@@ -534,6 +542,30 @@ def _narrowed(weights: FloatArray, power: float, wraps: bool, parts: int) -> Any
     return out
 
 
+@_inner
+def _quantile(weights: FloatArray, first: float, cell: float, share: float) -> Any:
+    """The state below which a share of a lattice's weight lies, each cell's spread over its width."""
+    before, last = 0.0, weights.shape[0] - 1
+    for j in range(last + 1):
+        if before + weights[j] >= share and weights[j] > 0.0:
+            return first + cell * (j + (share - before) / weights[j] - 0.5)
+        before += weights[j]
+    return first + cell * (last + 0.5)
+
+
+@_inner
+def _interval(weights: FloatArray, first: float, cell: float, tail: float) -> Any:
+    """The states below which a ``tail`` of a lattice's weight (n,) lies, and all but a tail."""
+    lower = _quantile(weights, first, cell, tail)
+    return lower, _quantile(weights, first, cell, 1.0 - tail)
+
+
+@_compile
+def interval(weights: FloatArray, first: float, cell: float, tail: float) -> Any:
+    """``_interval``, for Python."""
+    return _interval(weights, first, cell, tail)
+
+
 @_compile
 def widen(
     weights: FloatArray,
@@ -543,11 +575,13 @@ def widen(
     first: float,
     cell: float,
     wraps: bool,
+    tail: float,
     out: FloatArray,
 ) -> Any:
     """Weights (n,) of a lattice to a ``power`` from one on, in ``parts``, and after a random walk, into ``out`` (n,).
 
-    The walk's ``variance`` is in cells squared. Mean and deviation come back; the lattice is as in ``_moments``.
+    The walk's ``variance`` is in cells squared. Mean and deviation come back, and what ``interval`` says;
+    the lattice is as in ``_moments``.
     """
     count = weights.shape[0]
     taps = _taps(variance, count)
@@ -556,7 +590,7 @@ def widen(
     _clear(besides)
     _walked(narrowed, taps, wraps, besides, padded, out)
     _normalize(out)
-    return _moments(out, first, cell, wraps)
+    return _moments(out, first, cell, wraps), _interval(out, first, cell, tail)
 
 
 @_compile
@@ -582,21 +616,3 @@ def worth_casting(weights: FloatArray, negligible: float, fine: int, coarse: int
             chosen[count], whole[count] = j, is_heavy
             count += 1
     return chosen[:count], whole[:count]
-
-
-@_inner
-def _quantile(weights: FloatArray, first: float, cell: float, share: float) -> Any:
-    """The state below which a share of a lattice's weight lies, each cell's spread over its width."""
-    before, last = 0.0, weights.shape[0] - 1
-    for j in range(last + 1):
-        if before + weights[j] >= share and weights[j] > 0.0:
-            return first + cell * (j + (share - before) / weights[j] - 0.5)
-        before += weights[j]
-    return first + cell * (last + 0.5)
-
-
-@_compile
-def interval(weights: FloatArray, first: float, cell: float, tail: float) -> Any:
-    """The states below which a ``tail`` of a lattice's weight (n,) lies, and all but a tail."""
-    lower = _quantile(weights, first, cell, tail)
-    return lower, _quantile(weights, first, cell, 1.0 - tail)

@@ -10,7 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from objstate.geometry import BoolArray, FloatArray, IntArray, wrap
-from objstate.lazy import lazy
+from objstate.lazy import Later, lazy
+
+sampling = Later("objstate.objects.sampling")
 
 TRACED = 96  # points along an outline
 SHORTEST = (
@@ -67,8 +69,6 @@ class TracedOutline:
 
     def holds(self, states: FloatArray, ends: FloatArray, within: float) -> BoolArray:
         """Which ends (m, 2) the outline comes ``within`` m of, in each state: (c, m) of states (c, 3)."""
-        from objstate.objects import sampling
-
         out = np.empty((len(states), len(ends)), dtype=bool)
         sampling.lie_on(states, self._abreast, np.ascontiguousarray(ends), within, out)
         return out

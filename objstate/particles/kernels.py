@@ -15,19 +15,40 @@ _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
 
 
+@_inner
+def _raised(log: FloatArray, values: FloatArray) -> Any:
+    """The largest of logarithms (n,), and the sum of ``values`` (n,), which become their powers against it."""
+    top, total = -np.inf, 0.0
+    for j in range(log.shape[0]):
+        top = max(top, log[j])
+    for j in range(log.shape[0]):
+        values[j] = np.exp(log[j] - top)
+        total += values[j]
+    return top, total
+
+
+@_inner
+def _comb(weights: FloatArray, total: float, count: int, start: float) -> Any:
+    """Indices (count,) of weights (n,) of a sum by an even comb that starts at a share of its step."""
+    chosen, last = np.empty(count, dtype=np.int64), weights.shape[0] - 1
+    j, edge = 0, weights[0] / total
+    for k in range(count):
+        while j < last and edge <= (start + k) / count:
+            j += 1
+            edge += weights[j] / total
+        chosen[k] = j
+    return chosen
+
+
 @_compile
 def normalized(log: FloatArray) -> Any:
     """Logarithms (n,) of weights that sum to one, the weights, and the logarithm of the sum they had; their effective number.
 
     That sum is not finite where no weight is above zero.
     """
-    top, total, squared = -np.inf, 0.0, 0.0
-    for j in range(log.shape[0]):
-        top = max(top, log[j])
+    squared = 0.0
     logarithms, values = np.empty(log.shape[0]), np.empty(log.shape[0])
-    for j in range(log.shape[0]):
-        values[j] = np.exp(log[j] - top)
-        total += values[j]
+    top, total = _raised(log, values)
     log_sum = top + np.log(total)
     for j in range(log.shape[0]):
         values[j] /= total
@@ -39,14 +60,17 @@ def normalized(log: FloatArray) -> Any:
 @_compile
 def systematic(weights: FloatArray, count: int, start: float) -> Any:
     """Indices (count,) of weights (n,) of sum one by an even comb that starts at a share of its step."""
-    chosen, last = np.empty(count, dtype=np.int64), weights.shape[0] - 1
-    j, edge = 0, weights[0]
-    for k in range(count):
-        while j < last and edge <= (start + k) / count:
-            j += 1
-            edge += weights[j]
-        chosen[k] = j
-    return chosen
+    return _comb(weights, 1.0, count, start)
+
+
+@_compile
+def evenly_after(log_weights: FloatArray, log_likelihood: FloatArray, count: int) -> Any:
+    """Indices (count,) by an even comb over weights (n,) after evidence (n,), and whether that was possible."""
+    log, values = np.empty(log_weights.shape[0]), np.empty(log_weights.shape[0])
+    for j in range(log.shape[0]):
+        log[j] = log_weights[j] + log_likelihood[j]
+    top, total = _raised(log, values)
+    return _comb(values, total, count, 0.5), np.isfinite(top)
 
 
 @_inner

@@ -9,7 +9,9 @@ import numpy as np
 
 from objstate.errors import ObjstateError
 from objstate.geometry import FloatArray, IntArray
-from objstate.lazy import lazy
+from objstate.lazy import Later, lazy
+
+kernels = Later("objstate.particles.kernels")
 
 
 class ImpossibleEvidenceError(ObjstateError):
@@ -61,18 +63,13 @@ class Weights:
         """
         weights, log_evidence = Weights._normalized(self.log + log_likelihood)
         if not math.isfinite(log_evidence):
-            raise ImpossibleEvidenceError(
-                "No sample of the belief can explain the reading; give the beam model shares "
-                "of random readings and missing returns (z_rand and z_max above 0)."
-            )
+            raise _impossible()
         return weights, log_evidence
 
     @staticmethod
     def _normalized(log: FloatArray) -> tuple[Weights, float]:
         """Weights that sum to one, of logarithms (n,), and the logarithm of the sum they had."""
-        from objstate.particles.kernels import normalized
-
-        logarithms, values, log_sum, effective_size = normalized(log)
+        logarithms, values, log_sum, effective_size = kernels.normalized(log)
         return Weights._known(values, logarithms, effective_size), log_sum
 
     @staticmethod
@@ -83,6 +80,13 @@ class Weights:
         return weights
 
 
+def _impossible() -> ImpossibleEvidenceError:
+    return ImpossibleEvidenceError(
+        "No sample of the belief can explain the reading; give the beam model shares "
+        "of random readings and missing returns (z_rand and z_max above 0)."
+    )
+
+
 def largest_step(
     weights: Weights, log_likelihood: FloatArray, most: float, least_effective: float
 ) -> float:
@@ -91,8 +95,6 @@ def largest_step(
     Enough are ``least_effective`` (of samples, or of what is effective already, if
     fewer). It is always above zero, so that repeated steps come to an end.
     """
-    from objstate.particles import kernels
-
     return float(kernels.largest_step(weights.log, log_likelihood, most, least_effective))
 
 
@@ -101,16 +103,20 @@ def systematic(weights: Weights, count: int, rng: np.random.Generator) -> IntArr
 
     Each sample is drawn ``count`` times its weight on average, never off by one or more.
     """
-    from objstate.particles import kernels
-
     return np.asarray(kernels.systematic(weights.values, count, rng.random()))
 
 
 def evenly(weights: Weights, count: int) -> IntArray:
     """Indices (count,) of samples that stand for all: an even comb over the weights, by no chance."""
-    from objstate.particles.kernels import systematic as comb
+    return np.asarray(kernels.systematic(weights.values, count, 0.5))
 
-    return np.asarray(comb(weights.values, count, 0.5))
+
+def evenly_after(weights: Weights, log_likelihood: FloatArray, count: int) -> IntArray:
+    """``evenly`` by what samples weigh after evidence (n,), as ``Weights.reweight`` takes it in."""
+    chosen, is_possible = kernels.evenly_after(weights.log, log_likelihood, count)
+    if not is_possible:
+        raise _impossible()
+    return np.asarray(chosen)
 
 
 def quantiles(values: FloatArray, weights: FloatArray, shares: FloatArray) -> FloatArray:

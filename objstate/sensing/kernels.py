@@ -18,6 +18,7 @@ import numpy as np
 from objstate.compiling import inner, njit
 from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.sensing.beam_model import LEAST_DENSITY
+from objstate.sensing.section_kernels import hit
 
 BEARING, DIRECTION_X, DIRECTION_Y, ORIGIN_X, ORIGIN_Y, MEASURED, SHORT = range(7)
 CENTRE_X, CENTRE_Y, SPREAD = range(3)
@@ -141,6 +142,50 @@ def ends(
         out[order[i], 1] = pose[Y] + pose[SIN] * x + pose[COS] * y
         out[order[i], 2] = height
     return out
+
+
+@_compile
+def share_explained(
+    bears: BoolArray,
+    order: IntArray,
+    beams: FloatArray,
+    sweep: FloatArray,
+    pose: FloatArray,
+    background: FloatArray,
+    placements: FloatArray,
+    outline: FloatArray,
+    range_max: float,
+    margin: float,
+) -> Any:
+    """Share of the beams that bear on an object (n,) which read what is expected, within a margin, m.
+
+    That is the nearer of the ``background`` (n,) and an outline (k, 4) at placements (s, 4), from a pose (3,); all
+    beyond ``range_max`` is one. Sorted beam i is ``order[i]`` of the scan, as which ``bears`` and ``background`` stand.
+    """
+    cos, sin = np.cos(pose[2]), np.sin(pose[2])
+    bearing, explained = 0, 0
+    for i in range(order.shape[0]):
+        if not bears[order[i]]:
+            continue
+        bearing += 1
+        expected = background[order[i]]
+        x, y = sweep[CENTRE_X] + beams[ORIGIN_X, i], sweep[CENTRE_Y] + beams[ORIGIN_Y, i]
+        x, y = pose[0] + cos * x - sin * y, pose[1] + sin * x + cos * y
+        dx = cos * beams[DIRECTION_X, i] - sin * beams[DIRECTION_Y, i]
+        dy = sin * beams[DIRECTION_X, i] + cos * beams[DIRECTION_Y, i]
+        for s in range(placements.shape[0]):
+            place_cos, place_sin = placements[s, COS], placements[s, SIN]
+            east, north = x - placements[s, X], y - placements[s, Y]
+            own_x, own_y = (
+                place_cos * east + place_sin * north,
+                place_cos * north - place_sin * east,
+            )
+            own_dx, own_dy = place_cos * dx + place_sin * dy, place_cos * dy - place_sin * dx
+            for j in range(outline.shape[0]):
+                expected = min(expected, hit(own_x, own_y, own_dx, own_dy, outline[j]))
+        off = min(beams[MEASURED, i], range_max) - min(expected, range_max)
+        explained += abs(off) <= margin
+    return explained / bearing
 
 
 @_inner

@@ -14,7 +14,7 @@ from objstate.sensing import kernels, likelihood, projection
 from objstate.sensing.beam_model import BeamModel
 from objstate.sensing.level import Sweep, UncertainObject
 from objstate.sensing.outlines import LevelOutlines, ObjectOutline, Stand
-from objstate.sensing.view import EXPLAINED_SIGMAS, Comparison, agree
+from objstate.sensing.view import EXPLAINED_SIGMAS, Comparison
 
 FIXED = np.array([[0.0, 0.0, 1.0, 0.0]])  # the placement of what doesn't move
 
@@ -71,9 +71,27 @@ class LevelView:
         placements = self._outlines.placements(name, states)
         return self._cast(outline, placements, self._outlines.stand(poses))
 
-    def explained(self, expected: FloatArray) -> BoolArray:
-        margin = EXPLAINED_SIGMAS * self._beam_model.sigma_hit
-        return agree(self._beams.measured, expected, self._range_max, margin)
+    def share_explained(
+        self,
+        name: str,
+        states: FloatArray,
+        pose: FloatArray,
+        background: FloatArray,
+        bears: BoolArray,
+    ) -> float:
+        share = kernels.share_explained(
+            bears,
+            self._beams.order,
+            self._beams.rows,
+            self._sweep.centre,
+            pose,
+            np.ascontiguousarray(background),
+            self._outlines.placements(name, states),
+            self._outlines.of_object(name, self._sweep.height).segments,
+            self._range_max,
+            EXPLAINED_SIGMAS * self._beam_model.sigma_hit,
+        )
+        return float(share)
 
     def stopped_short(self, pose: FloatArray, expected: FloatArray) -> FloatArray:
         margin = EXPLAINED_SIGMAS * self._beam_model.sigma_hit

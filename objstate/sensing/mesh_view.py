@@ -43,9 +43,20 @@ class MeshView:
     def object(self, name: str, states: FloatArray, poses: FloatArray) -> FloatArray:
         return self._expected.object(name, states, poses, self._rays)
 
-    def explained(self, expected: FloatArray) -> BoolArray:
+    def share_explained(
+        self,
+        name: str,
+        states: FloatArray,
+        pose: FloatArray,
+        background: FloatArray,
+        bears: BoolArray,
+    ) -> float:
+        alone = self.object(name, states, pose[None])[0]
+        expected = alone.min(axis=0, initial=np.inf)
+        expected = np.minimum(expected, background)
         margin = EXPLAINED_SIGMAS * self._beam_model.sigma_hit
-        return agree(self._measured, expected, self._range_max, margin)
+        explained = agree(self._measured, expected, self._range_max, margin)
+        return float(np.mean(explained[bears]))
 
     def stopped_short(self, pose: FloatArray, expected: FloatArray) -> FloatArray:
         short = self._measured < expected - EXPLAINED_SIGMAS * self._beam_model.sigma_hit

@@ -41,8 +41,19 @@ class ScanView(Protocol):
     def object(self, name: str, states: FloatArray, poses: FloatArray) -> FloatArray:
         """Expected ranges (p, s, n) m of one object alone."""
 
-    def explained(self, expected: FloatArray) -> BoolArray:
-        """Which beams (n,) read what is expected (n,) of them, within ``EXPLAINED_SIGMAS``."""
+    def share_explained(
+        self,
+        name: str,
+        states: FloatArray,
+        pose: FloatArray,
+        background: FloatArray,
+        bears: BoolArray,
+    ) -> float:
+        """Share of the beams that bear on an object (n,) which read what they should, within ``EXPLAINED_SIGMAS``.
+
+        From a robot pose (3,), that is the nearer of the ``background`` (n,) and the object in its
+        states (s, d); none, and it is absent.
+        """
 
     def stopped_short(self, pose: FloatArray, expected: FloatArray) -> FloatArray:
         """Where beams end (k, 3) m that read less than expected (n,), from a robot pose (3,)."""

@@ -33,7 +33,7 @@ def conditioned(
 def narrowed(weights: FloatArray, power: float, wraps: bool, parts: int) -> FloatArray:
     """Weights (n,) to a power, by a walk that goes nowhere."""
     out = np.empty_like(weights)
-    mean, std = kernels.widen(weights, power, parts, 0.0, 0.0, 1.0, wraps, out)
+    (mean, std), _ = kernels.widen(weights, power, parts, 0.0, 0.0, 1.0, wraps, 0.05, out)
     assert out.sum() == pytest.approx(1.0)
     if not wraps:
         places = np.arange(len(out))

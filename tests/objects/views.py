@@ -35,7 +35,14 @@ class FormulaView:
     def object(self, name: str, states: FloatArray, poses: FloatArray) -> FloatArray:
         raise NotImplementedError
 
-    def explained(self, expected: FloatArray) -> BoolArray:
+    def share_explained(
+        self,
+        name: str,
+        states: FloatArray,
+        pose: FloatArray,
+        background: FloatArray,
+        bears: BoolArray,
+    ) -> float:
         raise NotImplementedError
 
     def stopped_short(self, pose: FloatArray, expected: FloatArray) -> FloatArray:

@@ -103,6 +103,29 @@ def test_both_views_tell_the_same_of_an_object(seed: int, model: BeamModel) -> N
 
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("model", MODELS)
+def test_both_views_find_as_many_beams_explained(seed: int, model: BeamModel) -> None:
+    level, mesh = both_views(noisy_scan(seed), model)
+    pose, rng = near_robots(seed, 1)[0], np.random.default_rng(seed)
+    background = mesh.walls(pose[None])[0]
+    for name, true in TRUE_STATES.items():
+        states, some = states_of(name, rng), rng.random(len(background)) < 0.7
+        for each in (states[:0], states, true[None]):
+            told = name, each, pose, background, some
+            assert level.share_explained(*told) == pytest.approx(mesh.share_explained(*told))
+
+
+def test_where_an_object_stands_its_beams_are_explained_and_where_not_they_are_not() -> None:
+    level, mesh = both_views(noisy_scan(0))
+    background = mesh.walls(ROBOT[None])[0]
+    for name, true in TRUE_STATES.items():
+        bears = mesh.object(name, true[None], ROBOT[None])[0, 0] < background
+        told = ROBOT, background, bears
+        assert level.share_explained(name, true[None], *told) > 0.7
+        assert level.share_explained(name, true[None][:0], *told) < 0.3
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("blur", [0.0, 0.1])
 def test_both_views_tell_the_same_of_the_robot(seed: int, model: BeamModel, blur: float) -> None:
     level, mesh = both_views(noisy_scan(seed), model)
