@@ -70,7 +70,7 @@ def interpolate_pose(a: FloatArray, b: FloatArray, share: ArrayLike) -> FloatArr
 def square_root(covariance: FloatArray) -> FloatArray:
     """A matrix ``root`` (d, d) with ``root @ root.T == covariance``, which may be singular."""
     values, vectors = np.linalg.eigh(covariance)
-    return np.asarray(vectors * np.sqrt(values.clip(min=0.0)))
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
 
 
 def rotation_about(axis: ArrayLike, angles: ArrayLike) -> FloatArray:

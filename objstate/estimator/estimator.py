@@ -427,10 +427,8 @@ class Estimator:
         objects = self._scenery(sight.seen_by(beams), self._believed.marginals)
         if not self._is_narrow(robot):
             poses, walls, objects = robot.poses, view.walls(robot.poses), []
-        likelihoods = view.pose_log_likelihood(poses, FIT_BLUR, objects, walls)
-        best = int(np.argmax(likelihoods))
+        best, fit = view.best(poses, FIT_BLUR, objects, walls)
         through = share_through_walls(scan.ranges[beams], walls[best], s.doubt_margin)
-        fit = view.fit(float(likelihoods[best]), FIT_BLUR)
         return track.judged(track.record.judged(through, fit, scan.stamp_ns, s))
 
     def _found_again(self, track: Track, scan: Scan) -> Track:

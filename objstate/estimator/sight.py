@@ -46,8 +46,11 @@ class Sight:
     @lazy
     def walls(self) -> FloatArray:
         """Range (n,) m of the walls for each beam; not a number for beams that say nothing."""
+        walls: FloatArray = self.whole.walls(self.robot.mean[None])[0]
+        if len(walls) == len(self.scan):
+            return walls
         out = np.full(len(self.scan), np.nan)
-        out[self.valid] = self.whole.walls(self.robot.mean[None])[0]
+        out[self.valid] = walls
         return out
 
     @property

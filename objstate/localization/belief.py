@@ -40,7 +40,8 @@ class PoseBelief:
 
     @lazy
     def _moments(self) -> tuple[FloatArray, FloatArray]:
-        mean, covariance = kernels.moments(self.poses, self.weights.values)
+        mean, covariance = np.empty(3), np.empty((3, 3))
+        kernels.moments(self.poses, self.weights.values, mean, covariance)
         return mean, covariance
 
     @lazy

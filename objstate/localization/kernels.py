@@ -22,22 +22,24 @@ def _wrapped(angle: float) -> Any:
 
 
 @_inner
-def _mean(poses: FloatArray, weights: FloatArray) -> Any:
-    """Mean (3,) of poses (n, 3) with weights (n,); the yaw's is circular."""
-    mean, x, y, east, north = np.empty(3), 0.0, 0.0, 0.0, 0.0
+def _mean(poses: FloatArray, weights: FloatArray, mean: FloatArray) -> None:
+    """The ``mean`` (3,) of poses (n, 3) with weights (n,); the yaw's is circular."""
+    x, y, east, north = 0.0, 0.0, 0.0, 0.0
     for p in range(poses.shape[0]):
         x += weights[p] * poses[p, 0]
         y += weights[p] * poses[p, 1]
         east += weights[p] * np.cos(poses[p, 2])
         north += weights[p] * np.sin(poses[p, 2])
     mean[0], mean[1], mean[2] = x, y, np.arctan2(north, east)
-    return mean
 
 
 @_compile
-def moments(poses: FloatArray, weights: FloatArray) -> Any:
-    """Mean (3,) and covariance (3, 3) of poses (n, 3) with weights (n,)."""
-    mean, covariance, off = _mean(poses, weights), np.empty((3, 3)), np.empty(3)
+def moments(
+    poses: FloatArray, weights: FloatArray, mean: FloatArray, covariance: FloatArray
+) -> None:
+    """The ``mean`` (3,) and ``covariance`` (3, 3) of poses (n, 3) with weights (n,)."""
+    off = np.empty(3)
+    _mean(poses, weights, mean)
     for row in range(3):
         for column in range(3):
             covariance[row, column] = 0.0
@@ -50,7 +52,6 @@ def moments(poses: FloatArray, weights: FloatArray) -> Any:
     for row in range(3):
         for column in range(row):
             covariance[column, row] = covariance[row, column]
-    return mean, covariance
 
 
 @_compile
@@ -62,19 +63,18 @@ def moved(
     length_std: float,
     half_turn_std: float,
     noise: FloatArray,
-) -> Any:
-    """Poses (n, 3) after a step of so many m towards a bearing and a turn, as ``motion`` has it.
+    out: FloatArray,
+) -> None:
+    """Poses ``out`` (n, 3) after a step of so many m towards a bearing and a turn, as ``motion`` has it.
 
     ``noise`` (3, n), in standard deviations, is of the half turn before, of that after, and of the length.
     """
-    out = np.empty((poses.shape[0], 3))
     for p in range(poses.shape[0]):
         heading = poses[p, 2] + half_turn_std * noise[0, p]
         driven = length + length_std * noise[2, p]
         out[p, 0] = poses[p, 0] + driven * np.cos(heading + bearing)
         out[p, 1] = poses[p, 1] + driven * np.sin(heading + bearing)
         out[p, 2] = _wrapped(heading + (turn + half_turn_std * noise[1, p]))
-    return out
 
 
 @_compile
@@ -89,7 +89,8 @@ def cells(poses: FloatArray, sides: FloatArray) -> Any:
         evenly[p] = 1.0 / count
     for axis in range(3):
         first[axis], last[axis] = 0.0, 0.0
-    mean = _mean(poses, evenly)
+    mean = np.empty(3)
+    _mean(poses, evenly, mean)
     for p in range(count):
         places[p, 0] = np.rint((poses[p, 0] - mean[0]) / sides[0])
         places[p, 1] = np.rint((poses[p, 1] - mean[1]) / sides[1])

@@ -49,6 +49,6 @@ def sample_motion(
     length_std, half_turn_std = math.sqrt(variances.length), math.sqrt(variances.turn / 2.0)
     ahead, left, turn = step.tolist()
     length, bearing = math.hypot(ahead, left), math.atan2(left, ahead)
-    noise = rng.standard_normal((3, len(poses)))
-    out = kernels.moved(poses, length, bearing, turn, length_std, half_turn_std, noise)
-    return np.asarray(out)
+    noise, out = rng.standard_normal((3, len(poses))), np.empty((len(poses), 3))
+    kernels.moved(poses, length, bearing, turn, length_std, half_turn_std, noise, out)
+    return out

@@ -312,7 +312,7 @@ class ObjectBelief:
         """A few states that stand for the belief: its mean where settled, else an even comb."""
         name = self.item.name
         if self.settled:
-            return UncertainObject(name, self.mean[None], np.full(1, self.presence))
+            return UncertainObject(name, self.mean[None], np.array([self.presence]))
         states = self.standing.states[evenly(self.standing.weights, count)]
         return UncertainObject(name, states, np.full(count, self.presence / count))
 

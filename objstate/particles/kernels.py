@@ -41,20 +41,20 @@ def _comb(weights: FloatArray, total: float, count: int, start: float) -> Any:
 
 
 @_compile
-def normalized(log: FloatArray) -> Any:
-    """Logarithms (n,) of weights that sum to one, the weights, and the logarithm of the sum they had; their effective number.
+def normalize(log: FloatArray, logarithms: FloatArray, values: FloatArray) -> Any:
+    """The logarithm of the sum of weights with logarithms (n,), and the effective number of them.
 
-    That sum is not finite where no weight is above zero.
+    That sum is not finite where no weight is above zero. Weights that sum to one are the ``values`` (n,), which
+    have the ``logarithms`` (n,).
     """
     squared = 0.0
-    logarithms, values = np.empty(log.shape[0]), np.empty(log.shape[0])
     top, total = _raised(log, values)
     log_sum = top + np.log(total)
     for j in range(log.shape[0]):
         values[j] /= total
         squared += values[j] * values[j]
         logarithms[j] = log[j] - log_sum
-    return logarithms, values, log_sum, 1.0 / squared
+    return log_sum, 1.0 / squared
 
 
 @_compile

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -11,7 +12,12 @@ from objstate.errors import ObjstateError
 from objstate.geometry import FloatArray, IntArray
 from objstate.lazy import Later, lazy
 
-kernels = Later("objstate.particles.kernels")
+if TYPE_CHECKING:
+    from objstate.particles import kernels
+else:
+    kernels = Later("objstate.particles.kernels")
+
+UNIFORM_KEPT = 16  # of so many different counts
 
 
 class ImpossibleEvidenceError(ObjstateError):
@@ -25,6 +31,7 @@ class Weights:
     values: FloatArray  # (n,) sum to one
 
     @staticmethod
+    @lru_cache(maxsize=UNIFORM_KEPT)
     def uniform(count: int) -> Weights:
         log, values = np.full(count, -math.log(count)), np.full(count, 1.0 / count)
         return Weights._known(values, log, float(count))
@@ -69,14 +76,15 @@ class Weights:
     @staticmethod
     def _normalized(log: FloatArray) -> tuple[Weights, float]:
         """Weights that sum to one, of logarithms (n,), and the logarithm of the sum they had."""
-        logarithms, values, log_sum, effective_size = kernels.normalized(log)
+        logarithms, values = np.empty(len(log)), np.empty(len(log))
+        log_sum, effective_size = kernels.normalize(log, logarithms, values)
         return Weights._known(values, logarithms, effective_size), log_sum
 
     @staticmethod
     def _known(values: FloatArray, log: FloatArray, effective_size: float) -> Weights:
         """Weights of which the logarithms are known already, of those too that are next to zero."""
-        weights = Weights(values)
-        weights.__dict__.update(log=log, effective_size=effective_size)
+        weights: Weights = object.__new__(Weights)
+        weights.__dict__.update(values=values, log=log, effective_size=effective_size)
         return weights
 
 
@@ -135,7 +143,7 @@ def kld_sample_size(occupied_bins: int, pf_err: float, pf_z: float) -> int:
         return 1
     freedom = occupied_bins - 1
     part = 2.0 / (9.0 * freedom)
-    return int(np.ceil(freedom / (2.0 * pf_err) * (1.0 - part + np.sqrt(part) * pf_z) ** 3))
+    return math.ceil(freedom / (2.0 * pf_err) * (1.0 - part + math.sqrt(part) * pf_z) ** 3)
 
 
 def entropy(weights: FloatArray) -> float:

@@ -30,27 +30,20 @@ class BeamModel:
 
     def parameters(self, range_max: float) -> FloatArray:
         """(9,) the model as the kernels take it, for a laser that sees up to ``range_max`` m."""
-        hit, _, missing, random = self._shares.tolist()
+        hit, _, missing, random = self._shares
         sigma = self.sigma_hit
+        peak = hit / (sigma * math.sqrt(2.0 * math.pi))
         return np.array(
-            [
-                hit / (sigma * math.sqrt(2.0 * math.pi)),
-                1.0 / sigma,
-                random / range_max,
-                missing,
-                hit,
-                range_max,
-                float(self.settings.model == "gaussian"),
-                self._unexpected,
-                1.0 - 1.0 / self.settings.short_run if self._unexpected > 0.0 else 0.0,
-            ]
+            [peak, 1.0 / sigma, random / range_max, missing, hit, range_max, *self._kind]
         )
 
     def short(self, measured: FloatArray) -> FloatArray:
         """Densities (n,) of being stopped at measured ranges (n,) by something unexpected."""
-        rate = self.settings.lambda_short
-        stopped = np.where(np.isinf(measured), 0.0, measured)  # a missing return was not
-        return np.asarray(self._shares[1] * rate * np.exp(-rate * stopped))
+        from objstate.sensing import kernels
+
+        rate, out = self.settings.lambda_short, np.empty(len(measured))
+        kernels.short(np.ascontiguousarray(measured), rate, self._shares[1] * rate, out)
+        return out
 
     def lasting(self, measured: FloatArray) -> FloatArray:
         """Densities (n,) of being stopped by the unexpected thing that stopped the beam before.
@@ -59,53 +52,43 @@ class BeamModel:
         """
         from objstate.sensing import kernels
 
-        std = self.settings.short_std
-        peak = float(self._shares[:2].sum()) / (std * math.sqrt(2.0 * math.pi))
-        return np.asarray(kernels.lasting(np.ascontiguousarray(measured), std, peak))
+        std, out = self.settings.short_std, np.empty(len(measured))
+        peak = sum(self._shares[:2]) / (std * math.sqrt(2.0 * math.pi))
+        kernels.lasting(np.ascontiguousarray(measured), std, peak, out)
+        return out
 
     @lazy
     def beam_by_beam(self) -> BeamModel:
         """The same model, but each beam is stopped by itself."""
         return BeamModel(self.settings.model_copy(update={"short_run": 1.0}), self.blur)
 
-    @property
-    def _unexpected(self) -> float:
-        """Probability that something unexpected stops a beam, of those that read some thing."""
-        hit, short = self._shares[:2].tolist()
-        return float(short / (hit + short))
+    @lazy
+    def _kind(self) -> tuple[float, float, float]:
+        """What no blur and no laser changes of the ``parameters``: GAUSSIAN, UNEXPECTED and LASTING."""
+        hit, short, _, _ = self._shares
+        unexpected = short / (hit + short)  # stops a beam, of those that read some thing
+        lasts = 1.0 - 1.0 / self.settings.short_run if unexpected > 0.0 else 0.0
+        return float(self.settings.model == "gaussian"), unexpected, lasts
 
     @lazy
-    def _shares(self) -> FloatArray:
-        """(4,) of hits, short readings, missing returns and random readings; they sum to one."""
+    def _shares(self) -> tuple[float, float, float, float]:
+        """Of hits, short readings, missing returns and random readings; they sum to one."""
         s = self.settings
         if s.model == "gaussian":
-            return np.array([1.0, 0.0, 0.0, 0.0])
-        shares = np.array([s.z_hit, s.z_short, s.z_max, s.z_rand])
-        return np.asarray(shares / shares.sum())
+            return 1.0, 0.0, 0.0, 0.0
+        total = s.z_hit + s.z_short + s.z_max + s.z_rand
+        return s.z_hit / total, s.z_short / total, s.z_max / total, s.z_rand / total
 
     def blurred(self, blur: float) -> BeamModel:
         """The model with ``sigma_hit`` widened by ``blur`` m, as variances add."""
         model = BeamModel(self.settings, math.hypot(self.blur, blur))
-        model.__dict__["_shares"] = self._shares  # the same: the cache is filled with it
+        model.__dict__.update(_shares=self._shares, _kind=self._kind)  # no blur changes them
         return model
 
     @property
     def sigma_hit(self) -> float:
         """Standard deviation of a hit, m, blur included."""
         return math.hypot(self.settings.sigma_hit, self.blur)
-
-    def fit(
-        self, log_likelihood: float, measured: FloatArray, short: FloatArray, range_max: float
-    ) -> float:
-        """How well ranges (n,) with that log-likelihood are explained, where ``short`` (n,) is ``self.short`` of them.
-
-        0 is as by chance (short and random readings alone), 1 as by hits alone with errors of
-        ``sigma_hit``. Clipped to that.
-        """
-        from objstate.sensing import kernels
-
-        worst, best = kernels.chances(measured, short, self.parameters(range_max))
-        return float(min(max((log_likelihood - worst) / (best - worst), 0.0), 1.0))
 
     def __call__(
         self, measured: FloatArray, range_max: float
@@ -170,7 +153,7 @@ class BeamModel:
         out = np.empty((len(measured), len(expected)))
         kernels.total_log_likelihoods(
             np.ascontiguousarray(measured),
-            self.short(measured),
+            np.array([self.short(each) for each in measured]).reshape(measured.shape),
             np.ascontiguousarray(expected),
             self.parameters(range_max),
             out,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from objstate.geometry import FloatArray, IntArray
@@ -21,16 +23,17 @@ class Blocks:
         if len(self.segments) == 0:
             return self.segments
         lower, rows, blocks, of = self._by_block
-        (first_x, first_y), (last_x, last_y) = (
-            (np.floor((place + side * radius) / SIDE).astype(int) - lower).tolist()
-            for side in (-1.0, 1.0)
-        )
+        (x, y), (lower_x, lower_y) = place.tolist(), lower.tolist()
+        first_x, last_x = (math.floor((x + to) / SIDE) - lower_x for to in (-radius, radius))
+        first_y, last_y = (math.floor((y + to) / SIDE) - lower_y for to in (-radius, radius))
         first_y, last_y = max(first_y, 0), min(last_y, rows - 1)
         columns = np.arange(max(first_x, 0), last_x + 1) * rows
         starts = np.searchsorted(blocks, columns + first_y)
         ends = np.searchsorted(blocks, columns + last_y, side="right")
         parts = [of[start:end] for start, end in zip(starts.tolist(), ends.tolist(), strict=True)]
-        near = self.segments[np.unique(np.concatenate([of[:0], *parts]))]
+        numbers = np.sort(np.concatenate([of[:0], *parts]))
+        again = numbers[1:] == numbers[:-1]  # in another block
+        near = self.segments[np.concatenate([numbers[:1], numbers[1:][~again]])]
         return np.ascontiguousarray(near[_distance(near, place) <= radius])
 
     @lazy
@@ -54,8 +57,8 @@ class Blocks:
 
 def _distance(segments: FloatArray, point: FloatArray) -> FloatArray:
     """Distances (k,) of segments (k, 4) from a point (2,)."""
-    start, along = segments[:, :2], segments[:, 2:] - segments[:, :2]
-    length_squared = np.maximum((along**2).sum(axis=1), np.finfo(float).tiny)
-    share = (((point - start) * along).sum(axis=1) / length_squared).clip(0.0, 1.0)
-    nearest = start + share[:, None] * along
-    return np.asarray(np.hypot(*(nearest - point).T))
+    (ax, ay, bx, by), (x, y) = segments.T, point.tolist()
+    along_x, along_y = bx - ax, by - ay
+    squared = np.maximum(along_x**2 + along_y**2, np.finfo(float).tiny)
+    share = np.minimum(np.maximum(((x - ax) * along_x + (y - ay) * along_y) / squared, 0.0), 1.0)
+    return np.asarray(np.hypot(ax + share * along_x - x, ay + share * along_y - y))

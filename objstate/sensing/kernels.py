@@ -37,9 +37,8 @@ _inner_product = inner(nogil=True, error_model="numpy", fastmath={"contract", "r
 
 
 @_compile
-def with_trigonometry(poses: FloatArray, home: float) -> Any:
-    """Poses (n, 3) as the loops take them (n, 4), their yaws against a ``home`` yaw."""
-    out = np.empty((poses.shape[0], 4))
+def with_trigonometry(poses: FloatArray, home: float, out: FloatArray) -> None:
+    """Poses (n, 3) as the loops take them, ``out`` (n, 4), their yaws against a ``home`` yaw."""
     for p in range(poses.shape[0]):
         yaw = poses[p, 2] - home
         out[p, X], out[p, Y], out[p, COS], out[p, SIN] = (
@@ -48,27 +47,64 @@ def with_trigonometry(poses: FloatArray, home: float) -> Any:
             np.cos(yaw),
             np.sin(yaw),
         )
-    return out
 
 
 @_compile
-def hinged(x: float, y: float, direction: float, home: float, states: FloatArray) -> Any:
-    """Placements (s, 4) about a hinge of a leaf that turns in a direction, 1 or -1, from its home state."""
-    out = np.empty((states.shape[0], 4))
+def hinged(
+    x: float, y: float, direction: float, home: float, states: FloatArray, out: FloatArray
+) -> None:
+    """Placements ``out`` (s, 4) about a hinge of a leaf that turns in a direction, 1 or -1, from its home state."""
     for k in range(states.shape[0]):
         turn = direction * (states[k, 0] - home)
         out[k, X], out[k, Y], out[k, COS], out[k, SIN] = x, y, np.cos(turn), np.sin(turn)
-    return out
 
 
 @_compile
-def rectangle(poses: FloatArray) -> Any:
-    """Left, bottom, right and top, m, of the positions of poses (n, 4)."""
+def stand(poses: FloatArray, out: FloatArray) -> Any:
+    """Left, bottom, right and top, m, of the positions of poses (n, 3), which are ``out`` (n, 4) as the loops take them."""
     left, bottom, right, top = np.inf, np.inf, -np.inf, -np.inf
     for p in range(poses.shape[0]):
-        left, right = min(left, poses[p, X]), max(right, poses[p, X])
-        bottom, top = min(bottom, poses[p, Y]), max(top, poses[p, Y])
+        x, y, yaw = poses[p, 0], poses[p, 1], poses[p, 2]
+        left, bottom, right, top = min(left, x), min(bottom, y), max(right, x), max(top, y)
+        out[p, X], out[p, Y], out[p, COS], out[p, SIN] = x, y, np.cos(yaw), np.sin(yaw)
     return left, bottom, right, top
+
+
+@_inner
+def taken(
+    chosen: BoolArray,
+    order: IntArray,
+    rows: FloatArray,
+    index: IntArray,
+    measured: FloatArray,
+    short: FloatArray,
+) -> Any:
+    """The chosen (n,) beams of a scan: their order (m,), ``beams`` (7, m), and index.
+
+    All beams have the ``order`` (n,), ``rows`` (5 or more, n), of which those up to the origins count, and
+    ``index``; what they ``measured``, and ``short``, (n,), stands in the scan's own order.
+    """
+    count, place = 0, np.empty(chosen.shape[0], dtype=np.int64)
+    for i in range(chosen.shape[0]):
+        place[i] = count
+        count += chosen[i]
+    some, beams = np.empty(count, dtype=np.int64), np.empty((7, count))
+    before = np.empty(chosen.shape[0] + 1, dtype=np.int64)  # chosen beams, by bearing
+    k = 0
+    for i in range(chosen.shape[0]):
+        before[i] = k
+        j = order[i]
+        if chosen[j]:
+            some[k] = place[j]
+            for row in range(MEASURED):
+                beams[row, k] = rows[row, i]
+            beams[MEASURED, k], beams[SHORT, k] = measured[j], short[j]
+            k += 1
+    before[chosen.shape[0]] = k
+    lookup = np.empty(index.shape[0], dtype=np.int64)
+    for cell in range(index.shape[0]):
+        lookup[cell] = before[index[cell]]
+    return some, beams, lookup
 
 
 @_compile
@@ -80,49 +116,30 @@ def take(
     measured: FloatArray,
     short: FloatArray,
 ) -> Any:
-    """The chosen (n,) beams of a scan: their order, beams, index, and what they ``measured``; and ``short``.
-
-    All beams have the ``order`` (n,), ``rows`` (5 or more, n), of which those up to the origins count, and
-    ``index``; what they read, (n,), stands in the scan's own order, as does what comes back of it.
-    """
-    count, place = 0, np.empty(chosen.shape[0], dtype=np.int64)
-    for i in range(chosen.shape[0]):
-        place[i] = count
-        count += chosen[i]
-    reads, stopped = np.empty(count), np.empty(count)
-    for i in range(chosen.shape[0]):
-        if chosen[i]:
-            reads[place[i]], stopped[place[i]] = measured[i], short[i]
-    some, beams = np.empty(count, dtype=np.int64), np.empty((7, count))
-    before = np.empty(chosen.shape[0] + 1, dtype=np.int64)  # chosen beams, by bearing
-    k = 0
-    for i in range(chosen.shape[0]):
-        before[i] = k
-        if chosen[order[i]]:
-            some[k] = place[order[i]]
-            for row in range(MEASURED):
-                beams[row, k] = rows[row, i]
-            beams[MEASURED, k], beams[SHORT, k] = reads[some[k]], stopped[some[k]]
-            k += 1
-    before[chosen.shape[0]] = k
-    lookup = np.empty(index.shape[0], dtype=np.int64)
-    for cell in range(index.shape[0]):
-        lookup[cell] = before[index[cell]]
-    return some, beams, lookup, reads, stopped
+    """``taken``, for Python."""
+    return taken(chosen, order, rows, index, measured, short)
 
 
 @_compile
-def lasting(measured: FloatArray, std: float, peak: float) -> Any:
-    """Densities (n,) of ranges that go on from what the beam before ``measured`` (n,), give or take ``std`` m.
+def short(measured: FloatArray, rate: float, peak: float, out: FloatArray) -> None:
+    """Densities ``out`` (n,) of being stopped where beams ``measured`` (n,): ``peak`` at the laser, falling off by a rate, 1/m.
+
+    A missing return was not stopped, and counts as if at the laser.
+    """
+    for i in range(measured.shape[0]):
+        stopped = 0.0 if np.isinf(measured[i]) else measured[i]
+        out[i] = peak * np.exp(-rate * stopped)
+
+
+@_compile
+def lasting(measured: FloatArray, std: float, peak: float, out: FloatArray) -> None:
+    """Densities ``out`` (n,) of ranges that go on from what the beam before ``measured`` (n,), give or take ``std`` m.
 
     ``peak`` is that of the same range. Nothing goes on from a missing return, nor to one.
     """
-    out = np.zeros(measured.shape[0])
-    for j in range(1, measured.shape[0]):
-        off = (measured[j] - measured[j - 1]) / std
-        if np.isfinite(off):
-            out[j] = peak * np.exp(-0.5 * off * off)
-    return out
+    for j in range(measured.shape[0]):
+        off = (measured[j] - measured[j - 1]) / std if j > 0 else np.inf
+        out[j] = peak * np.exp(-0.5 * off * off) if np.isfinite(off) else 0.0
 
 
 @_compile
@@ -265,16 +282,27 @@ def _densities(
 
 
 @_compile
-def chances(measured: FloatArray, short: FloatArray, model: FloatArray) -> Any:
-    """Log densities of readings (n,) if nothing were as expected, and if all were, an error of a sigma each."""
+def fit(
+    log_likelihood: float,
+    chosen: BoolArray,
+    measured: FloatArray,
+    short: FloatArray,
+    model: FloatArray,
+) -> Any:
+    """How well the ``chosen`` (n,) ones of readings (n,) are explained that have such a log-likelihood.
+
+    0 is as by chance (short and random readings alone), 1 as by hits alone with an error of a sigma each. Clipped to that.
+    """
     worst, best = 0.0, 0.0
     for i in range(measured.shape[0]):
+        if not chosen[i]:
+            continue
         is_missing = measured[i] == np.inf
         chance = model[MISSING] if is_missing else model[RANDOM] + short[i]
         should = model[MISSING] + model[HIT] if is_missing else model[PEAK] * np.exp(-0.5)
         worst += np.log(max(chance, LEAST_CHANCE))
         best += np.log(max(should, LEAST_CHANCE))
-    return worst, best
+    return min(max((log_likelihood - worst) / (best - worst), 0.0), 1.0)
 
 
 @_inner

@@ -20,10 +20,10 @@ FIXED = np.array([[0.0, 0.0, 1.0, 0.0]])  # the placement of what doesn't move
 
 
 class Beams(NamedTuple):
-    """Some beams of a scan and what they read, as ``kernels.take`` gives them."""
+    """Some beams of a scan and what they read, as the kernels take them."""
 
     order: IntArray  # (n,) the beams by bearing
-    rows: FloatArray  # (7, n) in that order
+    rows: FloatArray  # (7, n) in that order; (5, n) of a laser's, what they read left out
     lookup: IntArray  # (m + 1,) first beam at or after each of some even steps of the pseudo-angle
     measured: FloatArray  # (n,) m
     short: FloatArray  # (n,) densities if stopped before the target
@@ -36,13 +36,15 @@ class LevelView:
         self,
         outlines: LevelOutlines,
         sweep: Sweep,
-        beams: Beams,
+        among: Beams,
+        chosen: BoolArray,
         beam_model: BeamModel,
         parameters: FloatArray,
     ) -> None:
         self._outlines = outlines
         self._sweep = sweep  # of all beams that the laser has
-        self._beams = beams
+        self._among = among
+        self._chosen = chosen  # (n,) of those
         self._beam_model = beam_model
         self._parameters = parameters  # (9,) the beam model as the kernels take it
         self._range_max = float(parameters[kernels.RANGE_MAX])
@@ -53,13 +55,26 @@ class LevelView:
     ) -> LevelView:
         """The view of some of a scan's beams (n,), which make the ``sweep``."""
         short = beam_model.short(scan.ranges)
-        beams = kernels.take(chosen, sweep.order, sweep.rows, sweep.index, scan.ranges, short)
+        every = Beams(sweep.order, sweep.rows, sweep.index, scan.ranges, short)
         parameters = beam_model.parameters(scan.range_max)
-        return LevelView(outlines, sweep, Beams(*beams), beam_model, parameters)
+        return LevelView(outlines, sweep, every, chosen, beam_model, parameters)
 
     def take(self, beams: BoolArray) -> LevelView:
-        some = Beams(*kernels.take(beams, *self._beams))
-        return LevelView(self._outlines, self._sweep, some, self._beam_model, self._parameters)
+        among = self._among if self._count == len(self._chosen) else self._beams
+        model, parameters = self._beam_model, self._parameters
+        return LevelView(self._outlines, self._sweep, among, beams, model, parameters)
+
+    @lazy
+    def _count(self) -> int:
+        """How many beams they are."""
+        return int(np.count_nonzero(self._chosen))
+
+    @lazy
+    def _beams(self) -> Beams:
+        """The beams of this view."""
+        among, chosen = self._among, self._chosen
+        order, rows, lookup = kernels.take(chosen, *among)
+        return Beams(order, rows, lookup, among.measured[chosen], among.short[chosen])
 
     def walls(self, poses: FloatArray) -> FloatArray:
         stand = self._outlines.stand(poses)
@@ -114,9 +129,31 @@ class LevelView:
         objects: Sequence[UncertainObject],
         walls: FloatArray | None = None,
     ) -> FloatArray:
+        model = self._beam_model.blurred(blur).parameters(self._range_max)
+        return self._told_of(poses, model, objects, walls)
+
+    def best(
+        self,
+        poses: FloatArray,
+        blur: float,
+        objects: Sequence[UncertainObject],
+        walls: FloatArray | None = None,
+    ) -> tuple[int, float]:
+        model = self._beam_model.blurred(blur).parameters(self._range_max)
+        told, among = self._told_of(poses, model, objects, walls), self._among
+        best = int(told.argmax())
+        return best, kernels.fit(told[best], self._chosen, among.measured, among.short, model)
+
+    def _told_of(
+        self,
+        poses: FloatArray,
+        model: FloatArray,
+        objects: Sequence[UncertainObject],
+        walls: FloatArray | None,
+    ) -> FloatArray:
+        """log p(o | l) (p,), see ``pose_log_likelihood``, by a beam model (9,)."""
         known = self.walls(poses) if walls is None else walls
         scenery = self._outlines.scenery(tuple(objects), self._sweep.height)
-        model = self._beam_model.blurred(blur).parameters(self._range_max)
 
         def log_likelihood(abreast: FloatArray, expected: FloatArray) -> FloatArray:
             found = np.empty(len(abreast))
@@ -124,9 +161,8 @@ class LevelView:
                 abreast,
                 _abreast(expected),
                 *scenery,
-                self._beams.order,
-                self._beams.rows,
-                self._beams.lookup,
+                self._chosen,
+                *self._among,
                 self._sweep.centre,
                 model,
                 found,
@@ -134,11 +170,6 @@ class LevelView:
             return found
 
         return self._outlines.stand(poses).each(log_likelihood, known)
-
-    def fit(self, log_likelihood: float, blur: float) -> float:
-        model = self._beam_model.blurred(blur)
-        beams = self._beams
-        return model.fit(log_likelihood, beams.measured, beams.short, self._range_max)
 
     def object_log_likelihood(
         self, name: str, states: FloatArray, poses: FloatArray, comparison: Comparison
@@ -184,15 +215,14 @@ class LevelView:
         """Ranges (p, s, n) m of an outline at placements (s, 4)."""
 
         def ranges(abreast: FloatArray) -> FloatArray:
-            found = np.empty((len(placements), len(self._beams.order), len(abreast)))
+            found = np.empty((len(placements), self._count, len(abreast)))
             projection.cast(
                 abreast,
                 placements,
                 outline.segments,
                 outline.rim,
-                self._beams.order,
-                self._beams.rows,
-                self._beams.lookup,
+                self._chosen,
+                *self._among,
                 self._sweep.centre,
                 found,
             )

@@ -33,6 +33,7 @@ from objstate.sensing.kernels import (
     UNEXPECTED,
     at_once,
     floor_of,
+    taken,
 )
 from objstate.sensing.projection import SPARE, project, stands, strays, untouched
 from objstate.sensing.runs import fared, half_precision, hit, hit_density, look_past, step, told
@@ -448,9 +449,12 @@ def pose_log_likelihood(
     placements: FloatArray,
     placement_ends: IntArray,
     shares: FloatArray,
+    chosen: BoolArray,
     order: IntArray,
     beams: FloatArray,
     index: IntArray,
+    measured: FloatArray,
+    short: FloatArray,
     sweep: FloatArray,
     model: FloatArray,
     out: FloatArray,
@@ -459,9 +463,10 @@ def pose_log_likelihood(
 
     Object j has the rows of ``outlines`` up to ``outline_ends[j]``, of which the first ``rims[j]``
     are its rim, and may stand at the ``placements`` up to ``placement_ends[j]``, with weights ``shares``. Where it is
-    nearer than what is ``expected`` (n, p) of all else, it is what the beam should read; else the
-    beam keeps the likelihood it had. Sorted beam i has the row ``order[i]`` of it.
+    nearer than what is ``expected`` (m, p) of all else, it is what the beam should read; else the
+    beam keeps the likelihood it had. The beams are the ``chosen`` (n,) ones of a scan, see ``taken``.
     """
+    order, beams, index = taken(chosen, order, beams, index, measured, short)
     size, count = poses.shape[0], beams.shape[1]
     lasers, middle = stands(poses, sweep), np.empty(4)
     strayed, turned = strays(lasers, middle)

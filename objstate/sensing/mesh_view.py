@@ -87,9 +87,20 @@ class MeshView:
         with np.errstate(divide="ignore"):
             return np.asarray(np.log(likelihood).sum(axis=1))
 
-    def fit(self, log_likelihood: float, blur: float) -> float:
+    def best(
+        self,
+        poses: FloatArray,
+        blur: float,
+        objects: Sequence[UncertainObject],
+        walls: FloatArray | None = None,
+    ) -> tuple[int, float]:
+        from objstate.sensing import kernels
+
+        told = self.pose_log_likelihood(poses, blur, objects, walls)
+        best, every = int(told.argmax()), np.ones(len(self._measured), dtype=bool)
         model, short = self._beam_model.blurred(blur), self._beam_model.short(self._measured)
-        return model.fit(log_likelihood, self._measured, short, self._range_max)
+        parameters = model.parameters(self._range_max)
+        return best, kernels.fit(told[best], every, self._measured, short, parameters)
 
     def object_log_likelihood(
         self, name: str, states: FloatArray, poses: FloatArray, comparison: Comparison

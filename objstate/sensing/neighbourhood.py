@@ -62,7 +62,9 @@ def _seen(walls: FloatArray, lower: FloatArray, upper: FloatArray) -> BoolArray:
     each segment that isn't found yet are looked at from the rectangle's middle and
     corners, so that nothing small is missed.
     """
-    places = kernels.with_trigonometry(_grid(lower, upper), 0.0)
+    grid = _grid(lower, upper)
+    places = np.empty((len(grid), 4))
+    kernels.stand(grid, places)
     bearings = np.linspace(-np.pi, np.pi, LOOKS, endpoint=False)
     round_about = _sweep_towards(np.column_stack([np.cos(bearings), np.sin(bearings)]))
     seen = np.zeros(len(walls), dtype=bool)
@@ -100,15 +102,18 @@ def _glimpsed(segments: FloatArray, screens: FloatArray, place: FloatArray) -> B
     off = (start + GLIMPSES[:, None] * along - place).reshape(-1, 2)
     distance = np.hypot(off[:, 0], off[:, 1]).clip(min=TOUCHING)
     sweep = _sweep_towards(off / distance[:, None])
-    nearest = np.empty((1, len(off), 1))
+    nearest, nothing = np.empty((1, len(off), 1)), np.zeros(len(off))
     projection.cast(
         np.array([[*place, 1.0, 0.0]]),
         np.array([[0.0, 0.0, 1.0, 0.0]]),
         screens,
         0,
+        np.ones(len(off), dtype=bool),
         sweep.order,
-        sweep.mute,
+        sweep.rows,
         sweep.index,
+        nothing,
+        nothing,
         sweep.centre,
         nearest,
     )

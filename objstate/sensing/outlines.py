@@ -15,7 +15,6 @@ import numpy as np
 from objstate.building.model import Building, Kind, MovableObject
 from objstate.building.outline import outline
 from objstate.geometry import FloatArray, IntArray
-from objstate.lazy import lazy
 from objstate.sensing import kernels
 from objstate.sensing.blocks import Blocks
 from objstate.sensing.level import Sweep, UncertainObject, flat, moves_in_plane
@@ -26,18 +25,12 @@ HINGES_KEPT = 4096  # of so many doors
 ABREAST = 200  # poses from which ranges are cast side by side, at most
 
 
-@dataclass(frozen=True, eq=False)
-class Stand:
+class Stand(NamedTuple):
     """Robot poses as the kernels take them, in parts that see about the same."""
 
     poses: FloatArray  # (p, 4) x, y, cosine and sine of the yaw
+    rectangle: Rectangle  # in which the robot stands
     parts: Sequence[slice | IntArray]  # of poses that look in about the same direction
-
-    @lazy
-    def rectangle(self) -> Rectangle:
-        """In which the robot stands."""
-        left, bottom, right, top = kernels.rectangle(self.poses)
-        return left, bottom, right, top
 
     @staticmethod
     def of(poses: FloatArray) -> Stand:
@@ -46,7 +39,9 @@ class Stand:
         parts: Sequence[slice | IntArray] = [slice(None)]
         if count > 1:
             parts = np.array_split(np.argsort(poses[:, 2], kind="stable"), count)
-        return Stand(kernels.with_trigonometry(poses, 0.0), parts)
+        placed = np.empty((len(poses), 4))
+        rectangle = kernels.stand(poses, placed)
+        return Stand(placed, rectangle, parts)
 
     def each(self, of: Callable[..., FloatArray], *also: FloatArray) -> FloatArray:
         """What ``of`` gives (p, ...) for the poses, and for ``also`` (p, ...), part by part."""
@@ -143,7 +138,9 @@ class LevelOutlines:
 
     def placements(self, name: str, states: FloatArray) -> FloatArray:
         """An object's outline in states (s, d), against its home state, as the kernels take it (s, 4)."""
-        return _placements(self._building[name], states)
+        out = np.empty((len(states), 4))
+        _place(self._building[name], states, out)
+        return out
 
 
 def _outline_of(building: Building, name: str, height: float) -> ObjectOutline:
@@ -159,8 +156,9 @@ def _together(
     """Segments (k, 4) of one object after the other, where each one's end (j,), and how many are its rim (j,)."""
     outlines = [outline_of(name, height) for name in names]
     segments = [each.segments for each in outlines]
+    ends = np.array(list(accumulate(map(len, segments))), dtype=np.int64)
     rims = np.array([each.rim for each in outlines], dtype=np.int64)
-    return np.concatenate([np.empty((0, 4)), *segments]), _ends(segments), rims
+    return np.concatenate([np.empty((0, 4)), *segments]), ends, rims
 
 
 def _scenery_of(
@@ -170,29 +168,24 @@ def _scenery_of(
     height: float,
 ) -> Scenery:
     """Objects that localization reckons with, in a laser's plane."""
-    none = np.empty((0, 4))
-    places = [none, *(_placements(building[each.name], each.states) for each in objects)]
-    shares = [none[:, 0], *(each.shares for each in objects)]
-    outlines = together(tuple(each.name for each in objects), height)
-    return Scenery(*outlines, np.concatenate(places), _ends(places[1:]), np.concatenate(shares))
+    outlines = together(tuple([each.name for each in objects]), height)
+    ends = list(accumulate([len(each.states) for each in objects], initial=0))
+    placements, shares = np.empty((ends[-1], 4)), np.empty(ends[-1])
+    for each, start, end in zip(objects, ends, ends[1:], strict=False):
+        _place(building[each.name], each.states, placements[start:end])
+        shares[start:end] = each.shares
+    return Scenery(*outlines, placements, np.array(ends[1:], dtype=np.int64), shares)
 
 
-def _ends(parts: Sequence[FloatArray]) -> IntArray:
-    """(j,) where each of some arrays ends when they stand one after the other."""
-    return np.array(list(accumulate(map(len, parts))), dtype=np.int64)
-
-
-def _placements(item: MovableObject, states: FloatArray) -> FloatArray:
-    """Positions, and cosines and sines of turns (s, 4), of the link's frame against the home state."""
+def _place(item: MovableObject, states: FloatArray, out: FloatArray) -> None:
+    """Positions, and cosines and sines of turns, ``out`` (s, 4), of the link's frame against the home state."""
     if item.kind is Kind.PLANAR:
-        return np.asarray(kernels.with_trigonometry(states, item.home[2]))
-    if item.kind is Kind.HINGED:
-        return np.asarray(kernels.hinged(*_hinge(item), states))
-    x, y = item.origin[:2, 3].tolist()
-    along = states * item.direction[:2]
-    return np.column_stack(
-        [x + along[:, 0], y + along[:, 1], np.ones(len(states)), np.zeros(len(states))]
-    )
+        kernels.with_trigonometry(states, item.home[2], out)
+    elif item.kind is Kind.HINGED:
+        kernels.hinged(*_hinge(item), states, out)
+    else:
+        out[:, :2] = item.origin[:2, 3] + states * item.direction[:2]
+        out[:, 2:] = 1.0, 0.0
 
 
 @lru_cache(maxsize=HINGES_KEPT)

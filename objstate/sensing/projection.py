@@ -29,6 +29,7 @@ from objstate.sensing.kernels import (
     SPREAD,
     X,
     Y,
+    taken,
 )
 
 SLACK = 1e-9  # m, or pseudo-angle, by which a beam may pass an end of a segment and still hit
@@ -333,16 +334,20 @@ def cast(
     placements: FloatArray,
     outline: FloatArray,
     rim: int,
+    chosen: BoolArray,
     order: IntArray,
     beams: FloatArray,
     index: IntArray,
+    measured: FloatArray,
+    short: FloatArray,
     sweep: FloatArray,
     out: FloatArray,
 ) -> None:
-    """Ranges ``out`` (s, n, p) of an outline (k, 4) at placements (s, 4), from poses (p, 4).
+    """Ranges ``out`` (s, m, p) of an outline (k, 4) at placements (s, 4), from poses (p, 4).
 
-    They are in the scan's own order, of which sorted beam i is ``order[i]``.
+    Of the beams that are ``chosen`` (n,), see ``taken``, in the scan's own order.
     """
+    order, beams, index = taken(chosen, order, beams, index, measured, short)
     lasers, middle = stands(poses, sweep), np.empty(4)
     (strayed, turned), count = strays(lasers, middle), beams.shape[1]
     nearest, spare = np.empty((count, poses.shape[0])), np.empty((SPARE, poses.shape[0]))

@@ -5,6 +5,8 @@ from __future__ import annotations
 from copy import copy
 from weakref import WeakKeyDictionary
 
+import numpy as np
+
 from objstate.building.model import Building, MovableObject
 from objstate.errors import PlatformError
 from objstate.geometry import BoolArray, FloatArray
@@ -37,7 +39,7 @@ class Sensing:
         sweep = self._sweep(scan.rays)
         if sweep is None and len(scan) and why_no_embree() is not None:
             raise self._needs_embree(scan)
-        if sweep is None or not chosen.any():
+        if sweep is None or not np.count_nonzero(chosen):
             rays, measured = scan.rays.take(chosen), scan.ranges[chosen]
             return MeshView(self._expected, rays, measured, self._beam_model, scan.range_max)
         return self._level_view(self._outlines, sweep, scan, chosen, self._beam_model)
@@ -66,6 +68,8 @@ class Sensing:
 
     def _sweep(self, rays: Rays) -> Sweep | None:
         """The level sweep of some rays, or None; the scans of a laser often share their rays."""
-        if rays not in self._sweeps:
-            self._sweeps[rays] = Sweep.of(rays) if self._outlines.hold else None
-        return self._sweeps[rays]
+        try:
+            return self._sweeps[rays]
+        except KeyError:
+            sweep = self._sweeps[rays] = Sweep.of(rays) if self._outlines.hold else None
+            return sweep

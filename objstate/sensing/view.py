@@ -74,8 +74,17 @@ class ScanView(Protocol):
         saves casting them, where they are known.
         """
 
-    def fit(self, log_likelihood: float, blur: float) -> float:
-        """How well a scan with that log p(o | l) is explained: 0 as by chance, 1 as it should be."""
+    def best(
+        self,
+        poses: FloatArray,
+        blur: float,
+        objects: Sequence[UncertainObject],
+        walls: FloatArray | None = None,
+    ) -> tuple[int, float]:
+        """Which of the poses has the largest ``pose_log_likelihood``, and how well it explains the scan.
+
+        0 is as by chance, 1 as it should be.
+        """
 
     def object_log_likelihood(
         self, name: str, states: FloatArray, poses: FloatArray, comparison: Comparison

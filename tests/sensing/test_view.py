@@ -141,6 +141,24 @@ def test_both_views_tell_the_same_of_the_robot(seed: int, model: BeamModel, blur
         np.testing.assert_allclose(found, exact, atol=0.05, rtol=1e-3)
 
 
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("kind", [0, 1])
+def test_the_best_pose_is_the_likeliest_and_fits_where_readings_are_what_they_should_be(
+    seed: int, kind: int
+) -> None:
+    known = [UncertainObject(name, state[None], np.ones(1)) for name, state in TRUE_STATES.items()]
+    robots = np.vstack([near_robots(seed), ROBOT])
+    anything = np.random.default_rng(seed).uniform(0.2, RANGE_MAX, BEAMS)
+    for scan, least, most in (
+        (observed(EXPECTED, TRUE_STATES, ROBOT, RAYS, range_max=RANGE_MAX), 1.0, 1.0),
+        (scan_of(anything, RAYS, range_max=RANGE_MAX), 0.0, 0.5),
+    ):
+        view = both_views(scan, MODELS[0])[kind]
+        best, fit = view.best(robots, 0.1, known)
+        assert best == int(view.pose_log_likelihood(robots, 0.1, known).argmax())
+        assert least <= fit <= most
+
+
 @pytest.mark.parametrize("blur", [0.0, 0.1])
 def test_both_views_tell_the_same_where_many_readings_are_at_the_gaussians_floor(
     blur: float,
@@ -260,6 +278,23 @@ def test_taking_beams_keeps_the_order(view: ScanView) -> None:
     np.testing.assert_allclose(
         view.take(kept).walls(ROBOT[None]), view.walls(ROBOT[None])[:, kept], atol=1e-6
     )
+
+
+@pytest.mark.parametrize("kind", [0, 1])
+def test_parts_of_a_part_are_parts_though_beams_were_discarded(kind: int) -> None:
+    scan, rng = noisy_scan(2), np.random.default_rng(1)
+    whole = both_views(scan, BEAM_MODEL)[kind]
+    some = rng.random(int(scan.valid.sum())) < 0.6
+    fewer = rng.random(int(some.sum())) < 0.6
+    both = some.copy()
+    both[some] = fewer
+    part, robots = whole.take(some).take(fewer), near_robots(0)
+    assert len(scan) > scan.valid.sum()
+    np.testing.assert_allclose(
+        part.pose_log_likelihood(robots, 0.0, []),
+        whole.take(both).pose_log_likelihood(robots, 0.0, []),
+    )
+    np.testing.assert_allclose(part.walls(robots), whole.walls(robots)[:, both], atol=1e-6)
 
 
 def test_tilted_lasers_and_hatches_are_cast_against_triangles() -> None:
