@@ -9,15 +9,20 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache, partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from objstate.config import BeamModelSettings, SearchSettings
 from objstate.geometry import BoolArray, FloatArray, IntArray, compose
-from objstate.lazy import lazy
+from objstate.lazy import Later, lazy
 from objstate.records import Scan
 from objstate.sensing import BeamModel
+
+if TYPE_CHECKING:
+    from objstate.localization import search_kernels
+else:
+    search_kernels = Later("objstate.localization.search_kernels")
 
 TURNS = 90  # bearings at which ranges are looked up, and headings that are tried
 HEADINGS = np.linspace(0.0, 2.0 * np.pi, TURNS, endpoint=False)  # rad, those
@@ -92,8 +97,6 @@ class Places:
         step: FloatArray,
     ) -> FloatArray:
         """About log p(o | l) (p,) of a scan's walls, by look-up, for a step (3,) on from robot poses (p, 3)."""
-        from objstate.localization import search_kernels
-
         looked_up = self._looked_up(scan, beam_model, beams, step)
         return np.asarray(search_kernels.scores(poses, *looked_up))
 
@@ -106,8 +109,6 @@ class Places:
         step: FloatArray,
     ) -> FloatArray:
         """The same (c, TURNS) of robots at points (c, 2) in every heading."""
-        from objstate.localization import search_kernels
-
         looked_up = self._looked_up(scan, beam_model, beams, step)
         return np.asarray(search_kernels.scores_all_round(points, HEADINGS, *looked_up))
 
@@ -165,16 +166,14 @@ def _look_round(
 
     Walls have their two ends (2 k, 2) in a rectangle of a ``size`` (2,) that begins in the origin.
     """
-    from objstate.localization import search_kernels as kernels
-
     walls = ends.reshape(-1, 4)
     side = max(float(np.sqrt(np.prod(size) / len(walls))), float(size.max()) / MOST_CELLS)
     columns, rows = (int(length / side) + 1 for length in size)
-    numbers, first, last = kernels.by_cell(walls, side, columns, rows)
+    numbers, first, last = search_kernels.by_cell(walls, side, columns, rows)
     directions = np.column_stack([np.cos(HEADINGS), np.sin(HEADINGS)])
 
     def look(points: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
-        nearest, farthest, free = kernels.look_round(
+        nearest, farthest, free = search_kernels.look_round(
             points, directions, walls, numbers, first, last, side, CLEARANCE, ENCLOSED
         )
         return nearest, farthest, free

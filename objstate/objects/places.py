@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from objstate.geometry import FloatArray, IntArray
+from objstate.lazy import Later
 from objstate.objects.belief import SETTLED_ANGLE, SETTLED_LENGTH
+
+if TYPE_CHECKING:
+    from objstate.objects import sampling
+else:
+    sampling = Later("objstate.objects.sampling")
 
 # Cells in which samples are counted: what is settled fills few of them.
 CELL = 2.0 * np.array([SETTLED_LENGTH, SETTLED_LENGTH, SETTLED_ANGLE])
@@ -13,8 +21,6 @@ CELL = 2.0 * np.array([SETTLED_LENGTH, SETTLED_LENGTH, SETTLED_ANGLE])
 
 def occupied(off: FloatArray, weights: FloatArray) -> int:
     """Number of cells that samples (n, 3) of x, y, yaw about their mean fill, were all filled evenly."""
-    from objstate.objects import sampling
-
     return int(sampling.occupied(off, weights, CELL))
 
 
@@ -31,8 +37,6 @@ def copies(
     is no wider than the deviations ``widest`` (3,): so places that compete stay apart, and each as
     narrow as it is. Cells that touch are one place.
     """
-    from objstate.objects import sampling
-
     out = np.empty((len(ancestors), 3))
     noise = rng.standard_normal(out.shape)
     sampling.copies(off, weights, ancestors, CELL, widest, noise, out)

@@ -11,12 +11,18 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from objstate.config import BeamModelSettings
 from objstate.geometry import FloatArray
-from objstate.lazy import lazy
+from objstate.lazy import Later, lazy
+
+if TYPE_CHECKING:
+    from objstate.sensing import kernels
+else:
+    kernels = Later("objstate.sensing.kernels")
 
 LEAST_DENSITY = 1e-100  # of the pure Gaussian, which has no floor of its own (21 sigmas)
 
@@ -39,8 +45,6 @@ class BeamModel:
 
     def short(self, measured: FloatArray) -> FloatArray:
         """Densities (n,) of being stopped at measured ranges (n,) by something unexpected."""
-        from objstate.sensing import kernels
-
         rate, out = self.settings.lambda_short, np.empty(len(measured))
         kernels.short(np.ascontiguousarray(measured), rate, self._shares[1] * rate, out)
         return out
@@ -50,8 +54,6 @@ class BeamModel:
 
         Its surface goes on: the range (n,) is about that of the beam before, in the scan's own order.
         """
-        from objstate.sensing import kernels
-
         std, out = self.settings.short_std, np.empty(len(measured))
         peak = sum(self._shares[:2]) / (std * math.sqrt(2.0 * math.pi))
         kernels.lasting(np.ascontiguousarray(measured), std, peak, out)
@@ -94,8 +96,6 @@ class BeamModel:
         self, measured: FloatArray, range_max: float
     ) -> Callable[[FloatArray], FloatArray]:
         """Condition on measured ranges (n,): gives log p(d_i | d-hat_i) (..., n) of expected (..., n)."""
-        from objstate.sensing import kernels
-
         parameters, short = self.parameters(range_max), self.short(measured)
 
         def log_likelihood(expected: FloatArray) -> FloatArray:
@@ -148,8 +148,6 @@ class BeamModel:
 
         For expected ranges (p, n).
         """
-        from objstate.sensing import kernels
-
         out = np.empty((len(measured), len(expected)))
         kernels.total_log_likelihoods(
             np.ascontiguousarray(measured),

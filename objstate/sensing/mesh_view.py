@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from objstate.geometry import BoolArray, FloatArray, IntArray, transform_from_pose
+from objstate.lazy import Later
 from objstate.records import Rays
 from objstate.sensing.beam_model import BeamModel
 from objstate.sensing.expected import ExpectedRanges, cast_from
 from objstate.sensing.level import UncertainObject
 from objstate.sensing.view import EXPLAINED_SIGMAS, Comparison, agree
+
+if TYPE_CHECKING:
+    from objstate.sensing import kernels
+else:
+    kernels = Later("objstate.sensing.kernels")
 
 
 class MeshView:
@@ -94,8 +101,6 @@ class MeshView:
         objects: Sequence[UncertainObject],
         walls: FloatArray | None = None,
     ) -> tuple[int, float]:
-        from objstate.sensing import kernels
-
         told = self.pose_log_likelihood(poses, blur, objects, walls)
         best, every = int(told.argmax()), np.ones(len(self._measured), dtype=bool)
         model, short = self._beam_model.blurred(blur), self._beam_model.short(self._measured)
@@ -125,8 +130,6 @@ class MeshView:
         few: IntArray | None = None,
     ) -> tuple[FloatArray, BoolArray]:
         """The change of log-likelihood for chosen states (s,), from all poses or a few (p,)."""
-        from objstate.sensing import kernels
-
         background = comparison.background
         if few is not None:
             poses, background = poses[few], background[few]

@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 from functools import cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from objstate.building.model import Mesh
 from objstate.building.outline import outline
 from objstate.geometry import FloatArray
+from objstate.lazy import Later
 from objstate.sensing.embree import needs_embree
 from objstate.sensing.level import LEVEL, SAME_HEIGHT, flat
+
+if TYPE_CHECKING:
+    from objstate.sensing import section_kernels
+else:
+    section_kernels = Later("objstate.sensing.section_kernels")
 
 
 class SectionCaster:
@@ -29,8 +36,6 @@ class SectionCaster:
 
         Raises PlatformError for rays that aren't level.
         """
-        from objstate.sensing import section_kernels
-
         starts, along = origins @ self._upright.T, directions @ self._upright.T
         if np.abs(along[:, 2]).max(initial=0.0) > LEVEL:
             raise needs_embree("Some rays aren't level")
