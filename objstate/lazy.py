@@ -42,7 +42,8 @@ class lazy(Generic[T]):  # noqa: N801 - a decorator
 class Later:
     """A module that is loaded when something of it is first asked for, as compiled loops are, which need numba.
 
-    An import within a function does so too, and looks the module up again at each call.
+    An import within a function does so too, and looks the module up again at each call. Let type checkers
+    import it in the usual way (``TYPE_CHECKING``).
     """
 
     def __init__(self, name: str) -> None:

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field
 from functools import partial
 from operator import le
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,8 +19,11 @@ from objstate.particles import Weights, evenly, quantiles
 from objstate.records import Estimate
 from objstate.sensing import UncertainObject
 
-kernels = Later("objstate.objects.kernels")
-sampling = Later("objstate.objects.sampling")
+if TYPE_CHECKING:
+    from objstate.objects import kernels, sampling
+else:
+    kernels = Later("objstate.objects.kernels")
+    sampling = Later("objstate.objects.sampling")
 
 CENTRAL = 0.9  # the share of the posterior between lower and upper
 SETTLED_ANGLE = np.radians(5.0)  # rad; a state known better than this stands for the belief

@@ -9,6 +9,7 @@ robot samples share the states and differ in the weights.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,7 +18,10 @@ from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.lazy import Later
 from objstate.objects.belief import ObjectBelief
 
-kernels = Later("objstate.objects.kernels")
+if TYPE_CHECKING:
+    from objstate.objects import kernels
+else:
+    kernels = Later("objstate.objects.kernels")
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,7 +21,10 @@ from objstate.objects.conditional import SAME, ConditionalBelief, Descent, Updat
 from objstate.objects.evidence import ScanEvidence
 from objstate.particles import Weights
 
-kernels = Later("objstate.objects.kernels")
+if TYPE_CHECKING:
+    from objstate.objects import kernels
+else:
+    kernels = Later("objstate.objects.kernels")
 
 SECONDS_PER_HOUR = 3600.0
 # Where beams spread evenly over a leaf, a shift turns it by 1.5 over its width; leaf and robot are

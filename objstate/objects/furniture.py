@@ -24,9 +24,11 @@ from objstate.objects.proposals import TracedOutline
 from objstate.particles import Weights, kld_sample_size, largest_step, systematic
 
 if TYPE_CHECKING:
+    from objstate.objects import sampling
     from objstate.objects.sampling import Moves
+else:
+    sampling = Later("objstate.objects.sampling")
 
-sampling = Later("objstate.objects.sampling")
 SECONDS_PER_HOUR = 3600.0
 FEWEST = 20.0  # effective samples by which robot samples may tell apart where they see an object
 RESAMPLE_BELOW = 0.5  # of the samples; resample when the effective number falls below

@@ -6,13 +6,17 @@ Two ends of beams and two points of the outline that are as far apart fix a stat
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from objstate.geometry import BoolArray, FloatArray, IntArray, wrap
 from objstate.lazy import Later, lazy
 
-sampling = Later("objstate.objects.sampling")
+if TYPE_CHECKING:
+    from objstate.objects import sampling
+else:
+    sampling = Later("objstate.objects.sampling")
 
 TRACED = 96  # points along an outline
 SHORTEST = (
