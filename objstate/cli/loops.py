@@ -25,7 +25,7 @@ from objstate.sensing import likelihood, projection
 
 Part = tuple[tuple[Any, str], ...]  # loops and their signatures
 
-EVERY_RUN = 4  # parts that every run needs; the other is furniture's
+EVERY_RUN = 4  # parts that every run needs; the others are furniture's
 
 PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the projection
     (
@@ -56,6 +56,7 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
         (projection.cast, "f2 f2 f2 i b1 i1 f2 i1 f1 f1 f1 f3"),
         (likelihood.pose_log_likelihood, "f2 f2 f2 i1 i1 f2 i1 f1 b1 i1 f2 i1 f1 f1 f1 f1 f1"),
         (likelihood.scan_log_likelihood, "f2 f1 f1 f1 f1 f1"),
+        (sight.wall_looks, "f2 f2 f1 f f i f f"),
         (search.by_cell, "f2 f i i"),
         (search.look_round, "f2 f2 f2 i1 i2 i2 f f f"),
     ),
@@ -73,22 +74,23 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
         (sight.reached, "f2 b1 f1 f"),
         (sight.share_through_walls, "f1 f1 f"),
         (hinges.look, "f1 f1 f2 f2 f1 f1 f2 f f f f f1 f3 f1"),
-        (sight.wall_looks, "f2 f2 f1 f f i f f"),
     ),
     (
-        (scans.with_trigonometry, "f2 f f2"),
-        (scans.ends, "i1 f2 f1 f f1"),
-        (lattice.apportion, "f2 f1 f2 f1 f1 f1 f1 f1"),
+        (furniture.copies, "f2 f1 i1 f1 f1 f2 f2"),
         (furniture.moments, "f2 f1 f i f1 f1 f1"),
+        (furniture.occupied, "f2 f1 f1"),
+        (furniture.inherit, "f2 f1 i1 f1 f2"),
+    ),
+    (
+        (furniture.take_in, "f2 f1 i f2 f1 f f f f2 f1"),
         (furniture.offsets, "f2 f1 i f1 f2"),
         (furniture.lie_on, "f2 f2 f2 f b2"),
-        (furniture.take_in, "f2 f1 i f2 f1 f f f f2 f1"),
         (furniture.densities, "f2 f1 m f1"),
         (furniture.pool, "f2 f1 i f1 f1 m f f1"),
         (furniture.send_out, "f2 f2 f1 m f1 f2 f2 f1 f2"),
-        (furniture.inherit, "f2 f1 i1 f1 f2"),
-        (furniture.occupied, "f2 f1 f1"),
-        (furniture.copies, "f2 f1 i1 f1 f1 f2 f2"),
+        (lattice.apportion, "f2 f1 f2 f1 f1 f1 f1 f1"),
+        (scans.with_trigonometry, "f2 f f2"),
+        (scans.ends, "i1 f2 f1 f f1"),
     ),
 )
 
