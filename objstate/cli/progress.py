@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from objstate.cli.console import error_console
 from objstate.compiling import when_compiling
 
-COMPILING = "Compiling the inner loops, once after an install: a quarter of a minute."
+COMPILING = "Compiling the inner loops, once after an install: up to half a minute."
 
 STEP = 0.2  # s between two pictures of the bar; drawing one takes as long as a scan or two
 
