@@ -7,13 +7,19 @@ coordinates are independent, so a covariance is its diagonal (section 7, Elfring
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from objstate.gaze.entropy import diagonal_entropy
 from objstate.gaze.sensors import Sensor
 from objstate.geometry import BoolArray, FloatArray, IntArray
+from objstate.lazy import Later
+
+if TYPE_CHECKING:
+    from objstate.gaze import kernels
+else:
+    kernels = Later("objstate.gaze.kernels")
 
 Counting = Literal["every update", "at the end"]
 
@@ -56,10 +62,8 @@ def gains_along(
     at its mean with the sensor's variance. A way's gain is the sum of the gains, eq. (6), of
     ``every update``, or by how much less entropy is left ``at the end`` than without any.
     """
-    from objstate.gaze.kernels import gains_along as kernel
-
     out = np.empty(len(ways))
-    kernel(
+    kernels.gains_along(
         beliefs.means,
         beliefs.variances,
         beliefs.drift,

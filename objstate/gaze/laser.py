@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cache, lru_cache
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -18,9 +18,15 @@ from objstate.config import NonNegative, Positive, Settings, Share, Strict
 from objstate.gaze.floor import leaf_ends
 from objstate.gaze.sensors import Sensor
 from objstate.geometry import BoolArray, FloatArray, IntArray
+from objstate.lazy import Later
 from objstate.objects import ObjectBelief
 from objstate.records import Scan
 from objstate.sensing import BeamModel, ExpectedRanges, ScanView, Sensing
+
+if TYPE_CHECKING:
+    from objstate.gaze import kernels
+else:
+    kernels = Later("objstate.gaze.kernels")
 
 COMPARED = 60  # states of a door, evenly spread, that a look is simulated to tell apart
 TEMPLATES = 16  # of these, evenly spread, at which readings are faked
@@ -117,8 +123,6 @@ class LaserLooks:
 
         Their middles are no farther than ``reach`` (o,) m.
         """
-        from objstate.gaze import kernels
-
         ranges = np.full((len(poses), len(self._bearings)), self.sensor.range_max)
         if not through_walls:
             ranges = np.minimum(ranges, self.walls(poses))

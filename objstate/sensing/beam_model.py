@@ -151,7 +151,7 @@ class BeamModel:
         out = np.empty((len(measured), len(expected)))
         kernels.total_log_likelihoods(
             np.ascontiguousarray(measured),
-            np.array([self.short(each) for each in measured]).reshape(measured.shape),
+            self.short(measured.ravel()).reshape(measured.shape),
             np.ascontiguousarray(expected),
             self.parameters(range_max),
             out,

@@ -58,9 +58,8 @@ class MeshView:
         background: FloatArray,
         bears: BoolArray,
     ) -> float:
-        alone = self.object(name, states, pose[None])[0]
-        expected = alone.min(axis=0, initial=np.inf)
-        expected = np.minimum(expected, background)
+        alone = self.object(name, states, pose[None])[0].min(axis=0, initial=np.inf)
+        expected = np.minimum(alone, background)
         margin = EXPLAINED_SIGMAS * self._beam_model.sigma_hit
         explained = agree(self._measured, expected, self._range_max, margin)
         return float(np.mean(explained[bears]))
