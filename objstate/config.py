@@ -166,19 +166,20 @@ class ObjectUpdateSettings(Strict):
         return self
 
 
-class MapErrorSettings(Strict):
-    """How far walls and hinges are off the model: a first guess, which the log refines."""
+class BuildingErrorSettings(Strict):
+    """How far a building, and the lasers on the robot, are off their model, before any scan.
 
-    std_m: Positive = 0.005  # the first guess
-    least_m: NonNegative = 0.0006  # no building is measured better
-    weight: Positive = 1.0  # of it, in repeated looks at a place, were there no noise
-    every_s: Positive = 1.0  # between looks; by then the robot's own errors are others
-    cell_m: Positive = 0.5  # size of a place
-    beams: Count = 3  # that a place must be seen by
-    in_full: Probability = 0.8  # share of a place's beams that nothing may have stopped before
-    most_m: Positive = 0.15  # a beam that is off by more was stopped by something
-    noise_m: Positive = 0.03  # by which a beam reads off by chance
-    clip: Positive = 4.0  # deviations by which a place is off at most
+    Deviations are those of a normal distribution. What a log tells of them is learnt.
+    """
+
+    wall_std_m: Positive = 0.005  # by which a piece of wall stands aside of its place
+    wall_length_m: Positive = 5.0  # way after which other parts of a wall are met
+    hinge_std_m: Positive = 0.01  # of a hinge's place, in each direction
+    bearing_std_deg: Positive = 0.1  # of the bearing of a closed leaf
+    laser_std_m: Positive = 0.005  # of a laser's place on the robot
+    laser_yaw_std_deg: Positive = 0.3
+    range_std_m: Positive = 0.03  # of a range
+    robot_length_m: Positive = 0.5  # way after which the robot's error is another
 
 
 class ConsistencySettings(Strict):
@@ -191,28 +192,6 @@ class ConsistencySettings(Strict):
     most: Positive = 10.0
     most_tempering: Exponent = 0.3  # exponent on the likelihood of a scan of a door, at most
     off_m: Positive = 0.008  # m by which the building is off where half of the errors are chance
-
-
-class HingeSettings(Strict):
-    """Doors that hang elsewhere than the model says: when, and where, the hinge is looked for."""
-
-    in_place: Probability = 0.9  # probability that a door hangs where the model has it; 1: all do
-    std_m: Positive = 0.15  # of the places of all others
-    most_m: Positive = 0.3  # from its place, to which a hinge is looked for
-    spacing_m: Positive = 0.06  # between the places that are tried first
-    sigma_hit: Positive = 0.03  # m, of the beam model that they are compared with
-    tempering: Exponent = 0.2  # exponent on the likelihood of a look
-    sure: Share = 0.99  # probability from which a door hangs elsewhere
-    least_sigmas: Positive = 1.5  # of what robot and walls may be off: nearer is its place
-    most_strange: Share = 0.45  # of beams unexplained in place, that may be left decimetres away
-    least_shown: Share = 0.65  # of the leaf's length, in some look, if it hangs decimetres away
-    looks: Count = 12  # that are remembered of a door
-    least_looks: Count = 6  # by which places are compared
-    every_m: Positive = 0.3  # m driven between looks
-    doubt_sigmas: Positive = (
-        2.0  # by which a leaf's readings lie aside of it: its hinge is looked for
-    )
-    doubt_share: Share = 0.25  # of the beams stopped near it that the leaf didn't stop: likewise
 
 
 class Dynamics(Strict):
@@ -336,9 +315,8 @@ class Settings(Strict):
     odometry_error: OdometryErrorSettings = OdometryErrorSettings()
     search: SearchSettings = SearchSettings()
     object_updates: ObjectUpdateSettings = ObjectUpdateSettings()
-    map_error: MapErrorSettings = MapErrorSettings()
+    building_error: BuildingErrorSettings = BuildingErrorSettings()
     consistency: ConsistencySettings = ConsistencySettings()
-    hinges: HingeSettings = HingeSettings()
     objects: tuple[ObjectRule, ...] = ()
 
     def with_inference(self, inference: Literal["joint", "marginal"] | None) -> Settings:

@@ -13,7 +13,6 @@ import threading
 from itertools import chain
 from typing import Any
 
-from objstate.estimator import hinge_kernels as hinges
 from objstate.estimator import kernels as sight
 from objstate.localization import kernels as robot
 from objstate.localization import search_kernels as search
@@ -56,7 +55,6 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
         (projection.cast, "f2 f2 f2 i b1 i1 f2 i1 f1 f1 f1 f3"),
         (likelihood.pose_log_likelihood, "f2 f2 f2 i1 i1 f2 i1 f1 b1 i1 f2 i1 f1 f1 f1 f1 f1"),
         (likelihood.scan_log_likelihood, "f2 f1 f1 f1 f1 f1"),
-        (sight.wall_looks, "f2 f2 f1 f f i f f"),
         (search.by_cell, "f2 f i i"),
         (search.look_round, "f2 f2 f2 i1 i2 i2 f f f"),
     ),
@@ -73,7 +71,6 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
         (sight.entries, "f2 f1 f f f2 f2 f1"),
         (sight.reached, "f2 b1 f1 f"),
         (sight.share_through_walls, "f1 f1 f"),
-        (hinges.look, "f1 f1 f2 f2 f1 f1 f2 f f f f f1 f3 f1"),
     ),
     (
         (furniture.copies, "f2 f1 i1 f1 f1 f2 f2"),

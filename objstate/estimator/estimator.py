@@ -3,35 +3,39 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import lru_cache, partial
 from typing import Literal
 
 import numpy as np
 
-from objstate.building.model import Building, Kind, MovableObject
+from objstate.building.model import Building, Kind
 from objstate.config import Settings
 from objstate.errors import LogError, SettingsError
 from objstate.estimator.believed import Believed
 from objstate.estimator.consistency import Consistency
+from objstate.estimator.doors import Doors
 from objstate.estimator.doubt import Doubt, Verdict
-from objstate.estimator.hinges import Hinges
 from objstate.estimator.kernels import evenly_spread, share_through_walls
-from objstate.estimator.map_error import MapError
 from objstate.estimator.observation import Observation, observe
 from objstate.estimator.schedule import Schedule
 from objstate.estimator.sight import Near, Sight
 from objstate.estimator.thinning import Thinning
 from objstate.estimator.tracking import Track
-from objstate.geometry import BoolArray, FloatArray, between, transform_from_pose
+from objstate.geometry import BoolArray, FloatArray, IntArray, between
+from objstate.lazy import altered
 from objstate.localization import (
     LEVER,
+    NOTHING,
     Hypotheses,
     Localizer,
     LogLikelihood,
     OdometryError,
     PoseBelief,
+    PoseFilter,
     Search,
+    Vantage,
+    motion_variances,
 )
 from objstate.objects import Descent, ObjectBelief
 from objstate.particles import Weights
@@ -44,9 +48,12 @@ from objstate.records import (
     RobotBelief,
     Scan,
 )
-from objstate.sensing import BeamModel, Sensing, UncertainObject, cast_from
+from objstate.sensing import BeamModel, Sensing, UncertainObject
 
 FIT_BLUR = 0.1  # m; walls that are off by less fit
+ROUGH = 0.01  # m by which walls behind objects are rough
+BEFORE_OBJECTS = 0.15  # m before an object may stand, up to which a beam tells of walls alone
+TIGHT_M, TIGHT_RAD = 0.12, math.radians(5.0)  # deviations with which scans are linear in a pose
 FOUND_STD = np.array([0.1, 0.1, np.radians(3.0)])  # m, m, rad, of a place that was searched for
 
 
@@ -96,12 +103,13 @@ class Estimator:
         self._thinned = Thinning(self.settings.scans)
         self._schedule = Schedule(self.settings.object_updates)
         self._believed = Believed(building, self.settings, seed, beliefs or {})
-        self._rehang(self._believed.marginals[name].item for name in self.hung_elsewhere)
-        self._map_error = MapError(self.settings.map_error)
         self._consistency = Consistency(
             self.settings.consistency, self.settings.object_updates.tempering
         )
-        self._hinges = Hinges(building, self.settings)
+        self._doors = Doors(building, self.settings)
+        self._pose: PoseFilter | None = None  # while the robot's pose is known to centimetres
+        self._learnt = NOTHING  # what such a filter knew of robot and building when it was left
+        self._draws = _whitened(self.settings.localization.min_particles_by_furniture)
         self._represented = lru_cache(maxsize=1024)(ObjectBelief.represented_by)  # few change
         self._widened = lru_cache(maxsize=64)(partial(_widened, self._believed))  # asked for again
         self._odometry: FloatArray | None = None
@@ -150,17 +158,20 @@ class Estimator:
 
     @property
     def map_error(self) -> float:
-        """m by which walls and hinges are off the building's model, as the log tells."""
-        return self._map_error.std
+        """m by which pieces of wall are off the building's model, as the log tells."""
+        if self._pose is None:
+            return self.settings.building_error.wall_std_m
+        return self._pose.wall_std
 
     @property
     def hung_elsewhere(self) -> dict[str, FloatArray]:
         """Doors that surely don't hang where the model has them, by how much (2,) m."""
         off = {
-            name: belief.item.hinge - self.building[name].hinge
+            name: self._doors.elsewhere(belief)
             for name, belief in self._believed.marginals.items()
+            if name in self._doors
         }
-        return {name: each for name, each in off.items() if each.any()}
+        return {name: each for name, each in off.items() if each is not None}
 
     def feed(self, record: Record) -> list[Estimate]:
         """Take one record in; what it changed in the objects' beliefs comes back."""
@@ -205,16 +216,95 @@ class Estimator:
         if self._doubt.is_lost:
             self._track = track
             return self._unobserved(sight)
+        if self._follows_precisely(track.belief, scan):
+            return self._sense_precisely(track, sight)
         if self._infers_jointly(track.belief):
             return self._sense_jointly(track, sight)
         return self._sense_by_turns(track, sight)
 
+    def _sense_precisely(self, track: Track, sight: Sight) -> list[Estimate]:
+        """p(l, s, d | o_k) of a pose known to centimetres: Gaussian, given each door's state."""
+        scan, pose = sight.scan, self._pose
+        assert pose is not None
+        surfaces = self._sensing.surfaces(float(scan.rays.origins[0, 2]))
+        pose.correct(scan, surfaces, sight.entries.min(axis=0, initial=np.inf) - BEFORE_OBJECTS)
+        robot = pose.belief(self._draws)
+        self.odometry_error.note(track.belief, robot)
+        sight = sight.by(robot)
+        near = self._near(sight, sight.valid)
+        observed = self._observe_doors(near, sight)
+        furniture = [name for name in near.pointed_at if name not in self._doors]
+        rows: dict[str, float | None] = dict(observed)
+        if furniture:
+            observation = self._observe(near, sight, robot, furniture)
+            weights = self._localizer.correct(
+                robot, self.settings.object_updates.tempering * observation.log_evidence
+            )
+            pose.tell(weights.mean, weights.covariance)
+            robot = pose.belief(self._draws)
+            observation = observation.settled_by(weights)
+            descent = Descent(self._forgotten(track), None)
+            self._believed.keep_in_view(observation.beliefs, descent, near.names)
+            rows |= {name: observation.fits.get(name) for name in observation.beliefs}
+        self._track = track.corrected(robot, self._odometry)
+        self.corrections += 1
+        return self._rows(rows)
+
+    def _observe_doors(self, near: Near, sight: Sight) -> dict[str, float | None]:
+        """p(s_i, d_i | o_k) of the doors that beams point at; how well each explains them, where they tell."""
+        scan, pose, fits = sight.scan, self._pose, dict[str, float | None]()
+        assert pose is not None
+        doors = [name for name in near.pointed_at if name in self._doors]
+        if not doors:
+            return fits
+        vantage = pose.vantage(scan)
+        surfaces = self._sensing.surfaces(float(scan.rays.origins[0, 2]))
+        walls, _ = surfaces.meet(vantage.origins, vantage.directions, scan.range_max)
+        known = self._standing(near.pointed_at, sight)
+        for name in doors:
+            entered = sight.entries[sight.names.index(name)]
+            beams = np.flatnonzero(sight.valid & (entered < np.minimum(walls, scan.range_max)))
+            if len(beams) == 0:
+                continue
+            others = [ranges for other, ranges in known.items() if other != name]
+            background = np.minimum.reduce([walls, *others])[beams]
+            blur = np.where(np.isfinite(background), _blur(vantage, pose.wall_std), 0.0)
+            before = self._believed.marginals[name]
+            belief, is_observed = self._doors.observe(
+                name, before, scan, vantage, beams, background, blur, self._sensing, self._driven_m
+            )
+            if is_observed:
+                belief = altered(belief, last_observed_ns=scan.stamp_ns)
+            self._believed.keep([(name, belief)])
+            fits[name] = self._fit(belief, sight, beams, background) if is_observed else None
+        return fits
+
+    def _standing(self, names: Iterable[str], sight: Sight) -> dict[str, FloatArray]:
+        """Expected ranges (n,) of each object near by whose state is known."""
+        out = {}
+        for name in names:
+            belief = self._believed.marginals[name]
+            if belief.settled:
+                ranges = np.full(len(sight.scan), np.inf)
+                alone = sight.whole.object(name, belief.mean[None], sight.robot.mean[None])
+                ranges[sight.valid] = alone[0, 0]
+                out[name] = ranges
+        return out
+
+    def _fit(
+        self, belief: ObjectBelief, sight: Sight, beams: IntArray, background: FloatArray
+    ) -> float:
+        """Share of the beams that bear on a door which its mean state explains."""
+        chosen = np.zeros(len(sight.scan), dtype=bool)
+        chosen[beams] = True
+        every = np.ones(len(beams), dtype=bool)
+        return sight.view(chosen).share_explained(
+            belief.item.name, belief.mean[None], sight.robot.mean, background, every
+        )
+
     def _sense_jointly(self, track: Track, sight: Sight) -> list[Estimate]:
         """p(l, s | o_k): all beams serve both, and each robot sample l has its own p(s_i | l)."""
-        scan, s = sight.scan, self.settings.localization
-        if self._map_error.is_due(scan.stamp_ns):
-            self._note_map_error(sight)
-            self._consistency.off = self._map_error.std
+        _scan, s = sight.scan, self.settings.localization
         near = self._near(sight, sight.valid)
         telling = int(np.count_nonzero(sight.valid))
         share = min(1.0, s.max_beams / max(telling, 1))  # of the beams that count
@@ -238,7 +328,6 @@ class Estimator:
         self._believed.keep_in_view(observation.beliefs, descent, near.names)
         self._track = track.corrected(robot, self._odometry)
         self.corrections += 1
-        self._note_hinges(sight, observation)
         return self._estimates(observation)
 
     def _sense_by_turns(self, track: Track, sight: Sight) -> list[Estimate]:
@@ -259,7 +348,6 @@ class Estimator:
         sight = sight.by(track.belief)
         observation = self._observe(self._near(sight, observing), sight, robot)
         self._believed.keep((name, each.belief) for name, each in observation.beliefs.items())
-        self._note_hinges(sight, observation)
         return self._estimates(observation)
 
     def _unobserved(self, sight: Sight) -> list[Estimate]:
@@ -286,6 +374,10 @@ class Estimator:
         if not self._localizes_itself:
             return track.moved(track.belief.moved(step))
         error = self.odometry_error
+        if self._pose is not None:
+            variances = motion_variances(step, self.settings.localization)
+            self._pose.drive(*error.drive(step, variances))
+            return track.moved(self._pose.belief(self._draws))
         return track.moved(self._localizer.predict(track.belief, step, self._rng, error))
 
     def _localize(self, track: Track, sight: Sight, beams: BoolArray) -> Track:
@@ -320,16 +412,20 @@ class Estimator:
     def _near(self, sight: Sight, beams: BoolArray) -> Near:
         return sight.near(self.settings.object_updates.max_distance, beams)
 
-    def _observe(self, near: Near, sight: Sight, robot: PoseBelief) -> Observation:
+    def _observe(
+        self, near: Near, sight: Sight, robot: PoseBelief, names: Sequence[str] | None = None
+    ) -> Observation:
+        """What a scan says of the objects that beams point at, or of some of them, given each robot sample."""
+        names = near.pointed_at if names is None else names
         return observe(
             self._believed,
             sight.view(near.beams),
-            near.pointed_at,
+            names,
             robot,
             sight.scan.stamp_ns,
             self.settings.object_updates.tempering,
-            self._map_error.std,
-            {name: self._consistency.sharper(self.building[name].kind) for name in near.pointed_at},
+            self.map_error,
+            scenery=[name for name in near.pointed_at if name not in names],
         )
 
     def _log_likelihood(
@@ -352,19 +448,39 @@ class Estimator:
 
     def _estimates(self, observation: Observation) -> list[Estimate]:
         """What is believed of the objects near by now, a search for hinges included."""
+        return self._rows({name: observation.fits.get(name) for name in observation.beliefs})
+
+    def _rows(self, fits: Mapping[str, float | None]) -> list[Estimate]:
         return [
             row
-            for name in observation.beliefs
-            for row in self._published(name, self._believed.marginals[name]).estimates(
-                observation.fits.get(name)
-            )
+            for name, fit in fits.items()
+            for row in self._published(name, self._believed.marginals[name]).estimates(fit)
         ]
 
     def _published(self, name: str, belief: ObjectBelief) -> ObjectBelief:
         """The belief of somebody who knows that the building's model is off."""
+        if belief.joint is not None:
+            return belief
         factor = self._consistency.factor(belief.item.kind)
-        std = max(self._map_error.std, self._hinges.std(belief))
-        return self._widened(name, belief, factor, std)
+        return self._widened(name, belief, factor, self.map_error)
+
+    def _follows_precisely(self, robot: PoseBelief, scan: Scan) -> bool:
+        """Whether the robot's pose is known to centimetres, so that scans are linear in its error."""
+        s = self.settings.object_updates
+        may = self._localizes_itself and s.inference == "joint" and self._sensing.is_level(scan)
+        if self._pose is None and may and _is_tight(robot):
+            self._believed.collapse()
+            errors = self.settings.building_error, self.settings.beam_model
+            self._pose = PoseFilter(robot, *errors, self._learnt)
+        elif self._pose is not None and not self._is_narrow(robot):
+            self._leave_pose()
+        return may and self._pose is not None
+
+    def _leave_pose(self) -> None:
+        """Go on with samples of the pose alone."""
+        if self._pose is not None:
+            self._learnt, self._pose = self._pose.learnt, None
+            self._believed.collapse()
 
     def _infers_jointly(self, robot: PoseBelief) -> bool:
         s = self.settings.object_updates
@@ -374,43 +490,6 @@ class Estimator:
             and len(robot.weights) <= s.joint_samples
             and self._is_narrow(robot)
         )
-
-    def _note_map_error(self, sight: Sight) -> None:
-        """Compare what beams aside of all objects read with where the walls should be."""
-        chosen, scan = sight.bare & np.isfinite(sight.walls), sight.scan
-        walls, rays = sight.walls[chosen], scan.rays.take(chosen)
-        base = transform_from_pose(sight.robot.mean)
-        origins, directions = (np.ascontiguousarray(each[:, :2]) for each in cast_from(base, rays))
-        places, longer = origins + directions * walls[:, None], scan.ranges[chosen] - walls
-        self._map_error.note(scan.stamp_ns, places, directions, longer)
-
-    def _note_hinges(self, sight: Sight, observation: Observation) -> None:
-        """Remember how doors looked; those that look strange may hang elsewhere."""
-        for name in observation.fits:
-            belief = self._believed.marginals[name]
-            if not self._hinges.is_due(belief, self._driven_m):
-                continue
-            others = {
-                other: each.belief.mean
-                for other, each in observation.beliefs.items()
-                if other != name and each.belief.settled
-            }
-            self._hinges.note(belief, sight, self._driven_m, self._map_error.std, others)
-            if self._hinges.seems_off(name):
-                self._hang(name)
-
-    def _hang(self, name: str) -> None:
-        """Look for a door's hinge, and hang it where it surely is."""
-        sharper = self._consistency.sharper(self.building[name].kind)
-        belief = self._hinges.search(self._believed.marginals[name], self._sensing, sharper)
-        if belief is not None:
-            self._believed.hang(belief)
-            self._rehang([belief.item])
-
-    def _rehang(self, doors: Iterable[MovableObject]) -> None:
-        """Let the scene have doors where they are believed to hang."""
-        for door in doors:
-            self._sensing = self._sensing.with_object(door)
 
     def _is_narrow(self, robot: PoseBelief) -> bool:
         return robot.position_std <= self.settings.object_updates.max_position_std
@@ -469,12 +548,13 @@ class Estimator:
         """Say that the robot is lost, and take back what was learnt of objects since it fitted."""
         self._doubt.rise(now_ns)
         self.odometry_error.forget()
-        self._rehang(self._believed.go_back())
-        self._hinges.forget()
+        self._believed.go_back()
+        self._leave_pose()
 
     def _found(self, place: FloatArray, now_ns: int) -> Track:
         self._doubt.found(now_ns)
         self._search.forget()
+        self._leave_pose()
         spread = np.diag(FOUND_STD**2)
         return Track(self._localizer.start(place, spread, self._rng))
 
@@ -545,6 +625,7 @@ class Estimator:
         else:
             belief = self._localizer.start(record.mean, record.covariance, self._rng)
         self._believed.collapse()
+        self._leave_pose()
         self.odometry_error.forget()
         self._track = Track(belief)
         self._search.forget()
@@ -556,3 +637,20 @@ def _widened(
     believed: Believed, name: str, belief: ObjectBelief, factor: float, std_m: float
 ) -> ObjectBelief:
     return believed.filters[name].widened(belief, factor, std_m)
+
+
+def _is_tight(robot: PoseBelief) -> bool:
+    """Whether a belief of the pose is so narrow that it may be taken for a Gaussian."""
+    return robot.position_std <= TIGHT_M and math.sqrt(robot.covariance[2, 2]) <= TIGHT_RAD
+
+
+def _blur(vantage: Vantage, wall_std: float) -> float:
+    """m^2 by which walls behind objects read off, as they and the robot are off."""
+    return wall_std**2 + float(vantage.covariance[0, 0] + vantage.covariance[1, 1]) + ROUGH**2
+
+
+def _whitened(count: int) -> FloatArray:
+    """Draws (n, 3) of a standard normal distribution, with exactly its mean and covariance."""
+    draws = np.random.default_rng(0).standard_normal((count, 3))
+    draws -= draws.mean(axis=0)
+    return np.asarray(draws @ np.linalg.inv(np.linalg.cholesky(draws.T @ draws / count)).T)

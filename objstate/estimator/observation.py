@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 
 import numpy as np
 
@@ -15,8 +14,6 @@ from objstate.lazy import altered
 from objstate.localization import PoseBelief
 from objstate.objects import ConditionalBelief, ObjectBelief, ScanEvidence, Update
 from objstate.sensing import ScanView
-
-NOTHING: Mapping[str, float] = MappingProxyType({})
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,33 +43,28 @@ def observe(
     stamp_ns: int,
     tempering: float,
     shift_std: float,
-    sharper: Mapping[str, float] = NOTHING,
+    scenery: Sequence[str] = (),
 ) -> Observation:
     """Predict each object's p(s | l) and integrate the scan into it, for each robot sample l.
 
     The view is of the beams that may touch the objects of these ``names``. ``shift_std`` m is how
-    far the building is off. Of objects that are ``sharper``, by a factor, scans tell as much more than
-    the exponent ``tempering`` has it, and drift adds as much less variance.
+    far the building is off. Objects of the ``scenery`` stand where they are believed to.
     """
-    drifts = {name: 1.0 / sharper.get(name, 1.0) for name in names}
-    given = {
-        name: believed.given(name, len(robot.weights), stamp_ns, drift)
-        for name, drift in drifts.items()
-    }
+    given = {name: believed.given(name, len(robot.weights), stamp_ns) for name in names}
     beliefs = {name: each.belief for name, each in given.items()}
-    unmoved = {name: believed.unmoved(name, stamp_ns, drift) for name, drift in drifts.items()}
-    backdrop = Backdrop(view, robot.poses, beliefs)
+    unmoved = {name: believed.unmoved(name, stamp_ns) for name in names}
+    around = {name: believed.marginals[name] for name in scenery}
+    backdrop = Backdrop(view, robot.poses, beliefs | around)
     log_evidence, fits = np.zeros(len(robot.weights)), {}
     for name in names:
         without, absent = backdrop.without(name)
-        exponent = tempering / drifts[name]
         evidence = ScanEvidence(
-            name, view, robot.poses, robot.weights, without, absent, exponent, shift_std
+            name, view, robot.poses, robot.weights, without, absent, tempering, shift_std
         )
         update = believed.filters[name].update(given[name], evidence, believed.rngs[name])
         if update is None:
             continue
-        log_evidence += update.log_evidence / exponent + absent
+        log_evidence += update.log_evidence / tempering + absent
         given[name] = update.conditional
         fits[name] = _fit(name, update, view, robot, without)
     if len(fits) != 1:  # each has counted the backdrop, which counts once

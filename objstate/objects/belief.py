@@ -21,6 +21,7 @@ from objstate.sensing import UncertainObject
 
 if TYPE_CHECKING:
     from objstate.objects import kernels, sampling
+    from objstate.objects.mixture import DoorMixture
 else:
     kernels = Later("objstate.objects.kernels")
     sampling = Later("objstate.objects.sampling")
@@ -81,6 +82,7 @@ class ObjectBelief:
     swung: FloatArray = field(  # (n,) or (1,), how probably a door is being moved there
         default_factory=partial(np.zeros, 1)
     )
+    joint: DoorMixture | None = None  # of which a door's weights were read off, if any was
 
     @property
     def wraps(self) -> BoolArray:
@@ -103,7 +105,7 @@ class ObjectBelief:
         ``also`` are other fields, and what else is known.
         """
         known = {"mean": np.array([mean]), "std": np.array([std]), "lattice": self.lattice}
-        return altered(self, weights=Weights(weights), **known, **also)
+        return altered(self, weights=Weights(weights), joint=None, **known, **also)
 
     def mixture(self, given: FloatArray, shares: FloatArray, presence: float) -> ObjectBelief:
         """The belief with the mean weights of rows (l, n) that have shares (l,) of any sum."""
@@ -304,6 +306,20 @@ class ObjectBelief:
         ends = np.concatenate([states - self.cell / 2, states + self.cell / 2])
         return ends if self.item.wraps else ends.clip(self.item.lower, self.item.upper)
 
+    @property
+    def probability_closed(self) -> float:
+        """Probability that a door stands at the limit at which the model shows it; nan for all others.
+
+        The lattice's state at that limit stands for the limit itself.
+        """
+        item = self.item
+        if item.kind is Kind.PLANAR or item.wraps or self.cell[0] == 0.0:
+            return math.nan
+        home = item.home[0]
+        if home not in (item.lower, item.upper):
+            return math.nan
+        return float(self.weights.values[0 if home == item.lower else -1])
+
     @lazy
     def settled(self) -> bool:
         """Whether the object surely is there, and known well enough that its mean can stand in a scene."""
@@ -349,6 +365,7 @@ class ObjectBelief:
                 fit=math.nan if fit is None else fit,
                 presence=self.presence,
                 lost=lost,
+                p_closed=self.probability_closed,
             )
             for coordinate, mean, std, low, high in zip(
                 self.item.coordinates, self.mean.tolist(), self.std.tolist(), *bounds, strict=True

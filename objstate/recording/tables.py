@@ -32,6 +32,7 @@ COLUMNS = (
     "fit",
     "presence",
     "lost",
+    "p_closed",
 )
 
 TRUTH_COLUMNS = ("stamp", "object", "coordinate", "value")
@@ -48,7 +49,7 @@ def estimate_schema() -> pl.Schema:
         {"stamp": pl.Int64(), "object": pl.String(), "coordinate": pl.String()}
         | numbers
         | {"observed": pl.Boolean(), "fit": pl.Float64(), "presence": pl.Float64()}
-        | {"lost": pl.Boolean()}
+        | {"lost": pl.Boolean(), "p_closed": pl.Float64()}
     )
 
 

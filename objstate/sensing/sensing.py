@@ -16,6 +16,7 @@ from objstate.sensing.embree import needs_embree, why_no_embree
 from objstate.sensing.expected import ExpectedRanges
 from objstate.sensing.level import Sweep
 from objstate.sensing.mesh_view import MeshView
+from objstate.sensing.surfaces import Surfaces
 from objstate.sensing.view import ScanView
 
 
@@ -31,6 +32,7 @@ class Sensing:
         self._expected = ExpectedRanges(building)
         self._beam_model = beam_model
         self._level_view = LevelView.of
+        self._surfaces: dict[float, Surfaces] = {}
         self._sweeps: WeakKeyDictionary[Rays, Sweep | None] = WeakKeyDictionary()
 
     def view(self, scan: Scan, beams: BoolArray | None = None) -> ScanView:
@@ -48,6 +50,20 @@ class Sensing:
     def building(self) -> Building:
         """The building that scans are held against."""
         return self._expected.building
+
+    def is_level(self, scan: Scan) -> bool:
+        """Whether outlines hold for a scan: its laser is level, and all objects move in the plane."""
+        return self._sweep(scan.rays) is not None
+
+    def surfaces(self, height: float) -> Surfaces:
+        """The walls in a laser's plane at a height, m, as pieces that may be off."""
+        if height not in self._surfaces:
+            self._surfaces[height] = Surfaces(self.walls_at(height))
+        return self._surfaces[height]
+
+    def outline(self, name: str, height: float) -> FloatArray:
+        """The segments (k, 4) m of an object at a height, about its origin in its home state."""
+        return self._outlines.of_object(name, height).segments
 
     def walls_at(self, height: float) -> FloatArray:
         """The segments (k, 4) in which a plane at a height, m, cuts the walls."""
