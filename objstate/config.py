@@ -150,7 +150,6 @@ class ObjectUpdateSettings(Strict):
     """When and with what readings the objects' beliefs are updated."""
 
     inference: Literal["joint", "marginal"] = "joint"  # marginal: the paper's
-    joint_samples: Count = 400  # with more robot samples than these, inference is marginal
     correlation_m: Positive = 0.03  # m of driving after which a robot sample's error is another
     max_distance: Positive = 3.5  # m from the robot (section 4.1 of the paper)
     robot_samples: Count = 20  # of the robot belief, drawn for each update
@@ -190,8 +189,6 @@ class ConsistencySettings(Strict):
     jump: Positive = 5.0  # deviations that a mean moves by in one scan if the object was moved
     least: Positive = 0.04  # factor on a variance
     most: Positive = 10.0
-    most_tempering: Exponent = 0.3  # exponent on the likelihood of a scan of a door, at most
-    off_m: Positive = 0.008  # m by which the building is off where half of the errors are chance
 
 
 class Dynamics(Strict):

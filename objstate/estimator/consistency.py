@@ -14,11 +14,9 @@ import math
 from collections.abc import Hashable, Sequence
 from typing import NamedTuple
 
-from objstate.building.model import Kind
 from objstate.config import ConsistencySettings
 from objstate.objects import ObjectBelief
 
-SHARPENED = (Kind.HINGED, Kind.SLIDING)  # no scan leaves one of their samples with all the weight
 OF_MEAN = math.sqrt(math.pi / 2.0)  # a Gaussian's deviation by its mean distance from zero
 
 
@@ -30,42 +28,16 @@ class Change(NamedTuple):
 
 
 class Consistency:
-    """How wide beliefs of some class should be, and by what.
+    """By which factor the variances of beliefs of some class should be changed."""
 
-    Of doors whose beliefs are too wide, scans tell more than the settings have it: they are ``sharper``. Else what speaks for another
-    state would count too little, too. What is left is a ``factor`` on the variances of what is published.
-    """
-
-    def __init__(self, settings: ConsistencySettings, tempering: float) -> None:
+    def __init__(self, settings: ConsistencySettings) -> None:
         self._settings = settings
-        self._tempering = tempering  # exponent on the likelihood of a scan, as the settings have it
         self._moved: dict[Hashable, float] = {}  # by class: sums over stretches and coordinates
         self._expected: dict[Hashable, float] = {}
         self._open: dict[str, Sequence[Change]] = {}  # by object: of each coordinate
-        self.off = 0.0  # m by which the building is off its model
 
     def factor(self, of: Hashable) -> float:
-        """On the variances of beliefs that are as sharp as they should be; 1 where nothing is known."""
-        needed = self._needed(of)
-        return needed * self._sharper(of, needed)
-
-    def sharper(self, of: Hashable) -> float:
-        """By which scans of objects of one class tell more, and drift adds less variance, than the settings have it.
-
-        That is as far as readings err by chance: where the building is off, all scans err alike.
-        """
-        return self._sharper(of, self._needed(of))
-
-    def _sharper(self, of: Hashable, needed: float) -> float:
-        if of not in SHARPENED:
-            return 1.0
-        s = self._settings
-        by_chance = 1.0 / (1.0 + (self.off / s.off_m) ** 2)
-        most = min(by_chance, s.most_tempering) / self._tempering
-        return max(min(1.0 / needed, most), 1.0)
-
-    def _needed(self, of: Hashable) -> float:
-        """The factor on the variances of beliefs that are as wide as the settings have them."""
+        """On the variances of beliefs of a class; 1 where nothing is known."""
         s = self._settings
         moved, expected = self._moved.get(of, 0.0), self._expected.get(of, 0.0)
         ratio = (moved + s.weight) / (expected + s.weight)
@@ -92,8 +64,7 @@ class Consistency:
         if sum([each.shrunk for each in changed]) < s.stretch * len(changed):
             self._open[name] = changed
             return
-        by_mean = OF_MEAN / math.sqrt(self.sharper(of))
         for moved, shrunk in changed:
             if shrunk > 0.0:
-                self._moved[of] = self._moved.get(of, 0.0) + by_mean * abs(moved)
+                self._moved[of] = self._moved.get(of, 0.0) + OF_MEAN * abs(moved)
                 self._expected[of] = self._expected.get(of, 0.0) + math.sqrt(shrunk)

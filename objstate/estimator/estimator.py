@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from objstate.building.model import Building, Kind
+from objstate.building.model import Building
 from objstate.config import Settings
 from objstate.errors import LogError, SettingsError
 from objstate.estimator.believed import Believed
@@ -103,9 +103,7 @@ class Estimator:
         self._thinned = Thinning(self.settings.scans)
         self._schedule = Schedule(self.settings.object_updates)
         self._believed = Believed(building, self.settings, seed, beliefs or {})
-        self._consistency = Consistency(
-            self.settings.consistency, self.settings.object_updates.tempering
-        )
+        self._consistency = Consistency(self.settings.consistency)
         self._doors = Doors(building, self.settings)
         self._pose: PoseFilter | None = None  # while the robot's pose is known to centimetres
         self._learnt = NOTHING  # what such a filter knew of robot and building when it was left
@@ -218,8 +216,6 @@ class Estimator:
             return self._unobserved(sight)
         if self._follows_precisely(track.belief, scan):
             return self._sense_precisely(track, sight)
-        if self._infers_jointly(track.belief):
-            return self._sense_jointly(track, sight)
         return self._sense_by_turns(track, sight)
 
     def _sense_precisely(self, track: Track, sight: Sight) -> list[Estimate]:
@@ -232,9 +228,8 @@ class Estimator:
         self.odometry_error.note(track.belief, robot)
         sight = sight.by(robot)
         near = self._near(sight, sight.valid)
-        observed = self._observe_doors(near, sight)
+        rows = self._observe_doors(near, sight, pose.vantage(scan))
         furniture = [name for name in near.pointed_at if name not in self._doors]
-        rows: dict[str, float | None] = dict(observed)
         if furniture:
             observation = self._observe(near, sight, robot, furniture)
             weights = self._localizer.correct(
@@ -243,6 +238,10 @@ class Estimator:
             pose.tell(weights.mean, weights.covariance)
             robot = pose.belief(self._draws)
             observation = observation.settled_by(weights)
+            for name in observation.fits:
+                if observation.predicted[name].settled:
+                    changed = observation.beliefs[name].belief
+                    self._consistency.note(observation.unmoved[name], changed)
             descent = Descent(self._forgotten(track), None)
             self._believed.keep_in_view(observation.beliefs, descent, near.names)
             rows |= {name: observation.fits.get(name) for name in observation.beliefs}
@@ -250,14 +249,12 @@ class Estimator:
         self.corrections += 1
         return self._rows(rows)
 
-    def _observe_doors(self, near: Near, sight: Sight) -> dict[str, float | None]:
+    def _observe_doors(self, near: Near, sight: Sight, vantage: Vantage) -> dict[str, float | None]:
         """p(s_i, d_i | o_k) of the doors that beams point at; how well each explains them, where they tell."""
-        scan, pose, fits = sight.scan, self._pose, dict[str, float | None]()
-        assert pose is not None
+        scan, fits = sight.scan, dict[str, float | None]()
         doors = [name for name in near.pointed_at if name in self._doors]
         if not doors:
             return fits
-        vantage = pose.vantage(scan)
         surfaces = self._sensing.surfaces(float(scan.rays.origins[0, 2]))
         walls, _ = surfaces.meet(vantage.origins, vantage.directions, scan.range_max)
         known = self._standing(near.pointed_at, sight)
@@ -268,7 +265,7 @@ class Estimator:
                 continue
             others = [ranges for other, ranges in known.items() if other != name]
             background = np.minimum.reduce([walls, *others])[beams]
-            blur = np.where(np.isfinite(background), _blur(vantage, pose.wall_std), 0.0)
+            blur = np.where(np.isfinite(background), _blur(vantage, self.map_error), 0.0)
             before = self._believed.marginals[name]
             belief, is_observed = self._doors.observe(
                 name, before, scan, vantage, beams, background, blur, self._sensing, self._driven_m
@@ -302,43 +299,15 @@ class Estimator:
             belief.item.name, belief.mean[None], sight.robot.mean, background, every
         )
 
-    def _sense_jointly(self, track: Track, sight: Sight) -> list[Estimate]:
-        """p(l, s | o_k): all beams serve both, and each robot sample l has its own p(s_i | l)."""
-        _scan, s = sight.scan, self.settings.localization
-        near = self._near(sight, sight.valid)
-        telling = int(np.count_nonzero(sight.valid))
-        share = min(1.0, s.max_beams / max(telling, 1))  # of the beams that count
-        free = sight.valid & ~near.beams
-        aside = evenly_spread(free, math.ceil(share * np.count_nonzero(free)))
-        evidence = self._log_likelihood(sight, aside, but=near.names)
-        observation = self._observe(near, sight, track.belief)
-        evidence += share * s.tempering * observation.log_evidence
-        corrected = self._localizer.correct(track.belief, evidence)
-        self.odometry_error.note(track.belief, corrected)
-        seen = self._localizer.correct(
-            corrected, self.settings.object_updates.tempering * observation.log_evidence
-        )
-        by_furniture = any(self.building[name].kind is Kind.PLANAR for name in near.names)
-        robot, ancestors = self._localizer.renew(corrected, self._rng, by_furniture)
-        observation = observation.settled_by(seen)
-        for name in observation.fits:
-            if observation.predicted[name].settled:
-                self._consistency.note(observation.unmoved[name], observation.beliefs[name].belief)
-        descent = Descent(self._forgotten(track), ancestors)
-        self._believed.keep_in_view(observation.beliefs, descent, near.names)
-        self._track = track.corrected(robot, self._odometry)
-        self.corrections += 1
-        return self._estimates(observation)
-
     def _sense_by_turns(self, track: Track, sight: Sight) -> list[Estimate]:
         """p(l | o_k) and p(s_i | o_k) as marginals, each from its share of the beams (section 2.2)."""
         scan = sight.scan
         self._believed.collapse()
-        self.odometry_error.forget()
         localizing, observing = self._schedule.share_out(scan)
-        if not self._localizes_itself:
+        if not self._localizes_itself or self._pose is not None:
             localizing, observing = np.zeros_like(localizing), scan.valid
         if localizing.any():
+            self.odometry_error.forget()
             track = self._localize(track, sight, localizing)
             self.corrections += 1
         self._track = track
@@ -346,9 +315,16 @@ class Estimator:
             return []
         robot = track.belief.thinned(self.settings.object_updates.robot_samples, self._rng)
         sight = sight.by(track.belief)
-        observation = self._observe(self._near(sight, observing), sight, robot)
+        near, rows = self._near(sight, observing), dict[str, float | None]()
+        names = near.pointed_at
+        if self._is_linear(scan):
+            names = [name for name in names if name not in self._doors]
+            if _is_tight(track.belief):
+                first = self.settings.building_error.range_std_m**2
+                rows = self._observe_doors(near, sight, Vantage.of(track.belief, scan, first))
+        observation = self._observe(near, sight, robot, names)
         self._believed.keep((name, each.belief) for name, each in observation.beliefs.items())
-        return self._estimates(observation)
+        return self._rows(rows | {name: observation.fits.get(name) for name in observation.beliefs})
 
     def _unobserved(self, sight: Sight) -> list[Estimate]:
         """What is believed of the objects that a lost robot thinks it is near."""
@@ -446,11 +422,8 @@ class Estimator:
         states = self.settings.localization.object_states
         return [self._represented(beliefs[name], states) for name in names]
 
-    def _estimates(self, observation: Observation) -> list[Estimate]:
-        """What is believed of the objects near by now, a search for hinges included."""
-        return self._rows({name: observation.fits.get(name) for name in observation.beliefs})
-
     def _rows(self, fits: Mapping[str, float | None]) -> list[Estimate]:
+        """What is believed of objects near by now, and how well each explains the beams that bear on it."""
         return [
             row
             for name, fit in fits.items()
@@ -464,10 +437,14 @@ class Estimator:
         factor = self._consistency.factor(belief.item.kind)
         return self._widened(name, belief, factor, self.map_error)
 
+    def _is_linear(self, scan: Scan) -> bool:
+        """Whether doors are inferred jointly with the errors of robot and hinges, by outlines."""
+        s = self.settings.object_updates
+        return s.inference == "joint" and self._sensing.is_level(scan)
+
     def _follows_precisely(self, robot: PoseBelief, scan: Scan) -> bool:
         """Whether the robot's pose is known to centimetres, so that scans are linear in its error."""
-        s = self.settings.object_updates
-        may = self._localizes_itself and s.inference == "joint" and self._sensing.is_level(scan)
+        may = self._localizes_itself and self._is_linear(scan)
         if self._pose is None and may and _is_tight(robot):
             self._believed.collapse()
             errors = self.settings.building_error, self.settings.beam_model
@@ -481,15 +458,6 @@ class Estimator:
         if self._pose is not None:
             self._learnt, self._pose = self._pose.learnt, None
             self._believed.collapse()
-
-    def _infers_jointly(self, robot: PoseBelief) -> bool:
-        s = self.settings.object_updates
-        return (
-            self._localizes_itself
-            and s.inference == "joint"
-            and len(robot.weights) <= s.joint_samples
-            and self._is_narrow(robot)
-        )
 
     def _is_narrow(self, robot: PoseBelief) -> bool:
         return robot.position_std <= self.settings.object_updates.max_position_std

@@ -50,6 +50,15 @@ class Vantage(NamedTuple):
     covariance: FloatArray  # (3, 3) of the pose that the beams leave from
     variance: float  # m^2 of a range
 
+    @staticmethod
+    def of(robot: PoseBelief, scan: Scan, variance: float) -> Vantage:
+        """By a belief of the pose alone, with lasers where they are said to be."""
+        yaw = float(robot.mean[2])
+        heading = np.array(((math.cos(yaw), math.sin(yaw)), (-math.sin(yaw), math.cos(yaw))))
+        origins = scan.rays.origins[:, :2] @ heading + robot.mean[:2]
+        directions = scan.rays.directions[:, :2] @ heading
+        return Vantage(robot.mean[:2], origins, directions, robot.covariance, variance)
+
 
 class Learnt(NamedTuple):
     """What a filter knows of robot and building that outlasts its pose."""
