@@ -89,7 +89,7 @@ class Doors:
             blur,
         )
         height = float(scan.rays.origins[0, 2])
-        noise = _noise(self._beam_model, vantage.variance, scan.range_max)
+        noise = _noise(self._beam_model, vantage, scan.range_max)
         mixture, reached = mixture.given(looked, noise, self._shape(name, height, sensing))
         mixture = mixture.at(scan.stamp_ns)
         self._learn(name, mixture)
@@ -128,8 +128,8 @@ class Doors:
         return self._shapes[key]
 
 
-def _noise(s: BeamModelSettings, variance: float, range_max: float) -> kernels.Noise:
-    """The beam model of a laser whose ranges have a variance, m^2, as the loops take it."""
+def _noise(s: BeamModelSettings, vantage: Vantage, range_max: float) -> kernels.Noise:
+    """The beam model of a laser, as the loops take it."""
     total = s.z_hit + s.z_short + s.z_max + s.z_rand
     hit, short, missing, random = (each / total for each in (s.z_hit, s.z_short, s.z_max, s.z_rand))
     unexpected = short / (hit + short)
@@ -137,11 +137,12 @@ def _noise(s: BeamModelSettings, variance: float, range_max: float) -> kernels.N
         hit,
         max(random / range_max, LEAST_DENSITY),
         max(missing, LEAST_DENSITY),
-        variance,
+        vantage.variance,
         range_max,
         unexpected,
         1.0 - 1.0 / s.short_run if unexpected > 0.0 else 0.0,
         s.lambda_short,
         s.short_std,
+        vantage.independence,
         EDGE_SHARE,
     )

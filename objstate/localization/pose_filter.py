@@ -38,6 +38,9 @@ FOLLOWED = 40  # pieces of wall at most; those out of reach are left first
 NEAR = 0.02, math.radians(0.5)  # m and rad of deviation, from which one linearization is enough
 LEARNT_BEAMS = 4000.0  # beams over which a laser's noise is averaged
 FIRST_BEAMS = 200.0  # beams that the first guess of it counts for
+NOISIEST = 2.0  # times the first guess of a range's deviation; beyond, walls are elsewhere
+FIRST_TOGETHER = 0.7  # correlation of errors that is reckoned with at first
+MOST_TOGETHER = 0.95  # and at most
 FIRST_PIECES = 4.0  # pieces of wall that the first guess of their deviation counts for
 
 
@@ -49,6 +52,7 @@ class Vantage(NamedTuple):
     directions: FloatArray  # (n, 2) unit vectors
     covariance: FloatArray  # (3, 3) of the pose that the beams leave from
     variance: float  # m^2 of a range
+    independence: float = 1.0  # exponent on the likelihood of a beam, as errors go together
 
     @staticmethod
     def of(robot: PoseBelief, scan: Scan, variance: float) -> Vantage:
@@ -64,7 +68,8 @@ class Learnt(NamedTuple):
     """What a filter knows of robot and building that outlasts its pose."""
 
     mountings: dict[str, tuple[FloatArray, FloatArray]]  # by laser: mean (3,), covariance (3, 3)
-    noise: dict[str, tuple[float, float]]  # by laser: sums of squared residuals and of beams, m^2
+    noise: dict[str, FloatArray]  # by laser: sums of squared residuals, m^2, of beams, and of
+    # products and squares of residuals with those before, and with their neighbours'
     pieces: tuple[float, float]  # sums of squared offsets, m^2, and of pieces
 
 
@@ -89,6 +94,7 @@ class PoseFilter:
         self._pieces: dict[tuple[float, int], int] = {}  # by height and number, its column
         self._learnt = learnt
         self._noise = dict(learnt.noise)
+        self._residuals: dict[str, FloatArray] = {}  # (n,) of each laser's last scan
 
     @property
     def mean(self) -> FloatArray:
@@ -160,13 +166,29 @@ class PoseFilter:
         moved[:, first + 2] = y, -x, 1.0
         covariance = moved @ self._covariance @ moved.T
         place = self._mean[:2].copy()
-        return Vantage(place, origins, directions, covariance, self.noise_variance(scan.laser))
+        noise = self.noise_variance(scan.laser), self.independence(scan.laser)
+        return Vantage(place, origins, directions, covariance, *noise)
 
     def noise_variance(self, laser: str) -> float:
         """m^2 of a laser's ranges, by those seen so far."""
-        squares, count = self._noise.get(laser, (0.0, 0.0))
+        squares, count = self._sums(laser)[:2].tolist()
         first = self._error.range_std_m**2
-        return (FIRST_BEAMS * first + squares) / (FIRST_BEAMS + count)
+        return min((FIRST_BEAMS * first + squares) / (FIRST_BEAMS + count), NOISIEST**2 * first)
+
+    def independence(self, laser: str) -> float:
+        """How many independent errors there are for each beam of a laser, as far as can be told.
+
+        Errors of a beam and of the same beam of the scan before, or of its neighbour, go together
+        where walls are rough, or the model has them smoother than they are. If they are chains with
+        correlations c, n of them tell as much as n (1 - c) / (1 + c) that are independent.
+        """
+        products, squares = self._sums(laser)[2::2], self._sums(laser)[3::2]
+        together = (products + FIRST_TOGETHER * FIRST_BEAMS) / (squares + FIRST_BEAMS)
+        together = np.clip(together, 0.0, MOST_TOGETHER)
+        return float(np.prod((1.0 - together) / (1.0 + together)))
+
+    def _sums(self, laser: str) -> FloatArray:
+        return self._noise.get(laser, np.zeros(6))
 
     def correct(self, scan: Scan, surfaces: Surfaces, most: FloatArray) -> int:
         """Take in how far a scan's beams, that meet walls before ``most`` (n,) m, reach; how many did.
@@ -176,7 +198,7 @@ class PoseFilter:
         prior_mean, prior = self._mean, self._covariance
         before = math.sqrt(max(prior[0, 0], prior[1, 1])), math.sqrt(prior[2, 2])
         looks = 1 if before[0] <= NEAR[0] and before[1] <= NEAR[1] else 2
-        used, sums = scan.valid.copy(), np.zeros(2)
+        used, sums, residuals = scan.valid.copy(), np.zeros(2), np.empty(len(scan))
         for look in range(looks):
             origins, directions, laser = self._beams_of(scan)
             ranges, numbers = surfaces.meet(origins, directions, scan.range_max)
@@ -216,15 +238,17 @@ class PoseFilter:
                 *self._shares(scan.range_max),
                 self.noise_variance(scan.laser),
                 self.wall_std**2,
+                self.independence(scan.laser),
                 information,
                 gradient,
                 sums,
+                residuals,
             )
             surely = np.eye(count) + information @ prior
             found = np.linalg.solve(surely, np.column_stack([gradient, information @ prior]))
             mean, covariance = prior_mean + prior @ found[:, 0], prior - prior @ found[:, 1:]
             self._mean, self._covariance = mean, 0.5 * (covariance + covariance.T)
-        self._learn_noise(scan.laser, sums)
+        self._learn_noise(scan.laser, sums, residuals)
         return int(np.count_nonzero(used))
 
     # --- the state's parts ----------------------------------------------------------
@@ -328,8 +352,12 @@ class PoseFilter:
         random = max(s.z_rand / total / range_max, 1e-9)
         return s.z_hit / total, random, s.z_short / total * s.lambda_short
 
-    def _learn_noise(self, laser: str, sums: FloatArray) -> None:
-        squares, count = self._noise.get(laser, (0.0, 0.0))
-        squares, count = squares + float(sums[0]), count + float(sums[1])
-        fading = min(LEARNT_BEAMS / max(count, 1.0), 1.0)
-        self._noise[laser] = fading * squares, fading * count
+    def _learn_noise(self, laser: str, sums: FloatArray, residuals: FloatArray) -> None:
+        """Take in how far ranges were off, and how much that goes together; what is old fades."""
+        found = np.concatenate([sums, np.zeros(4)])
+        before = self._residuals.get(laser)
+        if before is not None and len(before) == len(residuals):
+            kernels.agreement(residuals, before, found[2:])
+        self._residuals[laser] = residuals
+        total = self._sums(laser) + found
+        self._noise[laser] = min(LEARNT_BEAMS / max(float(total[1]), 1.0), 1.0) * total

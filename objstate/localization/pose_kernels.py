@@ -65,18 +65,22 @@ def gather(
     short: float,
     variance: float,
     wall_variance: float,
+    independence: float,
     information: FloatArray,
     gradient: FloatArray,
     sums: FloatArray,
+    residuals: FloatArray,
 ) -> None:
     """Add what ``used`` beams (n,) say to the ``information`` (m, m) and the ``gradient`` (m,) about the prior mean.
 
     Ranges were ``measured`` (n,) where ``ranges`` (n,) are expected at the present mean, which is ``off`` (m,) from the prior
     mean; they change by ``row`` (n, 7) with the state's ``columns`` (n, 7), of which the last is -1 for walls whose
     ``offsets`` (n,) aren't followed. A beam counts by the probability that the wall stopped it, by the state's
-    ``covariance`` (m, m). ``sums`` (2,) are of squared residuals, and of these probabilities.
+    ``covariance`` (m, m), times the ``independence`` of its error. ``sums`` (2,) are of squared residuals, and of these
+    probabilities; ``residuals`` (n,) are in deviations, not a number where something else stopped the beam.
     """
     for i in range(used.shape[0]):
+        residuals[i] = np.nan
         if not used[i]:
             continue
         count = COLUMNS if columns[i, OFFSET] >= 0 else OFFSET
@@ -95,11 +99,13 @@ def gather(
         share = density / (density + random + (short if residual < 0.0 else 0.0))
         if share < 1e-6:
             continue
-        weight = share / own
+        weight = independence * share / own
         for a in range(count):
             gradient[columns[i, a]] += weight * row[i, a] * (residual + back)
             for b in range(count):
                 information[columns[i, a], columns[i, b]] += weight * row[i, a] * row[i, b]
+        if share > 0.5:
+            residuals[i] = residual / math.sqrt(own)
         if count == COLUMNS:
             sums[0] += share * (residual * residual + predicted)
             sums[1] += share
@@ -132,3 +138,23 @@ def surely_met(
         for j in (max(i - 1, 0), min(i + 1, last)):
             if not abs(ranges[j] - ranges[i]) <= step + 0.1 * ranges[i]:
                 used[i] = False
+
+
+@_compile
+def agreement(residuals: FloatArray, before: FloatArray, sums: FloatArray) -> None:
+    """Add to ``sums`` (4,) how residuals (n,) go together with those ``before`` (n,), and with their neighbours'.
+
+    Products and squares, of both in turn.
+    """
+    for i in range(residuals.shape[0]):
+        here = residuals[i]
+        if not abs(here) < np.inf:
+            continue
+        then = before[i]
+        if abs(then) < np.inf:
+            sums[0] += here * then
+            sums[1] += 0.5 * (here * here + then * then)
+        if i + 1 < residuals.shape[0] and abs(residuals[i + 1]) < np.inf:
+            beside = residuals[i + 1]
+            sums[2] += here * beside
+            sums[3] += 0.5 * (here * here + beside * beside)

@@ -24,6 +24,8 @@ STATE = 3
 GRAZING = 0.12  # cosine of incidence below which a range says nothing of where a surface stands
 GRAZED_STD = 0.01  # m by which a surface is rough, seen at a grazing incidence
 STEP = 0.05  # m between ranges of neighbouring beams, from which they meet different surfaces
+MOST_LOOKS = 3  # linearizations before the one that the evidence is told by, where errors are wide
+WIDE = 4.0  # times the variance of a range: errors from which one is enough are below
 REACHED = 4.0  # deviations by which a range may fall short of an object that the beam reaches
 FOOTPRINT = 0.02  # m, the deviation of a range whose beam meets the edge of a surface
 ROOT_TAU = math.sqrt(2.0 * math.pi)
@@ -55,6 +57,7 @@ class Noise(NamedTuple):
     run: float  # probability that the next beam fares as the one before
     decay: float  # 1/m, of unexpected things with their distance
     run_std: float  # m by which ranges to one unexpected thing differ from beam to beam
+    independence: float  # exponent on the likelihood of a beam, as their errors go together
     edge: float  # share of beams beside an edge that the surface next to it stops
 
 
@@ -231,11 +234,12 @@ def _linearized(
                     off = measured - beams.measured[i - 1]
                     stopped += goes_on * _bell(off, noise.run_std * noise.run_std)
         density = free + stopped
-        total += math.log(density)
+        total += noise.independence * math.log(density)
         was_free, was_stopped = free / density, stopped / density
         share = hit / density
         if tells and share > 1e-6:
-            weight, off = share / noise.variance, measured - expected[i]
+            weight = noise.independence * share / noise.variance
+            off = measured - expected[i]
             for a in range(ERRORS):
                 gradient[a] += weight * off * row[a]
                 for b in range(a + 1):
@@ -310,37 +314,57 @@ def condition(
     origins, directions = np.empty((count, 2)), np.empty((count, 2))
     row, gradient, information = np.zeros(ERRORS), np.empty(ERRORS), np.empty((ERRORS, ERRORS))
     matrix, right = np.empty((ERRORS, ERRORS)), np.empty((ERRORS, ERRORS + 1))
+    spread = np.empty((ERRORS, ERRORS))
     x, pull, lifted = np.empty(ERRORS), np.zeros(ERRORS), np.empty(ERRORS)
     for c in range(placements.shape[0]):
         prior = covariances[c]
+        width = 0.0
         for a in range(ERRORS):
             x[a] = means[c, a]
-        _linearized(
-            beams,
-            shape,
-            noise,
-            placements[c],
-            x,
-            prior,
-            True,
-            gradient,
-            information,
-            expected,
-            side,
-            origins,
-            directions,
-            row,
-        )
-        _one_plus(prior, information, True, matrix)
-        for a in range(ERRORS):
-            right[a, 0] = gradient[a]
-        _solve(matrix, right, 1)
-        for a in range(ERRORS):  # x = mean + prior pull
-            pull[a], lifted[a] = right[a, 0], 0.0
-        for a in range(ERRORS):
+            width += prior[a, a] if a not in (2, STATE) else 0.0
             for b in range(ERRORS):
-                lifted[a] += prior[a, b] * pull[b]
-            x[a] += lifted[a]
+                spread[a, b] = prior[a, b]
+        for look in range(MOST_LOOKS):
+            _linearized(
+                beams,
+                shape,
+                noise,
+                placements[c],
+                x,
+                spread,
+                True,
+                gradient,
+                information,
+                expected,
+                side,
+                origins,
+                directions,
+                row,
+            )
+            # from x = mean + prior pull to the mode of the linearized posterior
+            for a in range(ERRORS):
+                right[a, 0] = gradient[a]
+                for b in range(ERRORS):
+                    right[a, 0] += information[a, b] * (x[b] - means[c, b])
+            _one_plus(prior, information, True, matrix)
+            _solve(matrix, right, 1)
+            for a in range(ERRORS):
+                pull[a], lifted[a] = right[a, 0], 0.0
+            for a in range(ERRORS):
+                for b in range(ERRORS):
+                    lifted[a] += prior[a, b] * pull[b]
+            for a in range(ERRORS):
+                x[a] = means[c, a] + lifted[a]
+            if look + 1 == MOST_LOOKS or width < WIDE * noise.variance:
+                break
+            _one_plus(prior, information, False, matrix)
+            for a in range(ERRORS):
+                for b in range(ERRORS):
+                    right[a, b] = prior[a, b]
+            _solve(matrix, right, ERRORS)
+            for a in range(ERRORS):
+                for b in range(ERRORS):
+                    spread[a, b] = right[a, b]
         total, reach = _linearized(
             beams,
             shape,
