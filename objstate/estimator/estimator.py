@@ -52,8 +52,8 @@ from objstate.sensing import BeamModel, Sensing, UncertainObject
 
 FIT_BLUR = 0.1  # m; walls that are off by less fit
 ROUGH = 0.01  # m by which walls behind objects are rough
-BEFORE_OBJECTS = 0.15  # m before an object may stand, up to which a beam tells of walls alone
-TIGHT_M, TIGHT_RAD = 0.12, math.radians(5.0)  # deviations with which scans are linear in a pose
+BEFORE_OBJECTS = 0.1  # m before a known object, up to which a beam tells of walls alone
+TIGHT_M, TIGHT_RAD = 0.12, math.radians(2.5)  # deviations with which scans are linear in a pose
 FOUND_STD = np.array([0.1, 0.1, np.radians(3.0)])  # m, m, rad, of a place that was searched for
 
 
@@ -223,12 +223,14 @@ class Estimator:
         scan, pose = sight.scan, self._pose
         assert pose is not None
         surfaces = self._sensing.surfaces(float(scan.rays.origins[0, 2]))
-        pose.correct(scan, surfaces, sight.entries.min(axis=0, initial=np.inf) - BEFORE_OBJECTS)
+        near = self._near(sight, sight.valid)
+        known = self._standing(near.pointed_at, sight)
+        before_known = np.minimum.reduce([sight.anywhere, *known.values()]) - BEFORE_OBJECTS
+        pose.correct(scan, surfaces, before_known, sight.entries.min(axis=0, initial=np.inf))
         robot = pose.belief(self._draws)
         self.odometry_error.note(track.belief, robot)
         sight = sight.by(robot)
-        near = self._near(sight, sight.valid)
-        rows = self._observe_doors(near, sight, pose.vantage(scan))
+        rows = self._observe_doors(near, sight, pose.vantage(scan), known)
         furniture = [name for name in near.pointed_at if name not in self._doors]
         if furniture:
             observation = self._observe(near, sight, robot, furniture)
@@ -249,15 +251,19 @@ class Estimator:
         self.corrections += 1
         return self._rows(rows)
 
-    def _observe_doors(self, near: Near, sight: Sight, vantage: Vantage) -> dict[str, float | None]:
-        """p(s_i, d_i | o_k) of the doors that beams point at; how well each explains them, where they tell."""
+    def _observe_doors(
+        self, near: Near, sight: Sight, vantage: Vantage, known: Mapping[str, FloatArray]
+    ) -> dict[str, float | None]:
+        """p(s_i, d_i | o_k) of the doors that beams point at; how well each explains them, where they tell.
+
+        Objects whose state is ``known`` are expected at ranges (n,) m.
+        """
         scan, fits = sight.scan, dict[str, float | None]()
         doors = [name for name in near.pointed_at if name in self._doors]
         if not doors:
             return fits
         surfaces = self._sensing.surfaces(float(scan.rays.origins[0, 2]))
         walls, _ = surfaces.meet(vantage.origins, vantage.directions, scan.range_max)
-        known = self._standing(near.pointed_at, sight)
         for name in doors:
             entered = sight.entries[sight.names.index(name)]
             beams = np.flatnonzero(sight.valid & (entered < np.minimum(walls, scan.range_max)))
@@ -321,7 +327,9 @@ class Estimator:
             names = [name for name in names if name not in self._doors]
             if _is_tight(track.belief):
                 first = self.settings.building_error.range_std_m**2
-                rows = self._observe_doors(near, sight, Vantage.of(track.belief, scan, first))
+                vantage = Vantage.of(track.belief, scan, first)
+                known = self._standing(near.pointed_at, sight)
+                rows = self._observe_doors(near, sight, vantage, known)
         observation = self._observe(near, sight, robot, names)
         self._believed.keep((name, each.belief) for name, each in observation.beliefs.items())
         return self._rows(rows | {name: observation.fits.get(name) for name in observation.beliefs})

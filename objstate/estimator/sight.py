@@ -101,6 +101,6 @@ class Sight:
         return [name for k in reached.tolist() if (name := names[k]) not in but]
 
     @property
-    def bare(self) -> BoolArray:
-        """Which beams (n,) return from where no object can be."""
-        return np.isfinite(self.scan.ranges) & ~np.isfinite(self.entries).any(axis=0)
+    def anywhere(self) -> FloatArray:
+        """Ranges (n,) of a scan that meets nothing."""
+        return np.full(len(self.scan), np.inf)

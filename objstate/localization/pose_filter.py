@@ -31,6 +31,7 @@ POSE = 3
 MOUNTING = 3  # x, y, yaw
 SIDEWAYS = 0.25  # of the variance of a step's length, that a step has aside of it
 LEVER = 1.0  # m; a turn by a radian shows other parts of walls as a way of so many metres does
+STANDING = 0.5  # 1/m, density with which an object that may stand somewhere stops a beam
 EDGE = 0.25  # m between ranges of neighbouring beams that meet different walls
 GRAZING = 0.12  # cosine of incidence below which a range tells next to nothing of a wall's offset
 FEWEST = 3  # beams by which a piece of wall is followed
@@ -41,6 +42,7 @@ FIRST_BEAMS = 200.0  # beams that the first guess of it counts for
 NOISIEST = 2.0  # times the first guess of a range's deviation; beyond, walls are elsewhere
 FIRST_TOGETHER = 0.7  # correlation of errors that is reckoned with at first
 MOST_TOGETHER = 0.95  # and at most
+FARTHEST = 3.0  # deviations by which a piece counts as off at most: others are no walls
 FIRST_PIECES = 4.0  # pieces of wall that the first guess of their deviation counts for
 
 
@@ -173,7 +175,8 @@ class PoseFilter:
         """m^2 of a laser's ranges, by those seen so far."""
         squares, count = self._sums(laser)[:2].tolist()
         first = self._error.range_std_m**2
-        return min((FIRST_BEAMS * first + squares) / (FIRST_BEAMS + count), NOISIEST**2 * first)
+        variance = (FIRST_BEAMS * first + squares) / (FIRST_BEAMS + count)
+        return float(min(variance, NOISIEST**2 * first))
 
     def independence(self, laser: str) -> float:
         """How many independent errors there are for each beam of a laser, as far as can be told.
@@ -190,8 +193,12 @@ class PoseFilter:
     def _sums(self, laser: str) -> FloatArray:
         return self._noise.get(laser, np.zeros(6))
 
-    def correct(self, scan: Scan, surfaces: Surfaces, most: FloatArray) -> int:
+    def correct(
+        self, scan: Scan, surfaces: Surfaces, most: FloatArray, entered: FloatArray
+    ) -> int:
         """Take in how far a scan's beams, that meet walls before ``most`` (n,) m, reach; how many did.
+
+        Beyond the ranges at which beams are ``entered`` (n,) m, objects may stand.
 
         Linearized about the mean, and once more about the next one while the pose is wide.
         """
@@ -230,12 +237,14 @@ class PoseFilter:
                 used,
                 scan.ranges,
                 ranges,
+                entered,
                 row,
                 columns,
                 off,
                 offsets,
                 self._covariance,
                 *self._shares(scan.range_max),
+                STANDING,
                 self.noise_variance(scan.laser),
                 self.wall_std**2,
                 self.independence(scan.laser),
@@ -320,7 +329,8 @@ class PoseFilter:
         columns = [self._pieces[piece] for piece in pieces]
         variances, prior = self._covariance[columns, columns], self._prior_wall_variance
         known = np.maximum(1.0 - variances / prior, 0.0)
-        squares += float(known @ (self._mean[columns] ** 2 + variances))
+        offs = np.minimum(self._mean[columns] ** 2, FARTHEST**2 * prior)
+        squares += float(known @ (offs + variances))
         return squares, count + float(known.sum())
 
     @property

@@ -55,6 +55,7 @@ def gather(
     used: BoolArray,
     measured: FloatArray,
     ranges: FloatArray,
+    entered: FloatArray,
     row: FloatArray,
     columns: IntArray,
     off: FloatArray,
@@ -63,6 +64,7 @@ def gather(
     hit: float,
     random: float,
     short: float,
+    standing: float,
     variance: float,
     wall_variance: float,
     independence: float,
@@ -75,7 +77,8 @@ def gather(
 
     Ranges were ``measured`` (n,) where ``ranges`` (n,) are expected at the present mean, which is ``off`` (m,) from the prior
     mean; they change by ``row`` (n, 7) with the state's ``columns`` (n, 7), of which the last is -1 for walls whose
-    ``offsets`` (n,) aren't followed. A beam counts by the probability that the wall stopped it, by the state's
+    ``offsets`` (n,) aren't followed. Beyond the range at which a beam is ``entered`` (n,), an object may stop it, with a
+    density ``standing``, 1/m. A beam counts by the probability that the wall stopped it, by the state's
     ``covariance`` (m, m), times the ``independence`` of its error. ``sums`` (2,) are of squared residuals, and of these
     probabilities; ``residuals`` (n,) are in deviations, not a number where something else stopped the beam.
     """
@@ -96,7 +99,9 @@ def gather(
         density = (
             hit * math.exp(-0.5 * residual * residual / spread) / (ROOT_TAU * math.sqrt(spread))
         )
-        share = density / (density + random + (short if residual < 0.0 else 0.0))
+        beyond = measured[i] > entered[i]
+        other = random + (short if residual < 0.0 else 0.0) + (standing if beyond else 0.0)
+        share = density / (density + other)
         if share < 1e-6:
             continue
         weight = independence * share / own
@@ -104,9 +109,9 @@ def gather(
             gradient[columns[i, a]] += weight * row[i, a] * (residual + back)
             for b in range(count):
                 information[columns[i, a], columns[i, b]] += weight * row[i, a] * row[i, b]
-        if share > 0.5:
+        if share > 0.5 and not beyond:
             residuals[i] = residual / math.sqrt(own)
-        if count == COLUMNS:
+        if count == COLUMNS and not beyond:
             sums[0] += share * (residual * residual + predicted)
             sums[1] += share
 
