@@ -109,7 +109,7 @@ def gather(
             gradient[columns[i, a]] += weight * row[i, a] * (residual + back)
             for b in range(count):
                 information[columns[i, a], columns[i, b]] += weight * row[i, a] * row[i, b]
-        if share > 0.5 and not beyond:
+        if share > 0.5:
             residuals[i] = residual / math.sqrt(own)
         if count == COLUMNS and not beyond:
             sums[0] += share * (residual * residual + predicted)
