@@ -120,6 +120,10 @@ class Believed:
         """From now on, ``go_back`` leads to where this was last called before."""
         self._before, self._earlier = {}, self._before
 
+    def trusted(self, name: str) -> ObjectBelief:
+        """What was believed of an object when ``trust`` was called the last time but one."""
+        return self._earlier.get(name) or self._before.get(name) or self.marginals[name]
+
     def go_back(self) -> list[MovableObject]:
         """Forget all that was learnt since the last but one ``trust``; which objects hang elsewhere by that."""
         before = self._before | self._earlier

@@ -143,8 +143,10 @@ class Doubt:
         If it was said to be lost, it was, as far as objects go: what it learnt of them was taken back.
         """
         self._end(now_ns)
+        if not self.is_new:  # else the start was confirmed, and no doubt turned out to be vain
+            self._wait *= 2.0
         self._confirm()
-        self._fitted_ns, self._wait = now_ns, 2.0 * self._wait
+        self._fitted_ns = now_ns
         self._search_from_ns = now_ns + int(self._wait * NANOSECONDS)
 
     def _end(self, now_ns: int) -> None:

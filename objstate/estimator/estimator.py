@@ -40,6 +40,7 @@ from objstate.localization import (
 from objstate.objects import Descent, ObjectBelief
 from objstate.particles import Weights
 from objstate.records import (
+    NANOSECONDS,
     Estimate,
     GaussianRobotBelief,
     InitialPose,
@@ -118,6 +119,7 @@ class Estimator:
         start = self._start(initial_pose)
         self._track = None if start is None else Track(start)
         self._doubt = Doubt(self.settings)
+        self._fits_from_ns: int | None = None  # since when the track has explained scans
 
     @property
     def robot(self) -> PoseBelief | None:
@@ -479,11 +481,14 @@ class Estimator:
         if not np.count_nonzero(beams):
             return track
         view, poses, walls = sight.view(beams), robot.mean[None], sight.walls[None, beams]
-        objects = self._scenery(sight.seen_by(beams), self._believed.marginals)
+        seen = sight.seen_by(beams)  # what was learnt since may be what made the track fit
+        objects = self._scenery(seen, {name: self._believed.trusted(name) for name in seen})
         if not self._is_narrow(robot):
             poses, walls, objects = robot.poses, view.walls(robot.poses), []
         best, fit = view.best(poses, FIT_BLUR, objects, walls)
-        through = share_through_walls(scan.ranges[beams], walls[best], s.doubt_margin)
+        through = share_through_walls(
+            scan.ranges[beams], np.ascontiguousarray(walls[best]), s.doubt_margin
+        )
         return track.judged(track.record.judged(through, fit, scan.stamp_ns, s))
 
     def _found_again(self, track: Track, scan: Scan) -> Track:
@@ -496,8 +501,8 @@ class Estimator:
         fits, is_narrow = track.record.fits(s) and not doubt.is_lost, self._is_narrow(track.belief)
         if not is_narrow:
             doubt.blur(track.belief.position_std)
+        self._leave_earlier_looks(fits, now)
         if fits and not (doubt.is_new and is_narrow):
-            self._search.forget()
             if doubt.dispel(now):
                 self._believed.trust()
             return track
@@ -519,6 +524,16 @@ class Estimator:
                     self._lose(now)
                 return self._found(found.poses[0], now)
         return track
+
+    def _leave_earlier_looks(self, fits: bool, now_ns: int) -> None:
+        """Once a track that has fitted for a while doesn't any more, the robot may have been taken from where it was."""
+        long = self.settings.localization.doubt_after * NANOSECONDS
+        if fits:
+            self._fits_from_ns = self._fits_from_ns or now_ns
+        elif self._fits_from_ns is not None:
+            if now_ns - self._fits_from_ns >= long:
+                self._search.forget()
+            self._fits_from_ns = None
 
     def _lose(self, now_ns: int) -> None:
         """Say that the robot is lost, and take back what was learnt of objects since it fitted."""

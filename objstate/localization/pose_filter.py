@@ -195,9 +195,7 @@ class PoseFilter:
     def _sums(self, laser: str) -> FloatArray:
         return self._noise.get(laser, np.zeros(6))
 
-    def correct(
-        self, scan: Scan, surfaces: Surfaces, most: FloatArray, entered: FloatArray
-    ) -> int:
+    def correct(self, scan: Scan, surfaces: Surfaces, most: FloatArray, entered: FloatArray) -> int:
         """Take in how far a scan's beams, that meet walls before ``most`` (n,) m, reach; how many did.
 
         Beyond the ranges at which beams are ``entered`` (n,) m, objects may stand.

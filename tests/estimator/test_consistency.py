@@ -17,8 +17,6 @@ from objstate.particles import Weights
 from tests.rooms import door
 
 SETTINGS = ConsistencySettings(weight=1.0)
-BLUNT = ConsistencySettings(weight=1.0, most_tempering=0.1)
-TEMPERING = 0.2
 DOORS = 30
 SCANS = 26
 NOISE = 0.05  # rad of one reading
@@ -32,21 +30,21 @@ def gaussian(name: str, mean: float, std: float) -> ObjectBelief:
 
 
 def learnt(believed_noise: float, seed: int = 0) -> float:
-    """The factor, when Kalman filters take readings to be as exact as ``believed_noise``, whatever they are told."""
-    consistency = Consistency(BLUNT, TEMPERING)
+    """The factor, when Kalman filters take readings to be as exact as ``believed_noise``."""
+    consistency = Consistency(SETTINGS)
     teach(consistency, believed_noise, seed)
     return consistency.factor(Kind.HINGED)
 
 
 def teach(consistency: Consistency, believed_noise: float, seed: int = 0) -> None:
-    """Let Kalman filters take readings to be as exact as ``believed_noise``, or as much sharper as they are told."""
+    """Let Kalman filters take readings to be as exact as ``believed_noise``."""
     rng = np.random.default_rng(seed)
     for k in range(DOORS):
         name, true = f"door_{k}", 0.8
         mean, variance = true + 0.06 * rng.standard_normal(), 0.06**2
         before = gaussian(name, mean, np.sqrt(variance))
         for _ in range(SCANS):
-            gain = variance / (variance + believed_noise**2 / consistency.sharper(Kind.HINGED))
+            gain = variance / (variance + believed_noise**2)
             mean += gain * (true + NOISE * rng.standard_normal() - mean)
             variance *= 1.0 - gain
             after = gaussian(name, mean, np.sqrt(variance))
@@ -66,41 +64,13 @@ def test_filters_that_say_too_much_are_to_be_wider() -> None:
     assert learnt(NOISE / 3.0) > 2.0
 
 
-def test_filters_that_say_too_little_are_told_how_sharp_they_should_be() -> None:
-    consistency = Consistency(SETTINGS, TEMPERING)
-    for seed in range(3):
-        teach(consistency, 1.15 * NOISE, seed)
-    assert consistency.sharper(Kind.HINGED) == pytest.approx(1.15**2, rel=0.1)
-    assert consistency.factor(Kind.HINGED) == pytest.approx(1.0)
-    assert consistency.sharper(Kind.SLIDING) == consistency.sharper(Kind.PLANAR) == 1.0
-
-
-def test_filters_that_say_too_little_are_sharper_only_as_far_as_readings_err_by_chance() -> None:
-    consistency = Consistency(SETTINGS, TEMPERING)
-    teach(consistency, 5.0 * NOISE)
-    sharpest = consistency.sharper(Kind.HINGED)
-    assert sharpest == pytest.approx(SETTINGS.most_tempering / TEMPERING)
-    assert consistency.factor(Kind.HINGED) < 0.5
-    consistency.off = 1.6 * SETTINGS.off_m
-    assert consistency.sharper(Kind.HINGED) == pytest.approx(1.0 / 3.56 / TEMPERING)
-    consistency.off = 10.0 * SETTINGS.off_m
-    assert consistency.sharper(Kind.HINGED) == 1.0
-
-
-def test_filters_that_say_too_much_are_not_made_blunter() -> None:
-    consistency = Consistency(SETTINGS, TEMPERING)
-    teach(consistency, NOISE / 3.0)
-    assert consistency.sharper(Kind.HINGED) == 1.0
-    assert consistency.factor(Kind.HINGED) > 2.0
-
-
 def test_without_evidence_the_factor_is_one() -> None:
-    assert Consistency(SETTINGS, TEMPERING).factor(Kind.HINGED) == 1.0
-    assert Consistency(SETTINGS, TEMPERING).factor(Kind.PLANAR) == 1.0
+    assert Consistency(SETTINGS).factor(Kind.HINGED) == 1.0
+    assert Consistency(SETTINGS).factor(Kind.PLANAR) == 1.0
 
 
 def test_each_class_learns_for_itself_and_unsettled_beliefs_teach_nothing() -> None:
-    consistency, wide = Consistency(SETTINGS, TEMPERING), gaussian("door", 0.8, 0.3)
+    consistency, wide = Consistency(SETTINGS), gaussian("door", 0.8, 0.3)
     for _ in range(50):
         consistency.note(wide, gaussian("door", 0.9, 0.25))
     assert consistency.factor(Kind.HINGED) == 1.0
@@ -118,7 +88,7 @@ def test_the_factor_keeps_between_its_bounds(believed_noise: float) -> None:
 
 def test_that_a_door_may_have_been_moved_teaches_nothing_of_widths() -> None:
     consistency, rng, states = (
-        Consistency(SETTINGS, TEMPERING),
+        Consistency(SETTINGS),
         np.random.default_rng(0),
         PRIOR.states[:, 0],
     )
@@ -137,7 +107,7 @@ def test_that_a_door_may_have_been_moved_teaches_nothing_of_widths() -> None:
 
 def test_a_door_that_somebody_moves_teaches_nothing() -> None:
     consistency, (here, there) = (
-        Consistency(SETTINGS, TEMPERING),
+        Consistency(SETTINGS),
         (gaussian("door", a, 0.02) for a in (0.4, 1.2)),
     )
     for before, after in [(here, there), (there, here)] * 20:

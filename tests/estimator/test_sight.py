@@ -69,4 +69,3 @@ def test_beams_that_say_nothing_meet_no_wall_and_touch_nothing() -> None:
     assert np.isnan(found.walls[::2]).all()
     assert np.isfinite(found.walls[1::2]).all()
     assert not found.near(10.0, found.valid).beams[::2].any()
-    assert not found.bare[::2].any()
