@@ -15,14 +15,13 @@ from objstate.building.outline import JOIN
 from objstate.geometry import BoolArray, FloatArray, IntArray
 
 LASER_ROOM = 0.1  # m: a circle of this radius holds about half of a small robot, and its laser
-SNAP = 3.0 * JOIN  # m by which places in the network of all segments may be off
+SNAP = 3.0 * JOIN  # m: an edge no longer may be what rounding left of a crossing
 
 
 def visible(segments: FloatArray) -> FloatArray:
-    """Segments (m, 2, 2) of an outline (k, 2, 2) without those, and those ends, that no laser sees.
+    """Those segments (m, 2, 2) of an outline (k, 2, 2) of which a laser can see some part.
 
-    Rays from regions in which a circle of radius ``LASER_ROOM`` fits meet what they met before. The
-    outline is one that ``outline`` gives, whose collinear segments are joined.
+    Rays from regions in which a circle of radius ``LASER_ROOM`` fits meet exactly what they met before.
     """
     import shapely
 
@@ -33,10 +32,14 @@ def visible(segments: FloatArray) -> FloatArray:
     regions = shapely.get_parts(shapely.polygonize([network]))
     narrow = regions[_is_narrow(regions)]
     edges = _edges(shapely.get_parts(network))
-    is_shown = ~_is_between(edges, _edges(shapely.get_rings(narrow)))
-    if is_shown.all():
+    is_hidden = _is_between(edges, _edges(shapely.get_rings(narrow)))
+    if not is_hidden.any():
         return segments
-    return _trimmed(segments, edges[is_shown])
+    shown = edges[~is_hidden]
+    shown = shown[np.linalg.norm(shown[:, 1] - shown[:, 0], axis=1) > SNAP]
+    is_seen = np.zeros(len(segments), dtype=bool)
+    is_seen[shapely.STRtree(lines).nearest(shapely.points(shown.mean(axis=1)))] = True
+    return segments[is_seen]
 
 
 def _is_narrow(regions: Any) -> BoolArray:
@@ -49,28 +52,6 @@ def _is_narrow(regions: Any) -> BoolArray:
     unsure = np.flatnonzero(~is_narrow & (area < 2.0 * LASER_ROOM * shapely.length(regions)))
     is_narrow[unsure] = shapely.is_empty(shapely.buffer(regions[unsure], -LASER_ROOM))
     return np.asarray(is_narrow)
-
-
-def _trimmed(segments: FloatArray, shown: FloatArray) -> FloatArray:
-    """The segments (m, 2, 2) of some (k, 2, 2) from the first to the last of the edges ``shown`` (n, 2, 2) on each."""
-    import shapely
-
-    along = segments[:, 1] - segments[:, 0]
-    squared = np.sum(along**2, axis=1)
-    of = shapely.STRtree(shapely.linestrings(segments)).nearest(shapely.points(shown.mean(axis=1)))
-    off = np.einsum("nij,nj->ni", shown - segments[of, None, 0], along[of]) / squared[of, None]
-    first, last = np.ones(len(segments)), np.zeros(len(segments))
-    np.minimum.at(first, of, off.min(axis=1))
-    np.maximum.at(last, of, off.max(axis=1))
-    snap = SNAP / np.sqrt(squared)
-    first, last = (
-        np.where(first <= snap, 0.0, first - snap),
-        np.where(last >= 1.0 - snap, 1.0, last + snap),
-    )
-    is_left = first < last
-    ends = [segments[:, 0] + share[:, None] * along for share in (first, last)]
-    ends[1] = np.where(last[:, None] == 1.0, segments[:, 1], ends[1])
-    return np.stack(ends, axis=1)[is_left]
 
 
 def _edges(lines: Any) -> FloatArray:
