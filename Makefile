@@ -1,9 +1,10 @@
 # make run: estimate the sample log.   make test: check and test.   All set up .venv first.
+# make docs: renew what the pages print, and README's picture.
 # make bench: how fast it is, into docs/performance.md.   make bench-hour: memory over an hour of log.
 PYTHON ?= $(firstword $(shell command -v python3.11 python3 python))
 BIN := .venv/bin
 
-.PHONY: run test bench bench-hour
+.PHONY: run test docs bench bench-hour
 
 run: .venv/.stamp
 	$(BIN)/objstate estimate logs/corridor.mcap --building models/corridor/corridor.urdf \
@@ -15,6 +16,10 @@ test: .venv/.stamp
 	$(BIN)/mypy --strict objstate
 	$(BIN)/lint-imports
 	$(BIN)/pytest
+
+docs: .venv/.stamp
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e .[docs]
+	$(BIN)/python -m docs.renew
 
 bench: .venv/.stamp
 	$(BIN)/python -m benchmarks.speed

@@ -1,12 +1,11 @@
-"""Draws corridor.png: what the sample run believes of each door, in the end and on the way.
+"""Draws corridor.png: what the sample run believes of each door, in the end and on the way: ``make docs``.
 
-make run
-.venv/bin/python -m pip install -e .[docs]
-.venv/bin/python docs/images/corridor.py
+The image's metadata hold the angles that it shows, so that a test can tell when they are out of date.
 """
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import matplotlib as mpl
@@ -29,7 +28,8 @@ from objstate.recording.tum import TRAJECTORY, read_tum
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
-RESULT = ROOT / "out" / "corridor"
+PICTURE = HERE / "corridor.png"
+ANGLES = "Description"  # the key of the metadata: JSON of the angle of each door, degrees
 LASER_HEIGHT = 0.3  # m
 MOMENTS = (16.0, 17.8, 19.2)  # s into the log, at which a stretch of the corridor is shown
 STRETCH = ((9.8, 19.9), (-2.6, 2.6))  # m
@@ -39,12 +39,12 @@ INK, FAINT, WALL, PATH = "#22303c", "#5c6b78", "#7d8b98", "#7aa6d1"
 LEAF, SECTOR, TRUTH = "#c8553d", "#f2b950", "#0b7a75"
 
 
-def main() -> None:
-    """Read the result of ``make run`` and draw it."""
+def draw_corridor(result: Path) -> None:
+    """Draw what a run of the sample log, in a result folder, came to."""
     building = load_building(ROOT / "models" / "corridor" / "corridor.urdf")
     truth = read_truth(ROOT / "logs" / "corridor.truth.csv")
-    estimates = read_estimates(RESULT)
-    path = read_tum(RESULT / TRAJECTORY)
+    estimates = read_estimates(result)
+    path = read_tum(result / TRAJECTORY)
     begin_ns = int(path.stamps_ns[0])
 
     mpl.rcParams.update({"font.family": "DejaVu Sans", "font.size": 9, "text.color": INK})
@@ -68,7 +68,10 @@ def main() -> None:
         axes.set(xlim=STRETCH[0], ylim=STRETCH[1])
         axes.set_title(f"the dotted stretch after {moment:g} s", fontsize=9, color=FAINT)
     legend(figure)
-    figure.savefig(HERE / "corridor.png", dpi=110, facecolor="white")
+    angles = {state.estimate.object: round(degrees(state), 1) for state in states}
+    about = {ANGLES: json.dumps(angles)}
+    figure.savefig(PICTURE, dpi=110, facecolor="white", metadata=about)
+    plt.close(figure)
 
 
 def draw(
@@ -105,11 +108,16 @@ def leaf(door: MovableObject, angle: float, length: float) -> FloatArray:
     return np.stack([hinge, hinge + length * np.array([np.cos(direction), np.sin(direction)])]).T
 
 
+def degrees(state: LatestState) -> float:
+    """The estimated angle of a door."""
+    return float(np.degrees(state.estimate.mean))
+
+
 def name(axes: Axes, door: MovableObject, state: LatestState) -> None:
     """The door's number and angle, in its room."""
     x, y = leaf(door, 0.0, 0.45)[:, 1]
-    number, angle = door.name.removeprefix("door_"), np.degrees(state.estimate.mean)
-    axes.text(x, np.sign(y) * NAMES_AT, f"{number}: {angle:.0f}°", ha="center", va="center")
+    label = f"{door.name.removeprefix('door_')}: {degrees(state):.0f}°"
+    axes.text(x, np.sign(y) * NAMES_AT, label, ha="center", va="center")
 
 
 def legend(figure: Figure) -> None:
@@ -125,7 +133,3 @@ def legend(figure: Figure) -> None:
         ncols=4,
         frameon=False,
     )
-
-
-if __name__ == "__main__":
-    main()

@@ -60,7 +60,8 @@ DIR gets:
   posteriors.parquet  what was believed of every object near the robot, each second
   trajectory.tum      the robot's path
   run.json            settings, counts, timings, warnings
-  estimates.mcap      with --mcap: the run as a scene for Foxglove and RViz
+  estimates.mcap      with --mcap: the run as a scene for Foxglove and RViz, and its
+                      Foxglove layout, estimates.foxglove.json
   calibration.yaml    with --calibrate;  dynamics.yaml  with --learn-dynamics
 """
 
@@ -137,7 +138,7 @@ def estimate(
     from objstate.config import load_settings
     from objstate.recording.tables import read_truth
     from objstate.recording.tum import read_tum
-    from objstate.run import FILES, SCENE, RunOptions, estimate_log
+    from objstate.run import FILES, LAYOUT, SCENE, RunOptions, estimate_log
 
     if verbose:
         log_to_terminal()
@@ -177,7 +178,7 @@ def estimate(
         )
     print_warnings((*result.warnings, *_doubts_of_truth(result, true_states)), quiet)
     print_parts(extras.describe())
-    scene = (SCENE,) if mcap else ()
+    scene = (SCENE, LAYOUT) if mcap else ()
     _print(result, true_states, true_path, (*FILES, *scene, *extras.files))
 
 

@@ -19,8 +19,8 @@ from objstate.localization import search_kernels as search
 from objstate.objects import kernels as lattice
 from objstate.objects import sampling as furniture
 from objstate.particles import kernels as particles
+from objstate.sensing import front_to_back, likelihood, projection
 from objstate.sensing import kernels as scans
-from objstate.sensing import likelihood, projection
 
 Part = tuple[tuple[Any, str], ...]  # loops and their signatures
 
@@ -29,7 +29,7 @@ EVERY_RUN = 4  # parts that every run needs; the others are furniture's
 PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the projection
     (
         (likelihood.object_log_likelihood, "f2 f2 f2 b1 i1 f2 i f2 i1 f2 f1 i1 f1 f1 f f f2 b1"),
-        (projection.mark_seen, "f2 f2 i f2 i1 f1 b1"),
+        (front_to_back.cast, "f2 f2 i1 f2 f1 i1 f1 f1 b1 i1 f2 i1 f1 f1 f1 f2"),
     ),
     (
         (scans.take, "b1 i1 f2 i1 f1 f1"),

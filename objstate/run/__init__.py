@@ -5,10 +5,11 @@ from objstate.run.memory import WorldUse
 from objstate.run.observer import Observer
 from objstate.run.options import RunOptions
 from objstate.run.run import FILES, RunResult, estimate_log, open_run
-from objstate.run.scene import SCENE
+from objstate.run.scene import LAYOUT, SCENE
 
 __all__ = [
     "FILES",
+    "LAYOUT",
     "SCENE",
     "BuildingInput",
     "Observer",

@@ -42,7 +42,6 @@ from objstate.run.memory import Memory, WorldUse
 from objstate.run.observer import Observer
 from objstate.run.options import RunOptions
 from objstate.run.posteriors import PosteriorRecorder
-from objstate.run.scene import SCENE
 from objstate.run.start import check_start
 
 FILES = (ESTIMATES, POSTERIORS, TRAJECTORY, SUMMARY)  # what a result folder holds
@@ -114,9 +113,9 @@ def estimate_log(
     ``run.json`` into the new folder ``out``, whole or not at all. With a ``world``, a path
     or a PostgreSQL URL, it starts from what that believed when the log begins, and adds
     what the drive taught, once for each log. ``observers`` see the records go by.
-    ``truth`` and ``true_path`` are not used, but named in ``run.json``, where a report
+    ``truth`` and ``true_path`` are not used to estimate, but named in ``run.json``, where a report
     finds them. With ``mcap``, ``estimates.mcap`` holds the run as a scene for Foxglove and
-    RViz. ``on_finish`` may write more into the folder that it is given. Raises ResultError, BuildingError, SettingsError, LogError or WorldError.
+    RViz, the truth beside it. ``on_finish`` may write more into the folder that it is given. Raises ResultError, BuildingError, SettingsError, LogError or WorldError.
     """
     began = time.monotonic()
     options = options or RunOptions()
@@ -136,7 +135,7 @@ def estimate_log(
             if mcap:
                 from objstate.run.scene.recorder import record_scene
 
-                scene = files.enter_context(record_scene(folder / SCENE, model))
+                scene = files.enter_context(record_scene(folder, model, truth, true_path))
                 observers = (*observers, scene)
             drive = _drive_through(log, records, estimator, folder, observers, on_progress)
         logger.info("%d scans gave %d estimates", drive.scans, drive.estimates)

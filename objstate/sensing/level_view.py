@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -10,13 +11,11 @@ import numpy as np
 from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.lazy import lazy
 from objstate.records import Scan
-from objstate.sensing import kernels, likelihood, projection
+from objstate.sensing import front_to_back, kernels, likelihood, projection
 from objstate.sensing.beam_model import BeamModel
 from objstate.sensing.level import Sweep, UncertainObject
-from objstate.sensing.outlines import LevelOutlines, ObjectOutline, Stand
+from objstate.sensing.outlines import SPREAD, LevelOutlines, ObjectOutline, Stand
 from objstate.sensing.view import EXPLAINED_SIGMAS, Comparison
-
-FIXED = np.array([[0.0, 0.0, 1.0, 0.0]])  # the placement of what doesn't move
 
 
 class Beams(NamedTuple):
@@ -77,9 +76,29 @@ class LevelView:
         return Beams(order, rows, lookup, among.measured[chosen], among.short[chosen])
 
     def walls(self, poses: FloatArray) -> FloatArray:
-        stand = self._outlines.stand(poses)
-        walls = self._outlines.walls_in_sight(self._sweep, stand, self._range_max)
-        return self._cast(ObjectOutline(walls), FIXED, stand)[:, 0]
+        walls = self._outlines.walls(self._sweep.height)
+        reach = self._range_max + self._sweep.around + math.sqrt(2.0) * SPREAD
+
+        def ranges(abreast: FloatArray) -> FloatArray:
+            near = walls.about(abreast[0, :2], reach)
+            found = np.empty((self._count, len(abreast)))
+            front_to_back.cast(
+                abreast,
+                walls.segments,
+                walls.starts,
+                walls.circles,
+                walls.radii,
+                near.groups,
+                near.distances,
+                near.place,
+                self._chosen,
+                *self._among,
+                self._sweep.centre,
+                found,
+            )
+            return found.T
+
+        return self._outlines.stand(poses).each(ranges)
 
     def object(self, name: str, states: FloatArray, poses: FloatArray) -> FloatArray:
         outline = self._outlines.of_object(name, self._sweep.height)

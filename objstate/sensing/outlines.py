@@ -14,34 +14,43 @@ import numpy as np
 
 from objstate.building.model import Building, Kind, MovableObject
 from objstate.building.outline import outline
+from objstate.building.visible import visible
 from objstate.geometry import FloatArray, IntArray
 from objstate.sensing import kernels
-from objstate.sensing.blocks import Blocks
-from objstate.sensing.level import Sweep, UncertainObject, flat, moves_in_plane
-from objstate.sensing.neighbourhood import STRIDE, TOUCHING, Neighbourhood, Rectangle, widened
+from objstate.sensing.level import UncertainObject, flat, moves_in_plane
+from objstate.sensing.neighbourhood import Walls
 
 SCENERIES_KEPT = 64
 HINGES_KEPT = 4096  # of so many doors
+TOUCHING = 1e-6  # m within which ends of segments are one corner
 ABREAST = 200  # poses from which ranges are cast side by side, at most
+SPREAD = 1.0  # m, sides of a rectangle in which these stand, at most
 
 
 class Stand(NamedTuple):
     """Robot poses as the kernels take them, in parts that see about the same."""
 
     poses: FloatArray  # (p, 4) x, y, cosine and sine of the yaw
-    rectangle: Rectangle  # in which the robot stands
-    parts: Sequence[slice | IntArray]  # of poses that look in about the same direction
+    parts: Sequence[
+        slice | IntArray
+    ]  # of poses that stand close together and look in about one direction
 
     @staticmethod
     def of(poses: FloatArray) -> Stand:
         """Of poses (p, 3)."""
-        count = -(-len(poses) // ABREAST)
-        parts: Sequence[slice | IntArray] = [slice(None)]
-        if count > 1:
-            parts = np.array_split(np.argsort(poses[:, 2], kind="stable"), count)
         placed = np.empty((len(poses), 4))
-        rectangle = kernels.stand(poses, placed)
-        return Stand(placed, rectangle, parts)
+        left, bottom, right, top = kernels.stand(poses, placed)
+        if len(poses) <= ABREAST and max(right - left, top - bottom) <= SPREAD:
+            return Stand(placed, [slice(None)])
+        columns, rows = np.floor((poses[:, :2] - [left, bottom]) / SPREAD).T
+        order = np.lexsort((poses[:, 2], rows, columns))
+        ends = np.flatnonzero(np.abs(np.diff(columns[order])) + np.abs(np.diff(rows[order]))) + 1
+        parts = [
+            part
+            for close in np.split(order, ends)
+            for part in np.array_split(close, -(-len(close) // ABREAST))
+        ]
+        return Stand(placed, parts)
 
     def each(self, of: Callable[..., FloatArray], *also: FloatArray) -> FloatArray:
         """What ``of`` gives (p, ...) for the poses, and for ``also`` (p, ...), part by part."""
@@ -76,18 +85,20 @@ class Scenery(NamedTuple):
 class LevelOutlines:
     """Outlines of a building's walls and objects at the heights of its level lasers.
 
-    ``of_object`` gives the outline of an object, by its name, at a height; ``scenery`` the objects
-    (k,) that localization reckons with, in a laser's plane at a height. Both are remembered.
+    ``walls`` gives the walls in a laser's plane at a height, m; ``of_object`` the outline of an object, by
+    its name, at a height; ``scenery`` the objects (k,) that localization reckons with, in a laser's
+    plane at a height. All are remembered.
     """
 
+    walls: Callable[[float], Walls]
     of_object: Callable[[str, float], ObjectOutline]
     scenery: Callable[[tuple[UncertainObject, ...], float], Scenery]
 
     def __init__(self, building: Building) -> None:
         self._take(building)
         self.hold = all(moves_in_plane(item) for item in building.objects.values())
-        self._walls = cache(lambda height: Blocks(flat(outline(building.walls, height))))
-        self._neighbourhoods: dict[float, Neighbourhood] = {}
+        self._walls_at = cache(lambda height: flat(visible(outline(building.walls, height))))
+        self.walls = cache(lambda height: Walls(self._walls_at(height)))
         self._stand: tuple[FloatArray, Stand] | None = None  # the last, with its poses (p, 3)
 
     def with_object(self, item: MovableObject) -> LevelOutlines:
@@ -111,30 +122,9 @@ class LevelOutlines:
             self._stand = poses, Stand.of(poses)
         return self._stand[1]
 
-    def walls_in_sight(self, sweep: Sweep, stand: Stand, reach: float) -> FloatArray:
-        """Wall segments (k, 4) that a sweep may see within ``reach`` m from robot poses.
-
-        Where it is asked about again, sight is tried from a grid of places; for beliefs wider
-        than ``WIDEST_LOOK``, all segments in reach are given.
-        """
-        known = self._neighbourhoods.get(sweep.height)
-        rectangle = widened(stand.rectangle, sweep.around)
-        if known is None or not known.serves(rectangle, reach):
-            known = self._neighbourhood(sweep.height, widened(rectangle, STRIDE), reach)
-        else:
-            known = known.asked_again()
-        self._neighbourhoods[sweep.height] = known
-        return known.segments
-
-    def _neighbourhood(self, height: float, rectangle: Rectangle, reach: float) -> Neighbourhood:
-        left, bottom, right, top = rectangle
-        radius = reach + math.hypot(right - left, top - bottom) / 2
-        middle = np.array([left + right, bottom + top]) / 2
-        return Neighbourhood(rectangle, reach, self._walls(height).within(middle, radius))
-
     def walls_at(self, height: float) -> FloatArray:
         """All wall segments (k, 4) in a laser's plane at a height, m."""
-        return self._walls(height).segments
+        return self._walls_at(height)
 
     def placements(self, name: str, states: FloatArray) -> FloatArray:
         """An object's outline in states (s, d), against its home state, as the kernels take it (s, 4)."""

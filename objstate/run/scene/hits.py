@@ -6,12 +6,12 @@ from enum import IntEnum
 
 import numpy as np
 
-from objstate.building.model import Building, Kind
+from objstate.building.model import Building, Kind, MovableObject
 from objstate.estimator import Estimator
 from objstate.geometry import FloatArray
 from objstate.localization import PoseBelief
-from objstate.objects import ObjectBelief
 from objstate.records import Scan
+from objstate.run.scene.states import shown_state
 from objstate.sensing import ExpectedRanges
 
 
@@ -43,16 +43,18 @@ class HitFinder:
         walls = self._expected.walls(pose, scan.rays)[0]
         objects = np.full(len(scan), np.inf)
         for name, belief in estimator.objects.items():
-            if self._is_near(name, belief, robot.mean, scan.range_max):
-                alone = self._expected.object(name, belief.mean[None], pose, scan.rays)[0, 0]
+            state = shown_state(belief)
+            if self._is_near(name, belief.item, state, robot.mean, scan.range_max):
+                alone = self._expected.object(name, state[None], pose, scan.rays)[0, 0]
                 objects = np.minimum(objects, alone)
         nearest = np.minimum(walls, objects)
         explained = np.where(objects < walls, Hit.OBJECT, Hit.WALL)
         found = np.where(scan.ranges < nearest - margin, Hit.UNEXPECTED, explained)
         return np.where(scan.ranges > nearest + margin, Hit.BEYOND, found)
 
-    def _is_near(self, name: str, belief: ObjectBelief, pose: FloatArray, range_max: float) -> bool:
-        item, mean = belief.item, belief.mean
-        place = mean[:2] if item.kind is Kind.PLANAR else item.origin[:2, 3]
-        slid = abs(float(mean[0])) if item.kind is Kind.SLIDING else 0.0
+    def _is_near(
+        self, name: str, item: MovableObject, state: FloatArray, pose: FloatArray, range_max: float
+    ) -> bool:
+        place = state[:2] if item.kind is Kind.PLANAR else item.origin[:2, 3]
+        slid = abs(float(state[0])) if item.kind is Kind.SLIDING else 0.0
         return float(np.hypot(*(place - pose[:2]))) <= range_max + self._reach[name] + slid

@@ -10,9 +10,21 @@ import numpy as np
 from objstate.building.model import Kind, MovableObject
 from objstate.geometry import FloatArray
 from objstate.objects import ObjectBelief
-from objstate.recording.messages import BASE, MAP, POINT, VECTOR, header, make, placed, triple
+from objstate.recording.messages import (
+    BASE,
+    MAP,
+    POINT,
+    VECTOR,
+    header,
+    make,
+    placed,
+    plane_pose,
+    triple,
+)
+from objstate.records import Path as RobotPath
 from objstate.records import Scan
 from objstate.run.scene.hits import Hit
+from objstate.run.scene.states import shown_state
 
 CLOUD = "sensor_msgs/msg/PointCloud2"
 MARKERS = "visualization_msgs/msg/MarkerArray"
@@ -25,9 +37,17 @@ COLOURS = {  # of beams, as 0xRRGGBB
 }
 POINT_TYPE = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("rgb", "<u4"), ("hit", "<u4")])
 FIELDS = {"x": 7, "y": 7, "z": 7, "rgb": 7, "hit": 6}  # PointField: 7 FLOAT32, 6 UINT32
-LINE_LIST, TRIANGLE_LIST = 5, 11  # types of visualization_msgs/Marker
+PATH = "nav_msgs/msg/Path"
+LINE_LIST, TEXT, TRIANGLE_LIST = 5, 9, 11  # types of visualization_msgs/Marker
 LINE_WIDTH = 0.015  # m
+LABEL_HEIGHT = 0.2  # m of its letters, and above the object
+SCALES = {
+    LINE_LIST: (LINE_WIDTH, 0.0, 0.0),
+    TEXT: (0.0, 0.0, LABEL_HEIGHT),
+    TRIANGLE_LIST: (1.0, 1.0, 1.0),
+}
 GHOST = (0.95, 0.73, 0.31)  # red, green, blue
+TRUE = (0.04, 0.48, 0.46)
 SECTOR_STEP = np.radians(4.0)  # of the fan that fills an interval
 SECTOR_HEIGHT = 0.02  # m above the lowest point of the leaf, so that no floor hides it
 EDGES = np.array(  # of a box, as pairs of corners numbered by their bits
@@ -63,23 +83,64 @@ def beams_message(scan: Scan, hits: np.ndarray) -> Any:
 
 
 def joints_message(stamp_ns: int, beliefs: Iterable[ObjectBelief]) -> Any:
-    """The mean state of every door."""
+    """The state in which every door is shown."""
     doors = [belief for belief in beliefs if belief.item.kind is not Kind.PLANAR]
     nothing = np.zeros(0)
     return make(
         JOINTS,
         header=header(stamp_ns, MAP),
         name=[door.item.name for door in doors],
-        position=np.array([float(door.mean[0]) for door in doors]),
+        position=np.array([float(shown_state(door)[0]) for door in doors]),
         velocity=nothing,
         effort=nothing,
     )
 
 
-def ghosts_message(stamp_ns: int, beliefs: Iterable[tuple[int, ObjectBelief]]) -> Any:
-    """The 90 % interval of each object, by number: ghosts at its bounds, a door's swing filled."""
-    markers = [marker for number, belief in beliefs for marker in _ghosts(stamp_ns, number, belief)]
+def ghosts_message(stamp_ns: int, beliefs: Iterable[ObjectBelief]) -> Any:
+    """The 90 % interval of each object: ghosts at its bounds, a door's swing filled.
+
+    What was never seen has a label instead, which goes when it is seen.
+    """
+    markers = []
+    for number, belief in enumerate(beliefs):
+        if len(belief.item.mesh.vertices) == 0:
+            continue
+        if belief.last_observed_ns is None:
+            markers.append(_label(stamp_ns, number, belief))
+        else:
+            markers += _ghosts(stamp_ns, number, belief)
     return make(MARKERS, markers=markers)
+
+
+def truth_message(stamp_ns: int, states: Iterable[tuple[MovableObject, FloatArray]]) -> Any:
+    """Objects in their true states (d,), by their edges."""
+    markers = [
+        _marker(stamp_ns, "truth", number, LINE_LIST, _edges(item, state), 0.9, TRUE)
+        for number, (item, state) in enumerate(states)
+    ]
+    return make(MARKERS, markers=markers)
+
+
+def path_message(stamp_ns: int, path: RobotPath) -> Any:
+    """A robot's path."""
+    poses = [
+        make(
+            "geometry_msgs/msg/PoseStamped",
+            header=header(int(stamp), MAP),
+            pose=plane_pose(pose),
+        )
+        for stamp, pose in zip(path.stamps_ns, path.poses, strict=True)
+    ]
+    return make(PATH, header=header(stamp_ns, MAP), poses=poses)
+
+
+def _label(stamp_ns: int, number: int, belief: ObjectBelief) -> Any:
+    item = belief.item
+    matrix = item.transforms(shown_state(belief)[None])[0]
+    vertices = item.mesh.moved(matrix).vertices
+    middle = (vertices.min(axis=0) + vertices.max(axis=0)) / 2
+    above = np.array([[middle[0], middle[1], vertices[:, 2].max() + LABEL_HEIGHT]])
+    return _marker(stamp_ns, "unseen", number, TEXT, above, 0.9, text=f"{item.name}: not seen yet")
 
 
 def _ghosts(stamp_ns: int, number: int, belief: ObjectBelief) -> list[Any]:
@@ -128,12 +189,21 @@ def _swing(item: MovableObject, lower: float, upper: float) -> FloatArray:
 
 
 def _marker(
-    stamp_ns: int, space: str, number: int, kind: int, points: FloatArray, opacity: float
+    stamp_ns: int,
+    space: str,
+    number: int,
+    kind: int,
+    points: FloatArray,
+    opacity: float,
+    colour: tuple[float, float, float] = GHOST,
+    text: str = "",
 ) -> Any:
-    """One marker in ``map`` that stays until the next of its number."""
-    duration = make("builtin_interfaces/msg/Duration", sec=0, nanosec=0)
-    scale = (1.0, 1.0, 1.0) if kind == TRIANGLE_LIST else (LINE_WIDTH, 0.0, 0.0)
-    red, green, blue = GHOST
+    """One marker in ``map`` that stays until the next of its number; a ``TEXT`` at its point goes by itself."""
+    duration = make("builtin_interfaces/msg/Duration", sec=1 if kind == TEXT else 0, nanosec=0)
+    scale, place = SCALES[kind], np.eye(4)
+    if kind == TEXT:
+        place[:3, 3], points = points[0], points[:0]
+    red, green, blue = colour
     return make(
         "visualization_msgs/msg/Marker",
         header=header(stamp_ns, MAP),
@@ -141,7 +211,7 @@ def _marker(
         id=number,
         type=kind,
         action=0,
-        pose=placed(np.eye(4)),
+        pose=placed(place),
         scale=triple(VECTOR, scale),
         color=make("std_msgs/msg/ColorRGBA", r=red, g=green, b=blue, a=opacity),
         lifetime=duration,
@@ -156,7 +226,7 @@ def _marker(
             data=np.zeros(0, np.uint8),
         ),
         uv_coordinates=[],
-        text="",
+        text=text,
         mesh_resource="",
         mesh_file=make("visualization_msgs/msg/MeshFile", filename="", data=np.zeros(0, np.uint8)),
         mesh_use_embedded_materials=False,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections import defaultdict
 from pathlib import Path
 from typing import Any
@@ -9,12 +10,14 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+import shapely
 from mcap.reader import make_reader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
+from objstate.building import load_building, outline
 from objstate.recording.tables import read_estimates
 from objstate.recording.tum import read_tum
-from objstate.run import SCENE, RunOptions, estimate_log
+from objstate.run import LAYOUT, SCENE, RunOptions, estimate_log
 from objstate.simulation import simulate
 from tests.cli.test_commands import ROOM
 
@@ -32,9 +35,17 @@ def result(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("scene")
     (folder / "room.urdf").write_text(ROOM)
     (folder / "room.scene.yaml").write_text(SCENE_FILE)
-    log = simulate(folder / "room.scene.yaml", folder / "log").log
+    drive = simulate(folder / "room.scene.yaml", folder / "log")
     for name in ("out", "again"):
-        estimate_log([log], folder / "room.urdf", folder / name, RunOptions(), mcap=True)
+        estimate_log(
+            [drive.log],
+            folder / "room.urdf",
+            folder / name,
+            RunOptions(),
+            truth=folder / "log" / "truth.csv",
+            true_path=folder / "log" / "path.tum",
+            mcap=True,
+        )
     return folder / "out"
 
 
@@ -60,6 +71,7 @@ def decoded(schema: Any, data: bytes) -> Any:
 def test_every_topic_is_there(messages: dict[str, list[tuple[int, Any]]]) -> None:
     assert set(messages) == {
         "/robot_description", "/tf", "/beams/laser", "/particles", "/joint_states", "/intervals",
+        "/object_states", "/diagnostics", "/map", "/truth", "/true_path",
     }  # fmt: skip
     (_, description), = messages["/robot_description"]  # fmt: skip
     robot = ElementTree.fromstring(description.data)
@@ -135,6 +147,73 @@ def test_particles_surround_the_robot(
     assert mean == pytest.approx(path.poses[at, :2], abs=0.02)
 
 
+def test_intervals_and_truth_are_numbers_to_plot(
+    result: Path, messages: dict[str, list[tuple[int, Any]]]
+) -> None:
+    rows = read_estimates(result).select("stamp", "mean", "lower", "upper").iter_rows()
+    estimates = {stamp: np.degrees(numbers) for stamp, *numbers in rows}
+    compared = 0
+    for stamp, message in messages["/object_states"]:
+        (state,) = message.states
+        assert (state.name, state.coordinate, state.unit) == ("office_door", "angle", "deg")
+        assert state.truth == pytest.approx(np.degrees(TRUE_ANGLE), abs=1e-6)
+        if stamp in estimates and state.seen:
+            compared += 1
+            assert state.shown == state.mean
+            assert [state.mean, state.lower, state.upper] == pytest.approx(estimates[stamp])
+    assert compared > 5
+
+
+def test_the_true_state_and_path_are_shown(messages: dict[str, list[tuple[int, Any]]]) -> None:
+    ((_, truth),) = messages["/truth"]  # once, as it doesn't change
+    corners = np.array([[point.x, point.y] for point in truth.markers[0].points]) - [2.0, 2.0]
+    far = corners[np.hypot(*corners.T) > 0.5]
+    tilt = np.arctan2(0.02, 0.9)  # the corners of a leaf 4 cm thick
+    assert -np.arctan2(far[:, 1], far[:, 0]) == pytest.approx(TRUE_ANGLE, abs=tilt + 1e-6)
+    ((_, path),) = messages["/true_path"]
+    assert len(path.poses) > 10
+
+
+def test_the_map_has_walls_where_the_building_has(
+    result: Path, messages: dict[str, list[tuple[int, Any]]]
+) -> None:
+    ((_, grid),) = messages["/map"]
+    cells = grid.data.reshape(grid.info.height, grid.info.width)
+    assert set(np.unique(cells)) == {0, 100}
+    corner, size = grid.info.origin.position, grid.info.resolution
+    walls = outline(load_building(result.parent / "room.urdf").walls, 0.3)
+    occupied = np.argwhere(cells == 100)[:, ::-1] * size + [corner.x, corner.y] + size / 2
+    lines = shapely.union_all(shapely.linestrings(walls))
+    assert shapely.distance(shapely.points(occupied), lines).max() < size
+    covered = shapely.union_all(shapely.points(occupied)).buffer(size)
+    assert covered.covers(lines)
+
+
+def test_the_layout_shows_what_the_scene_holds(
+    result: Path, messages: dict[str, list[tuple[int, Any]]]
+) -> None:
+    layout = json.loads((result / LAYOUT).read_text())
+    panels, shown = layout["configById"], layout["layout"]
+    named: list[str] = []
+    pending = [shown]
+    while pending:
+        part = pending.pop()
+        if isinstance(part, str):
+            named.append(part)
+        else:
+            pending += [part["first"], part["second"]]
+    assert sorted(named) == sorted(panels)
+    assert set(panels["3D!scene"]["topics"]) == set(messages)
+    (_, states), *_ = messages["/object_states"]
+    for path in panels["Plot!object"]["paths"]:
+        topic, field = path["value"].split(".")[0], path["value"].split(".")[-1]
+        assert topic == "/object_states"
+        assert hasattr(states.states[0], field)
+    assert layout["globalVariables"] == {"object": "office_door", "coordinate": "angle"}
+    assert panels["DiagnosticSummary!objects"]["topicToRender"] in messages
+
+
 def test_a_scene_changes_nothing_and_comes_out_the_same(result: Path) -> None:
     again = result.parent / "again"
-    assert (again / SCENE).read_bytes() == (result / SCENE).read_bytes()
+    for name in (SCENE, LAYOUT):
+        assert (again / name).read_bytes() == (result / name).read_bytes()

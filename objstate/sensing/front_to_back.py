@@ -1,0 +1,172 @@
+"""Ranges of walls from many robot poses abreast, the nearest walls first; compiled.
+
+A building has thousands of wall segments, of which a laser sees a few dozen. Segments are taken
+in the order of their distance. One that lies, from all poses, behind what every beam that may meet it
+has hit already cannot change any range, and is left out after a few operations that don't depend on
+the number of poses. So the ranges are exactly those of all segments. Beams, poses and
+outlines are as in ``kernels``.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from objstate.compiling import inner, njit
+from objstate.geometry import BoolArray, FloatArray, IntArray
+from objstate.sensing.kernels import COS, SIN, SPREAD, X, Y, taken
+from objstate.sensing.projection import (
+    SLACK,
+    SPARE,
+    _bearing,
+    _first_at_or_after,
+    _gap,
+    _seen_from,
+    project,
+    pseudo_angle,
+    stands,
+    strays,
+)
+
+TOGETHER = 16  # segments that are projected at a time
+
+_compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
+_inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
+_inner_finite = inner(nogil=True, error_model="numpy", fastmath={"contract", "nnan", "nsz"})
+
+
+@_inner_finite
+def _largest(values: FloatArray) -> Any:
+    """The largest of some values (p,), of which some may be infinite."""
+    largest = -np.inf
+    for p in range(values.shape[0]):
+        largest = max(largest, values[p])
+    return largest
+
+
+@_inner
+def _renewed(farthest: FloatArray, nearest: FloatArray, is_touched: BoolArray) -> Any:
+    """The largest of ``farthest`` (n,), renewed from ``nearest`` (n, p) for the beams that are touched."""
+    largest = 0.0
+    for i in range(farthest.shape[0]):
+        if is_touched[i]:
+            farthest[i], is_touched[i] = _largest(nearest[i]), False
+        largest = max(largest, farthest[i])
+    return largest
+
+
+@_inner
+def _is_hidden(
+    segment: FloatArray,
+    strayed: float,
+    turned: float,
+    beams: FloatArray,
+    index: IntArray,
+    farthest: FloatArray,
+) -> Any:
+    """Whether no beam can meet a segment (4,) before what it has hit ``farthest`` (n,) from any pose.
+
+    The segment is seen from the poses' middle, from which beams' origins stray and headings are turned
+    by so much at most.
+    """
+    count, gap = beams.shape[1], _gap(segment) - strayed
+    if gap <= SLACK:
+        return False
+    # pseudo-angles grow no faster than angles, an arc sine less than its sine times a right angle
+    margin = SLACK + turned + 0.5 * np.pi * strayed / gap
+    begin = pseudo_angle(segment[0], segment[1])
+    end = _bearing(segment[2], segment[3], 0.0, begin)
+    low, high = min(begin, end) - margin, max(begin, end) + margin
+    first, until = 0, count
+    if high - low < 4.0:
+        if low < -2.0:
+            low, high = low + 4.0, high + 4.0
+        if low >= 2.0:
+            low, high = low - 4.0, high - 4.0
+        first = _first_at_or_after(low, beams, index)
+        if high > 2.0:
+            until = count + _first_at_or_after(high - 4.0, beams, index)
+        else:
+            until = _first_at_or_after(high, beams, index)
+    for step in range(first, until):
+        if farthest[step - count if step >= count else step] > gap:
+            return False
+    return True
+
+
+@_compile
+def cast(
+    poses: FloatArray,
+    walls: FloatArray,
+    starts: IntArray,
+    circles: FloatArray,
+    radii: FloatArray,
+    groups: IntArray,
+    distances: FloatArray,
+    about: FloatArray,
+    chosen: BoolArray,
+    order: IntArray,
+    beams: FloatArray,
+    index: IntArray,
+    measured: FloatArray,
+    short: FloatArray,
+    sweep: FloatArray,
+    out: FloatArray,
+) -> None:
+    """Ranges ``out`` (m, p) of walls (k, 4), from poses (p, 4).
+
+    The walls are in groups that begin at ``starts`` (g + 1,), each within a circle about a middle
+    (g, 4), x, y, x, y, and taken in the order ``groups`` (j,) of their ``distances`` (j,) from a place ``about``
+    (2,) near the poses. Of the beams that are ``chosen`` (n,), see ``taken``, in the scan's own order.
+    """
+    order, beams, index = taken(chosen, order, beams, index, measured, short)
+    lasers, middle = stands(poses, sweep), np.empty(4)
+    (strayed, turned), count = strays(lasers, middle), beams.shape[1]
+    size = poses.shape[0]
+    off = np.sqrt((middle[X] - about[0]) ** 2 + (middle[Y] - about[1]) ** 2)
+    margin = strayed + sweep[SPREAD]
+    fixed = np.empty(4)
+    fixed[X], fixed[Y], fixed[COS], fixed[SIN] = 0.0, 0.0, 1.0, 0.0
+    nearest, spare = np.full((count, size), np.inf), np.empty((SPARE, size))
+    farthest, is_touched = np.full(count, np.inf), np.zeros(count, dtype=np.bool_)
+    front, seen, held = np.empty((TOGETHER, 4)), np.empty((1, 4)), 0
+    reached = np.inf  # m by all beams, at most
+    for j in range(groups.shape[0] + 1):
+        is_over = j == groups.shape[0] or distances[j] - off - margin > reached
+        k = end = 0
+        if not is_over:
+            k, end = starts[groups[j]], starts[groups[j] + 1]
+            if end - k > 1:
+                _seen_from(middle, fixed, circles[groups[j] : groups[j] + 1], seen)
+                if _is_hidden(seen[0], margin + radii[groups[j]], turned, beams, index, farthest):
+                    k = end
+        while k < end or (is_over and held > 0):
+            if k < end:
+                _seen_from(middle, fixed, walls[k : k + 1], seen)
+                if not _is_hidden(seen[0], margin, turned, beams, index, farthest):
+                    front[held] = walls[k]
+                    held += 1
+                k += 1
+            if held == TOGETHER or is_over:
+                project(
+                    lasers,
+                    middle,
+                    strayed,
+                    turned,
+                    fixed,
+                    front[:held],
+                    0,
+                    beams,
+                    index,
+                    sweep[SPREAD],
+                    nearest,
+                    is_touched,
+                    spare,
+                )
+                held, reached = 0, _renewed(farthest, nearest, is_touched)
+        if is_over:
+            break
+    for i in range(count):
+        for p in range(size):
+            out[order[i], p] = nearest[i, p]
