@@ -1,0 +1,76 @@
+"""Where a plane cuts a mesh: the areas inside it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from objstate.building.model import Mesh
+from objstate.geometry import BoolArray, FloatArray, IntArray
+
+GRID = 1e-4  # m: corners so near to each other are one
+LEAST_AREA = 1e-6  # m²; less is round-off
+MOST_PAIRS = 4_000_000  # of places and segments that are compared at once
+
+
+def solid_areas(mesh: Mesh, height: float) -> list[FloatArray]:
+    """Rings (k, 2) m around the solid parts of the section at ``height``, holes included.
+
+    Filled by the even-odd rule they are the parts about which the oriented section winds. Sheets
+    that close nothing have no area.
+    """
+    import shapely
+
+    segments = oriented_section(mesh, height)
+    if not len(segments):
+        return []
+    lines = shapely.linestrings(segments)
+    noded = shapely.union_all(lines[shapely.length(lines) > GRID], grid_size=GRID)
+    cells = shapely.get_parts(shapely.polygonize([noded]))
+    cells = cells[shapely.area(cells) > LEAST_AREA]
+    if not len(cells):
+        return []
+    inside = shapely.get_coordinates(shapely.point_on_surface(cells))
+    solid = cells[windings(inside, segments) != 0]
+    areas = shapely.get_parts([shapely.union_all(solid)])
+    return [
+        shapely.get_coordinates(ring)
+        for area in areas
+        if area.geom_type == "Polygon"
+        for ring in shapely.get_rings([area])
+    ]
+
+
+def oriented_section(mesh: Mesh, height: float) -> FloatArray:
+    """Segments (k, 2, 2) m of the plane z = ``height``, the mesh's inside to the left of each.
+
+    A vertex in the plane counts as above it.
+    """
+    above = mesh.vertices[:, 2] - height
+    is_above = above >= 0.0
+    first, second, third = is_above[mesh.faces.T]
+    cut = (first != second) | (second != third)
+    lone = np.where(second == third, 0, np.where(first == third, 1, 2))[cut]
+    faces, rows = mesh.faces[cut], np.arange(len(lone))
+    tip = faces[rows, lone]
+    others = np.column_stack([faces[rows, (lone + 1) % 3], faces[rows, (lone + 2) % 3]])
+    share = above[tip, None] / (above[tip, None] - above[others])
+    start, end = mesh.vertices[tip, None, :2], mesh.vertices[others, :2]
+    found = start + share[..., None] * (end - start)
+    return np.asarray(np.where(is_above[tip][:, None, None], found[:, ::-1], found))
+
+
+def windings(points: FloatArray, segments: FloatArray) -> IntArray:
+    """(n,) how often oriented segments (k, 2, 2) wind about points (n, 2), by rays towards +x."""
+    step = max(1, MOST_PAIRS // max(1, len(segments)))
+    parts = [_windings(points[k : k + step], segments) for k in range(0, len(points), step)]
+    return np.concatenate([np.zeros(0, dtype=np.int64), *parts])
+
+
+def _windings(points: FloatArray, segments: FloatArray) -> IntArray:
+    (ax, ay), (bx, by) = segments[:, 0].T, segments[:, 1].T
+    x, y = points[:, :1], points[:, 1:]
+    rises: BoolArray = (ay <= y) & (by > y)
+    falls: BoolArray = (by <= y) & (ay > y)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        beyond = ax + (y - ay) / (by - ay) * (bx - ax) > x
+    return np.asarray((rises & beyond).sum(axis=1) - (falls & beyond).sum(axis=1))
