@@ -88,17 +88,15 @@ def headline(states: Sequence[tuple[str, Judged]]) -> list[str]:
         name, worst = max(own, key=lambda each: each[1].error)
         wrong = sum(each.verdict == "wrong" for _, each in own)
         coordinate = worst.state.estimate.coordinate
-        said = f"worst {kind}, {name}" + (f"; {wrong} of {len(own)} wrong" if wrong else "")
-        facts.append(fact(figure(coordinate, worst.error), said, worst.verdict))
+        said = f"{kind} off at worst, {name}"
         if len(own) > 1:
             middle = figure(coordinate, float(np.median([each.error for _, each in own])))
-            facts.append(fact(middle, f"median error of {len(own)} {kind}s"))
+            said += f"; median {middle}"
+        if wrong:
+            said += f"; {wrong} wrong"
+        facts.append(fact(figure(coordinate, worst.error), said, worst.verdict))
     if states:
         held = sum(each.inside for _, each in states)
-        facts.append(
-            fact(
-                f"{held} of {len(states)}",
-                f"true states in 90 % intervals ({held / len(states):.0%})",
-            )
-        )
+        share = f"{held / len(states):.0%}"
+        facts.append(fact(share, f"of {len(states)} true states in 90 % intervals"))
     return facts

@@ -87,7 +87,11 @@ def _facts(material: Material, latest: Sequence[LatestState], verdicts: Sequence
     facts = [
         fact(share_text(course.localized), "of the time localized", weak),
         fact(f"{course.driven:.0f} m", "driven while localized" if material.lost else "driven"),
-        fact(f"{len(observed)} of {len(material.summary['objects'])}", "objects observed"),
+        *(
+            [fact(f"{len(observed)} of {len(material.building.objects)}", "objects observed")]
+            if material.building.objects
+            else []
+        ),
         *headline([(each.state.estimate.object, each) for each in verdicts]),
     ]
     return element("div", *facts, class_="facts")
@@ -118,6 +122,7 @@ def _workbench(
         robot_radius,
     )
     numbers = {item.name: index for index, item in enumerate(items)}
+    shape = "wide-plan" if _is_wide(drawing) else ""
     return element(
         "div",
         element(
@@ -133,8 +138,10 @@ def _workbench(
             section("Objects", states_table(material, latest, verdicts, numbers), name="objects"),
             _histories(material, items),
             class_="side",
-        ),
-        class_="workbench wide-plan" if _is_wide(drawing) else "workbench",
+        )
+        if latest
+        else "",
+        class_=f"workbench {shape if latest else 'bare'}".strip(),
     )  # fmt: skip
 
 
@@ -185,6 +192,7 @@ def _legend(material: Material) -> str:
     left_out = set() if material.truth or material.true_path else set(WITH_TRUTH)
     left_out |= set() if material.scans is not None and len(material.scans) else {"scan"}
     left_out |= set() if material.lost else {"way lost"}
+    left_out |= set() if material.building.objects else {"leaf", "faded", "interval", "wrong"}
     entries = (
         element("span", element("i", class_=kind), text(label))
         for kind, label in LEGEND

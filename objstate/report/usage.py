@@ -24,9 +24,9 @@ EXPLAINED = (
 )
 HOURS, DAYS = 24, 7
 HOUR_MARKS = ("0", "6", "12", "18")
-DAY_MARKS = ("Mo", "Tu", "We", "Th", "Fr", "Sa", "Su")
+DAY_MARKS = ("M", "T", "W", "T", "F", "S", "S")
 CELL, TALL = 9, 36  # px of an hour or a day
-DAY_CELL = 18
+DAY_CELL = 14
 TICK = 1.5  # px, half of the median's line
 SPANS = ((86400.0, "d"), (3600.0, "h"), (60.0, "min"), (0.0, "s"))
 FOR_EVER = 1e9  # s; nobody waits longer

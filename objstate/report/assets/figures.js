@@ -17,6 +17,7 @@
     copy.removeAttribute("style");
     [...copy.attributes].filter((each) => each.name.startsWith("data-"))
       .forEach((each) => copy.removeAttribute(each.name));
+    if (node.tagName === "image") copy.setAttribute("style", "image-rendering: pixelated");
     if (!["title", "defs", "svg", "image"].includes(node.tagName)) {
       KEPT.forEach((name) => {
         const value = style.getPropertyValue(name);

@@ -403,6 +403,9 @@
   function faster(by) {
     speed.selectedIndex = Math.min(speed.length - 1, Math.max(0, speed.selectedIndex + by));
   }
+  document.addEventListener("click", (event) => { // a button that a mouse pressed doesn't keep the keys
+    if (event.detail > 0) event.target.closest("button")?.blur();
+  });
   document.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     const typing = event.target.matches("input[type=search], select, textarea");

@@ -27,6 +27,7 @@ const tip = (() => {
   const DRAG = 4; // px, from where on a press is no click
   const LINE = 15; // px, height of a name
   const DISTANCES = [7, 16, 28, 44, 64, 90]; // px of a name from its object
+  const CROWDED = 0.16; // the share of a plan that names may cover
   const LEADER = 20; // px, from where on a line leads to the name
   const SIDES = [[0, 1], [0, -1], [1, 0], [-1, 0], [1, 1], [-1, 1], [1, -1], [-1, -1]];
   const SVG = "http://www.w3.org/2000/svg";
@@ -194,10 +195,12 @@ const tip = (() => {
         return [index, [r.left - corner.left, r.top - corner.top, r.right - corner.left, r.bottom - corner.top]];
       }));
       const placed = [];
-      let hidden = 0, lines = "";
+      let hidden = 0, lines = "", covered = 0;
       const overlap = (a, b) => Math.max(0, Math.min(a[2], b[2]) - Math.max(a[0], b[0])) *
         Math.max(0, Math.min(a[3], b[3]) - Math.max(a[1], b[1]));
-      for (const name of this.names) {
+      const isWrong = (name) => name.node.classList.contains("wrong");
+      const ordered = [...this.names].sort((a, b) => isWrong(b) - isWrong(a));
+      for (const name of ordered) {
         const x = (name.x - box.x) * s, y = (name.y - box.y) * s;
         const w = ruler.measureText(name.reserve).width + 8;
         const own = things.get(name.index);
@@ -208,12 +211,14 @@ const tip = (() => {
           if (out || placed.some((other) => overlap(at, other) > 0)) return;
           let cost = distance;
           for (const [index, thing] of things) {
-            const covered = overlap(at, thing);
-            if (covered && (index !== name.index || distance > 0)) cost += 8 + covered / 20;
+            const hit = overlap(at, thing);
+            if (hit && (index !== name.index || distance > 0)) cost += 8 + hit / 20;
           }
           if (!best || cost < best.cost) best = { cost, at, cx, cy, distance };
         };
         if (x < 0 || y < 0 || x > wide || y > tall) { name.node.classList.add("crowded"); continue; }
+        const isFull = covered + w * LINE > CROWDED * wide * tall;
+        if (isFull) { name.node.classList.add("crowded"); hidden += 1; continue; }
         if (own && own[2] - own[0] > w && own[3] - own[1] > LINE) consider(x, y, 0);
         for (const d of DISTANCES) {
           if (best && best.cost <= d) break;
@@ -225,6 +230,7 @@ const tip = (() => {
         name.node.classList.toggle("crowded", !best);
         if (!best) { hidden += 1; continue; }
         placed.push(best.at);
+        covered += w * LINE;
         name.node.setAttribute("x", box.x + best.cx / s);
         name.node.setAttribute("y", box.y + best.cy / s);
         if (best.distance > LEADER) {
@@ -235,7 +241,7 @@ const tip = (() => {
       }
       this.leaders.setAttribute("d", lines);
       const told = this.svg.parentElement.querySelector("#hidden");
-      if (told) told.textContent = hidden ? `${hidden} names find no room: zoom in, or point at objects` : "";
+      if (told) told.textContent = hidden ? `${hidden} more ${hidden > 1 ? "names" : "name"}: zoom in, or point at objects` : "";
     }
   }
 
