@@ -10,7 +10,7 @@ from objstate.building.model import Building, MovableObject
 from objstate.geometry import FloatArray
 from objstate.report.batch_material import DoneLog
 from objstate.report.markup import element, polyline
-from objstate.report.plan import Shape, framed, placement, plan_buttons, shape_of
+from objstate.report.plan import Shape, covered, framed, placement, plan_buttons, shape_of
 
 MOST_POSES = 200  # of each path
 LEAST_OPACITY = 0.1  # of one of many states
@@ -64,7 +64,7 @@ def _corners(shape: Shape, item: MovableObject, state: FloatArray) -> FloatArray
     """(n, 2) m of the floor, what furniture in a state covers; doors stay where they hang."""
     if shape.motion["kind"] != "free":
         return np.zeros((0, 2))
-    return np.asarray(item.mesh.moved(item.transforms(state[None])[0]).vertices[:, :2])
+    return covered(item, state)
 
 
 def last_states(

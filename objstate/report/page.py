@@ -6,9 +6,12 @@ from collections.abc import Sequence
 from datetime import UTC, tzinfo
 from typing import Any
 
-from objstate.building.model import MovableObject
+import numpy as np
+
+from objstate.building.model import Kind, MovableObject
 from objstate.evaluation import LatestState, latest_states
 from objstate.evaluation.states import Coordinate, TrueCourse, true_courses
+from objstate.geometry import FloatArray
 from objstate.order import natural_key
 from objstate.report.accuracy import accuracy
 from objstate.report.document import page_head, section, warnings_list, whole_page
@@ -120,6 +123,7 @@ def _workbench(
         material.laser_height,
         material.true_path,
         robot_radius,
+        _reached(material, items),
     )
     numbers = {item.name: index for index, item in enumerate(items)}
     shape = "wide-plan" if _is_wide(drawing) else ""
@@ -143,6 +147,23 @@ def _workbench(
         else "",
         class_=f"workbench {shape if latest else 'bare'}".strip(),
     )  # fmt: skip
+
+
+def _reached(material: Material, items: Sequence[MovableObject]) -> FloatArray:
+    """(n, 2) m, corners of wherever furniture was believed to stand."""
+    import polars as pl
+
+    found = [np.zeros((0, 2))]
+    for item in items:
+        if item.kind is not Kind.PLANAR:
+            continue
+        own = material.looks.filter(pl.col("object") == item.name)
+        radius = float(np.hypot(*item.upright_mesh.vertices[:, :2].T).max(initial=0.0))
+        x, y = (own.filter(pl.col("coordinate") == c)["mean"].to_numpy() for c in "xy")
+        if len(x) and len(y):
+            low, high = np.array([x.min(), y.min()]), np.array([x.max(), y.max()])
+            found.append(np.stack([low - radius, high + radius]))
+    return np.concatenate(found)
 
 
 def _is_wide(drawing: str) -> bool:
@@ -250,9 +271,7 @@ def _card(
         )
     return element(
         "article",
-        element(
-            "h3", element("span", text(item.name)), element("output", data_object=index)
-        ),
+        element("h3", element("span", text(item.name)), element("output", data_object=index)),
         *strips,
         time_axis(axis),
         data_object=index,

@@ -24,6 +24,7 @@ LABEL_OFF = 0.3  # m from the middle of a closed leaf, on the side to which it d
 INTRICATE = 2000  # triangles, above which an object is drawn by its convex outline
 GRID = 1e-4  # m: corners so near to each other are one
 MOST_TRUE_POSES = 3_000  # of a true path
+NOWHERE = np.zeros((0, 2))
 CORNERS = np.array([[-1.0, -1.0], [1.0, 1.0]])
 LEVEL = 1e-6  # an axis is upright, or level, when no further from it than this
 
@@ -61,8 +62,12 @@ def draw_plan(
     height: float,
     true_path: RobotPath | None = None,
     robot_radius: float | None = None,
+    reached: FloatArray = NOWHERE,
 ) -> str:
-    """The plan as SVG, y up, one unit a metre; the page's script moves what moves."""
+    """The plan as SVG, y up, one unit a metre; the page's script moves what moves.
+
+    Furniture gets to the places (n, 2) ``reached``, so that they are on the plan as well.
+    """
     drawn = [
         *path_markup(course),
         "" if true_path is None else _true_path(true_path),
@@ -73,7 +78,9 @@ def draw_plan(
         _robot("true-robot", robot_radius) if true_path is not None else "",
         _robot("robot", robot_radius),
     ]
-    shown = [course.drawn] if true_path is None else [course.drawn, true_path.poses[:, :2]]
+    shown = [course.drawn, reached]
+    if true_path is not None:
+        shown.append(true_path.poses[:, :2])
     return framed(building, shapes, np.concatenate(shown), height, drawn, "plan")
 
 
@@ -138,6 +145,11 @@ def plan_buttons() -> str:
         element("button", label, class_=name, type="button", title=told, aria_label=told)
         for label, name, told in buttons
     )
+
+
+def covered(item: MovableObject, state: FloatArray) -> FloatArray:
+    """(n, 2) m of the floor, corners of what an object covers in a state (d,)."""
+    return np.asarray(item.mesh.moved(item.transforms(state[None])[0]).vertices[:, :2])
 
 
 def placement(motion: Mapping[str, Any], state: FloatArray) -> str:

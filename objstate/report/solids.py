@@ -56,7 +56,7 @@ def oriented_section(mesh: Mesh, height: float) -> FloatArray:
     share = above[tip, None] / (above[tip, None] - above[others])
     start, end = mesh.vertices[tip, None, :2], mesh.vertices[others, :2]
     found = start + share[..., None] * (end - start)
-    return np.asarray(np.where(is_above[tip][:, None, None], found[:, ::-1], found))
+    return np.asarray(np.where(is_above[tip][:, None, None], found, found[:, ::-1]))
 
 
 def windings(points: FloatArray, segments: FloatArray) -> IntArray:

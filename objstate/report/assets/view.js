@@ -247,9 +247,7 @@ const tip = (() => {
 
   document.querySelectorAll("svg.plan").forEach((svg) => plans.set(svg, new Plan(svg)));
   addEventListener("resize", () => plans.forEach((plan) => plan.resized()));
-  let printed = null;
   addEventListener("beforeprint", () => {
-    printed = [...plans.values()].map((plan) => [plan, plan.box]);
+    document.querySelectorAll(".warnings").forEach((told) => { told.open = true; });
   });
-  addEventListener("afterprint", () => printed?.forEach(([plan, box]) => plan.show(box)));
 })();
