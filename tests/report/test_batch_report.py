@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shutil
 from dataclasses import replace
 from pathlib import Path
 from urllib.parse import unquote
@@ -30,29 +29,6 @@ from objstate.report.coverage import Coverage, pooled
 from objstate.report.usage import TALL, usage
 from objstate.statistics import DoorStatistics, Interval, Share
 from tests.report.pages import read
-
-
-@pytest.fixture
-def batch(result: Path, tmp_path: Path) -> Path:
-    """Two logs that are done, alike, one with truth; one that failed."""
-    folder, drive = tmp_path / "batch", result.parent
-    urdf, log = str(drive / "room.urdf"), str(drive / "log" / "log.mcap")
-    truth, path = str(drive / "log" / "truth.csv"), str(drive / "log" / "path.tum")
-    logs = [
-        BatchLog("first", log, urdf, truth, path),
-        BatchLog("second", log, urdf),
-        BatchLog("broken", str(drive / "<broken>.mcap"), urdf),
-    ]
-    for name in ("first", "second"):
-        result_of(folder, name).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copytree(result, result_of(folder, name))
-        (result_of(folder, name) / "report.html").unlink(missing_ok=True)
-        write_outcome(folder, Outcome(name, "done", attempts=1))
-    (folder / "outcomes").mkdir(exist_ok=True)
-    write_outcome(folder, Outcome("broken", "failed", "It is <no> log.", attempts=1))
-    write_logs(folder, logs)
-    combine(folder)
-    return folder
 
 
 def words(page: Path) -> str:
