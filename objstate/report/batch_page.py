@@ -129,17 +129,20 @@ def _logs(material: BatchMaterial, page: Path, report: str, zone: tzinfo) -> str
     return section("Logs", table((*headings, *judged), rows, "sortable filterable"))
 
 
-def _rank(outcome: Outcome, log: DoneLog | None) -> tuple[bool, float, float, tuple[object, ...]]:
+def _rank(
+    outcome: Outcome, log: DoneLog | None
+) -> tuple[bool, float, int, float, tuple[object, ...]]:
     """The worst first: logs that aren't done, then those lost for long, then the wrong ones."""
     if log is None:
-        return (False, 0.0, 0.0, natural_key(outcome.name))
+        return (False, 0.0, 0, 0.0, natural_key(outcome.name))
     weak = 0.0 if log.course.localized >= LOCALIZED_WELL else log.course.localized - 1.0
     worst = _worst(log.verdicts)
-    return (True, weak, -worst.badness if worst else 0.0, natural_key(outcome.name))
+    severity, badness = worst.rank if worst else (0, 0.0)
+    return (True, weak, -severity, -badness, natural_key(outcome.name))
 
 
 def _worst(verdicts: Sequence[Judged]) -> Judged | None:
-    return max(verdicts, key=lambda each: each.badness, default=None)
+    return max(verdicts, key=lambda each: each.rank, default=None)
 
 
 def _log_row(
@@ -220,12 +223,13 @@ def _objects(material: BatchMaterial) -> str:
 
 def _object_rank(
     key: tuple[str, str, str], parts: Sequence[tuple[str, Judged]]
-) -> tuple[float, tuple[object, ...], str]:
-    return (-max(each.badness for _, each in parts), natural_key(key[1]), key[2])
+) -> tuple[int, float, tuple[object, ...], str]:
+    severity, badness = max(each.rank for _, each in parts)
+    return (-severity, -badness, natural_key(key[1]), key[2])
 
 
 def _object_cells(name: str, kind: str, parts: Sequence[tuple[str, Judged]]) -> list[str | Cell]:
-    log, worst = max(parts, key=lambda part: part[1].error)
+    log, worst = max(parts, key=lambda part: part[1].rank)
     middle = float(np.median([each.error for _, each in parts]))
     held = sum(each.inside for _, each in parts)
     return [

@@ -14,7 +14,8 @@ from objstate.evaluation.summary import FAR_M, FAR_RAD, NEAR_M, NEAR_RAD, ROTATI
 from objstate.report.markup import element, text
 from objstate.report.reading import figure
 
-Verdict = Literal["right", "outside", "wrong"]
+Verdict = Literal["right", "outside", "unsure", "wrong"]
+SEVERITY: dict[Verdict, int] = {"right": 0, "outside": 1, "unsure": 2, "wrong": 3}
 
 
 @dataclass(frozen=True)
@@ -31,8 +32,13 @@ class Judged:
 
     @property
     def verdict(self) -> Verdict:
-        """``wrong``: what a person would call so; ``outside``: by less, but not in the interval."""
+        """What a reader should make of it."""
         return verdict(self.state.estimate.coordinate, self.error, self.inside)
+
+    @property
+    def rank(self) -> tuple[int, float]:
+        """The larger the worse: by verdict, then by error."""
+        return (SEVERITY[self.verdict], self.badness)
 
     @property
     def badness(self) -> float:
@@ -42,16 +48,20 @@ class Judged:
 
 
 def tolerances(coordinate: str) -> tuple[float, float]:
-    """Up to where an error is small, and from where on it is large whatever the interval says."""
+    """Up to where an error is small, and from where on it is large."""
     return (NEAR_RAD, FAR_RAD) if coordinate in ROTATIONS else (NEAR_M, FAR_M)
 
 
 def verdict(coordinate: str, error: float, inside: bool) -> Verdict:
-    """What to call an error (m or rad, not negative) of a state."""
+    """What to call an error (m or rad, not negative) of a state.
+
+    ``wrong``: not small, and its 90 % interval doesn't hold the truth. ``unsure``: large, but the interval,
+    which is wide then, does. ``outside``: small, but not in the interval.
+    """
     near, far = tolerances(coordinate)
-    if error > far or (error > near and not inside):
-        return "wrong"
-    return "right" if inside else "outside"
+    if not inside:
+        return "wrong" if error > near else "outside"
+    return "unsure" if error > far else "right"
 
 
 def judged(
@@ -94,7 +104,9 @@ def headline(states: Sequence[tuple[str, Judged]]) -> list[str]:
             said += f"; median {middle}"
         if wrong:
             said += f"; {wrong} wrong"
-        facts.append(fact(figure(coordinate, worst.error), said, worst.verdict))
+        facts.append(
+            fact(figure(coordinate, worst.error), said, "wrong" if wrong else worst.verdict)
+        )
     if states:
         held = sum(each.inside for _, each in states)
         share = f"{held / len(states):.0%}"

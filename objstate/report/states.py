@@ -52,13 +52,14 @@ def states_table(
 
 def _rank(
     state: LatestState, by_state: Mapping[tuple[str, str], Judged]
-) -> tuple[float, tuple[object, ...]]:
-    """The worst first; of equals, and without truth, by name."""
-    estimate = state.estimate
-    found = by_state.get((estimate.object, estimate.coordinate))
-    is_bad = found is not None and found.verdict != "right"
-    badness = found.badness if found is not None and is_bad else 0.0
-    return (-badness, natural_key(estimate.object))
+) -> tuple[int, float, tuple[object, ...]]:
+    """The worst first; what is right, and without truth all, by name."""
+    name = natural_key(state.estimate.object)
+    found = by_state.get((state.estimate.object, state.estimate.coordinate))
+    if found is None or found.verdict == "right":
+        return (0, 0.0, name)
+    severity, badness = found.rank
+    return (-severity, -badness, name)
 
 
 def _row(

@@ -27,6 +27,7 @@ HELD_OPACITY = 0.5  # of a posterior that no scan was near to renew
 COLOUR = (74, 134, 206)  # readable on white and on black
 EXPONENT = 1 / 3  # opacity grows so with the share, that an even posterior stays visible
 MOST_TICKS = 6
+LAST_MARK = 0.95  # of the time; marks from there on end at their moment
 TICK_STEPS = (1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800, 3600, 7200, 18000)  # s
 
 
@@ -149,6 +150,7 @@ def time_axis(axis: Axis) -> str:
             "span",
             f"{mark // 60} min" if step >= 60 else f"{mark} s",
             style=f"left:{100 * mark / max(axis.duration, 1e-9):.2f}%",
+            class_="last" if mark > LAST_MARK * axis.duration else None,
         )
         for mark in range(0, int(axis.duration) + 1, step)
     ]
@@ -217,13 +219,24 @@ def _height(coordinate: str, values: FloatArray, heat: HeatMap) -> FloatArray:
 
 
 def _broken_line(columns: IntArray, heights: FloatArray) -> str:
-    """A line through neighbouring columns, with gaps where columns are missing."""
-    parts, before = [], -2
-    for column, height in zip(columns.tolist(), heights.tolist(), strict=True):
-        parts.append(f"{'L' if column == before + 1 else 'M'}{column + 0.5},{height:.1f}")
-        if column != before + 1:
+    """A line through neighbouring columns, with gaps where columns are missing.
+
+    Points within a level stretch are left out.
+    """
+    if not len(columns):
+        return ""
+    level = np.round(heights, 1)
+    begins = np.diff(columns, prepend=-2) != 1
+    ends = np.append(begins[1:], True)
+    same = np.append(False, level[1:] == level[:-1])
+    kept = begins | ends | ~same | ~np.append(same[1:], False)
+    parts = []
+    for column, height, is_first in zip(
+        columns[kept].tolist(), level[kept].tolist(), begins[kept].tolist(), strict=True
+    ):
+        parts.append(f"{'M' if is_first else 'L'}{column + 0.5},{height:.1f}")
+        if is_first:
             parts.append("h.01")  # so that a column alone shows as a point
-        before = column
     return "".join(parts)
 
 

@@ -53,7 +53,7 @@ def _of_verdicts(states: Iterable[Judged]) -> Iterator[str]:
     for kind, told in (
         (
             "wrong",
-            "The last state of {} is wrong: far from the truth for its 90 % interval, or by itself.",
+            "The last state of {} is wrong: the true one lies far outside its 90 % interval.",
         ),
         (
             "outside",

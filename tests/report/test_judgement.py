@@ -19,7 +19,7 @@ def state(name: str, error_deg: float, half_deg: float, coordinate: str = "angle
 @pytest.mark.parametrize(
     ("error", "inside", "told"),
     [(1.0, True, "right"), (1.0, False, "outside"), (7.0, True, "right"), (7.0, False, "wrong"),
-     (25.0, True, "wrong"), (25.0, False, "wrong")],
+     (25.0, True, "unsure"), (25.0, False, "wrong")],
 )  # fmt: skip
 def test_verdicts_by_error_and_interval(error: float, inside: bool, told: str) -> None:
     assert verdict("angle", np.radians(error), inside) == told

@@ -56,7 +56,8 @@
     }
     const inside = off === null || (-off >= lower - mean - 1 && -off <= upper - mean + 1);
     const kind = turn ? "turn" : "length", size = Math.abs(off || 0);
-    const wrong = size > FAR[kind] || (size > NEAR[kind] && !inside);
+    const verdict = inside ? (size > FAR[kind] ? "unsure" : "right")
+      : size > NEAR[kind] ? "wrong" : "outside";
     const closed = k === 0 && object.closed && object.closed[at] !== null
       ? `${closedText(object.closed[at])}, ` : "";
     return {
@@ -65,7 +66,7 @@
       seen: object.seen[at] ? `${(object.t[at] / 10).toFixed(1)} s` : "never",
       truth: truth === null ? "–" : `${shown(coordinate, truth)}${unit(coordinate)}`,
       error: off === null || !object.seen[at] ? "–" : `${shown(coordinate, off)}${unit(coordinate)}`,
-      verdict: off === null || !object.seen[at] ? "" : wrong ? "wrong" : inside ? "right" : "outside",
+      verdict: off === null || !object.seen[at] ? "" : verdict,
     };
   }
 
@@ -273,6 +274,7 @@
       });
       row.classList.toggle("wrong", own?.verdict === "wrong");
       row.classList.toggle("outside", own?.verdict === "outside");
+      row.classList.toggle("unsure", own?.verdict === "unsure");
     }
   }
 
