@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from objstate.building.model import Mesh
-from objstate.geometry import BoolArray, FloatArray, IntArray
+from objstate.geometry import FloatArray, IntArray
 
 GRID = 1e-4  # m: corners so near to each other are one
+SIMPLER = (
+    1e-3  # m: corners by which an edge bends less are left out; finer than a page's centimetre
+)
 LEAST_AREA = 1e-6  # m²; less is round-off
-MOST_PAIRS = 4_000_000  # of places and segments that are compared at once
 
 
 def solid_areas(mesh: Mesh, height: float) -> list[FloatArray]:
@@ -31,7 +33,7 @@ def solid_areas(mesh: Mesh, height: float) -> list[FloatArray]:
         return []
     inside = shapely.get_coordinates(shapely.point_on_surface(cells))
     solid = cells[windings(inside, segments) != 0]
-    areas = shapely.get_parts([shapely.union_all(solid)])
+    areas = shapely.get_parts([shapely.simplify(shapely.union_all(solid), SIMPLER)])
     return [
         shapely.get_coordinates(ring)
         for area in areas
@@ -61,16 +63,16 @@ def oriented_section(mesh: Mesh, height: float) -> FloatArray:
 
 def windings(points: FloatArray, segments: FloatArray) -> IntArray:
     """(n,) how often oriented segments (k, 2, 2) wind about points (n, 2), by rays towards +x."""
-    step = max(1, MOST_PAIRS // max(1, len(segments)))
-    parts = [_windings(points[k : k + step], segments) for k in range(0, len(points), step)]
-    return np.concatenate([np.zeros(0, dtype=np.int64), *parts])
+    import shapely
 
-
-def _windings(points: FloatArray, segments: FloatArray) -> IntArray:
-    (ax, ay), (bx, by) = segments[:, 0].T, segments[:, 1].T
-    x, y = points[:, :1], points[:, 1:]
-    rises: BoolArray = (ay <= y) & (by > y)
-    falls: BoolArray = (by <= y) & (ay > y)
+    rays = np.stack([points, points], axis=1)
+    rays[:, 1, 0] = max(float(segments[..., 0].max()), float(points[:, 0].max())) + 1.0
+    tree = shapely.STRtree(shapely.linestrings(segments))
+    ray, segment = tree.query(shapely.linestrings(rays))
+    (ax, ay), (bx, by) = segments[segment, 0].T, segments[segment, 1].T
+    x, y = points[ray].T
+    rises, falls = (ay <= y) & (by > y), (by <= y) & (ay > y)
     with np.errstate(divide="ignore", invalid="ignore"):
         beyond = ax + (y - ay) / (by - ay) * (bx - ax) > x
-    return np.asarray((rises & beyond).sum(axis=1) - (falls & beyond).sum(axis=1))
+    turns = beyond * (rises.astype(float) - falls)
+    return np.bincount(ray, turns, len(points)).astype(np.int64)
