@@ -24,6 +24,7 @@ from objstate.building.writing import write_building
 from objstate.geometry import transform
 from objstate.recording.posteriors import Histogram, PosteriorWriter
 from objstate.recording.results import result_folder
+from objstate.recording.scans import ScanWriter, ThinScan
 from objstate.recording.summary import write_summary
 from objstate.recording.tables import EstimateWriter, write_truth
 from objstate.recording.tum import write_tum
@@ -87,7 +88,12 @@ def write_tables(
     """Estimates with every scan and posteriors each second, of the doors that are near."""
     count = 0
     edges = np.linspace(0.0, UPPER, BINS + 1)
-    with EstimateWriter(folder) as estimates, PosteriorWriter(folder) as posteriors:
+    ends = 3.0 * np.random.default_rng(1).standard_normal((80, 2))
+    with (
+        EstimateWriter(folder) as estimates,
+        PosteriorWriter(folder) as posteriors,
+        ScanWriter(folder) as scans,
+    ):
         for k, stamp in enumerate(stamps.tolist()):
             near = [d for d in range(DOORS) if always or abs((d + 0.5) * PITCH - x[k]) < NEAR]
             means = angles[near] + rng.normal(0.0, 0.02, len(near))
@@ -99,6 +105,7 @@ def write_tables(
             )
             count += len(near)
             if k % RATE == 0:
+                scans.write([ThinScan(stamp, "laser", ends)])
                 posteriors.write(
                     [
                         Histogram(stamp, f"door_{d}", "angle", 0.0, UPPER, bell(edges, m))

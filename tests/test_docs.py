@@ -13,6 +13,7 @@ from objstate.batch.manifest import COLUMNS as MANIFEST_COLUMNS
 from objstate.building.door_table import COLUMNS as DOOR_COLUMNS
 from objstate.recording.batches import summary_schema, timings_schema
 from objstate.recording.posteriors import posterior_schema
+from objstate.recording.scans import scan_schema
 from objstate.recording.tables import COLUMNS as ESTIMATE_COLUMNS
 from objstate.simulation import scene
 
@@ -144,6 +145,8 @@ def test_the_columns_of_tables_are_listed() -> None:
     assert set(re.findall(r"`(\w+)`", doors)) == set(DOOR_COLUMNS)
     assert set(re.findall(r"`(\w+)`", estimates)) == set(ESTIMATE_COLUMNS)
     assert list(listed("Posteriors: posteriors.parquet")) == list(posterior_schema())
+    scans = " ".join(row[0] for row in rows("Scans: scans.parquet"))
+    assert re.findall(r"`(\w+)`", scans) == list(scan_schema())
 
 
 def test_the_columns_of_a_batch_are_listed() -> None:

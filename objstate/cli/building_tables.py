@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from objstate.cli.tables import new_table
+from objstate.order import natural_key
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -32,7 +33,7 @@ def _object_table(summary: BuildingSummary) -> Table:
     numbers = ("x (m)", "y (m)", "range of states", "reach (m)", "outline (m)")
     title = f"{len(summary.objects)} movable objects"
     table = new_table(title, ("object", "kind"), numbers)
-    for item in summary.objects:
+    for item in sorted(summary.objects, key=lambda item: natural_key(item.name)):
         x, y, _ = item.position
         place = (f"{x:z.2f}", f"{y:z.2f}")
         lengths = (f"{item.reach:.2f}", f"{item.outline_length:.2f}")

@@ -58,6 +58,7 @@ Examples:
 DIR gets:
   estimates.parquet   every state after every update, with its 90 % interval
   posteriors.parquet  what was believed of every object near the robot, each second
+  scans.parquet       a few beams of a scan each second, for pictures
   trajectory.tum      the robot's path
   run.json            settings, counts, timings, warnings
   estimates.mcap      with --mcap: the run as a scene for Foxglove and RViz, and its

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
-from datetime import UTC, datetime
+from datetime import UTC, datetime, tzinfo
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
@@ -39,6 +39,18 @@ def parse_mounts(texts: Sequence[str]) -> dict[str, FloatArray]:
 def parse_clock_offsets(texts: Sequence[str]) -> dict[str, float]:
     """Seconds by which lasers' clocks are ahead, by frame, of all ``--clock-offset``. Raises SettingsError."""
     return dict(_clock_offset(text) for text in texts)
+
+
+def parse_zone(name: str) -> tzinfo:
+    """The clock that ``--timezone`` names. Raises SettingsError."""
+    from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
+
+    try:
+        return ZoneInfo(name)
+    except (ZoneInfoNotFoundError, ValueError, OSError) as error:
+        raise SettingsError(
+            f"--timezone '{name}' is not known; give one such as Europe/Berlin, or UTC."
+        ) from error
 
 
 def check_span(start: float | None, end: float | None) -> None:

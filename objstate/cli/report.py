@@ -8,13 +8,16 @@ from typing import Annotated
 import typer
 
 from objstate.cli.console import print_text
+from objstate.cli.parsing import parse_zone
 from objstate.errors import SettingsError
+
+LARGEST_RADIUS = 5.0  # m; a larger one was meant in another unit
 
 EXAMPLES = """\b
 Examples:
   objstate report out/corridor --open
   objstate report out/corridor --truth logs/corridor.truth.csv --out corridor.html
-  objstate report out/year --each
+  objstate report out/year --each --timezone Europe/Berlin
 """
 
 
@@ -37,23 +40,45 @@ def report(
     each: Annotated[
         bool, typer.Option("--each", help="Of a batch: write each log's page, too, and link them.")
     ] = False,
+    timezone: Annotated[
+        str, typer.Option(metavar="ZONE", help="Whose dates and hours, e.g. Europe/Berlin.")
+    ] = "UTC",
+    robot_radius: Annotated[
+        float | None,
+        typer.Option(metavar="M", help="Draw the robot so large. Default: as a mark of no size."),
+    ] = None,
     open_: Annotated[bool, typer.Option("--open", help="Show it in the browser.")] = False,
 ) -> None:
     """Write a page that shows a result: one HTML file that needs no server and no network.
 
-    It shows the plan with every object at its estimated state at any moment, what was believed of
-    each object over time, the errors where there is truth, warnings and settings. Of a batch it
-    shows the logs, each building over all of them, and how doors are used.
+    It shows the plan with the scan and every object at its estimated state at any moment, what was
+    believed of each object over time, the errors where there is truth, warnings and settings. Of a
+    batch it shows the logs, each building over all of them, and how doors are used.
     """
     from objstate.recording.batches import is_batch
     from objstate.report import write_batch_report, write_report
 
+    zone = parse_zone(timezone)
+    if robot_radius is not None and not 0.0 < robot_radius < LARGEST_RADIUS:
+        raise SettingsError(
+            f"--robot-radius {robot_radius:g} is no robot's; give metres, as in 0.25."
+        )
     if is_batch(folder):
         _refuse("the batch names its logs' truths", truth=truth, path=path)
-        page = write_batch_report(folder, out, building=building, each=each)
+        page = write_batch_report(
+            folder, out, building=building, each=each, zone=zone, robot_radius=robot_radius
+        )
     else:
         _refuse(f"{folder} is no batch", each=each or None)
-        page = write_report(folder, out, building=building, truth=truth, true_path=path)
+        page = write_report(
+            folder,
+            out,
+            building=building,
+            truth=truth,
+            true_path=path,
+            zone=zone,
+            robot_radius=robot_radius,
+        )
     print_text(f"Written: {page}")
     if open_:
         import webbrowser

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 def state_table(states: Sequence[LatestState], begin_ns: int, with_truth: bool) -> Table:
     """Each coordinate with its 90 % interval and when a scan last bore on it.
 
-    ``begin_ns`` is the stamp from which "last seen" counts. Where there is furniture, also how
+    ``begin_ns`` is the stamp from which "seen at" counts. Where there is furniture, also how
     probably it is there at all.
     """
     from objstate.building.model import COORDINATES, Kind
@@ -26,7 +26,7 @@ def state_table(states: Sequence[LatestState], begin_ns: int, with_truth: bool) 
     of_furniture = COORDINATES[Kind.PLANAR]
     with_presence = any(state.estimate.coordinate in of_furniture for state in states)
     there = ("there (%)",) if with_presence else ()
-    numbers = ("estimate", "90 % interval", *truth, *there, "last seen (s)")
+    numbers = ("estimate", "90 % interval", *truth, *there, "seen at (s)")
     table = new_table("", ("object", "state"), numbers)
     for state in states:
         table.add_row(*_cells(state, begin_ns, with_truth, with_presence))

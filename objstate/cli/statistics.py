@@ -11,12 +11,11 @@ import typer
 
 from objstate.cli.console import print_table, print_text
 from objstate.cli.json_values import json_values
+from objstate.cli.parsing import parse_zone
 from objstate.cli.tables import new_table, percent
 from objstate.errors import ResultError, SettingsError
 
 if TYPE_CHECKING:
-    from datetime import tzinfo
-
     from rich.table import Table
 
     from objstate.statistics import DoorStatistics, Interval, Share
@@ -64,7 +63,7 @@ def statistics(
         raise SettingsError(
             f"--open-above '{open_above}' is no angle; give radians, or degrees as in 10deg."
         ) from error
-    doors = door_statistics(folder, above, _zone(timezone))
+    doors = door_statistics(folder, above, parse_zone(timezone))
     if json_file is not None:
         _write_json(json_file, doors)
     if not doors:
@@ -74,17 +73,6 @@ def statistics(
     print_table(_shares_table("Open by hour (%)", "hour", doors, hourly=True))
     print_table(_shares_table("Open by day of the week (%)", "day", doors, hourly=False))
     print_text(LEGEND)
-
-
-def _zone(name: str) -> tzinfo:
-    from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
-
-    try:
-        return ZoneInfo(name)
-    except (ZoneInfoNotFoundError, ValueError, OSError) as error:
-        raise SettingsError(
-            f"--timezone '{name}' is not known; give one such as Europe/Berlin, or UTC."
-        ) from error
 
 
 def _doors_table(doors: tuple[DoorStatistics, ...]) -> Table:

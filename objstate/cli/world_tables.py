@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from objstate.cli.state_table import figure, label, span
 from objstate.cli.tables import new_table, percent
+from objstate.order import natural_key
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -35,7 +36,7 @@ def world_table(title: str, beliefs: Sequence[ObjectBelief]) -> Table:
     there = ("there (%)",) if shows_presence else ()
     numbers = ("estimate", "90 % interval", *there, "last seen")
     table = new_table(title, ("object", "state"), numbers)
-    for belief in beliefs:
+    for belief in sorted(beliefs, key=lambda belief: natural_key(belief.item.name)):
         presence = [percent(belief.presence)] if shows_presence else []
         for row in belief.estimates(None):
             figures = (figure(row.coordinate, row.mean), span(row), *presence)

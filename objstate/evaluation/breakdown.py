@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from objstate.evaluation.summary import StateErrors, summarize_states, unit_of
 from objstate.geometry import FloatArray
+from objstate.order import natural_key
 
 if TYPE_CHECKING:
     import polars as pl
@@ -66,7 +67,12 @@ def _by_name(judged: pl.DataFrame) -> Iterator[Sequence[Group]]:
         if column in judged.columns:
             seen = judged.filter(pl.col("observed") & pl.col(column).is_not_null())
             parts = seen.partition_by(column, "coordinate", as_dict=True)
-            yield [_group(column, key, part) for key, part in sorted(parts.items())]
+            yield [_group(column, key, part) for key, part in _ordered(parts)]
+
+
+def _ordered(parts: Mapping[Any, pl.DataFrame]) -> list[tuple[Any, pl.DataFrame]]:
+    """Parts by the names in their keys."""
+    return sorted(parts.items(), key=lambda part: [natural_key(str(name)) for name in part[0]])
 
 
 def _by_bin(judged: pl.DataFrame) -> Iterator[Sequence[Group]]:

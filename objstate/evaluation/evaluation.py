@@ -20,6 +20,7 @@ from objstate.evaluation.states import (
 )
 from objstate.evaluation.summary import StateErrors, summarize_states, unit_of
 from objstate.evaluation.symmetry import read_symmetry
+from objstate.order import natural_key
 from objstate.recording.tables import read_estimates, read_truth
 from objstate.recording.tum import TRAJECTORY, read_tum
 from objstate.records import TrueState
@@ -105,12 +106,12 @@ def evaluate_states(
     known, true, observed = (_objects(keys) for keys in (estimated, courses, compared))
     in_time = _objects(key for key, comparison in compared.items() if len(comparison.errors))
     return Evaluation(
-        objects=tuple(_errors(*key, [compared[key]]) for key in sorted(compared)),
+        objects=tuple(_errors(*key, [compared[key]]) for key in sorted(compared, key=_by_name)),
         overall=_overall(compared),
-        without_truth=tuple(sorted(known - true)),
-        never_observed=tuple(sorted((known & true) - observed)),
-        before_truth=tuple(sorted(observed - in_time)),
-        never_estimated=tuple(sorted(true - known)),
+        without_truth=_ordered(known - true),
+        never_observed=_ordered((known & true) - observed),
+        before_truth=_ordered(observed - in_time),
+        never_estimated=_ordered(true - known),
         robot=None,
     )
 
@@ -141,7 +142,15 @@ def _objects(keys: Iterable[Coordinate]) -> set[str]:
     return {name for name, _ in keys}
 
 
+def _ordered(names: Iterable[str]) -> tuple[str, ...]:
+    return tuple(sorted(names, key=natural_key))
+
+
+def _by_name(key: Coordinate) -> tuple[object, ...]:
+    return (natural_key(key[0]), key[1])
+
+
 def _listed(keys: Iterable[Coordinate]) -> str:
-    names = sorted(f"{name} ({coordinate})" for name, coordinate in keys)
+    names = [f"{name} ({coordinate})" for name, coordinate in sorted(keys, key=_by_name)]
     more = ["..."] if len(names) > NAMES_SHOWN else []
     return ", ".join([*names[:NAMES_SHOWN], *more]) or "none"

@@ -10,6 +10,8 @@ import numpy as np
 
 from objstate.evaluation.lost import Stretches, within
 from objstate.evaluation.states import Coordinate, TrueCourse, error, true_courses
+from objstate.order import natural_key
+from objstate.recording.tables import COLUMNS
 from objstate.records import Estimate, TrueState
 
 if TYPE_CHECKING:
@@ -42,10 +44,10 @@ def latest_states(
         estimates.filter(~taken_back)
         .sort("observed", "stamp", maintain_order=True)
         .unique(["object", "coordinate"], keep="last", maintain_order=True)
-        .sort("object", maintain_order=True)
     )
     courses = true_courses(truth)
-    rows = [Estimate(*row) for row in last.iter_rows()]
+    rows = [Estimate(*row) for row in last.select(COLUMNS).iter_rows()]
+    rows.sort(key=lambda row: natural_key(row.object))
     return [_latest(row, courses, (symmetry or {}).get(row.object, 1)) for row in rows]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,8 +12,10 @@ if TYPE_CHECKING:
     import polars as pl
 
 
-def read_parquet(path: Path, schema: pl.Schema, cure: str) -> pl.DataFrame:
-    """The table at ``path``, which must have the columns of ``schema``.
+def read_parquet(
+    path: Path, schema: pl.Schema, cure: str, optional: Mapping[str, pl.DataType] | None = None
+) -> pl.DataFrame:
+    """The table at ``path``, which must have the columns of ``schema`` and may have ``optional`` ones.
 
     Raises ResultError, which ends with the ``cure``, where there is none or another one.
     """
@@ -26,8 +29,10 @@ def read_parquet(path: Path, schema: pl.Schema, cure: str) -> pl.DataFrame:
         raise ResultError(
             f"{path} is not a Parquet file that can be read ({error}); {cure}."
         ) from error
-    if frame.schema != schema:
+    there = {name: kind for name, kind in (optional or {}).items() if name in frame.columns}
+    schema = pl.Schema({**schema, **there})
+    if dict(frame.schema) != dict(schema):
         raise ResultError(
             f"{path} has the columns {dict(frame.schema)} instead of {dict(schema)}; {cure}."
         )
-    return frame
+    return frame.select(schema.names())

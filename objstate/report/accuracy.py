@@ -15,7 +15,8 @@ from objstate.evaluation import (
 from objstate.evaluation.units import UNITS
 from objstate.report.charts import calibration_chart, error_chart
 from objstate.report.coverage import Coverage, coverages
-from objstate.report.markup import element, table, text
+from objstate.report.judgement import tolerances
+from objstate.report.markup import Cell, element, table, text
 from objstate.report.material import Material
 
 EXPLAINED = (
@@ -30,10 +31,12 @@ def accuracy(material: Material, latest: Sequence[LatestState]) -> str:
     """Errors, calibration, and the robot's own error; nothing where there is no truth."""
     parts = [_of_robot(material)]
     if any(state.truth is not None for state in latest) and material.truth is not None:
-        evaluation = evaluate_states(material.estimates, material.truth, material.lost)
+        evaluation = evaluate_states(
+            material.estimates, material.truth, material.lost, material.symmetry
+        )
         parts += [
             _table(evaluation),
-            charts(coverages(material.estimates, material.truth, material.lost)),
+            charts(coverages(material.estimates, material.truth, material.lost, material.symmetry)),
         ]
     found = "".join(parts)
     return element("section", element("h2", "Beside the truth"), found) if found else ""
@@ -54,12 +57,18 @@ def _of_robot(material: Material) -> str:
 
 
 def _table(evaluation: Evaluation) -> str:
-    entries = (*evaluation.overall, *evaluation.objects)
-    rows = [row for row in map(_row, entries) if row]
-    return table(HEADINGS, rows)
+    worst_first = sorted(evaluation.objects, key=_rank)
+    rows = [row for row in map(_row, (*evaluation.overall, *worst_first)) if row]
+    return table(HEADINGS, rows, "sortable filterable")
 
 
-def _row(entry: CoordinateErrors) -> list[str]:
+def _rank(entry: CoordinateErrors) -> float:
+    """By the mean error in tolerances, the worst first."""
+    near, _ = tolerances(entry.coordinate)
+    return -entry.updates.mean / near if entry.updates else 0.0
+
+
+def _row(entry: CoordinateErrors) -> list[str | Cell]:
     errors = entry.updates
     if errors is None:
         return []
@@ -70,15 +79,27 @@ def _row(entry: CoordinateErrors) -> list[str]:
     return [
         text(f"{entry.object or 'all'}, {entry.coordinate} ({unit})"),
         str(errors.count),
-        *(f"{factor * value:z.2f}" for value in figures),
+        *(_error(entry.coordinate, value, f"{factor * value:z.2f}") for value in figures),
         f"{errors.coverage:.0%}",
     ]
+
+
+def _error(coordinate: str, value: float, shown: str) -> Cell:
+    """An error, marked where a person would call it wrong."""
+    _, far = tolerances(coordinate)
+    return Cell(shown, class_="wrong" if abs(value) > far else None)
 
 
 def charts(found: Sequence[Coverage]) -> str:
     """A calibration curve and a histogram of errors for each kind of coordinate, explained."""
     drawn = [
-        element("figure", chart(coverage), element("figcaption", text(_caption(label, coverage))))
+        element(
+            "figure",
+            chart(coverage),
+            element("figcaption", text(_caption(label, coverage))),
+            class_="figure",
+            data_name=f"{label} of {coverage.kind}",
+        )
         for coverage in found
         if coverage.count
         for label, chart in (("Calibration", calibration_chart), ("Errors", error_chart))

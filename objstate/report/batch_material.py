@@ -21,8 +21,9 @@ from objstate.recording.batches import (
 from objstate.recording.summary import read_summary
 from objstate.recording.tables import read_estimates, read_truth
 from objstate.recording.tum import TRAJECTORY, read_tum
-from objstate.records import Path as RobotPath
+from objstate.report.course import Course
 from objstate.report.coverage import Coverage, coverages
+from objstate.report.judgement import Judged, judged
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +34,8 @@ class DoneLog:
     begin_ns: int
     laser_height: float  # m
     latest: list[LatestState]
-    path: RobotPath
+    verdicts: list[Judged]
+    course: Course
     coverages: list[Coverage]
 
 
@@ -81,13 +83,18 @@ def _read_done(folder: Path, log: BatchLog, doubts: list[str]) -> DoneLog:
             truth = read_truth(log.truth)
         except ObjstateError as error:
             doubts.append(str(error))
+    begin_ns, symmetry = int(summary["begin_ns"]), dict(summary.get("symmetry", {}))
+    latest = latest_states(estimates, truth or (), lost, symmetry)
+    searching = bool(summary["options"].get("global_start")) and len(lost) > 0
+    seconds = float(summary["timings"]["log_seconds"])
     return DoneLog(
         log=log,
-        begin_ns=int(summary["begin_ns"]),
+        begin_ns=begin_ns,
         laser_height=min(map(float, summary["laser_heights"].values())),
-        latest=latest_states(estimates, truth or (), lost),
-        path=read_tum(result / TRAJECTORY),
-        coverages=coverages(estimates, truth or (), lost),
+        latest=latest,
+        verdicts=judged(latest, symmetry),
+        course=Course(read_tum(result / TRAJECTORY), lost, searching, begin_ns, seconds),
+        coverages=coverages(estimates, truth or (), lost, symmetry),
     )
 
 

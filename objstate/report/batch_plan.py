@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from objstate.building.model import Building
+from objstate.building.model import Building, MovableObject
 from objstate.geometry import FloatArray
 from objstate.report.batch_material import DoneLog
 from objstate.report.markup import element, polyline
-from objstate.report.plan import framed, placement, shape_of
+from objstate.report.plan import Shape, covered, framed, placement, plan_buttons, shape_of
 
 MOST_POSES = 200  # of each path
 LEAST_OPACITY = 0.1  # of one of many states
@@ -23,13 +23,21 @@ def draw_states(building: Building, logs: Sequence[DoneLog], number: int = 0) ->
     """
     height = min(log.laser_height for log in logs)
     shapes = [shape_of(item, height) for item in building.objects.values()]
-    paths = [_thinned(log.path.poses[:, :2]) for log in logs]
-    drawn = [element("path", d=polyline(path), class_="way") for path in paths]
+    drawn = [
+        element("path", d="".join(polyline(_thinned(piece)) for piece in pieces), class_=kind)
+        for kind, pieces in (
+            ("way", [piece for log in logs for piece in log.course.known]),
+            ("way lost", [piece for log in logs for piece in log.course.doubtful]),
+        )
+        if pieces
+    ]
+    shown = [log.course.drawn for log in logs]
     for index, shape in enumerate(shapes):
         states = last_states(logs, shape.name, building[shape.name].coordinates)
         hull = "".join(polyline(ring, closed=True) for ring in shape.hull)
         name = f"shape-{number}-{index}"
         opacity = max(LEAST_OPACITY, 1.0 / max(1, len(states)) ** 0.5)
+        shown += [_corners(shape, building[shape.name], state) for state in states]
         drawn.append(
             element(
                 "g",
@@ -39,14 +47,24 @@ def draw_states(building: Building, logs: Sequence[DoneLog], number: int = 0) ->
                 ),
                 *(
                     element("use", href=f"#{name}", transform=placement(shape.motion, state))
-                    for state in states
+                    for state in states or [building[shape.name].home]
                 ),
-                class_="every",
+                class_="every object" if states else "every object unknown",
+                data_object=index,
                 style=f"stroke-opacity:{opacity:.2f}",
             )
         )
-    drawing = framed(building, shapes, np.concatenate(paths), height, drawn)
-    return element("div", drawing, class_="viewport")
+    drawing = framed(building, shapes, np.concatenate(shown), height, drawn)
+    viewport = element("div", drawing, class_="viewport figure", data_name=f"plan-{number + 1}")
+    controls = element("div", element("span", plan_buttons(), class_="zoom"), class_="controls")
+    return element("div", viewport, controls, class_="stage")
+
+
+def _corners(shape: Shape, item: MovableObject, state: FloatArray) -> FloatArray:
+    """(n, 2) m of the floor, what furniture in a state covers; doors stay where they hang."""
+    if shape.motion["kind"] != "free":
+        return np.zeros((0, 2))
+    return covered(item, state)
 
 
 def last_states(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -33,7 +33,10 @@ class Coverage:
 
 
 def coverages(
-    estimates: pl.DataFrame, truth: Iterable[TrueState], lost: Stretches
+    estimates: pl.DataFrame,
+    truth: Iterable[TrueState],
+    lost: Stretches,
+    symmetry: Mapping[str, int] | None = None,
 ) -> list[Coverage]:
     """One for angles and one for lengths, where there are any.
 
@@ -46,7 +49,8 @@ def coverages(
         if (name, coordinate) not in courses:
             continue
         course = courses[name, coordinate]
-        errors = compare(coordinate, posterior, course, lost).errors
+        order = (symmetry or {}).get(name, 1)
+        errors = compare(coordinate, posterior, course, lost, order).errors
         known = course.period(posterior.stamps_ns) >= 0
         below = (posterior.means - posterior.lowers)[known]
         above = (posterior.uppers - posterior.means)[known]

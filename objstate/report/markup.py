@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from html import escape
 
 import numpy as np
@@ -29,19 +30,51 @@ def element(name: str, *content: str, **attributes: object) -> str:
     return f"<{name}{written}>{''.join(content)}</{name}>"
 
 
-def table(headings: Sequence[str], rows: Iterable[Sequence[str]], class_: str = "") -> str:
-    """A table of cells that are markup; the first column names the row."""
+@dataclass(frozen=True)
+class Cell:
+    """A cell of a table: markup, what the table is sorted by, and how it looks."""
+
+    markup: str
+    value: float | str | None = None  # None: the cell's own text, or a number that it begins with
+    class_: str | None = None
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of a table, with attributes of its own."""
+
+    cells: Sequence[str | Cell]  # markup, or more; the first one names the row
+    attributes: Mapping[str, object] = field(default_factory=dict)
+
+
+def table(
+    headings: Sequence[str],
+    rows: Iterable[Sequence[str | Cell] | Row],
+    class_: str = "",
+    name: str | None = None,
+) -> str:
+    """A table; the first column names the row. One of the class ``sortable`` can be sorted."""
     head = element("tr", *(element("th", text(each), scope="col") for each in headings))
-    body = [
-        element(
-            "tr",
-            element("th", first, scope="row"),
-            *(element("td", cell) for cell in cells),
-        )
-        for first, *cells in rows
-    ]
-    inner = element("table", element("thead", head), element("tbody", *body), class_=class_ or None)
+    body = (_row(row if isinstance(row, Row) else Row(row)) for row in rows)
+    inner = element(
+        "table", element("thead", head), element("tbody", *body), class_=class_ or None, id=name
+    )
     return element("div", inner, class_="wide")
+
+
+def _row(row: Row) -> str:
+    cells = [cell if isinstance(cell, Cell) else Cell(cell) for cell in row.cells]
+    written = (
+        element(
+            "td" if column else "th",
+            cell.markup,
+            scope=None if column else "row",
+            class_=cell.class_,
+            data_value=cell.value,
+        )
+        for column, cell in enumerate(cells)
+    )
+    return element("tr", *written, **row.attributes)
 
 
 def polyline(points: FloatArray, closed: bool = False) -> str:

@@ -11,13 +11,17 @@ from objstate.building import load_building
 from objstate.building.digest import geometry_digest
 from objstate.building.model import Building
 from objstate.errors import ResultError
-from objstate.evaluation.lost import Stretches, read_lost
+from objstate.evaluation.lost import Stretches, read_lost, within
+from objstate.lazy import lazy
 from objstate.recording.posteriors import read_posteriors
+from objstate.recording.scans import read_scans
 from objstate.recording.summary import SUMMARY, read_summary
 from objstate.recording.tables import read_estimates, read_truth
 from objstate.recording.tum import TRAJECTORY, read_tum
 from objstate.records import Path as RobotPath
 from objstate.records import TrueState
+from objstate.report.course import Course
+from objstate.report.events import Event, read_events
 
 if TYPE_CHECKING:
     import polars as pl
@@ -36,6 +40,8 @@ class Material:
     lost: Stretches
     truth: list[TrueState] | None = None
     true_path: RobotPath | None = None
+    scans: pl.DataFrame | None = None  # none in results that kept none
+    events: tuple[Event, ...] = ()  # what moved, where the result tells it
     doubts: tuple[str, ...] = ()  # what of the material itself should make a reader wonder
 
     @property
@@ -48,10 +54,33 @@ class Material:
         """Seconds of log."""
         return float(self.summary["timings"]["log_seconds"])
 
+    @lazy
+    def looks(self) -> pl.DataFrame:
+        """The estimates that a page shows: those that a scan bore on, and those before the first of them.
+
+        As with ``latest_states``, what was taken back because the robot was lost isn't among them.
+        """
+        import polars as pl
+
+        stood = self.estimates.filter(~within(self.estimates["stamp"].to_numpy(), self.lost))
+        first = pl.col("stamp").filter("observed").min().over("object")
+        return stood.filter(pl.col("observed") | (pl.col("stamp") < first).fill_null(True))
+
+    @property
+    def symmetry(self) -> Mapping[str, int]:
+        """The orders of those objects that look the same after some turns."""
+        return dict(self.summary.get("symmetry", {}))
+
     @property
     def laser_height(self) -> float:
         """Where the plan cuts the building, m: the height of the lowest laser."""
         return min(map(float, self.summary["laser_heights"].values()))
+
+    @property
+    def course(self) -> Course:
+        """The robot's way."""
+        searching = bool(self.summary["options"].get("global_start")) and len(self.lost) > 0
+        return Course(self.path, self.lost, searching, self.begin_ns, self.duration)
 
 
 def read_material(
@@ -93,6 +122,8 @@ def read_material(
         estimates=read_estimates(folder),
         posteriors=read_posteriors(folder),
         path=read_tum(folder / TRAJECTORY),
+        scans=read_scans(folder),
+        events=read_events(folder, doubts),
         lost=read_lost(folder),
         truth=None if states_file is None else read_truth(states_file),
         true_path=None if path_file is None else read_tum(path_file),

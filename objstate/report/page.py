@@ -2,47 +2,74 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
-from importlib.resources import files
+from datetime import UTC, tzinfo
 from typing import Any
 
 import numpy as np
 
-from objstate.building.model import MovableObject
+from objstate.building.model import Kind, MovableObject
 from objstate.evaluation import LatestState, latest_states
 from objstate.evaluation.states import Coordinate, TrueCourse, true_courses
+from objstate.geometry import FloatArray
+from objstate.order import natural_key
 from objstate.report.accuracy import accuracy
-from objstate.report.markup import element, table, text
+from objstate.report.document import page_head, section, warnings_list, whole_page
+from objstate.report.events import events_table
+from objstate.report.judgement import Judged, fact, headline, judged
+from objstate.report.markup import element, text
 from objstate.report.material import Material
-from objstate.report.plan import Shape, draw_plan, shape_of
+from objstate.report.plan import Shape, draw_plan, plan_buttons, shape_of
+from objstate.report.reading import moment, span
 from objstate.report.settings import provenance
+from objstate.report.states import states_table
 from objstate.report.strips import Axis, strip, time_axis
-from objstate.report.timeline import object_moments, robot_moments, step_for, true_values
-from objstate.report.words import figure, moment, span, warnings
+from objstate.report.timeline import (
+    object_moments,
+    robot_moments,
+    scan_moments,
+    step_for,
+    stretches,
+    true_values,
+)
+from objstate.report.words import warnings
 
 LEGEND = (
     ("leaf", "estimate"),
     ("faded", "last believed, not near now"),
     ("interval", "90 % interval"),
+    ("wrong", "wrong by the truth"),
     ("truth", "truth"),
+    ("scan", "scan"),
     ("way", "robot's path"),
+    ("way lost", "robot lost"),
+)
+WITH_TRUTH = ("wrong", "truth")
+SPEEDS = (1, 2, 5, 10, 20, 50, 100)  # times real time
+PLAYED_IN = 20.0  # s, about, in which a log is played if nobody says otherwise
+WIDE = 2.2  # a plan so many times as wide as high stands above the strips, others beside them
+LOCALIZED_WELL = 0.9  # a smaller share of the time is marked
+KEYS = (
+    "Space plays; ← → go a second, with Shift ten; Home, End; + − 0 zoom; < > change the speed; "
+    "/ filters the objects. Drag the plan to move it, Ctrl and the wheel zoom."
 )
 
 
-def report_page(material: Material) -> str:
-    """The page of one result."""
-    latest = latest_states(material.estimates, material.truth or (), material.lost)
+def report_page(material: Material, zone: tzinfo = UTC, robot_radius: float | None = None) -> str:
+    """The page of one result; dates by the clock of ``zone``."""
+    latest = latest_states(
+        material.estimates, material.truth or (), material.lost, material.symmetry
+    )
+    verdicts = judged(latest, material.symmetry)
     items = list(material.building.objects.values())
     shapes = [shape_of(item, material.laser_height) for item in items]
     body = "".join(
         [
-            _head(material),
-            _facts(material, latest),
-            _warnings(warnings(material, latest)),
-            _plan(material, shapes),
-            _states(material, latest),
-            _histories(material, items),
+            _head(material, zone),
+            _facts(material, latest, verdicts),
+            warnings_list([text(each) for each in warnings(material, latest)]),
+            _workbench(material, latest, verdicts, items, shapes, robot_radius),
+            _events(material),
             accuracy(material, latest),
             provenance(material.summary),
         ]
@@ -50,116 +77,149 @@ def report_page(material: Material) -> str:
     return whole_page(f"objstate: {material.folder.name}", body, _moving(material, items, shapes))
 
 
-def whole_page(title: str, body: str, data: dict[str, Any] | None = None) -> str:
-    """A page around ``body``, with style and script in it; ``data`` is what its plan moves by."""
-    scripts = element("script", _asset("page.js"))
-    if data is not None:
-        written = json.dumps(data, separators=(",", ":"), ensure_ascii=False).replace(
-            "<", "\\u003c"
-        )
-        scripts += element("script", written, type="application/json", id="data")
-        scripts += element("script", _asset("report.js"))
-    head = (
-        '<meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">'
-        + element("title", text(title))
-        + element("style", _asset("report.css"))
-    )
-    page = element("head", head) + element("body", element("main", body), scripts)
-    return f'<!doctype html>\n<html lang="en">{page}</html>\n'
-
-
-def _asset(name: str) -> str:
-    return files("objstate.report").joinpath("assets", name).read_text(encoding="utf-8")
-
-
-def _head(material: Material) -> str:
+def _head(material: Material, zone: tzinfo) -> str:
     logs = ", ".join(log["path"].rpartition("/")[2] for log in material.summary["inputs"]["logs"])
-    said = f"{logs}, {moment(material.begin_ns)}, {span(material.duration)}"
-    return element(
-        "header",
-        element("div", element("h1", text(material.folder.name)), element("p", text(said))),
-        element("button", "light / dark", id="theme", type="button"),
-    )
+    said = f"{logs}, {moment(material.begin_ns, zone)}, {span(material.duration)}"
+    return page_head(material.folder.name, said)
 
 
-def _facts(material: Material, latest: Sequence[LatestState]) -> str:
+def _facts(material: Material, latest: Sequence[LatestState], verdicts: Sequence[Judged]) -> str:
     observed = {state.estimate.object for state in latest if state.estimate.observed}
-    steps = np.diff(material.path.poses[:, :2], axis=0)
+    course = material.course
+    weak = "" if course.localized >= LOCALIZED_WELL else "wrong"
     facts = [
-        (str(len(material.summary["objects"])), "objects"),
-        (str(len(observed)), "observed"),
-        (f"{np.hypot(*steps.T).sum():.0f} m", "driven"),
-        (f"{len(material.estimates):,}".replace(",", " "), "estimates"),
+        fact(share_text(course.localized), "of the time localized", weak),
+        fact(f"{course.driven:.0f} m", "driven while localized" if material.lost else "driven"),
+        *(
+            [fact(f"{len(observed)} of {len(material.building.objects)}", "objects observed")]
+            if material.building.objects
+            else []
+        ),
+        *headline([(each.state.estimate.object, each) for each in verdicts]),
     ]
-    known = [state for state in latest if state.error is not None and state.estimate.observed]
-    for kind, coordinates in (("angle", ("angle", "yaw")), ("place", ("offset", "x", "y"))):
-        errors = [abs(s.error or 0.0) for s in known if s.estimate.coordinate in coordinates]
-        if errors:
-            shown = figure(coordinates[0], float(np.median(errors)))
-            facts.append((shown, f"median last error of {kind}s"))
-    cells = (element("div", element("b", text(value)), text(label)) for value, label in facts)
-    return element("div", *cells, class_="facts")
+    return element("div", *facts, class_="facts")
 
 
-def _warnings(told: Sequence[str]) -> str:
-    if not told:
-        return element("section", element("h2", "Warnings"), element("p", "None."))
-    entries = (element("li", text(each)) for each in told)
-    return element("section", element("h2", "Warnings"), element("ul", *entries, class_="warnings"))
+def share_text(share: float) -> str:
+    """A share in whole percents, of which 0 and 100 mean none and all."""
+    if 0.0 < share < 1.0:
+        return f"{min(max(share, 0.01), 0.99):.0%}"
+    return f"{share:.0%}"
 
 
-def _plan(material: Material, shapes: list[Shape]) -> str:
-    drawing = draw_plan(material.building, shapes, material.path, material.laser_height)
-    legend = (
-        element("span", element("i", class_=kind), text(label))
-        for kind, label in LEGEND
-        if kind != "truth" or material.truth is not None
+def _workbench(
+    material: Material,
+    latest: Sequence[LatestState],
+    verdicts: Sequence[Judged],
+    items: Sequence[MovableObject],
+    shapes: list[Shape],
+    robot_radius: float | None,
+) -> str:
+    """The plan, and beside or below it the objects' states and what was believed of them."""
+    drawing = draw_plan(
+        material.building,
+        shapes,
+        material.course,
+        material.laser_height,
+        material.true_path,
+        robot_radius,
+        _reached(material, items),
     )
-    slider = (
-        f'<input type="range" id="time" min="0" max="{int(10 * material.duration)}" '
-        f'value="{int(10 * material.duration)}" aria-label="seconds of the log, in tenths">'
-    )
+    numbers = {item.name: index for index, item in enumerate(items)}
+    shape = "wide-plan" if _is_wide(drawing) else ""
     return element(
-        "section",
-        element("h2", "Plan"),
-        element("div", drawing, class_="viewport", id="viewport"),
+        "div",
+        element(
+            "section",
+            element("div", drawing, element("p", id="hidden"), class_="viewport figure",
+                    data_name="plan"),
+            _controls(material),
+            _legend(material),
+            class_="stage",
+        ),
         element(
             "div",
-            element("button", "play", id="play", type="button"),
-            slider,
-            element("output", id="clock", for_="time"),
-            element("button", "−", id="smaller", type="button", aria_label="zoom out"),
-            element("button", "+", id="larger", type="button", aria_label="zoom in"),
-            class_="controls",
+            section("Objects", states_table(material, latest, verdicts, numbers), name="objects"),
+            _histories(material, items),
+            class_="side",
+        )
+        if latest
+        else "",
+        class_=f"workbench {shape if latest else 'bare'}".strip(),
+    )  # fmt: skip
+
+
+def _reached(material: Material, items: Sequence[MovableObject]) -> FloatArray:
+    """(n, 2) m, corners of wherever furniture was believed to stand."""
+    import polars as pl
+
+    found = [np.zeros((0, 2))]
+    for item in items:
+        if item.kind is not Kind.PLANAR:
+            continue
+        own = material.looks.filter(pl.col("object") == item.name)
+        radius = float(np.hypot(*item.upright_mesh.vertices[:, :2].T).max(initial=0.0))
+        x, y = (own.filter(pl.col("coordinate") == c)["mean"].to_numpy() for c in "xy")
+        if len(x) and len(y):
+            low, high = np.array([x.min(), y.min()]), np.array([x.max(), y.max()])
+            found.append(np.stack([low - radius, high + radius]))
+    return np.concatenate(found)
+
+
+def _is_wide(drawing: str) -> bool:
+    return float(drawing.partition("--aspect:")[2].partition('"')[0]) > WIDE
+
+
+def _controls(material: Material) -> str:
+    last = int(10 * material.duration)
+    slider = (
+        f'<input type="range" id="time" min="0" max="{last}" value="{last}" '
+        'aria-label="seconds of the log, in tenths">'
+    )
+    usual = min(SPEEDS, key=lambda speed: abs(speed - material.duration / PLAYED_IN))
+    speeds = (
+        element("option", f"{speed}×", value=speed, selected="" if speed == usual else None)
+        for speed in SPEEDS
+    )
+    lost = (
+        element("i", style=f"left:{100 * a:.2f}%;width:{max(100 * (b - a), 0.3):.2f}%")
+        for a, b in _shares(material)
+    )
+    return element(
+        "div",
+        element("button", "play", id="play", type="button", title="space"),
+        element("select", *speeds, id="speed", aria_label="speed of playing", title="speed: < >"),
+        element("div", slider, element("div", *lost, class_="track"), class_="slider"),
+        element("output", id="clock", for_="time"),
+        element("span", plan_buttons(), class_="zoom"),
+        element(
+            "button", "follow", id="follow", type="button", aria_pressed="true",
+            title="keep the robot in view when zoomed in",
         ),
-        element("p", *legend, class_="legend"),
-    )
+        class_="controls",
+    )  # fmt: skip
 
 
-def _states(material: Material, latest: Sequence[LatestState]) -> str:
-    with_truth = material.truth is not None
-    truth = ("truth", "error") if with_truth else ()
-    headings = ("object", "state", "estimate", "90 % interval", "last seen", *truth)
-    rows = [_state_cells(material, state, with_truth) for state in latest]
-    return element("section", element("h2", "Last states"), table(headings, rows))
-
-
-def _state_cells(material: Material, state: LatestState, with_truth: bool) -> list[str]:
-    estimate = state.estimate
-    kind = estimate.coordinate
-    seen = (
-        f"{(estimate.stamp_ns - material.begin_ns) / 1e9:.0f} s" if estimate.observed else "never"
-    )
-    cells = [
-        estimate.object,
-        kind,
-        figure(kind, estimate.mean),
-        f"{figure(kind, estimate.lower)} to {figure(kind, estimate.upper)}",
-        seen,
+def _shares(material: Material) -> list[tuple[float, float]]:
+    """When the robot was lost, as shares of the log."""
+    whole = max(1e9 * material.duration, 1.0)
+    begin = material.begin_ns
+    return [
+        (max(0.0, (a - begin) / whole), min(1.0, (b - begin) / whole)) for a, b in material.lost
     ]
-    if with_truth:
-        cells += [figure(kind, state.truth), figure(kind, state.error)]
-    return [text(cell) for cell in cells]
+
+
+def _legend(material: Material) -> str:
+    left_out = set() if material.truth or material.true_path else set(WITH_TRUTH)
+    left_out |= set() if material.scans is not None and len(material.scans) else {"scan"}
+    left_out |= set() if material.lost else {"way lost"}
+    left_out |= set() if material.building.objects else {"leaf", "faded", "interval", "wrong"}
+    entries = (
+        element("span", element("i", class_=kind), text(label))
+        for kind, label in LEGEND
+        if kind not in left_out
+    )
+    return element("p", *entries, class_="legend") + element("p", text(KEYS), class_="keys")
 
 
 def _histories(material: Material, items: Sequence[MovableObject]) -> str:
@@ -167,22 +227,20 @@ def _histories(material: Material, items: Sequence[MovableObject]) -> str:
     axis = Axis(material.begin_ns, material.duration)
     courses = true_courses(material.truth or ())
     near = set(material.estimates["object"])
+    ordered = sorted(enumerate(items), key=lambda pair: natural_key(pair[1].name))
     cards = [
-        _card(material, item, index, courses, axis)
-        for index, item in enumerate(items)
-        if item.name in near
+        _card(material, item, index, courses, axis) for index, item in ordered if item.name in near
     ]
     explained = (
-        "The stronger the colour, the more probable the state; pale where no scan was near. The "
-        "line is the mean, the marks below are the moments at which a beam bore on the object; while "
-        "the robot was lost the strip is hatched. "
-        "Touch a strip to see its moment on the plan."
+        "The stronger the blue, the more probable the state; paler where no scan was near. The line is "
+        "the mean, the orange edges are the 90 % interval, the marks below the moments at which a beam "
+        "bore on the object. Hatched: the robot was lost. Touch a strip to see its moment on the plan."
     )
-    return element(
-        "section",
-        element("h2", "What was believed, over time"),
+    return section(
+        "What was believed, over time",
         element("p", text(explained)),
         element("div", *cards, class_="cards"),
+        name="histories",
     )
 
 
@@ -195,6 +253,7 @@ def _card(
 ) -> str:
     import polars as pl
 
+    events = [event for event in material.events if event.object == item.name]
     strips = []
     for coordinate in item.coordinates:
         rows = (pl.col("object") == item.name) & (pl.col("coordinate") == coordinate)
@@ -202,41 +261,59 @@ def _card(
             strip(
                 coordinate,
                 material.posteriors.filter(rows),
-                material.estimates.filter(rows),
+                material.looks.filter(rows),
                 courses.get((item.name, coordinate)),
                 axis,
                 coordinate if len(item.coordinates) > 1 else "",
                 material.lost,
+                [(event.from_ns, event.to_ns) for event in events],
             )
         )
     return element(
         "article",
-        element("h3", text(item.name), element("output", data_object=index)),
+        element("h3", element("span", text(item.name)), element("output", data_object=index)),
         *strips,
         time_axis(axis),
+        data_object=index,
+        class_="figure",
+        data_name=item.name,
     )
+
+
+def _events(material: Material) -> str:
+    if not material.events:
+        return ""
+    table = events_table(material.events, material.building, material.begin_ns)
+    return section("What was moved", table)
 
 
 def _moving(
     material: Material, items: Sequence[MovableObject], shapes: Sequence[Shape]
 ) -> dict[str, Any]:
     """What the page's script needs to draw any moment."""
-    step = step_for(material.estimates)
-    truth = true_values(material.truth or (), material.begin_ns)
-    return {
+    begin, looks = material.begin_ns, material.looks
+    step = step_for(looks)
+    truth = true_values(material.truth or (), begin)
+    data: dict[str, Any] = {
         "duration": round(material.duration, 1),
-        "robot": robot_moments(material.path, material.begin_ns),
+        "lost": stretches(material.lost, begin),
+        "searching": material.course.searching,
+        "robot": robot_moments(material.path, begin),
         "objects": [
             {
                 "name": item.name,
                 "motion": shape.motion,
                 "coordinates": item.coordinates,
                 "home": item.home.round(4).tolist(),
+                "order": material.symmetry.get(item.name, 1),
                 "truth": truth.get(item.name, {}),
-                **object_moments(
-                    material.estimates, material.begin_ns, item.name, item.coordinates, step
-                ),
+                **object_moments(looks, begin, item.name, item.coordinates, step),
             }
             for item, shape in zip(items, shapes, strict=True)
         ],
     }
+    if material.true_path is not None:
+        data["trueRobot"] = robot_moments(material.true_path, begin)
+    if material.scans is not None and len(material.scans):
+        data["scans"] = scan_moments(material.scans, material.path, begin)
+    return data

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -12,16 +12,20 @@ from objstate.building.model import Building, Kind, Mesh, MovableObject
 from objstate.building.outline import outline
 from objstate.geometry import FloatArray
 from objstate.records import Path as RobotPath
+from objstate.report.course import Course
 from objstate.report.markup import element, polyline, segments, text
+from objstate.report.solids import solid_areas
 
 if TYPE_CHECKING:
     from shapely import Geometry
 
-LEAST_SCALE = 14.0  # px for a metre, so that doors stay doors on a small screen
 MARGIN = 0.6  # m around everything
 LABEL_OFF = 0.3  # m from the middle of a closed leaf, on the side to which it doesn't open
 INTRICATE = 2000  # triangles, above which an object is drawn by its convex outline
 GRID = 1e-4  # m: corners so near to each other are one
+MOST_TRUE_POSES = 3_000  # of a true path
+NOWHERE = np.zeros((0, 2))
+CORNERS = np.array([[-1.0, -1.0], [1.0, 1.0]])
 LEVEL = 1e-6  # an axis is upright, or level, when no further from it than this
 
 
@@ -51,15 +55,43 @@ def shape_of(item: MovableObject, height: float) -> Shape:
     )
 
 
-def draw_plan(building: Building, shapes: list[Shape], path: RobotPath, height: float) -> str:
-    """The plan as SVG, y up, one unit a metre; the page's script moves what moves."""
+def draw_plan(
+    building: Building,
+    shapes: list[Shape],
+    course: Course,
+    height: float,
+    true_path: RobotPath | None = None,
+    robot_radius: float | None = None,
+    reached: FloatArray = NOWHERE,
+) -> str:
+    """The plan as SVG, y up, one unit a metre; the page's script moves what moves.
+
+    Furniture gets to the places (n, 2) ``reached``, so that they are on the plan as well.
+    """
     drawn = [
-        element("path", d=polyline(path.poses[:, :2]), class_="way"),
-        element("path", d="", class_="driven", id="driven"),
+        *path_markup(course),
+        "" if true_path is None else _true_path(true_path),
         *(_draw(shape, index) for index, shape in enumerate(shapes)),
-        element("path", d="M.35,0L-.2,.2L-.1,0L-.2,-.2Z", class_="robot", id="robot"),
+        element("path", d="", class_="driven", id="driven"),
+        element("path", d="", class_="driven lost", id="driven-lost"),
+        element("path", d="", class_="scan", id="scan"),
+        _robot("true-robot", robot_radius) if true_path is not None else "",
+        _robot("robot", robot_radius),
     ]
-    return framed(building, shapes, path.poses[:, :2], height, drawn, "plan")
+    shown = [course.drawn, reached]
+    if true_path is not None:
+        shown.append(true_path.poses[:, :2])
+    return framed(building, shapes, np.concatenate(shown), height, drawn, "plan")
+
+
+def path_markup(course: Course) -> list[str]:
+    """The robot's way: a line where it is known, dashed where the robot was lost."""
+    kinds = (("way", course.known), ("way lost", course.doubtful))
+    return [
+        element("path", d="".join(map(polyline, pieces)), class_=kind)
+        for kind, pieces in kinds
+        if pieces
+    ]
 
 
 def framed(
@@ -72,10 +104,12 @@ def framed(
 ) -> str:
     """Walls, what is ``drawn`` over them and the objects' names, large enough for points (n, 2) too."""
     walls = outline(building.walls, height)
-    low, high = _bounds(walls, points, building)
+    solid = solid_areas(building.walls, height)
+    low, high = _bounds(walls, points, shapes)
     x, y, width, depth = low[0], -high[1], high[0] - low[0], high[1] - low[1]
     upright = element(
         "g",
+        element("path", d="".join(polyline(ring, closed=True) for ring in solid), class_="solid"),
         element("path", d=segments(walls), class_="wall"),
         *drawn,
         transform="scale(1 -1)",
@@ -94,14 +128,28 @@ def framed(
     return element(
         "svg",
         upright,
-        *names,
+        element("g", *names, class_="names"),
         viewBox=f"{x:.2f} {y:.2f} {width:.2f} {depth:.2f}",
         id=name,
         class_="plan",
-        style=f"min-width:{LEAST_SCALE * width:.0f}px",
         role="img",
         aria_label="Plan of the building with the robot's path and every object's state",
+        style=f"--aspect:{width / depth:.3f}",
     )
+
+
+def plan_buttons() -> str:
+    """How to look closer."""
+    buttons = (("−", "smaller", "zoom out"), ("+", "larger", "zoom in"), ("fit", "fit", "show all"))
+    return "".join(
+        element("button", label, class_=name, type="button", title=told, aria_label=told)
+        for label, name, told in buttons
+    )
+
+
+def covered(item: MovableObject, state: FloatArray) -> FloatArray:
+    """(n, 2) m of the floor, corners of what an object covers in a state (d,)."""
+    return np.asarray(item.mesh.moved(item.transforms(state[None])[0]).vertices[:, :2])
 
 
 def placement(motion: Mapping[str, Any], state: FloatArray) -> str:
@@ -123,17 +171,31 @@ def _draw(shape: Shape, index: int) -> str:
     hull = "".join(polyline(ring, closed=True) for ring in shape.hull)
     cut = segments(shape.cut)
     ghosts = {"turn": 0, "slide": 2, "free": 4, "still": 0}[shape.motion["kind"]]
+    pivot = shape.motion.get("pivot")
     return element(
         "g",
-        element("title", text(shape.name)),
-        element("path", d="", class_="sector") if shape.motion["kind"] == "turn" else "",
+        element("path", d="", class_="sector") if pivot else "",
         *(element("path", d=hull, class_="ghost") for _ in range(ghosts)),
         element("path", d=hull, class_="true"),
         element("g", element("path", d=hull, class_="leaf"), element("path", d=cut, class_="cut"),
+                element("path", d=hull, class_="hit"),
                 class_="estimate"),
+        element("path", d=f"M{pivot[0]},{pivot[1]}h0", class_="hinge") if pivot else "",
         class_="object",
         data_object=index,
     )  # fmt: skip
+
+
+def _true_path(path: RobotPath) -> str:
+    stride = -(-len(path.stamps_ns) // MOST_TRUE_POSES)
+    return element("path", d=polyline(path.poses[::stride, :2]), class_="true-way")
+
+
+def _robot(name: str, radius: float | None) -> str:
+    """The robot as a mark of one size on the screen, and at its own size, where that is known."""
+    body = "" if radius is None else element("circle", r=f"{radius:.3f}", class_="body")
+    mark = element("path", d="M9,0L-6,6L-3,0L-6,-6Z", class_="mark")
+    return element("g", body, mark, class_="robot", id=name, style="display:none")
 
 
 def _motion(item: MovableObject) -> dict[str, Any]:
@@ -194,9 +256,19 @@ def _label(
 
 
 def _bounds(
-    walls: FloatArray, others: FloatArray, building: Building
+    walls: FloatArray, others: FloatArray, shapes: Sequence[Shape]
 ) -> tuple[FloatArray, FloatArray]:
-    """The corners of the plan, m."""
-    places = [item.origin[:2, 3] for item in building.objects.values()]
-    points = np.concatenate([walls.reshape(-1, 2), others, np.array(places).reshape(-1, 2)])
+    """The corners of the plan, m: of walls, of other points (n, 2), and of all that doors sweep."""
+    points = np.concatenate([walls.reshape(-1, 2), others, *map(_reached, shapes)])
+    if not len(points):
+        points = np.zeros((1, 2))
     return points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN
+
+
+def _reached(shape: Shape) -> FloatArray:
+    """(n, 2) m of the floor that an object reaches without being carried away."""
+    if shape.motion["kind"] == "turn":
+        return np.asarray(shape.motion["pivot"]) + float(shape.motion["reach"]) * CORNERS
+    if shape.motion["kind"] == "free":
+        return np.array([shape.label])
+    return np.concatenate([np.array([shape.label]), *shape.hull])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -22,10 +23,11 @@ if TYPE_CHECKING:
 
 MOST_COLUMNS = 720
 COLUMN = 1.0  # s, of a log that is short enough
-HELD_OPACITY = 0.35  # of a posterior that no scan was near to renew
-COLOUR = (58, 128, 200)  # readable on white and on black
+HELD_OPACITY = 0.5  # of a posterior that no scan was near to renew
+COLOUR = (74, 134, 206)  # readable on white and on black
 EXPONENT = 1 / 3  # opacity grows so with the share, that an even posterior stays visible
 MOST_TICKS = 6
+LAST_MARK = 0.95  # of the time; marks from there on end at their moment
 TICK_STEPS = (1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800, 3600, 7200, 18000)  # s
 
 
@@ -99,10 +101,12 @@ def strip(
     axis: Axis,
     name: str = "",
     lost: Stretches = (),
+    moved: Stretches = (),
 ) -> str:
-    """The strip of one coordinate of one object as HTML, from its rows of both tables.
+    """The strip of one coordinate of one object as HTML, from its posteriors and its looks.
 
-    Stretches in which the robot was ``lost`` are shaded.
+    Stretches in which the robot was ``lost`` are hatched, those in which the object was ``moved``
+    bracketed.
     """
     if not len(posteriors):
         return element("p", "never in view", class_="never")
@@ -113,9 +117,22 @@ def strip(
         _values(coordinate, heat, name),
         element(
             "div",
-            element("img", src=picture(heat), alt="").removesuffix("</img>"),
-            _shades(lost, axis),
-            _lines(coordinate, estimates, truth, heat, axis),
+            element(
+                "svg",
+                element(
+                    "image",
+                    href=picture(heat),
+                    width=axis.columns,
+                    height=100,
+                    preserveAspectRatio="none",
+                ),
+                *_lines(coordinate, estimates, truth, heat, axis),
+                viewBox=f"0 0 {axis.columns} 100",
+                preserveAspectRatio="none",
+                class_="lines",
+            ),
+            _shades(lost, axis, "lost", "the robot was lost"),
+            _shades(moved, axis, "moved", "moved in this time"),
             element("i", class_="cursor"),
             class_="map",
         ),
@@ -133,6 +150,7 @@ def time_axis(axis: Axis) -> str:
             "span",
             f"{mark // 60} min" if step >= 60 else f"{mark} s",
             style=f"left:{100 * mark / max(axis.duration, 1e-9):.2f}%",
+            class_="last" if mark > LAST_MARK * axis.duration else None,
         )
         for mark in range(0, int(axis.duration) + 1, step)
     ]
@@ -154,34 +172,39 @@ def _lines(
     truth: TrueCourse | None,
     heat: HeatMap,
     axis: Axis,
-) -> str:
-    """The means and the true values, drawn over the heat map."""
-    stamps, means = estimates["stamp"].to_numpy(), estimates["mean"].to_numpy()
-    columns = axis.column(stamps)
-    last = np.append(columns[1:] != columns[:-1], True)[: len(columns)]
-    drawn = [_broken_line(columns[last], _height(coordinate, means[last], heat))]
-    lines = element("path", d="".join(drawn), class_="mean")
+) -> Iterator[str]:
+    """Interval, mean and truth, drawn over the heat map."""
+    rows = _shown(estimates, axis)
+    held = np.maximum.accumulate(rows)
+    known, fresh = np.flatnonzero(held >= 0), np.flatnonzero(rows >= 0)
+    for bound in ("lower", "upper"):
+        heights = _height(coordinate, estimates[bound].to_numpy()[held[known]], heat)
+        yield element("path", d=_broken_line(known, heights), class_="edge")
+    heights = _height(coordinate, estimates["mean"].to_numpy()[rows[fresh]], heat)
+    yield element("path", d=_broken_line(fresh, heights), class_="mean")
     if truth is not None:
         at = axis.begin_ns + (np.arange(axis.columns) + 0.5) * axis.duration * 1e9 / axis.columns
         period = truth.period(at.astype(np.int64))
-        known = period >= 0
-        values = _height(coordinate, truth.values[period], heat)
-        lines += element(
-            "path", d=_broken_line(np.flatnonzero(known), values[known]), class_="truth"
-        )
-    return element(
-        "svg", lines, viewBox=f"0 0 {axis.columns} 100", preserveAspectRatio="none", class_="lines"
-    )
+        told = np.flatnonzero(period >= 0)
+        values = _height(coordinate, truth.values[period[told]], heat)
+        yield element("path", d=_broken_line(told, values), class_="truth")
 
 
-def _shades(lost: Stretches, axis: Axis) -> str:
-    """What hides the moments at which the robot was lost."""
-    ends = axis.column(np.array(lost, dtype=np.int64).reshape(-1, 2)) / axis.columns
+def _shown(estimates: pl.DataFrame, axis: Axis) -> IntArray:
+    """The row (c,) that each column shows, its last one; -1 for none."""
+    shown = np.full(axis.columns, -1)
+    shown[axis.column(estimates["stamp"].to_numpy())] = np.arange(len(estimates))
+    return shown
+
+
+def _shades(spans: Stretches, axis: Axis, class_: str, said: str) -> str:
+    """What marks stretches of time."""
+    ends = axis.column(np.array(spans, dtype=np.int64).reshape(-1, 2)) / axis.columns
     return "".join(
         element(
             "b",
-            class_="lost",
-            title="the robot was lost",
+            class_=class_,
+            title=said,
             style=f"left:{100 * begin:.2f}%;width:{max(100 * (end - begin), 0.3):.2f}%",
         )
         for begin, end in ends
@@ -196,13 +219,24 @@ def _height(coordinate: str, values: FloatArray, heat: HeatMap) -> FloatArray:
 
 
 def _broken_line(columns: IntArray, heights: FloatArray) -> str:
-    """A line through neighbouring columns, with gaps where columns are missing."""
-    parts, before = [], -2
-    for column, height in zip(columns.tolist(), heights.tolist(), strict=True):
-        parts.append(f"{'L' if column == before + 1 else 'M'}{column + 0.5},{height:.1f}")
-        if column != before + 1:
+    """A line through neighbouring columns, with gaps where columns are missing.
+
+    Points within a level stretch are left out.
+    """
+    if not len(columns):
+        return ""
+    level = np.round(heights, 1)
+    begins = np.diff(columns, prepend=-2) != 1
+    ends = np.append(begins[1:], True)
+    same = np.append(False, level[1:] == level[:-1])
+    kept = begins | ends | ~same | ~np.append(same[1:], False)
+    parts = []
+    for column, height, is_first in zip(
+        columns[kept].tolist(), level[kept].tolist(), begins[kept].tolist(), strict=True
+    ):
+        parts.append(f"{'M' if is_first else 'L'}{column + 0.5},{height:.1f}")
+        if is_first:
             parts.append("h.01")  # so that a column alone shows as a point
-        before = column
     return "".join(parts)
 
 

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import base64
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from objstate.evaluation.lost import Stretches
 from objstate.evaluation.states import TrueCourse, true_courses
 from objstate.evaluation.summary import ROTATIONS
 from objstate.geometry import FloatArray, IntArray, wrap
+from objstate.recording.tables import P_CLOSED
 from objstate.records import Path as RobotPath
 from objstate.records import TrueState
 
@@ -19,6 +22,7 @@ if TYPE_CHECKING:
 STEP = 1.0  # s between two moments of one object; longer where there are too many
 MOST_MOMENTS = 20_000  # of all objects together: about 1 MB of a page
 MOST_POSES = 3_000  # of the robot's path
+MOST_SCANS = 1_500  # of all lasers: 0.7 MB of a page at most
 TENTHS = 10  # of a second
 ROTATION_UNITS = 1800 / np.pi  # tenths of a degree in a radian
 LENGTH_UNITS = 1000  # millimetres in a metre
@@ -29,7 +33,8 @@ def object_moments(
 ) -> dict[str, Any]:
     """The estimates of one object, one in each ``step`` s: the last one that observed it, or the last.
 
-    Times are tenths of a second, angles tenths of a degree, lengths millimetres.
+    Times are tenths of a second, angles tenths of a degree, lengths millimetres. ``closed`` is the
+    probability in percent that a door stands closed, where the estimates tell it.
     """
     import polars as pl
 
@@ -41,9 +46,11 @@ def object_moments(
     )
     parts = {c: moments.filter(pl.col("coordinate") == c) for c in coordinates}
     first = parts[coordinates[0]]
+    closed = first[P_CLOSED].to_list() if P_CLOSED in first.columns else []
     return {
         "t": _tenths(first["stamp"].to_numpy(), begin_ns),
         "seen": first["observed"].cast(pl.UInt8).to_list(),
+        **({"closed": _percents(closed)} if any(share is not None for share in closed) else {}),
         **{
             column: [in_units(c, parts[c][column].to_numpy()) for c in coordinates]
             for column in ("mean", "lower", "upper")
@@ -87,6 +94,41 @@ def robot_moments(path: RobotPath, begin_ns: int) -> dict[str, list[int]]:
     }
 
 
+def stretches(lost: Stretches, begin_ns: int) -> list[list[int]]:
+    """When the robot was lost."""
+    return [_tenths(np.array(pair), begin_ns) for pair in lost]
+
+
+def scan_moments(scans: pl.DataFrame, path: RobotPath, begin_ns: int) -> dict[str, Any]:
+    """Scans with the pose at which each was taken, thinned to ``MOST_SCANS``.
+
+    ``ends`` are all ends as base64 of little-endian int16, cm in ``base_link``: x and y in turn;
+    ``count`` says how many of them each scan has.
+    """
+    at = np.searchsorted(path.stamps_ns, scans["stamp"].to_numpy(), side="right") - 1
+    known = scans.filter(at >= 0)
+    poses = path.poses[at[at >= 0]]
+    stride = max(1, -(-len(known) // MOST_SCANS))
+    lasers = known["laser"].unique(maintain_order=True).to_list()
+    kept = np.sort(
+        np.concatenate(
+            [np.zeros(0, dtype=np.int64)]
+            + [np.flatnonzero(known["laser"].to_numpy() == laser)[::stride] for laser in lasers]
+        )
+    )
+    rows, poses = known[kept], poses[kept]
+    ends = np.column_stack([rows[axis].explode().drop_nulls().to_numpy() for axis in "xy"])
+    return {
+        "t": _tenths(rows["stamp"].to_numpy(), begin_ns),
+        "laser": [lasers.index(laser) for laser in rows["laser"]],
+        "pose": [_whole(100 * poses[:, 0]), _whole(100 * poses[:, 1]),
+                 _whole(ROTATION_UNITS * wrap(poses[:, 2]))],
+        "count": rows["x"].list.len().to_list(),
+        "ends": base64.b64encode(ends.astype("<i2").tobytes()).decode("ascii"),
+        "step": round(TENTHS * STEP * stride),
+    }  # fmt: skip
+
+
 def in_units(coordinate: str, values: FloatArray) -> list[int]:
     """Values in the page's units."""
     return _whole(values * (ROTATION_UNITS if coordinate in ROTATIONS else LENGTH_UNITS))
@@ -94,6 +136,13 @@ def in_units(coordinate: str, values: FloatArray) -> list[int]:
 
 def _course(coordinate: str, course: TrueCourse, begin_ns: int) -> dict[str, list[int]]:
     return {"t": _tenths(course.stamps_ns, begin_ns), "v": in_units(coordinate, course.values)}
+
+
+def _percents(shares: Sequence[float | None]) -> list[int | None]:
+    """Shares as whole percents; what isn't told is None."""
+    return [
+        None if share is None or not np.isfinite(share) else round(100 * share) for share in shares
+    ]
 
 
 def _tenths(stamps_ns: IntArray, begin_ns: int) -> list[int]:

@@ -1,12 +1,13 @@
-"""What a page says in plain words: states, moments, warnings."""
+"""What should make the reader of a page wonder, in plain words."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from datetime import UTC, datetime
 
 from objstate.evaluation import LatestState
 from objstate.evaluation.units import UNITS
+from objstate.order import natural_key
+from objstate.report.judgement import Judged, judged
 from objstate.report.material import Material
 
 LEAST_PRESENCE = 0.5  # furniture less likely to be there at all is worth a word
@@ -16,36 +17,16 @@ UNSURE = {"deg": 20.0, "m": 0.2}  # an interval so wide is worth a word
 NAMES_SHOWN = 8  # so many names tell which objects are meant
 
 
-def figure(coordinate: str, value: float | None) -> str:
-    """A state as people read it, with its unit."""
-    if value is None:
-        return "–"
-    unit, factor, decimals = UNITS[coordinate]
-    return f"{factor * value:z.{decimals}f}{'°' if unit == 'deg' else ' m'}"
-
-
-def moment(stamp_ns: int) -> str:
-    """A stamp as a date and time of UTC."""
-    return f"{datetime.fromtimestamp(stamp_ns / 1e9, UTC):%Y-%m-%d %H:%M:%S} UTC"
-
-
-def span(seconds: float) -> str:
-    """A duration."""
-    minutes, rest = divmod(round(seconds), 60)
-    hours, minutes = divmod(minutes, 60)
-    if hours:
-        return f"{hours} h {minutes} min"
-    return f"{minutes} min {rest} s" if minutes else f"{rest} s"
-
-
 def warnings(material: Material, latest: Sequence[LatestState]) -> list[str]:
     """Everything that should make a reader wonder: the run's own warnings, then the report's."""
-    return [*material.summary["warnings"], *material.doubts, *_of_states(material, latest)]
+    own = sorted(latest, key=lambda state: natural_key(state.estimate.object))
+    return [*material.summary["warnings"], *material.doubts, *_of_states(material, own)]
 
 
 def _of_states(material: Material, latest: Sequence[LatestState]) -> Iterator[str]:
     in_view = set(material.estimates["object"])
-    never = [name for name in material.summary["objects"] if name not in in_view]
+    objects = sorted(material.summary["objects"], key=natural_key)
+    never = [name for name in objects if name not in in_view]
     if never:
         yield f"The robot never had {_some(never)} in view from near; the plan shows them as the model does."
     unseen = _names(state for state in latest if not state.estimate.observed)
@@ -63,9 +44,25 @@ def _of_states(material: Material, latest: Sequence[LatestState]) -> Iterator[st
             f"Even the best state of {_some(strange)} explains less than half of the beams on "
             "it: something stands there that the building doesn't hold, or a hinge is wrong."
         )
-    wrong = _names(state for state in latest if _misses(state))
-    if wrong:
-        yield f"The true state of {_some(wrong)} lies outside the last 90 % interval."
+    yield from _of_verdicts(judged(latest, material.symmetry))
+
+
+def _of_verdicts(states: Iterable[Judged]) -> Iterator[str]:
+    """What the truth says of the last states."""
+    known = list(states)
+    for kind, told in (
+        (
+            "wrong",
+            "The last state of {} is wrong: the true one lies far outside its 90 % interval.",
+        ),
+        (
+            "outside",
+            "The true state of {} lies outside the last 90 % interval, though not far off.",
+        ),
+    ):
+        names = _names(each.state for each in known if each.verdict == kind)
+        if names:
+            yield told.format(_some(names))
 
 
 def _badly_fitting(material: Material) -> list[str]:
@@ -78,7 +75,7 @@ def _badly_fitting(material: Material) -> list[str]:
         .group_by("object", maintain_order=True)
         .agg(pl.col("fit").tail(FITS).median())
     )
-    return sorted(fits.filter(pl.col("fit") < LEAST_FIT)["object"])
+    return sorted(fits.filter(pl.col("fit") < LEAST_FIT)["object"], key=natural_key)
 
 
 def _names(states: Iterable[LatestState]) -> list[str]:
@@ -88,13 +85,6 @@ def _names(states: Iterable[LatestState]) -> list[str]:
 def _is_unsure(state: LatestState) -> bool:
     unit, factor, _ = UNITS[state.estimate.coordinate]
     return factor * (state.estimate.upper - state.estimate.lower) > UNSURE[unit]
-
-
-def _misses(state: LatestState) -> bool:
-    if state.error is None:
-        return False
-    true = state.estimate.mean - state.error
-    return not state.estimate.lower <= true <= state.estimate.upper
 
 
 def _some(names: Sequence[str]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from datetime import UTC, tzinfo
 from pathlib import Path
 
 from objstate.errors import ResultError
@@ -23,14 +24,17 @@ def write_report(
     building: str | Path | None = None,
     truth: str | Path | None = None,
     true_path: str | Path | None = None,
+    zone: tzinfo = UTC,
+    robot_radius: float | None = None,
 ) -> Path:
     """Write the report of a result folder to ``out``, or into the folder, and return its path.
 
     An older report there is replaced. The building and the truth are those that the
-    result names, unless given here. Raises ResultError, BuildingError and TruthError.
+    result names, unless given here. Dates are told by the clock of ``zone``. With its radius
+    (m) the robot is drawn at its size. Raises ResultError, BuildingError and TruthError.
     """
     target = Path(folder) / REPORT if out is None else Path(out)
-    page = report_page(read_material(folder, building, truth, true_path))
+    page = report_page(read_material(folder, building, truth, true_path), zone, robot_radius)
     with whole(target, overwrite=True) as temporary:
         temporary.write_text(page, encoding="utf-8")
     return target
@@ -42,32 +46,43 @@ def write_batch_report(
     *,
     building: str | Path | None = None,
     each: bool = False,
+    zone: tzinfo = UTC,
+    robot_radius: float | None = None,
 ) -> Path:
     """Write the report of a batch to ``out``, or into the folder, and return its path.
 
-    With ``each``, the report of every log that is done is written into its result first.
+    Dates, hours and weekdays are told by the clock of ``zone``. With ``each``, the report of every log that is done is written into its result first.
     Logs that have a report are linked. Raises ResultError and BuildingError.
     """
     if not is_batch(folder):
         raise ResultError(f"{folder} is no batch; make one with `objstate batch`.")
     target = Path(folder) / REPORT if out is None else Path(out)
     if each:
-        _write_each(Path(folder), building)
+        _write_each(Path(folder), building, zone, robot_radius)
     material = read_batch(folder, building)
-    page = batch_page(material, _doors(material), target, REPORT)
+    page = batch_page(material, _doors(material, zone), target, REPORT, zone)
     with whole(target, overwrite=True) as temporary:
         temporary.write_text(page, encoding="utf-8")
     return target
 
 
-def _write_each(folder: Path, building: str | Path | None) -> None:
+def _write_each(
+    folder: Path, building: str | Path | None, zone: tzinfo, robot_radius: float | None
+) -> None:
     for log in read_logs(folder):
         if read_outcome(folder, log.name).status == "done":
             result = result_of(folder, log.name)
             write_report(
-                result, building=building or log.building, truth=log.truth, true_path=log.path
+                result,
+                building=building or log.building,
+                truth=log.truth,
+                true_path=log.path,
+                zone=zone,
+                robot_radius=robot_radius,
             )
 
 
-def _doors(material: BatchMaterial) -> tuple[DoorStatistics, ...]:
-    return door_statistics(material.folder) if any(log.latest for log in material.done) else ()
+def _doors(material: BatchMaterial, zone: tzinfo) -> tuple[DoorStatistics, ...]:
+    if not any(log.latest for log in material.done):
+        return ()
+    return door_statistics(material.folder, zone=zone)

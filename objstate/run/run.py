@@ -19,6 +19,7 @@ from objstate.logs import Log, open_log
 from objstate.objects import ObjectBelief
 from objstate.recording.posteriors import POSTERIORS, PosteriorWriter
 from objstate.recording.results import result_folder
+from objstate.recording.scans import SCANS, ScanWriter
 from objstate.recording.summary import SUMMARY, write_summary
 from objstate.recording.tables import ESTIMATES, EstimateWriter
 from objstate.recording.tum import TRAJECTORY, write_tum
@@ -42,9 +43,10 @@ from objstate.run.memory import Memory, WorldUse
 from objstate.run.observer import Observer
 from objstate.run.options import RunOptions
 from objstate.run.posteriors import PosteriorRecorder
+from objstate.run.scans import ScanRecorder
 from objstate.run.start import check_start
 
-FILES = (ESTIMATES, POSTERIORS, TRAJECTORY, SUMMARY)  # what a result folder holds
+FILES = (ESTIMATES, POSTERIORS, SCANS, TRAJECTORY, SUMMARY)  # what a result folder holds
 
 RECORDED_BELIEFS = (RobotBelief.__name__, GaussianRobotBelief.__name__)
 
@@ -109,8 +111,8 @@ def estimate_log(
     """Estimate every object's state from one drive, recorded in one or several logs.
 
     ``building`` is a URDF, or one that was read before, so that many logs share it.
-    Writes ``estimates.parquet``, ``posteriors.parquet``, ``trajectory.tum`` and
-    ``run.json`` into the new folder ``out``, whole or not at all. With a ``world``, a path
+    Writes ``estimates.parquet``, ``posteriors.parquet``, ``scans.parquet``,
+    ``trajectory.tum`` and ``run.json`` into the new folder ``out``, whole or not at all. With a ``world``, a path
     or a PostgreSQL URL, it starts from what that believed when the log begins, and adds
     what the drive taught, once for each log. ``observers`` see the records go by.
     ``truth`` and ``true_path`` are not used to estimate, but named in ``run.json``, where a report
@@ -231,8 +233,13 @@ def _drive_through(
 ) -> Drive:
     """Feed every record to the estimator; write what it makes of them, and let others see it."""
     drive = Drive()
-    with EstimateWriter(folder) as table, PosteriorWriter(folder) as histograms:
-        watching: list[Observer] = [drive, PosteriorRecorder(histograms), *observers]
+    with (
+        EstimateWriter(folder) as table,
+        PosteriorWriter(folder) as histograms,
+        ScanWriter(folder) as scans,
+    ):
+        recorders = (PosteriorRecorder(histograms), ScanRecorder(scans))
+        watching: list[Observer] = [drive, *recorders, *observers]
         for record in records:
             estimates = estimator.feed(record)
             table.write(estimates)

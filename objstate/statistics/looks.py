@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from objstate.evaluation import read_lost, within
+from objstate.order import natural_key
 from objstate.recording.batches import result_of, scan_batch
 from objstate.statistics.two_state import Looks
 
@@ -60,7 +61,9 @@ def door_looks(folder: str | Path, above: OpenAbove) -> list[DoorLooks]:
     doors = pl.concat([seen.clear(), *kept]).partition_by("object", "coordinate", as_dict=True)
     return [
         _looks(door, part.sort("stamp"), bounds[coordinate])
-        for (door, coordinate), part in sorted(doors.items())
+        for (door, coordinate), part in sorted(
+            doors.items(), key=lambda part: natural_key(part[0][0])
+        )
     ]
 
 

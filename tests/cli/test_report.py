@@ -48,3 +48,19 @@ def test_options_that_mean_nothing_for_a_result_are_refused(run, result: Path) -
     outcome = run("report", result, "--each")
     assert outcome.code == 1
     assert "--each has no meaning here" in outcome.err
+
+
+@pytest.mark.parametrize("radius", ["0", "-1", "25", "nan"])
+def test_a_radius_that_is_no_robots_is_refused(run, result: Path, radius: str) -> None:
+    outcome = run("report", result, "--robot-radius", radius)
+    assert outcome.code == 1
+    assert "give metres, as in 0.25" in outcome.err
+
+
+def test_dates_are_told_by_the_clock_that_is_asked_for(run, result: Path, tmp_path: Path) -> None:
+    page = tmp_path / "page.html"
+    assert run("report", result, "--timezone", "Asia/Tokyo", "--out", page).code == 0
+    assert " JST" in page.read_text(encoding="utf-8")
+    outcome = run("report", result, "--timezone", "Atlantis")
+    assert outcome.code == 1
+    assert "--timezone 'Atlantis' is not known" in outcome.err

@@ -6,6 +6,7 @@ import json
 import re
 from collections.abc import Sequence
 from dataclasses import astuple
+from html import escape
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -107,3 +108,41 @@ def data_of(page: str) -> dict[str, Any]:
     found = re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.S)
     assert found
     return dict(json.loads(found[1]))
+
+
+def policy_of(page: str) -> str:
+    """What the page lets run and load."""
+    found = re.search(r'http-equiv="Content-Security-Policy" content="([^"]*)"', page)
+    assert found
+    return found[1]
+
+
+def program_of(page: str) -> str:
+    """The page's script."""
+    (found,) = re.findall(r"<script>(.*?)</script>", page, re.S)
+    return str(found)
+
+
+def rows_of(page: str) -> list[tuple[str, str]]:
+    """The objects of the table of states with what is made of them, in order."""
+    found = re.search(r'<table class="[^"]*states">.*?<tbody>(.*?)</tbody>', page, re.S)
+    assert found
+    rows = re.findall(r'<tr ([^>]*)><th scope="row">(.*?)</th>', found[1])
+    classes = (re.search(r'class="(\w+)"', attributes) for attributes, _ in rows)
+    return [
+        (name, found[1] if found else "") for (_, name), found in zip(rows, classes, strict=True)
+    ]
+
+
+def renamed(result: Path, old: str, new: str) -> None:
+    """Give an object another name, in the building and everywhere in a result; no truth remains."""
+    urdf = result.parent / "room.urdf"
+    urdf.write_text(urdf.read_text().replace(f'name="{old}"', f'name="{escape(new)}"'))
+    summary = json.loads((result / "run.json").read_text())
+    summary["objects"] = [new if name == old else name for name in summary["objects"]]
+    summary["inputs"].pop("truth", None)
+    summary["symmetry"] = {}
+    (result / "run.json").write_text(json.dumps(summary))
+    for name in ("estimates.parquet", "posteriors.parquet"):
+        rows = pl.read_parquet(result / name)
+        rows.with_columns(pl.col("object").replace(old, new)).write_parquet(result / name)

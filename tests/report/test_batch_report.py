@@ -3,43 +3,32 @@
 from __future__ import annotations
 
 import re
-import shutil
+from dataclasses import replace
 from pathlib import Path
+from urllib.parse import unquote
+from zoneinfo import ZoneInfo
 
 import numpy as np
+import polars as pl
 import pytest
 
 from objstate.batch.combine import combine
 from objstate.errors import ResultError
 from objstate.evaluation import latest_states
-from objstate.recording.batches import BatchLog, Outcome, result_of, write_logs, write_outcome
+from objstate.recording.batches import (
+    BatchLog,
+    Outcome,
+    read_logs,
+    result_of,
+    write_logs,
+    write_outcome,
+)
 from objstate.recording.tables import read_estimates
 from objstate.report import write_batch_report
 from objstate.report.coverage import Coverage, pooled
+from objstate.report.usage import TALL, usage
+from objstate.statistics import DoorStatistics, Interval, Share
 from tests.report.pages import read
-
-
-@pytest.fixture
-def batch(result: Path, tmp_path: Path) -> Path:
-    """Two logs that are done, alike, one with truth; one that failed."""
-    folder, drive = tmp_path / "batch", result.parent
-    urdf, log = str(drive / "room.urdf"), str(drive / "log" / "log.mcap")
-    truth, path = str(drive / "log" / "truth.csv"), str(drive / "log" / "path.tum")
-    logs = [
-        BatchLog("first", log, urdf, truth, path),
-        BatchLog("second", log, urdf),
-        BatchLog("broken", str(drive / "<broken>.mcap"), urdf),
-    ]
-    for name in ("first", "second"):
-        result_of(folder, name).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copytree(result, result_of(folder, name))
-        (result_of(folder, name) / "report.html").unlink(missing_ok=True)
-        write_outcome(folder, Outcome(name, "done", attempts=1))
-    (folder / "outcomes").mkdir(exist_ok=True)
-    write_outcome(folder, Outcome("broken", "failed", "It is <no> log.", attempts=1))
-    write_logs(folder, logs)
-    combine(folder)
-    return folder
 
 
 def words(page: Path) -> str:
@@ -63,6 +52,74 @@ def test_it_lists_every_log_with_its_fate(batch: Path) -> None:
     assert "Beside the truth, over all logs" in said
     assert "room, over 2 logs" in said
     assert "How doors are used" in said
+    assert "2 of 3 logs done" in said
+    assert "100% of the time localized" in said
+    assert "Objects over all logs" in said
+
+
+def test_the_worst_log_and_the_worst_object_come_first(batch: Path, tmp_path: Path) -> None:
+    truth = tmp_path / "truth.csv"
+    truth.write_text("stamp,object,coordinate,value\n0,office_door,angle,1.3\n0,chest,x,4.0\n")
+    logs = [
+        replace(log, truth=str(truth)) if log.name == "second" else log for log in read_logs(batch)
+    ]
+    write_logs(batch, logs)
+    combine(batch)
+    page = write_batch_report(batch).read_text(encoding="utf-8")
+    rows = re.findall(r'<tr><th scope="row">(?:<a [^>]*>)?(\w+)', page)
+    assert rows[:4] == ["broken", "second", "first", "office_door"]
+    assert re.search(
+        r'<div class="wrong"><b>\d+\.\d°</b>angle off at worst, office_door in second', page
+    )
+
+
+def test_an_object_that_no_log_observed_is_on_the_plan_too(batch: Path) -> None:
+    page = write_batch_report(batch).read_text(encoding="utf-8")
+    assert page.count('class="every object"') == 2
+    assert page.count('class="every object unknown"') == 1
+
+
+def test_a_plan_holds_furniture_wherever_it_stood(batch: Path) -> None:
+    for name in ("first", "second"):
+        file = result_of(batch, name) / "estimates.parquet"
+        rows = pl.read_parquet(file)
+        far = pl.when(pl.col("object") == "chest", pl.col("coordinate") == "y")
+        rows.with_columns(mean=far.then(pl.lit(-30.0)).otherwise("mean")).write_parquet(file)
+    page = write_batch_report(batch).read_text(encoding="utf-8")
+    box = re.search(r'<svg viewBox="(\S+) (\S+) (\S+) (\S+)" class="plan"', page)
+    assert box
+    assert float(box[2]) + float(box[4]) > 30.3  # y points down
+
+
+def test_links_lead_to_names_that_urls_must_quote(batch: Path) -> None:
+    odd = "100 % #1?"
+    (batch / "logs" / "first").rename(batch / "logs" / odd)
+    (batch / "outcomes" / "first.json").unlink()
+    write_outcome(batch, Outcome(odd, "done", attempts=1))
+    write_logs(batch, [replace(log, name=odd) for log in read_logs(batch) if log.name == "first"])
+    combine(batch)
+    (link,) = links_of(write_batch_report(batch, each=True))
+    assert (batch / unquote(link)).is_file()
+    assert "#" not in link
+    assert "?" not in link
+
+
+def test_hours_and_dates_are_told_by_the_clock_that_is_asked_for(batch: Path) -> None:
+    page = write_batch_report(batch, each=True, zone=ZoneInfo("Asia/Tokyo"))
+    assert "(from midnight, Asia/Tokyo)" in words(page)
+    assert re.search(r"\d\d:\d\d:\d\d JST", words(page))
+    assert "JST" in words(result_of(batch, "first") / "report.html")
+
+
+def test_an_hour_that_was_looked_at_once_shows_how_little_that_tells() -> None:
+    known = Interval(0.5, 0.4, 0.6)
+    hours = (
+        Share(3, 1, 1.0, Interval(0.85, 0.15, 1.0)),
+        Share(4, 90, 80.0, Interval(0.5, 0.4, 0.6)),
+    )
+    door = DoorStatistics("d", 1, 91, 0, 0, 1, 0, known, known, known, known, hours, ())
+    drawn = re.findall(r'height="([\d.]+)" class="span"', usage([door]))
+    assert [float(height) / TALL for height in drawn] == pytest.approx([0.85, 0.2], abs=0.01)
 
 
 def test_each_log_is_linked_once_it_has_a_page(batch: Path, tmp_path: Path) -> None:

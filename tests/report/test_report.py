@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import base64
+import hashlib
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -13,7 +16,7 @@ import pytest
 from objstate.errors import ResultError
 from objstate.recording.tables import read_estimates
 from objstate.report import write_report
-from tests.report.pages import data_of, read
+from tests.report.pages import data_of, policy_of, program_of, read, renamed, rows_of
 
 
 @pytest.fixture(scope="module")
@@ -115,3 +118,115 @@ def test_a_folder_without_posteriors_is_refused(moved: Path) -> None:
     (moved / "posteriors.parquet").unlink()
     with pytest.raises(ResultError, match=r"posteriors\.parquet"):
         write_report(moved)
+
+
+def test_no_script_but_the_page_s_own_may_run(page: str) -> None:
+    digest = base64.b64encode(hashlib.sha256(program_of(page).encode()).digest()).decode()
+    policy = policy_of(page)
+    assert f"script-src 'sha256-{digest}';" in policy
+    assert policy.startswith("default-src 'none';")
+
+
+def test_names_from_outside_stay_text(moved: Path) -> None:
+    nasty = "</script><img src=x onerror=alert(1)>&quot;"
+    renamed(moved, "chest", nasty)
+    page = write_report(moved).read_text(encoding="utf-8")
+    assert "<img" not in page
+    assert nasty in " ".join(read(page).words)
+    assert nasty in [each["name"] for each in data_of(page)["objects"]]
+
+
+def test_the_scans_lie_on_the_walls(page: str) -> None:
+    scans = data_of(page)["scans"]
+    ends = np.frombuffer(base64.b64decode(scans["ends"]), dtype="<i2").reshape(-1, 2) / 100
+    x, y, yaw = (np.repeat(each, scans["count"]) for each in scans["pose"])
+    turn = yaw * np.pi / 1800
+    east = x / 100 + np.cos(turn) * ends[:, 0] - np.sin(turn) * ends[:, 1]
+    north = y / 100 + np.sin(turn) * ends[:, 0] + np.cos(turn) * ends[:, 1]
+    walls = [np.abs(east + 1.95), np.abs(east - 5.95), np.abs(north + 1.95), np.abs(north - 1.95)]
+    assert len(ends) > 100
+    assert np.median(np.min(walls, axis=0)) < 0.05
+
+
+def test_a_result_from_before_scans_were_kept_still_reports(moved: Path) -> None:
+    (moved / "scans.parquet").unlink()
+    page = write_report(moved).read_text(encoding="utf-8")
+    assert "scans" not in data_of(page)
+    assert 'class="scan"></i>' not in page
+
+
+def test_the_share_of_time_localized_heads_the_page(moved: Path) -> None:
+    assert "100% of the time localized" in " ".join(
+        read(write_report(moved).read_text(encoding="utf-8")).words
+    ).replace("  ", " ")
+    summary = json.loads((moved / "run.json").read_text())
+    half = int(summary["timings"]["log_seconds"] * 1e9 / 2)
+    summary["lost_ns"] = [[summary["begin_ns"], summary["begin_ns"] + half]]
+    (moved / "run.json").write_text(json.dumps(summary))
+    page = write_report(moved).read_text(encoding="utf-8")
+    assert '<div class="wrong"><b>50%</b>of the time localized</div>' in page
+    assert 'class="way lost"' in page
+    assert data_of(page)["lost"] == [[0, round(half / 1e8)]]
+
+
+def test_what_is_wrong_stands_first_and_is_marked(moved: Path, tmp_path: Path) -> None:
+    truth = tmp_path / "truth.csv"
+    truth.write_text("stamp,object,coordinate,value\n0,office_door,angle,1.2\n0,chest,x,4.0\n")
+    page = write_report(moved, truth=truth).read_text(encoding="utf-8")
+    rows = rows_of(page)
+    assert rows[0][:2] == ("office_door", "wrong")
+    assert "angle off at worst, office_door; 1 wrong" in page
+    assert "The last state of office_door is wrong" in page
+
+
+def test_the_last_states_are_those_of_the_plan_s_last_moment(page: str) -> None:
+    door = next(each for each in data_of(page)["objects"] if each["name"] == "office_door")
+    row = re.search(r'<th scope="row">office_door</th>(.*?)</tr>', page)
+    assert row
+    assert f">{door['mean'][0][-1] / 10:.1f}°<" in row[1]
+    assert f">{door['t'][-1] / 10:.1f} s<" in row[1]
+
+
+def test_how_probably_a_door_is_closed_is_said_first(moved: Path) -> None:
+    rows = pl.read_parquet(moved / "estimates.parquet")
+    rows.with_columns(p_closed=pl.lit(0.02)).write_parquet(moved / "estimates.parquet")
+    page = write_report(moved).read_text(encoding="utf-8")
+    assert re.search(r'class="mean" data-value="[\d.]+">open 98 %, \d+\.\d°<', page)
+    assert set(
+        next(o for o in data_of(page)["objects"] if o["name"] == "office_door")["closed"]
+    ) == {2}
+
+
+def test_what_was_moved_is_told_where_the_result_tells_it(moved: Path) -> None:
+    begin = json.loads((moved / "run.json").read_text())["begin_ns"]
+    event = {"object": "office_door", "from_ns": begin + 10**9, "to_ns": begin + 2 * 10**9,
+             "from_state": 0.0, "to_state": 0.6, "probability": 0.93}  # fmt: skip
+    pl.DataFrame([event]).write_parquet(moved / "events.parquet")
+    page = write_report(moved).read_text(encoding="utf-8")
+    assert "What was moved" in page
+    assert "1.0 to 2.0" in page
+    assert 'class="moved"' in page
+
+
+def test_the_robot_is_drawn_at_its_size_where_that_is_known(moved: Path) -> None:
+    assert 'class="body"' not in write_report(moved).read_text(encoding="utf-8")
+    page = write_report(moved, robot_radius=0.28).read_text(encoding="utf-8")
+    assert page.count('<circle r="0.280" class="body">') == 2  # of the estimated, and the true one
+
+
+def test_a_true_path_given_by_hand_is_drawn(moved: Path, result: Path) -> None:
+    summary = json.loads((moved / "run.json").read_text())
+    del summary["inputs"]["true_path"]
+    (moved / "run.json").write_text(json.dumps(summary))
+    assert 'class="true-way"' not in write_report(moved).read_text(encoding="utf-8")
+    path = result.parent / "log" / "path.tum"
+    page = write_report(moved, true_path=path).read_text(encoding="utf-8")
+    assert 'class="true-way"' in page
+    assert data_of(page)["trueRobot"]["x"]
+
+
+def test_objects_stand_in_the_order_that_people_expect(moved: Path) -> None:
+    renamed(moved, "chest", "thing_10")
+    renamed(moved, "office_door", "thing_2")
+    page = write_report(moved, truth=None).read_text(encoding="utf-8")
+    assert re.findall(r"<h3><span>(.*?)</span>", page) == ["thing_2", "thing_10"]

@@ -79,7 +79,7 @@ def test_lines_have_gaps_where_the_object_was_not_near() -> None:
     course = TrueCourse(np.array([2 * SECOND]), np.array([0.1]))
     drawn = strip("angle", posteriors([(0.5, 0.0, [1, 0])]), rows, course, Axis(0, 5.0))
     assert 'd="M0.5,0.0h.01L1.5,100.0M3.5,50.0h.01"' in drawn
-    assert 'd="M2.5,50.0h.01L3.5,50.0L4.5,50.0" class="truth"' in drawn
+    assert 'd="M2.5,50.0h.01L4.5,50.0" class="truth"' in drawn
 
 
 def test_an_object_without_posteriors_was_never_near() -> None:
@@ -103,3 +103,19 @@ def test_moments_at_which_the_robot_was_lost_are_hatched() -> None:
     assert re.findall(r"left:([\d.]+)%;width:([\d.]+)%", drawn) == [
         ("20.00", "30.00"), ("80.00", "0.30"),
     ]  # fmt: skip
+
+
+def test_the_interval_has_two_edges_that_hold_until_the_next_look() -> None:
+    rows = estimates([(0.5, 0.1, True), (3.5, 0.0, True)])
+    drawn = strip("angle", posteriors([(0.5, 0.0, [1, 0])]), rows, None, Axis(0, 6.0))
+    assert re.findall(r'd="([^"]*)" class="edge"', drawn) == [
+        "M0.5,100.0h.01L5.5,100.0", "M0.5,0.0h.01L2.5,0.0L3.5,50.0L5.5,50.0",
+    ]  # fmt: skip
+
+
+def test_when_the_object_was_moved_is_bracketed() -> None:
+    rows = posteriors([(0.5, 0.0, [1, 0])])
+    drawn = strip(
+        "angle", rows, estimates([]), None, Axis(0, 10.0), moved=[(2 * SECOND, 4 * SECOND)]
+    )
+    assert re.search(r'class="moved" title="[^"]*" style="left:20.00%;width:20.00%"', drawn)

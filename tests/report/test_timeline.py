@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import base64
+
 import numpy as np
 import polars as pl
 
+from objstate.recording.scans import scan_schema
 from objstate.records import Estimate
 from objstate.records import Path as RobotPath
 from objstate.report import timeline
-from objstate.report.timeline import object_moments, robot_moments, step_for
+from objstate.report.timeline import object_moments, robot_moments, scan_moments, step_for
 from tests.report.pages import as_table
 
 SECOND = 10**9
@@ -54,3 +57,41 @@ def test_a_long_path_is_thinned(monkeypatch) -> None:
     assert len(found["t"]) <= 10
     assert found["t"][:2] == [0, 100]
     assert (found["x"][0], found["y"][0], found["yaw"][0]) == (123, -200, -131)
+
+
+def test_how_probably_a_door_is_closed_is_told_where_the_estimates_tell_it() -> None:
+    rows = table([(float(t), "d", "angle", 0.0, True) for t in range(3)])
+    assert "closed" not in object_moments(rows, 0, "d", ("angle",), 1.0)
+    told = rows.with_columns(p_closed=pl.Series([0.984, None, float("nan")]))
+    assert object_moments(told, 0, "d", ("angle",), 1.0)["closed"] == [98, None, None]
+
+
+def scans(rows: list[tuple[float, str, list[int]]]) -> pl.DataFrame:
+    return pl.DataFrame(
+        [(int(t * SECOND), laser, x, [-each for each in x]) for t, laser, x in rows],
+        schema=scan_schema(), orient="row",
+    )  # fmt: skip
+
+
+def test_scans_come_with_the_pose_at_which_they_were_taken() -> None:
+    path = RobotPath(np.array([1, 2]) * SECOND, np.array([[1.0, 2.0, 0.1], [3.0, 4.0, -0.2]]))
+    table = scans([(0.5, "a", [1]), (1.0, "a", [100, -7]), (2.5, "b", []), (2.6, "b", [5])])
+    found = scan_moments(table, path, 0)
+    assert (found["t"], found["laser"], found["count"]) == ([10, 25, 26], [0, 1, 1], [2, 0, 1])
+    assert found["pose"] == [[100, 300, 300], [200, 400, 400], [57, -115, -115]]
+    ends = np.frombuffer(base64.b64decode(found["ends"]), dtype="<i2").reshape(-1, 2)
+    assert ends.tolist() == [[100, -100], [-7, 7], [5, -5]]
+
+
+def test_the_scans_of_a_long_log_are_thinned_for_each_laser(monkeypatch) -> None:
+    monkeypatch.setattr(timeline, "MOST_SCANS", 10)
+    path = RobotPath(np.arange(60) * SECOND, np.zeros((60, 3)))
+    table = scans([(float(t), laser, [1]) for t in range(30) for laser in "ab"])
+    found = scan_moments(table, path, 0)
+    assert [found["laser"].count(k) for k in (0, 1)] == [5, 5]
+    assert found["step"] == 60
+
+
+def test_a_result_without_scans_or_poses_shows_none() -> None:
+    nowhere = RobotPath(np.zeros(0, dtype=np.int64), np.zeros((0, 3)))
+    assert scan_moments(scans([(1.0, "a", [1])]), nowhere, 0)["t"] == []

@@ -10,7 +10,8 @@ import pytest
 from objstate.evaluation import LatestState
 from objstate.records import Estimate
 from objstate.report.material import Material, read_material
-from objstate.report.words import figure, span, warnings
+from objstate.report.reading import figure, span
+from objstate.report.words import warnings
 from tests.report.pages import as_table
 
 SURE = Estimate(0, "office_door", "angle", 0.5, 0.01, 0.48, 0.52, True, fit=0.95)
@@ -38,7 +39,8 @@ def test_of_a_sure_right_state_nothing_is_said(material: Material) -> None:
         (replace(SURE, observed=False), None, "No beam bore on office_door"),
         (replace(SURE, lower=0.1, upper=0.9), None, "left it open how office_door stood"),
         (replace(SURE, presence=0.2), None, "not there at all any more: office_door"),
-        (SURE, 0.1, "true state of office_door lies outside"),
+        (SURE, 0.1, "last state of office_door is wrong"),
+        (SURE, 0.03, "true state of office_door lies outside"),
     ],
 )
 def test_what_is_wrong_is_said_once(

@@ -366,7 +366,7 @@ def test_observers_see_every_record_in_order_and_what_it_changed(tmp_path: Path)
     }
     assert witness.estimates == seen.counts["estimates"] > 0
     estimate_log([log], building, tmp_path / "alone")
-    for name in ("estimates.parquet", "posteriors.parquet", "trajectory.tum"):
+    for name in ("estimates.parquet", "posteriors.parquet", "scans.parquet", "trajectory.tum"):
         assert (tmp_path / "seen" / name).read_bytes() == (tmp_path / "alone" / name).read_bytes()
 
 
