@@ -14,12 +14,16 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, get_args
 
 import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from objstate.errors import SettingsError
+from objstate.geometry import checked_angle
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Angle = Annotated[float, Field(allow_inf_nan=False), AfterValidator(checked_angle)]  # rad
+PositiveAngle = Annotated[Positive, AfterValidator(checked_angle)]  # rad
+NonNegativeAngle = Annotated[NonNegative, AfterValidator(checked_angle)]  # rad
 Share = Annotated[float, Field(ge=0, le=1)]
 Probability = Annotated[float, Field(gt=0, le=1)]
 Exponent = Annotated[float, Field(gt=0, le=1)]
@@ -96,7 +100,7 @@ class LocalizationSettings(Strict):
     alpha3: NonNegative = 0.02  # translation noise from translation
     alpha4: NonNegative = 0.02  # translation noise from rotation, m^2 per rad^2
     update_min_d: Positive = 0.25  # m; the alphas are meant for steps of this length
-    update_min_a: Positive = 0.2  # rad; or for turns of this angle
+    update_min_a: PositiveAngle = 0.2  # rad; or for turns of this angle
     max_beams: Count = 48  # of one scan, evenly spread
     tempering: Exponent = 0.1  # exponent on the likelihood of a scan
     initial_xy_std: NonNegative = 0.3  # m, of a start pose given without deviations
@@ -139,7 +143,7 @@ class SearchSettings(Strict):
     max_beams: Count = 40  # of one scan, in trying places
     looks: Count = 6  # scans of each laser that are remembered
     min_d: Positive = 0.4  # m driven between them
-    min_a: Positive = 0.35  # rad; or turned
+    min_a: PositiveAngle = 0.35  # rad; or turned
     every_s: Positive = 1.0  # s between searches
     sure: Share = 0.99  # probability from which a place is the one
     confirmed: Count = 2  # searches in a row that must agree on it

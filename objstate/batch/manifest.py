@@ -122,7 +122,7 @@ def _pose(text: str, where: str) -> FloatArray:
     try:
         return pose_from_text(text)
     except ValueError as error:
-        raise SettingsError(f"{where}: '{text}' is not a pose; give {POSE}.") from error
+        raise SettingsError(f"{where}: '{text}' is not a pose: {error}; give {POSE}.") from error
 
 
 def _yes_or_no(text: str, where: str) -> bool:

@@ -13,6 +13,7 @@ import numpy as np
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from objstate.config import Angle
 from objstate.errors import BuildingError
 from objstate.geometry import BoolArray, FloatArray, compose
 
@@ -31,7 +32,7 @@ class MapFile(BaseModel):
 
     image: str
     resolution: Annotated[float, Field(gt=0, allow_inf_nan=False)]  # m per cell
-    origin: tuple[Finite, Finite, Finite]  # x m, y m, yaw rad of the lower left corner
+    origin: tuple[Finite, Finite, Angle]  # x m, y m, yaw rad of the lower left corner
     negate: bool = False
     occupied_thresh: Share = 0.65
     free_thresh: Share = 0.25

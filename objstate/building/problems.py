@@ -126,8 +126,8 @@ def _limit_problems(item: MovableObject) -> list[str]:
     if item.upper - item.lower <= 2 * np.pi + TILT:
         return []
     return [
-        f"'{item.name}' opens from {item.lower:g} to {item.upper:g} rad, which looks like "
-        "degrees; give radians (90 degrees are 1.57)."
+        f"'{item.name}' opens from {item.lower:g} to {item.upper:g} rad, more than "
+        "a whole turn; give the angles that its leaf can reach."
     ]
 
 

@@ -42,6 +42,7 @@ from objstate.cli.parsing import (
 from objstate.cli.progress import progress_bar
 from objstate.cli.sharing import share_out_compiling
 from objstate.cli.state_table import state_table
+from objstate.errors import TruthError
 
 if TYPE_CHECKING:
     from objstate.records import Path as RobotPath
@@ -182,10 +183,19 @@ def estimate(
 
 
 def _doubts_of_truth(result: RunResult, true_states: list[TrueState] | None) -> list[str]:
-    """Whether the truth is that of another building."""
-    if true_states is None or {state.object for state in true_states} & set(result.objects):
+    """Whether the truth is that of another building, or its stamps are in another unit."""
+    from objstate.recording.tables import check_truth_times
+
+    if true_states is None:
         return []
-    return ["The truth names none of the building's objects. Is it that of another building?"]
+    if not {state.object for state in true_states} & set(result.objects):
+        return ["The truth names none of the building's objects. Is it that of another building?"]
+    try:
+        end_ns = result.begin_ns + round(result.log_seconds * 1e9)
+        check_truth_times(true_states, result.begin_ns, end_ns)
+    except TruthError as error:
+        return [str(error)]
+    return []
 
 
 def _told(world: WorldUse) -> str:

@@ -20,7 +20,7 @@ from objstate.evaluation.states import (
 )
 from objstate.evaluation.summary import StateErrors, summarize_states, unit_of
 from objstate.evaluation.symmetry import read_symmetry
-from objstate.recording.tables import read_estimates, read_truth
+from objstate.recording.tables import check_truth_times, read_estimates, read_truth
 from objstate.recording.tum import TRAJECTORY, read_tum
 from objstate.records import TrueState
 
@@ -92,6 +92,7 @@ def evaluate_states(
     Raises TruthError where they share no coordinate of any object, and ResultError where
     there are no estimates.
     """
+    truth = list(truth)
     estimated = set(estimates.select("object", "coordinate").unique().rows())
     courses = true_courses(truth)
     if not estimated:
@@ -101,6 +102,8 @@ def evaluate_states(
             f"{source} tells nothing of this result's objects: it knows {_listed(courses)}, the "
             f"result has {_listed(estimated)}; use the truth of the same building."
         )
+    stamps = estimates["stamp"].to_numpy()
+    check_truth_times(truth, int(stamps.min()), int(stamps.max()), source)
     compared = compare_all(estimates, courses, lost, symmetry or {})
     known, true, observed = (_objects(keys) for keys in (estimated, courses, compared))
     in_time = _objects(key for key, comparison in compared.items() if len(comparison.errors))

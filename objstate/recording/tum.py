@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from decimal import Decimal, InvalidOperation
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 
 from objstate.errors import TruthError
 from objstate.geometry import pose_from_transform, rotation_from_quaternion, transform
+from objstate.recording.stamps import unit_of_number
 from objstate.records import Path as RobotPath
 
 TRAJECTORY = "trajectory.tum"  # in a result folder: the estimated path
@@ -72,6 +74,12 @@ def _row(text: str, where: str) -> tuple[int, np.ndarray]:
         matrix = transform(rotation_from_quaternion(*quaternion), [x, y, z])
     except (InvalidOperation, ValueError, OverflowError) as error:
         raise TruthError(f"{where}: '{text}' is not a pose; give '{FIELDS}'.") from error
-    if not np.isfinite(matrix).all() or abs(stamp) >= 2**63:
+    if np.isfinite(matrix).all() and abs(stamp) >= 2**63:
+        unit, per_second = unit_of_number(Fraction(fields[0]))
+        raise TruthError(
+            f"{where}: the stamp {fields[0]} can't be seconds; if {unit} are meant, write "
+            f"{Decimal(fields[0]) / per_second:f}, and so in every line."
+        )
+    if not np.isfinite(matrix).all():
         raise TruthError(f"{where}: '{text}' is not finite; give '{FIELDS}'.")
     return stamp, pose_from_transform(matrix)
