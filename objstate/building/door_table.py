@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from objstate.errors import BuildingError
-from objstate.geometry import FloatArray
+from objstate.geometry import WHOLE_TURN, FloatArray
 
 COLUMNS = (
     "door",
@@ -25,6 +25,7 @@ COLUMNS = (
 )
 SENSE = {"ccw": 1, "cw": -1}  # of opening, seen from above
 FULL_TURN = 360.0  # degrees
+WIDEST_LEAF = 5.0  # m; wider doors slide, fold or roll
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,10 +89,20 @@ def _read_door(row: dict[str, str | None], where: str) -> Door:
     width, upper = _number(row, "width_m", where), _number(row, "upper_limit_deg", where)
     if width <= 0:
         raise BuildingError(f"{where}: door '{name}' is {width:g} m wide; give a width above 0.")
+    if width > WIDEST_LEAF:
+        raise BuildingError(
+            f"{where}: door '{name}' is {width:g} m wide; no leaf is wider than {WIDEST_LEAF:g} m, "
+            f"so give it in metres ({width / (1000 if width >= 200 else 100):g}?)."
+        )
     if not 0 < upper < FULL_TURN:
         raise BuildingError(
             f"{where}: door '{name}' opens up to {upper:g} degrees; "
             "give an angle above 0 and below 360."
+        )
+    if upper <= WHOLE_TURN:
+        raise BuildingError(
+            f"{where}: door '{name}' opens up to {upper:g} degrees; no door opens so little, so "
+            f"give degrees instead of radians ({math.degrees(upper):.0f}?)."
         )
     return Door(
         name=name,

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from objstate.cli.console import print_text
+from objstate.cli.console import print_problems, print_text
 from objstate.cli.options import Overwrite, help_when_alone
 
 EXAMPLES = """\b
@@ -51,9 +51,10 @@ def from_map(
     """A building from a map and a table of doors.
 
     The occupied cells of a ROS occupancy map are extruded to walls; each row of the table becomes a
-    door, and the leaf that the map shows in its swing area is cleared away.
+    door, and the leaf that the map shows in its swing area is cleared away. Doors that don't stand
+    in a doorway of the map are named, as `objstate inspect` does.
     """
-    from objstate.building import building_from_map
+    from objstate.building import building_from_map, inspect_building
 
     urdf = building_from_map(
         map_yaml,
@@ -69,3 +70,4 @@ def from_map(
         report=print_text,
     )
     print_text(f"Written: {urdf}")
+    print_problems(inspect_building(urdf).problems)

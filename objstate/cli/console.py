@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import os
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import cache
 from typing import TYPE_CHECKING
 
@@ -47,6 +47,13 @@ def print_names(label: str, names: Iterable[str]) -> None:
     listed = ", ".join(sorted(names))
     if listed:
         print_text(f"{label}: {listed}")
+
+
+def print_problems(problems: Sequence[str]) -> None:
+    """What is wrong with an input, to stdout, one problem a line."""
+    print_text("Problems:" if problems else "No problems found.")
+    for problem in problems:
+        print_text(f"- {problem}")
 
 
 def _write(text: str) -> None:
