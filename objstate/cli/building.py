@@ -69,5 +69,5 @@ def from_map(
         overwrite=overwrite,
         report=print_text,
     )
-    print_text(f"Written: {urdf}")
     print_problems(inspect_building(urdf).problems)
+    print_text(f"Written: {urdf}")

@@ -72,6 +72,12 @@ def print_warnings(warnings: Iterable[str], quiet: bool) -> None:
             print(f"warning: {warning}", file=sys.stderr)
 
 
+def print_errors(errors: Iterable[str]) -> None:
+    """Why a result is no success, to stderr."""
+    for error in errors:
+        print(f"error: {error}", file=sys.stderr)
+
+
 @cache
 def error_console() -> Console:
     """The terminal behind stderr; one, so that a log line doesn't break the progress bar."""

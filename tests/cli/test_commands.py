@@ -119,6 +119,16 @@ def test_an_existing_result_is_replaced_only_when_asked(run, drive: Path, estima
     assert (estimated / "run.json").read_bytes() == before
 
 
+def test_a_log_of_no_length_is_no_success(run, drive: Path) -> None:
+    outcome = run(
+        "estimate", drive / "log" / "log.mcap", "--building", drive / "room.urdf", "-q",
+        "--out", drive / "moment", "--from", "1", "--to", "1.01", "--initial-pose", "1,0,0",
+    )  # fmt: skip
+    assert outcome.code == 3
+    assert "error: The log has no length" in outcome.err
+    assert json.loads((drive / "moment" / "run.json").read_text())["success"] is False
+
+
 def test_a_truth_of_another_building_is_doubted(run, drive: Path) -> None:
     truth = drive / "other.csv"
     truth.write_text("stamp,object,coordinate,value\n0,garage_door,angle,0\n")
