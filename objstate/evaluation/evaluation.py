@@ -21,7 +21,7 @@ from objstate.evaluation.states import (
 from objstate.evaluation.summary import StateErrors, summarize_states, unit_of
 from objstate.evaluation.symmetry import read_symmetry
 from objstate.recording.tables import check_truth_times, read_estimates, read_truth
-from objstate.recording.tum import TRAJECTORY, read_tum
+from objstate.recording.tum import read_path, read_tum
 from objstate.records import TrueState
 
 if TYPE_CHECKING:
@@ -58,22 +58,33 @@ class Evaluation:
         return asdict(self)
 
 
-def evaluate(folder: str | Path, truth: str | Path, path: str | Path | None = None) -> Evaluation:
-    """Compare the result in ``folder`` with true states (CSV) and, if given, the true path (TUM).
+def evaluate(
+    folder: str | Path,
+    truth: str | Path | None = None,
+    path: str | Path | None = None,
+    align: bool = False,
+) -> Evaluation:
+    """Compare the result in ``folder`` with true states (CSV) and the true path (TUM), where given.
 
     An object is evaluated at the updates that observed it, from the first stamp of
     its truth on; what was taken back because the robot was lost counts among the
-    updates, but not as final. Raises ResultError for a folder that holds no result and
-    TruthError for a truth that can't be used or has no object of the result.
+    updates, but not as final. ``align`` moves the estimated path onto the true one first. Raises
+    ResultError for a folder that holds no result and TruthError for a truth that can't be used or has
+    no object of the result.
     """
-    estimates = read_estimates(folder)
-    lost = read_lost(folder)
-    evaluation = evaluate_states(
-        estimates, read_truth(truth), lost, read_symmetry(folder), source=str(truth)
-    )
+    if truth is None:
+        evaluation = Evaluation((), (), (), (), (), (), None)
+    else:
+        evaluation = evaluate_states(
+            read_estimates(folder),
+            read_truth(truth),
+            read_lost(folder),
+            read_symmetry(folder),
+            source=str(truth),
+        )
     if path is None:
         return evaluation
-    robot = compare_paths(read_tum(Path(folder) / TRAJECTORY), read_tum(path))
+    robot = compare_paths(read_path(folder), read_tum(path), align)
     return replace(evaluation, robot=robot)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from objstate.errors import TruthError
+from objstate.errors import ResultError, TruthError
 from objstate.geometry import pose_from_transform, rotation_from_quaternion, transform
 from objstate.recording.stamps import unit_of_number
 from objstate.records import Path as RobotPath
@@ -46,6 +46,14 @@ def read_tum(path: str | Path) -> RobotPath:
         stamp = seconds(int(stamps[back[0] + 1]))
         raise TruthError(f"{path}: the stamps go back at {stamp}; sort the file by its stamps.")
     return RobotPath(stamps, np.array([pose for _, pose in rows]))
+
+
+def read_path(folder: str | Path) -> RobotPath:
+    """The estimated path of a result folder. Raises ResultError where there is none."""
+    path = Path(folder) / TRAJECTORY
+    if not path.is_file():
+        raise ResultError(f"{folder} holds no {TRAJECTORY}; make it with `objstate estimate`.")
+    return read_tum(path)
 
 
 def seconds(stamp_ns: int) -> str:

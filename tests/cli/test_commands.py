@@ -119,6 +119,18 @@ def test_an_existing_result_is_replaced_only_when_asked(run, drive: Path, estima
     assert (estimated / "run.json").read_bytes() == before
 
 
+def test_a_path_alone_is_evaluated_and_aligned(run, drive: Path, estimated: Path) -> None:
+    path = drive / "log" / "path.tum"
+    outcome = run("evaluate", estimated, "--path", path, "--align", "--json", drive / "path.json")
+    assert outcome.code == 0
+    assert "ATE" in outcome.out
+    assert "moved by" in outcome.out
+    assert "object" not in outcome.out
+    assert json.loads((drive / "path.json").read_text())["robot"]["position"]["rms"] < 0.2
+    assert "--path TUM" in run("evaluate", estimated).err
+    assert "--path TUM" in run("evaluate", estimated, "--truth", "t.csv", "--align").err
+
+
 def test_a_log_of_no_length_is_no_success(run, drive: Path) -> None:
     outcome = run(
         "estimate", drive / "log" / "log.mcap", "--building", drive / "room.urdf", "-q",

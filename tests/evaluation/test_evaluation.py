@@ -67,6 +67,16 @@ def test_of_a_clock_that_starts_at_zero_one_small_stamp_is_no_second(result: Pat
         evaluate(result, result / "some.csv")
 
 
+def test_a_path_needs_no_truth_of_objects(result: Path) -> None:
+    evaluation = evaluate(result, path=result / "true.tum")
+    assert evaluation.objects == evaluation.overall == ()
+    assert evaluation.robot is not None
+    assert evaluation.robot.position.rms == pytest.approx(0.5)
+    (result / TRAJECTORY).unlink()
+    with pytest.raises(ResultError, match=r"holds no trajectory\.tum"):
+        evaluate(result, path=result / "true.tum")
+
+
 def test_without_a_path_the_robot_is_not_evaluated(result: Path) -> None:
     assert evaluate(result, result / "truth.csv").robot is None
 
