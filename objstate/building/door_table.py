@@ -13,6 +13,7 @@ import numpy as np
 
 from objstate.errors import BuildingError
 from objstate.geometry import WHOLE_TURN, FloatArray
+from objstate.kinds import DOORS, instead, other_separator
 
 COLUMNS = (
     "door",
@@ -48,7 +49,8 @@ def read_doors(path: Path) -> list[Door]:
         reason = error.strerror if isinstance(error, OSError) else "it is no UTF-8 text"
         raise BuildingError(f"The door table {path} can't be read ({reason}); check it.") from error
     rows = csv.DictReader(lines, skipinitialspace=True)
-    _check_columns(path, rows.fieldnames or ())
+    rows.fieldnames = [name.strip() for name in rows.fieldnames or ()]
+    _check_columns(path, rows.fieldnames, lines[0] if lines else "")
     doors: dict[str, Door] = {}
     for row in rows:
         door = _read_door(row, f"{path}, line {rows.line_num}")
@@ -61,12 +63,22 @@ def read_doors(path: Path) -> list[Door]:
     return list(doors.values())
 
 
-def _check_columns(path: Path, found: Sequence[str]) -> None:
+def _check_columns(path: Path, found: Sequence[str], header: str) -> None:
     missing = [name for name in COLUMNS if name not in found]
     unknown = [name for name in found if name not in COLUMNS]
     if not missing and not unknown:
         return
-    faults = [f"lacks the column '{name}'" for name in missing]
+    if separator := other_separator(header, COLUMNS):
+        raise BuildingError(
+            f"The columns of the door table {path} are parted by {separator}; save it with commas, and "
+            "with points in its numbers."
+        )
+    if told := instead(path, DOORS):
+        raise BuildingError(told)
+    faults = []
+    if missing:
+        names = ", ".join(f"'{name}'" for name in missing)
+        faults.append(f"lacks the column{'s' * (len(missing) > 1)} {names}")
     for name in unknown:
         near = get_close_matches(str(name), missing or COLUMNS, n=1)
         faults.append(f"has the unknown column '{name}'" + (f" (for '{near[0]}'?)" if near else ""))

@@ -27,6 +27,7 @@ from objstate.cli.json_values import json_values
 from objstate.cli.options import Quiet
 from objstate.cli.progress import progress_bar
 from objstate.errors import ResultError, SettingsError
+from objstate.kinds import RESULT, instead
 
 if TYPE_CHECKING:
     from objstate.bound import BoundEvaluation
@@ -108,7 +109,10 @@ def _evaluate_result(
     from objstate.evaluation import evaluate as evaluate_result
 
     if not folder.is_dir():
-        raise ResultError(f"{folder} is no folder; give one that `objstate estimate` wrote.")
+        raise ResultError(
+            instead(folder, RESULT)
+            or f"{folder} is no folder; give one that `objstate estimate` wrote."
+        )
     if truth is None and (path is None or bound):
         raise SettingsError(
             f"{folder} is one result; say with --truth CSV what is true of its objects"

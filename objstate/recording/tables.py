@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from objstate.errors import TruthError
 from objstate.geometry import checked_angle
+from objstate.kinds import TRUTH, instead, other_separator
 from objstate.recording.parquet import read_parquet
 from objstate.recording.spool import Spool
 from objstate.recording.stamps import PER_SECOND, mistaken_unit, unit_of_number
@@ -95,11 +96,15 @@ def read_truth(path: str | Path) -> list[TrueState]:
     ``stamp,object,coordinate,value`` with whole nanoseconds and finite values.
     """
     try:
-        with Path(path).open(encoding="utf-8", newline="") as file:
+        with Path(path).open(encoding="utf-8-sig", newline="") as file:
             rows = list(_truth_rows(csv.reader(file, strict=True), path))
     except OSError as error:
-        raise TruthError(f"Can't read the truth {path}: {error.strerror}.") from error
+        raise TruthError(
+            instead(path, TRUTH) or f"Can't read the truth {path}: {error.strerror}."
+        ) from error
     except (UnicodeDecodeError, csv.Error) as error:
+        if told := instead(path, TRUTH):
+            raise TruthError(told) from error
         raise TruthError(f"{path} is not a CSV file in UTF-8: {error}.") from error
     _refuse_contradictions(rows, path)
     return sorted(rows, key=lambda row: row.stamp_ns)
@@ -124,6 +129,13 @@ def _truth_rows(lines: Iterator[list[str]], path: str | Path) -> Iterator[TrueSt
     expected = ",".join(TRUTH_COLUMNS)
     header = [name.strip() for name in next(lines, [])]
     if header != list(TRUTH_COLUMNS):
+        if separator := other_separator(",".join(header), TRUTH_COLUMNS):
+            raise TruthError(
+                f"The columns of {path} are parted by {separator}; save it with commas, and with "
+                "points in its numbers."
+            )
+        if told := instead(path, TRUTH):
+            raise TruthError(told)
         raise TruthError(f"{path}, line 1 reads '{','.join(header)}'; it must be '{expected}'.")
     for number, fields_ in enumerate(lines, start=2):
         if fields_:

@@ -10,6 +10,7 @@ import numpy as np
 
 from objstate.errors import ResultError, TruthError
 from objstate.geometry import pose_from_transform, rotation_from_quaternion, transform
+from objstate.kinds import PATH, instead
 from objstate.recording.stamps import unit_of_number
 from objstate.records import Path as RobotPath
 
@@ -32,6 +33,8 @@ def read_tum(path: str | Path) -> RobotPath:
     Raises TruthError for a file that can't be read, a line that isn't eight
     numbers, or stamps that go back.
     """
+    if told := instead(path, PATH):
+        raise TruthError(told)
     lines = _lines(Path(path))
     rows = [
         _row(text, f"{path}, line {number}")
@@ -75,7 +78,8 @@ def _row(text: str, where: str) -> tuple[int, np.ndarray]:
     """Stamp in nanoseconds and pose (3,) of one line."""
     fields = text.split()
     if len(fields) != 8:
-        raise TruthError(f"{where} has {len(fields)} fields; give eight: '{FIELDS}'.")
+        hint = ", parted by blanks" if len(text.split(",")) == 8 else ""
+        raise TruthError(f"{where} has {len(fields)} fields; give eight{hint}: '{FIELDS}'.")
     try:
         stamp = round(Decimal(fields[0]) * 10**9)
         x, y, z, *quaternion = (float(field) for field in fields[1:])

@@ -22,6 +22,7 @@ from objstate.config import (
     load_yaml,
     parse_strict,
 )
+from objstate.kinds import SCENE
 
 PointXY = tuple[float, float]
 Region = tuple[float, float, float, float]  # x_min, y_min, x_max, y_max
@@ -249,7 +250,7 @@ def load_scene(path: str | Path, seed: int | None = None) -> Scene:
     ``seed`` replaces the file's. Raises SettingsError naming the place and the cure.
     """
     path = Path(path)
-    scene = parse_strict(Scene, load_yaml(path), str(path))
+    scene = parse_strict(Scene, load_yaml(path), str(path), SCENE)
     changes = {"building": (path.parent / scene.building).resolve()}
     return scene.model_copy(update=changes if seed is None else {**changes, "seed": seed})
 
