@@ -132,7 +132,8 @@ def _number(row: dict[str, str | None], column: str, where: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
+        point = ", with a point before its fraction" if "," in (row[column] or "") else ""
         raise BuildingError(
-            f"{where}: '{row[column]}' in column '{column}' is no number; give one."
+            f"{where}: '{row[column]}' in column '{column}' is no number; give one{point}."
         )
     return value

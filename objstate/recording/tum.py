@@ -67,7 +67,7 @@ def seconds(stamp_ns: int) -> str:
 
 def _lines(path: Path) -> list[str]:
     try:
-        return path.read_text(encoding="utf-8").splitlines()
+        return path.read_text(encoding="utf-8-sig").splitlines()
     except OSError as error:
         raise TruthError(f"Can't read the path {path}: {error.strerror}.") from error
     except UnicodeDecodeError as error:

@@ -253,6 +253,7 @@ def test_maps_that_cannot_be_used_are_refused(
         (HEADER + "a,1,2,0,left,0.9,90\n", "line 2: door 'a' opens 'left'"),
         (HEADER + "a,1,2,0,cw,0.9,90\na,1,2,0,cw,0.9,90\n", "second time, in line 3"),
         (HEADER + "a,1,x,0,cw,0.9,90\n", "'x' in column 'hinge_y'"),
+        (HEADER + 'a,"1,5",2,0,cw,0.9,90\n', "'1,5' in column 'hinge_x'.* with a point"),
         (HEADER + "a,1,nan,0,cw,0.9,90\n", "'nan' in column 'hinge_y'"),
         (HEADER + "a,1,2,0,cw,0.9\n", "line 2 must hold 7 values"),
         (HEADER + "a,1,2,0,cw,0.9,90,7\n", "line 2 must hold 7 values"),

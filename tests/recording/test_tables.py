@@ -107,6 +107,12 @@ def test_faulty_truth_names_line_and_cure(tmp_path: Path, line: str, message: st
         read_truth(path)
 
 
+def test_a_mark_of_the_byte_order_is_no_part_of_the_header(tmp_path: Path) -> None:
+    path = tmp_path / "truth.csv"
+    path.write_text("stamp,object,coordinate,value\n1,door,angle,0.5\n", encoding="utf-8-sig")
+    assert read_truth(path) == [TrueState(1, "door", "angle", 0.5)]
+
+
 def test_truth_that_is_no_truth_is_named(tmp_path: Path) -> None:
     path = tmp_path / "truth.csv"
     with pytest.raises(TruthError, match="Can't read"):
