@@ -209,7 +209,7 @@ def test_a_failed_run_leaves_nothing_behind(run, drive: Path) -> None:
         (["--to", "inf"], "--to inf"),
         (["--seed", "-1"], "greater than or equal to 0"),
         (["--config", "{config}"], "sigma_hit"),
-        (["--truth", "{scene}"], "stamp,object,coordinate,value"),
+        (["--truth", "{scene}"], "is a scene, not a table of true states"),
         (["--belief", "recrded"], "recorded"),
     ],
 )
