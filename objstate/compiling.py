@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import logging
+import threading
+import time
 from collections.abc import Callable
 from functools import cache
 from typing import Any, TypeVar
@@ -45,24 +47,62 @@ def inner(**options: Any) -> Callable[[F], F]:
     return numba.njit(**options)  # type: ignore[no-any-return]
 
 
-def when_compiling(tell: Callable[[], None]) -> None:
-    """Call ``tell`` once, as soon as a loop is compiled in this process rather than loaded.
+def when_compiling(tell: Callable[[], None], after: float = 0.0) -> None:
+    """Call ``tell`` once, when loops are compiled in this process rather than loaded.
 
-    That one is compiled after ``tell`` has returned, which may compile others.
+    Without ``after``, that is before the first is compiled, and ``tell`` may compile others; else as soon
+    as compiling has taken so many seconds in all, from another thread.
     """
     from numba.core import event
 
-    untold = [tell]
+    watch = _Watch(tell, after)
 
     class Listener(event.Listener):
         def on_start(self, event: object) -> None:
-            if untold:
-                untold.pop()()
+            watch.start()
 
         def on_end(self, event: object) -> None:
-            pass
+            watch.end()
 
     event.register("numba:compile", Listener())  # type: ignore[no-untyped-call]
+
+
+class _Watch:
+    """Counts the time that loops take to compile; they may be compiled one inside another."""
+
+    def __init__(self, tell: Callable[[], None], after: float) -> None:
+        self._tell: Callable[[], None] | None = tell
+        self._left = after
+        self._depth = 0
+        self._begin = 0.0
+        self._timer: threading.Timer | None = None
+
+    def start(self) -> None:
+        """A loop begins to be compiled."""
+        self._depth += 1
+        if self._depth > 1 or self._tell is None:
+            return
+        if self._left <= 0.0:
+            self._now()
+            return
+        self._begin = time.monotonic()
+        self._timer = threading.Timer(self._left, self._now)
+        self._timer.daemon = True
+        self._timer.start()
+
+    def end(self) -> None:
+        """It is compiled."""
+        self._depth -= 1
+        if self._depth or self._timer is None:
+            return
+        self._timer.cancel()
+        self._timer = None
+        self._left -= time.monotonic() - self._begin
+
+    def _now(self) -> None:
+        tell, self._tell = self._tell, None
+        if tell is not None:
+            tell()
 
 
 @cache

@@ -8,18 +8,23 @@ known one.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from difflib import get_close_matches
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeVar, get_args
+from typing import Annotated, Any, Literal, TypeVar
 
 import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from objstate.errors import SettingsError
+from objstate.faults import faults
+from objstate.geometry import checked_angle
+from objstate.kinds import BUILDING, IMAGE, LOG, instead, kind_of
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Angle = Annotated[float, Field(allow_inf_nan=False), AfterValidator(checked_angle)]  # rad
+PositiveAngle = Annotated[Positive, AfterValidator(checked_angle)]  # rad
+NonNegativeAngle = Annotated[NonNegative, AfterValidator(checked_angle)]  # rad
 Share = Annotated[float, Field(ge=0, le=1)]
 Probability = Annotated[float, Field(gt=0, le=1)]
 Exponent = Annotated[float, Field(gt=0, le=1)]
@@ -96,7 +101,7 @@ class LocalizationSettings(Strict):
     alpha3: NonNegative = 0.02  # translation noise from translation
     alpha4: NonNegative = 0.02  # translation noise from rotation, m^2 per rad^2
     update_min_d: Positive = 0.25  # m; the alphas are meant for steps of this length
-    update_min_a: Positive = 0.2  # rad; or for turns of this angle
+    update_min_a: PositiveAngle = 0.2  # rad; or for turns of this angle
     max_beams: Count = 48  # of one scan, evenly spread
     tempering: Exponent = 0.1  # exponent on the likelihood of a scan
     initial_xy_std: NonNegative = 0.3  # m, of a start pose given without deviations
@@ -139,7 +144,7 @@ class SearchSettings(Strict):
     max_beams: Count = 40  # of one scan, in trying places
     looks: Count = 6  # scans of each laser that are remembered
     min_d: Positive = 0.4  # m driven between them
-    min_a: Positive = 0.35  # rad; or turned
+    min_a: PositiveAngle = 0.35  # rad; or turned
     every_s: Positive = 1.0  # s between searches
     sure: Share = 0.99  # probability from which a place is the one
     confirmed: Count = 2  # searches in a row that must agree on it
@@ -345,12 +350,6 @@ class Settings(Strict):
 
 Model = TypeVar("Model", bound=BaseModel)
 
-SHAPES = {  # what YAML calls the shapes that pydantic names by Python's types
-    "model_type": "must be a group of keys, as in 'key: value'",
-    "tuple_type": "must be a list, as in '[first, second]'",
-    "missing": "is required",
-}
-
 
 def load_settings(path: Path | None) -> Settings:
     """Settings from a YAML file, or the defaults without one.
@@ -364,6 +363,9 @@ def load_settings(path: Path | None) -> Settings:
 
 def load_yaml(path: Path) -> Any:
     """A YAML file's content; an empty file is an empty mapping. Raises SettingsError."""
+    kind = kind_of(path)
+    if kind in (BUILDING, IMAGE) or (kind or "").startswith(LOG):
+        raise SettingsError(f"{path} is {kind}, not a YAML file; were two arguments exchanged?")
     try:
         content = yaml.safe_load(path.read_text(encoding="utf-8"))
     except OSError as error:
@@ -373,42 +375,13 @@ def load_yaml(path: Path) -> Any:
     return {} if content is None else content
 
 
-def parse_strict(model: type[Model], data: Any, where: str) -> Model:
-    """``data`` as a ``model``; SettingsError with every fault, each with its place and cure."""
+def parse_strict(model: type[Model], data: Any, where: str, kind: str = "settings") -> Model:
+    """``data`` as a ``model``; SettingsError with every fault, each with its place and cure.
+
+    ``where`` is the file, and ``kind`` what it should be, in words.
+    """
     try:
         return model.model_validate(data)
     except ValidationError as error:
-        faults = [_fault(model, dict(item)) for item in error.errors()]
-        raise SettingsError(f"{where}: " + "; ".join(faults)) from error
-
-
-def _fault(model: type[BaseModel], item: dict[str, Any]) -> str:
-    place = ".".join(str(part) for part in item["loc"])
-    if item["type"] != "extra_forbidden":
-        message = SHAPES.get(item["type"], str(item["msg"]).removeprefix("Value error, "))
-        return f"{place}: {message}" if place else message
-    known = _keys_at(model, item["loc"][:-1])
-    near = get_close_matches(str(item["loc"][-1]), known, n=1)
-    cure = f"did you mean '{near[0]}'?" if near else f"known are {', '.join(sorted(known))}"
-    return f"unknown key '{place}'; {cure}"
-
-
-def _keys_at(model: type[BaseModel], loc: tuple[str | int, ...]) -> list[str]:
-    """The keys that the group at ``loc`` inside ``model`` knows."""
-    groups = [model]
-    for part in loc:
-        fields = [
-            field
-            for group in groups
-            for name, field in group.model_fields.items()
-            if part in (name, field.alias)
-        ]
-        groups = [g for field in fields for g in _models_in(field.annotation)] or groups
-    return [f.alias or name for group in groups for name, f in group.model_fields.items()]
-
-
-def _models_in(annotation: Any) -> list[type[BaseModel]]:
-    """Every settings group that an annotation mentions, e.g. in ``list[Group] | None``."""
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return [annotation]
-    return [found for part in get_args(annotation) for found in _models_in(part)]
+        told = instead(where, kind) or f"{where}: {'; '.join(faults(model, error, data))}"
+        raise SettingsError(told) from error

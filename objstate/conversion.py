@@ -7,8 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from objstate.building.occupancy import OccupancyMap
 from objstate.errors import LogError
 from objstate.logs import Message, open_messages
+from objstate.logs.maps import read_recorded_map
 from objstate.recording.logs import LogWriter, open_log_writer
 
 
@@ -18,6 +20,16 @@ class ConversionResult:
 
     counts: Mapping[str, int]  # messages passed on, by topic
     warnings: tuple[str, ...]
+
+
+def recorded_map(log: str | Path, topic: str | None = None) -> OccupancyMap:
+    """The last occupancy map that a log holds, of ``/map`` or another topic.
+
+    Raises LogError, and BuildingError for a map without walls.
+    """
+    found = read_recorded_map(log, topic)
+    name = Path(log).name.partition(".")[0]
+    return OccupancyMap.of_percent(found.percent, found.resolution, found.origin, name)
 
 
 def convert(

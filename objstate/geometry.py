@@ -16,6 +16,8 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
 
+WHOLE_TURN = 6.29  # rad, with room for rounding; what a person gives beyond it was meant in degrees
+
 
 def wrap(angle: ArrayLike) -> FloatArray:
     """Angles wrapped to [-pi, pi)."""
@@ -173,20 +175,45 @@ def is_rigid(matrix: Any) -> bool:
 
 
 def pose_from_text(text: str) -> FloatArray:
-    """The pose (3,) written as ``x,y,yaw``. Raises ValueError."""
-    x, y, yaw = text.split(",")
+    """The pose (3,) written as ``x,y,yaw``. Raises ValueError, which says what is wrong."""
+    parts = text.split(",")
+    if len(parts) != 3:
+        raise ValueError(f"it has {len(parts)} parts, not 3")
+    x, y, yaw = parts
     return np.array([finite(x), finite(y), angle_from_text(yaw)])
 
 
 def angle_from_text(text: str) -> float:
-    """Radians, or degrees where the text ends in ``deg``. Raises ValueError."""
+    """Radians, or degrees where the text ends in ``deg``. Raises ValueError, which says what is wrong.
+
+    Radians beyond a whole turn are refused.
+    """
     number = text.strip().removesuffix("deg")
-    return math.radians(finite(number)) if text.strip().endswith("deg") else finite(number)
+    if text.strip().endswith("deg"):
+        return math.radians(finite(number))
+    value = finite(number)
+    return checked_angle(value, f"{number}deg")
+
+
+def checked_angle(value: float, in_degrees: str | None = None) -> float:
+    """An angle in radians that a person gave. Raises ValueError for more than a whole turn.
+
+    ``in_degrees`` is how to write the same number of degrees, where not as radians.
+    """
+    if abs(value) <= WHOLE_TURN:
+        return value
+    cure = in_degrees or f"{math.radians(value):.4g}"
+    raise ValueError(
+        f"{value:g} rad is more than a whole turn (6.28 rad); if degrees are meant, write {cure}"
+    )
 
 
 def finite(text: str) -> float:
     """The number that a text gives. Raises ValueError for none, and for infinities."""
-    value = float(text)
+    try:
+        value = float(text)
+    except ValueError as error:
+        raise ValueError(f"'{text.strip()}' is no number") from error
     if not math.isfinite(value):
-        raise ValueError(f"{text} is not finite")
+        raise ValueError(f"{text.strip()} is not finite")
     return value

@@ -124,6 +124,14 @@ def test_what_cant_be_compiled_is_an_error() -> None:
         njit()(lambda text: text.nonsense())("text")
 
 
+def test_who_hardly_waits_is_not_told(tmp_path: Path) -> None:
+    begin = "import time\nfrom objstate.compiling import when_compiling\n"
+    watch = begin + "when_compiling(lambda: print('now'), after={})\n"
+    for after, told in (("60", ""), ("0.01", "now\n")):
+        done = run(watch.format(after) + SCRIPT, NUMBA_CACHE_DIR=str(tmp_path / after))
+        assert done.stdout == told + "[2.]\n"
+
+
 def test_who_waits_for_the_compiler_is_told_once(tmp_path: Path) -> None:
     script = "from objstate.compiling import when_compiling\nwhen_compiling(lambda: print('now'))\n"
     first, again = (run(script + SCRIPT, NUMBA_CACHE_DIR=str(tmp_path)) for _ in range(2))

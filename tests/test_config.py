@@ -3,10 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any, Literal
 
 import pytest
 
-from objstate.config import DoorSettings, FurnitureSettings, Settings, load_settings
+from objstate.config import (
+    DoorSettings,
+    FurnitureSettings,
+    Settings,
+    Strict,
+    load_settings,
+    parse_strict,
+)
 from objstate.errors import SettingsError
 
 
@@ -60,11 +68,44 @@ def test_a_key_like_no_other_lists_the_known(tmp_path: Path) -> None:
         ("[1, 2]", "must be a group of keys"),
         ("localization: 3", "localization: must be a group of keys"),
         ("objects: {match: a}", "objects: must be a list"),
-        ("objects: [{samples: 3}]", "objects.0.match: is required"),
+        ("objects: [{samples: 3}]", "objects[0].match: is required"),
     ],
 )
 def test_a_wrong_shape_is_told_in_words_of_yaml(tmp_path: Path, text: str, cure: str) -> None:
     assert cure in refused(tmp_path, text)
+
+
+class Place(Strict):
+    x: float
+    y: float
+
+
+class Thing(Strict):
+    at: float | Place | Literal["home", "random"] = "home"
+
+
+class Things(Strict):
+    things: tuple[Thing, ...] = ()
+
+
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        ({"things": [{"at": {"x": 1}}]}, "file: things[0].at.y: is required"),
+        ({"things": [{}, {"at": {"x": "a", "y": 2}}]}, "things[1].at.x: must be a number, not 'a'"),
+        ({"things": [{"at": {"x": 1, "y": 2, "z": 3}}]}, "unknown key 'things[0].at.z'; known are"),
+        (
+            {"things": [{"at": "hmoe"}]},
+            "things[0].at: must be a number or a group of keys or 'home' or 'random', not 'hmoe'",
+        ),
+        ({"things": 3}, "things: must be a list, as in '[first, second]'"),
+    ],
+)
+def test_no_type_of_python_stands_in_a_message(data: Any, message: str) -> None:
+    with pytest.raises(SettingsError) as told:
+        parse_strict(Things, data, "file")
+    assert message in str(told.value)
+    assert ";" not in str(told.value).replace("; known", "")  # one fault
 
 
 def test_all_faults_are_told_at_once(tmp_path: Path) -> None:

@@ -1,8 +1,10 @@
 """The project's frame: what is shipped, what is pinned, what the command line costs."""
 
+import os
 import re
 import subprocess
 import sys
+import sysconfig
 import tomllib
 import zipfile
 from importlib.metadata import distribution, requires, version
@@ -72,6 +74,64 @@ def test_the_wheel_holds_only_the_package(tmp_path: Path) -> None:
     assert "objstate/experiments/schulz2001/doors.scene.yaml" in names
     assert "objstate/experiments/schulz2001/department.urdf" in names
     assert f"{info}/licenses/LICENSE" in names
+
+
+def test_the_wheel_runs_the_sample_in_an_environment_of_its_own(tmp_path: Path) -> None:
+    here = [sys.executable, "-m"]
+    built = [*here, "hatchling", "build", "-t", "wheel", "-d", str(tmp_path)]
+    subprocess.run(built, cwd=ROOT, check=True, capture_output=True)
+    (wheel,) = tmp_path.glob("*.whl")
+    home = tmp_path / "env"
+    subprocess.run([*here, "venv", "--without-pip", str(home)], check=True)
+    (packages,) = home.glob("lib/python*/site-packages")
+    # what it depends on, as installed here; a path in a .pth file brings no editable installs along
+    (packages / "here.pth").write_text(sysconfig.get_path("purelib") + "\n")
+    install = [*here, "pip", "--python", str(home), "install", "--no-deps", "--no-index", "-q"]
+    subprocess.run([*install, str(wheel)], check=True, capture_output=True)
+    environment = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
+    environment["NUMBA_DISABLE_JIT"] = "1"  # compiling would take longer than all else
+    log, building = ROOT / "logs/corridor.mcap", ROOT / "models/corridor/corridor.urdf"
+    for arguments in (
+        ["--version"],
+        ["inspect", building],
+        ["estimate", log, "--building", building, "--out", "result", "--to", "0.5", "-q"],
+        ["evaluate", "result", "--truth", ROOT / "logs/corridor.truth.csv"],
+        ["report", "result"],
+    ):
+        command = [home / "bin" / "objstate", *arguments]
+        done = subprocess.run(
+            command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 0, done.stderr
+    where = [home / "bin" / "python", "-c", "import objstate; print(objstate.__file__)"]
+    told = subprocess.run(where, cwd=tmp_path, env=environment, capture_output=True, check=True)
+    assert str(packages) in told.stdout.decode()
+
+
+def test_completion_knows_commands_and_options() -> None:
+    environment = os.environ | {"_OBJSTATE_COMPLETE": "complete_bash", "COMP_CWORD": "1"}
+    script = "from objstate.cli import main; main()"
+    done = subprocess.run(
+        [sys.executable, "-c", script],
+        env=environment | {"COMP_WORDS": "objstate est"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.stdout.split() == ["estimate"]
+
+
+def test_the_image_copies_what_it_installs() -> None:
+    lines = (ROOT / "Dockerfile").read_text().splitlines()
+    copied = [word for line in lines if line.startswith("COPY") for word in line.split()[1:-1]]
+    kept = (ROOT / ".dockerignore").read_text().splitlines()
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    assert {f"!{name}" for name in copied} <= set(kept)
+    assert {project["readme"], *project["license-files"], "objstate"} <= set(copied)
+    assert all((ROOT / name).exists() for name in copied)
+    base = next(line.split()[1] for line in lines if line.startswith("FROM"))
+    least = project["requires-python"].removeprefix(">=")
+    assert base == f"python:{least}-slim"
 
 
 def test_every_dependency_is_pinned(pins: dict[str, str]) -> None:

@@ -13,6 +13,7 @@ from objstate.batch.addresses import absolute
 from objstate.config import load_settings
 from objstate.errors import SettingsError
 from objstate.geometry import FloatArray, pose_from_text
+from objstate.kinds import other_separator
 from objstate.recording.batches import BatchLog
 from objstate.run import RunOptions
 
@@ -57,10 +58,27 @@ def _read(source: str) -> pl.DataFrame:
             return pl.read_parquet(source)
         return pl.read_csv(source, infer_schema=False)
     except (OSError, pl.exceptions.PolarsError) as error:
+        if separator := _separator(source):
+            raise SettingsError(_parted(source, separator)) from error
         raise SettingsError(f"Can't read the manifest {source}: {error}.") from error
 
 
+def _separator(source: str) -> str | None:
+    """What parts the columns of a manifest instead of commas."""
+    try:
+        with Path(source).open(encoding="utf-8", errors="replace") as file:
+            return other_separator(file.readline(), COLUMNS)
+    except OSError:
+        return None
+
+
+def _parted(source: str, separator: str) -> str:
+    return f"The columns of the manifest {source} are parted by {separator}; save it with commas."
+
+
 def _check_columns(source: str, columns: list[str]) -> None:
+    if not set(columns) & set(COLUMNS) and (separator := _separator(source)):
+        raise SettingsError(_parted(source, separator))
     for column in columns:
         if column not in COLUMNS:
             near = get_close_matches(column, COLUMNS, n=1)
@@ -122,7 +140,7 @@ def _pose(text: str, where: str) -> FloatArray:
     try:
         return pose_from_text(text)
     except ValueError as error:
-        raise SettingsError(f"{where}: '{text}' is not a pose; give {POSE}.") from error
+        raise SettingsError(f"{where}: '{text}' is not a pose: {error}; give {POSE}.") from error
 
 
 def _yes_or_no(text: str, where: str) -> bool:

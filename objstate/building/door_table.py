@@ -12,7 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from objstate.errors import BuildingError
-from objstate.geometry import FloatArray
+from objstate.geometry import WHOLE_TURN, FloatArray
+from objstate.kinds import DOORS, instead, other_separator
 
 COLUMNS = (
     "door",
@@ -25,6 +26,7 @@ COLUMNS = (
 )
 SENSE = {"ccw": 1, "cw": -1}  # of opening, seen from above
 FULL_TURN = 360.0  # degrees
+WIDEST_LEAF = 5.0  # m; wider doors slide, fold or roll
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +49,8 @@ def read_doors(path: Path) -> list[Door]:
         reason = error.strerror if isinstance(error, OSError) else "it is no UTF-8 text"
         raise BuildingError(f"The door table {path} can't be read ({reason}); check it.") from error
     rows = csv.DictReader(lines, skipinitialspace=True)
-    _check_columns(path, rows.fieldnames or ())
+    rows.fieldnames = [name.strip() for name in rows.fieldnames or ()]
+    _check_columns(path, rows.fieldnames, lines[0] if lines else "")
     doors: dict[str, Door] = {}
     for row in rows:
         door = _read_door(row, f"{path}, line {rows.line_num}")
@@ -60,12 +63,22 @@ def read_doors(path: Path) -> list[Door]:
     return list(doors.values())
 
 
-def _check_columns(path: Path, found: Sequence[str]) -> None:
+def _check_columns(path: Path, found: Sequence[str], header: str) -> None:
     missing = [name for name in COLUMNS if name not in found]
     unknown = [name for name in found if name not in COLUMNS]
     if not missing and not unknown:
         return
-    faults = [f"lacks the column '{name}'" for name in missing]
+    if separator := other_separator(header, COLUMNS):
+        raise BuildingError(
+            f"The columns of the door table {path} are parted by {separator}; save it with commas, and "
+            "with points in its numbers."
+        )
+    if told := instead(path, DOORS):
+        raise BuildingError(told)
+    faults = []
+    if missing:
+        names = ", ".join(f"'{name}'" for name in missing)
+        faults.append(f"lacks the column{'s' * (len(missing) > 1)} {names}")
     for name in unknown:
         near = get_close_matches(str(name), missing or COLUMNS, n=1)
         faults.append(f"has the unknown column '{name}'" + (f" (for '{near[0]}'?)" if near else ""))
@@ -88,10 +101,20 @@ def _read_door(row: dict[str, str | None], where: str) -> Door:
     width, upper = _number(row, "width_m", where), _number(row, "upper_limit_deg", where)
     if width <= 0:
         raise BuildingError(f"{where}: door '{name}' is {width:g} m wide; give a width above 0.")
+    if width > WIDEST_LEAF:
+        raise BuildingError(
+            f"{where}: door '{name}' is {width:g} m wide; no leaf is wider than {WIDEST_LEAF:g} m, "
+            f"so give it in metres ({width / (1000 if width >= 200 else 100):g}?)."
+        )
     if not 0 < upper < FULL_TURN:
         raise BuildingError(
             f"{where}: door '{name}' opens up to {upper:g} degrees; "
             "give an angle above 0 and below 360."
+        )
+    if upper <= WHOLE_TURN:
+        raise BuildingError(
+            f"{where}: door '{name}' opens up to {upper:g} degrees; no door opens so little, so "
+            f"give degrees instead of radians ({math.degrees(upper):.0f}?)."
         )
     return Door(
         name=name,
@@ -109,7 +132,8 @@ def _number(row: dict[str, str | None], column: str, where: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
+        point = ", with a point before its fraction" if "," in (row[column] or "") else ""
         raise BuildingError(
-            f"{where}: '{row[column]}' in column '{column}' is no number; give one."
+            f"{where}: '{row[column]}' in column '{column}' is no number; give one{point}."
         )
     return value

@@ -11,7 +11,7 @@ import numpy as np
 from objstate.building.contours import border_loops, straighten
 from objstate.building.door_table import read_doors
 from objstate.building.model import Mesh
-from objstate.building.occupancy import read_map
+from objstate.building.occupancy import OccupancyMap, read_map
 from objstate.building.speckle import without_pinholes, without_specks
 from objstate.building.swing import clear_leaves
 from objstate.building.writing import check_target, write_building
@@ -30,7 +30,7 @@ LARGEST_SIZE = 1000.0  # m or cells; a larger size is a slip of the pen, or in a
 
 
 def building_from_map(
-    map_yaml: str | Path,
+    map_yaml: str | Path | OccupancyMap,
     doors_csv: str | Path | None,
     out_dir: str | Path,
     wall_height: float = 2.5,
@@ -52,11 +52,12 @@ def building_from_map(
     cells are speckle and left out. Each row of ``doors_csv`` becomes a door, and what the
     map shows of its leaf is cleared away.
 
-    Lengths are in metres. ``report`` is told what was cleared and what was made.
+    ``map_yaml`` is the map's file, or one that was read, as ``conversion.recorded_map`` does of a
+    log. Lengths are in metres. ``report`` is told what was cleared and what was made.
     ``out_dir`` is written whole or not at all; it must not exist, unless it holds an
     earlier such building and ``overwrite`` is set. Raises BuildingError.
     """
-    out, name = Path(out_dir), Path(map_yaml).stem
+    out = Path(out_dir)
     check_target(out, overwrite)
     sizes = {"wall_height": wall_height, "door_height": door_height}
     _check_sizes({**sizes, "leaf_thickness": leaf_thickness, "tolerance": tolerance})
@@ -64,7 +65,7 @@ def building_from_map(
         raise BuildingError(f"min_cells is {min_cells}; it must be 0 or more.")
     inset = _inset(surface)
     tell = report or (lambda _: None)
-    plan = read_map(Path(map_yaml))
+    plan = map_yaml if isinstance(map_yaml, OccupancyMap) else read_map(Path(map_yaml))
     doors = [] if doors_csv is None else read_doors(Path(doors_csv))
     occupied = clear_leaves(plan, doors, leaf_thickness, tell)
     occupied = without_specks(occupied, min_cells, tell)
@@ -72,7 +73,9 @@ def building_from_map(
     polygons = [straighten(loop, tolerance, inset) for loop in border_loops(occupied)]
     walls = extrude([plan.to_building(polygon) for polygon in polygons], wall_height)
     tell(_balance(occupied, walls))
-    return write_building(out, name, walls, doors, leaf_thickness, min(door_height, wall_height))
+    return write_building(
+        out, plan.name, walls, doors, leaf_thickness, min(door_height, wall_height)
+    )
 
 
 def _inset(surface: str) -> float:

@@ -9,8 +9,7 @@ from pathlib import Path
 from xml.parsers import expat
 
 from objstate.errors import BuildingError
-
-MAPS = (".yaml", ".yml", ".pgm", ".png")  # how occupancy maps' names end
+from objstate.kinds import BUILDING, IMAGE, MAP, instead, kind_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,10 +73,13 @@ class Element:
 
 def read_xml(path: Path) -> Element:
     """The root element of an XML file. Raises BuildingError if it can't be read or parsed."""
-    if path.suffix.lower() in MAPS:
+    kind = kind_of(path)
+    if kind in (MAP, IMAGE):
         raise BuildingError(
             f"{path} is a map, not a URDF; `objstate building from-map` makes a building of it."
         )
+    if told := instead(path, BUILDING):
+        raise BuildingError(told)
     try:
         content = path.read_bytes()
     except OSError as error:

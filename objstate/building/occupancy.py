@@ -7,17 +7,22 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 import yaml
+from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from objstate.config import Angle
 from objstate.errors import BuildingError
+from objstate.faults import faults
 from objstate.geometry import BoolArray, FloatArray, compose
+from objstate.kinds import IMAGE, MAP, instead, kind_of
 
 RAW_FULL = 100  # what a cell that is surely occupied holds in mode raw; above is unknown
 OPAQUE = 1.0
+OCCUPIED_THRESH = 0.65  # map_saver's
 SAMPLE = "image, resolution, origin, negate, occupied_thresh and free_thresh, as map_saver writes"
 
 Share = Annotated[float, Field(ge=0, le=1)]
@@ -31,9 +36,9 @@ class MapFile(BaseModel):
 
     image: str
     resolution: Annotated[float, Field(gt=0, allow_inf_nan=False)]  # m per cell
-    origin: tuple[Finite, Finite, Finite]  # x m, y m, yaw rad of the lower left corner
+    origin: tuple[Finite, Finite, Angle]  # x m, y m, yaw rad of the lower left corner
     negate: bool = False
-    occupied_thresh: Share = 0.65
+    occupied_thresh: Share = OCCUPIED_THRESH
     free_thresh: Share = 0.25
     mode: Literal["trinary", "scale", "raw"] = "trinary"
 
@@ -45,6 +50,20 @@ class OccupancyMap:
     occupied: BoolArray = field(repr=False)  # (rows, columns)
     resolution: float  # m
     origin: FloatArray  # (3,) pose of the lower left corner in the building
+    name: str = "map"  # of what is made of it
+
+    @staticmethod
+    def of_percent(
+        percent: NDArray[np.int8], resolution: float, origin: FloatArray, name: str
+    ) -> OccupancyMap:
+        """The map of a ROS message: percent (rows, columns) from the lower left, -1 unknown.
+
+        Raises BuildingError where no cell is occupied.
+        """
+        occupied = percent >= RAW_FULL * OCCUPIED_THRESH  # as map_saver draws it black
+        if not occupied.any():
+            raise BuildingError(f"The map of {name} has no occupied cell; give another.")
+        return OccupancyMap(occupied, resolution, origin, name)
 
     def to_building(self, cells: FloatArray) -> FloatArray:
         """Points (n, 2) m in the building from points (n, 2) in cells: column, row; corners whole."""
@@ -61,7 +80,14 @@ def read_map(path: Path) -> OccupancyMap:
             f"The map {path} has no occupied cell; check 'negate' ({header.negate}), 'mode' "
             f"({header.mode}) and 'occupied_thresh' ({header.occupied_thresh:g})."
         )
-    return OccupancyMap(occupied[::-1], header.resolution, np.array(header.origin))
+    return OccupancyMap(occupied[::-1], header.resolution, np.array(header.origin), path.stem)
+
+
+def _not_a_map(path: Path) -> str | None:
+    """What was given instead, if that is known."""
+    if kind_of(path) == IMAGE:
+        return f"{path} is a map's image; give the .yaml file that lies beside it."
+    return instead(path, MAP)
 
 
 def _read_header(path: Path) -> MapFile:
@@ -73,25 +99,18 @@ def _read_header(path: Path) -> MapFile:
         ) from error
     except (yaml.YAMLError, UnicodeDecodeError) as error:
         raise BuildingError(
-            f"The map {path} is not valid YAML ({error}); give the .yaml file that lies beside "
+            _not_a_map(path)
+            or f"The map {path} is not valid YAML ({error}); give the .yaml file that lies beside "
             "the map's image."
         ) from error
     try:
         return MapFile.model_validate(content)
     except ValidationError as error:
-        faults = "; ".join(_fault(dict(item)) for item in error.errors())
-        raise BuildingError(
-            f"The map {path} can't be used: {faults}; it needs {SAMPLE}."
-        ) from error
-
-
-def _fault(item: dict[str, Any]) -> str:
-    place = ".".join(map(str, item["loc"]))
-    if item["type"] == "missing":
-        return f"the key '{place}' is missing"
-    if item["type"] == "model_type":
-        return "it is no group of keys"
-    return f"'{place}': {item['msg']}" if place else str(item["msg"])
+        told = _not_a_map(path)
+        if told is None:
+            found = "; ".join(faults(MapFile, error, content))
+            told = f"The map {path} can't be used: {found}; it needs {SAMPLE}."
+        raise BuildingError(told) from error
 
 
 def _read_image(path: Path, header: MapFile) -> FloatArray:

@@ -2,20 +2,35 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
 import numpy as np
 
+from objstate.building.door_table import WIDEST_LEAF
 from objstate.building.model import Building, Kind, Mesh, MovableObject
 from objstate.building.outline import outline
-from objstate.geometry import BoolArray, FloatArray
+from objstate.geometry import WHOLE_TURN, BoolArray, FloatArray
 
 TALLEST = 100.0  # m: a storey or an object higher than this was drawn in millimetres
 STOREY = 15.0  # m: more than a storey is high
 UPRIGHT = 0.1  # of a unit normal's component, below which a face counts as parallel to that axis
 TILT = np.radians(2.0)  # of a hinge that counts as vertical
-FAR = 0.5  # m from a hinge to the nearest wall
+AT_WALL = (
+    0.12  # m from a hinge to the end of its wall: two cells of a map, and a hand that reads it
+)
+ASIDE = 2.0  # times nearer than that a hinge stands to the line of its wall, which is told better
+AT_FRAME = (
+    0.3  # m from the free edge to what the leaf closes against; maps miss slim frames and glass
+)
 JAMB = 0.1  # m about the hinge in which walls are the jamb
 SLACK = 0.03  # m that a leaf may overlap the frame it closes against
 INSIDE = 0.3  # m: a leaf with walls so near on both its sides stands inside them
+STUB = 0.21  # m along a leaf; what ends before is its jamb: two cells of a coarse map
+HALF = 0.02  # m, half the thickness of a leaf
+TINY = 1e-9  # m
+POINTS, MOST = 9, 0.5  # of a leaf held against the walls; share of them that lie beside one
 SHRUNK = 0.02  # m by which furniture may cut into a wall
 
 
@@ -23,9 +38,35 @@ def find_problems(building: Building, height: float) -> list[str]:
     """What is wrong with a building, for a level laser at ``height`` m above the floor."""
     faults = _wall_problems(building.walls, height)
     walls = outline(building.walls, height)
+    closed = {
+        item.name: outline(item.mesh, height, item.transforms(item.home[None])[0])
+        for item in building.objects.values()
+    }
     for item in building.objects.values():
-        faults += _object_problems(item, walls, height)
+        faults += _object_problems(item, Surroundings(item.name, walls, closed), height)
     return faults
+
+
+@dataclass(frozen=True, eq=False)
+class Surroundings:
+    """What stands about one object: the walls (k, 2, 2), and the outlines of all objects by name."""
+
+    name: str
+    walls: FloatArray
+    outlines: Mapping[str, FloatArray]
+
+    @property
+    def own(self) -> FloatArray:
+        """The object's own outline (m, 2, 2), in its home."""
+        return self.outlines[self.name]
+
+    def distance(self, point: FloatArray) -> float:
+        """From a point (2,) to the nearest wall or other object, m."""
+        distance = float(_distances(point, self.walls).min())
+        if distance <= AT_FRAME:
+            return distance
+        others = [shape for name, shape in self.outlines.items() if name != self.name]
+        return min(distance, float(_distances(point, np.concatenate([self.walls, *others])).min()))
 
 
 def _wall_problems(walls: Mesh, height: float) -> list[str]:
@@ -66,7 +107,8 @@ def _lies_on_its_side(walls: Mesh) -> bool:
     return bool(area[along[:, 1]].sum() > area[along[:, 2]].sum())
 
 
-def _object_problems(item: MovableObject, walls: FloatArray, height: float) -> list[str]:
+def _object_problems(item: MovableObject, around: Surroundings, height: float) -> list[str]:
+    home, walls = around.own, around.walls
     name = f"'{item.name}'"
     if len(item.mesh.faces) == 0:
         return [f"{name} has no shape; give its link a <collision>."]
@@ -75,14 +117,13 @@ def _object_problems(item: MovableObject, walls: FloatArray, height: float) -> l
             f"{name} is {np.ptp(item.mesh.vertices[:, 2]):.0f} m high, which looks like "
             'millimetres; add scale="0.001 0.001 0.001" to its <mesh>.'
         ]
-    home = outline(item.mesh, height, item.transforms(item.home[None])[0])
     if len(home) == 0:
         return [
             f"{name} is not cut by a laser {height:g} m above the floor and stays unseen; "
             "check its height and which way up its mesh is."
         ]
     if item.kind is Kind.HINGED:
-        return _hinge_problems(item, home, walls)
+        return _hinge_problems(item, around)
     return _stand_problems(item, home, walls) if item.kind is Kind.PLANAR else []
 
 
@@ -99,7 +140,7 @@ def _stand_problems(item: MovableObject, home: FloatArray, walls: FloatArray) ->
     return faults
 
 
-def _hinge_problems(item: MovableObject, home: FloatArray, walls: FloatArray) -> list[str]:
+def _hinge_problems(item: MovableObject, around: Surroundings) -> list[str]:
     faults = _limit_problems(item)
     axis = item.direction
     if abs(axis[2]) < np.cos(TILT):
@@ -109,46 +150,123 @@ def _hinge_problems(item: MovableObject, home: FloatArray, walls: FloatArray) ->
             'upright give <axis xyz="0 0 1"/>.'
         )
         return faults
-    hinge = item.origin[:2, 3]
-    if len(walls) == 0:
-        return faults
-    distance = float(_distances(hinge, walls).min())
-    if distance > FAR:
+    leaf = Leaf.of(item, around.own)
+    if leaf.length > WIDEST_LEAF:
         faults.append(
-            f"The hinge of '{item.name}' is {distance:.2f} m away from any wall; "
-            "correct its joint's <origin>."
+            f"The leaf of '{item.name}' is {leaf.length:g} m long; if another unit is meant, give "
+            "metres."
         )
-        return faults
-    return faults + _doorway_problems(item.name, hinge, home, walls)
+    elif len(around.walls):
+        fault = _doorway_problem(item.name, leaf, around)
+        faults += [] if fault is None else [fault + _what_would_fit(leaf, around)]
+    return faults
+
+
+@dataclass(frozen=True, eq=False)
+class Leaf:
+    """A closed leaf as a line from its hinge to its free edge."""
+
+    hinge: FloatArray  # (2,) m
+    bearing: float  # rad
+    length: float  # m
+
+    @staticmethod
+    def of(item: MovableObject, home: FloatArray) -> Leaf:
+        """The line through the middle of a door's outline."""
+        hinge = item.origin[:2, 3]
+        lengths = np.linalg.norm(home[:, 1] - home[:, 0], axis=1)
+        along = np.average(home.mean(axis=1), axis=0, weights=lengths) - hinge
+        length = float(np.linalg.norm(home - hinge, axis=2).max())
+        return Leaf(hinge, float(np.arctan2(along[1], along[0])), length)
+
+    @property
+    def along(self) -> FloatArray:
+        """(2,) the unit vector from the hinge to the free edge."""
+        return np.array([np.cos(self.bearing), np.sin(self.bearing)])
 
 
 def _limit_problems(item: MovableObject) -> list[str]:
     if item.upper - item.lower <= 2 * np.pi + TILT:
         return []
     return [
-        f"'{item.name}' opens from {item.lower:g} to {item.upper:g} rad, which looks like "
-        "degrees; give radians (90 degrees are 1.57)."
+        f"'{item.name}' opens from {item.lower:g} to {item.upper:g} rad, more than "
+        "a whole turn; give the angles that its leaf can reach."
     ]
 
 
-def _doorway_problems(
-    name: str, hinge: FloatArray, leaf: FloatArray, walls: FloatArray
-) -> list[str]:
-    """Whether the closed leaf fits between the walls."""
-    lengths = np.linalg.norm(leaf[:, 1] - leaf[:, 0], axis=1)
-    middle = np.average(leaf.mean(axis=1), axis=0, weights=lengths)
-    length = float(np.linalg.norm(leaf - hinge, axis=2).max())
-    along = (middle - hinge) / max(np.linalg.norm(middle - hinge), np.finfo(float).tiny)
+def _doorway_problem(name: str, leaf: Leaf, around: Surroundings) -> str | None:
+    """Why a closed leaf doesn't stand in a doorway: its hinge at a wall, free on its length, its edge at a frame."""
+    walls = around.walls
+    along, middle = leaf.along, leaf.hinge + leaf.length / 2 * leaf.along
     aside = np.array([-along[1], along[0]])
-    if max(_range(middle, aside, walls), _range(middle, -aside, walls)) < INSIDE:
-        return [f"'{name}' stands inside the walls when closed; cut its doorway out of them."]
-    gap = JAMB + _range(hinge + JAMB * along, along, walls)
-    if gap < length - SLACK:
-        return [
-            f"The leaf of '{name}' is {length:.2f} m long, but a wall stands {gap:.2f} m from its "
+    between = max(_range(middle, aside, walls), _range(middle, -aside, walls)) < INSIDE
+    if between or _runs_along(leaf, walls):
+        return f"'{name}' stands inside the walls when closed; cut its doorway out of them."
+    if _off_wall(leaf, walls) > AT_WALL:
+        distance = float(_distances(leaf.hinge, walls).min())
+        return (
+            f"The hinge of '{name}' is {distance:.2f} m away from any wall; "
+            "correct its joint's <origin>."
+        )
+    gap = _free_length(leaf, walls)
+    if gap < leaf.length - SLACK:
+        return (
+            f"The leaf of '{name}' is {leaf.length:.2f} m long, but a wall stands {gap:.2f} m from its "
             "hinge where it closes; shorten the leaf, or move or turn its joint's <origin>."
-        ]
-    return []
+        )
+    distance = around.distance(leaf.hinge + leaf.length * along)
+    if distance > AT_FRAME:
+        return (
+            f"The free edge of '{name}' is {distance:.2f} m away from any wall or other leaf when "
+            "closed; correct the leaf's length, or move or turn its joint's <origin>."
+        )
+    return None
+
+
+def _off_wall(leaf: Leaf, walls: FloatArray) -> float:
+    """How far a hinge is from its wall, m; beside the leaf each metre counts ``ASIDE`` times."""
+    aside = np.array([-leaf.along[1], leaf.along[0]])
+    offset = walls - leaf.hinge
+    drawn = np.stack([offset @ leaf.along, ASIDE * (offset @ aside)], axis=-1)
+    return float(_distances(np.zeros(2), drawn).min())
+
+
+def _free_length(leaf: Leaf, walls: FloatArray) -> float:
+    """How far from its hinge, beyond the jamb, the first wall stands in the place of a closed leaf, or inf."""
+    offset, along = walls - leaf.hinge, leaf.along
+    s, aside = offset @ along, offset @ np.array([-along[1], along[0]])  # (k, 2) of both ends
+    step = aside[:, 1] - aside[:, 0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ends = np.sort((np.array([[-HALF], [HALF]]) - aside[:, 0]) / step, axis=0)  # (2, k)
+    level = np.abs(step) < TINY
+    within = np.abs(aside[:, 0]) <= HALF
+    first = np.where(level, np.where(within, 0.0, 1.0), np.clip(ends[0], 0.0, 1.0))
+    last = np.where(level, np.where(within, 1.0, 0.0), np.clip(ends[1], 0.0, 1.0))
+    cut = np.stack([first, last], axis=1)
+    places = s[:, :1] + cut * (s[:, 1:] - s[:, :1])
+    met = (first < last) & (places.max(axis=1) > STUB)
+    return float(np.min(np.maximum(places.min(axis=1)[met], JAMB), initial=np.inf))
+
+
+def _runs_along(leaf: Leaf, walls: FloatArray) -> bool:
+    """Whether walls lie beside a closed leaf for most of its length, however wavy."""
+    places = np.linspace(JAMB, leaf.length - JAMB, POINTS)
+    near = [float(_distances(leaf.hinge + s * leaf.along, walls).min()) < JAMB for s in places]
+    return leaf.length > 4 * JAMB and float(np.mean(near)) > MOST
+
+
+def _what_would_fit(leaf: Leaf, around: Surroundings) -> str:
+    """Of slips of the pen the one, if any, without which the leaf would stand in a doorway."""
+    degrees = math.degrees(leaf.bearing)
+    slips = [(leaf.bearing + math.pi, "turned by 180 degrees it would: is its bearing reversed?")]
+    if abs(degrees) <= WHOLE_TURN:  # the number that stands in a table of degrees
+        told = f"with {degrees:.4g} rad instead of degrees it would: is its bearing in radians?"
+        is_whole = math.isclose(degrees, round(degrees), abs_tol=1e-6)  # as few radians are
+        slips.insert(len(slips) if is_whole else 0, (degrees, told))
+    for bearing, told in slips:
+        if _doorway_problem("", replace(leaf, bearing=bearing), around) is None:
+            return f" It doesn't fit a doorway; {told}"
+    return ""
 
 
 def _range(origin: FloatArray, direction: FloatArray, walls: FloatArray) -> float:

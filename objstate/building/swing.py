@@ -15,6 +15,9 @@ from objstate.geometry import BoolArray, FloatArray, IntArray
 SMEAR = 1.5  # cells by which a leaf in a map may stray from where the table has it
 TAIL = 0.3  # m beyond the leaf's free edge in which a wall that runs on must show
 TAIL_SHARE = 0.5  # of the tail's length that must be occupied to count as a wall
+FRAME = 0.3  # m by which a doorway may be wider or narrower than its leaf
+GAP = 0.4  # m without a cell that part a doorway's other side from a leaf
+FULL, EMPTY = 0.8, 0.2  # shares of a leaf's length with and without a wall
 CELL_MIDDLE = np.array([0.5, 0.5])  # cells
 
 
@@ -25,6 +28,7 @@ class Swing:
     door: Door
     leaf: BoolArray = field(repr=False)  # (rows, columns) occupied cells that are the leaf
     kept: int  # occupied cells of a wall along the widest opening, left standing
+    is_wall: bool  # where the leaf should close a wall runs, and a doorway lies behind the hinge
 
 
 def clear_leaves(
@@ -34,6 +38,13 @@ def clear_leaves(
     cleared = plan.occupied.copy()
     for door in doors:
         swing = find_leaf(plan, door, thickness)
+        if swing.is_wall and not any(_closes_behind(door, other) for other in doors):
+            tell(
+                f"Door '{door.name}': nothing cleared, as it would close along a wall, with a doorway "
+                "behind its hinge. Correct its closed_bearing_deg; if it is right, give the door "
+                "behind its hinge as well."
+            )
+            continue
         cleared &= ~swing.leaf
         count = np.count_nonzero(swing.leaf)
         kept = f", {swing.kept} kept as a wall behind the open leaf" if swing.kept else ""
@@ -48,7 +59,8 @@ def find_leaf(plan: OccupancyMap, door: Door, thickness: float) -> Swing:
 
     - everything inside the sector, where nothing else can stand;
     - everything about the closed leaf, within ``tolerance`` to either side: the wall
-      that it closes ends at the hinge and begins again at the free edge;
+      that it closes ends at the hinge and begins again at the free edge, or where cells
+      begin again behind a gap;
     - but along the widest opening a leaf may stand against a wall. There, a line of
       cells that runs on beyond the free edge is that wall and stays.
 
@@ -62,13 +74,16 @@ def find_leaf(plan: OccupancyMap, door: Door, thickness: float) -> Swing:
     cells = plan.to_building(np.column_stack([columns, rows]) + CELL_MIDDLE)
     turn, reach = _polar(cells - door.hinge, door)
     along, aside = _beside(turn, reach)
-    closed = (along > tolerance) & (along <= door.width) & (np.abs(aside) <= tolerance)
+    is_wall, beyond = _walls_in_line(turn, reach, door, tolerance, plan.resolution)
+    in_place = np.abs(aside) <= tolerance
+    far = in_place & (along >= beyond)
+    closed = (along > tolerance) & (along <= door.width) & in_place & ~far
     along, aside = _beside(turn - door.upper, reach)
     free = (reach > tolerance) & (reach <= door.width)
     open_wide = free & (along > 0) & (np.abs(aside) <= tolerance)
     wall = open_wide & ~closed & _on_wall_beyond(along, aside, door.width + tolerance, plan)
     within = (turn >= 0) & (turn <= door.upper)
-    leaf = closed | (free & within & ~wall)
+    leaf = closed | (free & within & ~wall & ~far)
     past_limit = open_wide & ~wall & ~leaf
     past_edge = within & (reach > door.width) & (reach <= door.width + TAIL)
     remnants = _Cells(plan.occupied.shape, rows, columns).blobs_inside(
@@ -76,7 +91,43 @@ def find_leaf(plan: OccupancyMap, door: Door, thickness: float) -> Swing:
     )
     found = np.zeros_like(plan.occupied)
     found[rows, columns] = leaf | remnants
-    return Swing(door, found, int(np.count_nonzero(wall)))
+    return Swing(door, found, int(np.count_nonzero(wall)), is_wall)
+
+
+def _walls_in_line(
+    turn: FloatArray, reach: FloatArray, door: Door, tolerance: float, resolution: float
+) -> tuple[bool, float]:
+    """What is no leaf although it stands in its place: all of it, or what is beyond a distance, m.
+
+    All of it where cells fill the place, and none an equal gap behind the hinge that ends at cells
+    again, as a doorway does. A leaf begins at its hinge, so what follows a gap is the wall on its
+    other side; as much as ``FRAME`` of that may be a leaf drawn too long.
+    """
+    along, aside = _beside(turn, reach)
+    in_line = along[np.abs(aside) <= tolerance]
+    ahead = np.sort(in_line[(in_line > tolerance) & (in_line <= door.width)])
+    behind = -in_line[(in_line < -tolerance) & (in_line >= -door.width - FRAME)]
+
+    def length(cells: FloatArray) -> float:
+        return len(np.unique(np.floor(cells / resolution))) * resolution
+
+    leaf = door.width - tolerance
+    ends = bool(np.any(behind > door.width - FRAME))
+    gap = behind[behind < door.width - FRAME]
+    if length(ahead) >= FULL * leaf and length(gap) <= EMPTY * leaf and ends:
+        return True, np.inf
+    wide = np.flatnonzero(np.diff(np.append(tolerance, ahead)) >= GAP)
+    beyond = float(ahead[wide[0]]) if len(wide) else np.inf
+    return False, beyond if door.width - beyond >= FRAME else np.inf
+
+
+def _closes_behind(door: Door, other: Door) -> bool:
+    """Whether another door closes the way on the other side of a door's hinge."""
+    away = door.width / 2 * np.array([np.cos(door.closed_bearing), np.sin(door.closed_bearing)])
+    along = np.array([np.cos(other.closed_bearing), np.sin(other.closed_bearing)])
+    offset = door.hinge - away - other.hinge
+    reach = float(np.clip(offset @ along, 0.0, other.width))
+    return other is not door and bool(np.linalg.norm(offset - reach * along) <= FRAME)
 
 
 def _polar(offsets: FloatArray, door: Door) -> tuple[FloatArray, FloatArray]:

@@ -19,7 +19,7 @@ from objstate.building.mesh_files import resolve
 from objstate.building.model import Kind
 from objstate.building.shapes import Box, Cylinder, MeshFile, Shape, Sphere
 from objstate.errors import BuildingError
-from objstate.geometry import FloatArray, rotation_from_rpy, transform
+from objstate.geometry import FloatArray, checked_angle, rotation_from_rpy, transform
 
 T = TypeVar("T")
 Refuse = Callable[[BuildingError], None]  # what to do with an error: raise it, or note it and go on
@@ -185,7 +185,15 @@ def _read_origin(element: Element) -> FloatArray:
     if origin is None:
         return np.eye(4)
     zero = (0.0, 0.0, 0.0)
-    return transform(rotation_from_rpy(*origin.numbers("rpy", zero)), origin.numbers("xyz", zero))
+    turn = [_angle(value, "rpy", origin) for value in origin.numbers("rpy", zero)]
+    return transform(rotation_from_rpy(*turn), origin.numbers("xyz", zero))
+
+
+def _angle(value: float, name: str, element: Element) -> float:
+    try:
+        return checked_angle(value)
+    except ValueError as error:
+        raise BuildingError(f"<{element.tag}> {name} in {element.where}: {error}.") from error
 
 
 def read_joint(element: Element, refuse: Refuse) -> Joint:
@@ -249,6 +257,8 @@ def _read_range(element: Element, kind: Kind) -> tuple[float, float]:
     called = f"{CALLED[kind]} '{element.text('name')}'"
     limit = element.first("limit") or Element("limit", {}, element.where)
     (lower,), (upper,) = limit.numbers("lower", (0.0,)), limit.numbers("upper", (0.0,))
+    if kind is Kind.HINGED:
+        lower, upper = (_angle(lower, "lower", limit), _angle(upper, "upper", limit))
     if "upper" not in limit.attributes and lower >= 0:
         raise BuildingError(
             f"{called} has no upper limit in {limit.where}; add {SAMPLE_LIMITS[kind]}."

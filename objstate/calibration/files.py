@@ -78,7 +78,7 @@ def read_calibration(path: str | Path) -> tuple[dict[str, FloatArray], dict[str,
     Raises SettingsError naming the place and the cure.
     """
     path = Path(path)
-    found = parse_strict(CalibrationFile, load_yaml(path), str(path))
+    found = parse_strict(CalibrationFile, load_yaml(path), str(path), "a calibration")
     mounts = {frame: _transform(entry.mount) for frame, entry in found.lasers.items()}
     return mounts, {frame: entry.clock_offset for frame, entry in found.lasers.items()}
 

@@ -41,7 +41,6 @@ First steps:
 app = typer.Typer(
     help=HELP,
     epilog=EXAMPLES,
-    add_completion=False,
     invoke_without_command=True,
     rich_markup_mode=None,  # plain help: quick, and the same in a pipe
     pretty_exceptions_enable=False,

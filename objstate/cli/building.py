@@ -7,8 +7,9 @@ from typing import Annotated, Literal
 
 import typer
 
-from objstate.cli.console import print_text
+from objstate.cli.console import print_problems, print_text
 from objstate.cli.options import Overwrite, help_when_alone
+from objstate.errors import SettingsError
 
 EXAMPLES = """\b
 Example:
@@ -28,10 +29,15 @@ app = typer.Typer(help="Make buildings.", invoke_without_command=True, callback=
 
 @app.command("from-map", epilog=EXAMPLES)
 def from_map(
-    map_yaml: Annotated[Path, typer.Argument(metavar="MAP", help="A ROS map, YAML.")],
+    map_yaml: Annotated[
+        Path, typer.Argument(metavar="MAP", help="A ROS map, YAML, or a log that holds /map.")
+    ],
     out: Annotated[Path, typer.Option(metavar="DIR", help="The folder to write.")],
     doors: Annotated[
         Path | None, typer.Option(metavar="CSV", help="The doors; without it, walls only.")
+    ] = None,
+    topic: Annotated[
+        str | None, typer.Option(metavar="TOPIC", help="Of a log: where its map is. Default: /map.")
     ] = None,
     wall_height: Annotated[float, typer.Option(help="Height of the walls, m.")] = 2.5,
     door_height: Annotated[float, typer.Option(help="Height of the doors, m.")] = 2.0,
@@ -51,12 +57,17 @@ def from_map(
     """A building from a map and a table of doors.
 
     The occupied cells of a ROS occupancy map are extruded to walls; each row of the table becomes a
-    door, and the leaf that the map shows in its swing area is cleared away.
+    door, and the leaf that the map shows in its swing area is cleared away. Doors that don't stand
+    in a doorway of the map are named, as `objstate inspect` does.
     """
-    from objstate.building import building_from_map
+    from objstate.building import building_from_map, inspect_building
+    from objstate.conversion import recorded_map
+    from objstate.logs.containers import is_log
 
+    if topic is not None and not (map_yaml.exists() and is_log(map_yaml)):
+        raise SettingsError(f"--topic is for logs, which {map_yaml} isn't; leave it out.")
     urdf = building_from_map(
-        map_yaml,
+        recorded_map(map_yaml, topic) if map_yaml.exists() and is_log(map_yaml) else map_yaml,
         doors,
         out,
         wall_height,
@@ -68,4 +79,5 @@ def from_map(
         overwrite=overwrite,
         report=print_text,
     )
+    print_problems(inspect_building(urdf).problems)
     print_text(f"Written: {urdf}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import os
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import cache
 from typing import TYPE_CHECKING
 
@@ -49,6 +49,13 @@ def print_names(label: str, names: Iterable[str]) -> None:
         print_text(f"{label}: {listed}")
 
 
+def print_problems(problems: Sequence[str]) -> None:
+    """What is wrong with an input, to stdout, one problem a line."""
+    print_text("Problems:" if problems else "No problems found.")
+    for problem in problems:
+        print_text(f"- {problem}")
+
+
 def _write(text: str) -> None:
     """To stdout; a reader that has seen enough, as in ``objstate inspect LOG | head``, is no error."""
     try:
@@ -63,6 +70,12 @@ def print_warnings(warnings: Iterable[str], quiet: bool) -> None:
     if not quiet:
         for warning in warnings:
             print(f"warning: {warning}", file=sys.stderr)
+
+
+def print_errors(errors: Iterable[str]) -> None:
+    """Why a result is no success, to stderr."""
+    for error in errors:
+        print(f"error: {error}", file=sys.stderr)
 
 
 @cache

@@ -23,6 +23,11 @@ LEGEND = (
     "10 deg or cm. in 90%: % of truths inside the 90 % intervals."
 )
 
+ROBOT_LEGEND = (
+    "Position's rms is the absolute trajectory error (ATE). after 1 m: error of the movement along\n"
+    "each metre of way; its rms is the relative pose error (RPE)."
+)
+
 BOUND_LEGEND = (
     "Roots of mean squares. ratio: error by bound. typical: the same of the median error, which\n"
     "is 1 at the bound, however far off a few are."
@@ -62,9 +67,15 @@ def bound_table(entries: Iterable[BoundErrors]) -> Table:
 def robot_table(robot: RobotErrors) -> Table:
     """The robot's own error."""
     title = f"The robot itself, {robot.count} poses"
-    table = new_table(title, ("error",), ("mean", "median", "p90", "at the end"))
+    if robot.aligned_by is not None:
+        x, y, yaw = robot.aligned_by
+        title += f", moved by ({x:.3f}, {y:.3f}) m and {math.degrees(yaw):.2f} deg"
+    table = new_table(title, ("error",), ("rms", "mean", "median", "p90", "at the end"))
     table.add_row("position (m)", *_distances(robot.position, 1.0, decimals=3))
     table.add_row("yaw (deg)", *_distances(robot.yaw, 180 / math.pi, decimals=2))
+    if robot.relative_position is not None and robot.relative_yaw is not None:
+        table.add_row("after 1 m (m)", *_distances(robot.relative_position, 1.0, decimals=3))
+        table.add_row("after 1 m (deg)", *_distances(robot.relative_yaw, 180 / math.pi, decimals=2))
     return table
 
 
@@ -82,5 +93,5 @@ def error_cells(coordinate: str, si_unit: str, errors: StateErrors) -> list[str]
 
 
 def _distances(distances: Distances, factor: float, decimals: int) -> list[str]:
-    figures = (distances.mean, distances.median, distances.p90, distances.end)
+    figures = (distances.rms, distances.mean, distances.median, distances.p90, distances.end)
     return [f"{factor * figure:.{decimals}f}" for figure in figures]

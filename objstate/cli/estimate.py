@@ -10,6 +10,7 @@ import typer
 
 from objstate.cli.console import (
     log_to_terminal,
+    print_errors,
     print_names,
     print_parts,
     print_table,
@@ -42,11 +43,16 @@ from objstate.cli.parsing import (
 from objstate.cli.progress import progress_bar
 from objstate.cli.sharing import share_out_compiling
 from objstate.cli.state_table import state_table
+from objstate.errors import TruthError
 
 if TYPE_CHECKING:
     from objstate.records import Path as RobotPath
     from objstate.records import TrueState
     from objstate.run import RunResult, WorldUse
+
+NOT_TO_BE_RELIED_ON = (
+    3  # exit code: results were written, and run.json says why they are no success
+)
 
 EXAMPLES = """\b
 Examples:
@@ -134,7 +140,8 @@ def estimate(
 ) -> None:
     """Estimate the state of every object in a building from a log.
 
-    The robot's start is --initial-pose, or /initialpose in the log, or --global.
+    The robot's start is --initial-pose, or /initialpose in the log, or --global. The exit code is 3
+    where the result was written but is not to be relied on, as where the robot was lost most of the time.
     """
     from objstate.config import load_settings
     from objstate.recording.tables import read_truth
@@ -177,17 +184,30 @@ def estimate(
             mcap=mcap,
             on_finish=lambda folder, model, result: extras.write(folder, model, options, result),
         )
-    print_warnings((*result.warnings, *_doubts_of_truth(result, true_states)), quiet)
+    doubts = result.warnings[len(result.failures) :]
+    print_errors(result.failures)
+    print_warnings((*doubts, *_doubts_of_truth(result, true_states)), quiet)
     print_parts(extras.describe())
     scene = (SCENE, LAYOUT) if mcap else ()
     _print(result, true_states, true_path, (*FILES, *scene, *extras.files))
+    if result.failures:
+        raise typer.Exit(NOT_TO_BE_RELIED_ON)
 
 
 def _doubts_of_truth(result: RunResult, true_states: list[TrueState] | None) -> list[str]:
-    """Whether the truth is that of another building."""
-    if true_states is None or {state.object for state in true_states} & set(result.objects):
+    """Whether the truth is that of another building, or its stamps are in another unit."""
+    from objstate.recording.tables import check_truth_times
+
+    if true_states is None:
         return []
-    return ["The truth names none of the building's objects. Is it that of another building?"]
+    if not {state.object for state in true_states} & set(result.objects):
+        return ["The truth names none of the building's objects. Is it that of another building?"]
+    try:
+        end_ns = result.begin_ns + round(result.log_seconds * 1e9)
+        check_truth_times(true_states, result.begin_ns, end_ns)
+    except TruthError as error:
+        return [str(error)]
+    return []
 
 
 def _told(world: WorldUse) -> str:

@@ -18,6 +18,7 @@ from objstate.cli.console import print_names, print_table, print_text, print_war
 from objstate.cli.error_tables import (
     BOUND_LEGEND,
     LEGEND,
+    ROBOT_LEGEND,
     bound_table,
     errors_table,
     robot_table,
@@ -26,6 +27,7 @@ from objstate.cli.json_values import json_values
 from objstate.cli.options import Quiet
 from objstate.cli.progress import progress_bar
 from objstate.errors import ResultError, SettingsError
+from objstate.kinds import RESULT, instead
 
 if TYPE_CHECKING:
     from objstate.bound import BoundEvaluation
@@ -36,6 +38,7 @@ Examples:
   objstate evaluate out/corridor --truth logs/corridor.truth.csv
   objstate evaluate out/corridor --truth logs/corridor.truth.csv \\
       --path logs/corridor.path.tum --json out/corridor.errors.json
+  objstate evaluate out/corridor --path reference.tum --align
   objstate evaluate out/batch --against out/other_settings
   objstate evaluate out/office --truth out/drive/truth.csv --bound
 """
@@ -53,6 +56,12 @@ def evaluate(
         ),
     ] = None,
     path: Annotated[Path | None, typer.Option(metavar="TUM", help="The robot's true path.")] = None,
+    align: Annotated[
+        bool,
+        typer.Option(
+            "--align", help="Move and turn the path onto the true one first, as evo does."
+        ),
+    ] = False,
     against: Annotated[
         Path | None, typer.Option(metavar="DIR2", help="A result of the same logs, to compare.")
     ] = None,
@@ -69,7 +78,7 @@ def evaluate(
     ] = None,
     quiet: Quiet = False,
 ) -> None:
-    """Compare a result, or a batch, with the truth.
+    """Compare a result, or a batch, with the truth: states, the robot's path, or both.
 
     Prints errors and how often the truth lies inside the 90 % intervals: of every object and of
     the robot; of a batch, and with --against, by object, class, distance, incidence angle, beams
@@ -78,28 +87,47 @@ def evaluate(
     from objstate.recording.batches import is_batch
 
     if against is None and not is_batch(folder):
-        _evaluate_result(folder, truth, path, json_file, bound)
-    elif path is not None or bound:
-        raise SettingsError("--path and --bound are for one result alone; leave them out here.")
+        if align and path is None:
+            raise SettingsError("--align is for the robot's path; give it with --path TUM.")
+        _evaluate_result(folder, truth, path, align, json_file, bound)
+    elif path is not None or align or bound:
+        raise SettingsError(
+            "--path, --align and --bound are for one result alone; leave them out here."
+        )
     else:
         _evaluate_batch(folder, truth, against, json_file, quiet)
 
 
 def _evaluate_result(
-    folder: Path, truth: Path | None, path: Path | None, json_file: Path | None, bound: bool
+    folder: Path,
+    truth: Path | None,
+    path: Path | None,
+    align: bool,
+    json_file: Path | None,
+    bound: bool,
 ) -> None:
     from objstate.evaluation import evaluate as evaluate_result
 
     if not folder.is_dir():
-        raise ResultError(f"{folder} is no folder; give one that `objstate estimate` wrote.")
-    if truth is None:
-        raise SettingsError(f"{folder} is one result; say with --truth CSV what is true.")
-    evaluation = evaluate_result(folder, truth, path)
-    limit = _limit(folder, truth) if bound else None
+        raise ResultError(
+            instead(folder, RESULT)
+            or f"{folder} is no folder; give one that `objstate estimate` wrote."
+        )
+    if truth is None and (path is None or bound):
+        raise SettingsError(
+            f"{folder} is one result; say with --truth CSV what is true of its objects"
+            f"{'.' if bound else ', or with --path TUM of the robot.'}"
+        )
+    evaluation = evaluate_result(folder, truth, path, align)
+    limit = _limit(folder, truth) if bound and truth is not None else None
     if json_file is not None:
         figures = json_values(evaluation) | ({} if limit is None else {"bound": limit.to_dict()})
         _write_json(json_file, figures)
-    _print(evaluation)
+    if truth is not None:
+        _print(evaluation)
+    if evaluation.robot is not None:
+        print_table(robot_table(evaluation.robot))
+        print_text(ROBOT_LEGEND)
     if limit is not None and limit.objects:
         print_table(bound_table((*limit.objects, *limit.overall)))
         print_text(BOUND_LEGEND)
@@ -161,8 +189,6 @@ def _print(evaluation: Evaluation) -> None:
         print_text(LEGEND)
     else:
         print_text("No object was observed while its true state is known.")
-    if evaluation.robot is not None:
-        print_table(robot_table(evaluation.robot))
     print_names("Without truth", evaluation.without_truth)
     print_names("Never observed", evaluation.never_observed)
     print_names("Observed only before the truth begins", evaluation.before_truth)

@@ -12,7 +12,7 @@ import typer
 
 from objstate.cli.building_tables import describe_building
 from objstate.cli.calibration_table import describe_calibration
-from objstate.cli.console import print_parts, print_text
+from objstate.cli.console import print_parts, print_problems, print_text
 from objstate.cli.json_values import json_values
 from objstate.cli.log_tables import describe_log
 from objstate.cli.options import AsJson, Mounts
@@ -106,6 +106,4 @@ def _print(
         print_text(json.dumps(json_values(summary), indent=2))
         return
     print_parts(description)
-    print_text("Problems:" if problems else "No problems found.")
-    for problem in problems:
-        print_text(f"- {problem}")
+    print_problems(problems)

@@ -20,6 +20,9 @@ CLOCK_OFFSET = "FRAME=SECONDS (as in laser=0.03)"
 
 TIME = "'now', a time as in 2026-11-21T12:00 (UTC, or with +01:00), or seconds since 1970"
 
+FARTHEST_MOUNT = 10.0  # m from a robot's middle to its laser; no robot in a building is so large
+LATEST_TIME = 1e11  # s since 1970, the year 5138; a larger number isn't in seconds
+
 
 def parse_pose(text: str, option: str = "--initial-pose") -> FloatArray:
     """The pose (3,) that an option gives. Raises SettingsError."""
@@ -28,7 +31,7 @@ def parse_pose(text: str, option: str = "--initial-pose") -> FloatArray:
     try:
         return pose_from_text(text)
     except ValueError as error:
-        raise SettingsError(f"{option} '{text}' is not a pose; give {POSE}.") from error
+        raise SettingsError(f"{option} '{text}' is not a pose: {error}; give {POSE}.") from error
 
 
 def parse_mounts(texts: Sequence[str]) -> dict[str, FloatArray]:
@@ -60,6 +63,8 @@ def check_span(start: float | None, end: float | None) -> None:
     for option, value in (("--from", start), ("--to", end)):
         if value is not None and not math.isfinite(value):
             raise SettingsError(f"{option} {value} must be a finite number.")
+        if value is not None:
+            _check_seconds(Fraction(value), option)
     if start is None or end is None:
         return
     on_one_clock = (start >= EPOCH_FROM) == (end >= EPOCH_FROM)
@@ -78,15 +83,31 @@ def parse_time(text: str) -> int:
     if text == "now":
         return time.time_ns()
     try:
-        return round(Fraction(text) * 10**9)
-    except ValueError:
+        seconds = Fraction(text)
+    except (ValueError, ZeroDivisionError):
         pass
+    else:
+        _check_seconds(seconds, "The time")
+        return round(seconds * 10**9)
     try:
         when = datetime.fromisoformat(text)
         told = when if when.tzinfo is not None else when.replace(tzinfo=UTC)
         return round(Fraction(told.timestamp()) * 10**9)
     except (ValueError, OverflowError) as error:
         raise SettingsError(f"'{text}' is not a time; give {TIME}.") from error
+
+
+def _check_seconds(value: Fraction, what: str) -> None:
+    """Raises SettingsError for so many seconds that another unit must be meant."""
+    from objstate.recording.stamps import unit_of_number
+
+    if abs(value) < LATEST_TIME:
+        return
+    unit, per_second = unit_of_number(abs(value))
+    raise SettingsError(
+        f"{what} {float(value):.15g} can't be seconds since 1970; if {unit} are meant, write "
+        f"{float(value / per_second):.15g}."
+    )
 
 
 def split_topics(texts: Sequence[str]) -> list[str] | None:
@@ -96,18 +117,35 @@ def split_topics(texts: Sequence[str]) -> list[str] | None:
 
 
 def _mount(text: str) -> tuple[str, FloatArray]:
-    from objstate.geometry import angle_from_text, finite, rotation_from_rpy, transform
+    from objstate.geometry import angle_from_text, rotation_from_rpy, transform
 
     frame, _, numbers = text.partition("=")
     try:
-        x, y, z, roll, pitch, yaw = numbers.split(",")
-        rotation = rotation_from_rpy(*map(angle_from_text, (roll, pitch, yaw)))
-        mount = transform(rotation, [finite(x), finite(y), finite(z)])
+        parts = numbers.split(",")
+        if len(parts) != 6:
+            raise ValueError(f"it has {len(parts)} numbers, not 6")
+        rotation = rotation_from_rpy(*map(angle_from_text, parts[3:]))
+        mount = transform(rotation, [_mounted_at(part) for part in parts[:3]])
     except ValueError as error:
-        raise SettingsError(f"--mount '{text}' is not a mounting; give {MOUNT}.") from error
+        raise SettingsError(
+            f"--mount '{text}' is not a mounting: {error}; give {MOUNT}."
+        ) from error
     if not frame.strip():
         raise SettingsError(f"--mount '{text}' names no frame; give {MOUNT}.")
     return frame.strip(), mount
+
+
+def _mounted_at(text: str) -> float:
+    """A coordinate of a laser on the robot, m. Raises ValueError."""
+    from objstate.geometry import finite
+
+    value = finite(text)
+    if abs(value) > FARTHEST_MOUNT:
+        raise ValueError(
+            f"no laser is mounted {value:g} m from the robot's middle; if millimetres are meant, "
+            f"write {value / 1000:g}"
+        )
+    return value
 
 
 def _clock_offset(text: str) -> tuple[str, float]:

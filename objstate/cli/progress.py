@@ -12,6 +12,8 @@ from objstate.compiling import when_compiling
 
 COMPILING = "Compiling the inner loops, once after an install: up to half a minute."
 
+WORTH_TELLING = 3.0  # s of compiling; a loop that only rare logs need takes less
+
 STEP = 0.2  # s between two pictures of the bar; drawing one takes as long as a scan or two
 
 Report = Callable[[float, float], None]  # share done from 0 to 1, seconds of the log done
@@ -21,7 +23,7 @@ Report = Callable[[float, float], None]  # share done from 0 to 1, seconds of th
 def progress_bar(label: str, quiet: bool) -> Iterator[Report | None]:
     """A bar to report to; None where nobody would see it: quiet, or stderr is no terminal."""
     if not quiet:
-        when_compiling(lambda: error_console().print(COMPILING))
+        when_compiling(lambda: error_console().print(COMPILING), after=WORTH_TELLING)
     if quiet or not sys.stderr.isatty():
         yield None
         return

@@ -61,7 +61,8 @@ def statistics(
         above = OpenAbove(angle_from_text(open_above), open_above_m)
     except ValueError as error:
         raise SettingsError(
-            f"--open-above '{open_above}' is no angle; give radians, or degrees as in 10deg."
+            f"--open-above '{open_above}' is no angle: {error}; give radians, or degrees as in "
+            "10deg."
         ) from error
     doors = door_statistics(folder, above, parse_zone(timezone))
     if json_file is not None:

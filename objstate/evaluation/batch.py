@@ -20,7 +20,7 @@ from objstate.evaluation.states import true_courses
 from objstate.evaluation.summary import StateErrors, summarize_states, unit_of
 from objstate.recording.batches import BatchLog, has_result, is_batch, read_logs, result_of
 from objstate.recording.summary import read_summary
-from objstate.recording.tables import read_estimates, read_truth
+from objstate.recording.tables import check_truth_times, read_estimates, read_truth
 from objstate.recording.tum import TRAJECTORY, read_tum
 
 if TYPE_CHECKING:
@@ -125,8 +125,11 @@ def _plain(folder: str | Path, log: BatchLog) -> pl.DataFrame:
     result = _result(folder, log)
     if result is None or log.truth is None:
         return pl.DataFrame()
-    courses = true_courses(read_truth(log.truth))
-    judged = judge(read_estimates(result), courses, read_lost(result))
+    truth, estimates = read_truth(log.truth), read_estimates(result)
+    if len(estimates):
+        stamps = estimates["stamp"].to_numpy()
+        check_truth_times(truth, int(stamps.min()), int(stamps.max()), log.truth)
+    judged = judge(estimates, true_courses(truth), read_lost(result))
     return judged.with_columns(log=pl.lit(log.name)) if len(judged) else judged
 
 

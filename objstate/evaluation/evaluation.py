@@ -21,8 +21,8 @@ from objstate.evaluation.states import (
 from objstate.evaluation.summary import StateErrors, summarize_states, unit_of
 from objstate.evaluation.symmetry import read_symmetry
 from objstate.order import natural_key
-from objstate.recording.tables import read_estimates, read_truth
-from objstate.recording.tum import TRAJECTORY, read_tum
+from objstate.recording.tables import check_truth_times, read_estimates, read_truth
+from objstate.recording.tum import TRAJECTORY, read_path, read_tum
 from objstate.records import TrueState
 
 if TYPE_CHECKING:
@@ -59,22 +59,33 @@ class Evaluation:
         return asdict(self)
 
 
-def evaluate(folder: str | Path, truth: str | Path, path: str | Path | None = None) -> Evaluation:
-    """Compare the result in ``folder`` with true states (CSV) and, if given, the true path (TUM).
+def evaluate(
+    folder: str | Path,
+    truth: str | Path | None = None,
+    path: str | Path | None = None,
+    align: bool = False,
+) -> Evaluation:
+    """Compare the result in ``folder`` with true states (CSV) and the true path (TUM), where given.
 
     An object is evaluated at the updates that observed it, from the first stamp of
     its truth on; what was taken back because the robot was lost counts among the
-    updates, but not as final. Raises ResultError for a folder that holds no result and
-    TruthError for a truth that can't be used or has no object of the result.
+    updates, but not as final. ``align`` moves the estimated path onto the true one first. Raises
+    ResultError for a folder that holds no result and TruthError for a truth that can't be used or has
+    no object of the result.
     """
-    estimates = read_estimates(folder)
-    lost = read_lost(folder)
-    evaluation = evaluate_states(
-        estimates, read_truth(truth), lost, read_symmetry(folder), source=str(truth)
-    )
+    if truth is None:
+        evaluation = Evaluation((), (), (), (), (), (), None)
+    else:
+        evaluation = evaluate_states(
+            read_estimates(folder),
+            read_truth(truth),
+            read_lost(folder),
+            read_symmetry(folder),
+            source=str(truth),
+        )
     if path is None:
         return evaluation
-    robot = compare_paths(read_tum(Path(folder) / TRAJECTORY), read_tum(path))
+    robot = compare_paths(read_path(folder), read_tum(path), align)
     return replace(evaluation, robot=robot)
 
 
@@ -93,6 +104,7 @@ def evaluate_states(
     Raises TruthError where they share no coordinate of any object, and ResultError where
     there are no estimates.
     """
+    truth = list(truth)
     estimated = set(estimates.select("object", "coordinate").unique().rows())
     courses = true_courses(truth)
     if not estimated:
@@ -102,6 +114,8 @@ def evaluate_states(
             f"{source} tells nothing of this result's objects: it knows {_listed(courses)}, the "
             f"result has {_listed(estimated)}; use the truth of the same building."
         )
+    stamps = estimates["stamp"].to_numpy()
+    check_truth_times(truth, int(stamps.min()), int(stamps.max()), source)
     compared = compare_all(estimates, courses, lost, symmetry or {})
     known, true, observed = (_objects(keys) for keys in (estimated, courses, compared))
     in_time = _objects(key for key, comparison in compared.items() if len(comparison.errors))

@@ -37,6 +37,7 @@ class StateErrors:
 class Distances:
     """How far a path lies from the true one, in m or rad."""
 
+    rms: float  # root of the mean square
     mean: float
     median: float
     p90: float
@@ -68,6 +69,7 @@ def summarize_states(coordinate: str, errors: FloatArray, inside: BoolArray) -> 
 def summarize_distances(distances: FloatArray) -> Distances:
     """The summary of distances (n,), at least one, in order of time."""
     return Distances(
+        rms=float(np.sqrt(np.mean(distances**2))),
         mean=float(distances.mean()),
         median=float(np.median(distances)),
         p90=float(np.quantile(distances, 0.9)),

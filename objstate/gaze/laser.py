@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from objstate.building.model import Building, Kind
-from objstate.config import NonNegative, Positive, Settings, Share, Strict
+from objstate.config import NonNegative, NonNegativeAngle, Positive, Settings, Share, Strict
 from objstate.gaze.floor import leaf_ends
 from objstate.gaze.sensors import Sensor
 from objstate.geometry import BoolArray, FloatArray, IntArray
@@ -46,7 +46,7 @@ class LookSettings(Strict):
     scans_on_way: NonNegative = 1.0  # taken of one object from about one place as it drives by
     beams_share: Share = 1.0  # of a scan's beams that observe objects; less with marginal inference
     robot_std: NonNegative = 0.02  # m, of the robot's position, which all its beams share
-    robot_yaw_std: NonNegative = 0.01  # rad
+    robot_yaw_std: NonNegativeAngle = 0.01  # rad
     variance_factor: Positive = 1.0  # that an estimator learns for its beliefs' variances on a log
 
 

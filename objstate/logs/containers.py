@@ -10,6 +10,7 @@ from operator import attrgetter
 from pathlib import Path
 
 from objstate.errors import LogError
+from objstate.kinds import LOG, instead
 from objstate.logs.carmen import CarmenFile, is_carmen
 from objstate.logs.decompression import ZSTD_MAGIC
 from objstate.logs.definitions import MessageType
@@ -143,6 +144,8 @@ def _open_file(path: Path, notices: Notices) -> Container:
     if head.startswith(b"#ROSBAG V"):
         version = head.split(b"\n")[0][8:].decode(errors="replace")
         raise LogError(f"{path} is a bag of version {version}; run `rosbag fix` to make it 2.0.")
+    if told := instead(path, LOG):
+        raise LogError(told)
     raise LogError(
         f"{path} is no log that objstate knows: neither MCAP, rosbag1, rosbag2 nor CARMEN. "
         "If it is another format, convert it to MCAP."

@@ -58,14 +58,18 @@ class Rosbag1File:
         """Messages in the bag's order, all or those of some topics."""
         with self.path.open("rb") as file:
             file.seek(len(MAGIC))
+            self._position = len(MAGIC)
             has_index = False
             for header, data, is_whole in _records(file):
-                self._position = file.tell()
+                start, self._position = self._position, file.tell()
+                end = self._position
                 kind = _kind(header)
                 has_index |= kind == CHUNK_INFO
                 if kind == CHUNK:
-                    for inner, part in self._chunk(header, data, is_whole):
+                    for inner, part, done in self._chunk(header, data, is_whole):
+                        self._position = start + round(done * (end - start))
                         yield from self._message(inner, part, topics)
+                    self._position = end
                 elif is_whole:
                     yield from self._message(header, data, topics)
         if not has_index or self._position < self._size:
@@ -74,7 +78,10 @@ class Rosbag1File:
                 f"{self._position} of {self._size}): what is there is used"
             )
 
-    def _chunk(self, header: Header, data: bytes, is_whole: bool) -> Iterator[tuple[Header, bytes]]:
+    def _chunk(
+        self, header: Header, data: bytes, is_whole: bool
+    ) -> Iterator[tuple[Header, bytes, float]]:
+        """The records in a chunk, each with the share of the chunk up to its end."""
         method = header.get(b"compression", b"none").decode(errors="replace")
         plain, damage = decompress(method, data)
         if damage and is_whole:
@@ -146,8 +153,8 @@ def _block(file: BinaryIO) -> bytes | None:
     return block if len(block) == length else None
 
 
-def _records_within(data: bytes) -> Iterator[tuple[Header, bytes]]:
-    """The complete records in a chunk's data."""
+def _records_within(data: bytes) -> Iterator[tuple[Header, bytes, float]]:
+    """The complete records in a chunk's data, each with the share of the data up to its end."""
     at = 0
     while at + UINT32.size <= len(data):
         (header_length,) = UINT32.unpack_from(data, at)
@@ -158,7 +165,11 @@ def _records_within(data: bytes) -> Iterator[tuple[Header, bytes]]:
         end = start + UINT32.size + length
         if end > len(data):
             return
-        yield _fields(data[at + UINT32.size : start]), data[start + UINT32.size : end]
+        yield (
+            _fields(data[at + UINT32.size : start]),
+            data[start + UINT32.size : end],
+            end / len(data),
+        )
         at = end
 
 

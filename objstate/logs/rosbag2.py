@@ -13,11 +13,13 @@ from pathlib import Path
 import yaml
 
 from objstate.errors import LogError
+from objstate.kinds import LOG, instead, kind_of
 from objstate.logs.definitions import MessageType
 from objstate.logs.messages import Container, Message
 from objstate.logs.notices import Notices
 
 METADATA = "metadata.yaml"
+NAMES_SHOWN = 5  # so many names tell what the others are like
 STORAGE_NAMES = (".db3", ".mcap", ".zstd")
 
 OpenFile = Callable[[Path, Notices], Container]
@@ -27,9 +29,7 @@ def storage_files(folder: Path, notices: Notices) -> list[Path]:
     """The bag's storage files in order. Raises LogError where the folder holds none."""
     present = sorted(path for path in folder.iterdir() if path.suffix in STORAGE_NAMES)
     if not present:
-        raise LogError(
-            f"{folder} holds no bag (no .db3 or .mcap file); name the bag's folder or its file."
-        )
+        raise LogError(_what_it_holds(folder))
     metadata = folder / METADATA
     if not metadata.exists():
         notices.add(f"{folder.name} has no {METADATA}: all its storage files are read")
@@ -41,6 +41,22 @@ def storage_files(folder: Path, notices: Notices) -> list[Path]:
     for path in missing:
         notices.add(f"{folder.name} lacks its part {path.name}: the others are used")
     return [path for path in listed if path.exists()] or present
+
+
+def _what_it_holds(folder: Path) -> str:
+    """What of a folder that is no bag may have been meant."""
+    logs = sorted(path for path in folder.iterdir() if (kind_of(path) or "").startswith(LOG))
+    if logs:
+        names = ", ".join(path.name for path in logs[:NAMES_SHOWN])
+        more = ", ..." if len(logs) > NAMES_SHOWN else ""
+        return (
+            f"{folder} is no bag of rosbag2, but a folder of {len(logs)} logs ({names}{more}); name one of "
+            f"them, all of them if they are parts of one drive, or run each with "
+            f"`objstate batch {folder}`."
+        )
+    return instead(folder, LOG) or (
+        f"{folder} holds no bag (no .db3 or .mcap file); name the bag's folder or its file."
+    )
 
 
 def _listed_files(metadata: Path, notices: Notices) -> list[Path]:

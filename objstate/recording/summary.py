@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from objstate.errors import ResultError
+from objstate.kinds import RESULT, instead
 
 SUMMARY = "run.json"
 
@@ -32,7 +33,8 @@ def read_summary(folder: str | Path) -> dict[str, Any]:
         summary = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise ResultError(
-            f"Can't read {path}: {error.strerror}; is {folder} a result of `objstate estimate`?"
+            instead(folder, RESULT)
+            or f"Can't read {path}: {error.strerror}; is {folder} a result of `objstate estimate`?"
         ) from error
     except ValueError as error:
         raise ResultError(f"{path} is not JSON ({error}); make the result anew.") from error

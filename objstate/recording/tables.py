@@ -7,12 +7,17 @@ import math
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import fields
+from decimal import Decimal, InvalidOperation
+from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from objstate.errors import TruthError
+from objstate.geometry import checked_angle
+from objstate.kinds import TRUTH, instead, other_separator
 from objstate.recording.parquet import read_parquet
 from objstate.recording.spool import Spool
+from objstate.recording.stamps import PER_SECOND, mistaken_unit, unit_of_number
 from objstate.records import Estimate, TrueState
 
 if TYPE_CHECKING:
@@ -38,6 +43,8 @@ P_CLOSED = "p_closed"  # a column that estimates of doors may have besides
 
 TRUTH_COLUMNS = ("stamp", "object", "coordinate", "value")
 KNOWN_COORDINATES = ("angle", "offset", "x", "y", "yaw")
+ANGLES = ("angle", "yaw")
+LONGEST_OFFSET = 50.0  # m; no leaf in a building slides farther
 INTEGER = re.compile(r"-?\d{1,18}|-?[1-8]\d{18}")  # nanoseconds that fit into 64 bits
 
 
@@ -97,20 +104,46 @@ def read_truth(path: str | Path) -> list[TrueState]:
     ``stamp,object,coordinate,value`` with whole nanoseconds and finite values.
     """
     try:
-        with Path(path).open(encoding="utf-8", newline="") as file:
+        with Path(path).open(encoding="utf-8-sig", newline="") as file:
             rows = list(_truth_rows(csv.reader(file, strict=True), path))
     except OSError as error:
-        raise TruthError(f"Can't read the truth {path}: {error.strerror}.") from error
+        raise TruthError(
+            instead(path, TRUTH) or f"Can't read the truth {path}: {error.strerror}."
+        ) from error
     except (UnicodeDecodeError, csv.Error) as error:
+        if told := instead(path, TRUTH):
+            raise TruthError(told) from error
         raise TruthError(f"{path} is not a CSV file in UTF-8: {error}.") from error
     _refuse_contradictions(rows, path)
     return sorted(rows, key=lambda row: row.stamp_ns)
+
+
+def check_truth_times(
+    truth: Iterable[TrueState], begin_ns: int, end_ns: int, source: str | Path = "The truth"
+) -> None:
+    """Raise TruthError for stamps that aren't nanoseconds, by when the log begins and ends."""
+    stamps = {row.stamp_ns for row in truth}
+    unit = mistaken_unit(stamps, begin_ns, end_ns)
+    if unit is not None:
+        example = max(stamps)
+        told = example * 10**9 // PER_SECOND[unit]
+        raise TruthError(
+            f"{source}: the stamp {example} is given in {unit}, but truth has nanoseconds since "
+            f"1970; write {told}, and so for every stamp."
+        )
 
 
 def _truth_rows(lines: Iterator[list[str]], path: str | Path) -> Iterator[TrueState]:
     expected = ",".join(TRUTH_COLUMNS)
     header = [name.strip() for name in next(lines, [])]
     if header != list(TRUTH_COLUMNS):
+        if separator := other_separator(",".join(header), TRUTH_COLUMNS):
+            raise TruthError(
+                f"The columns of {path} are parted by {separator}; save it with commas, and with "
+                "points in its numbers."
+            )
+        if told := instead(path, TRUTH):
+            raise TruthError(told)
         raise TruthError(f"{path}, line 1 reads '{','.join(header)}'; it must be '{expected}'.")
     for number, fields_ in enumerate(lines, start=2):
         if fields_:
@@ -122,14 +155,40 @@ def _truth_row(row: list[str], where: str) -> TrueState:
         raise TruthError(f"{where} has {len(row)} fields; give {','.join(TRUTH_COLUMNS)}.")
     stamp, name, coordinate, value = (field.strip() for field in row)
     if not INTEGER.fullmatch(stamp):
-        raise TruthError(f"{where}: the stamp '{stamp}' must be whole nanoseconds.")
+        raise TruthError(f"{where}: the stamp '{stamp}' must be whole nanoseconds{_as_ns(stamp)}.")
     if not name:
         raise TruthError(f"{where} names no object; give its joint's name.")
     if coordinate not in KNOWN_COORDINATES:
         raise TruthError(
             f"{where}: the coordinate '{coordinate}' must be one of {', '.join(KNOWN_COORDINATES)}."
         )
-    return TrueState(int(stamp), name, coordinate, _finite(value, where))
+    number = _finite(value, where)
+    if coordinate in ANGLES:
+        _check_angle(number, f"{where}: the {coordinate} of '{name}'")
+    elif coordinate == "offset" and abs(number) > LONGEST_OFFSET:
+        raise TruthError(
+            f"{where}: no sliding door opens by {number:g} m; if millimetres are meant, write "
+            f"{number / 1000:g}."
+        )
+    return TrueState(int(stamp), name, coordinate, number)
+
+
+def _as_ns(stamp: str) -> str:
+    """How to write a stamp with a fraction of a second in nanoseconds."""
+    try:
+        value = Decimal(stamp)
+    except InvalidOperation:
+        return ""
+    if not value.is_finite() or unit_of_number(Fraction(value))[0] != "seconds":
+        return ""
+    return f"; if seconds are meant, write {round(value * 10**9)}"
+
+
+def _check_angle(value: float, what: str) -> None:
+    try:
+        checked_angle(value)
+    except ValueError as error:
+        raise TruthError(f"{what}: {error}.") from error
 
 
 def _finite(value: str, where: str) -> float:

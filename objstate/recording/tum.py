@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from decimal import Decimal, InvalidOperation
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 
-from objstate.errors import TruthError
+from objstate.errors import ResultError, TruthError
 from objstate.geometry import pose_from_transform, rotation_from_quaternion, transform
+from objstate.kinds import PATH, instead
+from objstate.recording.stamps import unit_of_number
 from objstate.records import Path as RobotPath
 
 TRAJECTORY = "trajectory.tum"  # in a result folder: the estimated path
@@ -30,6 +33,8 @@ def read_tum(path: str | Path) -> RobotPath:
     Raises TruthError for a file that can't be read, a line that isn't eight
     numbers, or stamps that go back.
     """
+    if told := instead(path, PATH):
+        raise TruthError(told)
     lines = _lines(Path(path))
     rows = [
         _row(text, f"{path}, line {number}")
@@ -46,6 +51,14 @@ def read_tum(path: str | Path) -> RobotPath:
     return RobotPath(stamps, np.array([pose for _, pose in rows]))
 
 
+def read_path(folder: str | Path) -> RobotPath:
+    """The estimated path of a result folder. Raises ResultError where there is none."""
+    path = Path(folder) / TRAJECTORY
+    if not path.is_file():
+        raise ResultError(f"{folder} holds no {TRAJECTORY}; make it with `objstate estimate`.")
+    return read_tum(path)
+
+
 def seconds(stamp_ns: int) -> str:
     """A stamp in seconds with nine decimals, exactly."""
     whole, rest = divmod(abs(stamp_ns), 10**9)
@@ -54,7 +67,7 @@ def seconds(stamp_ns: int) -> str:
 
 def _lines(path: Path) -> list[str]:
     try:
-        return path.read_text(encoding="utf-8").splitlines()
+        return path.read_text(encoding="utf-8-sig").splitlines()
     except OSError as error:
         raise TruthError(f"Can't read the path {path}: {error.strerror}.") from error
     except UnicodeDecodeError as error:
@@ -65,13 +78,20 @@ def _row(text: str, where: str) -> tuple[int, np.ndarray]:
     """Stamp in nanoseconds and pose (3,) of one line."""
     fields = text.split()
     if len(fields) != 8:
-        raise TruthError(f"{where} has {len(fields)} fields; give eight: '{FIELDS}'.")
+        hint = ", parted by blanks" if len(text.split(",")) == 8 else ""
+        raise TruthError(f"{where} has {len(fields)} fields; give eight{hint}: '{FIELDS}'.")
     try:
         stamp = round(Decimal(fields[0]) * 10**9)
         x, y, z, *quaternion = (float(field) for field in fields[1:])
         matrix = transform(rotation_from_quaternion(*quaternion), [x, y, z])
     except (InvalidOperation, ValueError, OverflowError) as error:
         raise TruthError(f"{where}: '{text}' is not a pose; give '{FIELDS}'.") from error
-    if not np.isfinite(matrix).all() or abs(stamp) >= 2**63:
+    if np.isfinite(matrix).all() and abs(stamp) >= 2**63:
+        unit, per_second = unit_of_number(Fraction(fields[0]))
+        raise TruthError(
+            f"{where}: the stamp {fields[0]} can't be seconds; if {unit} are meant, write "
+            f"{Decimal(fields[0]) / per_second:f}, and so in every line."
+        )
+    if not np.isfinite(matrix).all():
         raise TruthError(f"{where}: '{text}' is not finite; give '{FIELDS}'.")
     return stamp, pose_from_transform(matrix)

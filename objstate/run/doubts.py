@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from fnmatch import fnmatchcase
 
 from objstate.building.model import Building
@@ -22,7 +22,38 @@ COMPASS = (  # counter-clockwise
     "south",
     "south-east",
 )
+MOST_LOST = 0.5  # share of a log; a robot that is lost for longer is not in this building, or began elsewhere
 NAMES_SHOWN = 5  # so many names tell what the others are like
+
+
+def failures(drive: Drive, estimator: Estimator, options: RunOptions) -> list[str]:
+    """Why a run's estimates aren't to be relied on, though they were made; none of a success."""
+    found = []
+    if drive.seconds <= 0.0:
+        found.append(
+            f"The log has no length: all that is read of it ({_scans(drive.scans)}) has one stamp, and one "
+            "moment can't be localized. Give a log that lasts some seconds, or a longer part of it."
+        )
+    if _was_never_found(estimator, options):
+        found.append(
+            "The robot, which might be anywhere at first, was found nowhere: several places "
+            "explain its scans about equally, or none does. Of objects nothing was learnt. Is it a log "
+            "of this building? Then give --initial-pose, or a drive that passes places that differ."
+        )
+    elif (share := lost_share(drive, estimator, options)) > MOST_LOST:
+        found.append(
+            f"The robot was lost for {100 * share:.0f} % of the log: is it a log of this building, and is "
+            "its start right?"
+        )
+    return found
+
+
+def lost_share(drive: Drive, estimator: Estimator, options: RunOptions) -> float:
+    """Share of the log, 0..1, in which the robot was lost; the search with which a run may begin doesn't count."""
+    if drive.seconds <= 0.0:
+        return 0.0
+    lost_ns = sum(found - since for since, found in _stretches(estimator, options))
+    return min(lost_ns / 1e9 / drive.seconds, 1.0)
 
 
 def doubts(drive: Drive, estimator: Estimator, options: RunOptions) -> list[str]:
@@ -91,37 +122,48 @@ def _was_never_found(estimator: Estimator, options: RunOptions) -> bool:
     return options.global_start and estimator.is_lost and len(estimator.lost) == 1
 
 
+def _stretches(estimator: Estimator, options: RunOptions) -> Sequence[tuple[int, int]]:
+    """When the robot was lost after it had been found, or from its start on where that was given."""
+    searched = options.global_start and not _was_never_found(estimator, options)
+    return tuple(estimator.lost)[searched:]
+
+
 def _of_being_lost(drive: Drive, estimator: Estimator, options: RunOptions) -> Iterator[str]:
-    for number, (since, found) in enumerate(estimator.lost):
-        began, ended = ((stamp - drive.begin_ns) / 1e9 for stamp in (since, found))
-        is_start = options.global_start and number == 0
-        is_open = estimator.is_lost and number == len(estimator.lost) - 1
-        if is_start and is_open:
-            yield (
-                "The robot, which might be anywhere at first, was found nowhere: several places "
-                "explain its scans about equally, or none does. Of objects nothing was learnt. Give "
-                "--initial-pose, or a drive that passes places that differ."
-            )
-        elif is_start:
-            yield (
-                f"The robot, which might be anywhere at first, was found {ended:.0f} s from the log's "
-                "start. What earlier scans tell of objects was left out."
-            )
-        elif is_open:
-            yield (
-                f"The robot was lost from {began:.1f} s of the log to its end: scans didn't fit where "
-                "it was thought to be, and no other place was surely the right one. Nothing was "
-                "learnt of objects since. Many people, false readings or things that aren't in the "
-                "building look the same; then it may not have been lost."
-            )
-        else:
-            yield (
-                f"The robot was lost from {began:.1f} s to {ended:.1f} s of the log: scans didn't fit "
-                "where it was thought to be until it was found, there or in another place. What had been learnt "
-                "of objects meanwhile was dropped; estimates with these stamps are wrong. If places "
-                "look alike, it may have been in another one before already: then those shortly "
-                "before are wrong, too, and are kept."
-            )
+    if _was_never_found(estimator, options):
+        return  # told as a failure
+    stretches = _stretches(estimator, options)
+    for _, found in tuple(estimator.lost)[: len(estimator.lost) - len(stretches)]:
+        yield (
+            f"The robot, which might be anywhere at first, was found {_at(found, drive):.0f} s from the "
+            "log's start. What earlier scans tell of objects was left out."
+        )
+    closed = stretches[:-1] if estimator.is_lost else stretches
+    if closed:
+        times = [f"{_at(a, drive):.1f} s to {_at(b, drive):.1f} s" for a, b in closed]
+        seconds = sum(b - a for a, b in closed) / 1e9
+        told = (
+            times[0] if len(times) == 1 else f"{_some(times)} ({len(times)} times, {seconds:.0f} s)"
+        )
+        yield (
+            f"The robot was lost from {told} of the log: scans didn't fit "
+            "where it was thought to be until it was found, there or in another place. What had been learnt "
+            "of objects meanwhile was dropped; estimates with these stamps are wrong. If places "
+            "look alike, it may have been in another one before already: then those shortly "
+            "before are wrong, too, and are kept."
+        )
+    if len(closed) < len(stretches):
+        yield (
+            f"The robot was lost from {_at(stretches[-1][0], drive):.1f} s of the log to its end: scans "
+            "didn't fit where "
+            "it was thought to be, and no other place was surely the right one. Nothing was "
+            "learnt of objects since. Many people, false readings or things that aren't in the "
+            "building look the same; then it may not have been lost."
+        )
+
+
+def _at(stamp_ns: int, drive: Drive) -> float:
+    """Seconds from the log's start."""
+    return (stamp_ns - drive.begin_ns) / 1e9
 
 
 def _of_objects(drive: Drive, building: Building, was_never_found: bool) -> Iterator[str]:
@@ -139,17 +181,32 @@ def _of_objects(drive: Drive, building: Building, was_never_found: bool) -> Iter
 
 
 def _of_hinges(estimator: Estimator) -> Iterator[str]:
-    for name, (x, y) in estimator.hung_elsewhere.items():
+    places = {
+        f"'{name}'": f"{math.hypot(x, y):.2f} m {compass(x, y)} of its place in the model "
+        f"(x {x:+.2f} m, y {y:+.2f} m)"
+        for name, (x, y) in estimator.hung_elsewhere.items()
+    }
+    if len(places) == 1:
+        ((door, place),) = places.items()
         yield (
-            f"Door '{name}' fits better hung {math.hypot(x, y):.2f} m {compass(x, y)} of its place in "
-            f"the model (x {x:+.2f} m, y {y:+.2f} m); its angle is that of a leaf there. Move its "
+            f"Door {door} fits better hung {place}; its angle is that of a leaf there. Move its "
             "joint's origin."
+        )
+    elif places:
+        told = "; ".join(f"{door} {place}" for door, place in places.items())
+        yield (
+            f"{len(places)} doors fit better hung elsewhere: {told}. Their angles are those of leaves "
+            "there. Move their joints' origins."
         )
 
 
 def compass(x: float, y: float) -> str:
     """The way to (x, y) from the origin of a frame whose x axis points east (REP-103)."""
     return COMPASS[round(math.atan2(y, x) / (math.pi / 4.0)) % len(COMPASS)]
+
+
+def _scans(count: int) -> str:
+    return "1 scan" if count == 1 else f"{count} scans"
 
 
 def _some(names: Collection[str]) -> str:

@@ -30,7 +30,7 @@ from objstate.records import (
     RobotBelief,
     Scan,
 )
-from objstate.run.doubts import doubts
+from objstate.run.doubts import doubts, failures, lost_share
 from objstate.run.drive import Drive
 from objstate.run.inputs import (
     BuildingInput,
@@ -65,7 +65,9 @@ class RunResult:
     log_seconds: float
     elapsed_seconds: float
     counts: Mapping[str, int]
-    warnings: tuple[str, ...]
+    warnings: tuple[str, ...]  # the failures first
+    failures: tuple[str, ...] = ()  # why its estimates aren't to be relied on; none of a success
+    lost_share: float = 0.0  # of the log, in which the robot was lost
     lost_ns: tuple[tuple[int, int], ...] = ()  # stretches in which the robot was lost
     # orders of those objects that look the same after a turn by 360 degrees / order
     symmetry: Mapping[str, int] = field(default_factory=dict)
@@ -84,6 +86,9 @@ class RunResult:
                 "elapsed_seconds": self.elapsed_seconds,
             },
             "counts": dict(self.counts),
+            "success": not self.failures,
+            "failures": list(self.failures),
+            "lost_share": self.lost_share,
             "warnings": list(self.warnings),
             "lost_ns": [list(stretch) for stretch in self.lost_ns],
             "symmetry": dict(self.symmetry),
@@ -143,7 +148,7 @@ def estimate_log(
         logger.info("%d scans gave %d estimates", drive.scans, drive.estimates)
         _check_robot(drive, log, options)
         write_tum(folder / TRAJECTORY, drive.path)
-        inputs = {"logs": files, "building": dict(read.description)}
+        failed = failures(drive, estimator, options)
         result = RunResult(
             folder=Path(out),
             objects=tuple(model.objects),
@@ -151,7 +156,14 @@ def estimate_log(
             log_seconds=drive.seconds,
             elapsed_seconds=time.monotonic() - began,
             counts=log.counts | {"estimates": drive.estimates, "poses": len(drive.stamps_ns)},
-            warnings=(*log.warnings, *estimator.warnings, *doubts(drive, estimator, options)),
+            warnings=(
+                *failed,
+                *log.warnings,
+                *estimator.warnings,
+                *doubts(drive, estimator, options),
+            ),
+            failures=tuple(failed),
+            lost_share=lost_share(drive, estimator, options),
             lost_ns=tuple(estimator.lost),
             symmetry=model.symmetries,
             world=None if memory is None else memory.keep(drive.end_ns, options.settings),

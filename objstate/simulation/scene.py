@@ -12,7 +12,17 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from objstate.config import NonNegative, Positive, Share, Strict, load_yaml, parse_strict
+from objstate.config import (
+    Angle,
+    NonNegative,
+    NonNegativeAngle,
+    Positive,
+    Share,
+    Strict,
+    load_yaml,
+    parse_strict,
+)
+from objstate.kinds import SCENE
 
 PointXY = tuple[float, float]
 Region = tuple[float, float, float, float]  # x_min, y_min, x_max, y_max
@@ -24,7 +34,7 @@ class PlanarState(Strict):
 
     x: float
     y: float
-    yaw: float = 0.0
+    yaw: Angle = 0.0
 
 
 class Waypoint(Strict):
@@ -47,7 +57,7 @@ class Route(Strict):
     """Where the robot drives: straight from corner to corner."""
 
     waypoints: tuple[Waypoint, ...] = (Waypoint(x=0.0, y=0.0, pause=10.0),)
-    start_yaw: float | None = None  # rad; without it, towards the second waypoint
+    start_yaw: Angle | None = None  # rad; without it, towards the second waypoint
     speed: Positive = 0.7  # m/s
     acceleration: Positive = 0.5  # m/s^2
     turn_rate: Positive = 0.8  # rad/s, turning on the spot and at most in a curve
@@ -82,9 +92,9 @@ class Mount(Strict):
     x: float = 0.0
     y: float = 0.0
     z: float = 0.3
-    roll: float = 0.0
-    pitch: float = 0.0
-    yaw: float = 0.0
+    roll: Angle = 0.0
+    pitch: Angle = 0.0
+    yaw: Angle = 0.0
 
 
 class Laser(Strict):
@@ -93,8 +103,8 @@ class Laser(Strict):
     frame: str = "laser"
     mount: Mount = Mount()
     beams: Annotated[int, Field(ge=2)] = 181
-    angle_min: float = -1.5707963267948966  # rad, the first beam
-    angle_max: float = 1.5707963267948966  # rad, the last beam
+    angle_min: Angle = -1.5707963267948966  # rad, the first beam
+    angle_max: Angle = 1.5707963267948966  # rad, the last beam
     range_min: NonNegative = 0.05  # m
     range_max: Positive = 8.0  # m
     rate: Positive = 5.0  # Hz
@@ -135,7 +145,7 @@ class ObjectRule(Strict):
     initial: Value | Literal["home", "random", "spread"] = "home"  # spread: evenly, shuffled
     changes: tuple[Change, ...] = ()
     spread_xy: NonNegative = 0.3  # m, how far "random" moves furniture from where it should stand
-    spread_yaw: NonNegative = 0.5  # rad, how far it turns it
+    spread_yaw: NonNegativeAngle = 0.5  # rad, how far it turns it
 
     @model_validator(mode="after")
     def _one_after_the_other(self) -> ObjectRule:
@@ -186,7 +196,7 @@ class ModelError(Strict):
     wall_sigma: NonNegative = 0.0  # m, each connected piece of the walls, along x and y
     hinge_sigma: NonNegative = 0.0  # m, each hinge and rail, along x and y
     laser_sigma: NonNegative = 0.0  # m, each laser on the robot, along x and y
-    laser_yaw_sigma: NonNegative = 0.0  # rad, each laser on the robot
+    laser_yaw_sigma: NonNegativeAngle = 0.0  # rad, each laser on the robot
     clock_offset: float = 0.0  # s by which the stamps of scans run ahead of the odometry's
 
 
@@ -194,7 +204,7 @@ class InitialPose(Strict):
     """What is recorded on /initialpose: drawn about the truth with these deviations."""
 
     sigma_xy: NonNegative = 0.2  # m
-    sigma_yaw: NonNegative = 0.1  # rad
+    sigma_yaw: NonNegativeAngle = 0.1  # rad
 
 
 class RecordedBelief(Strict):
@@ -204,9 +214,9 @@ class RecordedBelief(Strict):
     rate: Positive = 2.0  # Hz
     count: Count = 100
     sigma_xy: NonNegative = 0.05  # m, of the samples about their mean
-    sigma_yaw: NonNegative = 0.02  # rad
+    sigma_yaw: NonNegativeAngle = 0.02  # rad
     error_xy: NonNegative = 0.03  # m, of the mean about the truth
-    error_yaw: NonNegative = 0.01  # rad
+    error_yaw: NonNegativeAngle = 0.01  # rad
 
 
 class Scene(Strict):
@@ -240,7 +250,7 @@ def load_scene(path: str | Path, seed: int | None = None) -> Scene:
     ``seed`` replaces the file's. Raises SettingsError naming the place and the cure.
     """
     path = Path(path)
-    scene = parse_strict(Scene, load_yaml(path), str(path))
+    scene = parse_strict(Scene, load_yaml(path), str(path), SCENE)
     changes = {"building": (path.parent / scene.building).resolve()}
     return scene.model_copy(update=changes if seed is None else {**changes, "seed": seed})
 

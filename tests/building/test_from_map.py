@@ -228,12 +228,12 @@ def test_plain_text_pgm_is_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("keys", "message"),
     [
-        ({"resolution": None}, "key 'resolution' is missing"),
-        ({"resolution": 0}, "'resolution'"),
-        ({"origin": "[0, 0]"}, "'origin"),
+        ({"resolution": None}, "resolution: is required"),
+        ({"resolution": 0}, "resolution: must be greater than 0, not 0"),
+        ({"origin": "[0, 0]"}, "origin"),
         ({"image": "other.pgm"}, "does not exist"),
         ({"image": "plan.yaml"}, "can't be read"),
-        ({"mode": "colour"}, "'mode'"),
+        ({"mode": "colour"}, "mode: must be 'trinary', 'scale' or 'raw', not 'colour'"),
         ({"negate": 1, "occupied_thresh": 1.0}, "no occupied cell"),
     ],
 )
@@ -248,11 +248,12 @@ def test_maps_that_cannot_be_used_are_refused(
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        ("", "lacks the column 'door'"),
+        ("", "lacks the columns 'door', 'hinge_x'"),
         (HEADER.replace("width_m", "width"), r"unknown column 'width' \(for 'width_m'\?\)"),
         (HEADER + "a,1,2,0,left,0.9,90\n", "line 2: door 'a' opens 'left'"),
         (HEADER + "a,1,2,0,cw,0.9,90\na,1,2,0,cw,0.9,90\n", "second time, in line 3"),
         (HEADER + "a,1,x,0,cw,0.9,90\n", "'x' in column 'hinge_y'"),
+        (HEADER + 'a,"1,5",2,0,cw,0.9,90\n', "'1,5' in column 'hinge_x'.* with a point"),
         (HEADER + "a,1,nan,0,cw,0.9,90\n", "'nan' in column 'hinge_y'"),
         (HEADER + "a,1,2,0,cw,0.9\n", "line 2 must hold 7 values"),
         (HEADER + "a,1,2,0,cw,0.9,90,7\n", "line 2 must hold 7 values"),

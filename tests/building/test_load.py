@@ -173,6 +173,14 @@ REFUSED = {
         (WALL, '<link name="leaf"/>', HINGE.replace("revolute", "prismatic")),
         "Door 'door' in office.urdf, line 5 has no shape",
     ),
+    "degrees of a frame": (
+        (WALL, LEAF, HINGE.replace("1.5707963267948966", "90")),
+        "rpy in office.urdf, line 5: 90 rad is more than a whole turn .* write 1.571",
+    ),
+    "degrees of a limit": (
+        (WALL, LEAF, HINGE.replace("1.6", "90")),
+        "upper in office.urdf, line 5: 90 rad is more than a whole turn .* write 1.571",
+    ),
     "no limit": (
         (WALL, LEAF, NO_LIMIT),
         r"Door 'door' has no upper limit in office.urdf, line 5; "

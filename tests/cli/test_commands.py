@@ -119,6 +119,28 @@ def test_an_existing_result_is_replaced_only_when_asked(run, drive: Path, estima
     assert (estimated / "run.json").read_bytes() == before
 
 
+def test_a_path_alone_is_evaluated_and_aligned(run, drive: Path, estimated: Path) -> None:
+    path = drive / "log" / "path.tum"
+    outcome = run("evaluate", estimated, "--path", path, "--align", "--json", drive / "path.json")
+    assert outcome.code == 0
+    assert "ATE" in outcome.out
+    assert "moved by" in outcome.out
+    assert "object" not in outcome.out
+    assert json.loads((drive / "path.json").read_text())["robot"]["position"]["rms"] < 0.2
+    assert "--path TUM" in run("evaluate", estimated).err
+    assert "--path TUM" in run("evaluate", estimated, "--truth", "t.csv", "--align").err
+
+
+def test_a_log_of_no_length_is_no_success(run, drive: Path) -> None:
+    outcome = run(
+        "estimate", drive / "log" / "log.mcap", "--building", drive / "room.urdf", "-q",
+        "--out", drive / "moment", "--from", "1", "--to", "1.01", "--initial-pose", "1,0,0",
+    )  # fmt: skip
+    assert outcome.code == 3
+    assert "error: The log has no length" in outcome.err
+    assert json.loads((drive / "moment" / "run.json").read_text())["success"] is False
+
+
 def test_a_truth_of_another_building_is_doubted(run, drive: Path) -> None:
     truth = drive / "other.csv"
     truth.write_text("stamp,object,coordinate,value\n0,garage_door,angle,0\n")
@@ -187,7 +209,7 @@ def test_a_failed_run_leaves_nothing_behind(run, drive: Path) -> None:
         (["--to", "inf"], "--to inf"),
         (["--seed", "-1"], "greater than or equal to 0"),
         (["--config", "{config}"], "sigma_hit"),
-        (["--truth", "{scene}"], "stamp,object,coordinate,value"),
+        (["--truth", "{scene}"], "is a scene, not a table of true states"),
         (["--belief", "recrded"], "recorded"),
     ],
 )

@@ -1,5 +1,7 @@
 """What people type as option values."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -27,6 +29,25 @@ def test_a_yaw_may_be_given_in_degrees() -> None:
 def test_a_pose_that_is_none_is_refused_with_the_form(text: str) -> None:
     with pytest.raises(SettingsError, match=r"--initial-pose .* give X,Y,YAW"):
         parse_pose(text)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: parse_pose("1,2,90"), "90 rad is more than a whole turn.*write 90deg"),
+        (lambda: parse_pose("1,2,-180"), "write -180deg"),
+        (lambda: parse_mounts(["laser=0,0,0.3,0,0,180"]), "write 180deg"),
+        (lambda: parse_mounts(["laser=250,0,0.3,0,0,0"]), "millimetres are meant, write 0.25"),
+        (lambda: check_span(1.6e18, None), "--from .* nanoseconds are meant, write 1600000000"),
+        (lambda: check_span(None, 1.6e12), "--to .* milliseconds are meant, write 1600000000"),
+        (lambda: parse_time("1600000000000000000"), "nanoseconds are meant, write 1600000000"),
+    ],
+)
+def test_another_unit_than_can_be_meant_is_refused_and_told(
+    call: Callable[[], object], message: str
+) -> None:
+    with pytest.raises(SettingsError, match=message):
+        call()
 
 
 def test_a_mounting_is_a_transform_by_frame() -> None:

@@ -72,10 +72,10 @@ def test_no_figure_of_an_evaluation_is_cut_off(unit: str, figure: str) -> None:
 
 
 def test_the_robots_table_turns_radians_into_degrees() -> None:
-    ones = Distances(1.0, 1.0, 1.0, 1.0)
+    ones = Distances(1.0, 1.0, 1.0, 1.0, 1.0)
     shown = at_80_columns(robot_table(RobotErrors(7, ones, ones)))
-    assert shown.count("1.000") == 4
-    assert shown.count("57.30") == 4
+    assert shown.count("1.000") == 5
+    assert shown.count("57.30") == 5
 
 
 def test_no_figure_of_a_log_is_cut_off() -> None:
@@ -106,5 +106,8 @@ def test_no_figure_of_a_log_is_cut_off() -> None:
 
 
 def test_numbers_that_json_has_no_word_for_become_null() -> None:
-    shown = json_values({"range": math.inf, "of": Distances(math.nan, 0.5, 1.0, 2.0)})
-    assert shown == {"range": None, "of": {"mean": None, "median": 0.5, "p90": 1.0, "end": 2.0}}
+    shown = json_values({"range": math.inf, "of": Distances(math.nan, 0.5, 1.0, 2.0, 3.0)})
+    assert shown == {
+        "range": None,
+        "of": {"rms": None, "mean": 0.5, "median": 1.0, "p90": 2.0, "end": 3.0},
+    }

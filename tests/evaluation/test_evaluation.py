@@ -38,6 +38,45 @@ def test_a_result_is_evaluated_from_its_files(result: Path) -> None:
     assert evaluation.robot.position.mean == pytest.approx(0.5)
 
 
+@pytest.mark.parametrize("unit", [1, 10**3, 10**6])
+def test_stamps_of_the_truth_in_another_unit_are_told(result: Path, unit: int) -> None:
+    calendar = 1_600_000_000
+    with EstimateWriter(result) as writer:
+        writer.write(
+            Estimate(calendar * 10**9 + t, "door", "angle", 0.6, 0.1, 0.4, 0.8, True)
+            for t in (0, 10**9)
+        )
+    write_truth(result / "wrong.csv", [TrueState(calendar * unit, "door", "angle", 0.5)])
+    with pytest.raises(TruthError, match=f"given in .*write {calendar * 10**9}"):
+        evaluate(result, result / "wrong.csv")
+    for stamp in (0, 5, (calendar - 3600) * 10**9):  # true from before the log on
+        write_truth(result / "right.csv", [TrueState(stamp, "door", "angle", 0.5)])
+        assert evaluate(result, result / "right.csv").overall[0].updates is not None
+
+
+def test_of_a_clock_that_starts_at_zero_one_small_stamp_is_no_second(result: Path) -> None:
+    with EstimateWriter(result) as writer:
+        writer.write(
+            Estimate(t * 10**9, "door", "angle", 0.6, 0.1, 0.4, 0.8, True) for t in range(60)
+        )
+    write_truth(result / "some.csv", [TrueState(1, "door", "angle", 0.5)])
+    assert evaluate(result, result / "some.csv").overall[0].updates is not None
+    rows = [TrueState(1, "door", "angle", 0.5), TrueState(20, "door", "angle", 0.6)]
+    write_truth(result / "some.csv", rows)
+    with pytest.raises(TruthError, match="given in seconds"):
+        evaluate(result, result / "some.csv")
+
+
+def test_a_path_needs_no_truth_of_objects(result: Path) -> None:
+    evaluation = evaluate(result, path=result / "true.tum")
+    assert evaluation.objects == evaluation.overall == ()
+    assert evaluation.robot is not None
+    assert evaluation.robot.position.rms == pytest.approx(0.5)
+    (result / TRAJECTORY).unlink()
+    with pytest.raises(ResultError, match=r"holds no trajectory\.tum"):
+        evaluate(result, path=result / "true.tum")
+
+
 def test_without_a_path_the_robot_is_not_evaluated(result: Path) -> None:
     assert evaluate(result, result / "truth.csv").robot is None
 

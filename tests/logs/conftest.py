@@ -131,6 +131,18 @@ class Drive:
         ]
         return self.add(topic, kind, t, TYPES[kind](header=header(t, "map"), particles=particles))
 
+    def grid(self, t, percent, *, topic="/map", resolution=0.05, origin=(0.0, 0.0, 0.0)):
+        kind = "nav_msgs/msg/OccupancyGrid"
+        info = TYPES["nav_msgs/msg/MapMetaData"](
+            map_load_time=stamp(t),
+            resolution=resolution,
+            width=percent.shape[1],
+            height=percent.shape[0],
+            origin=pose(*origin),
+        )
+        message = TYPES[kind](header=header(t, "map"), info=info, data=percent.ravel())
+        return self.add(topic, kind, t, message)
+
     def straight(self, seconds: float = 3.0) -> Drive:
         """The robot drives along x at 1 m/s: odometry at 20 Hz, scans at 5 Hz."""
         self.tf(0.0, "base_link", "laser", (0.2, 0.0, 0.3))

@@ -1,6 +1,7 @@
 """What becomes of the messages of a drive: frames, odometry, beliefs, and what can't be used."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -18,6 +19,16 @@ def read(drive, tmp_path, **options):
 
 def of(kind, records):
     return [record for record in records if isinstance(record, kind)]
+
+
+@pytest.mark.parametrize("kind", ["mcap", "bag1", "bag2"])
+def test_the_share_read_grows_within_a_chunk(drive, tmp_path, kind):
+    drive.straight(40.0)
+    whole = {} if kind == "bag2" else {"chunk_size": 2**26}  # one chunk for all
+    log = open_log(getattr(drive, kind)(tmp_path / "drive.log", **whole))
+    shares = [log.share for _ in log]
+    assert shares == sorted(shares)
+    assert max(b - a for a, b in pairwise([0.0, *shares])) < 0.15
 
 
 def test_a_mounting_through_several_frames_and_leading_slashes(drive, tmp_path) -> None:

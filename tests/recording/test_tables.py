@@ -79,7 +79,7 @@ def test_truth_round_trips(
     tmp_path_factory: pytest.TempPathFactory, pairs: list[tuple[int, float]]
 ) -> None:
     path = tmp_path_factory.mktemp("truth") / "truth.csv"
-    rows = [TrueState(stamp, "door, left", "angle", value) for stamp, value in sorted(pairs)]
+    rows = [TrueState(stamp, "desk, left", "x", value) for stamp, value in sorted(pairs)]
     write_truth(path, rows)
     assert read_truth(path) == rows
 
@@ -94,6 +94,10 @@ def test_truth_round_trips(
         ("1,door,height,0", "must be one of"),
         ("1,door,angle,nan", "finite"),
         ("1,door,angle,0\n1,door,angle,1", "two values"),
+        ("1,door,angle,45", "whole turn.*degrees are meant, write 0.7854"),
+        ("1,desk,yaw,-90", "whole turn.*degrees are meant, write -1.571"),
+        ("1,door,offset,900", "millimetres are meant, write 0.9"),
+        ("1600000000.5,door,angle,0", "seconds are meant, write 1600000000500000000"),
     ],
 )
 def test_faulty_truth_names_line_and_cure(tmp_path: Path, line: str, message: str) -> None:
@@ -101,6 +105,12 @@ def test_faulty_truth_names_line_and_cure(tmp_path: Path, line: str, message: st
     path.write_text(f"stamp,object,coordinate,value\n{line}\n")
     with pytest.raises(TruthError, match=message):
         read_truth(path)
+
+
+def test_a_mark_of_the_byte_order_is_no_part_of_the_header(tmp_path: Path) -> None:
+    path = tmp_path / "truth.csv"
+    path.write_text("stamp,object,coordinate,value\n1,door,angle,0.5\n", encoding="utf-8-sig")
+    assert read_truth(path) == [TrueState(1, "door", "angle", 0.5)]
 
 
 def test_truth_that_is_no_truth_is_named(tmp_path: Path) -> None:

@@ -40,6 +40,14 @@ def test_scientific_notation_and_comments_are_read(tmp_path: Path) -> None:
     np.testing.assert_allclose(np.abs(back.poses), [[1, 2, np.pi]])
 
 
+@pytest.mark.parametrize("unit", ["000", "000000", "000000000"])
+def test_stamps_of_another_unit_are_told(tmp_path: Path, unit: str) -> None:
+    path = tmp_path / "path.tum"
+    path.write_text(f"1600000000{unit} 0 0 0 0 0 0 1\n")
+    with pytest.raises(TruthError, match="seconds are meant, write 1600000000,"):
+        read_tum(path)
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [

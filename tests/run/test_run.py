@@ -252,7 +252,7 @@ def test_a_robot_that_stays_lost_is_not_told_to_have_been_found(tmp_path: Path) 
         "{x: 0.0, y: 1.2}, {x: 1.5, y: 0.3}]"
     )
     warnings = lost_in_a_square(tmp_path, "", carried, RunOptions())
-    (where,) = [warning for warning in warnings if "was lost" in warning]
+    (where,) = [warning for warning in warnings if "was lost from" in warning]
     assert "to its end" in where
     assert "until it was found" not in where
 

@@ -147,7 +147,9 @@ def test_carmen_names_what_it_could_not_hold(scene: Path, tmp_path: Path) -> Non
     ("text", "message"),
     [
         ("seeed: 1\n", "'seed'"),
-        ("lasers: [{sigmma: 0.1}]\n", r"lasers\.0\.sigmma.*'sigma'"),
+        ("lasers: [{sigmma: 0.1}]\n", r"lasers\[0\]\.sigmma.*'sigma'"),
+        ("lasers: [{angle_min: -90, angle_max: 90}]\n", "whole turn.*write -1.571"),
+        ("route: {waypoints: [{x: 0, y: 0}], start_yaw: 90}\n", "start_yaw.*write 1.571"),
         ("lasers: [{frame: a}, {frame: a}]\n", "frame of its own"),
         ("lasers: [{rate: 20, time_increment: 0.01}]\n", "sweep"),
         ("people: [{speed: 1.0}]\n", "route or a region"),

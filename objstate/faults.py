@@ -1,0 +1,147 @@
+"""What is wrong with data from a file, in words of YAML, where pydantic has words of Python."""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from typing import Any, get_args
+
+from pydantic import BaseModel, ValidationError
+
+SHAPES = {  # what YAML calls the shapes that pydantic names by Python's types
+    "model_type": "must be a group of keys, as in 'key: value'",
+    "model_attributes_type": "must be a group of keys, as in 'key: value'",
+    "dict_type": "must be a group of keys, as in 'key: value'",
+    "tuple_type": "must be a list, as in '[first, second]'",
+    "list_type": "must be a list, as in '[first, second]'",
+    "missing": "is required",
+}
+NAMES_ABSENT_KEYS = ("missing", "extra_forbidden")
+LONGEST_VALUE = 40  # characters of a value that a message repeats
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One fault: where it is in the data, by which kinds of value it was taken there, and what it is."""
+
+    path: tuple[str | int, ...]  # keys and numbers of entries, as the data has them
+    kinds: tuple[tuple[int, str], ...]  # where a value may be of several: depth, and the kind tried
+    item: Mapping[str, Any]  # as pydantic tells it
+
+
+def faults(model: type[BaseModel], error: ValidationError, data: Any) -> list[str]:
+    """A sentence for each fault of ``data`` that is no ``model``, with its place.
+
+    Where a value may be of several kinds, those that it has the shape of are told of; if it has
+    that of none, what it may be is told once.
+    """
+    found = [_located(dict(item), data) for item in error.errors()]
+    return [_told(model, fault, others) for fault, others in _chosen(found)]
+
+
+def _located(item: dict[str, Any], data: Any) -> Fault:
+    """A fault by its place in the data, without the names of kinds that pydantic puts between."""
+    path: list[str | int] = []
+    kinds: list[tuple[int, str]] = []
+    here, last = data, len(item["loc"]) - 1
+    for number, part in enumerate(item["loc"]):
+        names_absent = number == last and item["type"] in NAMES_ABSENT_KEYS
+        if isinstance(here, Mapping) and (part in here or names_absent):
+            path.append(part)
+            here = here.get(part)
+        elif isinstance(part, int) and isinstance(here, Sequence) and part < len(here):
+            path.append(part)
+            here = here[part]
+        elif names_absent:
+            path.append(part)
+        else:
+            kinds.append((len(path), str(part)))
+    return Fault(tuple(path), tuple(kinds), item)
+
+
+def _chosen(found: Sequence[Fault]) -> Iterator[tuple[Fault, list[Fault]]]:
+    """Each fault to tell, with others of the same value, tried as other kinds, to tell with it."""
+    groups: dict[tuple[str | int, ...], list[Fault]] = defaultdict(list)
+    for fault in found:
+        depth = fault.kinds[0][0] if fault.kinds else len(fault.path)
+        groups[fault.path[:depth] if fault.kinds else (*fault.path, id(fault))].append(fault)
+    for place, tried in groups.items():
+        if not tried[0].kinds:
+            yield tried[0], []
+            continue
+        fitting = [fault for fault in tried if len(fault.path) > len(place)]
+        if fitting:  # of the right shape, and wrong within
+            yield from ((fault, []) for fault in fitting)
+        else:
+            yield tried[0], list(tried[1:])
+
+
+def _told(model: type[BaseModel], fault: Fault, others: Sequence[Fault]) -> str:
+    place = _place(fault.path)
+    if fault.item["type"] == "extra_forbidden":
+        known = _keys_at(model, fault.path[:-1])
+        near = get_close_matches(str(fault.path[-1]), known, n=1)
+        cure = f"did you mean '{near[0]}'?" if near else f"known are {', '.join(sorted(known))}"
+        return f"unknown key '{place}'; {cure}"
+    messages = [_message(each.item, repeat=not others) for each in (fault, *others)]
+    if others:
+        wanted = [
+            message.removeprefix("must be ").partition(", as in")[0]
+            for message in dict.fromkeys(messages)
+        ]
+        messages = [f"must be {' or '.join(wanted)}{_not_this(fault.item)}"]
+    return f"{place}: {messages[0]}" if place else messages[0]
+
+
+def _message(item: Mapping[str, Any], repeat: bool) -> str:
+    if item["type"] in SHAPES:
+        return SHAPES[item["type"]]
+    text = str(item["msg"]).removeprefix("Value error, ")
+    if not text.startswith("Input should"):
+        return text
+    text = re.sub(r"^Input should (be )?", r"must \1", text.partition(", ")[0])
+    text = text.replace("a valid integer", "a whole number").replace("a valid ", "a ")
+    if item["type"] == "literal_error":
+        text = f"must be {item['ctx']['expected']}"
+    return text + (_not_this(item) if repeat else "")
+
+
+def _not_this(item: Mapping[str, Any]) -> str:
+    """The value that was given instead, where it is short."""
+    value = item.get("input")
+    text = repr(value)
+    return (
+        f", not {text}"
+        if not isinstance(value, Mapping | list) and len(text) <= LONGEST_VALUE
+        else ""
+    )
+
+
+def _place(path: Sequence[str | int]) -> str:
+    """A path as ``objects[0].initial``."""
+    text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path)
+    return text.removeprefix(".")
+
+
+def _keys_at(model: type[BaseModel], path: Sequence[str | int]) -> list[str]:
+    """The keys that the group at ``path`` inside ``model`` knows."""
+    groups = [model]
+    for part in path:
+        fields = [
+            field
+            for group in groups
+            for name, field in group.model_fields.items()
+            if part in (name, field.alias)
+        ]
+        groups = [g for field in fields for g in _models_in(field.annotation)] or groups
+    return [f.alias or name for group in groups for name, f in group.model_fields.items()]
+
+
+def _models_in(annotation: Any) -> list[type[BaseModel]]:
+    """Every settings group that an annotation mentions, e.g. in ``list[Group] | None``."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [found for part in get_args(annotation) for found in _models_in(part)]

@@ -1,0 +1,100 @@
+"""What makes a run no success, and how its doubts are grouped."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from objstate.building import load_building
+from objstate.estimator import Estimator
+from objstate.run import RunOptions, estimate_log
+from objstate.run.doubts import doubts, failures, lost_share
+from objstate.run.drive import Drive
+
+ROOT = Path(__file__).resolve().parents[2]
+SECOND = 10**9
+
+
+def drive(seconds: float = 100.0) -> Drive:
+    gone = Drive(begin_ns=SECOND, end_ns=SECOND + round(seconds * SECOND), scans=5)
+    gone.stamps_ns.extend([SECOND])
+    gone.poses.extend([0.0, 0.0, 0.0])
+    return gone
+
+
+def estimator(*lost: tuple[float, float], is_lost: bool = False) -> Any:
+    """What of an estimator says when it was lost, in seconds of the drive."""
+    stretches = tuple(
+        (SECOND + round(since * SECOND), SECOND + round(found * SECOND)) for since, found in lost
+    )
+    return SimpleNamespace(
+        lost=stretches,
+        is_lost=is_lost,
+        building=load_building(ROOT / "models" / "office" / "office.urdf"),
+        scans_without_pose=0,
+        corrections=1,
+        hung_elsewhere={},
+    )
+
+
+ANYWHERE = RunOptions(global_start=True)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "believed", "options", "share", "message"),
+    [
+        (100, estimator(), RunOptions(), 0.0, None),
+        (100, estimator((10, 55)), RunOptions(), 0.45, None),
+        (100, estimator((0, 40), (50, 98)), RunOptions(), 0.88, "lost for 88 % of the log"),
+        (100, estimator((20, 100), is_lost=True), RunOptions(), 0.8, "lost for 80 %"),
+        (100, estimator((0, 60)), ANYWHERE, 0.0, None),
+        (100, estimator((0, 10), (20, 80)), ANYWHERE, 0.6, "lost for 60 %"),
+        (100, estimator((0, 100), is_lost=True), ANYWHERE, 1.0, "found nowhere"),
+        (0, estimator(), RunOptions(), 0.0, r"no length: .*\(5 scans\)"),
+    ],
+)
+def test_a_run_fails_by_the_time_that_it_is_lost(
+    seconds: float, believed: Estimator, options: RunOptions, share: float, message: str | None
+) -> None:
+    told = failures(drive(seconds), believed, options)
+    assert lost_share(drive(seconds), believed, options) == pytest.approx(share)
+    assert len(told) == (message is not None)
+    assert message is None or re.search(message, told[0])
+
+
+def test_many_stretches_are_one_warning(tmp_path: Path) -> None:
+    stretches = [(10 * k, 10 * k + 2) for k in range(1, 9)]
+    told: Sequence[str] = doubts(drive(), estimator(*stretches), RunOptions())
+    (lost,) = [warning for warning in told if "was lost" in warning]
+    assert "10.0 s to 12.0 s" in lost
+    assert "(8 times, 16 s)" in lost
+
+
+def test_doors_that_hang_elsewhere_are_one_warning() -> None:
+    believed = estimator()
+    believed.hung_elsewhere = {f"door_{k}": (0.1, 0.0) for k in range(4)}
+    (hung,) = [text for text in doubts(drive(), believed, RunOptions()) if "hung" in text]
+    assert hung.startswith("4 doors fit better hung elsewhere: 'door_0' 0.10 m east")
+
+
+def test_a_log_of_another_building_is_no_success(tmp_path: Path) -> None:
+    told = RunOptions(initial_pose=np.array([2.0, 0.0, 0.0]), end=40.0)
+    result = estimate_log(
+        [ROOT / "logs" / "corridor.mcap"],
+        ROOT / "models" / "hotel" / "hotel.urdf",
+        tmp_path / "out",
+        told,
+    )
+    assert result.warnings[0] == result.failures[0]
+    assert "is it a log of this building" in result.failures[0]
+    summary = json.loads((tmp_path / "out" / "run.json").read_text())
+    assert summary["success"] is False
+    assert summary["failures"] == list(result.failures)
+    assert summary["lost_share"] == result.lost_share > 0.5
