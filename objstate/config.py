@@ -321,6 +321,14 @@ class Settings(Strict):
     consistency: ConsistencySettings = ConsistencySettings()
     objects: tuple[ObjectRule, ...] = ()
 
+    def in_building(self, error: BuildingErrorSettings | None) -> Settings:
+        """The same settings with what a building says of its error, but for what was set explicitly."""
+        if error is None:
+            return self
+        own = self.building_error
+        explicit = {key: getattr(own, key) for key in own.model_fields_set}
+        return self.model_copy(update={"building_error": error.model_copy(update=explicit)})
+
     def with_inference(self, inference: Literal["joint", "marginal"] | None) -> Settings:
         """The same settings with another form of inference, where one is given."""
         if inference is None:

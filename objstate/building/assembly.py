@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 
@@ -12,6 +12,7 @@ import numpy as np
 
 from objstate.building.model import Building, Kind, Mesh, MovableObject
 from objstate.building.shapes import Shape
+from objstate.building.sidecar import read_sidecar
 from objstate.building.urdf import Description, Joint, Part, Refuse, read_description
 from objstate.errors import BuildingError
 from objstate.geometry import FloatArray
@@ -24,13 +25,15 @@ def load_building(path: str | Path) -> Building:
 
     The root link and what is fixed to it are the walls; each movable joint is an
     object, together with what is fixed below it. Raises BuildingError, with the
-    line and the cure, for anything that can't be understood.
+    line and the cure, for anything that can't be understood, and SettingsError for the file
+    beside it that says how far the building is off.
     """
 
     def refuse(error: BuildingError) -> None:
         raise error
 
-    return assemble(read_description(Path(path), refuse), refuse)
+    building = assemble(read_description(Path(path), refuse), refuse)
+    return replace(building, error=read_sidecar(Path(path)))
 
 
 def assemble(description: Description, refuse: Refuse) -> Building:

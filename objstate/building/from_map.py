@@ -12,6 +12,7 @@ from objstate.building.contours import border_loops, straighten
 from objstate.building.door_table import read_doors
 from objstate.building.model import Mesh
 from objstate.building.occupancy import OccupancyMap, read_map
+from objstate.building.sidecar import sidecar_of_map
 from objstate.building.speckle import without_pinholes, without_specks
 from objstate.building.swing import clear_leaves
 from objstate.building.writing import check_target, write_building
@@ -73,9 +74,9 @@ def building_from_map(
     polygons = [straighten(loop, tolerance, inset) for loop in border_loops(occupied)]
     walls = extrude([plan.to_building(polygon) for polygon in polygons], wall_height)
     tell(_balance(occupied, walls))
-    return write_building(
-        out, plan.name, walls, doors, leaf_thickness, min(door_height, wall_height)
-    )
+    sidecar = sidecar_of_map(plan.resolution)
+    height = min(door_height, wall_height)
+    return write_building(out, plan.name, walls, doors, leaf_thickness, height, sidecar)
 
 
 def _inset(surface: str) -> float:

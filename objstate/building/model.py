@@ -16,6 +16,7 @@ from objstate.lazy import lazy
 
 if TYPE_CHECKING:
     from objstate.building.symmetry import Symmetry
+    from objstate.config import BuildingErrorSettings
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,6 +148,7 @@ class Building:
     walls: Mesh = field(repr=False)
     objects: Mapping[str, MovableObject]
     source: Path | None = None
+    error: BuildingErrorSettings | None = None  # how far it is off; None where nobody says
 
     @property
     def symmetries(self) -> dict[str, int]:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from objstate.building.door_table import Door
 from objstate.building.model import Mesh
+from objstate.building.sidecar import SUFFIX
 from objstate.errors import BuildingError
 from objstate.geometry import FloatArray
 
@@ -28,18 +29,27 @@ def check_target(out: Path, overwrite: bool) -> None:
 
 
 def _is_replaceable(folder: Path) -> bool:
-    """Whether a folder is empty, or holds one URDF and its walls."""
+    """Whether a folder is empty, or holds one URDF, its walls, and perhaps its sidecar."""
     files = list(folder.iterdir())
     if not files:
         return True
     models = [path for path in files if path.suffix == ".urdf"]
-    return len(files) == 2 and len(models) == 1 and (folder / WALLS_FILE) in files
+    if len(models) != 1:
+        return False
+    known = {models[0], folder / WALLS_FILE, models[0].with_name(models[0].stem + SUFFIX)}
+    return folder / WALLS_FILE in files and set(files) <= known
 
 
 def write_building(
-    out: Path, name: str, walls: Mesh, doors: list[Door], thickness: float, height: float
+    out: Path,
+    name: str,
+    walls: Mesh,
+    doors: list[Door],
+    thickness: float,
+    height: float,
+    sidecar: str,
 ) -> Path:
-    """Write ``name``.urdf with its walls to the folder ``out``, whole or not at all.
+    """Write ``name``.urdf with its walls and its sidecar to the folder ``out``, whole or not at all.
 
     The doors' leaves are boxes of ``thickness`` and ``height``, m. What ``out`` held
     is replaced; ask ``check_target`` before. Raises BuildingError if it can't be written.
@@ -55,6 +65,7 @@ def write_building(
             made, former = Path(scratch, "new"), Path(scratch, "former")
             made.mkdir()
             (made / f"{name}.urdf").write_text(urdf, encoding="utf-8")
+            (made / f"{name}{SUFFIX}").write_text(sidecar, encoding="utf-8")
             shape.export(made / WALLS_FILE)
             _replace(out, made, former)
     except OSError as error:

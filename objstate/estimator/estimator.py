@@ -90,7 +90,7 @@ class Estimator:
         beliefs: Mapping[str, ObjectBelief] | None = None,
     ) -> None:
         self.building = building
-        self.settings = settings or Settings()
+        self.settings = (settings or Settings()).in_building(building.error)
         self.warnings: list[str] = []
         self.scans_without_pose = 0
         self.corrections = 0  # scans that localized the robot

@@ -22,7 +22,7 @@ from objstate.evaluation.summary import StateErrors, summarize_states, unit_of
 from objstate.evaluation.symmetry import read_symmetry
 from objstate.order import natural_key
 from objstate.recording.tables import check_truth_times, read_estimates, read_truth
-from objstate.recording.tum import TRAJECTORY, read_path, read_tum
+from objstate.recording.tum import read_path, read_tum
 from objstate.records import TrueState
 
 if TYPE_CHECKING:

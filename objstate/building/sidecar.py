@@ -1,0 +1,41 @@
+"""What a URDF has no words for: how far the building is off its model, in a YAML file beside it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import yaml
+
+from objstate.config import BuildingErrorSettings, Strict, load_yaml, parse_strict
+
+SUFFIX = ".building.yaml"
+ROUGHNESS = 0.6  # of a map's cell, by which walls made of it are off
+
+
+class Sidecar(Strict):
+    """The content of such a file."""
+
+    building_error: BuildingErrorSettings = BuildingErrorSettings()
+
+
+def read_sidecar(urdf: Path) -> BuildingErrorSettings | None:
+    """How far a building is off, by the file beside its URDF; None where there is none.
+
+    Raises SettingsError for one that can't be understood.
+    """
+    path = urdf.with_name(urdf.stem + SUFFIX)
+    if not path.is_file():
+        return None
+    return parse_strict(Sidecar, load_yaml(path), str(path)).building_error
+
+
+def sidecar_of_map(resolution: float) -> str:
+    """The file for a building that was made of a map with cells of a size, m, and a table of doors."""
+    error = {
+        "wall_std_m": round(ROUGHNESS * resolution, 4),
+        "hinge_std_m": 0.05,  # read off the map by eye
+        "bearing_std_deg": 1.0,  # likewise, to a degree
+        "robot_length_m": 2.0,  # maps are bent over metres
+    }
+    head = "# How far walls, hinges and lasers may be off; standard deviations.\n"
+    return head + yaml.safe_dump({"building_error": error}, sort_keys=False)
