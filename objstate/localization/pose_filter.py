@@ -53,8 +53,8 @@ class Vantage(NamedTuple):
     origins: FloatArray  # (n, 2) m
     directions: FloatArray  # (n, 2) unit vectors
     covariance: FloatArray  # (3, 3) of the pose that the beams leave from
-    variance: float  # m^2 of a range, of beams that err by themselves
-    independence: float = 1.0  # exponent on the likelihood of a scan, as scans err together
+    variance: float  # m^2 of a range
+    independence: float = 1.0  # exponent on the likelihood of a beam, as errors go together
 
     @staticmethod
     def of(robot: PoseBelief, scan: Scan, variance: float) -> Vantage:
@@ -168,9 +168,8 @@ class PoseFilter:
         moved[:, first + 2] = y, -x, 1.0
         covariance = moved @ self._covariance @ moved.T
         place = self._mean[:2].copy()
-        by_scan, by_beam = self.independence(scan.laser)
-        variance = self.noise_variance(scan.laser) / by_beam
-        return Vantage(place, origins, directions, covariance, variance, by_scan)
+        noise = self.noise_variance(scan.laser), self.independence(scan.laser)
+        return Vantage(place, origins, directions, covariance, *noise)
 
     def noise_variance(self, laser: str) -> float:
         """m^2 of a laser's ranges, by those seen so far."""
@@ -179,8 +178,8 @@ class PoseFilter:
         variance = (FIRST_BEAMS * first + squares) / (FIRST_BEAMS + count)
         return float(min(variance, NOISIEST**2 * first))
 
-    def independence(self, laser: str) -> tuple[float, float]:
-        """How many independent errors there are for each scan and for each beam of a laser.
+    def independence(self, laser: str) -> float:
+        """How many independent errors there are for each beam of a laser, as far as can be told.
 
         Errors of a beam and of the same beam of the scan before, or of its neighbour, go together
         where walls are rough, or the model has them smoother than they are. If they are chains with
@@ -189,8 +188,7 @@ class PoseFilter:
         products, squares = self._sums(laser)[2::2], self._sums(laser)[3::2]
         together = (products + FIRST_TOGETHER * FIRST_BEAMS) / (squares + FIRST_BEAMS)
         together = np.clip(together, 0.0, MOST_TOGETHER)
-        by_scan, by_beam = ((1.0 - together) / (1.0 + together)).tolist()
-        return by_scan, by_beam
+        return float(np.prod((1.0 - together) / (1.0 + together)))
 
     def _sums(self, laser: str) -> FloatArray:
         return self._noise.get(laser, np.zeros(6))
@@ -247,7 +245,7 @@ class PoseFilter:
                 STANDING,
                 self.noise_variance(scan.laser),
                 self.wall_std**2,
-                math.prod(self.independence(scan.laser)),
+                self.independence(scan.laser),
                 information,
                 gradient,
                 sums,

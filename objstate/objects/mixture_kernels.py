@@ -57,7 +57,7 @@ class Noise(NamedTuple):
     run: float  # probability that the next beam fares as the one before
     decay: float  # 1/m, of unexpected things with their distance
     run_std: float  # m by which ranges to one unexpected thing differ from beam to beam
-    independence: float  # exponent on the likelihood of a scan, as scans err together
+    independence: float  # exponent on the likelihood of a beam, as their errors go together
     edge: float  # share of beams beside an edge that the surface next to it stops
 
 
