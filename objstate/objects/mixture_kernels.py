@@ -24,6 +24,7 @@ STATE = 3
 GRAZING = 0.12  # cosine of incidence below which a range says nothing of where a surface stands
 GRAZED_STD = 0.01  # m by which a surface is rough, seen at a grazing incidence
 STEP = 0.05  # m between ranges of neighbouring beams, from which they meet different surfaces
+LEAST_SHARE = 1e-6  # probability of a hit, below which a beam tells nothing of the object
 MOST_LOOKS = 3  # linearizations before the one that the evidence is told by, where errors are wide
 WIDE = 4.0  # times the variance of a range: errors from which one is enough are below
 REACHED = 4.0  # deviations by which a range may fall short of an object that the beam reaches
@@ -70,22 +71,23 @@ class Shape(NamedTuple):
     slide: FloatArray  # (2,) m that it moves in the building
 
 
-@_inner
-def _cast(
-    beams: Beams,
-    shape: Shape,
-    placement: FloatArray,
-    x: FloatArray,
-    expected: FloatArray,
-    side: IntArray,
-    origins: FloatArray,
-    directions: FloatArray,
-) -> Any:
-    """Ranges ``expected`` (n,) with the object where a component's errors (6,) put it; where it stands.
+class Work(NamedTuple):
+    """Arrays that a linearization fills; made once for all components."""
 
-    ``side`` (n,) is the segment that is met, -1 for the background. Beams start at ``origins`` (n, 2) then, with
-    ``directions`` (n, 2).
-    """
+    expected: FloatArray  # (n,) m
+    side: IntArray  # (n,) the segment that is met, -1 for the background
+    origins: FloatArray  # (n, 2) m of the beams
+    directions: FloatArray  # (n, 2)
+    row: FloatArray  # (6,) how one range changes with the errors
+    gradient: FloatArray  # (6,) of the log-likelihood
+    information: FloatArray  # (6, 6) Gauss-Newton's
+    matrix: FloatArray  # (6, 6)
+    right: FloatArray  # (6, 6)
+
+
+@_inner
+def _cast(beams: Beams, shape: Shape, placement: FloatArray, x: FloatArray, work: Work) -> Any:
+    """What beams meet, with the object where a component's errors (6,) put it; where it stands."""
     cos, sin = math.cos(x[2]), math.sin(x[2])
     turned = placement[2] + shape.turn * x[STATE]
     cos_turned, sin_turned = math.cos(turned), math.sin(turned)
@@ -97,18 +99,17 @@ def _cast(
         dy = sin * beams.directions[i, 0] + cos * beams.directions[i, 1]
         begin_x = beams.place[0] + x[0] + cos * off_x - sin * off_y
         begin_y = beams.place[1] + x[1] + sin * off_x + cos * off_y
-        origins[i, 0], origins[i, 1], directions[i, 0], directions[i, 1] = begin_x, begin_y, dx, dy
+        work.origins[i, 0], work.origins[i, 1] = begin_x, begin_y
+        work.directions[i, 0], work.directions[i, 1] = dx, dy
         off_x, off_y = begin_x - east, begin_y - north
-        own_x, own_y = (
-            cos_turned * off_x + sin_turned * off_y,
-            cos_turned * off_y - sin_turned * off_x,
-        )
+        own_x = cos_turned * off_x + sin_turned * off_y
+        own_y = cos_turned * off_y - sin_turned * off_x
         own_dx, own_dy = cos_turned * dx + sin_turned * dy, cos_turned * dy - sin_turned * dx
-        expected[i], side[i] = beams.background[i], -1
+        work.expected[i], work.side[i] = beams.background[i], -1
         for k in range(shape.segments.shape[0]):
             distance = met(own_x, own_y, own_dx, own_dy, shape.segments[k], shape.normals[k])
-            if distance < expected[i]:
-                expected[i], side[i] = distance, k
+            if distance < work.expected[i]:
+                work.expected[i], work.side[i] = distance, k
     return cos_turned, sin_turned, east, north
 
 
@@ -122,36 +123,22 @@ def _beside_edge(beams: Beams, expected: FloatArray, noise: Noise, i: int) -> An
     """Density of a range by the surfaces that the neighbours of a beam meet, where those lie elsewhere."""
     total = 0.0
     for j in (i - 1, i + 1):
-        if (
-            0 <= j < expected.shape[0]
-            and expected[j] < np.inf
-            and abs(expected[j] - expected[i]) > STEP
-        ):
+        if 0 <= j < expected.shape[0] and abs(expected[j] - expected[i]) > STEP:
             variance = noise.variance + FOOTPRINT * FOOTPRINT + beams.blur[j]
             total += noise.edge * noise.hit * _bell(beams.measured[i] - expected[j], variance)
     return total
 
 
 @_inner
-def _row(
-    beams: Beams,
-    shape: Shape,
-    x: FloatArray,
-    i: int,
-    side: int,
-    expected: float,
-    origins: FloatArray,
-    directions: FloatArray,
-    placed: Any,
-    row: FloatArray,
-) -> Any:
-    """How a range changes with each of the errors, ``row`` (6,); the cosine at which the beam meets the surface."""
+def _row(beams: Beams, shape: Shape, x: FloatArray, i: int, placed: Any, work: Work) -> Any:
+    """How a range changes with each of the errors; the cosine at which the beam meets the surface."""
     cos, sin, east, north = placed
+    side, dx, dy = work.side[i], work.directions[i, 0], work.directions[i, 1]
     nx = cos * shape.normals[side, 0] - sin * shape.normals[side, 1]
     ny = sin * shape.normals[side, 0] + cos * shape.normals[side, 1]
-    cosine = nx * directions[i, 0] + ny * directions[i, 1]
-    met_x = origins[i, 0] + expected * directions[i, 0]
-    met_y = origins[i, 1] + expected * directions[i, 1]
+    cosine, row = nx * dx + ny * dy, work.row
+    met_x = work.origins[i, 0] + work.expected[i] * dx
+    met_y = work.origins[i, 1] + work.expected[i] * dy
     about_x, about_y = met_x - beams.place[0] - x[0], met_y - beams.place[1] - x[1]
     row[0], row[1] = -nx / cosine, -ny / cosine
     row[2] = (nx * about_y - ny * about_x) / cosine
@@ -171,88 +158,90 @@ def _quadratic(matrix: FloatArray, row: FloatArray) -> Any:
 
 
 @_inner
-def _linearized(
+def _variance(
+    noise: Noise, blur: float, is_met: bool, cosine: float, spread: FloatArray, row: FloatArray
+) -> Any:
+    """m^2 of a range to the object, or else to the background, with errors of a covariance ``spread`` (6, 6)."""
+    if not is_met:
+        return noise.variance + blur
+    if abs(cosine) < GRAZING:
+        return noise.variance + (GRAZED_STD / max(abs(cosine), GRAZED_STD)) ** 2
+    return noise.variance + _quadratic(spread, row)
+
+
+@_inner
+def _fared(
+    beams: Beams, noise: Noise, expected: FloatArray, i: int, variance: float, before: Any
+) -> Any:
+    """Densities of a range that hits what is expected, is free of anything unexpected, and is stopped by that.
+
+    Whether something unexpected stops a beam is a hidden Markov chain along the scan; ``before`` are the
+    probabilities that the beam before was free and was stopped.
+    """
+    measured, stays = beams.measured[i], noise.run if i > 0 else 0.0
+    reaches = stays * before[0] + (1.0 - stays) * (1.0 - noise.unexpected)
+    goes_on, begins = stays * before[1], (1.0 - stays) * noise.unexpected
+    if measured == np.inf:
+        missed = noise.missing + (noise.hit if expected[i] >= noise.range_max else 0.0)
+        return 0.0, reaches * missed, (goes_on + begins) * noise.missing
+    hit = 0.0
+    if expected[i] < np.inf:
+        hit = reaches * noise.hit * _bell(measured - expected[i], variance)
+    free = hit + reaches * (_beside_edge(beams, expected, noise, i) + noise.random)
+    stopped = (goes_on + begins) * noise.random
+    if measured < expected[i]:
+        stopped += begins * noise.decay * math.exp(-noise.decay * measured)
+        if i > 0 and beams.measured[i - 1] < np.inf:
+            off = measured - beams.measured[i - 1]
+            stopped += goes_on * _bell(off, noise.run_std * noise.run_std)
+    return hit, free, stopped
+
+
+@_inner
+def _linearize(
     beams: Beams,
     shape: Shape,
     noise: Noise,
     placement: FloatArray,
     x: FloatArray,
-    covariance: FloatArray,
-    is_first: bool,
-    gradient: FloatArray,
-    information: FloatArray,
-    expected: FloatArray,
-    side: IntArray,
-    origins: FloatArray,
-    directions: FloatArray,
-    row: FloatArray,
+    spread: FloatArray,
+    work: Work,
 ) -> Any:
-    """Log-likelihood of a scan at errors (6,), its ``gradient`` (6,) and Gauss-Newton ``information`` (6, 6).
+    """Log-likelihood of a scan at errors (6,), whose gradient and information ``work`` takes; how many beams reach it.
 
-    Whether something unexpected stops a beam is a hidden Markov chain along the scan, summed over
-    by the forward recursion. What a beam says counts by the probability that it hit. A ``first``
-    look reckons with errors of a ``covariance`` in telling hits from others. Also how many beams
-    reach the object.
+    The chain of unexpected things is summed over by the forward recursion. What a beam says counts by the
+    probability that it hit. Errors of a covariance ``spread`` (6, 6) are reckoned with in telling hits from others.
     """
-    placed = _cast(beams, shape, placement, x, expected, side, origins, directions)
+    placed = _cast(beams, shape, placement, x, work)
+    gradient, information, row = work.gradient, work.information, work.row
     for a in range(ERRORS):
         gradient[a] = 0.0
         for b in range(ERRORS):
             information[a, b] = 0.0
-    total, was_free, was_stopped, reach = 0.0, 1.0, 0.0, 0
-    for i in range(expected.shape[0]):
-        measured, tells = beams.measured[i], False
-        if side[i] >= 0:
-            cosine = _row(
-                beams, shape, x, i, side[i], expected[i], origins, directions, placed, row
-            )
-            variance, tells = noise.variance, abs(cosine) >= GRAZING
-            if not tells:
-                variance += (GRAZED_STD / max(abs(cosine), GRAZED_STD)) ** 2
-            elif is_first:
-                variance += _quadratic(covariance, row)
-            reach += measured > expected[i] - REACHED * math.sqrt(variance)
-        else:
-            variance = noise.variance + beams.blur[i]
-        free, goes_on, begins = 1.0 - noise.unexpected, 0.0, noise.unexpected
-        if i > 0:
-            free = noise.run * was_free + (1.0 - noise.run) * (1.0 - noise.unexpected)
-            goes_on, begins = noise.run * was_stopped, (1.0 - noise.run) * noise.unexpected
-        hit = 0.0
-        if measured == np.inf:
-            missed = noise.missing + (noise.hit if expected[i] >= noise.range_max else 0.0)
-            free *= missed
-            stopped = (goes_on + begins) * noise.missing
-        else:
-            if expected[i] < np.inf:
-                hit = free * noise.hit * _bell(measured - expected[i], variance)
-            free = hit + free * (_beside_edge(beams, expected, noise, i) + noise.random)
-            stopped = (goes_on + begins) * noise.random
-            if measured < expected[i]:
-                stopped += begins * noise.decay * math.exp(-noise.decay * measured)
-                if i > 0 and beams.measured[i - 1] < np.inf:
-                    off = measured - beams.measured[i - 1]
-                    stopped += goes_on * _bell(off, noise.run_std * noise.run_std)
+    total, reach, fared, cosine = 0.0, 0, (1.0, 0.0), 1.0
+    for i in range(work.expected.shape[0]):
+        is_met = work.side[i] >= 0
+        if is_met:
+            cosine = _row(beams, shape, x, i, placed, work)
+        variance = _variance(noise, beams.blur[i], is_met, cosine, spread, row)
+        off = beams.measured[i] - work.expected[i]
+        reach += is_met and off > -REACHED * math.sqrt(variance)
+        hit, free, stopped = _fared(beams, noise, work.expected, i, variance, fared)
         density = free + stopped
+        fared = (free / density, stopped / density)
         total += noise.independence * math.log(density)
-        was_free, was_stopped = free / density, stopped / density
-        share = hit / density
-        if tells and share > 1e-6:
-            weight = noise.independence * share / noise.variance
-            off = measured - expected[i]
+        if is_met and abs(cosine) >= GRAZING and hit > LEAST_SHARE * density:
+            weight = noise.independence * hit / density / noise.variance
             for a in range(ERRORS):
                 gradient[a] += weight * off * row[a]
-                for b in range(a + 1):
+                for b in range(ERRORS):
                     information[a, b] += weight * row[a] * row[b]
-    for a in range(ERRORS):
-        for b in range(a):
-            information[b, a] = information[a, b]
     return total, reach
 
 
 @_inner
-def _solve(matrix: FloatArray, right: FloatArray, columns: int) -> Any:
-    """``right`` (6, m) becomes matrix^-1 right, column by column; the log of |determinant|. The matrix is overwritten."""
+def _solve(matrix: FloatArray, right: FloatArray) -> Any:
+    """``right`` (6, m) becomes matrix^-1 right; the log of |determinant|. The matrix is overwritten."""
     log_determinant = 0.0
     for k in range(ERRORS):
         pivot = k
@@ -262,17 +251,17 @@ def _solve(matrix: FloatArray, right: FloatArray, columns: int) -> Any:
         if pivot != k:
             for j in range(ERRORS):
                 matrix[k, j], matrix[pivot, j] = matrix[pivot, j], matrix[k, j]
-            for j in range(columns):
+            for j in range(right.shape[1]):
                 right[k, j], right[pivot, j] = right[pivot, j], right[k, j]
         log_determinant += math.log(abs(matrix[k, k]))
         for i in range(k + 1, ERRORS):
             factor = matrix[i, k] / matrix[k, k]
             for j in range(k + 1, ERRORS):
                 matrix[i, j] -= factor * matrix[k, j]
-            for j in range(columns):
+            for j in range(right.shape[1]):
                 right[i, j] -= factor * right[k, j]
     for k in range(ERRORS - 1, -1, -1):
-        for j in range(columns):
+        for j in range(right.shape[1]):
             value = right[k, j]
             for i in range(k + 1, ERRORS):
                 value -= matrix[k, i] * right[i, j]
@@ -281,17 +270,55 @@ def _solve(matrix: FloatArray, right: FloatArray, columns: int) -> Any:
 
 
 @_inner
-def _one_plus(covariance: FloatArray, information: FloatArray, flip: bool, out: FloatArray) -> None:
-    """``out`` (6, 6) = 1 + covariance information, or its transpose."""
+def _posterior(prior: FloatArray, work: Work) -> Any:
+    """The covariance (6, 6) after the information, as ``work.right``; the log-determinant of 1 + prior information."""
     for a in range(ERRORS):
         for b in range(ERRORS):
             value = 1.0 if a == b else 0.0
             for k in range(ERRORS):
-                value += covariance[a, k] * information[k, b]
-            if flip:
-                out[b, a] = value
-            else:
-                out[a, b] = value
+                value += prior[a, k] * work.information[k, b]
+            work.matrix[a, b], work.right[a, b] = value, prior[a, b]
+    return _solve(work.matrix, work.right)
+
+
+@_inner
+def _step(mean: FloatArray, prior: FloatArray, x: FloatArray, pull: FloatArray, work: Work) -> None:
+    """Move the errors ``x`` (6,) to the mode of the linearized posterior, mean + prior pull.
+
+    That is the posterior covariance, ``work.right``, times the gradient about the prior mean; as
+    it is symmetric, the pull is what remains of that gradient once the information has been met.
+    """
+    for a in range(ERRORS):
+        pull[a] = work.gradient[a]
+        for b in range(ERRORS):
+            pull[a] += work.information[a, b] * (x[b] - mean[b])
+    for a in range(ERRORS):
+        x[a] = mean[a]
+        for b in range(ERRORS):
+            x[a] += work.right[a, b] * pull[b]
+    for a in range(ERRORS):
+        for b in range(ERRORS):
+            pull[a] -= work.information[a, b] * (x[b] - mean[b])
+
+
+@_inner
+def _settle(
+    mean: FloatArray, prior: FloatArray, x: FloatArray, pull: FloatArray, work: Work
+) -> Any:
+    """Let mean and prior be those after the scan, linearized at x = mean + prior pull; what that adds to the evidence."""
+    log_determinant, gained, spent = _posterior(prior, work), 0.0, 0.0
+    for a in range(ERRORS):
+        spent += pull[a] * (x[a] - mean[a])
+    for a in range(ERRORS):
+        step = 0.0
+        for b in range(ERRORS):
+            step += work.right[a, b] * (work.gradient[b] - pull[b])
+        gained += (work.gradient[a] - pull[a]) * step
+        mean[a] = x[a] + step
+    for a in range(ERRORS):
+        for b in range(ERRORS):
+            prior[a, b] = 0.5 * (work.right[a, b] + work.right[b, a])
+    return 0.5 * (gained - spent - log_determinant)
 
 
 @_compile
@@ -306,99 +333,45 @@ def condition(
 ) -> Any:
     """Bayes' rule in every component: ``means`` (c, 6) and ``covariances`` (c, 6, 6) become the posterior's.
 
-    ``log_evidence`` (c,) is log p(scan | component), by Laplace's approximation about the mean after a first
-    Gauss-Newton step. Also the largest number of beams that reach the object in a component.
+    ``log_evidence`` (c,) is log p(scan | component), by Laplace's approximation about the mean after one or,
+    where errors are wide, ``MOST_LOOKS`` Gauss-Newton steps. Also the largest number of beams that reach the object in a component.
     """
     count, most = beams.measured.shape[0], 0
-    expected, side = np.empty(count), np.empty(count, dtype=np.int64)
-    origins, directions = np.empty((count, 2)), np.empty((count, 2))
-    row, gradient, information = np.zeros(ERRORS), np.empty(ERRORS), np.empty((ERRORS, ERRORS))
-    matrix, right = np.empty((ERRORS, ERRORS)), np.empty((ERRORS, ERRORS + 1))
-    spread = np.empty((ERRORS, ERRORS))
-    x, pull, lifted = np.empty(ERRORS), np.zeros(ERRORS), np.empty(ERRORS)
+    work = Work(
+        np.empty(count),
+        np.empty(count, dtype=np.int64),
+        np.empty((count, 2)),
+        np.empty((count, 2)),
+        np.zeros(ERRORS),
+        np.empty(ERRORS),
+        np.empty((ERRORS, ERRORS)),
+        np.empty((ERRORS, ERRORS)),
+        np.empty((ERRORS, ERRORS)),
+    )
+    x, pull, spread = np.empty(ERRORS), np.zeros(ERRORS), np.empty((ERRORS, ERRORS))
     for c in range(placements.shape[0]):
-        prior = covariances[c]
-        width = 0.0
+        mean, prior, wide = means[c], covariances[c], 0.0
         for a in range(ERRORS):
-            x[a] = means[c, a]
-            width += prior[a, a] if a not in (2, STATE) else 0.0
+            x[a] = mean[a]
+            wide += prior[a, a] if a not in (2, STATE) else 0.0
             for b in range(ERRORS):
                 spread[a, b] = prior[a, b]
-        for look in range(MOST_LOOKS):
-            _linearized(
-                beams,
-                shape,
-                noise,
-                placements[c],
-                x,
-                spread,
-                True,
-                gradient,
-                information,
-                expected,
-                side,
-                origins,
-                directions,
-                row,
-            )
-            # from x = mean + prior pull to the mode of the linearized posterior
-            for a in range(ERRORS):
-                right[a, 0] = gradient[a]
-                for b in range(ERRORS):
-                    right[a, 0] += information[a, b] * (x[b] - means[c, b])
-            _one_plus(prior, information, True, matrix)
-            _solve(matrix, right, 1)
-            for a in range(ERRORS):
-                pull[a], lifted[a] = right[a, 0], 0.0
-            for a in range(ERRORS):
-                for b in range(ERRORS):
-                    lifted[a] += prior[a, b] * pull[b]
-            for a in range(ERRORS):
-                x[a] = means[c, a] + lifted[a]
-            if look + 1 == MOST_LOOKS or width < WIDE * noise.variance:
-                break
-            _one_plus(prior, information, False, matrix)
-            for a in range(ERRORS):
-                for b in range(ERRORS):
-                    right[a, b] = prior[a, b]
-            _solve(matrix, right, ERRORS)
-            for a in range(ERRORS):
-                for b in range(ERRORS):
-                    spread[a, b] = right[a, b]
-        total, reach = _linearized(
-            beams,
-            shape,
-            noise,
-            placements[c],
-            x,
-            prior,
-            False,
-            gradient,
-            information,
-            expected,
-            side,
-            origins,
-            directions,
-            row,
-        )
+        looks = 1 if wide < WIDE * noise.variance else MOST_LOOKS
+        total, reach = 0.0, 0
+        for look in range(looks + 1):
+            if look == looks:  # the evidence is told without reckoning with errors a second time
+                for a in range(ERRORS):
+                    for b in range(ERRORS):
+                        spread[a, b] = 0.0
+            total, reach = _linearize(beams, shape, noise, placements[c], x, spread, work)
+            if look < looks:
+                _posterior(prior, work)
+                _step(mean, prior, x, pull, work)
+                for a in range(ERRORS):
+                    for b in range(ERRORS):
+                        spread[a, b] = work.right[a, b]
         most = max(most, reach)
-        _one_plus(prior, information, False, matrix)
-        for a in range(ERRORS):
-            for b in range(ERRORS):
-                right[a, b] = prior[a, b]
-        log_determinant = _solve(matrix, right, ERRORS)
-        gained, spent = 0.0, 0.0
-        for a in range(ERRORS):
-            step = 0.0
-            for b in range(ERRORS):
-                step += right[a, b] * (gradient[b] - pull[b])
-            gained += (gradient[a] - pull[a]) * step
-            spent += pull[a] * lifted[a]
-            means[c, a] = x[a] + step
-        for a in range(ERRORS):
-            for b in range(ERRORS):
-                prior[a, b] = 0.5 * (right[a, b] + right[b, a])
-        log_evidence[c] = total + 0.5 * (gained - spent - log_determinant)
+        log_evidence[c] = total + _settle(mean, prior, x, pull, work)
     return most
 
 
