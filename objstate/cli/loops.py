@@ -1,7 +1,7 @@
 """The loops that runs need, compiled part by part: ``python -m objstate.cli.loops PART OF PARTS``.
 
 Signatures are those that a run calls them with: b, i and f for truth values, integers and
-floats, with the number of axes where they are arrays, and m for ``Moves``.
+floats, with the number of axes where they are arrays, and the names of records.
 """
 
 from __future__ import annotations
@@ -10,16 +10,21 @@ import gc
 import os
 import sys
 import threading
+from functools import cache
 from itertools import chain
 from typing import Any
 
+import numpy as np
+
 from objstate.estimator import kernels as sight
 from objstate.localization import kernels as robot
+from objstate.localization import pose_kernels as pose
 from objstate.localization import search_kernels as search
 from objstate.objects import kernels as lattice
+from objstate.objects import mixture_kernels as mixture
 from objstate.objects import sampling as furniture
 from objstate.particles import kernels as particles
-from objstate.sensing import front_to_back, likelihood, projection
+from objstate.sensing import front_to_back, likelihood, projection, surface_kernels
 from objstate.sensing import kernels as scans
 
 Part = tuple[tuple[Any, str], ...]  # loops and their signatures
@@ -29,9 +34,15 @@ EVERY_RUN = 4  # parts that every run needs; the others are furniture's
 PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the projection
     (
         (likelihood.object_log_likelihood, "f2 f2 f2 b1 i1 f2 i f2 i1 f2 f1 i1 f1 f1 f f f2 b1"),
+        (mixture.pooled, "f1 f2 f3"),
+        (mixture.renew_robot, "f2 f3 f f2"),
+        (mixture.join, "f1 f1 f2 f1 f2 f3"),
         (front_to_back.cast, "f2 f2 i1 f2 f1 i1 f1 f1 b1 i1 f2 i1 f1 f1 f1 f2"),
     ),
     (
+        (mixture.condition, "beams shape noise f2 f2 f3 f1"),
+        (mixture.read_off, "f1 f1 f1 f f b f1"),
+        (surface_kernels.meet, "f2 f2 i1 f2 f2 f1 i1"),
         (scans.take, "b1 i1 f2 i1 f1 f1"),
         (scans.stand, "f2 f2"),
         (scans.hinged, "f f f f f2 f2"),
@@ -49,6 +60,7 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
         (lattice.settle, "f2 f1 f f b f f f1"),
         (lattice.widen, "f1 f i f f f b f f1"),
         (lattice.moments, "f1 f f b"),
+        (lattice.interval, "f1 f f f"),
         (lattice.handed_on, "f2 f1 f i1"),
     ),
     (
@@ -61,6 +73,10 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
     (
         (search.scores, "f2 i2 f1 f f2 f2 f2 i1 f2 f1 f f1 f"),
         (search.scores_all_round, "f2 f1 i2 f1 f f2 f2 f2 i1 f2 f1 f f1 f"),
+        (pose.rows, "f2 i1 f1 f2 f2 f1 f1 f2"),
+        (pose.gather, "b1 f1 f1 f1 f2 i2 f1 f1 f2 f f f f f f f f2 f1 f1 f1"),
+        (pose.surely_met, "b1 f1 f1 i1 f2 f1 f f"),
+        (pose.agreement, "f1 f1 f1"),
         (robot.moments, "f2 f1 f1 f2"),
         (robot.moved, "f2 f f f f f f2 f2"),
         (robot.cells, "f2 f1"),
@@ -82,9 +98,9 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
         (furniture.take_in, "f2 f1 i f2 f1 f f f f2 f1"),
         (furniture.offsets, "f2 f1 i f1 f2"),
         (furniture.lie_on, "f2 f2 f2 f b2"),
-        (furniture.densities, "f2 f1 m f1"),
-        (furniture.pool, "f2 f1 i f1 f1 m f f1"),
-        (furniture.send_out, "f2 f2 f1 m f1 f2 f2 f1 f2"),
+        (furniture.densities, "f2 f1 moves f1"),
+        (furniture.pool, "f2 f1 i f1 f1 moves f f1"),
+        (furniture.send_out, "f2 f2 f1 moves f1 f2 f2 f1 f2"),
         (lattice.apportion, "f2 f1 f2 f1 f1 f1 f1 f1"),
         (scans.with_trigonometry, "f2 f f2"),
         (scans.ends, "i1 f2 f1 f f1"),
@@ -108,14 +124,28 @@ def main(part: int, of: int, parts: int) -> None:
 def _types(signature: str) -> tuple[Any, ...]:
     from numba import types
 
-    place, flag, count = types.Array(types.float64, 1, "C"), types.boolean, types.int64
-    fields = (place, place, flag, place, count, place)
-    moves = types.NamedTuple(fields, furniture.Moves)  # type: ignore[no-untyped-call]
-    plain = {"b": flag, "i": count, "f": types.float64, "m": moves}
+    plain = {"b": types.boolean, "i": types.int64, "f": types.float64}
+    records = _records()
     return tuple(
-        types.Array(plain[each[0]], int(each[1:]), "C") if each[1:] else plain[each]
+        records.get(each)
+        or (types.Array(plain[each[0]], int(each[1:]), "C") if each[1:] else plain[each])
         for each in signature.split()
     )
+
+
+@cache
+def _records() -> dict[str, Any]:
+    """The types of records of parameters, as examples of them have them."""
+    from numba import typeof
+
+    line, rows = np.empty(1), np.empty((1, 2))
+    examples = {
+        "moves": furniture.Moves(line, line, False, line, 1, line),
+        "beams": mixture.Beams(line, rows, rows, line, line, line),
+        "shape": mixture.Shape(rows, rows, 1.0, line),
+        "noise": mixture.Noise(*(1.0,) * len(mixture.Noise._fields)),
+    }
+    return {name: typeof(each) for name, each in examples.items()}  # type: ignore[no-untyped-call]
 
 
 def _end_with_parent() -> None:
