@@ -54,7 +54,8 @@ def building_from_map(
 
     Lengths are in metres. ``report`` is told what was cleared and what was made.
     ``out_dir`` is written whole or not at all; it must not exist, unless it holds an
-    earlier such building and ``overwrite`` is set. Raises BuildingError.
+    earlier such building and ``overwrite`` is set. Raises BuildingError, and ResultError
+    if it can't be written.
     """
     out, name = Path(out_dir), Path(map_yaml).stem
     check_target(out, overwrite)

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -22,7 +21,7 @@ from objstate.cli.error_tables import (
     errors_table,
     robot_table,
 )
-from objstate.cli.json_values import json_values
+from objstate.cli.json_values import json_values, write_json
 from objstate.cli.options import Quiet
 from objstate.cli.progress import progress_bar
 from objstate.errors import ResultError, SettingsError
@@ -98,7 +97,7 @@ def _evaluate_result(
     limit = _limit(folder, truth) if bound else None
     if json_file is not None:
         figures = json_values(evaluation) | ({} if limit is None else {"bound": limit.to_dict()})
-        _write_json(json_file, figures)
+        write_json(json_file, figures)
     _print(evaluation)
     if limit is not None and limit.objects:
         print_table(bound_table((*limit.objects, *limit.overall)))
@@ -118,7 +117,7 @@ def _evaluate_batch(
             None if report is None else lambda done, count: report(done / count, 0.0),
         )
     if json_file is not None:
-        _write_json(json_file, json_values(evaluation))
+        write_json(json_file, evaluation)
     print_warnings(evaluation.notes, quiet)
     _print_batch(evaluation)
 
@@ -140,15 +139,6 @@ def _limit(folder: Path, truth: Path) -> BoundEvaluation:
     from objstate.bound import evaluate_bound
 
     return evaluate_bound(folder, truth)
-
-
-def _write_json(file: Path, figures: Any) -> None:
-    try:
-        file.write_text(json.dumps(figures, indent=2) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise ResultError(
-            f"Can't write {file}: {error.strerror}; choose another place for --json."
-        ) from error
 
 
 def _print(evaluation: Evaluation) -> None:

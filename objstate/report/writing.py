@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from objstate.errors import ResultError
+from objstate.outputs import write_text
 from objstate.recording.batches import is_batch, read_logs, read_outcome, result_of
-from objstate.recording.results import whole
 from objstate.report.batch_material import BatchMaterial, read_batch
 from objstate.report.batch_page import batch_page
 from objstate.report.material import read_material
@@ -31,8 +31,7 @@ def write_report(
     """
     target = Path(folder) / REPORT if out is None else Path(out)
     page = report_page(read_material(folder, building, truth, true_path))
-    with whole(target, overwrite=True) as temporary:
-        temporary.write_text(page, encoding="utf-8")
+    write_text(target, page)
     return target
 
 
@@ -55,8 +54,7 @@ def write_batch_report(
         _write_each(Path(folder), building)
     material = read_batch(folder, building)
     page = batch_page(material, _doors(material), target, REPORT)
-    with whole(target, overwrite=True) as temporary:
-        temporary.write_text(page, encoding="utf-8")
+    write_text(target, page)
     return target
 
 
