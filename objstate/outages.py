@@ -8,7 +8,7 @@ import re
 import sqlite3
 from collections.abc import Iterator
 
-from objstate.errors import OutageError
+from objstate.errors import ObjstateError, OutageError
 
 FREE, ELSEWHERE, LATER = "free some space", "choose another place", "try again later"
 CURES = {
@@ -38,15 +38,22 @@ NUMBER = re.compile(r"\(os error (\d+)\)")  # how polars, which is written in Ru
 
 def outage_of(error: BaseException) -> OutageError | None:
     """What an error, or one that caused it, says of a failure outside the input; None if nothing."""
-    for each in _causes(error):
+    for each in causes(error):
         if isinstance(each, OutageError):
             return each
         code = code_of(each)
         if code in CURES:
-            name = getattr(each, "filename", None)
-            place = "" if name is None else f"{name}: "
-            return OutageError(f"{place}{os.strerror(code)}; {CURES[code]}.", code in TRANSIENT)
+            return OutageError(_told(error, each, code), code in TRANSIENT)
     return None
+
+
+def _told(error: BaseException, origin: BaseException, code: int) -> str:
+    """An outage in words, with the place if it is known."""
+    if isinstance(error, ObjstateError):
+        return f"{str(error).rstrip('.')}; {CURES[code]}."
+    name = getattr(origin, "filename", None)
+    place = "" if name is None else f"{name}: "
+    return f"{place}{os.strerror(code)}; {CURES[code]}."
 
 
 def code_of(error: BaseException) -> int | None:
@@ -64,7 +71,7 @@ def _sqlite_code(error: sqlite3.Error) -> int | None:
     return None if code is None else code & 0xFF
 
 
-def _causes(error: BaseException) -> Iterator[BaseException]:
+def causes(error: BaseException) -> Iterator[BaseException]:
     """An error, and those that it was raised from."""
     cause: BaseException | None = error
     while cause is not None:

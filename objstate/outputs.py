@@ -21,8 +21,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from objstate.errors import ObjstateError, OutageError, ResultError, StorageError
-from objstate.outages import CURES, ELSEWHERE, TRANSIENT, code_of, outage_of
+from objstate.errors import ObjstateError, ResultError, StorageError
+from objstate.outages import CURES, ELSEWHERE, TRANSIENT, causes, code_of, outage_of
 
 WORKSHOP = ".objstate-"  # how the names of workshops begin
 LOCK, NEW, OLD = "lock", "new", "old"  # in a workshop: what is made, and what is being replaced
@@ -63,7 +63,7 @@ def whole(
             flush_folder(target.parent)
         except Exception as error:
             trouble = _trouble(error, workshop, target)
-            if trouble is None:
+            if trouble is error:
                 raise
             raise trouble from error
 
@@ -248,17 +248,19 @@ def _exchange(one: Path, other: Path) -> bool:
     raise OSError(code, os.strerror(code), str(other))
 
 
-def _trouble(error: Exception, workshop: Path, target: Path) -> OutageError | None:
-    """The outage, if it was one, that kept ``target`` from being made."""
-    outage, code = outage_of(error), code_of(error)
-    if isinstance(error, ObjstateError) and outage is None:
-        return None
-    if code is not None and (str(workshop) in str(error) or _names_no_file(error, code)):
-        return _unwritable(target, code)
-    return outage
+def _trouble(error: Exception, workshop: Path, target: Path) -> Exception:
+    """What to raise: the outage, if it was one, that kept ``target`` from being made."""
+    outage = outage_of(error)
+    if isinstance(error, ObjstateError) and str(workshop) not in str(error):
+        return outage or error
+    for each in causes(error):
+        code = code_of(each)
+        if code is not None and (str(workshop) in str(each) or _is_writing(each, code)):
+            return _unwritable(target, code)
+    return outage or error
 
 
-def _names_no_file(error: Exception, code: int) -> bool:
+def _is_writing(error: BaseException, code: int) -> bool:
     """Whether an error is of writing, and doesn't say where: then it was here."""
     return code in WRITING and getattr(error, "filename", None) is None
 
