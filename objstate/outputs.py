@@ -41,6 +41,11 @@ def is_url(path: str | os.PathLike[str]) -> bool:
     return URL.match(str(path)) is not None
 
 
+def as_url(path: str | os.PathLike[str]) -> str:
+    """A URL with both slashes, of which ``Path`` takes one."""
+    return re.sub(r"^([^/:]+):/+", r"\1://", str(path))
+
+
 @contextmanager
 def whole(
     path: str | Path, *, overwrite: bool = False, replaceable: Callable[[Path], bool] = Path.is_file
@@ -122,7 +127,7 @@ def refuse_url(path: str | Path) -> None:
     """Raise ResultError for an output that is to lie at a URL."""
     if is_url(path):
         raise ResultError(
-            f"{path} is a URL, and results are written to folders of this machine only; give a "
+            f"{as_url(path)} is a URL, and results are written to folders of this machine only; give a "
             "folder, and copy it there afterwards, or mount the storage."
         )
 

@@ -9,6 +9,7 @@ others. How often a log was begun is counted at the scheduler, across all worker
 from __future__ import annotations
 
 import json
+import logging
 import queue
 import secrets
 from collections.abc import Callable, Generator, Iterator, Sequence
@@ -150,11 +151,23 @@ def _connected(scheduler: str) -> Iterator[Client]:
         raise SettingsError(
             f"No Dask scheduler answers at {scheduler}: {error}; start one with `dask scheduler`."
         ) from error
+    # instead of tracebacks of its attempts to connect again, errors and events tell what is the matter
+    with _silenced(logging.getLogger("distributed.client")):
+        try:
+            yield client
+        finally:
+            with suppress(Exception):  # it may not answer any more
+                client.close(timeout=CLOSING)
+
+
+@contextmanager
+def _silenced(logger: logging.Logger) -> Iterator[None]:
+    level = logger.level
+    logger.setLevel(logging.CRITICAL)
     try:
-        yield client
+        yield
     finally:
-        with suppress(Exception):  # it may not answer any more
-            client.close(timeout=CLOSING)
+        logger.setLevel(level)
 
 
 def _address(scheduler: str) -> str:
