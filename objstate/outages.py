@@ -33,6 +33,13 @@ CURES = {
 }
 TRANSIENT = frozenset(code for code, cure in CURES.items() if cure == LATER)
 
+OF_SQLITE = {
+    sqlite3.SQLITE_FULL: errno.ENOSPC,
+    sqlite3.SQLITE_IOERR_WRITE: errno.EIO,
+    sqlite3.SQLITE_IOERR_FSYNC: errno.EIO,
+    sqlite3.SQLITE_IOERR_TRUNCATE: errno.EIO,
+}
+
 NUMBER = re.compile(r"\(os error (\d+)\)")  # how polars, which is written in Rust, tells it
 
 
@@ -61,14 +68,9 @@ def code_of(error: BaseException) -> int | None:
     if isinstance(error, OSError) and error.errno is not None:
         return error.errno
     if isinstance(error, sqlite3.Error):
-        return errno.ENOSPC if _sqlite_code(error) == sqlite3.SQLITE_FULL else None
+        return OF_SQLITE.get(getattr(error, "sqlite_errorcode", 0))
     told = NUMBER.search(str(error))
     return None if told is None else int(told.group(1))
-
-
-def _sqlite_code(error: sqlite3.Error) -> int | None:
-    code = getattr(error, "sqlite_errorcode", None)  # not of errors that Python itself raises
-    return None if code is None else code & 0xFF
 
 
 def causes(error: BaseException) -> Iterator[BaseException]:

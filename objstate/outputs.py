@@ -17,6 +17,7 @@ import os
 import re
 import secrets
 import shutil
+import sqlite3
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -118,7 +119,7 @@ def sweep(folder: Path) -> None:
                 for old in (workshop / OLD).glob("*"):
                     if not (folder / old.name).exists():
                         old.rename(folder / old.name)
-                shutil.rmtree(workshop, ignore_errors=True)
+                _clear(workshop)
             finally:
                 os.close(descriptor)
 
@@ -165,7 +166,7 @@ def _open_workshop(parent: Path) -> Iterator[Path]:
     try:
         yield workshop
     finally:
-        shutil.rmtree(workshop, ignore_errors=True)
+        _clear(workshop)
         os.close(descriptor)
 
 
@@ -181,10 +182,20 @@ def _new_workshop(parent: Path) -> tuple[Path, int]:
             if not parent.is_dir():
                 raise
         except BaseException:
-            shutil.rmtree(workshop, ignore_errors=True)
+            _clear(workshop)
             raise
         else:
             return workshop, descriptor
+
+
+def _clear(workshop: Path) -> None:
+    """Remove a workshop as far as possible; its lock goes last, so that what stays can be swept."""
+    for part in (NEW, OLD):
+        shutil.rmtree(workshop / part, ignore_errors=True)
+    with suppress(OSError):
+        if not any((workshop / part).exists() for part in (NEW, OLD)):
+            (workshop / LOCK).unlink(missing_ok=True)
+            workshop.rmdir()
 
 
 def _locked(workshop: Path, flags: int) -> int:
@@ -267,7 +278,8 @@ def _trouble(error: Exception, workshop: Path, target: Path) -> Exception:
 
 def _is_writing(error: BaseException, code: int) -> bool:
     """Whether an error is of writing, and doesn't say where: then it was here."""
-    return code in WRITING and getattr(error, "filename", None) is None
+    is_unplaced = getattr(error, "filename", None) is None
+    return is_unplaced and (code in WRITING or isinstance(error, sqlite3.Error))
 
 
 def _unwritable(place: Path, code: int) -> StorageError:
