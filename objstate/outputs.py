@@ -28,6 +28,8 @@ from objstate.outages import CURES, ELSEWHERE, TRANSIENT, causes, code_of, outag
 WORKSHOP = ".objstate-"  # how the names of workshops begin
 LOCK, NEW, OLD = "lock", "new", "old"  # in a workshop: what is made, and what is being replaced
 
+PROBE, PROBE_SIZE = "probe", 2**20  # bytes; a disk that lacks them counts as full
+
 URL = re.compile(r"[a-z][a-z0-9+.-]+:/", re.IGNORECASE)  # also one that a Path took a slash from
 
 AT_FDCWD, RENAME_EXCHANGE = -100, 2  # of Linux
@@ -273,7 +275,20 @@ def _trouble(error: Exception, workshop: Path, target: Path) -> Exception:
         code = code_of(each)
         if code is not None and (str(workshop) in str(each) or _is_writing(each, code)):
             return _unwritable(target, code)
-    return outage or error
+    told = None if outage is not None else _refusal(error, workshop)
+    return outage or (error if told is None else _unwritable(target, told))
+
+
+def _refusal(error: Exception, workshop: Path) -> int | None:
+    """What the disk says where polars doesn't pass it on, as when a footer can't be written."""
+    if not type(error).__module__.startswith("polars"):
+        return None
+    try:
+        (workshop / NEW / PROBE).write_bytes(bytes(PROBE_SIZE))
+        _flush_one(workshop / NEW / PROBE, os.O_RDONLY)
+    except OSError as refusal:
+        return refusal.errno
+    return None
 
 
 def _is_writing(error: BaseException, code: int) -> bool:

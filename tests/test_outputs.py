@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import ast
 import os
-import resource
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +18,7 @@ from objstate.errors import ResultError, StorageError
 from objstate.outputs import WORKSHOP, sweep, whole, write_text
 from objstate.recording.logs import FORMATS, open_log_writer
 from objstate.simulation.messages import ODOMETRY, odometry_message
+from tests.storage import small_files
 
 PACKAGE = Path(objstate.__file__).parent
 
@@ -118,17 +116,6 @@ def test_folders_of_somebody_else_are_not_swept(tmp_path: Path) -> None:
     assert (own / "chapter.tex").exists()
 
 
-@contextmanager
-def small_files(most: int) -> Iterator[None]:
-    """Files can't grow beyond ``most`` bytes, as on a disk that is full."""
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (most, before[1]))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
-
-
 @pytest.mark.parametrize("writer", ["text", "polars", *FORMATS])
 def test_a_full_disk_is_told_alike_whoever_writes(tmp_path: Path, writer: str) -> None:
     target = tmp_path / "out"
@@ -148,6 +135,19 @@ def test_a_full_disk_is_told_alike_whoever_writes(tmp_path: Path, writer: str) -
         write()
     assert WORKSHOP not in str(told.value)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_full_disk_is_told_wherever_in_a_table_it_is_met(tmp_path: Path) -> None:
+    frame = pl.DataFrame({"a": ["text"] * 20, "b": list(range(20))})
+    frame.write_parquet(tmp_path / "alone")
+
+    def write() -> None:
+        with whole(tmp_path / "out") as file:
+            frame.write_parquet(file)
+
+    for most in range(0, (tmp_path / "alone").stat().st_size, 40):
+        with small_files(most), pytest.raises(StorageError, match="File too large"):
+            write()
 
 
 def odometry(number: int) -> tuple[str, int, object]:
