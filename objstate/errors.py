@@ -31,6 +31,21 @@ class ResultError(ObjstateError):
     """A result folder exists already, can't be written, or isn't one."""
 
 
+class OutageError(ObjstateError):
+    """Something failed that the input has no part in, such as a full disk; later the same may work."""
+
+    def __init__(self, message: str, transient: bool = False) -> None:
+        super().__init__(message)
+        self.transient = transient  # it may pass within seconds, so that trying again is worthwhile
+
+    def __reduce__(self) -> tuple[type[OutageError], tuple[str, bool]]:
+        return type(self), (str(self), self.transient)
+
+
+class StorageError(ResultError, OutageError):
+    """A result can't be written where it is to lie."""
+
+
 class PlatformError(ObjstateError):
     """The machine lacks what is needed; on another it would work."""
 

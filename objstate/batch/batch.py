@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import fcntl
-import shutil
 from collections.abc import Generator, Iterator, Sequence
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,9 +16,11 @@ from objstate.batch.leftover import Leftover, OnStart, plan
 from objstate.batch.options import BatchOptions
 from objstate.batch.pool import run_here
 from objstate.batch.request import Requested, named
-from objstate.errors import ResultError
+from objstate.errors import OutageError, ResultError
+from objstate.outputs import WORKSHOP, make_folder, refuse_url, sweep
 from objstate.recording.batches import (
     LOGS,
+    OUTCOMES,
     Outcome,
     forget,
     is_batch,
@@ -56,8 +57,10 @@ def run_batch(
     A log that fails, hangs or kills its worker costs nothing but itself. Broken off, by
     KeyboardInterrupt too, the folder holds what is finished, whole, and its combined
     tables. A result in ``out`` that was made otherwise than asked now is refused, or made
-    anew with ``options.overwrite``; one whose log has changed is made anew. Raises
-    ResultError, BuildingError, LogError and SettingsError before anything is begun.
+    anew with ``options.overwrite``; one whose log has changed is made anew. The old one
+    stays until the new one is complete. Raises ResultError, BuildingError, LogError and
+    SettingsError before anything is begun; and OutageError, where a full disk or the like
+    stops the batch: what isn't finished then counts as not run.
     """
     options = options or BatchOptions()
     folder = Path(out)
@@ -66,8 +69,7 @@ def run_batch(
         wanted = named(requested, known)
         leftover = plan(wanted, folder, options)
         write_logs(folder, {log.log: log for log in (*known, *(w.log for w in wanted))}.values())
-        for job in leftover.jobs:
-            forget(folder, job.name)
+        forget(folder, [job.name for job in leftover.jobs])
         if on_start is not None:
             on_start(leftover)
         ran: list[str] = []
@@ -79,10 +81,23 @@ def run_batch(
                         ran.append(event.outcome.name)
                     if on_event is not None:
                         on_event(event)
-        finally:
+        except OutageError as error:
             _sweep(folder)
-            outcomes = combine(folder)
-        return BatchResult(folder, outcomes, tuple(ran))
+            with suppress(OutageError):  # the same again, most likely
+                combine(folder)
+            count = len(leftover.jobs) - len(ran)
+            raise type(error)(f"{error} The batch has stopped; {_told(count)}") from error
+        except BaseException:
+            _sweep(folder)
+            combine(folder)
+            raise
+        _sweep(folder)
+        return BatchResult(folder, combine(folder), tuple(ran))
+
+
+def _told(count: int) -> str:
+    logs = "1 log was" if count == 1 else f"{count} logs were"
+    return f"{logs} not run: the same command again goes on from there."
 
 
 def _events(leftover: Leftover, options: BatchOptions) -> Generator[Event]:
@@ -96,10 +111,11 @@ def _events(leftover: Leftover, options: BatchOptions) -> Generator[Event]:
 @contextmanager
 def _opened(folder: Path) -> Iterator[None]:
     """Hold a batch folder alone; it is made where there is none. Raises ResultError."""
+    refuse_url(folder)
     if folder.exists() and not is_batch(folder) and not _is_bare(folder):
         raise ResultError(f"{folder} is no batch of objstate; choose another name for it.")
+    make_folder(folder / LOGS)
     try:
-        (folder / LOGS).mkdir(parents=True, exist_ok=True)
         file = (folder / LOCK).open("w")
     except OSError as error:
         raise ResultError(
@@ -116,10 +132,13 @@ def _opened(folder: Path) -> Iterator[None]:
 
 def _is_bare(folder: Path) -> bool:
     """Whether nobody keeps anything in a folder: a batch that never began may have been opened."""
-    return folder.is_dir() and {each.name for each in folder.iterdir()} <= {LOGS, LOCK}
+    if not folder.is_dir():
+        return False
+    names = {each.name for each in folder.iterdir()}
+    return {name for name in names if not name.startswith(WORKSHOP)} <= {LOGS, LOCK}
 
 
 def _sweep(folder: Path) -> None:
-    """Remove what workers left half done when they were killed."""
-    for rest in (folder / LOGS).glob(".*"):
-        shutil.rmtree(rest, ignore_errors=True)
+    """Remove what processes left half done when they were killed."""
+    for each in (folder, folder / LOGS, folder / OUTCOMES):
+        sweep(each)

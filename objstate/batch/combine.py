@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from objstate.errors import ObjstateError
 from objstate.evaluation import Evaluation, evaluate
+from objstate.outputs import whole
 from objstate.recording.batches import (
     PART,
     PARTITION,
@@ -27,7 +28,6 @@ from objstate.recording.batches import (
     summary_schema,
     timings_schema,
 )
-from objstate.recording.results import whole
 from objstate.recording.summary import read_summary
 from objstate.recording.tables import ESTIMATES, read_estimates
 

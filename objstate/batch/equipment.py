@@ -16,7 +16,7 @@ from objstate.batch.attempts import Runner
 from objstate.batch.delivery import pack
 from objstate.batch.jobs import Context, Job
 from objstate.batch.process import Work
-from objstate.errors import ObjstateError
+from objstate.errors import ObjstateError, OutageError
 from objstate.recording.batches import Outcome
 
 
@@ -62,10 +62,11 @@ def run_log(batch: str, job: Job, sent_by: str) -> tuple[Outcome, dict[str, byte
     """A task: run one log here; how it ended, and the files of its result.
 
     ``batch`` names the equipment, the topic on which progress is told, and the counters.
-    Raises ObjstateError where this is another version than the one that sent the task.
+    Raises OutageError where this machine can't run logs, as by another version of objstate
+    than the one that sent the task.
     """
     if version("objstate") != sent_by:
-        raise ObjstateError(
+        raise OutageError(
             f"The worker has objstate {version('objstate')}, the batch was sent by {sent_by}; "
             "install the same version everywhere."
         )
@@ -78,7 +79,10 @@ def run_log(batch: str, job: Job, sent_by: str) -> tuple[Outcome, dict[str, byte
     with tempfile.TemporaryDirectory() as here, equipment.runner() as runner:
         made = Path(here) / "result"
         begin = _counting(batch, worker, equipment)
-        outcome = runner.run(job.name, replace(job, out=str(made)), begin, report)
+        try:
+            outcome = runner.run(job.name, replace(job, out=str(made)), begin, report)
+        except OutageError as error:
+            raise OutageError(f"The worker {worker.address} can't run logs: {error}") from error
         return outcome, pack(made) if outcome.status == "done" else {}
 
 

@@ -31,5 +31,12 @@ class Ended:
     outcome: Outcome
 
 
-Event = Began | Progressed | Ended
+@dataclass(frozen=True)
+class Waiting:
+    """No log can be run for the time being."""
+
+    reason: str
+
+
+Event = Began | Progressed | Ended | Waiting
 OnEvent = Callable[[Event], None]

@@ -12,7 +12,7 @@ from objstate.batch.addresses import size_of
 from objstate.batch.jobs import Context, Job
 from objstate.batch.options import BatchOptions
 from objstate.batch.request import Requested
-from objstate.errors import LogError, ResultError
+from objstate.errors import LogError, OutageError, ResultError
 from objstate.recording.batches import read_outcome, result_of
 from objstate.recording.summary import read_summary
 from objstate.run import BuildingInput
@@ -119,7 +119,7 @@ def _changed(log: str, made: Mapping[str, Any]) -> bool:
     """Whether a log has another size than the one that a result was made of; False if it is gone."""
     try:
         return size_of(log) != sum(int(file["bytes"]) for file in made["inputs"]["logs"])
-    except LogError:
+    except (LogError, OutageError):
         return False
 
 

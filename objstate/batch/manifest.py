@@ -9,7 +9,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from objstate.batch.addresses import absolute
+from objstate.batch.addresses import absolute, local, refuse_many
 from objstate.config import load_settings
 from objstate.errors import SettingsError
 from objstate.geometry import FloatArray, pose_from_text
@@ -40,7 +40,7 @@ def read_manifest(
     ``building`` and ``options`` serve where a row says nothing. Raises SettingsError,
     which names the row.
     """
-    table = _read(source)
+    table = _read(local(source, "The manifest"))
     _check_columns(source, table.columns)
     rows = []
     for number, row in enumerate(table.iter_rows(named=True), start=1):
@@ -95,16 +95,18 @@ def _row(
         raise SettingsError(f"{where} names no log.")
     base = home.absolute()
     addresses = {
-        key: absolute(row[key], base)
-        for key in ("log", "building", "truth", "path", "settings")
+        key: local(row[key], f"{where}: {key}", base)
+        for key in ("building", "truth", "path", "settings")
         if key in row
     }
+    address = absolute(row["log"], base)
+    refuse_many(f"{where}: {address}", Path(address))
     if "building" not in addresses and building is None:
         raise SettingsError(f"{where} names no building; give one there, or --building URDF.")
     log = BatchLog(
         name=_name(row.get("name", ""), where),
-        log=addresses["log"],
-        building=addresses.get("building") or absolute(building or ""),
+        log=address,
+        building=addresses.get("building") or local(building or "", "--building"),
         truth=addresses.get("truth"),
         path=addresses.get("path"),
     )

@@ -11,6 +11,7 @@ from typing import Protocol, TypeVar
 from objstate.batch.attempts import Runner
 from objstate.batch.events import Began, Ended, Event, Progressed
 from objstate.batch.process import Context, Work
+from objstate.interrupts import heed_interrupts
 
 
 class Named(Protocol):
@@ -37,7 +38,7 @@ def run_here(
     """Run all jobs on ``workers`` processes; what happens, as it happens.
 
     Each log ends in one ``Ended``, whatever becomes of it. Closing the iterator stops
-    every worker at once.
+    every worker at once. Raises OutageError where logs can't be run for a cause outside them.
     """
     waiting: queue.SimpleQueue[NamedJob] = queue.SimpleQueue()
     events: queue.SimpleQueue[Event | BaseException] = queue.SimpleQueue()
@@ -65,6 +66,7 @@ def _until_all_ended(
     events: queue.SimpleQueue[Event | BaseException], count: int
 ) -> Iterator[Event]:
     while count:
+        heed_interrupts()
         event = events.get()
         if isinstance(event, BaseException):
             raise event

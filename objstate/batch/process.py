@@ -34,9 +34,13 @@ SINGLE_THREADED = dict.fromkeys(
 
 @dataclass(frozen=True)
 class Verdict:
-    """What became of one job in a worker process."""
+    """What became of one job in a worker process.
 
-    status: Literal["done", "failed", "timed out", "died"]
+    The job has no part in it that it was *prevented*, as by a full disk, or *interrupted*, as by
+    a network that may be back in a moment.
+    """
+
+    status: Literal["done", "failed", "timed out", "died", "prevented", "interrupted"]
     reason: str | None = None
     peak_memory_mb: float | None = None
 

@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 from itertools import count
 from pathlib import Path, PurePosixPath
 
-from objstate.batch.addresses import absolute, find_logs
+from objstate.batch.addresses import find_logs, local
 from objstate.batch.manifest import is_manifest, read_manifest
-from objstate.errors import LogError, SettingsError
+from objstate.errors import LogError, SettingsError, TruthError
 from objstate.recording.batches import BatchLog
 from objstate.run import RunOptions
 
@@ -36,7 +36,7 @@ def gather(
     """Every log that files, folders, patterns, URLs and manifests name, each once, in their order.
 
     What a manifest's row says goes before ``building``, ``truth`` and ``options``.
-    Raises LogError, SettingsError.
+    Raises LogError, SettingsError, TruthError and OutageError.
     """
     requested = [
         each
@@ -50,7 +50,9 @@ def gather(
     if not requested:
         raise LogError("No log was named; give files, folders, patterns or a manifest.")
     _refuse_twice(requested)
-    return [replace(each, log=with_truth(each.log, truth)) for each in requested]
+    whole = [replace(each, log=with_truth(each.log, truth)) for each in requested]
+    _refuse_missing(whole)
+    return whole
 
 
 def named(requested: Sequence[Requested], known: Collection[BatchLog]) -> list[Requested]:
@@ -77,7 +79,7 @@ def with_truth(log: BatchLog, truth: str | None) -> BatchLog:
     """
     if truth is None or log.truth is not None:
         return log
-    table = Path(absolute(truth))
+    table = Path(local(truth, "--truth"))
     found = _truth_in(table, log.log) if table.is_dir() else table
     if found is None:
         return log
@@ -88,7 +90,7 @@ def with_truth(log: BatchLog, truth: str | None) -> BatchLog:
 def _found(source: str, building: str | None, options: RunOptions) -> list[Requested]:
     if building is None:
         raise SettingsError(f"No building is named for {source}; give --building URDF.")
-    home = absolute(building)
+    home = local(building, "--building")
     return [Requested(BatchLog("", log, home), options) for log in find_logs(source)]
 
 
@@ -101,6 +103,16 @@ def _refuse_twice(requested: Sequence[Requested]) -> None:
     twice = [address for address, count in counts.items() if count > 1]
     if twice:
         raise LogError(f"{twice[0]} is named twice; name each log once.")
+
+
+def _refuse_missing(requested: Sequence[Requested]) -> None:
+    """What says what is true must be there: hours later it would be too late to say that it isn't."""
+    for each in requested:
+        for file in (each.log.truth, each.log.path):
+            if file is not None and not Path(file).is_file():
+                raise TruthError(
+                    f"There is no file {file}, which is to hold the truth of {each.log.log}."
+                )
 
 
 def _short_names(addresses: Sequence[str], taken: set[str]) -> Mapping[str, str]:

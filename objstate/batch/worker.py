@@ -17,6 +17,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from objstate.errors import ObjstateError
+from objstate.outages import outage_of
 
 REPORT_EVERY = 0.2  # s between two words on how far a log is
 
@@ -58,16 +59,23 @@ def _answer(function: Any, context: Any, job: Any, report: Any) -> tuple[str, st
     status, reason = "done", None
     try:
         function(context, job, report)
-    except (ObjstateError, OSError) as error:
-        status, reason = "failed", str(error)
     except MemoryError:
         status, reason = "failed", "Out of memory; use fewer workers, or ask for fewer samples."
     except Exception as error:  # a fault in one log must not cost the others
-        where = traceback.extract_tb(error.__traceback__)[-1]
-        place = f"{os.path.basename(where.filename)}:{where.lineno}"
-        reason = f"A bug in objstate: {type(error).__name__}: {error} ({place}); please report it."
-        status = "failed"
+        outage = outage_of(error)
+        if outage is not None:
+            status, reason = "interrupted" if outage.transient else "prevented", str(outage)
+        elif isinstance(error, ObjstateError | OSError):
+            status, reason = "failed", str(error)
+        else:
+            status, reason = "failed", _bug(error)
     return status, reason, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+
+
+def _bug(error: Exception) -> str:
+    where = traceback.extract_tb(error.__traceback__)[-1]
+    place = f"{os.path.basename(where.filename)}:{where.lineno}"
+    return f"A bug in objstate: {type(error).__name__}: {error} ({place}); please report it."
 
 
 if __name__ == "__main__":

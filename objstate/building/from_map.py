@@ -56,7 +56,8 @@ def building_from_map(
     ``map_yaml`` is the map's file, or one that was read, as ``conversion.recorded_map`` does of a
     log. Lengths are in metres. ``report`` is told what was cleared and what was made.
     ``out_dir`` is written whole or not at all; it must not exist, unless it holds an
-    earlier such building and ``overwrite`` is set. Raises BuildingError.
+    earlier such building and ``overwrite`` is set. Raises BuildingError, and ResultError
+    if it can't be written.
     """
     out = Path(out_dir)
     check_target(out, overwrite)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from html import escape
 from pathlib import Path
 
@@ -11,6 +10,7 @@ from objstate.building.model import Mesh
 from objstate.building.sidecar import SUFFIX
 from objstate.errors import BuildingError
 from objstate.geometry import FloatArray
+from objstate.outputs import whole
 
 WALLS_FILE = "walls.stl"
 
@@ -21,7 +21,7 @@ def check_target(out: Path, overwrite: bool) -> None:
         return
     if not overwrite:
         raise BuildingError(f"{out} exists already; choose another folder, or add --overwrite.")
-    if not out.is_dir() or not _is_replaceable(out):
+    if not _is_replaceable(out):
         raise BuildingError(
             f"{out} is not just a building made from a map, so it won't be overwritten; "
             "choose another folder, or move it away."
@@ -29,7 +29,9 @@ def check_target(out: Path, overwrite: bool) -> None:
 
 
 def _is_replaceable(folder: Path) -> bool:
-    """Whether a folder is empty, or holds one URDF, its walls, and perhaps its sidecar."""
+    """Whether a path is a folder that is empty, or holds one URDF, its walls, and perhaps its sidecar."""
+    if not folder.is_dir():
+        return False
     files = list(folder.iterdir())
     if not files:
         return True
@@ -52,40 +54,19 @@ def write_building(
     """Write ``name``.urdf with its walls and its sidecar to the folder ``out``, whole or not at all.
 
     The doors' leaves are boxes of ``thickness`` and ``height``, m. What ``out`` held
-    is replaced; ask ``check_target`` before. Raises BuildingError if it can't be written.
+    is replaced; ask ``check_target`` before. Raises ResultError if it can't be written.
     """
     import trimesh
 
     start = walls.vertices.min(axis=0)  # taken off, a float32 file keeps the walls' digits
     shape = trimesh.Trimesh(walls.vertices - start, walls.faces, process=False)
     urdf = _urdf(name, start, [_door_elements(door, thickness, height) for door in doors])
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=out.parent, prefix=f".{out.name}.") as scratch:
-            made, former = Path(scratch, "new"), Path(scratch, "former")
-            made.mkdir()
-            (made / f"{name}.urdf").write_text(urdf, encoding="utf-8")
-            (made / f"{name}{SUFFIX}").write_text(sidecar, encoding="utf-8")
-            shape.export(made / WALLS_FILE)
-            _replace(out, made, former)
-    except OSError as error:
-        raise BuildingError(
-            f"The building can't be written to {out} ({error.strerror or error}); "
-            "choose another folder."
-        ) from error
+    with whole(out, overwrite=True, replaceable=_is_replaceable) as made:
+        made.mkdir()
+        (made / f"{name}.urdf").write_text(urdf, encoding="utf-8")
+        (made / f"{name}{SUFFIX}").write_text(sidecar, encoding="utf-8")
+        shape.export(made / WALLS_FILE)
     return out / f"{name}.urdf"
-
-
-def _replace(out: Path, made: Path, former: Path) -> None:
-    """Put ``made`` in the place of ``out``; what was there goes to ``former``, or back on failure."""
-    if out.exists():
-        out.rename(former)
-    try:
-        made.rename(out)
-    except OSError:
-        if former.exists():
-            former.rename(out)
-        raise
 
 
 def _urdf(name: str, start: FloatArray, doors: list[str]) -> str:

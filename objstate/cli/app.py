@@ -23,6 +23,7 @@ from objstate.cli import (
     world,
 )
 from objstate.cli.console import print_text
+from objstate.cli.local_paths import refuse_urls
 from objstate.cli.options import help_when_alone
 
 HELP = """Which doors are open, how far, how sure are we, and where did the furniture go?
@@ -83,3 +84,4 @@ app.add_typer(building.app, name="building")
 app.command("next", epilog=next.EXAMPLES)(next.next_)
 app.add_typer(world.app, name="world")
 app.add_typer(reproduce.app, name="reproduce")
+refuse_urls(app)

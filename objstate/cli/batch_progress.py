@@ -70,9 +70,11 @@ class Lines:
             print(line, file=sys.stderr)
 
     def tell(self, event: Event) -> None:
-        """Say that a log has ended."""
-        from objstate.batch import Ended
+        """Say that a log has ended, or that none can be run."""
+        from objstate.batch import Ended, Waiting
 
+        if isinstance(event, Waiting):
+            print(event.reason, file=sys.stderr)
         if not isinstance(event, Ended):
             return
         self._ended += 1
@@ -105,7 +107,7 @@ class Bars:
 
     def tell(self, event: Event) -> None:
         """Move the bars."""
-        from objstate.batch import Began, Ended, Progressed
+        from objstate.batch import Began, Ended, Progressed, Waiting
 
         match event:
             case Began(name):
@@ -114,6 +116,8 @@ class Bars:
             case Progressed(name, share, _) if name in self._running:
                 self._shares[name] = share
                 self._progress.update(self._running[name], completed=share)
+            case Waiting(reason):
+                self._progress.console.print(reason, markup=False)
             case Ended(outcome):
                 self._forget(outcome.name)
                 self._ended += 1

@@ -66,7 +66,7 @@ def calibrate(
     """
     from objstate.calibration import calibrate_log, write_calibration
     from objstate.config import load_settings
-    from objstate.recording.results import whole
+    from objstate.outputs import whole
     from objstate.run import RunOptions
 
     check_span(start, end)

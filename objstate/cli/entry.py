@@ -13,6 +13,7 @@ from typer.exceptions import TyperException
 
 from objstate.cli.app import app
 from objstate.errors import ObjstateError
+from objstate.outages import outage_of
 
 FINE = 0
 USER_ERROR = 1
@@ -28,8 +29,6 @@ CURES = {
     errno.EPERM: "check the permissions",
     errno.EISDIR: "give a file instead",
     errno.ENOTDIR: "a part of the path is a file",
-    errno.ENOSPC: "free some space, or write elsewhere",
-    errno.EROFS: "write elsewhere",
 }
 
 
@@ -48,12 +47,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except ObjstateError as error:
         return _refuse(str(error))
     except OSError as error:
-        return _refuse(_system(error))
+        return _refuse(str(outage_of(error) or _system(error)))
     except MemoryError:
         return _refuse("out of memory; ask for fewer samples, or a coarser resolution.")
     except (Abort, KeyboardInterrupt):
         return _interrupted()
-    except Exception:
+    except Exception as error:
+        outage = outage_of(error)
+        if outage is not None:
+            return _refuse(str(outage))
         traceback.print_exc()
         _tell("this is a bug in objstate, not in your input; please report the lines above.")
         return BUG

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -23,7 +22,7 @@ from objstate.cli.error_tables import (
     errors_table,
     robot_table,
 )
-from objstate.cli.json_values import json_values
+from objstate.cli.json_values import json_values, write_json
 from objstate.cli.options import Quiet
 from objstate.cli.progress import progress_bar
 from objstate.errors import ResultError, SettingsError
@@ -122,7 +121,7 @@ def _evaluate_result(
     limit = _limit(folder, truth) if bound and truth is not None else None
     if json_file is not None:
         figures = json_values(evaluation) | ({} if limit is None else {"bound": limit.to_dict()})
-        _write_json(json_file, figures)
+        write_json(json_file, figures)
     if truth is not None:
         _print(evaluation)
     if evaluation.robot is not None:
@@ -146,7 +145,7 @@ def _evaluate_batch(
             None if report is None else lambda done, count: report(done / count, 0.0),
         )
     if json_file is not None:
-        _write_json(json_file, json_values(evaluation))
+        write_json(json_file, evaluation)
     print_warnings(evaluation.notes, quiet)
     _print_batch(evaluation)
 
@@ -168,15 +167,6 @@ def _limit(folder: Path, truth: Path) -> BoundEvaluation:
     from objstate.bound import evaluate_bound
 
     return evaluate_bound(folder, truth)
-
-
-def _write_json(file: Path, figures: Any) -> None:
-    try:
-        file.write_text(json.dumps(figures, indent=2) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise ResultError(
-            f"Can't write {file}: {error.strerror}; choose another place for --json."
-        ) from error
 
 
 def _print(evaluation: Evaluation) -> None:

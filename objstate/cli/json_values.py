@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from enum import Enum
 from pathlib import Path
 from typing import Any
+
+from objstate.outputs import write_text
+
+
+def write_json(file: Path, value: Any) -> None:
+    """Write a summary as JSON, in the place of an older one. Raises ResultError."""
+    write_text(file, json.dumps(json_values(value), indent=2) + "\n")
 
 
 def json_values(value: Any) -> Any:

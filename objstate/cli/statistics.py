@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -10,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from objstate.cli.console import print_table, print_text
-from objstate.cli.json_values import json_values
+from objstate.cli.json_values import write_json
 from objstate.cli.parsing import parse_zone
 from objstate.cli.tables import new_table, percent
-from objstate.errors import ResultError, SettingsError
+from objstate.errors import SettingsError
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -66,7 +65,7 @@ def statistics(
         ) from error
     doors = door_statistics(folder, above, parse_zone(timezone))
     if json_file is not None:
-        _write_json(json_file, doors)
+        write_json(json_file, doors)
     if not doors:
         print_text("No door was seen clearly open or closed.")
         return
@@ -128,12 +127,3 @@ def _span(seconds: float) -> str:
         return "for ever"
     length, unit = next((length, unit) for length, unit in SPANS if seconds >= length)
     return f"{seconds / (length or 1.0):.2g} {unit}"
-
-
-def _write_json(file: Path, doors: tuple[DoorStatistics, ...]) -> None:
-    try:
-        file.write_text(json.dumps(json_values(doors), indent=2) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise ResultError(
-            f"Can't write {file}: {error.strerror}; choose another place for --json."
-        ) from error

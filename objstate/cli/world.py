@@ -114,7 +114,7 @@ def export(
     overwrite: Overwrite = False,
 ) -> None:
     """All that a world knows, as JSON: drives, and each object's history."""
-    from objstate.recording.results import whole
+    from objstate.outputs import whole
     from objstate.world.store import open_store
     from objstate.world.words import world_words
 

@@ -18,7 +18,7 @@ from objstate.evaluation.lost import read_lost
 from objstate.evaluation.paired import Difference, differences
 from objstate.evaluation.states import true_courses
 from objstate.evaluation.summary import StateErrors, summarize_states, unit_of
-from objstate.recording.batches import BatchLog, has_result, is_batch, read_logs, result_of
+from objstate.recording.batches import BatchLog, is_batch, read_logs, read_outcome, result_of
 from objstate.recording.summary import read_summary
 from objstate.recording.tables import check_truth_times, read_estimates, read_truth
 from objstate.recording.tum import TRAJECTORY, read_tum
@@ -111,7 +111,8 @@ def _result(folder: str | Path, log: BatchLog) -> Path | None:
     """Where a log's result is, if it is there."""
     if not is_batch(folder):
         return Path(folder)
-    return result_of(folder, log.name) if has_result(folder, log.name) else None
+    done = read_outcome(folder, log.name).status == "done"
+    return result_of(folder, log.name) if done else None
 
 
 def _usable(folder: str | Path, log: BatchLog) -> bool:

@@ -11,6 +11,8 @@ from multiprocessing import active_children, get_context, parent_process
 from threading import Thread
 from typing import TypeVar
 
+from objstate.interrupts import heed_interrupts
+
 ENDED = 1  # exit code of a process that was told to end
 
 Task = TypeVar("Task")
@@ -38,6 +40,7 @@ def in_order(
     pool = ProcessPoolExecutor(
         min(workers, len(tasks)), mp_context=get_context("spawn"), initializer=_begin
     )
+    heed_interrupts()
     try:
         yield from pool.map(partial(_interruptible, function), tasks)
     except BaseException:  # Ctrl-C among them: what has begun isn't waited for

@@ -7,16 +7,16 @@ a file below ``outcomes`` that says how its run ended.
 from __future__ import annotations
 
 import json
-import shutil
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from objstate.errors import ResultError
+from objstate.outputs import flush_folder, remove_file, write_text
 from objstate.recording.parquet import read_parquet
-from objstate.recording.results import MARK, whole
+from objstate.recording.results import MARK
 from objstate.recording.tables import ESTIMATES, KNOWN_COORDINATES
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ def result_of(folder: str | Path, name: str) -> Path:
 
 
 def has_result(folder: str | Path, name: str) -> bool:
-    """Whether a log's result is there; it is whole, then."""
+    """Whether a result of a log is there; it is whole, then."""
     return (result_of(folder, name) / MARK).is_file()
 
 
@@ -94,18 +94,26 @@ def write_outcome(folder: str | Path, outcome: Outcome) -> None:
 
 
 def read_outcome(folder: str | Path, name: str) -> Outcome:
-    """How a log's run ended; a result that is there counts whatever was noted. Raises ResultError."""
+    """How a log's latest run ended. Raises ResultError.
+
+    A result without a note was finished just before the batch was killed. One beside the
+    note of a run that went wrong is older than that run, and doesn't count.
+    """
     path = _outcome_file(folder, name)
-    noted = Outcome(**_read_json(path)) if path.is_file() else Outcome(name, "not run")
-    if has_result(folder, name):
-        return replace(noted, status="done", reason=None)
-    return replace(noted, status="not run") if noted.status == "done" else noted
+    noted = Outcome(**_read_json(path)) if path.is_file() else None
+    if has_result(folder, name) and (noted is None or noted.status == "done"):
+        return noted or Outcome(name, "done")
+    if noted is None or noted.status == "done":
+        return Outcome(name, "not run")
+    return noted
 
 
-def forget(folder: str | Path, name: str) -> None:
-    """Remove a log's result and what was noted of its run."""
-    shutil.rmtree(result_of(folder, name), ignore_errors=True)
-    _outcome_file(folder, name).unlink(missing_ok=True)
+def forget(folder: str | Path, names: Iterable[str]) -> None:
+    """Remove what was noted of logs' runs. Their results stay until there are new ones."""
+    for name in names:
+        remove_file(_outcome_file(folder, name))
+    if (Path(folder) / OUTCOMES).is_dir():
+        flush_folder(Path(folder) / OUTCOMES)
 
 
 def _outcome_file(folder: str | Path, name: str) -> Path:
@@ -162,9 +170,8 @@ def read_summary_table(folder: str | Path) -> pl.DataFrame:
 
 
 def _write_json(path: Path, content: Mapping[str, Any]) -> None:
-    with whole(path, overwrite=True) as file:
-        text = json.dumps(content, indent=2, sort_keys=True, ensure_ascii=False)
-        file.write_text(text + "\n", encoding="utf-8")
+    text = json.dumps(content, indent=2, sort_keys=True, ensure_ascii=False)
+    write_text(path, text + "\n")
 
 
 def _read_json(path: Path) -> dict[str, Any]:

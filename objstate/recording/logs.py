@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from objstate.errors import ResultError
+from objstate.outputs import whole
 from objstate.recording.bags import write_mcap, write_rosbag1, write_rosbag2, write_rosbag2_mcap
 from objstate.recording.carmen import write_carmen
-from objstate.recording.results import whole
 from objstate.recording.ros import to_cdr
 
 

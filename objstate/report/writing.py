@@ -6,8 +6,8 @@ from datetime import UTC, tzinfo
 from pathlib import Path
 
 from objstate.errors import ResultError
+from objstate.outputs import write_text
 from objstate.recording.batches import is_batch, read_logs, read_outcome, result_of
-from objstate.recording.results import whole
 from objstate.report.batch_material import BatchMaterial, read_batch
 from objstate.report.batch_page import batch_page
 from objstate.report.material import read_material
@@ -35,8 +35,7 @@ def write_report(
     """
     target = Path(folder) / REPORT if out is None else Path(out)
     page = report_page(read_material(folder, building, truth, true_path), zone, robot_radius)
-    with whole(target, overwrite=True) as temporary:
-        temporary.write_text(page, encoding="utf-8")
+    write_text(target, page)
     return target
 
 
@@ -61,8 +60,7 @@ def write_batch_report(
         _write_each(Path(folder), building, zone, robot_radius)
     material = read_batch(folder, building)
     page = batch_page(material, _doors(material, zone), target, REPORT, zone)
-    with whole(target, overwrite=True) as temporary:
-        temporary.write_text(page, encoding="utf-8")
+    write_text(target, page)
     return target
 
 

@@ -1,5 +1,6 @@
 """Jobs that behave as their names say: what a worker process may meet."""
 
+import errno
 import os
 import signal
 import time
@@ -30,6 +31,12 @@ def play(folder: Path, job: Antic, report: Report) -> None:
             os.kill(os.getpid(), signal.SIGKILL)
         case "crashes":
             os.kill(os.getpid(), signal.SIGSEGV)
+        case "meets a full disk":
+            raise RuntimeError("as of some library") from OSError(errno.ENOSPC, "No space left")
+        case "loses the network" if before < 2:
+            raise OSError(errno.ESTALE, "Stale file handle")
+        case "never has a network":
+            raise OSError(errno.ESTALE, "Stale file handle")
         case "errs":
             raise ZeroDivisionError("by zero")
         case "tells threads":

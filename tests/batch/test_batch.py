@@ -6,13 +6,15 @@ from pathlib import Path
 import polars as pl
 import pytest
 
-from objstate.batch import BatchOptions, Ended, Leftover, gather, run_batch
+from objstate.batch import BatchOptions, Ended, Leftover, Progressed, gather, run_batch
 from objstate.batch.addresses import fetched, size_of
 from objstate.config import Settings
-from objstate.errors import ResultError
-from objstate.recording.batches import has_result, read_logs, scan_batch
+from objstate.errors import OutageError, ResultError
+from objstate.outputs import WORKSHOP
+from objstate.recording.batches import has_result, read_logs, read_outcome, scan_batch
 from objstate.run import RunOptions, estimate_log
 from tests.batch.conftest import COUNT, Drives
+from tests.storage import small_files
 
 SLIM = Settings.model_validate({"localization": {"max_particles": 300}})
 
@@ -130,6 +132,68 @@ def test_broken_off_it_keeps_what_is_finished_and_goes_on_from_there(
     left, _ = batch(drives, out)
     assert {job.name for job in left.jobs}.isdisjoint(finished)
     assert combined(out) == combined(by_two)
+
+
+def test_results_that_are_made_anew_stay_until_there_are_new_ones(
+    drives: Drives, tmp_path: Path
+) -> None:
+    logs = [str(drives.logs[0]), str(drives.logs[1])]
+    requested = gather(logs, str(drives.building), None, RunOptions())
+    run_batch(requested, tmp_path / "out", BatchOptions(workers=2))
+    before = combined(tmp_path / "out")
+
+    def interrupt(event: object) -> None:
+        if isinstance(event, Progressed):
+            raise KeyboardInterrupt
+
+    slim = gather(logs, str(drives.building), None, RunOptions(settings=SLIM))
+    anew = BatchOptions(overwrite=True, workers=1)
+    with pytest.raises(KeyboardInterrupt):
+        run_batch(slim, tmp_path / "out", anew, on_event=interrupt)
+    assert combined(tmp_path / "out") == before
+    assert len(run_batch(slim, tmp_path / "out", anew).ran) == 2
+    assert combined(tmp_path / "out") != before
+
+
+def test_an_old_result_does_not_count_for_a_log_that_now_fails(
+    drives: Drives, tmp_path: Path
+) -> None:
+    log = tmp_path / "drive.mcap"
+    log.write_bytes(drives.logs[0].read_bytes())
+    requested = gather([str(log)], str(drives.building), None, RunOptions())
+    assert run_batch(requested, tmp_path / "out").failed == []
+    log.write_bytes(b"no log any more")
+    (failed,) = run_batch(requested, tmp_path / "out").failed
+    assert failed.status == "failed"
+    assert pl.read_parquet(tmp_path / "out" / "summary.parquet")["scans"].to_list() == [None]
+    assert has_result(tmp_path / "out", "drive")
+
+
+def test_a_full_disk_leaves_logs_to_be_run_later(drives: Drives, tmp_path: Path) -> None:
+    logs = [str(log) for log in drives.logs]
+    requested = gather(logs, str(drives.building), str(drives.folder), RunOptions())
+    out = tmp_path / "out"
+    with small_files(3000), pytest.raises(OutageError, match=r"Can't write .*3 logs were not run"):
+        run_batch(requested, out, BatchOptions(workers=2))
+    assert [read_outcome(out, log.name).status for log in read_logs(out)] == ["not run"] * COUNT
+    assert list((out / "logs").iterdir()) == []
+    result = run_batch(requested, out, BatchOptions(workers=2))
+    assert (len(result.ran), result.failed) == (COUNT, [])
+
+
+def test_a_batch_that_is_killed_as_it_starts_is_a_batch_still(
+    drives: Drives, tmp_path: Path
+) -> None:
+    requested = gather([str(drives.logs[0])], str(drives.building), None, RunOptions())
+    run_batch(requested, tmp_path / "out")
+    before = (tmp_path / "out" / "batch.json").read_text()
+    workshop = tmp_path / "out" / f"{WORKSHOP}0000"
+    (workshop / "new").mkdir(parents=True)
+    (workshop / "new" / "batch.json").write_text("{")
+    (workshop / "lock").touch()
+    assert run_batch(requested, tmp_path / "out").ran == ()
+    assert (tmp_path / "out" / "batch.json").read_text() == before
+    assert not workshop.exists()
 
 
 def test_a_folder_of_somebody_elses_is_refused(drives: Drives, tmp_path: Path) -> None:

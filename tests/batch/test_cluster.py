@@ -18,7 +18,8 @@ from objstate.batch import BatchOptions, Progressed, gather, run_batch
 from objstate.batch.cluster import run_on_cluster
 from objstate.batch.events import Ended
 from objstate.batch.jobs import Job
-from objstate.errors import SettingsError
+from objstate.errors import OutageError, SettingsError
+from objstate.recording.batches import read_logs, read_outcome
 from objstate.recording.summary import read_summary
 from objstate.run import RunOptions
 from tests.batch.antics import play
@@ -32,14 +33,14 @@ WORKERS = 2
 class Cluster:
     """A scheduler and its workers, as processes."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, workers: int = WORKERS) -> None:
         with socket.socket() as free:
             free.bind(("127.0.0.1", 0))
             port = free.getsockname()[1]
         self.address = f"tcp://127.0.0.1:{port}"
         self._folder = folder
         self.scheduler = self._start("scheduler", "--host", "127.0.0.1", "--port", str(port))
-        self.workers = [self.worker() for _ in range(WORKERS)]
+        self.workers = [self.worker() for _ in range(workers)]
 
     def worker(self) -> "subprocess.Popen[bytes]":
         options = ("--nthreads", "1", "--no-nanny", "--local-directory", str(self._folder))
@@ -116,6 +117,64 @@ def test_a_log_that_kills_three_workers_is_set_aside(cluster: Cluster, tmp_path:
     assert (ended["stumbles"].status, ended["stumbles"].attempts) == ("done", 3)
     assert ended["hangs"].status == "timed out"
     assert ended["fails"].reason == "the log is no log"
+
+
+def test_ctrl_c_ends_a_batch_that_waits_for_workers(drives: Drives, tmp_path: Path) -> None:
+    pytest.importorskip("distributed")
+    lonely = Cluster(tmp_path, workers=0)
+    manifest = tmp_path / "manifest.csv"  # whose reading imports polars
+    manifest.write_text(f"log\n{drives.logs[0]}\n")
+    words = ("--building", drives.building, "--out", tmp_path / "out", "--scheduler")
+    command = ["batch", manifest, *words, lonely.address]
+    process = subprocess.Popen(
+        [sys.executable, str(ROOT / "cli.py"), *map(str, command)],
+        stderr=subprocess.PIPE, text=True, env=os.environ | {"PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+    try:
+        assert process.stderr is not None
+        while "Waiting for workers" not in process.stderr.readline():
+            assert process.poll() is None
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=10)
+        assert process.returncode == 130
+    finally:
+        process.kill()
+        lonely.end()
+
+
+def test_logs_are_not_run_where_the_scheduler_goes_away(drives: Drives, tmp_path: Path) -> None:
+    dask = pytest.importorskip("dask")
+    own = Cluster(tmp_path)
+    ended: list[str] = []
+
+    def kill_it(event: object) -> None:
+        if isinstance(event, Ended):
+            ended.append(event.outcome.name)
+        if isinstance(event, Ended) and len(ended) == 1:
+            dask.config.set({"distributed.comm.timeouts.connect": "2s"})  # of looking for it again
+            own.scheduler.kill()
+
+    logs = [str(log) for log in drives.logs]
+    requested = gather(logs, str(drives.building), None, RunOptions())
+    try:
+        with (
+            dask.config.set({"distributed.comm.timeouts.connect": "30s"}),
+            pytest.raises(OutageError, match=r"scheduler .* went away; .* not run"),
+        ):
+            run_batch(
+                requested, tmp_path / "out", BatchOptions(scheduler=own.address), None, kill_it
+            )
+    finally:
+        own.end()
+    statuses = {
+        name: read_outcome(tmp_path / "out", name).status for name in names(tmp_path / "out")
+    }
+    assert {statuses.pop(name) for name in ended} == {"done"}
+    assert set(statuses.values()) == {"not run"}
+
+
+def names(batch: Path) -> list[str]:
+    return [log.name for log in read_logs(batch)]
 
 
 def test_where_no_scheduler_is_the_cure_is_named(

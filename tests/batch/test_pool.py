@@ -13,6 +13,7 @@ import pytest
 
 from objstate.batch.events import Began, Ended, Progressed
 from objstate.batch.pool import run_here
+from objstate.errors import OutageError
 from objstate.recording.batches import Outcome
 from tests.batch.antics import Antic, play
 
@@ -47,6 +48,21 @@ def test_every_log_ends_as_it_should_whatever_the_others_do(tmp_path: Path) -> N
         "good3",
         "stumbles",
     }
+
+
+def test_a_full_disk_is_no_fault_of_a_log(tmp_path: Path) -> None:
+    with pytest.raises(OutageError, match="No space left on device; free some space"):
+        outcomes(tmp_path, ["good1", "meets a full disk", "hangs"], workers=2, limit=60.0)
+    assert children(os.getpid()) == []
+
+
+def test_what_passes_is_tried_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("objstate.batch.attempts.PAUSE", 0.1)
+    ended = outcomes(tmp_path, ["loses the network"], workers=1, limit=60.0)
+    outcome = ended["loses the network"]
+    assert (outcome.status, outcome.attempts) == ("done", 3)
+    with pytest.raises(OutageError, match="Stale file handle"):
+        outcomes(tmp_path, ["never has a network"], workers=1, limit=60.0)
 
 
 def test_a_worker_has_one_thread_for_each_library(tmp_path: Path) -> None:

@@ -1,0 +1,90 @@
+"""A URL means logs as a path does: a folder of them is many drives."""
+
+from pathlib import Path
+
+import pytest
+
+from objstate.batch import gather
+from objstate.batch.addresses import fetched, find_logs, size_of
+from objstate.conversion import convert
+from objstate.errors import LogError, ObjstateError, OutageError
+from objstate.run import RunOptions
+from tests.batch.conftest import Drives
+from tests.batch.test_cluster import served
+
+fsspec = pytest.importorskip("fsspec")
+
+
+@pytest.fixture(scope="module")
+def fleet(drives: Drives, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Logs of several formats at several depths, beside other files."""
+    home = tmp_path_factory.mktemp("fleet")
+    (home / "monday").mkdir()
+    (home / "monday" / "log.mcap").write_bytes(drives.logs[0].read_bytes())
+    convert(drives.logs[1], home / "tuesday" / "bag", format="rosbag2")
+    convert(drives.logs[1], home / "tuesday" / "carmen.log")
+    (home / "notes.txt").write_text("not a log")
+    (home / "truth.csv").write_text("stamp,object,coordinate,value\n")
+    return home
+
+
+LOGS = ["monday/log.mcap", "tuesday/bag", "tuesday/carmen.log"]
+
+
+def test_a_prefix_of_a_bucket_is_a_folder_of_logs(fleet: Path) -> None:
+    fsspec.filesystem("memory").put(str(fleet), "/bucket/fleet", recursive=True)
+    for prefix in ("memory://bucket/fleet", "memory://bucket/fleet/", "memory://bucket/*"):
+        found = find_logs(prefix)
+        assert found == [f"memory:///bucket/fleet/{name}" for name in LOGS]
+    assert find_logs(str(fleet)) == [str(fleet / name) for name in LOGS]
+
+
+def test_a_page_of_links_is_a_folder_of_logs(fleet: Path) -> None:
+    pytest.importorskip("aiohttp")
+    with served(fleet) as address:
+        assert find_logs(address) == [f"{address}/{name}" for name in LOGS]
+        assert find_logs(f"{address}/monday/log.mcap") == [f"{address}/monday/log.mcap"]
+
+
+def test_what_is_not_there_is_named() -> None:
+    with pytest.raises(LogError, match="there is nothing"):
+        find_logs("memory://bucket/none")
+    with pytest.raises(LogError, match="none"):
+        size_of("memory://bucket/none.mcap")
+
+
+def test_a_server_that_does_not_answer_is_no_fault_of_a_log(tmp_path: Path) -> None:
+    pytest.importorskip("aiohttp")
+    with pytest.raises(OutageError, match="ConnectionRefused") as told:
+        fetched("http://127.0.0.1:9/drive.mcap", tmp_path)
+    assert told.value.transient
+
+
+def test_a_folder_is_never_read_as_one_drive(fleet: Path, tmp_path: Path) -> None:
+    with pytest.raises(LogError, match="name each log"):
+        fetched(f"file://{fleet}", tmp_path)
+    (tmp_path / "manifest.csv").write_text(f"log\n{fleet}\n")
+    with pytest.raises(LogError, match=r"row 1: .* name each log"):
+        gather([str(tmp_path / "manifest.csv")], "/house.urdf", None, RunOptions())
+
+
+@pytest.mark.parametrize(
+    ("building", "truth", "words"),
+    [
+        ("s3://bucket/b.urdf", None, r"--building s3://bucket/b\.urdf is a URL"),
+        ("/house.urdf", "s3://bucket/t.csv", r"--truth s3://bucket/t\.csv is a URL"),
+        ("/house.urdf", "/no/such/truth.csv", r"no file /no/such/truth\.csv"),
+    ],
+)
+def test_what_can_not_be_used_is_refused_at_once(
+    drives: Drives, building: str, truth: str | None, words: str
+) -> None:
+    with pytest.raises(ObjstateError, match=words):
+        gather([str(drives.logs[0])], building, truth, RunOptions())
+
+
+@pytest.mark.parametrize("column", ["building", "truth", "path", "settings"])
+def test_a_manifest_names_files_of_this_machine(tmp_path: Path, column: str) -> None:
+    (tmp_path / "manifest.csv").write_text(f"log,{column}\na.mcap,s3://bucket/x\n")
+    with pytest.raises(ObjstateError, match=f"row 1: {column} s3://bucket/x is a URL"):
+        gather([str(tmp_path / "manifest.csv")], "/house.urdf", None, RunOptions())
