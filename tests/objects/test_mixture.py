@@ -1,0 +1,186 @@
+"""A door's posterior as a Gaussian mixture: laws, and doors that are found by exact ranges."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from objstate.building.model import Mesh, MovableObject
+from objstate.config import BuildingErrorSettings, DoorSettings
+from objstate.geometry import FloatArray, transform_from_pose
+from objstate.objects.doors import LatticeFilter
+from objstate.objects.mixture import DoorMixture, Doorway
+from objstate.objects.mixture_kernels import Beams, Noise, Shape
+from objstate.sensing import ExpectedRanges, cast_from
+from objstate.sensing.surfaces import Surfaces
+from tests.rooms import building, door, fan
+
+RANGE_MAX = 8.0
+SIGMA = 0.02
+ERROR = BuildingErrorSettings(bearing_std_deg=0.1)
+KNOWN = np.diag([1e-6, 1e-6, 1e-8])  # covariance of a robot that knows where it is
+POSE = np.array([0.2, -1.5, 1.2])
+HINGE_VARIANCE = 0.01**2
+
+
+def leaf() -> MovableObject:
+    return door("door", 0.0, 0.0)
+
+
+@cache
+def doorway() -> Doorway:
+    return Doorway(leaf(), DoorSettings(), ERROR)
+
+
+def noise(independence: float = 1.0) -> Noise:
+    return Noise(
+        0.8, 0.15 / RANGE_MAX, 0.05, SIGMA**2, RANGE_MAX, 0.05, 0.9, 0.5, 0.1, independence, 0.1
+    )
+
+
+def shape(item: MovableObject) -> Shape:
+    from objstate.building.outline import outline
+
+    home = item.transforms(item.home[None])[0]
+    segments = outline(item.mesh.moved(home), 0.3).reshape(-1, 4) - np.tile(item.hinge, 2)
+    along = segments[:, 2:] - segments[:, :2]
+    normals = np.column_stack([-along[:, 1], along[:, 0]]) / np.hypot(*along.T)[:, None]
+    way = doorway()
+    return Shape(np.ascontiguousarray(segments), np.ascontiguousarray(normals), way.turn, way.slide)
+
+
+def read(
+    angle: float, hinge: FloatArray | None = None, rng: np.random.Generator | None = None
+) -> Beams:
+    """What a laser reads of a door that stands alone, at an angle, perhaps hung elsewhere."""
+    true, rays = leaf(), fan(121)
+    if hinge is not None:
+        true = true.hung_at(true.hinge + hinge)
+    place = building(Mesh.empty(), true)
+    ranges = ExpectedRanges(place).scene({"door": np.array([angle])}, POSE[None], rays)[0]
+    if rng is not None:
+        ranges = ranges + SIGMA * rng.standard_normal(len(ranges))
+    origins, directions = cast_from(transform_from_pose(POSE), rays)
+    nothing = np.full(len(rays), np.inf)
+    return Beams(
+        POSE[:2].copy(),
+        np.ascontiguousarray(origins[:, :2]),
+        np.ascontiguousarray(directions[:, :2]),
+        np.where(ranges > RANGE_MAX, np.inf, ranges),
+        nothing,
+        np.zeros(len(rays)),
+    )
+
+
+def after(beams: list[Beams], mixture: DoorMixture | None = None) -> DoorMixture:
+    mixture = mixture or DoorMixture.unknown(doorway(), HINGE_VARIANCE)
+    for each in beams:
+        mixture, _ = mixture.later(0.1, 0.0, KNOWN).given(each, noise(), shape(leaf()))
+    return mixture
+
+
+def belief(mixture: DoorMixture) -> tuple[float, float]:
+    """Mean and standard deviation of the angle, deg."""
+    lattice = LatticeFilter(leaf(), DoorSettings(resolution_deg=0.05)).prior(
+        np.random.default_rng()
+    )
+    found = mixture.on_lattice(lattice)
+    return math.degrees(found.mean[0]), math.degrees(found.std[0])
+
+
+@pytest.mark.parametrize("angle", [5.0, 20.0, 41.3, 66.6, 80.0])
+def test_exact_ranges_find_a_door(angle: float) -> None:
+    mean, std = belief(after([read(math.radians(angle))] * 3))
+    assert mean == pytest.approx(angle, abs=0.25)
+    assert std < 1.0
+
+
+def test_a_door_that_is_closed_is_told_from_one_that_is_ajar() -> None:
+    closed, ajar = after([read(0.0)] * 5), after([read(math.radians(3.0))] * 5)
+    first = doorway().cells
+    assert closed.weights[first] > 0.9
+    assert ajar.weights[first] < 0.05
+
+
+def test_a_leaf_that_hangs_elsewhere_is_found_at_its_angle_and_its_hinge() -> None:
+    angle, off, rng = math.radians(35.0), np.array([0.02, -0.03]), np.random.default_rng(0)
+    mixture = DoorMixture.unknown(doorway(), 0.03**2)
+    mixture = after([read(angle, off, rng) for _ in range(20)], mixture)
+    mean, _ = belief(mixture)
+    assert mean == pytest.approx(35.0, abs=0.7)
+    across = np.array([-math.sin(angle), math.cos(angle)])
+    hinge, covariance = mixture.hinge
+    std = math.sqrt(across @ covariance @ across)
+    assert across @ hinge == pytest.approx(across @ off, abs=3.0 * std + 0.003)
+    assert std < 0.01
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    angle=st.floats(0.0, 1.5),
+    seconds=st.floats(0.0, 1e5),
+    kept=st.floats(0.0, 1.0),
+    seed=st.integers(0, 10),
+)
+def test_a_mixture_stays_one(angle: float, seconds: float, kept: float, seed: int) -> None:
+    mixture = after([read(angle, rng=np.random.default_rng(seed))])
+    later = mixture.later(seconds, kept, KNOWN)
+    for each in (mixture, later):
+        assert each.weights.sum() == pytest.approx(1.0)
+        assert (each.resting >= 0.0).all()
+        assert (each.moving >= 0.0).all()
+        assert np.isfinite(each.means).all()
+        assert (np.linalg.eigvalsh(each.covariances) > -1e-12).all()
+
+
+def test_a_door_that_nobody_looks_at_for_long_may_be_where_doors_rest() -> None:
+    mixture = after([read(math.radians(35.0))] * 3).later(1e7, 0.0, KNOWN)
+    np.testing.assert_allclose(mixture.weights, doorway().rest, atol=0.02)
+
+
+def test_what_is_known_of_a_hinge_outlasts_a_move() -> None:
+    off, rng = np.array([0.0, -0.03]), np.random.default_rng(1)
+    mixture = DoorMixture.unknown(doorway(), 0.03**2)
+    mixture = after([read(math.radians(35.0), off, rng) for _ in range(20)], mixture)
+    before = mixture.hinge[1]
+    moved = after(
+        [read(math.radians(80.0), off, rng) for _ in range(10)], mixture.later(600.0, 0.0, KNOWN)
+    )
+    assert belief(moved)[0] == pytest.approx(80.0, abs=0.7)
+    assert np.trace(moved.hinge[1]) < 1.5 * np.trace(before)
+
+
+def test_errors_that_go_together_tell_less() -> None:
+    beams = read(math.radians(35.0))
+    start = DoorMixture.unknown(doorway(), HINGE_VARIANCE)
+    free, _ = start.given(beams, noise(), shape(leaf()))
+    bound, _ = start.given(beams, noise(0.1), shape(leaf()))
+    assert belief(bound)[1] > belief(free)[1]
+
+
+def test_no_beam_reaches_a_door_behind_something() -> None:
+    beams = read(math.radians(35.0))
+    hidden = beams._replace(measured=np.full_like(beams.measured, 0.5))
+    start = DoorMixture.unknown(doorway(), HINGE_VARIANCE)
+    assert start.given(beams, noise(), shape(leaf()))[1] > 10
+    assert start.given(hidden, noise(), shape(leaf()))[1] == 0
+
+
+def test_a_belief_on_a_lattice_makes_a_mixture_and_comes_back() -> None:
+    lattice = LatticeFilter(leaf(), DoorSettings()).prior(np.random.default_rng())
+    found = after([read(math.radians(35.0))] * 3).on_lattice(lattice)
+    again = DoorMixture.of(doorway(), found, HINGE_VARIANCE)
+    assert math.degrees(again.on_lattice(lattice).mean[0]) == pytest.approx(35.0, abs=1.5)
+
+
+def test_pieces_of_wall_are_short_and_together_the_wall() -> None:
+    walls = np.array([[0.0, 0.0, 7.0, 0.0], [7.0, 0.0, 7.0, 1.0]])
+    pieces = Surfaces(walls).pieces
+    lengths = np.hypot(*(pieces[:, 2:] - pieces[:, :2]).T)
+    assert lengths.max() <= 2.0
+    assert lengths.sum() == pytest.approx(8.0)
