@@ -308,6 +308,15 @@ class ObjectRule(Strict):
     nudge_deg: Positive | None = None
 
 
+REPLACED = {  # settings that were, and what serves instead
+    ("map_error",): "building_error.wall_std_m is how far walls are off before any scan",
+    ("hinges",): "building_error.hinge_std_m is how far hinges are off before any scan",
+    ("object_updates", "joint_samples"): "doors are inferred jointly once the pose is known well",
+    ("consistency", "most_tempering"): "the errors that readings share are learnt",
+    ("consistency", "off_m"): "the errors that readings share are learnt",
+}
+
+
 class Settings(Strict):
     """All settings of one run."""
 
@@ -320,6 +329,18 @@ class Settings(Strict):
     building_error: BuildingErrorSettings = BuildingErrorSettings()
     consistency: ConsistencySettings = ConsistencySettings()
     objects: tuple[ObjectRule, ...] = ()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _none_replaced(cls, given: Any) -> Any:
+        """Who has an earlier version's file hears what serves instead."""
+        for path, cure in REPLACED.items():
+            here = given
+            for key in path:
+                here = here.get(key) if isinstance(here, Mapping) else None
+            if here is not None:
+                raise ValueError(f"'{'.'.join(path)}' is a setting no longer: {cure}; remove it")
+        return given
 
     def in_building(self, error: BuildingErrorSettings | None) -> Settings:
         """The same settings with what a building says of its error, but for what was set explicitly."""

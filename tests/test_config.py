@@ -249,3 +249,18 @@ def test_another_inference_changes_nothing_else() -> None:
     assert marginal.object_updates.tempering == 0.5
     assert told.with_inference(None) is told
     assert marginal.with_inference("joint") == told
+
+
+@pytest.mark.parametrize(
+    ("given", "cure"),
+    [
+        ({"hinges": {"in_place": 1.0}}, "building_error.hinge_std_m"),
+        ({"map_error": {"std_m": 0.01}}, "building_error.wall_std_m"),
+        ({"consistency": {"most_tempering": 0.3}}, "are learnt"),
+    ],
+)
+def test_a_setting_that_was_replaced_is_an_error_that_says_by_what(
+    given: dict[str, object], cure: str
+) -> None:
+    with pytest.raises(SettingsError, match=cure):
+        parse_strict(Settings, given, "old.yaml")

@@ -12,7 +12,7 @@ from benchmarks.speed.places import Drive, ajar, closets, laser, office
 from benchmarks.speed.table import Table, milliseconds, number, times
 from benchmarks.speed.timing import Effort, processor_time
 from objstate.building.model import Building
-from objstate.config import LocalizationSettings, ObjectRule, ObjectUpdateSettings, Settings
+from objstate.config import LocalizationSettings, Settings
 from objstate.estimator import Estimator
 from objstate.records import Record, Scan
 
@@ -125,7 +125,6 @@ def objects_in_the_building(effort: Effort) -> Table:
 def _robot_samples(count: int) -> Settings:
     return Settings(
         localization=LocalizationSettings(min_particles=count, max_particles=count),
-        object_updates=ObjectUpdateSettings(joint_samples=count),
     )
 
 

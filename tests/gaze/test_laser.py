@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from objstate.building.model import Building
-from objstate.config import MapErrorSettings
+from objstate.config import BuildingErrorSettings
 from objstate.estimator import Estimator
 from objstate.gaze.entropy import belief_entropy
 from objstate.gaze.floor import Floor
@@ -28,7 +28,7 @@ AT_DOOR = np.array([1.5, 0.0, np.pi])
 def gain(
     rooms: Building, belief: ObjectBelief, pose: FloatArray, others: dict[str, FloatArray]
 ) -> float | None:
-    exactly = LookSettings(robot_std=MapErrorSettings().std_m, robot_yaw_std=0.0)
+    exactly = LookSettings(robot_std=BuildingErrorSettings().wall_std_m, robot_yaw_std=0.0)
     told = LaserLooks(rooms, LASER, looks=exactly).look(belief, pose, others, SCANS)
     return None if told is None else gain_of(belief)(told)
 
