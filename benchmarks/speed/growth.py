@@ -12,7 +12,7 @@ from benchmarks.speed.places import Drive, ajar, closets, laser, office
 from benchmarks.speed.table import Table, milliseconds, number, times
 from benchmarks.speed.timing import Effort, processor_time
 from objstate.building.model import Building
-from objstate.config import LocalizationSettings, Settings
+from objstate.config import LocalizationSettings, ObjectRule, Settings
 from objstate.estimator import Estimator
 from objstate.records import Record, Scan
 
