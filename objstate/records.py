@@ -123,7 +123,7 @@ class Estimate:
     fit: float = math.nan  # share of those beams that read what the best state explains
     presence: float = 1.0  # probability that a piece of furniture is there at all
     lost: bool = False  # the robot was not where it thought; the scan told nothing of objects
-    p_closed: float = math.nan  # probability that a door stands exactly closed
+    p_closed: float | None = None  # probability that a door stands exactly closed
 
 
 @dataclass(frozen=True)

@@ -51,6 +51,7 @@ from objstate.records import (
 )
 from objstate.sensing import BeamModel, Sensing, UncertainObject
 
+SLIDE = 2.0  # m by which a pose may slide to a place that looks alike
 FIT_BLUR = 0.1  # m; walls that are off by less fit
 ROUGH = 0.01  # m by which walls behind objects are rough
 BEFORE_OBJECTS = 0.1  # m before a known object, up to which a beam tells of walls alone
@@ -501,6 +502,8 @@ class Estimator:
         fits, is_narrow = track.record.fits(s) and not doubt.is_lost, self._is_narrow(track.belief)
         if not is_narrow:
             doubt.blur(track.belief.position_std)
+        elif track.record.may_have_slid:
+            doubt.blur(SLIDE)
         self._leave_earlier_looks(fits, now)
         if fits and not (doubt.is_new and is_narrow):
             if doubt.dispel(now):

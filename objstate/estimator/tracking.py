@@ -17,6 +17,7 @@ from objstate.geometry import FloatArray, between
 from objstate.localization import PoseBelief
 from objstate.records import NANOSECONDS
 
+HALF = 0.5  # of how well scans are usually explained
 TINY = 1e-3  # s, in which a mean over a track's life so far begins
 
 
@@ -45,6 +46,11 @@ class TrackRecord:
             seconds=self.seconds + seconds,
             until_ns=stamp_ns,
         )
+
+    @property
+    def may_have_slid(self) -> bool:
+        """Whether so little was explained that the pose may have settled on what looks alike nearby."""
+        return self.fit < HALF * self.usual_fit
 
     def fits(self, s: LocalizationSettings) -> bool:
         """Whether nothing speaks against the track."""

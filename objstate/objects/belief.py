@@ -307,17 +307,17 @@ class ObjectBelief:
         return ends if self.item.wraps else ends.clip(self.item.lower, self.item.upper)
 
     @property
-    def probability_closed(self) -> float:
-        """Probability that a door stands at the limit at which the model shows it; nan for all others.
+    def probability_closed(self) -> float | None:
+        """Probability that a door stands at the limit at which the model shows it; None for all others.
 
         The lattice's state at that limit stands for the limit itself.
         """
         item = self.item
         if item.kind is Kind.PLANAR or item.wraps or self.cell[0] == 0.0:
-            return math.nan
+            return None
         home = item.home[0]
         if home not in (item.lower, item.upper):
-            return math.nan
+            return None
         return float(self.weights.values[0 if home == item.lower else -1])
 
     @lazy

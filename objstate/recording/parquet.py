@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,9 +13,9 @@ if TYPE_CHECKING:
 
 
 def read_parquet(
-    path: Path, schema: pl.Schema, cure: str, optional: Mapping[str, pl.DataType] | None = None
+    path: Path, schema: pl.Schema, cure: str, optional: Collection[str] = ()
 ) -> pl.DataFrame:
-    """The table at ``path``, which must have the columns of ``schema`` and may have ``optional`` ones.
+    """The table at ``path``, which must have the columns of ``schema``; ``optional`` ones are null where they aren't there.
 
     Raises ResultError, which ends with the ``cure``, where there is none or another one.
     """
@@ -29,8 +29,8 @@ def read_parquet(
         raise ResultError(
             f"{path} is not a Parquet file that can be read ({error}); {cure}."
         ) from error
-    there = {name: kind for name, kind in (optional or {}).items() if name in frame.columns}
-    schema = pl.Schema({**schema, **there})
+    absent = {name: schema[name] for name in optional if name not in frame.columns}
+    frame = frame.with_columns(pl.lit(None, kind).alias(name) for name, kind in absent.items())
     if dict(frame.schema) != dict(schema):
         raise ResultError(
             f"{path} has the columns {dict(frame.schema)} instead of {dict(schema)}; {cure}."

@@ -39,7 +39,7 @@ COLUMNS = (
     "lost",
     "p_closed",
 )
-P_CLOSED = "p_closed"  # a column that estimates of doors may have besides
+P_CLOSED = "p_closed"
 
 TRUTH_COLUMNS = ("stamp", "object", "coordinate", "value")
 KNOWN_COORDINATES = ("angle", "offset", "x", "y", "yaw")
@@ -79,13 +79,10 @@ def _columns(estimates: Sequence[Estimate]) -> dict[str, list[Any]]:
 def read_estimates(folder: str | Path) -> pl.DataFrame:
     """The estimates of a result folder. Raises ResultError where there are none.
 
-    A column ``p_closed``, the probability that a door stands closed, may be there as well.
+    Results of earlier versions don't say how probably a door is closed: ``p_closed`` is null there.
     """
-    import polars as pl
-
     cure = "make it with `objstate estimate`"
-    optional = {P_CLOSED: pl.Float64()}
-    return read_parquet(Path(folder) / ESTIMATES, estimate_schema(), cure, optional)
+    return read_parquet(Path(folder) / ESTIMATES, estimate_schema(), cure, optional=(P_CLOSED,))
 
 
 def write_truth(path: str | Path, rows: Iterable[TrueState]) -> None:

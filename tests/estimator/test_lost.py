@@ -50,7 +50,9 @@ def error(estimator: Estimator, pose: FloatArray) -> float:
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_a_kidnapped_robot_is_found_and_says_that_it_was_lost_and_no_object_is_spoilt(seed: int) -> None:
+def test_a_kidnapped_robot_is_found_and_says_that_it_was_lost_and_no_object_is_spoilt(
+    seed: int,
+) -> None:
     driven, rows = kidnapped(seed), list[Estimate]()
     estimator = Estimator(CORRIDOR, seed=seed, initial_pose=START)
     for record in driven.records:

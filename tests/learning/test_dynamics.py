@@ -41,6 +41,7 @@ def looks(
         fit=pl.lit(1.0),
         presence=pl.lit(1.0),
         lost=pl.lit(False),
+        p_closed=pl.lit(None, pl.Float64()),
     )
     return frame.with_columns(**more).select(estimate_schema().names())
 

@@ -183,7 +183,7 @@ def test_the_last_states_are_those_of_the_plan_s_last_moment(page: str) -> None:
     door = next(each for each in data_of(page)["objects"] if each["name"] == "office_door")
     row = re.search(r'<th scope="row">office_door</th>(.*?)</tr>', page)
     assert row
-    assert f">{door['mean'][0][-1] / 10:.1f}°<" in row[1]
+    assert f" {door['mean'][0][-1] / 10:.1f}°<" in row[1]
     assert f">{door['t'][-1] / 10:.1f} s<" in row[1]
 
 
