@@ -13,10 +13,10 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, get_args
 
-import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from objstate.errors import SettingsError
+from objstate.yaml_files import YamlError, read_yaml
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -390,11 +390,11 @@ def load_settings(path: Path | None) -> Settings:
 def load_yaml(path: Path) -> Any:
     """A YAML file's content; an empty file is an empty mapping. Raises SettingsError."""
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+        content = read_yaml(path)
     except OSError as error:
-        raise SettingsError(f"Can't read {path}: {error.strerror}.") from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise SettingsError(f"{path} is not valid YAML: {error}") from error
+        raise SettingsError(f"Can't read {path}: {error.strerror}; check the path.") from error
+    except YamlError as error:
+        raise SettingsError(f"{path} is not valid YAML: {error}; mend it there.") from error
     return {} if content is None else content
 
 

@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from objstate.errors import BuildingError
 from objstate.geometry import BoolArray, FloatArray, compose
+from objstate.yaml_files import YamlError, read_yaml
 
 RAW_FULL = 100  # what a cell that is surely occupied holds in mode raw; above is unknown
 OPAQUE = 1.0
@@ -66,12 +66,12 @@ def read_map(path: Path) -> OccupancyMap:
 
 def _read_header(path: Path) -> MapFile:
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+        content = read_yaml(path)
     except OSError as error:
         raise BuildingError(
             f"The map {path} can't be read ({error.strerror}); check the path."
         ) from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
+    except YamlError as error:
         raise BuildingError(
             f"The map {path} is not valid YAML ({error}); give the .yaml file that lies beside "
             "the map's image."

@@ -9,13 +9,14 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Callable, Collection, Iterator, Mapping
 from pathlib import Path
-
-import yaml
+from typing import Any
 
 from objstate.errors import LogError
+from objstate.logs.decompression import MOST_RATIO, most_unpacked
 from objstate.logs.definitions import MessageType
 from objstate.logs.messages import Container, Message
 from objstate.logs.notices import Notices
+from objstate.yaml_files import YamlError, read_yaml
 
 METADATA = "metadata.yaml"
 STORAGE_NAMES = (".db3", ".mcap", ".zstd")
@@ -25,7 +26,8 @@ OpenFile = Callable[[Path, Notices], Container]
 
 def storage_files(folder: Path, notices: Notices) -> list[Path]:
     """The bag's storage files in order. Raises LogError where the folder holds none."""
-    present = sorted(path for path in folder.iterdir() if path.suffix in STORAGE_NAMES)
+    inner = sorted(folder.iterdir())
+    present = [path for path in inner if path.suffix in STORAGE_NAMES and path.is_file()]
     if not present:
         raise LogError(
             f"{folder} holds no bag (no .db3 or .mcap file); name the bag's folder or its file."
@@ -34,31 +36,41 @@ def storage_files(folder: Path, notices: Notices) -> list[Path]:
     if not metadata.exists():
         notices.add(f"{folder.name} has no {METADATA}: all its storage files are read")
         return present
-    listed = _listed_files(metadata, notices)
-    if not listed:
-        return present
-    missing = [path for path in listed if not path.exists()]
-    for path in missing:
-        notices.add(f"{folder.name} lacks its part {path.name}: the others are used")
-    return [path for path in listed if path.exists()] or present
-
-
-def _listed_files(metadata: Path, notices: Notices) -> list[Path]:
-    """What the metadata lists; a file compressed as a whole may be listed without its suffix."""
     try:
-        content = yaml.safe_load(metadata.read_text(encoding="utf-8"))
-        names = content["rosbag2_bagfile_information"]["relative_file_paths"]
-        # Early releases wrote paths that begin with the bag's folder.
-        paths = [metadata.parent / Path(name).name for name in names]
-    except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError) as error:
+        names = _relative_file_paths(read_yaml(metadata))
+    except (OSError, YamlError) as error:
         notices.add(f"{metadata} can't be read ({error}): all storage files are read")
-        return []
-    return [_compressed(path) if not path.exists() else path for path in paths]
+        return present
+    return _listed(names, present, folder, notices)
 
 
-def _compressed(path: Path) -> Path:
-    packed = path.with_name(path.name + ".zstd")
-    return packed if packed.exists() else path
+def _listed(
+    names: list[str], present: list[Path], folder: Path, notices: Notices
+) -> list[Path]:
+    """Of the files that are present those that the metadata lists; all if it lists none of them.
+
+    A file that was compressed as a whole may be listed without its suffix.
+    """
+    known = {path.name.removesuffix(".zstd"): path for path in present}
+    known |= {path.name: path for path in present}
+    found: dict[Path, None] = {}
+    for name in dict.fromkeys(names):
+        if name in known:
+            found[known[name]] = None
+        else:
+            notices.add(f"{folder.name} lacks its part {name}: the others are used")
+    return list(found) or present
+
+
+def _relative_file_paths(content: Any) -> list[str]:
+    """The names that the metadata lists. Raises YamlError where it has no such list."""
+    try:
+        names = content["rosbag2_bagfile_information"]["relative_file_paths"]
+    except (LookupError, TypeError) as error:
+        raise YamlError("it has no rosbag2_bagfile_information: relative_file_paths") from error
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        raise YamlError("relative_file_paths is no list of names")
+    return [Path(name).name for name in names]  # early releases put the bag's folder before them
 
 
 class ZstdFile:
@@ -86,8 +98,19 @@ class ZstdFile:
     def _unpack(self, packed: Path, plain: Path, notices: Notices) -> None:
         import zstandard
 
+        left = most_unpacked(packed.stat().st_size)
         with packed.open("rb") as source, plain.open("wb") as sink:
+            pieces = zstandard.ZstdDecompressor().read_to_iter(source)
             try:
-                zstandard.ZstdDecompressor().copy_stream(source, sink)
+                for piece in pieces:
+                    sink.write(piece[:left])
+                    left -= len(piece)
+                    if left < 0:
+                        notices.add(
+                            f"{packed.name} unpacks to more than {MOST_RATIO} times its size, which "
+                            "no recording does: what precedes is used; unpack it with `zstd -d` if "
+                            "it is right"
+                        )
+                        return
             except zstandard.ZstdError as error:
                 notices.add(f"{packed.name} is damaged ({error}): what precedes is used")
