@@ -26,7 +26,7 @@ def read_yaml(path: Path) -> Any:
     if len(content) > LONGEST:
         raise YamlError(f"it is longer than {LONGEST // 2**20} MB")
     try:
-        return yaml.load(content.decode("utf-8"), Loader=_Loader)  # noqa: S506 - a SafeLoader
+        return yaml.load(content.decode("utf-8"), Loader=_Loader)
     except UnicodeDecodeError as error:
         raise YamlError(f"it is no text in UTF-8 (byte {error.start})") from error
     except yaml.MarkedYAMLError as error:
@@ -48,7 +48,7 @@ class _Loader(yaml.SafeLoader):
         self._counts: dict[yaml.Node, int] = {}  # values in a node
 
     def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
-        mark = self.peek_event().start_mark
+        mark = self.peek_event().start_mark  # type: ignore[no-untyped-call]
         is_alias = self.check_event(yaml.AliasEvent)
         before = self._count
         self._depth += 1
@@ -70,4 +70,6 @@ class _Loader(yaml.SafeLoader):
 def _told(error: yaml.MarkedYAMLError) -> str:
     problem = " ".join((error.problem or error.context or "it can't be parsed").split())
     mark = error.problem_mark or error.context_mark
-    return problem if mark is None else f"{problem} (line {mark.line + 1}, column {mark.column + 1})"
+    return (
+        problem if mark is None else f"{problem} (line {mark.line + 1}, column {mark.column + 1})"
+    )

@@ -206,7 +206,9 @@ def _standard(name: str, message_type: MessageType) -> Any:
 
 def _check(message_type: MessageType, types: Typesdict) -> None:
     """Raises LogError where decoding would have no end, or be endlessly long."""
-    known: dict[str, tuple[int, bool]] = {}  # fields with those of parts, and whether they have bytes
+    known: dict[
+        str, tuple[int, bool]
+    ] = {}  # fields with those of parts, and whether they have bytes
 
     def extent(name: str, path: tuple[str, ...]) -> tuple[int, bool]:
         if name in path:

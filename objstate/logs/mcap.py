@@ -21,7 +21,14 @@ from objstate.logs.notices import Notices
 MAGIC = b"\x89MCAP0\r\n"
 
 FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, DATA_END = 0x02, 0x03, 0x04, 0x05, 0x06, 0x0F
-READ = (FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, DATA_END)  # all else, such as attachments, is skipped
+READ = (
+    FOOTER,
+    SCHEMA,
+    CHANNEL,
+    MESSAGE,
+    CHUNK,
+    DATA_END,
+)  # all else, such as attachments, is skipped
 
 RECORD_HEADER = struct.Struct("<BQ")  # opcode, length
 MESSAGE_HEADER = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time

@@ -44,9 +44,7 @@ def storage_files(folder: Path, notices: Notices) -> list[Path]:
     return _listed(names, present, folder, notices)
 
 
-def _listed(
-    names: list[str], present: list[Path], folder: Path, notices: Notices
-) -> list[Path]:
+def _listed(names: list[str], present: list[Path], folder: Path, notices: Notices) -> list[Path]:
     """Of the files that are present those that the metadata lists; all if it lists none of them.
 
     A file that was compressed as a whole may be listed without its suffix.
