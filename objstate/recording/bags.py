@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -48,18 +49,19 @@ class McapLog:
         self._writer = writer
         self._schemas: dict[str, int] = {}
         self._channels: dict[tuple[str, str], int] = {}
+        self.counts: Counter[str] = Counter()
         self.warnings: list[str] = []
 
     refusal = staticmethod(undefined)
 
     def write(
         self, topic: str, type_name: str, recorded_ns: int, cdr: bytes, definition: str | None
-    ) -> bool:
+    ) -> None:
         channel = self._channels.get((topic, type_name))
         if channel is None:
             channel = self._add_channel(topic, type_name, definition)
         self._writer.add_message(channel, recorded_ns, cdr, publish_time=recorded_ns)
-        return True
+        self.counts[topic] += 1
 
     def _add_channel(self, topic: str, type_name: str, definition: str | None) -> int:
         if type_name not in self._schemas:
@@ -79,13 +81,14 @@ class Bag1Log:
     def __init__(self, bag: Bag1Writer) -> None:
         self._bag = bag
         self._connections: dict[tuple[str, str], Connection] = {}
+        self.counts: Counter[str] = Counter()
         self.warnings: list[str] = []
 
     refusal = staticmethod(undefined)
 
     def write(
         self, topic: str, type_name: str, recorded_ns: int, cdr: bytes, definition: str | None
-    ) -> bool:
+    ) -> None:
         if not FIRST_NS <= recorded_ns <= LAST_NS:
             raise ResultError(
                 f"{topic} has a message of time {recorded_ns} ns, which a ROS 1 bag can't hold; "
@@ -95,7 +98,7 @@ class Bag1Log:
         if connection is None:
             connection = self._add_connection(topic, type_name, definition)
         self._bag.write(connection, recorded_ns, ros1_bytes(type_name, definition, cdr))
-        return True
+        self.counts[topic] += 1
 
     def _add_connection(self, topic: str, type_name: str, definition: str | None) -> Connection:
         connection = self._bag.add_connection(
@@ -115,18 +118,19 @@ class Bag2Log:
     def __init__(self, bag: Bag2Writer) -> None:
         self._bag = bag
         self._connections: dict[tuple[str, str], Connection] = {}
+        self.counts: Counter[str] = Counter()
         self.warnings: list[str] = []
 
     refusal = staticmethod(undefined)
 
     def write(
         self, topic: str, type_name: str, recorded_ns: int, cdr: bytes, definition: str | None
-    ) -> bool:
+    ) -> None:
         connection = self._connections.get((topic, type_name))
         if connection is None:
             connection = self._add_connection(topic, type_name, definition)
         self._bag.write(connection, recorded_ns, cdr)
-        return True
+        self.counts[topic] += 1
 
     def _add_connection(self, topic: str, type_name: str, definition: str | None) -> Connection:
         connection = self._bag.add_connection(
