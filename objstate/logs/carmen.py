@@ -104,6 +104,10 @@ class Reading:
     stamp_ns: int
 
 
+class NoTime(ValueError):
+    """A line's times are none: negative, or beyond the 32 bits that they were once kept in."""
+
+
 class CarmenFile:
     """A CARMEN log, plain or gzipped."""
 
@@ -189,6 +193,9 @@ class CarmenFile:
     def _reading(self, words: list[str]) -> Reading | None:
         try:
             return PARSERS[words[0]](words)
+        except NoTime:
+            self._notices.add(f"{self.path.name}: a {words[0]} line has no usable time: left out")
+            return None
         except (ValueError, IndexError):
             self._notices.add(f"{self.path.name}: a {words[0]} line is damaged: left out")
             return None
@@ -315,7 +322,7 @@ def _stamp(tail: list[str]) -> int:
     if _is_time(ipc_ns):
         return ipc_ns
     if logger_ns and not _is_time(logger_ns):
-        raise ValueError("the line has no usable time")
+        raise NoTime
     return logger_ns
 
 
