@@ -104,7 +104,7 @@ class Reading:
     stamp_ns: int
 
 
-class NoTime(ValueError):
+class NoTimeError(ValueError):
     """A line's times are none: negative, or beyond the 32 bits that they were once kept in."""
 
 
@@ -193,7 +193,7 @@ class CarmenFile:
     def _reading(self, words: list[str]) -> Reading | None:
         try:
             return PARSERS[words[0]](words)
-        except NoTime:
+        except NoTimeError:
             self._notices.add(f"{self.path.name}: a {words[0]} line has no usable time: left out")
             return None
         except (ValueError, IndexError):
@@ -322,7 +322,7 @@ def _stamp(tail: list[str]) -> int:
     if _is_time(ipc_ns):
         return ipc_ns
     if logger_ns and not _is_time(logger_ns):
-        raise NoTime
+        raise NoTimeError
     return logger_ns
 
 
