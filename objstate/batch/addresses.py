@@ -64,7 +64,9 @@ def _local_logs(source: str) -> list[str]:
     if path.exists() or not has_magic(source):
         return _logs_in(path)
     matches = sorted(glob(source, recursive=True), key=len)
-    found: dict[str, str] = {}  # by the true place: a folder that links back matches again and again
+    found: dict[
+        str, str
+    ] = {}  # by the true place: a folder that links back matches again and again
     for log in (log for match in matches for log in _logs_in(Path(match))):
         found.setdefault(os.path.realpath(log), log)
     return sorted(found.values())

@@ -56,8 +56,14 @@ def _read(source: str) -> pl.DataFrame:
         if source.lower().endswith(".parquet"):
             return pl.read_parquet(source)
         return pl.read_csv(source, infer_schema=False)
-    except (OSError, pl.exceptions.PolarsError) as error:
+    except OSError as error:
         raise SettingsError(f"Can't read the manifest {source}: {error}.") from error
+    except (pl.exceptions.PolarsError, pl.exceptions.PanicException) as error:
+        told = " ".join(str(error).split())
+        raise SettingsError(
+            f"The manifest {source} is no table that can be read ({told}); write it anew as CSV "
+            "in UTF-8, or as Parquet."
+        ) from error
 
 
 def _check_columns(source: str, columns: list[str]) -> None:
@@ -74,7 +80,7 @@ def _row(
     row: Mapping[str, str], where: str, home: Path, building: str | None, options: RunOptions
 ) -> tuple[BatchLog, RunOptions]:
     if "log" not in row:
-        raise SettingsError(f"{where} names no log.")
+        raise SettingsError(f"{where} names no log; fill the column 'log' with a path or URL.")
     base = home.absolute()
     addresses = {
         key: absolute(row[key], base)

@@ -25,6 +25,7 @@ COLUMNS = (
 )
 SENSE = {"ccw": 1, "cw": -1}  # of opening, seen from above
 FULL_TURN = 360.0  # degrees
+LARGEST = 1e6  # m, degrees; also in a map's frame that counts from far away
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,8 +109,9 @@ def _number(row: dict[str, str | None], column: str, where: str) -> float:
         value = float(row[column] or "")
     except ValueError:
         value = math.nan
-    if not math.isfinite(value):
+    if not abs(value) <= LARGEST:
         raise BuildingError(
-            f"{where}: '{row[column]}' in column '{column}' is no number; give one."
+            f"{where}: '{row[column]}' in column '{column}' is no number, or no length or angle in "
+            "a building; give one in metres or degrees."
         )
     return value

@@ -96,7 +96,7 @@ def _fault(item: dict[str, Any]) -> str:
 
 def _read_image(path: Path, header: MapFile) -> FloatArray:
     """(rows, columns, 2) the share of white and the opacity of each pixel, top row first."""
-    from PIL import Image, UnidentifiedImageError
+    from PIL import Image
 
     image_path = path.parent / header.image
     try:
@@ -108,7 +108,7 @@ def _read_image(path: Path, header: MapFile) -> FloatArray:
             f"The map {path} names the image '{header.image}', but {image_path} does not exist; "
             "correct 'image' or put the file there."
         ) from error
-    except (OSError, UnidentifiedImageError, ValueError, Image.DecompressionBombError) as error:
+    except Exception as error:  # whatever a damaged file raises in its reader
         raise BuildingError(
             f"The image {image_path} of the map {path} can't be read ({error}); "
             "save it again as PGM or PNG."

@@ -71,10 +71,7 @@ class MessageType:
         Raises LogError where neither the log nor any ROS distribution defines the type, or what
         the log has can't be used.
         """
-        store = self._store
-        if self.text and self.wire == CDR and self.language == MSG:
-            return self.text
-        return store.generate_msgdef(self.name, ros_version=2)[0]
+        return self._store.generate_msgdef(self.name, ros_version=2)[0]
 
     def cdr(self, data: bytes) -> bytes:
         """A message's bytes as ROS 2 CDR. Raises LogError for bytes that don't fit the type."""

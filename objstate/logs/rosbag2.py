@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable, Collection, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -75,10 +76,12 @@ class ZstdFile:
     """A storage file that the recorder compressed as a whole; unpacked beside other temporary files."""
 
     def __init__(self, path: Path, notices: Notices, open_file: OpenFile) -> None:
+        self.path = path
         self._folder = tempfile.TemporaryDirectory(prefix="objstate-")
-        plain = Path(self._folder.name) / path.stem
-        self._unpack(path, plain, notices)
-        self._container = open_file(plain, notices)
+        self._plain = Path(self._folder.name) / path.name
+        self._unpack(notices)
+        with self._named():
+            self._container = open_file(self._plain, notices)
 
     @property
     def share(self) -> float:
@@ -87,17 +90,30 @@ class ZstdFile:
 
     def topics(self) -> Mapping[str, MessageType]:
         """Message types by topic."""
-        return self._container.topics()
+        with self._named():
+            return self._container.topics()
 
     def messages(self, topics: Collection[str] | None = None) -> Iterator[Message]:
         """Messages of the unpacked file."""
-        return self._container.messages(topics)
+        with self._named():
+            yield from self._container.messages(topics)
 
-    def _unpack(self, packed: Path, plain: Path, notices: Notices) -> None:
+    @contextmanager
+    def _named(self) -> Iterator[None]:
+        """Errors speak of the file that the user knows."""
+        try:
+            yield
+        except LogError as error:
+            raise LogError(
+                str(error).replace(str(self._plain), f"{self.path}, unpacked,")
+            ) from error
+
+    def _unpack(self, notices: Notices) -> None:
         import zstandard
 
-        left = most_unpacked(packed.stat().st_size)
-        with packed.open("rb") as source, plain.open("wb") as sink:
+        name = self.path.name
+        left = most_unpacked(self.path.stat().st_size)
+        with self.path.open("rb") as source, self._plain.open("wb") as sink:
             pieces = zstandard.ZstdDecompressor().read_to_iter(source)
             try:
                 for piece in pieces:
@@ -105,10 +121,10 @@ class ZstdFile:
                     left -= len(piece)
                     if left < 0:
                         notices.add(
-                            f"{packed.name} unpacks to more than {MOST_RATIO} times its size, which "
-                            "no recording does: what precedes is used; unpack it with `zstd -d` if "
-                            "it is right"
+                            f"{name} unpacks to more than {MOST_RATIO} times its size, which no "
+                            "recording does: what precedes is used; unpack it with `zstd -d` if it "
+                            "is right"
                         )
                         return
             except zstandard.ZstdError as error:
-                notices.add(f"{packed.name} is damaged ({error}): what precedes is used")
+                notices.add(f"{name} is damaged ({error}): what precedes is used")

@@ -51,21 +51,25 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("targets", nargs="*", help=f"of {', '.join(TARGETS)}; default: all")
     parser.add_argument("--minutes", type=float, default=10.0)
     parser.add_argument("--count", type=int, default=10**9, help="of mutants of each at most")
-    parser.add_argument("--seed", type=int, default=int(time.time()), help="default: another each time")
+    parser.add_argument(
+        "--seed", type=int, default=int(time.time()), help="default: another each time"
+    )
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--out", type=Path, default=Path("out/fuzz"), help="where what fails is put")
+    parser.add_argument(
+        "--out", type=Path, default=Path("out/fuzz"), help="where what fails is put"
+    )
     return parser.parse_args()
 
 
 def _slices(names: list[str], most: int, end: float) -> Iterator[tuple[str, int, int, float]]:
     """Name, first and last mutant of each process, in turn, and when all has to end."""
     begun: Counter[str] = Counter()
-    for turn in count():
+    for _ in count():
         waiting = [name for name in names if begun[name] < most]
         if not waiting or time.monotonic() > end:
             return
         for name in waiting:
-            for _ in range(LOG_SLICES if name in LOGS else 1):
+            for _each in range(LOG_SLICES if name in LOGS else 1):
                 start = begun[name]
                 begun[name] = stop = min(start + SLICE, most)
                 if start < stop:

@@ -8,7 +8,24 @@ from collections.abc import Callable, Sequence
 
 Mutation = Callable[[bytearray, random.Random], None]
 
-INTEGERS = (0, 1, 2, 3, 4, 7, 8, 0x7F, 0x80, 0xFF, 0x7FFF, 0xFFFF, 2**20, 2**31 - 1, 2**31, 2**32 - 1)
+INTEGERS = (
+    0,
+    1,
+    2,
+    3,
+    4,
+    7,
+    8,
+    0x7F,
+    0x80,
+    0xFF,
+    0x7FFF,
+    0xFFFF,
+    2**20,
+    2**31 - 1,
+    2**31,
+    2**32 - 1,
+)
 LONG_INTEGERS = (2**33, 2**62, 2**63 - 1, 2**63, 2**64 - 1)
 FLOATS = (0.0, -1.0, 1e-300, 1e30, 1e300, -1e300, float("inf"), float("nan"))
 WORDS = (

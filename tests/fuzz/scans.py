@@ -142,6 +142,7 @@ def _fields(block: bytes) -> dict[bytes, bytes]:
 def _sqlite(path: Path) -> int:
     """Rows in the order of the file, until something is wrong."""
     database = sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro&immutable=1", uri=True)
+    database.text_factory = lambda raw: raw.decode(errors="replace")
     found: set[int] = set()
     try:
         topics = database.execute("SELECT id, name, type, serialization_format FROM topics")
@@ -181,6 +182,6 @@ def _is_scan(words: list[str]) -> bool:
         logged = float(words[2 + count + 8])
     except (ValueError, IndexError):
         return False
-    is_whole = 2 <= count and len(numbers) == count + 6
+    is_whole = count >= 2 and len(numbers) == count + 6
     is_sane = all(abs(number) < 1e8 for number in numbers)
     return words[0] in ("FLASER", "RLASER") and is_whole and is_sane and 0 < stamp < 2e9 > logged

@@ -316,5 +316,3 @@ def parquet_manifest() -> bytes:
     file = BytesIO()
     pl.read_csv(MANIFEST.encode(), infer_schema=False).write_parquet(file)
     return file.getvalue()
-
-
