@@ -19,6 +19,16 @@ if TYPE_CHECKING:
     from rosbags.interfaces.typing import Typesdict
     from rosbags.typesys.store import Typestore
 
+LASER_SCAN = "sensor_msgs/msg/LaserScan"
+ODOMETRY = "nav_msgs/msg/Odometry"
+TF = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
+POSE_WITH_COVARIANCE = "geometry_msgs/msg/PoseWithCovarianceStamped"
+POSE_ARRAY = "geometry_msgs/msg/PoseArray"
+PARTICLE_CLOUD = "nav2_msgs/msg/ParticleCloud"
+
+# what records are made from
+USED_TYPES = {LASER_SCAN, ODOMETRY, *TF, POSE_WITH_COVARIANCE, POSE_ARRAY, PARTICLE_CLOUD}
+
 CDR = "cdr"
 ROS1 = "ros1"
 
@@ -28,7 +38,7 @@ IDL = "ros2idl"
 HEADER = "std_msgs/msg/Header"
 
 # Not part of any ROS distribution's common interfaces (Nav2 defines it).
-PARTICLE_CLOUD = """std_msgs/Header header
+PARTICLE_CLOUD_TEXT = """std_msgs/Header header
 nav2_msgs/Particle[] particles
 ================================================================================
 MSG: nav2_msgs/Particle
@@ -127,6 +137,8 @@ def _store(message_type: MessageType) -> Typestore:
         own.pop(HEADER, None)
     types = _closure(message_type, own)
     _check(message_type, types)
+    if message_type.name in USED_TYPES:
+        _check_fields(message_type, types)
     store = get_typestore(Stores.EMPTY)
     try:
         store.register(types)
@@ -167,7 +179,7 @@ def _standard_types(wire: str) -> Typesdict:
     from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
     ros2 = get_typestore(Stores.LATEST).fielddefs
-    particles = get_types_from_msg(PARTICLE_CLOUD, "nav2_msgs/msg/ParticleCloud")
+    particles = get_types_from_msg(PARTICLE_CLOUD_TEXT, PARTICLE_CLOUD)
     if wire == CDR:
         return dict(ros2) | particles
     ros1 = get_typestore(Stores.ROS1_NOETIC).fielddefs
@@ -227,6 +239,15 @@ def _check(message_type: MessageType, types: Typesdict) -> None:
     fields, _ = extent(message_type.name, ())
     if fields > MOST_FIELDS:
         raise _unusable(message_type, f"it has {fields} fields, and at most {MOST_FIELDS} are read")
+
+
+def _check_fields(message_type: MessageType, types: Typesdict) -> None:
+    """Raises LogError where a type that records are made from lacks fields that ROS gives it."""
+    standard = _standard_types(message_type.wire)
+    for name, (_, fields) in types.items():
+        if name in standard and (missing := dict(standard[name][1]).items() - dict(fields).items()):
+            lacking = sorted(field for field, _ in missing)
+            raise _unusable(message_type, f"{name} lacks {', '.join(lacking)} as ROS defines it")
 
 
 def _parts(field: Any) -> tuple[int, str | None, bool]:

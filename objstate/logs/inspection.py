@@ -12,11 +12,12 @@ import numpy as np
 from objstate.errors import LogError
 from objstate.geometry import FloatArray, rpy_from_rotation
 from objstate.logs.containers import Messages, Paths, as_paths
+from objstate.logs.definitions import LASER_SCAN, ODOMETRY, TF
 from objstate.logs.frames import BASE, FrameTree, Mountings, frame_name, odometry_root
 from objstate.logs.log import open_log
 from objstate.logs.messages import Message
 from objstate.logs.notices import Notices
-from objstate.logs.roles import LASER_SCAN, ODOMETRY, TF, odometry_topic
+from objstate.logs.roles import odometry_topic
 from objstate.logs.scans import clean_ranges
 
 # s; header times this far off the recording times are told: the clocks differ

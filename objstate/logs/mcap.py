@@ -107,7 +107,7 @@ class McapFile:
             start, end, announced, crc = CHUNK_HEADER.unpack_from(body)
             method, at = _string(body, CHUNK_HEADER.size)
             (length,) = struct.unpack_from("<Q", body, at)
-        except (struct.error, UnicodeDecodeError):
+        except struct.error:
             return
         packed = body[at + 8 : at + 8 + length]
         is_whole = len(packed) == length
@@ -146,7 +146,7 @@ class McapFile:
                 self._learn_schema(body)
             else:
                 self._learn_channel(body)
-        except (struct.error, UnicodeDecodeError):
+        except struct.error:
             self._notices.add(f"{self.path.name}: a damaged description of a channel was skipped")
 
     def _learn_schema(self, body: bytes) -> None:
@@ -202,7 +202,7 @@ def _records_within(data: bytes) -> Iterator[tuple[int, bytes, float]]:
 def _string(body: bytes, at: int) -> tuple[str, int]:
     """A string with its length before it, and where it ends."""
     (length,) = struct.unpack_from("<I", body, at)
-    return body[at + 4 : at + 4 + length].decode(), at + 4 + length
+    return body[at + 4 : at + 4 + length].decode(errors="replace"), at + 4 + length
 
 
 def _ros2_name(name: str) -> str:

@@ -18,8 +18,8 @@ from tempfile import TemporaryDirectory
 from tests.fuzz.targets import LOGS, TARGETS
 from tests.fuzz.worker import mutants
 
-SLICE = 400  # mutants of one process
-LOG_SLICES = 5  # of every log format, for one of every other file
+SLICE = 1000  # mutants of one process
+LOG_SLICES = 3  # of every log format, for one of every other file
 
 
 def main() -> int:
