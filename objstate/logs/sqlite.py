@@ -22,6 +22,9 @@ MAGIC = b"SQLite format 3\x00"
 
 TABLES = ("topics", "messages", "message_definitions")
 
+# what a damaged file raises: a message that names what isn't text can't even be told
+FAULTS = (sqlite3.Error, OverflowError, UnicodeDecodeError)
+
 # steps of SQLite's machine from one row to the next: reading takes a dozen, and sorting a million rows
 # that aren't in order some ten millions, in a second
 MOST_STEPS = 200_000_000
@@ -79,20 +82,20 @@ class SqliteFile:
                 )
                 repeats = 0
                 for row, topic, recorded_ns, data in rows:
-                    if not isinstance(row, int) or not seen.add(row):
-                        repeats += 1
-                        if repeats > MOST_REPEATS:
-                            raise sqlite3.DatabaseError("its pages lead in circles")
-                        continue
-                    patience.renew()
-                    last, step, repeats = row, 0, 0
-                    self._last_row = last
-                    if isinstance(recorded_ns, int) and isinstance(data, bytes):
+                    is_whole = isinstance(recorded_ns, int) and isinstance(data, bytes)
+                    if isinstance(row, int) and is_whole and seen.add(row):
+                        patience.renew()
+                        last, step, repeats = row, 0, 0
+                        self._last_row = last
                         yield topic, recorded_ns, data
-                    else:
+                        continue
+                    repeats += 1
+                    if repeats > MOST_REPEATS:
+                        raise sqlite3.DatabaseError("its pages lead in circles")
+                    if not is_whole:
                         self._notices.add(f"{self.path.name}: a damaged message was left out")
                 return
-            except (sqlite3.Error, OverflowError) as error:
+            except FAULTS as error:
                 if not step:
                     self._notices.add(
                         f"{self.path.name} is damaged after message {last} ({error}): "
@@ -117,7 +120,7 @@ class SqliteFile:
                 elif wire == CDR:
                     language, text = definitions.get(name, (MSG, ""))
                     topics[number] = (topic, MessageType(name, CDR, text, language))
-        except sqlite3.Error as error:
+        except FAULTS as error:
             raise LogError(
                 f"{self.path} is no rosbag2 file, or its list of topics is damaged ({error}); "
                 "record again, or try `sqlite3 FILE .recover`."
@@ -144,7 +147,7 @@ class SqliteFile:
             rows = database.execute(
                 "SELECT topic_type, encoding, encoded_message_definition FROM message_definitions"
             ).fetchall()
-        except sqlite3.Error as error:
+        except FAULTS as error:
             if "no such table" not in str(error):
                 self._notices.add(
                     f"{self.path.name}: its definitions of types are damaged ({error})"
@@ -160,7 +163,7 @@ class SqliteFile:
         """The number of the last row, as far as a damaged file tells it."""
         try:
             (last,) = database.execute("SELECT max(id) FROM messages").fetchone()
-        except sqlite3.Error:
+        except FAULTS:
             return 1
         return last if isinstance(last, int) and last > 0 else 1
 
@@ -177,7 +180,7 @@ class SqliteFile:
             # SQLite refuses a file that is shorter than its header says, except to those who
             # might be about to repair it.
             database.execute("PRAGMA writable_schema = ON")
-        except sqlite3.Error as error:
+        except FAULTS as error:
             raise LogError(
                 f"{self.path} can't be opened as a rosbag2 file ({error}); record again, or try "
                 "`sqlite3 FILE .recover`."
