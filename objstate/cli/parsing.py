@@ -18,6 +18,7 @@ POSE = "X,Y,YAW (m, m, rad; or YAW in degrees as in 90deg)"
 MOUNT = "FRAME=x,y,z,roll,pitch,yaw (m and rad; or angles in degrees as in 180deg)"
 CLOCK_OFFSET = "FRAME=SECONDS (as in laser=0.03)"
 
+END_OF_TIME_S = 2**33  # s; nanoseconds since then fit into 64 bits
 TIME = "'now', a time as in 2026-11-21T12:00 (UTC, or with +01:00), or seconds since 1970"
 
 
@@ -66,7 +67,8 @@ def parse_time(text: str) -> int:
     if text == "now":
         return time.time_ns()
     try:
-        return round(Fraction(text) * 10**9)
+        if abs(float(text)) < END_OF_TIME_S:
+            return round(Fraction(text) * 10**9)
     except ValueError:
         pass
     try:

@@ -336,7 +336,7 @@ def _nanoseconds(seconds: str) -> int:
     if whole.isdigit() and fraction.isdigit():
         return int(whole) * 10**9 + int(fraction[:9].ljust(9, "0"))
     number = float(seconds)
-    return round(number * 1e9) if abs(number) < END_OF_TIME_NS else 0
+    return round(number * 1e9) if abs(number) < END_OF_TIME_NS else -1  # no time
 
 
 def _scan(reading: Reading, range_max: float) -> Message:

@@ -87,7 +87,7 @@ class MessageType:
         """A message's bytes as ROS 2 CDR. Raises LogError for bytes that don't fit the type."""
         if self.wire == CDR:
             return data
-        store = self._store
+        store = self._store_for(data)
         try:
             return bytes(store.ros1_to_cdr(data, self.name))
         except _decoding_errors() as error:
@@ -98,7 +98,7 @@ class MessageType:
 
         Raises LogError for bytes that don't fit the type.
         """
-        cdr, store = self.cdr(data), self._store
+        cdr, store = self.cdr(data), self._store_for(data)
         try:
             return store.deserialize_cdr(cdr, self.name)
         except _decoding_errors() as error:
@@ -114,6 +114,11 @@ class MessageType:
 
     def _damaged(self) -> LogError:
         return LogError(f"the message is damaged, or not as its type {self.name} is defined")
+
+    def _store_for(self, data: bytes) -> Typestore:
+        """The type store, which takes no list for longer than the data, as each item has a byte."""
+        self._store.max_sequence_length = max(len(data), 1)
+        return self._store
 
     @lazy
     def _store(self) -> Typestore:

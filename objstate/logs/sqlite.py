@@ -77,7 +77,8 @@ class SqliteFile:
         while True:
             try:
                 rows = database.execute(
-                    "SELECT id, topic_id, timestamp, data FROM messages WHERE id > ? ORDER BY id",
+                    "SELECT rowid, topic_id, timestamp, data FROM messages WHERE rowid > ? "
+                    "ORDER BY rowid",
                     (last + step,),
                 )
                 repeats = 0
@@ -110,7 +111,7 @@ class SqliteFile:
         try:
             self._check_tables(database)
             definitions = self._definitions(database)
-            rows = database.execute("SELECT id, name, type, serialization_format FROM topics")
+            rows = database.execute("SELECT rowid, name, type, serialization_format FROM topics")
             topics = {}
             for number, topic, name, wire in rows:
                 if not (
@@ -162,7 +163,7 @@ class SqliteFile:
     def _count(self, database: sqlite3.Connection) -> int:
         """The number of the last row, as far as a damaged file tells it."""
         try:
-            (last,) = database.execute("SELECT max(id) FROM messages").fetchone()
+            (last,) = database.execute("SELECT max(rowid) FROM messages").fetchone()
         except FAULTS:
             return 1
         return last if isinstance(last, int) and last > 0 else 1

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from decimal import Decimal, InvalidOperation
+from decimal import Decimal
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +12,7 @@ from objstate.geometry import pose_from_transform, rotation_from_quaternion, tra
 from objstate.records import Path as RobotPath
 
 TRAJECTORY = "trajectory.tum"  # in a result folder: the estimated path
+LONGEST_STAMP = 12  # digits of seconds: more are no nanoseconds in 64 bits
 FIELDS = "stamp tx ty tz qx qy qz qw"
 
 
@@ -61,16 +62,23 @@ def _lines(path: Path) -> list[str]:
         raise TruthError(f"{path} is not text; a path is a TUM file: '{FIELDS}'.") from error
 
 
+def _nanoseconds(stamp: Decimal) -> int:
+    """Raises ValueError for what is none in 64 bits; rounding a larger number could take for ever."""
+    if not stamp.is_finite() or stamp.adjusted() >= LONGEST_STAMP:
+        raise ValueError(f"{stamp} is no time")
+    return round(stamp * 10**9)
+
+
 def _row(text: str, where: str) -> tuple[int, np.ndarray]:
     """Stamp in nanoseconds and pose (3,) of one line."""
     fields = text.split()
     if len(fields) != 8:
         raise TruthError(f"{where} has {len(fields)} fields; give eight: '{FIELDS}'.")
     try:
-        stamp = round(Decimal(fields[0]) * 10**9)
+        stamp = _nanoseconds(Decimal(fields[0]))
         x, y, z, *quaternion = (float(field) for field in fields[1:])
         matrix = transform(rotation_from_quaternion(*quaternion), [x, y, z])
-    except (InvalidOperation, ValueError, OverflowError) as error:
+    except (ArithmeticError, ValueError) as error:
         raise TruthError(f"{where}: '{text}' is not a pose; give '{FIELDS}'.") from error
     if not np.isfinite(matrix).all() or abs(stamp) >= 2**63:
         raise TruthError(f"{where}: '{text}' is not finite; give '{FIELDS}'.")
