@@ -1,9 +1,10 @@
 # make run: estimate the sample log.   make test: check and test.   All set up .venv first.
+# make fuzz: ten minutes of mutated files of every kind, into out/fuzz what is read wrongly.
 # make bench: how fast it is, into docs/performance.md.   make bench-hour: memory over an hour of log.
 PYTHON ?= $(firstword $(shell command -v python3.11 python3 python))
 BIN := .venv/bin
 
-.PHONY: run test bench bench-hour
+.PHONY: run test fuzz bench bench-hour
 
 run: .venv/.stamp
 	$(BIN)/objstate estimate logs/corridor.mcap --building models/corridor/corridor.urdf \
@@ -15,6 +16,9 @@ test: .venv/.stamp
 	$(BIN)/mypy --strict objstate
 	$(BIN)/lint-imports
 	$(BIN)/pytest
+
+fuzz: .venv/.stamp
+	$(BIN)/python -m tests.fuzz --minutes 10
 
 bench: .venv/.stamp
 	$(BIN)/python -m benchmarks.speed
