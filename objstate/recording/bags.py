@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from objstate.errors import ResultError
+from objstate.errors import LogError
 from objstate.recording.ros import is_defined, ros1_bytes, ros1_types, ros2_types
 
 if TYPE_CHECKING:
@@ -32,7 +32,8 @@ LATCHED_QOS = """\
   liveliness_lease_duration: {sec: 9223372036, nsec: 854775807}
   avoid_ros_namespace_conventions: false
 """  # what _latched_quality says, as MCAP channels carry it
-FIRST_NS, LAST_NS = 0, 2**32 * 10**9 - 1  # what a ROS time holds: 32 bits of seconds
+LAST_NS = 2**32 * 10**9 - 1  # what a ROS 1 time holds: 32 bits of seconds
+LAST_MCAP_NS, LAST_ROS2_NS = 2**64 - 1, 2**63 - 1
 
 
 def undefined(type_name: str, definition: str | None) -> str | None:
@@ -40,6 +41,12 @@ def undefined(type_name: str, definition: str | None) -> str | None:
     if is_defined(type_name, definition):
         return None
     return "its definition is neither in the log nor a standard one"
+
+
+def _check_time(recorded_ns: int, last_ns: int) -> None:
+    """Raises LogError for a recording time that the format can't hold."""
+    if not 0 <= recorded_ns <= last_ns:
+        raise LogError(f"its time, {recorded_ns} ns, is none that the format can hold")
 
 
 class McapLog:
@@ -57,6 +64,7 @@ class McapLog:
     def write(
         self, topic: str, type_name: str, recorded_ns: int, cdr: bytes, definition: str | None
     ) -> None:
+        _check_time(recorded_ns, LAST_MCAP_NS)
         channel = self._channels.get((topic, type_name))
         if channel is None:
             channel = self._add_channel(topic, type_name, definition)
@@ -89,11 +97,7 @@ class Bag1Log:
     def write(
         self, topic: str, type_name: str, recorded_ns: int, cdr: bytes, definition: str | None
     ) -> None:
-        if not FIRST_NS <= recorded_ns <= LAST_NS:
-            raise ResultError(
-                f"{topic} has a message of time {recorded_ns} ns, which a ROS 1 bag can't hold; "
-                "write MCAP instead."
-            )
+        _check_time(recorded_ns, LAST_NS)
         connection = self._connections.get((topic, type_name))
         if connection is None:
             connection = self._add_connection(topic, type_name, definition)
@@ -126,6 +130,7 @@ class Bag2Log:
     def write(
         self, topic: str, type_name: str, recorded_ns: int, cdr: bytes, definition: str | None
     ) -> None:
+        _check_time(recorded_ns, LAST_ROS2_NS)
         connection = self._connections.get((topic, type_name))
         if connection is None:
             connection = self._add_connection(topic, type_name, definition)
