@@ -16,7 +16,11 @@ from objstate.config import NonNegative, Positive, Share, Strict, load_yaml, par
 
 PointXY = tuple[float, float]
 Region = tuple[float, float, float, float]  # x_min, y_min, x_max, y_max
-Count = Annotated[int, Field(ge=1)]
+
+# of people, boxes, samples or beams, and a second: what is more is a slip of the pen, and takes all memory
+MOST = 100_000
+Count = Annotated[int, Field(ge=1, le=MOST)]
+Rate = Annotated[float, Field(gt=0, le=MOST)]  # Hz
 
 
 class PlanarState(Strict):
@@ -66,7 +70,7 @@ class Route(Strict):
 class OdometryNoise(Strict):
     """Wheel odometry. Random errors grow with the root of the way, so that no rate matters."""
 
-    rate: Positive = 20.0  # Hz
+    rate: Rate = 20.0  # Hz
     translation_noise: NonNegative = 0.01  # m after 1 m, along the way
     rotation_noise: NonNegative = 0.02  # rad after 1 rad of turning
     drift_noise: NonNegative = 0.01  # rad after 1 m of way
@@ -92,12 +96,12 @@ class Laser(Strict):
 
     frame: str = "laser"
     mount: Mount = Mount()
-    beams: Annotated[int, Field(ge=2)] = 181
+    beams: Annotated[int, Field(ge=2, le=MOST)] = 181
     angle_min: float = -1.5707963267948966  # rad, the first beam
     angle_max: float = 1.5707963267948966  # rad, the last beam
     range_min: NonNegative = 0.05  # m
     range_max: Positive = 8.0  # m
-    rate: Positive = 5.0  # Hz
+    rate: Rate = 5.0  # Hz
     phase: Share = 0.0  # of a period, when the first scan is taken
     time_increment: NonNegative = 0.0  # s between beams
     sigma: NonNegative = 0.03  # m, range noise
@@ -201,7 +205,7 @@ class RecordedBelief(Strict):
     """Samples of a localization's belief, recorded as geometry_msgs/PoseArray."""
 
     topic: str = "/particlecloud"
-    rate: Positive = 2.0  # Hz
+    rate: Rate = 2.0  # Hz
     count: Count = 100
     sigma_xy: NonNegative = 0.05  # m, of the samples about their mean
     sigma_yaw: NonNegative = 0.02  # rad
