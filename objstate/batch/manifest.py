@@ -81,6 +81,8 @@ def _row(
 ) -> tuple[BatchLog, RunOptions]:
     if "log" not in row:
         raise SettingsError(f"{where} names no log; fill the column 'log' with a path or URL.")
+    if any("\0" in cell for cell in row.values()):
+        raise SettingsError(f"{where} holds a zero byte; write the manifest anew, as text.")
     base = home.absolute()
     addresses = {
         key: absolute(row[key], base)

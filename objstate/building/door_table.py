@@ -25,7 +25,7 @@ COLUMNS = (
 )
 SENSE = {"ccw": 1, "cw": -1}  # of opening, seen from above
 FULL_TURN = 360.0  # degrees
-LARGEST = 1e6  # m, degrees; also in a map's frame that counts from far away
+LARGEST = 1e8  # m, degrees; also of coordinates of a country
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,7 +21,7 @@ OPAQUE = 1.0
 SAMPLE = "image, resolution, origin, negate, occupied_thresh and free_thresh, as map_saver writes"
 
 Share = Annotated[float, Field(ge=0, le=1)]
-Finite = Annotated[float, Field(allow_inf_nan=False)]
+Number = Annotated[float, Field(ge=-1e8, le=1e8)]  # m; also coordinates of a country
 
 
 class MapFile(BaseModel):
@@ -30,8 +30,8 @@ class MapFile(BaseModel):
     model_config = ConfigDict(extra="ignore", frozen=True)
 
     image: str
-    resolution: Annotated[float, Field(gt=0, allow_inf_nan=False)]  # m per cell
-    origin: tuple[Finite, Finite, Finite]  # x m, y m, yaw rad of the lower left corner
+    resolution: Annotated[float, Field(ge=1e-4, le=10)]  # m per cell
+    origin: tuple[Number, Number, Number]  # x m, y m, yaw rad of the lower left corner
     negate: bool = False
     occupied_thresh: Share = 0.65
     free_thresh: Share = 0.25

@@ -6,11 +6,12 @@ a default that serves.
 
 from __future__ import annotations
 
+import os
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from objstate.config import NonNegative, Positive, Share, Strict, load_yaml, parse_strict
 
@@ -230,6 +231,13 @@ class Scene(Strict):
     truth_step: Positive = 0.05  # s between true states while an object moves
     seed: Annotated[int, Field(ge=0)] = 0
 
+    @field_validator("building")
+    @classmethod
+    def _is_a_path(cls, path: Path) -> Path:
+        if "\0" in str(path):
+            raise ValueError("a path can't hold a zero byte")
+        return path
+
     @model_validator(mode="after")
     def _has_lasers(self) -> Scene:
         frames = [laser.frame for laser in self.lasers]
@@ -245,7 +253,7 @@ def load_scene(path: str | Path, seed: int | None = None) -> Scene:
     """
     path = Path(path)
     scene = parse_strict(Scene, load_yaml(path), str(path))
-    changes = {"building": (path.parent / scene.building).resolve()}
+    changes = {"building": Path(os.path.realpath(path.parent / scene.building))}
     return scene.model_copy(update=changes if seed is None else {**changes, "seed": seed})
 
 
