@@ -115,7 +115,10 @@ def _special(row: Mapping[str, str], settings: str | None, where: str) -> dict[s
     """The options that a row sets."""
     own: dict[str, Any] = {}
     if settings is not None:
-        own["settings"] = load_settings(Path(settings))
+        try:
+            own["settings"] = load_settings(Path(settings))
+        except SettingsError as error:
+            raise SettingsError(f"{where}: {error}") from error
     if "initial_pose" in row:
         own["initial_pose"] = _pose(row["initial_pose"], where)
         own["global_start"] = False

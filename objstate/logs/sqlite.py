@@ -18,6 +18,9 @@ from objstate.logs.definitions import CDR, MSG, MessageType
 from objstate.logs.messages import Message
 from objstate.logs.notices import Notices
 
+ALL_ROWS = "SELECT rowid, topic_id, timestamp, data FROM messages"
+ROWS_AFTER = f"{ALL_ROWS} WHERE rowid > ? ORDER BY rowid"
+
 MAGIC = b"SQLite format 3\x00"
 
 TABLES = ("topics", "messages", "message_definitions")
@@ -77,10 +80,11 @@ class SqliteFile:
         last, step = 0, 0
         while True:
             try:
-                rows = database.execute(
-                    "SELECT rowid, topic_id, timestamp, data FROM messages WHERE rowid > ? "
-                    "ORDER BY rowid",
-                    (last + step,),
+                # from the first page on; looking a row up may meet damage that lies elsewhere
+                rows = (
+                    database.execute(ROWS_AFTER, (last + step,))
+                    if step
+                    else database.execute(ALL_ROWS)
                 )
                 repeats = 0
                 for row, topic, recorded_ns, data in rows:

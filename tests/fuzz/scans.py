@@ -153,7 +153,7 @@ def _sqlite(path: Path) -> int:
             number, topic, time, data = row
             if topic in known and isinstance(time, int) and isinstance(data, bytes):
                 found.add(number)
-    except (sqlite3.Error, OverflowError, UnicodeDecodeError):
+    except (sqlite3.Error, OverflowError, UnicodeDecodeError, MemoryError):
         pass
     finally:
         database.close()
