@@ -19,6 +19,7 @@ from objstate.logs.messages import Message
 from objstate.logs.notices import Notices
 
 ALL_ROWS = "SELECT rowid, topic_id, timestamp, data FROM messages"
+ONE_ROW = f"{ALL_ROWS} WHERE rowid = ?"
 ROWS_AFTER = f"{ALL_ROWS} WHERE rowid > ? ORDER BY rowid"
 
 MAGIC = b"SQLite format 3\x00"
@@ -33,6 +34,8 @@ FAULTS = (sqlite3.Error, OverflowError, UnicodeDecodeError, MemoryError)
 # that aren't in order some ten millions, in a second
 MOST_STEPS = 200_000_000
 STEPS_AT_ONCE = 1_000_000
+# rows; a page of 4096 bytes holds no more of the shortest messages
+LOOKED_UP = 200
 # rows in which nothing new comes up: so many fit on no page, and a damaged tree of pages leads in circles
 MOST_REPEATS = 100_000
 
@@ -107,9 +110,25 @@ class SqliteFile:
                         f"{self.path.name} is damaged after message {last} ({error}): "
                         "what can be read is used"
                     )
+                    yield from self._looked_up(database, last, seen)
                 step = max(1, 2 * step)
                 if step > MOST_ROWS or last + step >= 2**63:
                     return
+
+    def _looked_up(
+        self, database: sqlite3.Connection, last: int, seen: Seen
+    ) -> Iterator[tuple[int, int, bytes]]:
+        """Whole rows just after a damaged place, each by its number: others of its page may be fine."""
+        for number in range(last + 1, last + 1 + LOOKED_UP):
+            try:
+                found = database.execute(ONE_ROW, (number,)).fetchone()
+            except FAULTS:
+                continue
+            if found is None:
+                continue
+            _, topic, recorded_ns, data = found
+            if isinstance(recorded_ns, int) and isinstance(data, bytes) and seen.add(number):
+                yield topic, recorded_ns, data
 
     def _topics(self, database: sqlite3.Connection) -> dict[int, tuple[str, MessageType]]:
         Patience(database)
