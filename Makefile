@@ -1,10 +1,11 @@
 # make run: estimate the sample log.   make test: check and test.   All set up .venv first.
 # make docs: renew what the pages print, and README's picture.
+# make fuzz: ten minutes of mutated files of every kind, into out/fuzz what is read wrongly.
 # make bench: how fast it is, into docs/performance.md.   make bench-hour: memory over an hour of log.
 PYTHON ?= $(firstword $(shell command -v python3.11 python3 python))
 BIN := .venv/bin
 
-.PHONY: run test docs bench bench-hour
+.PHONY: run test docs fuzz bench bench-hour
 
 run: .venv/.stamp
 	$(BIN)/objstate estimate logs/corridor.mcap --building models/corridor/corridor.urdf \
@@ -20,6 +21,9 @@ test: .venv/.stamp
 docs: .venv/.stamp
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e .[docs]
 	$(BIN)/python -m docs.renew
+
+fuzz: .venv/.stamp
+	$(BIN)/python -m tests.fuzz --minutes 10
 
 bench: .venv/.stamp
 	$(BIN)/python -m benchmarks.speed

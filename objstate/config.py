@@ -12,13 +12,13 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
 
-import yaml
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from objstate.errors import SettingsError
 from objstate.faults import faults
 from objstate.geometry import checked_angle
 from objstate.kinds import BUILDING, IMAGE, LOG, instead, kind_of
+from objstate.yaml_files import YamlError, read_yaml
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -396,11 +396,11 @@ def load_yaml(path: Path) -> Any:
     if kind in (BUILDING, IMAGE) or (kind or "").startswith(LOG):
         raise SettingsError(f"{path} is {kind}, not a YAML file; were two arguments exchanged?")
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+        content = read_yaml(path)
     except OSError as error:
-        raise SettingsError(f"Can't read {path}: {error.strerror}.") from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise SettingsError(f"{path} is not valid YAML: {error}") from error
+        raise SettingsError(f"Can't read {path}: {error.strerror}; check the path.") from error
+    except YamlError as error:
+        raise SettingsError(f"{path} is not valid YAML: {error}; mend it there.") from error
     return {} if content is None else content
 
 

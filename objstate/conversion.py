@@ -18,7 +18,7 @@ from objstate.recording.logs import LogWriter, open_log_writer
 class ConversionResult:
     """What came over, and what did not."""
 
-    counts: Mapping[str, int]  # messages passed on, by topic
+    counts: Mapping[str, int]  # messages that the new log holds, by topic
     warnings: tuple[str, ...]
 
 
@@ -45,25 +45,21 @@ def convert(
     ending of ``target``. Raises LogError and ResultError; messages that the format
     can't hold, or that are damaged, are named in the warnings.
     """
-    passed: Counter[str] = Counter()
     left_out: Counter[str] = Counter()
     messages = open_messages(source)
     with open_log_writer(target, format, overwrite=overwrite) as writer:
         for message in messages:
             try:
-                passed[message.topic] += _pass_on(message, writer)
+                _pass_on(message, writer)
             except LogError as error:
                 reason = str(error).rstrip(".")
                 left_out[f"messages of {message.topic} ({message.type}): {reason}"] += 1
     lost = [f"{count} {what}." for what, count in sorted(left_out.items())]
-    return ConversionResult(
-        {topic: count for topic, count in sorted(passed.items()) if count},
-        (*messages.warnings, *lost, *writer.warnings),
-    )
+    return ConversionResult(writer.counts, (*messages.warnings, *lost, *writer.warnings))
 
 
-def _pass_on(message: Message, writer: LogWriter) -> bool:
-    """Write one message; False if the format has no word for just this one.
+def _pass_on(message: Message, writer: LogWriter) -> None:
+    """Write one message.
 
     Raises LogError where it is damaged, of unknown type, or of a type without a word.
     """
@@ -71,4 +67,4 @@ def _pass_on(message: Message, writer: LogWriter) -> bool:
     refusal = writer.refusal(message.type, definition)
     if refusal is not None:
         raise LogError(refusal)
-    return writer.write(message.topic, message.type, message.recorded_ns, message.cdr(), definition)
+    writer.write(message.topic, message.type, message.recorded_ns, message.cdr(), definition)

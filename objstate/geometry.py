@@ -107,7 +107,10 @@ def rotation_from_quaternion(x: float, y: float, z: float, w: float) -> FloatArr
     Raises ValueError for a quaternion of length zero.
     """
     q = np.array([x, y, z, w], dtype=float)
-    norm = float(q @ q)
+    with np.errstate(
+        over="ignore", invalid="ignore"
+    ):  # numbers that overflow are none of a direction
+        norm = float(q @ q)
     if not np.isfinite(norm) or norm < 1e-12:
         raise ValueError(f"quaternion ({x}, {y}, {z}, {w}) has no direction")
     x, y, z, w = q / np.sqrt(norm)

@@ -10,6 +10,7 @@ import pytest
 from objstate.conversion import convert
 from objstate.errors import LogError
 from objstate.logs import open_messages
+from tests.logs.conftest import Drive
 
 DATA = Path(__file__).parents[2] / "shared" / "data"
 WEAN = DATA / "wean-hall" / "run1.mcap"
@@ -44,11 +45,49 @@ def test_custom_types_of_a_ros1_bag_come_over(tmp_path: Path) -> None:
 
 def test_carmen_takes_scans_and_odometry_and_names_the_rest(tmp_path: Path) -> None:
     result = convert(need(WEAN), tmp_path / "run1.log")
-    assert set(result.counts) == {"/odom", "/scan", "/tf_static"}
+    assert set(result.counts) == {"/odom", "/scan"}
     assert any("/initialpose" in warning for warning in result.warnings)
     scans = [m for m in open_messages(tmp_path / "run1.log") if m.topic == "/scan"]
+    assert len(scans) == result.counts["/scan"]
     left_out = sum(int(w.split()[0]) for w in result.warnings if "scans" in w)
-    assert len(scans) + left_out == result.counts["/scan"]
+    before = sum(message.topic == "/scan" for message in open_messages(WEAN))
+    assert len(scans) + left_out == before
+
+
+@pytest.mark.parametrize("ending", [".mcap", ".bag", "", ".log"])
+def test_the_list_is_what_the_new_log_holds(ending: str, tmp_path: Path) -> None:
+    drive = Drive().scan(0.0).tf(0.0, "base_link", "laser", (0.2, 0.0, 0.3))
+    drive.tf(0.0, "a", "b").tf(0.0, "b", "a").scan(0.05, frame="a")  # frames that lead in a circle
+    drive.scan(0.06, recorded=0.06).odometry(0.1).odometry(0.2, x=float("nan")).odometry(0.3, x=0.3)
+    drive.scan(0.2).scan(0.25, angle_min=float("nan")).scan(0.25, range_max=float("inf"))
+    drive.scan(0.3, ()).scan(-1.8e9, recorded=0.3).scan(0.4).scan(0.5)  # no odometry after these
+    result = convert(drive.mcap(tmp_path / "a.mcap"), tmp_path / f"b{ending}")
+    held = Counter(message.topic for message in open_messages(tmp_path / f"b{ending}"))
+    if ending == ".log":
+        assert result.counts == {"/odom": held["/wheel_odom"], "/scan": held["/scan"]}
+        assert result.counts == {"/odom": 2, "/scan": 2}
+        assert any("2 scans after the last odometry" in warning for warning in result.warnings)
+    else:
+        assert result.counts == held
+
+
+@pytest.mark.parametrize("with_wheels", [False, True])
+def test_odometry_beside_that_of_wheels_counts_where_lines_hold_it(
+    with_wheels: bool, tmp_path: Path
+) -> None:
+    drive = Drive().tf(0.0, "base_link", "laser")
+    for step in range(6):
+        if with_wheels:
+            drive.odometry(0.1 * step, topic="/wheel_odom")
+        drive.odometry(0.1 * step)
+        if step % 2 == 0:
+            drive.scan(0.1 * step)
+    result = convert(drive.mcap(tmp_path / "a.mcap"), tmp_path / "b.log")
+    held = Counter(message.topic for message in open_messages(tmp_path / "b.log"))
+    assert held == {"/tf_static": 1, "/scan": 3, "/odom": 3, "/wheel_odom": 6}
+    assert result.counts["/odom"] == (3 if with_wheels else 6)
+    told = any("3 messages of /odom between scans" in warning for warning in result.warnings)
+    assert told == with_wheels
 
 
 def test_what_is_no_log_leaves_nothing_behind(tmp_path: Path) -> None:

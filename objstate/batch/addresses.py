@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import tempfile
 from collections.abc import Iterator
@@ -103,17 +104,27 @@ def _local_logs(source: str) -> list[str]:
     path = Path(source)
     if path.exists() or not has_magic(source):
         return _logs_in(path)
-    return sorted({log for match in glob(source, recursive=True) for log in _logs_in(Path(match))})
+    matches = sorted(glob(source, recursive=True), key=len)
+    found: dict[
+        str, str
+    ] = {}  # by the true place: a folder that links back matches again and again
+    for log in (log for match in matches for log in _logs_in(Path(match))):
+        found.setdefault(os.path.realpath(log), log)
+    return sorted(found.values())
 
 
-def _logs_in(path: Path) -> list[str]:
-    """A file as it is; of a folder every log in it, at any depth."""
+def _logs_in(path: Path, above: frozenset[str] = frozenset()) -> list[str]:
+    """A file as it is; of a folder every log in it, at any depth, links back to those ``above`` apart."""
     if not path.is_dir():
         return [absolute(str(path))] if path.exists() else []
     if is_log(path):
         return [absolute(str(path))]
+    here = os.path.realpath(path)
+    if here in above:
+        return []
     inner = [each for each in sorted(path.iterdir()) if not each.name.startswith(".")]
-    return [log for each in inner if each.is_dir() or is_log(each) for log in _logs_in(each)]
+    logs = [each for each in inner if each.is_dir() or is_log(each)]
+    return [log for each in logs for log in _logs_in(each, above | {here})]
 
 
 def _remote_logs(source: str) -> list[str]:

@@ -57,10 +57,16 @@ def _read(source: str) -> pl.DataFrame:
         if source.lower().endswith(".parquet"):
             return pl.read_parquet(source)
         return pl.read_csv(source, infer_schema=False)
-    except (OSError, pl.exceptions.PolarsError) as error:
+    except OSError as error:
+        raise SettingsError(f"Can't read the manifest {source}: {error}.") from error
+    except (pl.exceptions.PolarsError, pl.exceptions.PanicException) as error:
         if separator := _separator(source):
             raise SettingsError(_parted(source, separator)) from error
-        raise SettingsError(f"Can't read the manifest {source}: {error}.") from error
+        told = " ".join(str(error).split())
+        raise SettingsError(
+            f"The manifest {source} is no table that can be read ({told}); write it anew as CSV "
+            "in UTF-8, or as Parquet."
+        ) from error
 
 
 def _separator(source: str) -> str | None:
@@ -92,7 +98,9 @@ def _row(
     row: Mapping[str, str], where: str, home: Path, building: str | None, options: RunOptions
 ) -> tuple[BatchLog, RunOptions]:
     if "log" not in row:
-        raise SettingsError(f"{where} names no log.")
+        raise SettingsError(f"{where} names no log; fill the column 'log' with a path or URL.")
+    if any("\0" in cell for cell in row.values()):
+        raise SettingsError(f"{where} holds a zero byte; write the manifest anew, as text.")
     base = home.absolute()
     addresses = {
         key: local(row[key], f"{where}: {key}", base)
@@ -127,7 +135,10 @@ def _special(row: Mapping[str, str], settings: str | None, where: str) -> dict[s
     """The options that a row sets."""
     own: dict[str, Any] = {}
     if settings is not None:
-        own["settings"] = load_settings(Path(settings))
+        try:
+            own["settings"] = load_settings(Path(settings))
+        except SettingsError as error:
+            raise SettingsError(f"{where}: {error}") from error
     if "initial_pose" in row:
         own["initial_pose"] = _pose(row["initial_pose"], where)
         own["global_start"] = False

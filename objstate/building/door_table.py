@@ -27,6 +27,7 @@ COLUMNS = (
 SENSE = {"ccw": 1, "cw": -1}  # of opening, seen from above
 FULL_TURN = 360.0  # degrees
 WIDEST_LEAF = 5.0  # m; wider doors slide, fold or roll
+LARGEST = 1e8  # m, degrees; also of coordinates of a country
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,9 +132,10 @@ def _number(row: dict[str, str | None], column: str, where: str) -> float:
         value = float(row[column] or "")
     except ValueError:
         value = math.nan
-    if not math.isfinite(value):
+    if not abs(value) <= LARGEST:
         point = ", with a point before its fraction" if "," in (row[column] or "") else ""
         raise BuildingError(
-            f"{where}: '{row[column]}' in column '{column}' is no number; give one{point}."
+            f"{where}: '{row[column]}' in column '{column}' is no number, or no length or angle in "
+            f"a building; give one in metres or degrees{point}."
         )
     return value

@@ -74,6 +74,11 @@ def building_from_map(
     occupied = without_pinholes(occupied, plan.resolution)
     polygons = [straighten(loop, tolerance, inset) for loop in border_loops(occupied)]
     walls = extrude([plan.to_building(polygon) for polygon in polygons], wall_height)
+    if not len(walls.faces):
+        raise BuildingError(
+            f"Nothing is left of the walls in the map {map_yaml}; check the door table, whose leaves "
+            "are cleared away, and min_cells."
+        )
     tell(_balance(occupied, walls))
     sidecar = sidecar_of_map(plan.resolution)
     height = min(door_height, wall_height)

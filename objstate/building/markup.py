@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -10,6 +9,8 @@ from xml.parsers import expat
 
 from objstate.errors import BuildingError
 from objstate.kinds import BUILDING, IMAGE, MAP, instead, kind_of
+
+LARGEST = 1e8  # m, rad, or scale; coordinates of a country are smaller
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +45,7 @@ class Element:
         return value
 
     def numbers(self, name: str, default: tuple[float, ...]) -> tuple[float, ...]:
-        """As many finite numbers as ``default`` has, separated by blanks; ``default`` if absent."""
+        """As many numbers in a building's range as ``default`` has, separated by blanks; ``default`` if absent."""
         if name not in self.attributes:
             return default
         words = self.attributes[name].split()
@@ -52,10 +53,11 @@ class Element:
             values = tuple(float(word) for word in words)
         except ValueError:
             values = ()
-        if len(values) != len(default) or not all(map(math.isfinite, values)):
+        if len(values) != len(default) or not all(abs(value) <= LARGEST for value in values):
             raise BuildingError(
                 f'<{self.tag} {name}="{self.attributes[name]}"> in {self.where} must hold '
-                f'{len(default)} finite number(s), e.g. {name}="{" ".join(map(str, default))}".'
+                f"{len(default)} finite number(s) of at most {LARGEST:.0f}, e.g. "
+                f'{name}="{" ".join(map(str, default))}".'
             )
         return values
 

@@ -12,6 +12,7 @@ import numpy as np
 from objstate.building.model import Mesh
 from objstate.errors import BuildingError
 
+FARTHEST = 1e11  # of any unit; coordinates of a country in millimetres are smaller
 PACKAGE, FILE = "package://", "file://"
 Y_UP = {".glb", ".gltf"}  # glTF 2.0, section 3.4: +Y is up
 Z_UP = {".stl", ".obj", ".ply", ".off"}  # as URDF takes them: no axis is told, so none is turned
@@ -90,8 +91,8 @@ def load_mesh(path: Path, where: str) -> Mesh:
             f"Mesh {path} of {where} can't be read ({type(error).__name__}: {error}); "
             "export it again."
         ) from error
-    if len(faces) == 0 or not np.isfinite(vertices).all():
-        lack = "no triangles" if len(faces) == 0 else "vertices that are not finite"
+    if len(faces) == 0 or not (np.abs(vertices) <= FARTHEST).all():
+        lack = "no triangles" if len(faces) == 0 else "vertices out of all bounds"
         raise BuildingError(f"Mesh {path} of {where} holds {lack}; export it again.")
     if kind in Y_UP:
         vertices = np.column_stack([vertices[:, 0], -vertices[:, 2], vertices[:, 1]])

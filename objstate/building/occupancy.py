@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -19,6 +18,7 @@ from objstate.errors import BuildingError
 from objstate.faults import faults
 from objstate.geometry import BoolArray, FloatArray, compose
 from objstate.kinds import IMAGE, MAP, instead, kind_of
+from objstate.yaml_files import YamlError, read_yaml
 
 RAW_FULL = 100  # what a cell that is surely occupied holds in mode raw; above is unknown
 OPAQUE = 1.0
@@ -26,7 +26,7 @@ OCCUPIED_THRESH = 0.65  # map_saver's
 SAMPLE = "image, resolution, origin, negate, occupied_thresh and free_thresh, as map_saver writes"
 
 Share = Annotated[float, Field(ge=0, le=1)]
-Finite = Annotated[float, Field(allow_inf_nan=False)]
+Number = Annotated[float, Field(ge=-1e8, le=1e8)]  # m; also coordinates of a country
 
 
 class MapFile(BaseModel):
@@ -35,8 +35,8 @@ class MapFile(BaseModel):
     model_config = ConfigDict(extra="ignore", frozen=True)
 
     image: str
-    resolution: Annotated[float, Field(gt=0, allow_inf_nan=False)]  # m per cell
-    origin: tuple[Finite, Finite, Angle]  # x m, y m, yaw rad of the lower left corner
+    resolution: Annotated[float, Field(ge=1e-4, le=10)]  # m per cell
+    origin: tuple[Number, Number, Angle]  # x m, y m, yaw rad of the lower left corner
     negate: bool = False
     occupied_thresh: Share = OCCUPIED_THRESH
     free_thresh: Share = 0.25
@@ -92,12 +92,12 @@ def _not_a_map(path: Path) -> str | None:
 
 def _read_header(path: Path) -> MapFile:
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+        content = read_yaml(path)
     except OSError as error:
         raise BuildingError(
             f"The map {path} can't be read ({error.strerror}); check the path."
         ) from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
+    except YamlError as error:
         raise BuildingError(
             _not_a_map(path)
             or f"The map {path} is not valid YAML ({error}); give the .yaml file that lies beside "
@@ -115,7 +115,7 @@ def _read_header(path: Path) -> MapFile:
 
 def _read_image(path: Path, header: MapFile) -> FloatArray:
     """(rows, columns, 2) the share of white and the opacity of each pixel, top row first."""
-    from PIL import Image, UnidentifiedImageError
+    from PIL import Image
 
     image_path = path.parent / header.image
     try:
@@ -127,7 +127,7 @@ def _read_image(path: Path, header: MapFile) -> FloatArray:
             f"The map {path} names the image '{header.image}', but {image_path} does not exist; "
             "correct 'image' or put the file there."
         ) from error
-    except (OSError, UnidentifiedImageError, ValueError, Image.DecompressionBombError) as error:
+    except Exception as error:  # whatever a damaged file raises in its reader
         raise BuildingError(
             f"The image {image_path} of the map {path} can't be read ({error}); "
             "save it again as PGM or PNG."

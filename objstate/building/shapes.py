@@ -13,6 +13,7 @@ from objstate.geometry import FloatArray, IntArray
 
 SAGITTA = 0.0005  # m, how far a facet may lie inside the true round surface
 MIN_SECTIONS = 16  # facets around even the thinnest cylinder
+MOST_SECTIONS = 512  # around the thickest: enough up to a radius of 26 m
 
 
 @dataclass(frozen=True)
@@ -85,7 +86,7 @@ Shape = Box | Cylinder | Sphere | MeshFile
 def _sections(radius: float) -> int:
     """How many facets keep within SAGITTA of a circle; an even number."""
     half_angle = np.arccos(max(0.0, 1.0 - SAGITTA / radius))
-    return 2 * int(np.ceil(max(MIN_SECTIONS, np.pi / half_angle) / 2))
+    return 2 * int(np.ceil(np.clip(np.pi / half_angle, MIN_SECTIONS, MOST_SECTIONS) / 2))
 
 
 def _circle(count: int) -> FloatArray:

@@ -8,7 +8,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from objstate.cli.console import error_console
+from objstate.cli.console import error_console, print_notice
+from objstate.cli.plain import plain_line
 
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
@@ -30,7 +31,11 @@ def batch_progress(quiet: bool) -> Iterator[tuple[OnStart, OnEvent]]:
     else:
         from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-        columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
+        columns = (
+            TextColumn("{task.description}", markup=False),
+            BarColumn(),
+            TimeRemainingColumn(),
+        )
         with Progress(*columns, console=error_console(), transient=True) as progress:
             bars = Bars(progress)
             yield bars.start, bars.tell
@@ -67,7 +72,7 @@ class Lines:
         self._count = len(leftover.jobs)
         self._begin = time.monotonic()
         for line in opening(leftover):
-            print(line, file=sys.stderr)
+            print_notice(line)
 
     def tell(self, event: Event) -> None:
         """Say that a log has ended, or that none can be run."""
@@ -81,10 +86,7 @@ class Lines:
         each = (time.monotonic() - self._begin) / self._ended
         left = _duration(each * (self._count - self._ended))
         outcome = event.outcome
-        print(
-            f"{self._ended}/{self._count} {outcome.name}: {outcome.status}, {left} left",
-            file=sys.stderr,
-        )
+        print_notice(f"{self._ended}/{self._count} {outcome.name}: {outcome.status}, {left} left")
 
 
 class Bars:
@@ -112,7 +114,7 @@ class Bars:
         match event:
             case Began(name):
                 self._forget(name)
-                self._running[name] = self._progress.add_task(name, total=1.0)
+                self._running[name] = self._progress.add_task(plain_line(name), total=1.0)
             case Progressed(name, share, _) if name in self._running:
                 self._shares[name] = share
                 self._progress.update(self._running[name], completed=share)

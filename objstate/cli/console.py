@@ -9,6 +9,8 @@ from collections.abc import Iterable, Sequence
 from functools import cache
 from typing import TYPE_CHECKING
 
+from objstate.cli.plain import plain
+
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
@@ -19,15 +21,15 @@ PIPE_WIDTH = 200
 
 
 def print_text(text: str) -> None:
-    """A result, to stdout, as it is."""
-    _write(text + "\n")
+    """A result, to stdout."""
+    _write(plain(text) + "\n")
 
 
 def print_table(table: Table) -> None:
     """A table, to stdout; in a pipe as wide as it needs."""
-    from rich.console import Console
+    from objstate.cli.plain_console import PlainConsole
 
-    console = Console(width=None if sys.stdout.isatty() else PIPE_WIDTH, highlight=False)
+    console = PlainConsole(sys.stdout, None if sys.stdout.isatty() else PIPE_WIDTH)
     with console.capture() as capture:
         console.print(table)
     _write(capture.get())
@@ -58,8 +60,9 @@ def print_problems(problems: Sequence[str]) -> None:
 
 def _write(text: str) -> None:
     """To stdout; a reader that has seen enough, as in ``objstate inspect LOG | head``, is no error."""
+    encoding = sys.stdout.encoding or "utf-8"
     try:
-        sys.stdout.write(text)
+        sys.stdout.write(text.encode(encoding, "backslashreplace").decode(encoding))
         sys.stdout.flush()
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -69,7 +72,12 @@ def print_warnings(warnings: Iterable[str], quiet: bool) -> None:
     """Warnings, to stderr, unless ``quiet``."""
     if not quiet:
         for warning in warnings:
-            print(f"warning: {warning}", file=sys.stderr)
+            print_notice(f"warning: {warning}")
+
+
+def print_notice(text: str) -> None:
+    """A line that is no result, to stderr."""
+    print(plain(text), file=sys.stderr)
 
 
 def print_errors(errors: Iterable[str]) -> None:
@@ -81,14 +89,18 @@ def print_errors(errors: Iterable[str]) -> None:
 @cache
 def error_console() -> Console:
     """The terminal behind stderr; one, so that a log line doesn't break the progress bar."""
-    from rich.console import Console
+    from objstate.cli.plain_console import PlainConsole
 
-    return Console(stderr=True, highlight=False)
+    return PlainConsole()
 
 
 def log_to_terminal() -> None:
     """Show on stderr what the library logs, as --verbose asks."""
+    from rich.highlighter import NullHighlighter
     from rich.logging import RichHandler
 
-    handler = RichHandler(console=error_console(), show_path=False)
-    logging.basicConfig(level=logging.INFO, format="%(message)s", handlers=[handler])
+    from objstate.cli.plain_console import PlainFormatter
+
+    handler = RichHandler(console=error_console(), show_path=False, highlighter=NullHighlighter())
+    handler.setFormatter(PlainFormatter("%(message)s"))
+    logging.basicConfig(level=logging.INFO, handlers=[handler])

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import errno
 import gc
-import sys
 import traceback
 from collections.abc import Sequence
 
@@ -12,6 +11,7 @@ from typer import Abort
 from typer.exceptions import TyperException
 
 from objstate.cli.app import app
+from objstate.cli.console import print_notice
 from objstate.errors import ObjstateError
 from objstate.outages import outage_of
 
@@ -67,12 +67,12 @@ def _refuse(message: str) -> int:
 
 
 def _interrupted() -> int:
-    print("interrupted", file=sys.stderr)
+    print_notice("interrupted")
     return INTERRUPTED
 
 
 def _tell(message: str) -> None:
-    print(f"error: {message}", file=sys.stderr)
+    print_notice(f"error: {message}")
 
 
 def _usage(error: TyperException) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
-from objstate.cli.tables import new_table, percent
+from objstate.cli.tables import new_table, percent, significant
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -31,7 +31,7 @@ def describe_log(summary: LogSummary) -> Iterator[str | Table]:
 def _topic_table(summary: LogSummary) -> Table:
     table = new_table("Topics", ("topic", "type"), ("messages", "rate (Hz)"))
     for topic in summary.topics:
-        rate = f"{topic.rate_hz:.1f}" if topic.rate_hz else "-"
+        rate = "-" if topic.rate_hz is None else f"{topic.rate_hz:.1f}"
         table.add_row(topic.name, topic.type, str(topic.count), rate)
     return table
 
@@ -58,7 +58,7 @@ def _scan_table(lasers: Sequence[LaserSummary]) -> Table:
             laser.frame,
             _beams(laser.beams),
             f"{laser.angle_min_deg:.0f} to {laser.angle_max_deg:.0f}",
-            f"{laser.range_min:.2g} to {laser.range_max:.4g}",
+            f"{significant(laser.range_min, 2)} to {significant(laser.range_max, 4)}",
             percent(laser.returns),
             percent(laser.discarded),
         )

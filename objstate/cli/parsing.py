@@ -83,10 +83,11 @@ def parse_time(text: str) -> int:
     if text == "now":
         return time.time_ns()
     try:
+        is_number = math.isfinite(float(text))
+    except ValueError:
+        is_number = False
+    if is_number:
         seconds = Fraction(text)
-    except (ValueError, ZeroDivisionError):
-        pass
-    else:
         _check_seconds(seconds, "The time")
         return round(seconds * 10**9)
     try:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from objstate.cli.console import error_console
+from objstate.cli.plain import plain_line
 from objstate.compiling import when_compiling
 
 COMPILING = "Compiling the inner loops, once after an install: up to half a minute."
@@ -37,14 +38,14 @@ def progress_bar(label: str, quiet: bool) -> Iterator[Report | None]:
 
     begin = shown = time.monotonic()
     columns = (
-        TextColumn("{task.description}"),
+        TextColumn("{task.description}", markup=False),
         BarColumn(),
         TaskProgressColumn(),
         TextColumn("{task.fields[speed]}"),
         TimeRemainingColumn(),
     )
     with Progress(*columns, console=error_console(), transient=True, auto_refresh=False) as bar:
-        task = bar.add_task(label, total=1.0, speed="")
+        task = bar.add_task(plain_line(label), total=1.0, speed="")
 
         def report(share: float, log_seconds: float) -> None:
             nonlocal shown

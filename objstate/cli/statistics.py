@@ -11,7 +11,7 @@ import typer
 from objstate.cli.console import print_table, print_text
 from objstate.cli.json_values import write_json
 from objstate.cli.parsing import parse_zone
-from objstate.cli.tables import new_table, percent
+from objstate.cli.tables import new_table, percent, significant
 from objstate.errors import SettingsError
 
 if TYPE_CHECKING:
@@ -95,8 +95,7 @@ def _doors_table(doors: tuple[DoorStatistics, ...]) -> Table:
             _share(door.share_open),
             _spell(door.open_spell),
             _spell(door.closed_spell),
-            f"{door.moves_per_day.value:.2g} ({door.moves_per_day.lower:.2g} to "
-            f"{door.moves_per_day.upper:.2g})",
+            _moves(door.moves_per_day),
         )
     return table
 
@@ -118,6 +117,13 @@ def _share(interval: Interval) -> str:
     return f"{percent(interval.value)} ({percent(interval.lower)} to {percent(interval.upper)})"
 
 
+def _moves(interval: Interval) -> str:
+    value, lower, upper = (
+        significant(number, 2) for number in (interval.value, interval.lower, interval.upper)
+    )
+    return f"{value} ({lower} to {upper})"
+
+
 def _spell(interval: Interval) -> str:
     return f"{_span(interval.value)} ({_span(interval.lower)} to {_span(interval.upper)})"
 
@@ -126,4 +132,4 @@ def _span(seconds: float) -> str:
     if not math.isfinite(seconds) or seconds > 1e9:
         return "for ever"
     length, unit = next((length, unit) for length, unit in SPANS if seconds >= length)
-    return f"{seconds / (length or 1.0):.2g} {unit}"
+    return f"{significant(seconds / (length or 1.0), 2)} {unit}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -26,3 +27,12 @@ def new_table(title: str, labels: tuple[str, ...], numbers: tuple[str, ...]) -> 
 def percent(share: float) -> str:
     """A share of one as whole percents."""
     return f"{100 * share:.0f}"
+
+
+def significant(value: float, digits: int) -> str:
+    """A number with so many digits that count, and without an exponent where people have a use for it."""
+    if value == 0 or not 1e-6 <= abs(value) < 1e9:
+        return f"{value:.{digits}g}"
+    decimals = digits - 1 - math.floor(math.log10(abs(value)))
+    text = f"{value:.{max(decimals, 0)}f}"
+    return text.rstrip("0").rstrip(".") if "." in text else text

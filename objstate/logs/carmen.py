@@ -22,17 +22,19 @@ second counts from the logger's start in most logs, the recording time as well.
 
 from __future__ import annotations
 
-import gzip
 import math
 import zlib
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
+from gzip import BadGzipFile, GzipFile
+from io import BufferedReader
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from objstate.geometry import FloatArray, between
+from objstate.logs.decompression import MOST_RATIO, most_unpacked
 from objstate.logs.definitions import MessageType
 from objstate.logs.messages import Message
 from objstate.logs.notices import Notices
@@ -59,6 +61,15 @@ LASER_HEIGHT = 0.3
 
 # m; a laser pose farther than this from the robot's is no mounting but another frame
 LARGEST_OFFSET = 2.0
+
+# bytes; a laser line of a thousand beams has ten thousand. A longer one is damage, and may have no end
+LONGEST_LINE = 2**20
+
+# ns; a ROS time has 31 bits of seconds
+END_OF_TIME_NS = 2**31 * 10**9
+
+# m, rad; what lies beyond is damage
+LARGEST_NUMBER = 1e9
 
 # s; a line whose time lies farther back than this has lost its time
 LARGEST_STEP_BACK = 1.0
@@ -91,6 +102,10 @@ class Reading:
     laser_pose: FloatArray  # (3,)
     robot_pose: FloatArray  # (3,)
     stamp_ns: int
+
+
+class NoTimeError(ValueError):
+    """A line's times are none: negative, or beyond the 32 bits that they were once kept in."""
 
 
 class CarmenFile:
@@ -137,39 +152,62 @@ class CarmenFile:
                     mounted.add(reading.laser.frame)
                     yield self._mounting(reading, parameters)
                 yield _odometry("/odom", reading.robot_pose, reading.stamp_ns)
-                yield _scan(reading, parameters)
+                yield _scan(reading, self._range_max(reading, parameters))
 
     def _lines(self) -> Iterator[list[str]]:
         with self.path.open("rb") as raw:
             is_zipped = raw.read(2) == b"\x1f\x8b"
             raw.seek(0)
-            text: Iterable[bytes] = gzip.GzipFile(fileobj=raw) if is_zipped else raw
+            text = GzipFile(fileobj=raw) if is_zipped else raw
+            most = most_unpacked(self._size) if is_zipped else math.inf
             try:
-                for line in text:
+                for line in self._whole_lines(text):
                     self._position = raw.tell()
+                    most -= len(line)
+                    if most < 0:
+                        self._notices.add(
+                            f"{self.path.name} unpacks to more than {MOST_RATIO} times its size, "
+                            "which no recording does: what precedes is used"
+                        )
+                        return
                     words = line.decode("latin-1").split()
                     if words:
                         yield words
-            except (EOFError, zlib.error, gzip.BadGzipFile) as error:
+            except (EOFError, zlib.error, BadGzipFile) as error:
                 self._notices.add(
                     f"{self.path.name} is cut off or damaged ({error}): what precedes is used"
                 )
 
+    def _whole_lines(self, text: GzipFile | BufferedReader) -> Iterator[bytes]:
+        """The lines, those that are far too long replaced by empty ones; long ones in pieces."""
+        is_rest = False
+        while line := text.readline(LONGEST_LINE):
+            is_whole = line.endswith(b"\n") or len(line) < LONGEST_LINE
+            yield line if is_whole and not is_rest else b" " * len(line)
+            if not is_whole and not is_rest:
+                self._notices.add(
+                    f"{self.path.name} has a line of more than {LONGEST_LINE} bytes: left out"
+                )
+            is_rest = not is_whole
+
     def _reading(self, words: list[str]) -> Reading | None:
         try:
             return PARSERS[words[0]](words)
+        except NoTimeError:
+            self._notices.add(f"{self.path.name}: a {words[0]} line has no usable time: left out")
+            return None
         except (ValueError, IndexError):
             self._notices.add(f"{self.path.name}: a {words[0]} line is damaged: left out")
             return None
 
     def _wheel_odometry(self, words: list[str], latest_ns: int) -> Message | None:
         try:
-            pose = np.array([float(word) for word in words[1:4]])
+            pose = _finite(words[1:4], 3)
             stamp_ns = _nanoseconds(words[7])
         except (ValueError, IndexError):
             self._notices.add(f"{self.path.name}: an ODOM line is damaged: left out")
             return None
-        if stamp_ns <= 0 or latest_ns - stamp_ns > LARGEST_STEP_BACK * 1e9:
+        if not _is_time(stamp_ns) or latest_ns - stamp_ns > LARGEST_STEP_BACK * 1e9:
             self._notices.add(f"{self.path.name}: an ODOM line has no usable time: left out")
             return None
         return _odometry("/wheel_odom", pose, stamp_ns)
@@ -180,12 +218,25 @@ class CarmenFile:
             # The writer of a corrected log put one pose in both places: the laser's,
             # because it is the laser's readings that were matched.
             offset = 0.0
-        elif laser.offset_parameter in parameters:
-            offset = float(parameters[laser.offset_parameter])
         else:
-            offset = self._offset_in_line(reading)
+            told = self._parameter(laser.offset_parameter, parameters)
+            offset = self._offset_in_line(reading) if told is None else told
         translation = (offset, 0.0, LASER_HEIGHT)
         return _static_transform(laser.frame, translation, laser.yaw, reading.stamp_ns)
+
+    def _range_max(self, reading: Reading, parameters: Mapping[str, str]) -> float:
+        told = reading.range_max or self._parameter(reading.laser.max_parameter, parameters)
+        return LASER_MAX if told is None else told
+
+    def _parameter(self, name: str, parameters: Mapping[str, str]) -> float | None:
+        """What a PARAM line says, in metres; None where there is none, or no number in it."""
+        if name not in parameters:
+            return None
+        try:
+            return float(_finite([parameters[name]], 1)[0])
+        except ValueError:
+            self._notices.add(f"{self.path.name}: PARAM {name} is no number: left out")
+            return None
 
     def _offset_in_line(self, reading: Reading) -> float:
         offset = float(between(reading.robot_pose, reading.laser_pose)[0])
@@ -207,7 +258,7 @@ def _old_laser(laser: Laser, words: list[str]) -> Reading:
     """``FLASER n ranges x y theta odom_x odom_y odom_theta ipc_time host logger_time``."""
     count = int(words[1])
     tail = words[2 + count :]
-    poses = _numbers(tail[:6], 6)
+    poses = _finite(tail[:6], 6)
     start, increment = _half_circle(count)
     ranges = _numbers(words[2 : 2 + count], count)
     stamp = _stamp(tail[6:])
@@ -220,11 +271,11 @@ def _new_laser(laser: Laser, words: list[str]) -> Reading:
     ``ROBOTLASER1 type start fov resolution max accuracy remission_mode n ranges m remissions
     laser_pose robot_pose tv rv forward_safety side_safety turn_axis ipc_time host logger_time``
     """
-    start, _, resolution, range_max = (float(word) for word in words[2:6])
+    start, _, resolution, range_max = _finite(words[2:6], 4).tolist()
     count = int(words[8])
     at = 9 + count
     at += 1 + int(words[at])
-    poses = _numbers(words[at : at + 6], 6)
+    poses = _finite(words[at : at + 6], 6)
     ranges = _numbers(words[9 : 9 + count], count)
     stamp = _stamp(words[at + 11 :])
     return Reading(laser, ranges, start, resolution, range_max, poses[:3], poses[3:], stamp)
@@ -258,10 +309,25 @@ def _numbers(words: list[str], count: int) -> FloatArray:
     return numbers
 
 
+def _finite(words: list[str], count: int) -> FloatArray:
+    numbers = _numbers(words, count)
+    if not (np.abs(numbers) <= LARGEST_NUMBER).all():
+        raise ValueError("a number is out of all bounds")
+    return numbers
+
+
 def _stamp(tail: list[str]) -> int:
     """The ipc time; where a converter wrote none, the logger's."""
     ipc_ns, logger_ns = _nanoseconds(tail[0]), _nanoseconds(tail[2])
-    return ipc_ns if ipc_ns > 0 else logger_ns
+    if _is_time(ipc_ns):
+        return ipc_ns
+    if logger_ns and not _is_time(logger_ns):
+        raise NoTimeError
+    return logger_ns
+
+
+def _is_time(stamp_ns: int) -> bool:
+    return 0 < stamp_ns < END_OF_TIME_NS
 
 
 def _nanoseconds(seconds: str) -> int:
@@ -269,12 +335,12 @@ def _nanoseconds(seconds: str) -> int:
     whole, _, fraction = seconds.partition(".")
     if whole.isdigit() and fraction.isdigit():
         return int(whole) * 10**9 + int(fraction[:9].ljust(9, "0"))
-    return round(float(seconds) * 1e9)
+    number = float(seconds)
+    return round(number * 1e9) if abs(number) < END_OF_TIME_NS else -1  # no time
 
 
-def _scan(reading: Reading, parameters: Mapping[str, str]) -> Message:
+def _scan(reading: Reading, range_max: float) -> Message:
     laser = reading.laser
-    range_max = reading.range_max or float(parameters.get(laser.max_parameter, LASER_MAX))
     count = len(reading.ranges)
     ranges = np.where(reading.ranges >= range_max, np.inf, reading.ranges)
     scan = LASER_SCAN.create(
@@ -287,7 +353,7 @@ def _scan(reading: Reading, parameters: Mapping[str, str]) -> Message:
         scan_time=0.0,
         range_min=LASER_MIN,
         range_max=range_max,
-        ranges=ranges.astype(np.float32),
+        ranges=ranges.clip(-LARGEST_NUMBER).astype(np.float32),
         intensities=np.zeros(0, np.float32),
     )
     return Message(laser.topic, LASER_SCAN, reading.stamp_ns, LASER_SCAN.encode(scan))

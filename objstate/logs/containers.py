@@ -103,6 +103,8 @@ def is_log(path: Path) -> bool:
         return (path / METADATA).is_file()
     if path.suffix in ENDINGS:
         return True
+    if not path.is_file():
+        return False  # a link that leads nowhere, a pipe that would never end
     head = _head(path)
     zipped = head.startswith(GZIP_MAGIC)
     return head.startswith(tuple(READERS)) or is_carmen(_unzipped_head(path) if zipped else head)

@@ -65,7 +65,7 @@ class Converter:
         """All items of the log; messages that can't be decoded are dropped with a notice."""
         for message in self._messages.messages(self._handlers.keys()):
             try:
-                decoded = message.decode()
+                decoded = self._roles.decoded(message)
             except LogError as error:
                 self._notices.drop(f"Message on {message.topic}", str(error))
                 continue

@@ -1,38 +1,54 @@
-"""Decompression that gives what there is when the data is cut off."""
+"""Decompression that gives what there is when the data is cut off, and is bounded in what it unpacks."""
 
 from __future__ import annotations
 
 import bz2
+import io
 from collections.abc import Callable
 from typing import Any
 
-from objstate.errors import LogError
-
 ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 
-# bytes fed at a time: so much compressed data before a damaged place may be lost
+# bytes that a chunk or message may unpack to. Recorders close a chunk at some megabytes (rosbag 0.75,
+# rosbag2 0.75, Foxglove 4) or after the message that passes this; the longest messages, pictures and
+# point clouds, have some tens of megabytes. Compressed zeros unpack to 30,000 times their length.
+MOST_UNPACKED = 128 * 2**20
+# bytes; a chunk whose header announces fewer is unpacked up to here, as the header may be damaged
+USUAL_CHUNK = 4 * 2**20
+
+# a whole file may unpack to so many times its length, and this many bytes in any case: recorded data
+# compress to between a half and a thirtieth
+MOST_RATIO = 100
+LEAST_BOUND = 256 * 2**20
+
+# bytes of compressed data taken, and of plain data given, at a time: so much before a damaged place may be lost
 STEP = 4096
+PIECE = 2**18
 
 
-def decompress(method: str, data: bytes) -> tuple[bytes, str]:
+def decompress(method: str, data: bytes, announced: int = MOST_UNPACKED) -> tuple[bytes, str]:
     """The readable beginning of compressed ``data``, and what ended it early (empty: nothing did).
 
-    ``method`` is ``""`` or ``"none"``, ``"bz2"``, ``"lz4"`` or ``"zstd"``. Raises LogError
-    for any other.
+    ``method`` is ``""`` or ``"none"``, ``"bz2"``, ``"lz4"`` or ``"zstd"``. No more is unpacked than
+    ``announced``, by the chunk's header, and never more than ``MOST_UNPACKED`` bytes.
     """
     if method in ("", "none"):
         return data, ""
     if method not in DECOMPRESSORS:
         known = ", ".join(sorted(DECOMPRESSORS))
-        raise LogError(f"Compression '{method}' is unknown; rewrite the log with one of {known}.")
-    feed = DECOMPRESSORS[method]()
-    out: list[bytes] = []
+        return b"", f"compression '{method}' is unknown; rewrite the log with one of {known}"
+    most = min(max(announced, USUAL_CHUNK), MOST_UNPACKED)
+    read = DECOMPRESSORS[method](data)
+    out = bytearray()
     try:
-        for start in range(0, len(data), STEP):
-            out.append(feed(data[start : start + STEP]))
+        while piece := read(min(PIECE, most + 1 - len(out))):
+            out += piece
+            if len(out) > most:
+                del out[most:]
+                return bytes(out), f"more than {most} bytes of {method} data"
     except Exception as error:  # each library has its own exception types
-        return b"".join(out), f"damaged {method} data ({error})"
-    return b"".join(out), ""
+        return bytes(out), f"damaged {method} data ({error})"
+    return bytes(out), ""
 
 
 def unpack_message(data: bytes) -> bytes:
@@ -43,25 +59,50 @@ def unpack_message(data: bytes) -> bytes:
     return decompress("zstd", data)[0] if data.startswith(ZSTD_MAGIC) else data
 
 
-def _bz2() -> Callable[[bytes], bytes]:
-    return bz2.BZ2Decompressor().decompress
+def most_unpacked(packed: int) -> int:
+    """Bytes that a file of ``packed`` bytes may unpack to."""
+    return max(MOST_RATIO * packed, LEAST_BOUND)
 
 
-def _lz4() -> Callable[[bytes], bytes]:
+# what gives the next plain bytes, so many at most; none at the end
+Read = Callable[[int], bytes]
+
+
+def _fed(decompressor: Any, data: bytes) -> Read:
+    """Reads from a decompressor that takes compressed bytes and a limit to what it gives."""
+    position = 0
+
+    def read(most: int) -> bytes:
+        nonlocal position
+        while not decompressor.eof:
+            fresh = b""
+            if decompressor.needs_input:
+                fresh = data[position : position + STEP]
+                if not fresh:
+                    return b""
+                position += len(fresh)
+            if piece := bytes(decompressor.decompress(fresh, most)):
+                return piece
+        return b""
+
+    return read
+
+
+def _bz2(data: bytes) -> Read:
+    return _fed(bz2.BZ2Decompressor(), data)
+
+
+def _lz4(data: bytes) -> Read:
     import lz4.frame
 
-    decompressor: Any = lz4.frame.LZ4FrameDecompressor()
-    return lambda data: bytes(decompressor.decompress(data))
+    return _fed(lz4.frame.LZ4FrameDecompressor(), data)
 
 
-def _zstd() -> Callable[[bytes], bytes]:
+def _zstd(data: bytes) -> Read:
     import zstandard
 
-    return zstandard.ZstdDecompressor().decompressobj().decompress
+    reader = zstandard.ZstdDecompressor().stream_reader(io.BytesIO(data), read_size=STEP)
+    return lambda most: reader.read(min(most, STEP))
 
 
-DECOMPRESSORS: dict[str, Callable[[], Callable[[bytes], bytes]]] = {
-    "bz2": _bz2,
-    "lz4": _lz4,
-    "zstd": _zstd,
-}
+DECOMPRESSORS: dict[str, Callable[[bytes], Read]] = {"bz2": _bz2, "lz4": _lz4, "zstd": _zstd}

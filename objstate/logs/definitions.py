@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import struct
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any
 
 from objstate.errors import LogError
@@ -18,6 +18,16 @@ from objstate.lazy import lazy
 if TYPE_CHECKING:
     from rosbags.interfaces.typing import Typesdict
     from rosbags.typesys.store import Typestore
+
+LASER_SCAN = "sensor_msgs/msg/LaserScan"
+ODOMETRY = "nav_msgs/msg/Odometry"
+TF = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
+POSE_WITH_COVARIANCE = "geometry_msgs/msg/PoseWithCovarianceStamped"
+POSE_ARRAY = "geometry_msgs/msg/PoseArray"
+PARTICLE_CLOUD = "nav2_msgs/msg/ParticleCloud"
+
+# what records are made from
+USED_TYPES = {LASER_SCAN, ODOMETRY, *TF, POSE_WITH_COVARIANCE, POSE_ARRAY, PARTICLE_CLOUD}
 
 CDR = "cdr"
 ROS1 = "ros1"
@@ -28,13 +38,26 @@ IDL = "ros2idl"
 HEADER = "std_msgs/msg/Header"
 
 # Not part of any ROS distribution's common interfaces (Nav2 defines it).
-PARTICLE_CLOUD = """std_msgs/Header header
+PARTICLE_CLOUD_TEXT = """std_msgs/Header header
 nav2_msgs/Particle[] particles
 ================================================================================
 MSG: nav2_msgs/Particle
 geometry_msgs/Pose pose
 float64 weight
 """
+
+
+# characters; the longest definitions in use, with all that they depend on, have some tens of thousands
+LONGEST_TEXT = 200_000
+# fields of a type and all that it is made of, arrays of strings or messages counted by their length:
+# each becomes some lines of a decoder; the longest definitions in use have some hundreds
+MOST_FIELDS = 3_000
+# types within types; the deepest in use have some ten
+DEEPEST = 50
+# characters of what a parser says of a definition
+LONGEST_REASON = 200
+# types kept ready; a log has some tens
+MOST_TYPES = 256
 
 
 @dataclass(frozen=True)
@@ -55,17 +78,16 @@ class MessageType:
     def definition(self) -> str:
         """The ROS 2 ``.msg`` text with all dependencies, as MCAP's ``ros2msg`` schema has it.
 
-        Raises LogError where neither the log nor any ROS distribution defines the type.
+        Raises LogError where neither the log nor any ROS distribution defines the type, or what
+        the log has can't be used.
         """
-        if self.text and self.wire == CDR and self.language == MSG:
-            return self.text
         return self._store.generate_msgdef(self.name, ros_version=2)[0]
 
     def cdr(self, data: bytes) -> bytes:
         """A message's bytes as ROS 2 CDR. Raises LogError for bytes that don't fit the type."""
         if self.wire == CDR:
             return data
-        store = self._store
+        store = self._store_for(data)
         try:
             return bytes(store.ros1_to_cdr(data, self.name))
         except _decoding_errors() as error:
@@ -76,7 +98,7 @@ class MessageType:
 
         Raises LogError for bytes that don't fit the type.
         """
-        cdr, store = self.cdr(data), self._store
+        cdr, store = self.cdr(data), self._store_for(data)
         try:
             return store.deserialize_cdr(cdr, self.name)
         except _decoding_errors() as error:
@@ -93,6 +115,11 @@ class MessageType:
     def _damaged(self) -> LogError:
         return LogError(f"the message is damaged, or not as its type {self.name} is defined")
 
+    def _store_for(self, data: bytes) -> Typestore:
+        """The type store, which takes no list for longer than the data, as each item has a byte."""
+        self._store.max_sequence_length = max(len(data), 1)
+        return self._store
+
     @lazy
     def _store(self) -> Typestore:
         return _store(self)
@@ -104,33 +131,51 @@ def _decoding_errors() -> tuple[type[Exception], ...]:
     return SerdeError, struct.error, ValueError, IndexError, KeyError, AssertionError
 
 
-@cache
+@lru_cache(MOST_TYPES)
 def _store(message_type: MessageType) -> Typestore:
     """A type store for one definition. Cached: a log has few definitions, but many messages."""
-    from rosbags.typesys import Stores, get_typestore
+    from rosbags.typesys import Stores, TypesysError, get_typestore
 
     own = _own_types(message_type)
     if message_type.wire == ROS1:
         # ROS 2 headers have no ``seq``; the conversion to CDR leaves it out.
         own.pop(HEADER, None)
+    types = _closure(message_type, own)
+    _check(message_type, types)
+    if message_type.name in USED_TYPES:
+        _check_fields(message_type, types)
     store = get_typestore(Stores.EMPTY)
-    store.register(_closure(message_type, own))
+    try:
+        store.register(types)
+    except (TypesysError, SyntaxError) as error:
+        raise _unusable(message_type, str(error)) from error
     return store
 
 
 def _own_types(message_type: MessageType) -> Typesdict:
     from rosbags.typesys import TypesysError, get_types_from_idl, get_types_from_msg
 
-    if not message_type.text:
+    text = message_type.text
+    if not text:
         return {}
+    if len(text) > LONGEST_TEXT:
+        raise _unusable(message_type, f"it has more than {LONGEST_TEXT} characters")
     try:
         if message_type.language == IDL:
-            return get_types_from_idl(message_type.text)
-        return get_types_from_msg(message_type.text, message_type.name)
-    except (TypesysError, ValueError, KeyError, IndexError) as error:
-        raise LogError(
-            f"The log's definition of {message_type.name} can't be parsed: {error}"
-        ) from error
+            return get_types_from_idl(text)
+        return get_types_from_msg(text, message_type.name)
+    except (TypesysError, ValueError, LookupError, TypeError, ArithmeticError) as error:
+        raise _unusable(message_type, f"it can't be parsed ({error})") from error
+    except RecursionError as error:
+        raise _unusable(message_type, "it is nested too deeply") from error
+
+
+def _unusable(message_type: MessageType, why: str) -> LogError:
+    told = " ".join(why.split())
+    return LogError(
+        f"The log's definition of {message_type.name} can't be used: {told[:LONGEST_REASON]}; "
+        "leave its topic out, or record it anew"
+    )
 
 
 @cache
@@ -139,7 +184,7 @@ def _standard_types(wire: str) -> Typesdict:
     from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
     ros2 = get_typestore(Stores.LATEST).fielddefs
-    particles = get_types_from_msg(PARTICLE_CLOUD, "nav2_msgs/msg/ParticleCloud")
+    particles = get_types_from_msg(PARTICLE_CLOUD_TEXT, PARTICLE_CLOUD)
     if wire == CDR:
         return dict(ros2) | particles
     ros1 = get_typestore(Stores.ROS1_NOETIC).fielddefs
@@ -171,6 +216,63 @@ def _standard(name: str, message_type: MessageType) -> Any:
             "one: record it as MCAP or rosbag1, which carry definitions."
         )
     raise LogError(f"The definition of {message_type.name} lacks the type {name}, which it uses.")
+
+
+def _check(message_type: MessageType, types: Typesdict) -> None:
+    """Raises LogError where decoding would have no end, or be endlessly long."""
+    known: dict[
+        str, tuple[int, bool]
+    ] = {}  # fields with those of parts, and whether they have bytes
+
+    def extent(name: str, path: tuple[str, ...]) -> tuple[int, bool]:
+        if name in path:
+            raise _unusable(message_type, f"{name} holds itself")
+        if len(path) > DEEPEST:
+            raise _unusable(message_type, "it is nested too deeply")
+        if name not in known:
+            fields, has_bytes = 1, False
+            for _, field in types[name][1]:
+                count, part, is_list = _parts(field)
+                of_part = (1, count > 0) if part is None else extent(part, (*path, name))
+                if is_list and part is not None and not of_part[1]:
+                    raise _unusable(message_type, f"it has a list of {part}, which holds nothing")
+                fields += count * of_part[0]
+                has_bytes |= of_part[1]
+            known[name] = fields, has_bytes
+        return known[name]
+
+    fields, _ = extent(message_type.name, ())
+    if fields > MOST_FIELDS:
+        raise _unusable(message_type, f"it has {fields} fields, and at most {MOST_FIELDS} are read")
+
+
+def _check_fields(message_type: MessageType, types: Typesdict) -> None:
+    """Raises LogError where a type that records are made from lacks fields that ROS gives it."""
+    standard = _standard_types(message_type.wire)
+    for name, (_, fields) in types.items():
+        if name in standard and (missing := dict(standard[name][1]).items() - dict(fields).items()):
+            lacking = sorted(field for field, _ in missing)
+            raise _unusable(message_type, f"{name} lacks {', '.join(lacking)} as ROS defines it")
+
+
+def _parts(field: Any) -> tuple[int, str | None, bool]:
+    """How often a field has its part at least, the part's type if it is a message, whether it is a list.
+
+    Arrays of numbers are read as a whole, and count once.
+    """
+    from rosbags.interfaces import Nodetype
+
+    kind, detail = field
+    if kind == Nodetype.BASE:
+        return 1, None, False
+    if kind == Nodetype.NAME:
+        return 1, detail, False
+    (inner, name), length = detail
+    part = name if inner == Nodetype.NAME else None
+    if kind == Nodetype.SEQUENCE:
+        return 1, part, True
+    is_numbers = part is None and name[0] != "string"
+    return min(length, 1) if is_numbers else length, part, True
 
 
 def _named(field: Any) -> list[str]:

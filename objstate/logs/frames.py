@@ -31,6 +31,11 @@ ODOMETRY_FRAMES = ("odom", "odom_combined")
 # below what a laser can tell
 SAME_MOUNTING = 5e-3
 
+SUPPLY = (
+    "Supply it with --mount {}=x,y,z,roll,pitch,yaw (metres and radians), or leave this laser out "
+    "with --topics."
+)
+
 Edge = tuple[str, tuple[float, ...]]  # parent, (x, y, z, qx, qy, qz, qw)
 Path = tuple[tuple[Edge, ...], tuple[Edge, ...]]  # edges up from two frames to where they meet
 Way = tuple[list[str], list[str]]  # the frames of such a path
@@ -169,7 +174,9 @@ class Mountings:
         try:
             current = self.lift(base) @ self.tree.pose_of(laser, base)
         except ValueError as error:
-            raise LogError(f"tf gives no usable mounting for {laser}: {error}") from error
+            raise LogError(
+                f"tf in the log gives no usable mounting for {laser}: {error}. {SUPPLY.format(laser)}"
+            ) from error
         if known is not None:
             if np.allclose(known[1], current, rtol=0, atol=SAME_MOUNTING):
                 current = known[1]
@@ -196,8 +203,7 @@ class Mountings:
         known = ", ".join(self.tree.frames) or "none at all"
         return (
             f"Nothing in the log tells where the laser '{laser}' is mounted on '{base}' (tf knows "
-            f"of frames: {known}). Supply it with --mount {laser}=x,y,z,roll,pitch,yaw "
-            "(metres and radians), or leave this laser out with --topics."
+            f"of frames: {known}). {SUPPLY.format(laser)}"
         )
 
 

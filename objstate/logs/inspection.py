@@ -12,17 +12,20 @@ import numpy as np
 from objstate.errors import LogError
 from objstate.geometry import FloatArray, rpy_from_rotation
 from objstate.logs.containers import Messages, Paths, as_paths
+from objstate.logs.definitions import LASER_SCAN, ODOMETRY, TF
 from objstate.logs.frames import BASE, FrameTree, Mountings, frame_name, odometry_root
 from objstate.logs.log import open_log
 from objstate.logs.messages import Message
 from objstate.logs.notices import Notices
-from objstate.logs.roles import LASER_SCAN, ODOMETRY, TF, odometry_topic
+from objstate.logs.roles import odometry_topic
 from objstate.logs.scans import clean_ranges
 
 # s; header times this far off the recording times are told: the clocks differ
 LARGEST_OFFSET = 1.0
 # s; a longer silence of a laser or the odometry is told
 LONGEST_SILENCE = 2.0
+# ns; what was recorded within less came at once, as latched messages do, and has no rate
+LEAST_SPAN_NS = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -32,7 +35,7 @@ class TopicSummary:
     name: str
     type: str
     count: int
-    rate_hz: float  # messages a second from its first to its last; 0 for a single one
+    rate_hz: float | None  # messages a second from its first to its last; None: all at one time
 
 
 @dataclass(frozen=True)
@@ -210,7 +213,7 @@ class _Survey:
         self.tree = FrameTree()
         self.lasers: dict[str, _Laser] = {}
         self._types: dict[str, str] = {}
-        self._spans: dict[str, tuple[int, int, int]] = {}  # count, first, last
+        self._spans: dict[str, tuple[int, int, int]] = {}  # count, earliest, latest
         self._clocks: dict[str, _Clock] = {}
         self._odometry_child: str | None = None
 
@@ -219,8 +222,9 @@ class _Survey:
         self.first_ns = recorded_ns if self.first_ns is None else min(self.first_ns, recorded_ns)
         self.last_ns = max(self.last_ns, recorded_ns)
         self._types[message.topic] = message.type
-        count, first, _ = self._spans.get(message.topic, (0, recorded_ns, recorded_ns))
-        self._spans[message.topic] = count + 1, first, recorded_ns
+        count, first, last = self._spans.get(message.topic, (0, recorded_ns, recorded_ns))
+        span = min(first, recorded_ns), max(last, recorded_ns)
+        self._spans[message.topic] = count + 1, *span
         if message.type in (LASER_SCAN, ODOMETRY, *TF):
             try:
                 self._note_content(message, message.decode())
@@ -243,7 +247,7 @@ class _Survey:
 
     def topics(self) -> tuple[TopicSummary, ...]:
         return tuple(
-            TopicSummary(topic, self._types[topic], count, (count - 1) * 1e9 / (last - first or 1))
+            TopicSummary(topic, self._types[topic], count, _rate(count, last - first))
             for topic, (count, first, last) in sorted(self._spans.items())
         )
 
@@ -274,6 +278,11 @@ class _Survey:
             for topic, clock in sorted(self._clocks.items())
             for problem in clock.problems(topic)
         ]
+
+
+def _rate(count: int, span_ns: int) -> float | None:
+    """Messages a second, of so many over a span; None where the recorder gave all one time."""
+    return (count - 1) * 1e9 / span_ns if span_ns >= LEAST_SPAN_NS else None
 
 
 def _triple(numbers: FloatArray) -> tuple[float, float, float]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import struct
 import zlib
 from collections.abc import Collection, Iterator, Mapping
+from os import SEEK_CUR
 from pathlib import Path
 from typing import BinaryIO
 
@@ -20,6 +21,14 @@ from objstate.logs.notices import Notices
 MAGIC = b"\x89MCAP0\r\n"
 
 FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, DATA_END = 0x02, 0x03, 0x04, 0x05, 0x06, 0x0F
+READ = (
+    FOOTER,
+    SCHEMA,
+    CHANNEL,
+    MESSAGE,
+    CHUNK,
+    DATA_END,
+)  # all else, such as attachments, is skipped
 
 RECORD_HEADER = struct.Struct("<BQ")  # opcode, length
 MESSAGE_HEADER = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
@@ -84,28 +93,34 @@ class McapFile:
             opcode, length = RECORD_HEADER.unpack(header)
             if length > LONGEST_RECORD:
                 return
-            body = file.read(length)
-            if len(body) < length and opcode != CHUNK:
+            left = self._size - file.tell()
+            if length > left and opcode != CHUNK:
                 return
-            yield opcode, body
+            if opcode in READ:
+                yield opcode, file.read(min(length, left))
+            else:
+                file.seek(length, SEEK_CUR)
 
     def _chunk(self, body: bytes) -> Iterator[tuple[int, bytes, float]]:
         """The records in a chunk, each with the share of the chunk up to its end."""
         try:
-            start, end, _, crc = CHUNK_HEADER.unpack_from(body)
+            start, end, announced, crc = CHUNK_HEADER.unpack_from(body)
             method, at = _string(body, CHUNK_HEADER.size)
             (length,) = struct.unpack_from("<Q", body, at)
-        except (struct.error, UnicodeDecodeError):
+        except struct.error:
             return
         packed = body[at + 8 : at + 8 + length]
         is_whole = len(packed) == length
-        data, damage = decompress(method, packed)
-        if is_whole and (damage or (crc and zlib.crc32(data) != crc)):
+        data, damage = decompress(method, packed, announced)
+        is_wrong = bool(crc) and zlib.crc32(data) != crc
+        if is_whole and (damage or is_wrong):
+            used = "skipped" if is_wrong else "what precedes the damage is used"
             self._notices.add(
                 f"{self.path.name}: a chunk of {(end - start) / 1e9:.1f} s from "
-                f"{start / 1e9:.3f} s on is damaged ({damage or 'wrong checksum'}): skipped"
+                f"{start / 1e9:.3f} s on is damaged ({damage or 'wrong checksum'}): {used}"
             )
-            return
+            if is_wrong:
+                return
         yield from _records_within(data)
 
     def _message(self, opcode: int, body: bytes, topics: Collection[str] | None) -> Message | None:
@@ -131,7 +146,7 @@ class McapFile:
                 self._learn_schema(body)
             else:
                 self._learn_channel(body)
-        except (struct.error, UnicodeDecodeError):
+        except struct.error:
             self._notices.add(f"{self.path.name}: a damaged description of a channel was skipped")
 
     def _learn_schema(self, body: bytes) -> None:
@@ -178,7 +193,7 @@ def _records_within(data: bytes) -> Iterator[tuple[int, bytes, float]]:
     while at + RECORD_HEADER.size <= len(data):
         opcode, length = RECORD_HEADER.unpack_from(data, at)
         at += RECORD_HEADER.size
-        if at + length > len(data):
+        if opcode == 0 or at + length > len(data):  # no record has the opcode 0
             return
         at += length
         yield opcode, data[at - length : at], at / len(data)
@@ -187,7 +202,7 @@ def _records_within(data: bytes) -> Iterator[tuple[int, bytes, float]]:
 def _string(body: bytes, at: int) -> tuple[str, int]:
     """A string with its length before it, and where it ends."""
     (length,) = struct.unpack_from("<I", body, at)
-    return body[at + 4 : at + 4 + length].decode(), at + 4 + length
+    return body[at + 4 : at + 4 + length].decode(errors="replace"), at + 4 + length
 
 
 def _ros2_name(name: str) -> str:

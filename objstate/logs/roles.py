@@ -4,18 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from objstate.errors import LogError
+from objstate.logs.definitions import (
+    LASER_SCAN,
+    ODOMETRY,
+    PARTICLE_CLOUD,
+    POSE_ARRAY,
+    POSE_WITH_COVARIANCE,
+    TF,
+    USED_TYPES,
+)
+from objstate.logs.messages import Message
 from objstate.logs.notices import Notices
-
-LASER_SCAN = "sensor_msgs/msg/LaserScan"
-ODOMETRY = "nav_msgs/msg/Odometry"
-TF = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
-POSE_WITH_COVARIANCE = "geometry_msgs/msg/PoseWithCovarianceStamped"
-POSE_ARRAY = "geometry_msgs/msg/PoseArray"
-PARTICLE_CLOUD = "nav2_msgs/msg/ParticleCloud"
-
-USED_TYPES = {LASER_SCAN, ODOMETRY, *TF, POSE_WITH_COVARIANCE, POSE_ARRAY, PARTICLE_CLOUD}
 
 # how localization packages call the topic of their samples
 CLOUD_NAMES = ("particlecloud", "particle_cloud", "particles")
@@ -33,6 +35,14 @@ class Roles:
     pose_arrays: frozenset[str]
     particle_clouds: frozenset[str]
     are_chosen: bool  # by the user, not found by type
+    types: Mapping[str, str]  # of the topics, by name
+
+    def decoded(self, message: Message) -> Any:
+        """A message's content. Raises LogError where it is damaged, or of another type than its topic."""
+        expected = self.types[message.topic]
+        if message.type != expected:
+            raise LogError(f"it is of type {message.type}, and others there are of {expected}")
+        return message.decode()
 
     @property
     def telling(self) -> frozenset[str]:
@@ -71,6 +81,7 @@ def find_roles(types: Mapping[str, str], chosen: Collection[str] | None, notices
         pose_arrays=_belief_arrays(_of_type(usable, POSE_ARRAY), chosen),
         particle_clouds=_of_type(usable, PARTICLE_CLOUD),
         are_chosen=chosen is not None,
+        types=types,
     )
 
 

@@ -6,6 +6,7 @@ short, has none.
 
 from __future__ import annotations
 
+import os
 import struct
 from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
@@ -83,10 +84,11 @@ class Rosbag1File:
     ) -> Iterator[tuple[Header, bytes, float]]:
         """The records in a chunk, each with the share of the chunk up to its end."""
         method = header.get(b"compression", b"none").decode(errors="replace")
-        plain, damage = decompress(method, data)
+        announced = int.from_bytes(header.get(b"size", b""), "little")
+        plain, damage = decompress(method, data, announced)
         if damage and is_whole:
             self._notices.add(
-                f"{self.path.name}: the chunk before byte {self._position} has {damage}: "
+                f"{self.path.name}: the chunk before byte {self._position} is damaged ({damage}): "
                 "what precedes the damage is used"
             )
         yield from _records_within(plain)
@@ -129,28 +131,23 @@ class Rosbag1File:
 
 def _records(file: BinaryIO) -> Iterator[tuple[Header, bytes, bool]]:
     """Header and data of each record, and whether all of the data is there."""
-    while True:
-        header = _block(file)
-        if header is None or len(size := file.read(UINT32.size)) < UINT32.size:
+    while (header := _block(file)) is not None and header[1]:
+        data = _block(file)
+        if data is None:
             return
-        (length,) = UINT32.unpack(size)
-        if length > LONGEST_RECORD:
-            return
-        data = file.read(length)
-        yield _fields(header), data, len(data) == length
-        if len(data) < length:
-            return
+        yield _fields(header[0]), *data
 
 
-def _block(file: BinaryIO) -> bytes | None:
+def _block(file: BinaryIO) -> tuple[bytes, bool] | None:
+    """The next length and so many bytes, and whether all are there; None where no block begins."""
     size = file.read(UINT32.size)
     if len(size) < UINT32.size:
         return None
     (length,) = UINT32.unpack(size)
     if length > LONGEST_RECORD:
         return None
-    block = file.read(length)
-    return block if len(block) == length else None
+    left = os.fstat(file.fileno()).st_size - file.tell()
+    return file.read(min(length, left)), length <= left
 
 
 def _records_within(data: bytes) -> Iterator[tuple[Header, bytes, float]]:
@@ -158,6 +155,8 @@ def _records_within(data: bytes) -> Iterator[tuple[Header, bytes, float]]:
     at = 0
     while at + UINT32.size <= len(data):
         (header_length,) = UINT32.unpack_from(data, at)
+        if not header_length:
+            return  # every record has a header
         start = at + UINT32.size + header_length
         if start + UINT32.size > len(data):
             return

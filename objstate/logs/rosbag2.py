@@ -8,15 +8,17 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable, Collection, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
-
-import yaml
+from typing import Any
 
 from objstate.errors import LogError
 from objstate.kinds import LOG, instead, kind_of
+from objstate.logs.decompression import MOST_RATIO, most_unpacked
 from objstate.logs.definitions import MessageType
 from objstate.logs.messages import Container, Message
 from objstate.logs.notices import Notices
+from objstate.yaml_files import YamlError, read_yaml
 
 METADATA = "metadata.yaml"
 NAMES_SHOWN = 5  # so many names tell what the others are like
@@ -27,20 +29,20 @@ OpenFile = Callable[[Path, Notices], Container]
 
 def storage_files(folder: Path, notices: Notices) -> list[Path]:
     """The bag's storage files in order. Raises LogError where the folder holds none."""
-    present = sorted(path for path in folder.iterdir() if path.suffix in STORAGE_NAMES)
+    inner = sorted(folder.iterdir())
+    present = [path for path in inner if path.suffix in STORAGE_NAMES and path.is_file()]
     if not present:
         raise LogError(_what_it_holds(folder))
     metadata = folder / METADATA
     if not metadata.exists():
         notices.add(f"{folder.name} has no {METADATA}: all its storage files are read")
         return present
-    listed = _listed_files(metadata, notices)
-    if not listed:
+    try:
+        names = _relative_file_paths(read_yaml(metadata))
+    except (OSError, YamlError) as error:
+        notices.add(f"{metadata} can't be read ({error}): all storage files are read")
         return present
-    missing = [path for path in listed if not path.exists()]
-    for path in missing:
-        notices.add(f"{folder.name} lacks its part {path.name}: the others are used")
-    return [path for path in listed if path.exists()] or present
+    return _listed(names, present, folder, notices)
 
 
 def _what_it_holds(folder: Path) -> str:
@@ -59,32 +61,43 @@ def _what_it_holds(folder: Path) -> str:
     )
 
 
-def _listed_files(metadata: Path, notices: Notices) -> list[Path]:
-    """What the metadata lists; a file compressed as a whole may be listed without its suffix."""
+def _listed(names: list[str], present: list[Path], folder: Path, notices: Notices) -> list[Path]:
+    """Of the files that are present those that the metadata lists; all if it lists none of them.
+
+    A file that was compressed as a whole may be listed without its suffix.
+    """
+    known = {path.name.removesuffix(".zstd"): path for path in present}
+    known |= {path.name: path for path in present}
+    found: dict[Path, None] = {}
+    for name in dict.fromkeys(names):
+        if name in known:
+            found[known[name]] = None
+        else:
+            notices.add(f"{folder.name} lacks its part {name}: the others are used")
+    return list(found) or present
+
+
+def _relative_file_paths(content: Any) -> list[str]:
+    """The names that the metadata lists. Raises YamlError where it has no such list."""
     try:
-        content = yaml.safe_load(metadata.read_text(encoding="utf-8"))
         names = content["rosbag2_bagfile_information"]["relative_file_paths"]
-        # Early releases wrote paths that begin with the bag's folder.
-        paths = [metadata.parent / Path(name).name for name in names]
-    except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError) as error:
-        notices.add(f"{metadata} can't be read ({error}): all storage files are read")
-        return []
-    return [_compressed(path) if not path.exists() else path for path in paths]
-
-
-def _compressed(path: Path) -> Path:
-    packed = path.with_name(path.name + ".zstd")
-    return packed if packed.exists() else path
+    except (LookupError, TypeError) as error:
+        raise YamlError("it has no rosbag2_bagfile_information: relative_file_paths") from error
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        raise YamlError("relative_file_paths is no list of names")
+    return [Path(name).name for name in names]  # early releases put the bag's folder before them
 
 
 class ZstdFile:
     """A storage file that the recorder compressed as a whole; unpacked beside other temporary files."""
 
     def __init__(self, path: Path, notices: Notices, open_file: OpenFile) -> None:
+        self.path = path
         self._folder = tempfile.TemporaryDirectory(prefix="objstate-")
-        plain = Path(self._folder.name) / path.stem
-        self._unpack(path, plain, notices)
-        self._container = open_file(plain, notices)
+        self._plain = Path(self._folder.name) / path.name
+        self._unpack(notices)
+        with self._named():
+            self._container = open_file(self._plain, notices)
 
     @property
     def share(self) -> float:
@@ -93,17 +106,41 @@ class ZstdFile:
 
     def topics(self) -> Mapping[str, MessageType]:
         """Message types by topic."""
-        return self._container.topics()
+        with self._named():
+            return self._container.topics()
 
     def messages(self, topics: Collection[str] | None = None) -> Iterator[Message]:
         """Messages of the unpacked file."""
-        return self._container.messages(topics)
+        with self._named():
+            yield from self._container.messages(topics)
 
-    def _unpack(self, packed: Path, plain: Path, notices: Notices) -> None:
+    @contextmanager
+    def _named(self) -> Iterator[None]:
+        """Errors speak of the file that the user knows."""
+        try:
+            yield
+        except LogError as error:
+            raise LogError(
+                str(error).replace(str(self._plain), f"{self.path}, unpacked,")
+            ) from error
+
+    def _unpack(self, notices: Notices) -> None:
         import zstandard
 
-        with packed.open("rb") as source, plain.open("wb") as sink:
+        name = self.path.name
+        left = most_unpacked(self.path.stat().st_size)
+        with self.path.open("rb") as source, self._plain.open("wb") as sink:
+            pieces = zstandard.ZstdDecompressor().read_to_iter(source)
             try:
-                zstandard.ZstdDecompressor().copy_stream(source, sink)
+                for piece in pieces:
+                    sink.write(piece[:left])
+                    left -= len(piece)
+                    if left < 0:
+                        notices.add(
+                            f"{name} unpacks to more than {MOST_RATIO} times its size, which no "
+                            "recording does: what precedes is used; unpack it with `zstd -d` if it "
+                            "is right"
+                        )
+                        return
             except zstandard.ZstdError as error:
-                notices.add(f"{packed.name} is damaged ({error}): what precedes is used")
+                notices.add(f"{name} is damaged ({error}): what precedes is used")

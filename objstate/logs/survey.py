@@ -50,8 +50,8 @@ def survey(messages: Messages, roles: Roles, tree: FrameTree) -> Survey:
         if message.recorded_ns - first_ns > SURVEY_NS:
             break
         if message.topic in roles.tf:
-            _grow(tree, message)
-        elif (decoded := _decoded(message)) is None:
+            _grow(tree, message, roles)
+        elif (decoded := _decoded(message, roles)) is None:
             continue
         elif message.topic in roles.lasers:
             found.laser_frames.setdefault(message.topic, frame_name(decoded.header.frame_id))
@@ -67,20 +67,20 @@ def read_tf_until(
     if is_enough():
         return
     for message in messages.messages(roles.tf):
-        _grow(tree, message)
+        _grow(tree, message, roles)
         if is_enough():
             return
 
 
-def _grow(tree: FrameTree, message: Message) -> None:
-    decoded = _decoded(message)
+def _grow(tree: FrameTree, message: Message, roles: Roles) -> None:
+    decoded = _decoded(message, roles)
     for stamped in decoded.transforms if decoded is not None else ():
         tree.update(stamped)
 
 
-def _decoded(message: Message) -> Any | None:
+def _decoded(message: Message, roles: Roles) -> Any | None:
     """None where the message is damaged, which is told when it is read in its turn."""
     try:
-        return message.decode()
+        return roles.decoded(message)
     except LogError:
         return None

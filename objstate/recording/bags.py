@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from objstate.errors import ResultError
+from objstate.errors import LogError
 from objstate.recording.ros import is_defined, ros1_bytes, ros1_types, ros2_types
 
 if TYPE_CHECKING:
@@ -31,7 +32,8 @@ LATCHED_QOS = """\
   liveliness_lease_duration: {sec: 9223372036, nsec: 854775807}
   avoid_ros_namespace_conventions: false
 """  # what _latched_quality says, as MCAP channels carry it
-FIRST_NS, LAST_NS = 0, 2**32 * 10**9 - 1  # what a ROS time holds: 32 bits of seconds
+LAST_NS = 2**32 * 10**9 - 1  # what a ROS 1 time holds: 32 bits of seconds
+LAST_MCAP_NS, LAST_ROS2_NS = 2**64 - 1, 2**63 - 1
 
 
 def undefined(type_name: str, definition: str | None) -> str | None:
@@ -41,6 +43,12 @@ def undefined(type_name: str, definition: str | None) -> str | None:
     return "its definition is neither in the log nor a standard one"
 
 
+def _check_time(recorded_ns: int, last_ns: int) -> None:
+    """Raises LogError for a recording time that the format can't hold."""
+    if not 0 <= recorded_ns <= last_ns:
+        raise LogError(f"its time, {recorded_ns} ns, is none that the format can hold")
+
+
 class McapLog:
     """Writes CDR messages with ros2msg schemas into one MCAP file."""
 
@@ -48,18 +56,20 @@ class McapLog:
         self._writer = writer
         self._schemas: dict[str, int] = {}
         self._channels: dict[tuple[str, str], int] = {}
+        self.counts: Counter[str] = Counter()
         self.warnings: list[str] = []
 
     refusal = staticmethod(undefined)
 
     def write(
         self, topic: str, type_name: str, recorded_ns: int, cdr: bytes, definition: str | None
-    ) -> bool:
+    ) -> None:
+        _check_time(recorded_ns, LAST_MCAP_NS)
         channel = self._channels.get((topic, type_name))
         if channel is None:
             channel = self._add_channel(topic, type_name, definition)
         self._writer.add_message(channel, recorded_ns, cdr, publish_time=recorded_ns)
-        return True
+        self.counts[topic] += 1
 
     def _add_channel(self, topic: str, type_name: str, definition: str | None) -> int:
         if type_name not in self._schemas:
@@ -79,23 +89,20 @@ class Bag1Log:
     def __init__(self, bag: Bag1Writer) -> None:
         self._bag = bag
         self._connections: dict[tuple[str, str], Connection] = {}
+        self.counts: Counter[str] = Counter()
         self.warnings: list[str] = []
 
     refusal = staticmethod(undefined)
 
     def write(
         self, topic: str, type_name: str, recorded_ns: int, cdr: bytes, definition: str | None
-    ) -> bool:
-        if not FIRST_NS <= recorded_ns <= LAST_NS:
-            raise ResultError(
-                f"{topic} has a message of time {recorded_ns} ns, which a ROS 1 bag can't hold; "
-                "write MCAP instead."
-            )
+    ) -> None:
+        _check_time(recorded_ns, LAST_NS)
         connection = self._connections.get((topic, type_name))
         if connection is None:
             connection = self._add_connection(topic, type_name, definition)
         self._bag.write(connection, recorded_ns, ros1_bytes(type_name, definition, cdr))
-        return True
+        self.counts[topic] += 1
 
     def _add_connection(self, topic: str, type_name: str, definition: str | None) -> Connection:
         connection = self._bag.add_connection(
@@ -115,18 +122,20 @@ class Bag2Log:
     def __init__(self, bag: Bag2Writer) -> None:
         self._bag = bag
         self._connections: dict[tuple[str, str], Connection] = {}
+        self.counts: Counter[str] = Counter()
         self.warnings: list[str] = []
 
     refusal = staticmethod(undefined)
 
     def write(
         self, topic: str, type_name: str, recorded_ns: int, cdr: bytes, definition: str | None
-    ) -> bool:
+    ) -> None:
+        _check_time(recorded_ns, LAST_ROS2_NS)
         connection = self._connections.get((topic, type_name))
         if connection is None:
             connection = self._add_connection(topic, type_name, definition)
         self._bag.write(connection, recorded_ns, cdr)
-        return True
+        self.counts[topic] += 1
 
     def _add_connection(self, topic: str, type_name: str, definition: str | None) -> Connection:
         connection = self._bag.add_connection(

@@ -39,6 +39,9 @@ BEARING_TOLERANCE = 1e-3  # rad; bearings that are off by less are a FLASER's
 ON_AXIS = 1e-3  # m; a laser farther from the robot's axis has no word
 LEVEL = np.radians(0.5)  # a laser that tilts by more is not a level one
 NO_RETURN = 81.91  # m; what a SICK laser reads where nothing is hit
+FARTHEST = 1e6  # m; what lies farther is damage
+FULL_TURN = 2 * np.pi + BEARING_TOLERANCE  # rad; no bearing is larger
+END_OF_TIME_NS = 2**31 * 10**9  # a ROS time has 31 bits of seconds
 HOST = "objstate"
 KNOWN = (LASER, ODOMETRY, TRANSFORMS)
 
@@ -84,11 +87,13 @@ class CarmenLog:
         self._lasers: dict[str, Laser] = {}  # by frame
         self._base = "base_link"
         self._odometry_topic: str | None = None
+        self._is_in_lines: bool | None = None  # the latest odometry; None before there is any
         self._has_wheel_odometry = False
         self._before: TimedPose | None = None  # the last two of the odometry
         self._after: TimedPose | None = None
-        self._waiting: deque[Any] = deque()  # scans newer than the odometry
+        self._waiting: deque[tuple[str, Any]] = deque()  # topics and scans newer than the odometry
         self._dropped: Counter[str] = Counter()
+        self.counts: Counter[str] = Counter()
         self.warnings: list[str] = []
 
     def refusal(self, type_name: str, definition: str | None) -> str | None:
@@ -96,17 +101,18 @@ class CarmenLog:
 
     def write(
         self, topic: str, type_name: str, recorded_ns: int, cdr: bytes, definition: str | None
-    ) -> bool:
+    ) -> None:
         message = decoded(type_name, definition, cdr)
         if type_name == ODOMETRY:
-            return self._add_odometry(topic, message)
-        if type_name == LASER:
-            return self._add_scan(message)
-        self._add_mounts(message)
-        return True
+            self._add_odometry(topic, message)
+        elif type_name == LASER:
+            self._add_scan(topic, _checked(message))
+        else:
+            self._add_mounts(message)
 
     def finish(self) -> None:
         """Count what still waits for odometry, and say what was left out."""
+        self._end_odometry()
         self._dropped["scans after the last odometry"] += len(self._waiting)
         if self._lasers:
             self.warnings.append(
@@ -124,7 +130,7 @@ class CarmenLog:
                 _matrix(item.transform.translation, item.transform.rotation),
             )
 
-    def _add_odometry(self, topic: str, message: Any) -> bool:
+    def _add_odometry(self, topic: str, message: Any) -> None:
         place, speed = message.pose.pose, message.twist.twist
         now = TimedPose(
             _stamp(message.header),
@@ -133,25 +139,34 @@ class CarmenLog:
         if topic == WHEEL_ODOMETRY:
             self._has_wheel_odometry = True
             self._write_odometry(now, speed)
-            return True
+            self.counts[topic] += 1
+            return
         self._odometry_topic = self._odometry_topic or topic
         if topic != self._odometry_topic:
             self._dropped[f"messages of {topic}, a second odometry"] += 1
-            return False
+            return
         self._base = _frame(message.child_frame_id) or self._base
         self._before, self._after = self._after, now
+        self._end_odometry()
+        self._is_in_lines = not self._has_wheel_odometry
         self._write_ready_scans()
         if not self._has_wheel_odometry:
             self._write_odometry(now, speed)
-        return True
 
-    def _add_scan(self, scan: Any) -> bool:
+    def _end_odometry(self) -> None:
+        """Count the latest odometry, now that no scan has its time any more."""
+        if self._odometry_topic is None or self._is_in_lines is None:
+            return
+        if self._is_in_lines:
+            self.counts[self._odometry_topic] += 1
+        else:
+            self._dropped[f"messages of {self._odometry_topic} between scans"] += 1
+
+    def _add_scan(self, topic: str, scan: Any) -> None:
         frame = _frame(scan.header.frame_id)
-        if frame not in self._lasers and not self._introduce(frame, scan):
-            return False
-        self._waiting.append(scan)
-        self._write_ready_scans()
-        return True
+        if frame in self._lasers or self._introduce(frame, scan):
+            self._waiting.append((topic, scan))
+            self._write_ready_scans()
 
     def _introduce(self, frame: str, scan: Any) -> bool:
         """Find the word for a laser that is new, and write where it is; False if it has none."""
@@ -169,15 +184,17 @@ class CarmenLog:
             return False
         self._lasers[frame] = laser
         self._file.write(f"PARAM {laser.side.offset_parameter} {laser.offset:.6f}\n")
-        self._file.write(f"PARAM {laser.side.max_parameter} {scan.range_max:.4f}\n")
+        self._file.write(f"PARAM {laser.side.max_parameter} {_reach(scan):.4f}\n")
         return True
 
     def _mount(self, frame: str) -> FloatArray | None:
         """(4, 4) the laser on the robot, along the chain of fixed transforms."""
         matrix = np.eye(4)
+        passed: set[str] = set()
         while frame != self._base:
-            if frame not in self._mounts:
+            if frame not in self._mounts or frame in passed:
                 return None
+            passed.add(frame)
             frame, step = self._mounts[frame]
             matrix = step @ matrix
         return matrix
@@ -187,14 +204,16 @@ class CarmenLog:
         while (
             self._waiting
             and self._after
-            and _stamp(self._waiting[0].header) <= self._after.stamp_ns
+            and _stamp(self._waiting[0][1].header) <= self._after.stamp_ns
         ):
-            scan = self._waiting.popleft()
+            topic, scan = self._waiting.popleft()
             robot = _interpolate(self._before, self._after, _stamp(scan.header))
             if robot is None:
                 self._dropped["scans before the odometry"] += 1
             else:
                 self._write_scan(scan, robot)
+                self.counts[topic] += 1
+                self._is_in_lines = True
 
     def _write_scan(self, scan: Any, robot: FloatArray) -> None:
         laser = self._lasers[_frame(scan.header.frame_id)]
@@ -207,12 +226,12 @@ class CarmenLog:
             return
         # type 0, accuracy 1 cm, remission mode 0; no remissions; speeds and distances not known
         span = scan.angle_increment * (len(ranges) - 1)
-        head = [scan.angle_min + laser.turn, span, scan.angle_increment, scan.range_max, 0.01]
+        head = [scan.angle_min + laser.turn, span, scan.angle_increment, _reach(scan), 0.01]
         body = f"0 {_numbers(head, 9)} 0 {readings} 0 {poses} 0 0 0 0 0"
         self._line(laser.side.word, body, _stamp(scan.header))
 
     def _write_odometry(self, now: TimedPose, speed: Any) -> None:
-        values = [*now.pose, speed.linear.x, speed.angular.z, 0.0]
+        values = np.nan_to_num([*now.pose, speed.linear.x, speed.angular.z, 0.0])
         self._line("ODOM", _numbers(values, 6), now.stamp_ns)
 
     def _line(self, word: str, body: str, stamp_ns: int) -> None:
@@ -234,15 +253,37 @@ def _frame(name: str) -> str:
 
 
 def _stamp(header: Any) -> int:
-    return int(header.stamp.sec) * 10**9 + int(header.stamp.nanosec)
+    """ns. Raises LogError for a time that the format has no word for."""
+    stamp_ns = int(header.stamp.sec) * 10**9 + int(header.stamp.nanosec)
+    if not 0 <= stamp_ns < END_OF_TIME_NS:
+        raise LogError(f"its time, {seconds(stamp_ns)} s, is none from 1970 to 2038")
+    return stamp_ns
 
 
 def _matrix(position: Any, q: Any) -> FloatArray:
+    """(4, 4). Raises LogError for a place or a direction that is none."""
+    place = [position.x, position.y, position.z]
+    if not (np.abs(place) <= FARTHEST).all():
+        raise LogError("its position is out of all bounds")
     try:
-        rotation = rotation_from_quaternion(q.x, q.y, q.z, q.w)
+        return transform(rotation_from_quaternion(q.x, q.y, q.z, q.w), place)
     except ValueError as error:
         raise LogError(f"its {error}") from error
-    return transform(rotation, [position.x, position.y, position.z])
+
+
+def _checked(scan: Any) -> Any:
+    """The scan. Raises LogError where its beams have no directions, or it has no beams."""
+    if not (np.abs([scan.angle_min, scan.angle_increment]) <= FULL_TURN).all():
+        raise LogError("its angles are out of all bounds")
+    if not len(scan.ranges):
+        raise LogError("it has no ranges")
+    _stamp(scan.header)
+    return scan
+
+
+def _reach(scan: Any) -> float:
+    """m; what a laser that says nothing usable can see is a SICK's."""
+    return float(scan.range_max) if 0 < scan.range_max <= FARTHEST else NO_RETURN
 
 
 def _unfit(mount: FloatArray) -> str | None:
@@ -283,8 +324,9 @@ def _is_half_turn(scan: Any, turn: float) -> bool:
 def _ranges(scan: Any) -> FloatArray:
     """Ranges as CARMEN has them: 0 for what is no reading, SICK's number for no return."""
     ranges = np.asarray(scan.ranges, dtype=float)
-    nothing = max(NO_RETURN, float(scan.range_max))
-    return np.where(np.isposinf(ranges), nothing, np.where(np.isfinite(ranges), ranges, 0.0))
+    nothing = max(NO_RETURN, _reach(scan))
+    known = np.where(np.isfinite(ranges), np.clip(ranges, 0.0, nothing), 0.0)
+    return np.where(np.isposinf(ranges), nothing, known)
 
 
 def _numbers(values: Iterable[float], decimals: int) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
@@ -17,6 +18,7 @@ from objstate.recording.ros import to_cdr
 class FormatWriter(Protocol):
     """What every format can do."""
 
+    counts: Counter[str]  # messages that the log holds, by topic; complete when it is closed
     warnings: list[str]  # what was left out and why; complete when the log is closed
 
     def refusal(self, type_name: str, definition: str | None) -> str | None:
@@ -24,8 +26,8 @@ class FormatWriter(Protocol):
 
     def write(
         self, topic: str, type_name: str, recorded_ns: int, cdr: bytes, definition: str | None
-    ) -> bool:
-        """Append one message, in the order of recording; False if it was left out."""
+    ) -> None:
+        """Append one message, in the order of recording; what is left out is told by the warnings."""
 
 
 FORMATS: dict[str, Callable[[Path], AbstractContextManager[FormatWriter]]] = {
@@ -53,6 +55,11 @@ class LogWriter:
         self._log = log
 
     @property
+    def counts(self) -> dict[str, int]:
+        """How many messages the log holds, by topic; complete when it is closed."""
+        return {topic: count for topic, count in sorted(self._log.counts.items()) if count}
+
+    @property
     def warnings(self) -> list[str]:
         """What the format could not hold, in words; complete when the log is closed."""
         return self._log.warnings
@@ -68,15 +75,15 @@ class LogWriter:
         recorded_ns: int,
         message: Any,
         definition: str | None = None,
-    ) -> bool:
+    ) -> None:
         """Append a message: CDR bytes, or a message object of a standard type.
 
         ``definition`` is the text that the type's own log carries, for types that
-        are not standard. False if the format has no word for this message; the
-        warnings say why.
+        are not standard. Where the format has no word for just this message, the
+        warnings say so.
         """
         cdr = bytes(message) if _is_bytes(message) else to_cdr(type_name, message)
-        return self._log.write(topic, type_name, recorded_ns, cdr, definition)
+        self._log.write(topic, type_name, recorded_ns, cdr, definition)
 
 
 @contextmanager

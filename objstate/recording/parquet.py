@@ -25,7 +25,7 @@ def read_parquet(
         raise ResultError(f"{path.parent} holds no {path.name}; {cure}.")
     try:
         frame = pl.read_parquet(path)
-    except (OSError, pl.exceptions.PolarsError) as error:
+    except (OSError, pl.exceptions.PolarsError, pl.exceptions.PanicException) as error:
         raise ResultError(
             f"{path} is not a Parquet file that can be read ({error}); {cure}."
         ) from error

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from decimal import Decimal, InvalidOperation
+from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
 
@@ -15,6 +15,7 @@ from objstate.recording.stamps import unit_of_number
 from objstate.records import Path as RobotPath
 
 TRAJECTORY = "trajectory.tum"  # in a result folder: the estimated path
+LONGEST_STAMP = 12  # digits of seconds: more are no nanoseconds in 64 bits
 FIELDS = "stamp tx ty tz qx qy qz qw"
 
 
@@ -74,6 +75,13 @@ def _lines(path: Path) -> list[str]:
         raise TruthError(f"{path} is not text; a path is a TUM file: '{FIELDS}'.") from error
 
 
+def _nanoseconds(stamp: Decimal) -> int:
+    """Raises ValueError for what is none in 64 bits; rounding a larger number could take for ever."""
+    if not stamp.is_finite() or stamp.adjusted() >= LONGEST_STAMP:
+        raise ValueError(f"{stamp} is no time")
+    return round(stamp * 10**9)
+
+
 def _row(text: str, where: str) -> tuple[int, np.ndarray]:
     """Stamp in nanoseconds and pose (3,) of one line."""
     fields = text.split()
@@ -81,10 +89,10 @@ def _row(text: str, where: str) -> tuple[int, np.ndarray]:
         hint = ", parted by blanks" if len(text.split(",")) == 8 else ""
         raise TruthError(f"{where} has {len(fields)} fields; give eight{hint}: '{FIELDS}'.")
     try:
-        stamp = round(Decimal(fields[0]) * 10**9)
+        stamp = _nanoseconds(Decimal(fields[0]))
         x, y, z, *quaternion = (float(field) for field in fields[1:])
         matrix = transform(rotation_from_quaternion(*quaternion), [x, y, z])
-    except (InvalidOperation, ValueError, OverflowError) as error:
+    except (ArithmeticError, ValueError) as error:
         raise TruthError(f"{where}: '{text}' is not a pose; give '{FIELDS}'.") from error
     if np.isfinite(matrix).all() and abs(stamp) >= 2**63:
         unit, per_second = unit_of_number(Fraction(fields[0]))

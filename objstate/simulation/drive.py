@@ -83,12 +83,12 @@ def simulate(
     simulation = Simulation(settings, load_building(settings.building))
     with result_folder(out, overwrite=overwrite) as folder:
         with open_log_writer(folder / name, format) as writer:
-            counts, lost = _write_log(simulation, writer)
+            lost = _write_log(simulation, writer)
         write_truth(folder / TRUTH, simulation.truth())
         write_tum(folder / PATH, simulation.path())
         (folder / SCENE).write_text(dump_scene(settings), encoding="utf-8")
     warnings = (*lost, *writer.warnings)
-    return SimulationResult(out, out / name, counts, simulation.motion.duration, warnings)
+    return SimulationResult(out, out / name, writer.counts, simulation.motion.duration, warnings)
 
 
 class Simulation:
@@ -240,14 +240,13 @@ def _drawn(
     return np.asarray(poses)
 
 
-def _write_log(simulation: Simulation, writer: LogWriter) -> tuple[dict[str, int], list[str]]:
-    """Write all messages; how many there are of each topic, and what the format can't hold."""
-    counts: Counter[str] = Counter()
+def _write_log(simulation: Simulation, writer: LogWriter) -> list[str]:
+    """Write all messages; returns what the format can't hold."""
     lost: Counter[str] = Counter()
     for event in simulation.events():
         refusal = writer.refusal(event.type_name)
         if refusal is not None:
             lost[f"messages of {event.topic}: {refusal}"] += 1
-        elif writer.write(event.topic, event.type_name, event.recorded_ns, event.message):
-            counts[event.topic] += 1
-    return dict(sorted(counts.items())), [f"{n} {what}." for what, n in sorted(lost.items())]
+        else:
+            writer.write(event.topic, event.type_name, event.recorded_ns, event.message)
+    return [f"{n} {what}." for what, n in sorted(lost.items())]

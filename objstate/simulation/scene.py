@@ -6,11 +6,12 @@ a default that serves.
 
 from __future__ import annotations
 
+import os
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from objstate.config import (
     Angle,
@@ -26,7 +27,11 @@ from objstate.kinds import SCENE
 
 PointXY = tuple[float, float]
 Region = tuple[float, float, float, float]  # x_min, y_min, x_max, y_max
-Count = Annotated[int, Field(ge=1)]
+
+# of people, boxes, samples or beams, and a second: what is more is a slip of the pen, and takes all memory
+MOST = 100_000
+Count = Annotated[int, Field(ge=1, le=MOST)]
+Rate = Annotated[float, Field(gt=0, le=MOST)]  # Hz
 
 
 class PlanarState(Strict):
@@ -76,7 +81,7 @@ class Route(Strict):
 class OdometryNoise(Strict):
     """Wheel odometry. Random errors grow with the root of the way, so that no rate matters."""
 
-    rate: Positive = 20.0  # Hz
+    rate: Rate = 20.0  # Hz
     translation_noise: NonNegative = 0.01  # m after 1 m, along the way
     rotation_noise: NonNegative = 0.02  # rad after 1 rad of turning
     drift_noise: NonNegative = 0.01  # rad after 1 m of way
@@ -102,12 +107,12 @@ class Laser(Strict):
 
     frame: str = "laser"
     mount: Mount = Mount()
-    beams: Annotated[int, Field(ge=2)] = 181
+    beams: Annotated[int, Field(ge=2, le=MOST)] = 181
     angle_min: Angle = -1.5707963267948966  # rad, the first beam
     angle_max: Angle = 1.5707963267948966  # rad, the last beam
     range_min: NonNegative = 0.05  # m
     range_max: Positive = 8.0  # m
-    rate: Positive = 5.0  # Hz
+    rate: Rate = 5.0  # Hz
     phase: Share = 0.0  # of a period, when the first scan is taken
     time_increment: NonNegative = 0.0  # s between beams
     sigma: NonNegative = 0.03  # m, range noise
@@ -211,7 +216,7 @@ class RecordedBelief(Strict):
     """Samples of a localization's belief, recorded as geometry_msgs/PoseArray."""
 
     topic: str = "/particlecloud"
-    rate: Positive = 2.0  # Hz
+    rate: Rate = 2.0  # Hz
     count: Count = 100
     sigma_xy: NonNegative = 0.05  # m, of the samples about their mean
     sigma_yaw: NonNegativeAngle = 0.02  # rad
@@ -236,6 +241,13 @@ class Scene(Strict):
     truth_step: Positive = 0.05  # s between true states while an object moves
     seed: Annotated[int, Field(ge=0)] = 0
 
+    @field_validator("building")
+    @classmethod
+    def _is_a_path(cls, path: Path) -> Path:
+        if "\0" in str(path):
+            raise ValueError("a path can't hold a zero byte")
+        return path
+
     @model_validator(mode="after")
     def _has_lasers(self) -> Scene:
         frames = [laser.frame for laser in self.lasers]
@@ -251,7 +263,7 @@ def load_scene(path: str | Path, seed: int | None = None) -> Scene:
     """
     path = Path(path)
     scene = parse_strict(Scene, load_yaml(path), str(path), SCENE)
-    changes = {"building": (path.parent / scene.building).resolve()}
+    changes = {"building": Path(os.path.realpath(path.parent / scene.building))}
     return scene.model_copy(update=changes if seed is None else {**changes, "seed": seed})
 
 

@@ -1,5 +1,6 @@
 """Which logs a batch is about, how they are called, and what belongs to them."""
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from objstate.batch.addresses import find_logs
 from objstate.batch.request import Requested, gather, named
 from objstate.errors import LogError, ObjstateError, SettingsError
 from objstate.recording.batches import BatchLog
@@ -76,6 +78,18 @@ def test_folders_and_patterns_mean_the_logs_in_them(tmp_path: Path) -> None:
     pattern = gather([str(home / "*" / "*.mcap")], "room.urdf", None, RunOptions())
     assert str(home / "tue/c.mcap") in {each.log.log for each in pattern}
     assert str(home / "mon/b.bag") not in {each.log.log for each in pattern}
+
+
+@pytest.mark.parametrize("source", ["", "**/*.mcap"])
+def test_a_folder_that_links_to_itself_holds_its_logs_once(tmp_path: Path, source: str) -> None:
+    (tmp_path / "day").mkdir()
+    (tmp_path / "day" / "a.mcap").write_bytes(b"log")
+    (tmp_path / "day" / "again").symlink_to(tmp_path)
+    (tmp_path / "round").symlink_to("round")
+    (tmp_path / "nowhere").symlink_to("gone")
+    os.mkfifo(tmp_path / "pipe")
+    found = find_logs(str(tmp_path / source))
+    assert found == [str(tmp_path / "day" / "a.mcap")]
 
 
 def test_a_log_that_is_named_twice_is_refused(tmp_path: Path) -> None:

@@ -188,6 +188,18 @@ def test_damaged_messages_are_errors_of_the_log(tmp_path: Path, kind: str) -> No
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize("kind", BAGS)
+def test_times_that_a_format_cannot_hold_are_errors_of_the_message(
+    tmp_path: Path, kind: str
+) -> None:
+    with open_log_writer(tmp_path / f"log{ENDINGS[kind]}", kind) as log:
+        for stamp in (-1, 2**64):
+            with pytest.raises(LogError, match="none that the format can hold"):
+                log.write("/scan", SCAN, stamp, scan(START))
+        log.write("/scan", SCAN, START, scan(START))
+    assert log.counts == {"/scan": 1}
+
+
 def test_existing_logs_are_refused_unless_told(tmp_path: Path) -> None:
     path = tmp_path / "log.mcap"
     path.write_bytes(b"precious")
