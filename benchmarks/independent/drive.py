@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.independent.shapes import Floats
-from benchmarks.independent.world import dimensions
+from benchmarks.independent.world import Course, dimensions
 
 STEP = 0.01  # s
 MARGIN = 1.2  # m that the robot stays away from the corridor's ends
@@ -29,6 +29,11 @@ class Drive:
     def duration(self) -> float:
         """Its length in s."""
         return float(self.times[-1])
+
+    @property
+    def along(self) -> Course:
+        """How far along the corridor the robot is."""
+        return Course(self.times, self.poses[:, 0])
 
     def at(self, times: Floats) -> Floats:
         """Poses (n, 3) at times; constant outside the drive."""

@@ -136,7 +136,7 @@ def write_truth(path: Path, world: World, duration: float) -> None:
         times = np.arange(0.0, duration, TRUTH_STEP)
         inside = course.times[(course.times > 0.0) & (course.times < duration)]
         times = np.unique(np.concatenate([times, inside]))
-        angles = np.interp(times, course.times, course.angles)
+        angles = np.interp(times, course.times, course.values)
         changed = np.concatenate([[True], np.diff(angles) != 0.0])
         rows += [
             (stamp(time), door.name, angle)

@@ -60,6 +60,8 @@ class Door:
         return [placed(part, self.x, self.y, bearing) for part in parts]
 
 
+NEAR = 2.0  # m along the corridor between a door and a robot that sees it move
+MOVES_FROM = 8.0  # s from the start, and as long before the end
 HANDLE_LENGTH = 0.12  # m
 HANDLE_DEPTH = 0.05  # m out of either face
 HANDLE_INSET = 0.10  # m from the free edge to the handle's middle
@@ -67,14 +69,14 @@ HANDLE_INSET = 0.10  # m from the free edge to the handle's middle
 
 @dataclass(frozen=True)
 class Course:
-    """A door's angle over time: straight between its knots, constant outside."""
+    """A value over time: straight between its knots, constant outside."""
 
     times: Floats  # (k,) s
-    angles: Floats  # (k,) rad
+    values: Floats  # (k,) rad for a door, m for a robot
 
     def at(self, time: float) -> float:
-        """The angle at a time."""
-        return float(np.interp(time, self.times, self.angles))
+        """The value at a time."""
+        return float(np.interp(time, self.times, self.values))
 
 
 @dataclass(frozen=True)
@@ -106,7 +108,7 @@ class WorldOptions:
     """What a world has of everything."""
 
     angles: tuple[float, float] | None = None  # rad; every door between these
-    moves: int = 3  # doors that are moved once
+    moves: int = 4  # doors that are moved once, every other one while the robot is near
     automatic: bool = False  # every door opens and closes every 15 s
     walkers: int = 2
     standing: int = 0  # people before doors
@@ -139,8 +141,11 @@ def dimensions(seed: int) -> tuple[float, float]:
     return rng.uniform(16.0, 19.0), rng.uniform(1.15, 1.45)
 
 
-def corridor(seed: int, options: WorldOptions, duration: float) -> World:
-    """A corridor; the same seed gives the same walls and doors whatever the options."""
+def corridor(seed: int, options: WorldOptions, robot: Course) -> World:
+    """A corridor; the same seed gives the same walls and doors whatever the options.
+
+    ``robot`` is how far along the corridor the robot is, so that doors are moved before it.
+    """
     rng = np.random.default_rng([seed, 1])
     length, half = dimensions(seed)
     thick = rng.uniform(0.10, 0.16)
@@ -156,7 +161,7 @@ def corridor(seed: int, options: WorldOptions, duration: float) -> World:
     doors = _furnished(np.random.default_rng([seed, 2]), doors, options)
     walls = _glazed(np.random.default_rng([seed, 3]), walls, options.glass_walls)
     angles = _angles(np.random.default_rng([seed, 4]), doors, options)
-    courses, ends = _courses(np.random.default_rng([seed, 5]), doors, angles, options, duration)
+    courses, ends = _courses(np.random.default_rng([seed, 5]), doors, angles, options, robot)
     rng = np.random.default_rng([seed, 6])
     clutter = _frames(doors, thick, half) if options.frames else []
     clutter += _boxes(rng, doors, half, options.boxes)
@@ -268,19 +273,18 @@ def _courses(
     doors: Sequence[Door],
     angles: Sequence[float],
     options: WorldOptions,
-    duration: float,
+    robot: Course,
 ) -> tuple[list[Course], list[tuple[str, float]]]:
     """How the doors move, and when each came to rest."""
+    duration = float(robot.times[-1])
     if options.automatic:
         courses = [_automatic(rng, door, duration) for door in doors]
     else:
-        moved = set(rng.choice(len(doors), options.moves, replace=False).tolist())
-        courses = [
-            _moved_once(rng, door, angle, options, duration)
-            if number in moved
-            else Course(np.zeros(1), np.array([angle]))
-            for number, (door, angle) in enumerate(zip(doors, angles, strict=True))
-        ]
+        courses = [Course(np.zeros(1), np.array([angle])) for angle in angles]
+        for turn, number in enumerate(rng.choice(len(doors), options.moves, replace=False)):
+            door, angle = doors[int(number)], angles[int(number)]
+            begin = _moment(rng, door, robot, near=turn % 2 == 0)
+            courses[int(number)] = _moved_once(rng, door, angle, options, begin)
     ends = [
         (door.name, float(time))
         for door, course in zip(doors, courses, strict=True)
@@ -290,14 +294,23 @@ def _courses(
     return courses, ends
 
 
+def _moment(rng: np.random.Generator, door: Door, robot: Course, *, near: bool) -> float:
+    """When a door begins to move: any time, or while the robot is near."""
+    times = robot.times[(robot.times > MOVES_FROM) & (robot.times < robot.times[-1] - MOVES_FROM)]
+    if near:
+        middle = door.x + np.cos(door.closed) * door.width / 2
+        off = np.abs(np.interp(times, robot.times, robot.values) - middle)
+        times = times[off <= max(NEAR, off.min())]
+    return float(rng.choice(times))
+
+
 def _moved_once(
-    rng: np.random.Generator, door: Door, angle: float, options: WorldOptions, duration: float
+    rng: np.random.Generator, door: Door, angle: float, options: WorldOptions, begin: float
 ) -> Course:
     """A door that somebody opens or closes once, by 30 to 60 degrees a second."""
     target = angle
     while abs(target - angle) < np.radians(10.0):
         target = _angle(rng, door, options)
-    begin = rng.uniform(12.0, duration - 12.0)
     takes = abs(target - angle) / np.radians(rng.uniform(30.0, 60.0))
     return Course(np.array([0.0, begin, begin + takes]), np.array([angle, angle, target]))
 
@@ -352,7 +365,7 @@ def _doorway_boxes(
         door, course = doors[int(number)], courses[int(number)]
         leaves = [
             outline
-            for angle in np.linspace(course.angles.min(), course.angles.max(), 9)
+            for angle in np.linspace(course.values.min(), course.values.max(), 9)
             for outline in door.outlines(float(angle))
         ]
         for _ in range(200):
