@@ -21,6 +21,7 @@ SURE = 10.0  # deg, an interval narrower than this
 WRONG = 5.0  # deg
 HELD = 1.0  # s that an estimate counts for at most, where no other follows
 AFTER_END = 3.0  # s after the end of a movement, when its value is asked for
+MOVING = 0.1  # s; the truth of a door that moves has a row each 0.05 s
 BEAMS_IN_VIEW = 5  # that end on a leaf
 VIEW_LASTS = 0.5  # s around a scan that sees the leaf
 AJAR = 6.0  # deg; a door open by no more than this is ajar
@@ -41,6 +42,12 @@ class Door:
         """True angles at stamps."""
         index = np.searchsorted(self.stamps, stamps, side="right") - 1
         return self.angles[np.maximum(index, 0)]
+
+    def moving(self, stamps: Ints) -> Bools:
+        """Whether the true angle changes within MOVING of each stamp."""
+        changes = self.stamps[1:]
+        near = round(MOVING * SECOND)
+        return np.searchsorted(changes, stamps - near) < np.searchsorted(changes, stamps + near)
 
     def at_limit(self, angles: Floats) -> Bools:
         """Whether true angles are exactly a limit, to within the files' decimals."""
@@ -118,11 +125,14 @@ class Robot:
 
 
 def final_values(truth: Mapping[str, Door], estimates: Mapping[str, Estimates]) -> list[Value]:
-    """The last estimate of every door that was ever observed, beside the truth at its time."""
+    """The last estimate of every door that was ever observed, beside the truth at its time.
+
+    A door that was moving then has no final angle.
+    """
     return [
         _value(name, truth[name], rows, len(rows.stamps) - 1, int(rows.stamps[-1]))
         for name, rows in sorted(estimates.items())
-        if len(rows.stamps)
+        if len(rows.stamps) and not truth[name].moving(rows.stamps[-1:])[0]
     ]
 
 

@@ -202,6 +202,15 @@ def test_a_final_value_is_compared_with_the_truth_at_its_own_time() -> None:
     assert not value.at_limit
 
 
+def test_a_door_that_was_moving_when_last_seen_has_no_final_value() -> None:
+    truth = {"d": door((0.0, 10.0), (5.0, 20.0), (5.05, 30.0), (5.1, 40.0))}
+    counted = [
+        len(metrics.final_values(truth, {"d": rows((time, 10.0, 9.0, 11.0))}))
+        for time in (4.85, 4.95, 5.05, 5.15, 5.25)
+    ]
+    assert counted == [1, 0, 0, 0, 1]
+
+
 @pytest.mark.parametrize(
     ("row", "counts"),
     [
