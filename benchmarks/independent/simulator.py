@@ -1,0 +1,85 @@
+"""A scenario and a seed make a folder: log, model, truth, path, and what was in view."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.independent import log
+from benchmarks.independent.drive import corridor_drive, odometry
+from benchmarks.independent.lasers import Laser, rig, scans
+from benchmarks.independent.model import ModelErrors, model_of, urdf
+from benchmarks.independent.scenarios import SCENARIOS, Plan
+from benchmarks.independent.shapes import Floats
+from benchmarks.independent.world import corridor
+
+GENERATOR = 2  # raise it whenever the same seed gives other files
+
+
+def simulated(scenario: str, seed: int, cache: Path) -> Path:
+    """The folder of a drive, made if the cache doesn't hold it."""
+    folder = cache / f"v{GENERATOR}" / scenario / str(seed)
+    if not folder.exists():
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        temporary = Path(tempfile.mkdtemp(dir=folder.parent, prefix=f".{seed}-"))
+        try:
+            simulate(SCENARIOS[scenario](seed), seed, temporary)
+            os.chmod(temporary, 0o755)
+            temporary.rename(folder)
+        except OSError:
+            if not folder.exists():  # else another process made it meanwhile
+                raise
+        finally:
+            shutil.rmtree(temporary, ignore_errors=True)
+    return folder
+
+
+def simulate(plan: Plan, seed: int, folder: Path) -> None:
+    """Write a drive's files into a folder."""
+    drive = corridor_drive(seed)
+    world = corridor(seed, plan.world, drive.along)
+    lasers, mounts = _mounted(plan, seed)
+    readings = scans(seed, world, drive, lasers)
+    wheels = odometry(seed, drive, plan.odometry)
+    log.write_log(folder / "log.mcap", seed, drive, wheels, lasers, mounts, readings)
+    log.write_truth(folder / "truth.csv", world, drive.duration)
+    log.write_path(folder / "path.tum", drive)
+    log.write_seen(folder / "seen.npz", readings)
+    model = urdf(model_of(world, plan.errors, seed))
+    (folder / "building.urdf").write_text(model, encoding="utf-8")
+    facts = {
+        "doors": [door.name for door in world.doors],
+        "limits": {door.name: [0.0, door.limit] for door in world.doors},
+        "ends": [[name, log.stamp(time)] for name, time in world.ends],
+        "begin": log.stamp(0.0),
+        "end": log.stamp(drive.duration),
+        "plan": repr(plan),
+    }
+    (folder / "facts.json").write_text(json.dumps(facts, indent=1), encoding="utf-8")
+
+
+def _mounted(plan: Plan, seed: int) -> tuple[list[Laser], list[Floats]]:
+    """The lasers as they really are, and where the log says that they are."""
+    rng = np.random.default_rng([seed, 61])
+    errors: ModelErrors = plan.errors
+    lasers, mounts = [], []
+    for laser in rig(plan.rig):
+        dx, dy, yaw, bias = rng.standard_normal(4)
+        mounts.append(np.array([laser.x, laser.y, laser.yaw]))
+        lasers.append(
+            replace(
+                laser,
+                x=laser.x + errors.laser_shift * dx,
+                y=laser.y + errors.laser_shift * dy,
+                yaw=laser.yaw + errors.laser_yaw * yaw,
+                bias=plan.range_bias * bias,
+                clock=plan.clock,
+            )
+        )
+    return lasers, mounts
