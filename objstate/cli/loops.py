@@ -29,11 +29,10 @@ from objstate.sensing import kernels as scans
 
 Part = tuple[tuple[Any, str], ...]  # loops and their signatures
 
-EVERY_RUN = 4  # parts that every run needs; the others are furniture's
+EVERY_RUN = 4  # parts that every run needs; the others are those of furniture and of wide beliefs
 
 PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the projection
     (
-        (likelihood.object_log_likelihood, "f2 f2 f2 b1 i1 f2 i f2 i1 f2 f1 i1 f1 f1 f f f2 b1"),
         (mixture.pooled, "f1 f2 f3"),
         (mixture.renew_robot, "f2 f3 f f2"),
         (mixture.join, "f1 f1 f2 f1 f2 f3"),
@@ -53,15 +52,8 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
         (particles.normalize, "f1 f1 f1"),
         (particles.largest_step, "f1 f1 f f"),
         (particles.systematic, "f1 i f"),
-        (particles.evenly_after, "f1 f1 i"),
-        (lattice.worth_casting, "f1 f i i"),
-        (lattice.predict, "f2 f1 f1 f i1 f f b f f f f1 f1 f2 f1 f1"),
-        (lattice.condition, "f2 i1 b1 f2 f1 f f b f2 f1 f1"),
-        (lattice.settle, "f2 f1 f f b f f f1"),
-        (lattice.widen, "f1 f i f f f b f f1"),
         (lattice.moments, "f1 f f b"),
         (lattice.interval, "f1 f f f"),
-        (lattice.handed_on, "f2 f1 f i1"),
     ),
     (
         (projection.cast, "f2 f2 f2 i b1 i1 f2 i1 f1 f1 f1 f3"),
@@ -78,7 +70,6 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
         (pose.surely_met, "b1 f1 f1 i1 f2 f1 f f"),
         (pose.agreement, "f1 f1 f1"),
         (robot.moments, "f2 f1 f1 f2"),
-        (robot.moved, "f2 f f f f f f2 f2"),
         (robot.cells, "f2 f1"),
         (robot.copies, "f2 i1 f2 f2 f f1"),
         (sight.evenly_spread, "b1 i"),
@@ -89,12 +80,21 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
         (sight.share_through_walls, "f1 f1 f"),
     ),
     (
+        (likelihood.object_log_likelihood, "f2 f2 f2 b1 i1 f2 i f2 i1 f2 f1 i1 f1 f1 f f f2 b1"),
         (furniture.copies, "f2 f1 i1 f1 f1 f2 f2"),
         (furniture.moments, "f2 f1 f i f1 f1 f1"),
         (furniture.occupied, "f2 f1 f1"),
         (furniture.inherit, "f2 f1 i1 f1 f2"),
     ),
     (
+        (particles.evenly_after, "f1 f1 i"),
+        (lattice.worth_casting, "f1 f i i"),
+        (lattice.predict, "f2 f1 f1 f i1 f f b f f f f1 f1 f2 f1 f1"),
+        (lattice.condition, "f2 i1 b1 f2 f1 f f b f2 f1 f1"),
+        (lattice.settle, "f2 f1 f f b f f f1"),
+        (lattice.widen, "f1 f i f f f b f f1"),
+        (lattice.handed_on, "f2 f1 f i1"),
+        (robot.moved, "f2 f f f f f f2 f2"),
         (furniture.take_in, "f2 f1 i f2 f1 f f f f2 f1"),
         (furniture.offsets, "f2 f1 i f1 f2"),
         (furniture.lie_on, "f2 f2 f2 f b2"),
