@@ -65,21 +65,20 @@ class SqliteFile:
     def messages(self, topics: Collection[str] | None = None) -> Iterator[Message]:
         """Messages in the order in which they were written, all or those of some topics."""
         with closing(self._connect()) as database:
-            wanted = {
-                number: topic
-                for number, topic in self._topics(database).items()
-                if topics is None or topic[0] in topics
-            }
+            known = self._topics(database)
             self._rows = max(self._count(database), 1)
-            for number, recorded_ns, data in self._readable_rows(database):
-                if number in wanted:
-                    topic, message_type = wanted[number]
+            for number, recorded_ns, data in self._readable_rows(database, known.keys()):
+                topic, message_type = known.get(number, ("", None))
+                if message_type is not None and (topics is None or topic in topics):
                     yield Message(topic, message_type, recorded_ns, unpack_message(data))
 
-    def _readable_rows(self, database: sqlite3.Connection) -> Iterator[tuple[int, int, bytes]]:
+    def _readable_rows(
+        self, database: sqlite3.Connection, known: Collection[int]
+    ) -> Iterator[tuple[int, int, bytes]]:
         """All rows of the messages' table; where reading fails, on from the next that can be read."""
         patience = Patience(database)
-        seen = Seen()
+        # a damaged row, of no topic that is known, may have the number of a whole one
+        seen = {True: Seen(), False: Seen()}
         last, step = 0, 0
         while True:
             try:
@@ -92,7 +91,7 @@ class SqliteFile:
                 repeats = 0
                 for row, topic, recorded_ns, data in rows:
                     is_whole = isinstance(recorded_ns, int) and isinstance(data, bytes)
-                    if isinstance(row, int) and is_whole and seen.add(row):
+                    if isinstance(row, int) and is_whole and seen[topic in known].add(row):
                         patience.renew()
                         last, step, repeats = row, 0, 0
                         self._last_row = last
@@ -110,7 +109,7 @@ class SqliteFile:
                         f"{self.path.name} is damaged after message {last} ({error}): "
                         "what can be read is used"
                     )
-                    yield from self._looked_up(database, last, seen)
+                    yield from self._looked_up(database, last, seen[True])
                 step = max(1, 2 * step)
                 if step > MOST_ROWS or last + step >= 2**63:
                     return
