@@ -15,7 +15,7 @@ from objstate.recording.stamps import unit_of_number
 from objstate.records import Path as RobotPath
 
 TRAJECTORY = "trajectory.tum"  # in a result folder: the estimated path
-LONGEST_STAMP = 12  # digits of seconds: more are no nanoseconds in 64 bits
+LONGEST_STAMP = 30  # digits: more are no time in any unit
 FIELDS = "stamp tx ty tz qx qy qz qw"
 
 

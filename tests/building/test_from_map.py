@@ -229,7 +229,7 @@ def test_plain_text_pgm_is_read(tmp_path: Path) -> None:
     ("keys", "message"),
     [
         ({"resolution": None}, "resolution: is required"),
-        ({"resolution": 0}, "resolution: must be greater than 0, not 0"),
+        ({"resolution": 0}, "resolution: must be greater than or equal to 0.0001, not 0"),
         ({"origin": "[0, 0]"}, "origin"),
         ({"image": "other.pgm"}, "does not exist"),
         ({"image": "plan.yaml"}, "can't be read"),

