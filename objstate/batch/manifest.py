@@ -24,6 +24,7 @@ COLUMNS = ("log", "name", "building", "truth", "path", "settings", "initial_pose
 ENDINGS = (".csv", ".parquet")
 POSE = "x,y,yaw in metres and radians, or yaw in degrees as in '3.2,-1,90deg'"
 NAME = re.compile(r"[\w-][\w.-]*")
+LONGEST_SEED = 30  # digits; a generator takes no more than 128 bits in
 YES, NO = ("true", "yes", "1"), ("false", "no", "0")
 
 
@@ -163,6 +164,9 @@ def _yes_or_no(text: str, where: str) -> bool:
 
 
 def _seed(text: str, where: str) -> int:
-    if not text.isdecimal():
-        raise SettingsError(f"{where}: the seed '{text}' must be a whole number from 0 on.")
+    if not text.isdecimal() or len(text) > LONGEST_SEED:
+        raise SettingsError(
+            f"{where}: the seed '{text[:LONGEST_SEED]}' must be a whole number from 0 on, of at "
+            f"most {LONGEST_SEED} digits."
+        )
     return int(text)
