@@ -443,8 +443,8 @@ class Estimator:
 
     def _published(self, name: str, belief: ObjectBelief) -> ObjectBelief:
         """The belief of somebody who knows that the building's model is off."""
-        if belief.joint is not None:
-            return belief
+        if name in self._doors and self.settings.object_updates.inference == "joint":
+            return belief  # the errors are in it
         factor = self._consistency.factor(belief.item.kind)
         return self._widened(name, belief, factor, self.map_error)
 
