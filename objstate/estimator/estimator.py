@@ -240,8 +240,6 @@ class Estimator:
             weights = self._localizer.correct(
                 robot, self.settings.object_updates.tempering * observation.log_evidence
             )
-            pose.tell(weights.mean, weights.covariance)
-            robot = pose.belief(self._draws)
             observation = observation.settled_by(weights)
             for name in observation.fits:
                 if observation.predicted[name].settled:

@@ -150,13 +150,6 @@ class PoseFilter:
         p[2, 2] += variances.turn
         self._let_walls_be_others(math.exp(-(way + LEVER * abs(turn)) / self._error.wall_length_m))
 
-    def tell(self, mean: FloatArray, covariance: FloatArray) -> None:
-        """Take in that a share of the pose's belief was found to be this mean (3,) and covariance (3, 3)."""
-        prior, p = self.covariance.copy(), self._covariance
-        gain = np.linalg.solve(prior, p[:POSE]).T  # (m, 3)
-        self._mean += gain @ (mean - self._mean[:POSE])
-        self._covariance = p + gain @ (covariance - prior) @ gain.T
-
     def vantage(self, scan: Scan) -> Vantage:
         """From where a scan's beams leave."""
         origins, directions, laser = self._beams_of(scan)
