@@ -238,6 +238,7 @@ def _received(future: Future[Any], job: Job) -> Outcome:
     Raises SchedulerLostError and OutageError.
     """
     from distributed import KilledWorker
+    from distributed.comm.core import CommClosedError
 
     if future.cancelled():
         raise SchedulerLostError
@@ -248,6 +249,8 @@ def _received(future: Future[Any], job: Job) -> Outcome:
         return Outcome(job.name, "killed", KILLED, MOST_ATTEMPTS)
     except OutageError:
         raise
+    except CommClosedError as error:  # the result was fetched as the scheduler went
+        raise SchedulerLostError from error
     except Exception as error:  # whatever comes from there
         raise OutageError(
             f"The workers can't run logs: {type(error).__name__}: {error}; install the same "
