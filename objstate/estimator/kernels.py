@@ -1,4 +1,4 @@
-"""Which beams may reach which objects, how the walls explain what they read, and how far those are off; compiled."""
+"""Which beams may reach which objects, and how the walls explain what they read; compiled."""
 
 from __future__ import annotations
 
@@ -10,11 +10,6 @@ from objstate.compiling import inner, njit
 from objstate.geometry import BoolArray, FloatArray
 
 SPREAD_SIGMAS = 3.0  # how far samples of a belief stray from its mean
-BENT = 0.02  # rad, by which three places in a row on a flat wall may seem to bend
-ASIDE = 0.27  # of a cell, by which the grid of places is shifted: walls stand at round numbers
-SIDES = 8  # directions that the walls of one place are told apart by
-CELLS = 2**26  # more than a building has along a side
-TINY = np.finfo(np.float64).tiny
 
 _compile = njit(nogil=True, error_model="numpy")
 _inner = inner(nogil=True, error_model="numpy")
@@ -153,88 +148,3 @@ def share_through_walls(measured: FloatArray, walls: FloatArray, margin: float) 
         returns += np.isfinite(measured[i])
         through += np.isfinite(measured[i]) & (measured[i] > farthest + margin)
     return through / returns if returns else 0.0
-
-
-@_inner
-def _wall_beams(
-    places: FloatArray, directions: FloatArray, longer: FloatArray, cell_m: float
-) -> Any:
-    """Beams (k,) that end between two neighbours on a flat wall: their cells and sides as one number, how they lie off.
-
-    That is m along the wall's normal (k,), and the squared cosine (k,) at which they meet it.
-    """
-    count, cells = 0, np.empty(places.shape[0], dtype=np.int64)
-    offs, squares = np.empty(places.shape[0]), np.empty(places.shape[0])
-    last_x, last_y = 0.0, 0.0  # direction of the way to a place from that before
-    for i in range(places.shape[0] - 1):
-        x, y = places[i + 1, 0] - places[i, 0], places[i + 1, 1] - places[i, 1]
-        length = max(np.hypot(x, y), TINY)
-        x, y = x / length, y / length
-        is_flat = abs(last_x * y - last_y * x) < BENT and last_x * x + last_y * y > 0.0
-        last_x, last_y = x, y
-        if i == 0 or not is_flat:
-            continue
-        cosine = directions[i, 1] * x - directions[i, 0] * y
-        facing = np.arctan2(np.sign(cosine) * x, -np.sign(cosine) * y)
-        side = np.int64(np.rint(facing * SIDES / (2.0 * np.pi))) % SIDES
-        column = np.int64(np.floor(places[i, 0] / cell_m + ASIDE))
-        row = np.int64(np.floor(places[i, 1] / cell_m + ASIDE))
-        cells[count] = ((column + CELLS // 2) * CELLS + row + CELLS // 2) * SIDES + side
-        offs[count], squares[count] = longer[i] * abs(cosine), cosine * cosine
-        count += 1
-    return cells[:count], offs[:count], squares[:count]
-
-
-@_inner
-def _ascending(values: Any) -> Any:
-    """Indices (n,) of values (n,) in ascending order, for few of them."""
-    order = np.empty(values.shape[0], dtype=np.int64)
-    for i in range(values.shape[0]):
-        place = i
-        while place > 0 and values[order[place - 1]] > values[i]:
-            order[place] = order[place - 1]
-            place -= 1
-        order[place] = i
-    return order
-
-
-@_compile
-def wall_looks(
-    places: FloatArray,
-    directions: FloatArray,
-    longer: FloatArray,
-    cell_m: float,
-    most_m: float,
-    least_beams: int,
-    in_full: float,
-    variance: float,
-) -> Any:
-    """How places on walls seem to lie off: column and row of a cell, side, m along the normal, and its variance (k, 5).
-
-    Beams in their order should end at places (n, 2), go in ``directions`` (n, 2), unit vectors seen from above, and
-    read ``longer`` (n,) m than they should, with such a ``variance``. Beams that are off by ``most_m`` or more were
-    stopped by something, or went through a gap; a place counts if the others are enough, and a share ``in_full`` of all.
-    """
-    cells, offs, squares = _wall_beams(places, directions, longer, cell_m)
-    order, believable = _ascending(cells), np.empty(cells.shape[0])
-    out, found, first = np.empty((cells.shape[0], 5)), 0, 0
-    while first < order.shape[0]:
-        cell, last, count, told = cells[order[first]], first, 0, 0.0
-        while last < order.shape[0] and cells[order[last]] == cell:
-            beam = order[last]
-            if abs(offs[beam]) < most_m:
-                believable[count] = offs[beam]
-                told += squares[beam]
-                count += 1
-            last += 1
-        if count >= max(float(least_beams), in_full * (last - first)):
-            out[found, 0] = cell // (CELLS * SIDES) - CELLS // 2
-            out[found, 1] = cell // SIDES % CELLS - CELLS // 2
-            out[found, 2] = cell % SIDES
-            ranks = _ascending(believable[:count])
-            middle = believable[ranks[(count - 1) // 2]] + believable[ranks[count // 2]]
-            out[found, 3] = middle / 2.0
-            out[found, 4] = variance * told / count**2
-            found += 1
-        first = last
-    return out[:found]

@@ -62,11 +62,6 @@ class Sweep:
         steps = np.arange(count + 1) * (4.0 / count) - 2.0
         return np.searchsorted(self.rows[0], steps)
 
-    @lazy
-    def mute(self) -> FloatArray:
-        """(7, n) the sorted beams as the kernels take them, where nothing is read."""
-        return np.vstack([self.rows, np.zeros((2, len(self.order)))])
-
 
 @dataclass(frozen=True, eq=False)
 class UncertainObject:
