@@ -30,7 +30,6 @@ Probability = Annotated[float, Field(gt=0, le=1)]
 Exponent = Annotated[float, Field(gt=0, le=1)]
 Count = Annotated[int, Field(ge=1)]
 Samples = Annotated[int, Field(ge=10)]  # with fewer, deviations aren't to be told
-ScoutWeight = Annotated[float, Field(ge=0, le=0.5)]
 ResolutionDeg = Annotated[float, Field(ge=0.01, le=30)]
 ResolutionM = Annotated[float, Field(ge=0.0001, le=0.2)]
 
@@ -85,7 +84,6 @@ class LocalizationSettings(Strict):
     """Monte Carlo localization: where is the robot?"""
 
     min_particles: Count = 104  # whole vectors of eight
-    min_particles_by_furniture: Count = 152  # likewise, while furniture is near
     max_particles: Count = 2000
     pf_err: Positive = 0.05  # largest error between true and estimated distribution (KLD)
     pf_z: Positive = 2.33  # upper standard normal quantile of holding pf_err: 2.33 is 0.99
@@ -106,13 +104,8 @@ class LocalizationSettings(Strict):
     tempering: Exponent = 0.1  # exponent on the likelihood of a scan
     initial_xy_std: NonNegative = 0.3  # m, of a start pose given without deviations
     initial_yaw_std_deg: NonNegative = 10.0
-    doubt_above: Share = 0.06  # of returning beams that pass through walls: looked for elsewhere
-    doubt_margin: Positive = 0.25  # m beyond a wall at which a return has passed through it
-    doubt_after: Positive = 4.0  # s over which that share is averaged
-    lost_below: Share = 0.2  # how well beams are explained, 0 as by chance, 1 fully: lost below
-    doubt_below: Share = 0.9  # of how well they usually are: the robot is looked for elsewhere
-    fit_after: Positive = 1.0  # s over which that is averaged
-    usual_after: Positive = 20.0  # s over which the usual is averaged
+    kidnaps_per_hour: Positive = 0.1  # the robot is carried elsewhere
+    slips_per_hour: Positive = 1.0  # it comes off its way by half a metre or so, unseen by odometry
     object_states: Count = 5  # of each uncertain object that a beam is averaged over
 
     @model_validator(mode="after")
@@ -128,6 +121,7 @@ class LocalizationSettings(Strict):
 class OdometryErrorSettings(Strict):
     """How the log corrects the alphas: by how much scans correct the odometry."""
 
+    wheel_slips_per_hour: NonNegative = 30.0  # that wheels slip for a while
     weight: Positive = 1.0  # of the alphas, in stretches
     none_systematic: Positive = 3.0  # weight of nothing being systematic, in stretches
     stretch_m: Positive = 1.0  # m of driving whose corrections add up
@@ -146,16 +140,12 @@ class SearchSettings(Strict):
     min_d: Positive = 0.4  # m driven between them
     min_a: PositiveAngle = 0.35  # rad; or turned
     every_s: Positive = 1.0  # s between searches
-    sure: Share = 0.99  # probability from which a place is the one
-    confirmed: Count = 2  # searches in a row that must agree on it
-    track_odds: Positive = 1000.0  # by which the place that was told or followed is likelier before
 
 
 class ObjectUpdateSettings(Strict):
     """When and with what readings the objects' beliefs are updated."""
 
     inference: Literal["joint", "marginal"] = "joint"  # marginal: the paper's
-    correlation_m: Positive = 0.03  # m of driving after which a robot sample's error is another
     max_distance: Positive = 3.5  # m from the robot (section 4.1 of the paper)
     robot_samples: Count = 20  # of the robot belief, drawn for each update
     tempering: Exponent = 0.2  # exponent on the likelihood of a scan
@@ -182,18 +172,19 @@ class BuildingErrorSettings(Strict):
     bearing_std_deg: Positive = 0.1  # of the bearing of a closed leaf
     laser_std_m: Positive = 0.005  # of a laser's place on the robot
     laser_yaw_std_deg: Positive = 0.3
+    range_bias_std_m: Positive = 0.005  # by which all of a laser's ranges are too long
+    clock_std_s: Positive = 0.02  # by which a laser's stamps are off the odometry's
     range_std_m: Positive = 0.03  # of a range
-    robot_length_m: Positive = 0.5  # way after which the robot's error is another
+    robot_length_m: Positive = 0.5  # way after which a recorded belief's error is another
 
 
-class ConsistencySettings(Strict):
-    """How the log corrects the widths of beliefs: by how far their means move."""
+class GridSettings(Strict):
+    """The occupancy grid of what the building doesn't explain."""
 
-    stretch: Positive = 0.2  # of its variance that a belief loses while its mean's moves add up
-    weight: Positive = 2.0  # of the first guess, that the widths are right, in deviations expected
-    jump: Positive = 5.0  # deviations that a mean moves by in one scan if the object was moved
-    least: Positive = 0.04  # factor on a variance
-    most: Positive = 10.0
+    resolution_m: Annotated[float, Field(ge=0.01, le=1)] = 0.05  # side of a cell
+    max_age_s: Annotated[float, Field(gt=0, le=1e9)] = 300.0  # until a cell is forgotten
+    reach_m: Positive = 10.0  # m; readings count less with the distance, and nothing beyond this
+    max_position_std: Positive = 0.1  # m; so wide a robot belief, or a wider one, counts nothing
 
 
 class Dynamics(Strict):
@@ -248,39 +239,15 @@ class FurnitureSettings(Strict):
     prior_std_deg: Positive = 15.0
     dynamics: Dynamics = Dynamics(moves_per_hour=1.0, drift_deg=0.1, drift_m=0.001)
     presence: Annotated[float, Field(gt=0, lt=1)] = 0.95  # probability that it is there at all
-    samples: Samples = 400  # at most; as the belief narrows, fewer
-    least_samples: Samples = 80
-    first_samples: Samples = 1000  # of the prior, until they are first resampled
-    scouts: Annotated[int, Field(ge=4)] = (
-        80  # samples that look, at every scan, where the object may have been moved
-    )
-    scout_weight: ScoutWeight = 1e-4  # of all scouts together, before the scan is taken in
-    nudge_m: Positive = (
-        0.1  # how far from where it stood half of the scouts look; the others by the prior
-    )
+    samples: Samples = 400  # where the robot's pose isn't followed precisely
+    nudge_m: Positive = 0.1  # how far it is pushed, as often as it is moved to where the prior says
     nudge_deg: Positive = 20.0
-
-    @model_validator(mode="before")
-    @classmethod
-    def _as_few_as_asked(cls, given: Any) -> Any:
-        """Who asks for few samples need not say that the least are as few."""
-        samples = given.get("samples") if isinstance(given, Mapping) else None
-        least = cls.model_fields["least_samples"].default
-        if not isinstance(samples, int) or samples >= least or "least_samples" in given:
-            return given
-        return {**given, "least_samples": samples}
-
-    @model_validator(mode="after")
-    def _ordered(self) -> FurnitureSettings:
-        if self.least_samples > self.samples:
-            raise ValueError(
-                f"least_samples ({self.least_samples}) is above samples ({self.samples}); "
-                "lower the one or raise the other"
-            )
-        return self
 
 
 ObjectSettings = DoorSettings | FurnitureSettings
+
+
+REPLACED_OF_OBJECTS = ("least_samples", "first_samples", "scouts", "scout_weight")
 
 
 class ObjectRule(Strict):
@@ -300,20 +267,50 @@ class ObjectRule(Strict):
     resolution_m: ResolutionM | None = None
     presence: Annotated[float, Field(gt=0, lt=1)] | None = None
     samples: Samples | None = None
-    least_samples: Samples | None = None
-    first_samples: Samples | None = None
-    scouts: Annotated[int, Field(ge=4)] | None = None
-    scout_weight: ScoutWeight | None = None
     nudge_m: Positive | None = None
     nudge_deg: Positive | None = None
 
+    @model_validator(mode="before")
+    @classmethod
+    def _none_replaced(cls, given: Any) -> Any:
+        """Who has an earlier version's file hears what serves instead."""
+        for key in REPLACED_OF_OBJECTS:
+            if isinstance(given, Mapping) and given.get(key) is not None:
+                raise ValueError(
+                    f"'{key}' is a setting no longer: furniture is followed by Gaussians, and its "
+                    "samples where that can't be are as many as samples says; remove it"
+                )
+        return given
 
-REPLACED = {  # settings that were, and what serves instead
+
+REPLACED: dict[tuple[str, ...], str] = {  # settings that were, and what serves instead
     ("map_error",): "building_error.wall_std_m is how far walls are off before any scan",
     ("hinges",): "building_error.hinge_std_m is how far hinges are off before any scan",
     ("object_updates", "joint_samples"): "doors are inferred jointly once the pose is known well",
-    ("consistency", "most_tempering"): "the errors that readings share are learnt",
-    ("consistency", "off_m"): "the errors that readings share are learnt",
+    ("consistency",): "the errors that readings share are learnt",
+    (
+        "object_updates",
+        "correlation_m",
+    ): "building_error.robot_length_m is how far the robot's error lasts",
+    ("localization", "min_particles_by_furniture"): "furniture no longer needs robot samples",
+}
+REPLACED |= {
+    ("localization", key): "kidnaps_per_hour and slips_per_hour say how often a robot is lost, and "
+    "scans how probably it is where it was followed to"
+    for key in (
+        "doubt_above",
+        "doubt_margin",
+        "doubt_after",
+        "lost_below",
+        "doubt_below",
+        "fit_after",
+        "usual_after",
+    )
+}
+REPLACED |= {
+    ("search", key): "what a search finds competes by its probability, with "
+    "localization.kidnaps_per_hour and slips_per_hour in its prior"
+    for key in ("sure", "confirmed", "track_odds")
 }
 
 
@@ -327,7 +324,7 @@ class Settings(Strict):
     search: SearchSettings = SearchSettings()
     object_updates: ObjectUpdateSettings = ObjectUpdateSettings()
     building_error: BuildingErrorSettings = BuildingErrorSettings()
-    consistency: ConsistencySettings = ConsistencySettings()
+    grid: GridSettings = GridSettings()
     objects: tuple[ObjectRule, ...] = ()
 
     @model_validator(mode="before")

@@ -52,3 +52,7 @@ class PlatformError(ObjstateError):
 
 class WorldError(ObjstateError):
     """A world can't be opened or written, is of another building, or knows no such object."""
+
+
+class GridError(ObjstateError):
+    """An occupancy grid can't be laid out, drawn into or merged as asked."""

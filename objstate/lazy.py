@@ -54,13 +54,6 @@ class Later:
         return value
 
 
-def knowing(value: T, **known: Any) -> T:
-    """A copy that has worked out what is ``known``, besides all that the value has; or a field that changes nothing of that."""
-    other: T = object.__new__(type(value))
-    other.__dict__.update(value.__dict__, **known)
-    return other
-
-
 def altered(value: D, **fields: Any) -> D:
     """``dataclasses.replace`` for values that need no checks, at a fraction of its cost.
 

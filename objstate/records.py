@@ -122,8 +122,9 @@ class Estimate:
     observed: bool  # at least one beam of this scan bore on the object
     fit: float = math.nan  # share of those beams that read what the best state explains
     presence: float = 1.0  # probability that a piece of furniture is there at all
-    lost: bool = False  # the robot was not where it thought; the scan told nothing of objects
+    lost: bool = False  # the robot was probably not where it was published; the state is carried on
     p_closed: float | None = None  # probability that a door stands exactly closed
+    p_localized: float = 1.0  # probability that the robot was where it was published to be
 
 
 @dataclass(frozen=True)

@@ -130,10 +130,7 @@ def test_all_faults_are_told_at_once(tmp_path: Path) -> None:
         "object_updates: {max_distance: -3.5}",
         "object_updates: {schedule: sometimes}",
         "objects: [{match: a, resolution_deg: 0}]",
-        "objects: [{match: a, scout_weight: 0.6}]",
         "objects: [{match: a, samples: 9}]",
-        "objects: [{match: a, least_samples: 9}]",
-        "objects: [{match: a, first_samples: 9}]",
         "objects: [{class: door}]",
         "objects: {match: a}",
         "[1, 2]",
@@ -215,20 +212,6 @@ def test_furniture_has_furniture_settings(tmp_path: Path) -> None:
     assert (desk.samples, desk.prior) == (90, "gaussian")
 
 
-def test_rules_that_leave_an_object_more_samples_at_least_than_at_most_are_an_error(
-    tmp_path: Path,
-) -> None:
-    rules = "objects: [{match: '*', least_samples: 200}, {match: desk, samples: 100}]"
-    with pytest.raises(SettingsError, match=r"object 'desk': least_samples.*is above samples"):
-        loaded(tmp_path, rules).for_object("desk", "furniture")
-
-
-def test_few_samples_alone_are_the_least_too(tmp_path: Path) -> None:
-    few = loaded(tmp_path, "objects: [{match: desk, samples: 50}]").for_object("desk", "furniture")
-    assert isinstance(few, FurnitureSettings)
-    assert (few.samples, few.least_samples) == (50, 50)
-
-
 def test_a_rule_that_calls_furniture_a_door_is_an_error(tmp_path: Path) -> None:
     settings = loaded(tmp_path, "objects: [{match: 'd*', class: door}]")
     settings.for_object("door", "door")
@@ -256,7 +239,10 @@ def test_another_inference_changes_nothing_else() -> None:
     [
         ({"hinges": {"in_place": 1.0}}, "building_error.hinge_std_m"),
         ({"map_error": {"std_m": 0.01}}, "building_error.wall_std_m"),
-        ({"consistency": {"most_tempering": 0.3}}, "are learnt"),
+        ({"consistency": {"stretch": 0.3}}, "are learnt"),
+        ({"object_updates": {"correlation_m": 0.1}}, "building_error.robot_length_m"),
+        ({"localization": {"min_particles_by_furniture": 9}}, "no longer needs robot samples"),
+        ({"objects": [{"match": "desk", "scouts": 80}]}, "followed by Gaussians"),
     ],
 )
 def test_a_setting_that_was_replaced_is_an_error_that_says_by_what(
@@ -264,3 +250,11 @@ def test_a_setting_that_was_replaced_is_an_error_that_says_by_what(
 ) -> None:
     with pytest.raises(SettingsError, match=cure):
         parse_strict(Settings, given, "old.yaml")
+
+
+@pytest.mark.parametrize("key", ["lost_below", "doubt_above", "fit_after"])
+def test_thresholds_of_being_lost_are_replaced_by_rates(tmp_path: Path, key: str) -> None:
+    message = refused(tmp_path, f"{{localization: {{{key}: 0.5}}}}")
+    assert f"'localization.{key}' is a setting no longer" in message
+    assert "kidnaps_per_hour" in message
+    assert "kidnaps_per_hour" in refused(tmp_path, "{search: {track_odds: 10}}")

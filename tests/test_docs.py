@@ -12,6 +12,7 @@ from objstate import config
 from objstate.batch.manifest import COLUMNS as MANIFEST_COLUMNS
 from objstate.building.door_table import COLUMNS as DOOR_COLUMNS
 from objstate.recording.batches import summary_schema, timings_schema
+from objstate.recording.events import event_schema
 from objstate.recording.posteriors import posterior_schema
 from objstate.recording.scans import scan_schema
 from objstate.recording.tables import COLUMNS as ESTIMATE_COLUMNS
@@ -28,7 +29,7 @@ GROUPS = {
     "`search`": config.SearchSettings,
     "`object_updates`": config.ObjectUpdateSettings,
     "`building_error`": config.BuildingErrorSettings,
-    "`consistency`": config.ConsistencySettings,
+    "`grid`": config.GridSettings,
     "scene": scene.Scene,
     "scene: `route`": scene.Route,
     "scene: `odometry`": scene.OdometryNoise,
@@ -143,6 +144,8 @@ def test_the_columns_of_tables_are_listed() -> None:
     estimates = " ".join(row[0] for row in rows("Result folder"))
     assert set(re.findall(r"`(\w+)`", doors)) == set(DOOR_COLUMNS)
     assert set(re.findall(r"`(\w+)`", estimates)) == set(ESTIMATE_COLUMNS)
+    events = " ".join(row[0] for row in rows("Events: events.parquet"))
+    assert set(re.findall(r"`(\w+)`", events)) == set(event_schema())
     assert list(listed("Posteriors: posteriors.parquet")) == list(posterior_schema())
     scans = " ".join(row[0] for row in rows("Scans: scans.parquet"))
     assert re.findall(r"`(\w+)`", scans) == list(scan_schema())

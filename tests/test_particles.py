@@ -14,8 +14,6 @@ from objstate.particles import (
     ImpossibleEvidenceError,
     Weights,
     entropy,
-    evenly,
-    evenly_after,
     kld_sample_size,
     largest_step,
     quantiles,
@@ -25,18 +23,6 @@ from objstate.particles import (
 shares = st.lists(st.floats(0.0, 1.0), min_size=1, max_size=30).filter(lambda w: sum(w) > 1e-6)
 weight_arrays = shares.map(np.array)
 log_likelihoods = st.floats(-2000.0, 2000.0)
-
-
-@given(weight_arrays, st.integers(1, 20), st.integers(0, 10_000))
-def test_an_even_comb_after_evidence_is_one_over_the_weights_after_it(
-    given_weights: FloatArray, count: int, seed: int
-) -> None:
-    weights = Weights.of(given_weights + 1e-3)
-    told = np.random.default_rng(seed).normal(0.0, 2.0, len(weights))
-    after, _ = weights.reweight(told)
-    np.testing.assert_array_equal(evenly_after(weights, told, count), evenly(after, count))
-    with pytest.raises(ImpossibleEvidenceError):
-        evenly_after(weights, np.full(len(weights), -np.inf), count)
 
 
 @given(weight_arrays, st.floats(1e-6, 1e6))

@@ -14,7 +14,7 @@ from benchmarks.speed.timing import Effort, in_turns
 from objstate.building.model import Building, Kind, MovableObject
 from objstate.config import ObjectRule, Settings
 from objstate.geometry import FloatArray
-from objstate.objects import ConditionalBelief, ObjectBelief, ScanEvidence, filter_for
+from objstate.objects import ObjectBelief, ScanEvidence, filter_for
 from objstate.particles import Weights
 from objstate.records import Scan
 from objstate.sensing import BeamModel, Comparison, Sensing
@@ -69,17 +69,7 @@ def door_case(states: int) -> Case:
 
 def u_case(samples: int) -> Case:
     """A U-shaped object 2.5 m ahead, whose place is known to some centimetres, of so many samples."""
-    scouts = samples // 5
-    kept = samples - scouts
-    rule = ObjectRule(
-        match="*",
-        samples=kept,
-        least_samples=kept,
-        first_samples=kept,
-        scouts=scouts,
-        prior_std_m=0.05,
-        prior_std_deg=3.0,
-    )
+    rule = ObjectRule(match="*", samples=samples, prior_std_m=0.05, prior_std_deg=3.0)
     return _case(u_shape("u", 2.5, 0.5), np.array([2.53, 0.48, 0.03]), rule)
 
 
@@ -103,7 +93,6 @@ class Estimate:
         self._sensing = Sensing(case.building, model)
         self._filter = filter_for(case.item, case.settings)
         self.prior = self._filter.prior(np.random.default_rng(6))
-        self._given = ConditionalBelief.independent(self.prior, SAMPLES)
 
     def posterior(self, shift_std: float = SHIFT) -> ObjectBelief:
         """p(s | o), with the expected ranges of the walls and of the object."""
@@ -119,9 +108,9 @@ class Estimate:
             tempering=self.tempering,
             shift_std=shift_std,
         )
-        update = self._filter.update(self._given, evidence, np.random.default_rng(7))
+        update = self._filter.update(self.prior, evidence, np.random.default_rng(7))
         assert update is not None
-        return update.conditional.belief
+        return update.belief
 
     def log_likelihood(self) -> FloatArray:
         """log p(o | s, l) - log p(o | object absent, l) (p, s), of every pose and state."""
@@ -163,7 +152,7 @@ def estimates(effort: Effort) -> list[Table]:
                 "are of whole scans, nats; of the posterior, the largest difference of a state's probability.",
                 "Doors: of more than 50 states with weight, a comb of at most 50 is cast, and the likelihood is linear "
                 "between them. The U-shaped object's filter resamples, so that its posterior lies on other "
-                "states; a fifth of the samples are scouts, which are cast from 8 of the robot samples.",
+                "states.",
             ),
         )
     ]

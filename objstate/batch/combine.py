@@ -28,8 +28,9 @@ from objstate.recording.batches import (
     summary_schema,
     timings_schema,
 )
+from objstate.recording.events import EVENTS
 from objstate.recording.summary import read_summary
-from objstate.recording.tables import ESTIMATES, read_estimates
+from objstate.recording.tables import ESTIMATES, SMOOTHED, read_estimates
 
 if TYPE_CHECKING:
     import polars as pl
@@ -42,7 +43,8 @@ def combine(folder: Path) -> tuple[Outcome, ...]:
     logs = read_logs(folder)
     outcomes = [read_outcome(folder, log.name) for log in logs]
     done = [log for log, outcome in zip(logs, outcomes, strict=True) if outcome.status == "done"]
-    _link_estimates(folder, [log.name for log in done])
+    for table in (ESTIMATES, SMOOTHED, EVENTS):
+        _link_tables(folder, table, [log.name for log in done])
     rows = [_summary(folder, *pair) for pair in zip(logs, outcomes, strict=True)]
     _write(pl.DataFrame(rows, schema=summary_schema()), folder / SUMMARY_TABLE)
     times = [_timing(folder, outcome) for outcome in outcomes]
@@ -50,14 +52,19 @@ def combine(folder: Path) -> tuple[Outcome, ...]:
     return tuple(outcomes)
 
 
-def _link_estimates(folder: Path, names: Sequence[str]) -> None:
-    """``estimates.parquet``, a folder with one partition for each log: the same file, not a copy."""
-    with whole(folder / ESTIMATES, overwrite=True, replaceable=Path.is_dir) as combined:
+def _link_tables(folder: Path, table: str, names: Sequence[str]) -> None:
+    """A table of all logs, a folder with one partition for each: the same file, not a copy.
+
+    Results of earlier versions have estimates alone.
+    """
+    with whole(folder / table, overwrite=True, replaceable=Path.is_dir) as combined:
         combined.mkdir()
         for name in names:
-            partition = combined / f"{PARTITION}{name}"
-            partition.mkdir()
-            _link(result_of(folder, name) / ESTIMATES, partition / PART)
+            source = result_of(folder, name) / table
+            if source.exists() or table == ESTIMATES:
+                partition = combined / f"{PARTITION}{name}"
+                partition.mkdir()
+                _link(source, partition / PART)
 
 
 def _link(source: Path, target: Path) -> None:

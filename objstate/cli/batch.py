@@ -37,6 +37,8 @@ A manifest has a log per row, and these columns, of which only the first must be
 DIR gets:
   logs/NAME/            each log's result, as estimate writes it
   estimates.parquet/    all estimates, a partition for each log
+  smoothed.parquet/     the same states, given each whole log
+  events.parquet/       when objects were moved
   summary.parquet       a row per log: how it ended, counts, warnings, errors
   timings.parquet       a row per log: time, speed, memory
 """

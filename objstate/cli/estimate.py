@@ -42,7 +42,7 @@ from objstate.cli.parsing import (
 )
 from objstate.cli.progress import progress_bar
 from objstate.cli.sharing import share_out_compiling
-from objstate.cli.state_table import state_table
+from objstate.cli.state_table import events_table, state_table
 from objstate.errors import TruthError
 
 if TYPE_CHECKING:
@@ -63,12 +63,16 @@ Examples:
 \b
 DIR gets:
   estimates.parquet   every state after every update, with its 90 % interval
+  smoothed.parquet    the same states, given the whole log
+  events.parquet      when objects were moved, and from where to where
   posteriors.parquet  what was believed of every object near the robot, each second
   scans.parquet       a few beams of a scan each second, for pictures
   trajectory.tum      the robot's path
   run.json            settings, counts, timings, warnings
   estimates.mcap      with --mcap: the run as a scene for Foxglove and RViz, and its
                       Foxglove layout, estimates.foxglove.json
+  clutter.parquet     with --grid: what stood about that the building doesn't know,
+                      and the map in the end, grid.yaml and grid.pgm
   calibration.yaml    with --calibrate;  dynamics.yaml  with --learn-dynamics
 """
 
@@ -131,6 +135,10 @@ def estimate(
     mcap: Annotated[
         bool, typer.Option("--mcap", help="Write the run as a scene for Foxglove and RViz, too.")
     ] = False,
+    grid: Annotated[
+        bool,
+        typer.Option("--grid", help="Also map what stands about that the building doesn't know."),
+    ] = False,
     live: Annotated[
         bool, typer.Option("--live", help="Show the doors in view while it runs.")
     ] = False,
@@ -146,7 +154,7 @@ def estimate(
     from objstate.config import load_settings
     from objstate.recording.tables import read_truth
     from objstate.recording.tum import read_tum
-    from objstate.run import FILES, LAYOUT, SCENE, RunOptions, estimate_log
+    from objstate.run import FILES, GRID_FILES, LAYOUT, SCENE, RunOptions, estimate_log
 
     if verbose:
         log_to_terminal()
@@ -182,6 +190,7 @@ def estimate(
             truth=truth,
             true_path=path,
             mcap=mcap,
+            grid=grid,
             on_finish=lambda folder, model, result: extras.write(folder, model, options, result),
         )
     doubts = result.warnings[len(result.failures) :]
@@ -189,7 +198,8 @@ def estimate(
     print_warnings((*doubts, *_doubts_of_truth(result, true_states)), quiet)
     print_parts(extras.describe())
     scene = (SCENE, LAYOUT) if mcap else ()
-    _print(result, true_states, true_path, (*FILES, *scene, *extras.files))
+    mapped = [name for name in GRID_FILES if (result.folder / name).exists()]
+    _print(result, true_states, true_path, (*FILES, *scene, *mapped, *extras.files))
     if result.failures:
         raise typer.Exit(NOT_TO_BE_RELIED_ON)
 
@@ -225,13 +235,17 @@ def _print(
     files: Sequence[str],
 ) -> None:
     from objstate.evaluation import compare_paths, latest_states
-    from objstate.recording.tables import read_estimates
+    from objstate.recording.events import read_events
+    from objstate.recording.tables import read_states
     from objstate.recording.tum import TRAJECTORY, read_tum
 
-    estimates = read_estimates(result.folder)
+    estimates = read_states(result.folder)
     states = latest_states(estimates, true_states or (), result.lost_ns, result.symmetry)
     if states:
         print_table(state_table(states, result.begin_ns, with_truth=true_states is not None))
+    events = read_events(result.folder)
+    if events:
+        print_table(events_table(events, result.begin_ns))
     known, in_view = {state.estimate.object for state in states}, set(estimates["object"])
     print_names("Never in view", set(result.objects) - in_view)
     print_names("In view only while the robot was lost", in_view - known)

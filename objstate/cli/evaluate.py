@@ -72,6 +72,13 @@ def evaluate(
             "scene.yaml beside the truth).",
         ),
     ] = False,
+    filtered: Annotated[
+        bool,
+        typer.Option(
+            "--filtered",
+            help="Take what the robot would have known then, not what the whole log says.",
+        ),
+    ] = False,
     json_file: Annotated[
         Path | None, typer.Option("--json", metavar="FILE", help="Write the figures here too.")
     ] = None,
@@ -88,13 +95,13 @@ def evaluate(
     if against is None and not is_batch(folder):
         if align and path is None:
             raise SettingsError("--align is for the robot's path; give it with --path TUM.")
-        _evaluate_result(folder, truth, path, align, json_file, bound)
+        _evaluate_result(folder, truth, path, align, json_file, bound, filtered)
     elif path is not None or align or bound:
         raise SettingsError(
             "--path, --align and --bound are for one result alone; leave them out here."
         )
     else:
-        _evaluate_batch(folder, truth, against, json_file, quiet)
+        _evaluate_batch(folder, truth, against, json_file, quiet, filtered)
 
 
 def _evaluate_result(
@@ -104,6 +111,7 @@ def _evaluate_result(
     align: bool,
     json_file: Path | None,
     bound: bool,
+    filtered: bool,
 ) -> None:
     from objstate.evaluation import evaluate as evaluate_result
 
@@ -117,7 +125,7 @@ def _evaluate_result(
             f"{folder} is one result; say with --truth CSV what is true of its objects"
             f"{'.' if bound else ', or with --path TUM of the robot.'}"
         )
-    evaluation = evaluate_result(folder, truth, path, align)
+    evaluation = evaluate_result(folder, truth, path, align, filtered=filtered)
     limit = _limit(folder, truth) if bound and truth is not None else None
     if json_file is not None:
         figures = json_values(evaluation) | ({} if limit is None else {"bound": limit.to_dict()})
@@ -133,7 +141,12 @@ def _evaluate_result(
 
 
 def _evaluate_batch(
-    folder: Path, truth: Path | None, against: Path | None, json_file: Path | None, quiet: bool
+    folder: Path,
+    truth: Path | None,
+    against: Path | None,
+    json_file: Path | None,
+    quiet: bool,
+    filtered: bool,
 ) -> None:
     from objstate.evaluation import evaluate_batch
 
@@ -143,6 +156,7 @@ def _evaluate_batch(
             truth,
             against,
             None if report is None else lambda done, count: report(done / count, 0.0),
+            filtered=filtered,
         )
     if json_file is not None:
         write_json(json_file, evaluation)

@@ -1,7 +1,7 @@
 """The loops that runs need, compiled part by part: ``python -m objstate.cli.loops PART OF PARTS``.
 
-Signatures are those that a run calls them with: b, i and f for truth values, integers and
-floats, with the number of axes where they are arrays, and the names of records.
+Signatures are those that a run calls them with: b, i and f for truth values, integers and floats, j and
+g for those of 32 bits, with the number of axes where they are arrays, and the names of records.
 """
 
 from __future__ import annotations
@@ -17,9 +17,11 @@ from typing import Any
 import numpy as np
 
 from objstate.estimator import kernels as sight
+from objstate.grid import kernels as grid
 from objstate.localization import kernels as robot
 from objstate.localization import pose_kernels as pose
 from objstate.localization import search_kernels as search
+from objstate.objects import furniture_kernels as components
 from objstate.objects import kernels as lattice
 from objstate.objects import mixture_kernels as mixture
 from objstate.objects import sampling as furniture
@@ -29,25 +31,28 @@ from objstate.sensing import kernels as scans
 
 Part = tuple[tuple[Any, str], ...]  # loops and their signatures
 
-EVERY_RUN = 4  # parts that every run needs; the others are those of furniture and of wide beliefs
+EVERY_RUN = (
+    4  # parts that every run needs; the others are of furniture, of wide beliefs, and of grids
+)
 
 PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the projection
     (
         (mixture.pooled, "f1 f2 f3"),
-        (mixture.renew_robot, "f2 f3 f f2"),
+        (mixture.renew_robot, "f2 f3 f2 f2"),
         (mixture.join, "f1 f1 f2 f1 f2 f3"),
+        (mixture.evidence_under, "f1 f2 f3 i i f f1"),
+        (mixture.rescale, "f1 f2 f3 i i f f"),
         (front_to_back.cast, "f2 f2 i1 f2 f1 i1 f1 f1 b1 i1 f2 i1 f1 f1 f1 f2"),
     ),
     (
-        (mixture.condition, "beams shape noise f2 f2 f3 f1"),
+        (mixture.condition, "beams shape noise f2 f1 f1 f2 f3 f1"),
         (mixture.read_off, "f1 f1 f1 f f b f1"),
         (surface_kernels.meet, "f2 f2 i1 f2 f2 f1 i1"),
         (scans.take, "b1 i1 f2 i1 f1 f1"),
         (scans.stand, "f2 f2"),
         (scans.hinged, "f f f f f2 f2"),
         (scans.short, "f1 f f f1"),
-        (scans.lasting, "f1 f f f1"),
-        (scans.fit, "f b1 f1 f1 f1"),
+        (scans.total_log_likelihoods, "f2 f2 f2 f1 f2"),
         (scans.share_explained, "b1 i1 f2 f1 f1 f1 f2 f2 f f"),
         (particles.normalize, "f1 f1 f1"),
         (particles.largest_step, "f1 f1 f f"),
@@ -58,15 +63,15 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
     (
         (projection.cast, "f2 f2 f2 i b1 i1 f2 i1 f1 f1 f1 f3"),
         (likelihood.pose_log_likelihood, "f2 f2 f2 i1 i1 f2 i1 f1 b1 i1 f2 i1 f1 f1 f1 f1 f1"),
-        (likelihood.scan_log_likelihood, "f2 f1 f1 f1 f1 f1"),
         (search.by_cell, "f2 f i i"),
         (search.look_round, "f2 f2 f2 i1 i2 i2 f f f"),
     ),
     (
         (search.scores, "f2 i2 f1 f f2 f2 f2 i1 f2 f1 f f1 f"),
         (search.scores_all_round, "f2 f1 i2 f1 f f2 f2 f2 i1 f2 f1 f f1 f"),
-        (pose.rows, "f2 i1 f1 f2 f2 f1 f1 f2"),
-        (pose.gather, "b1 f1 f1 f1 f2 i2 f1 f1 f2 f f f f f f f f2 f1 f1 f1"),
+        (pose.rows, "f2 i1 f1 f2 f2 f1 f1 f1 f2"),
+        (pose.gather, "b1 f1 f1 f1 f2 i2 f1 f1 f2 f f f f f f f f f2 f1 f1 f1"),
+        (pose.slipped, "b1 i f1 f1 f1 f2 i2 f1 f2 f f f f f f f f f1 f"),
         (pose.surely_met, "b1 f1 f1 i1 f2 f1 f f"),
         (pose.agreement, "f1 f1 f1"),
         (robot.moments, "f2 f1 f1 f2"),
@@ -77,33 +82,40 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
         (sight.near, "f2 f f f f2 b1"),
         (sight.entries, "f2 f1 f f f2 f2 f1"),
         (sight.reached, "f2 b1 f1 f"),
-        (sight.share_through_walls, "f1 f1 f"),
     ),
     (
-        (likelihood.object_log_likelihood, "f2 f2 f2 b1 i1 f2 i f2 i1 f2 f1 i1 f1 f1 f f f2 b1"),
-        (furniture.copies, "f2 f1 i1 f1 f1 f2 f2"),
+        (likelihood.object_log_likelihood, "f2 f2 f2 f2 i f2 i1 f2 f1 i1 f1 f1 f f f2 b1"),
         (furniture.moments, "f2 f1 f i f1 f1 f1"),
-        (furniture.occupied, "f2 f1 f1"),
-        (furniture.inherit, "f2 f1 i1 f1 f2"),
+        (likelihood.scan_log_likelihood, "f2 f1 f1 f1 f1 f1"),
+        (scans.lasting, "f1 f f f1"),
     ),
     (
-        (particles.evenly_after, "f1 f1 i"),
         (lattice.worth_casting, "f1 f i i"),
-        (lattice.predict, "f2 f1 f1 f i1 f f b f f f f1 f1 f2 f1 f1"),
-        (lattice.condition, "f2 i1 b1 f2 f1 f f b f2 f1 f1"),
-        (lattice.settle, "f2 f1 f f b f f f1"),
-        (lattice.widen, "f1 f i f f f b f f1"),
-        (lattice.handed_on, "f2 f1 f i1"),
+        (lattice.predict, "f1 f1 f f b f f f f1 f1 f1 f1"),
+        (lattice.condition, "f1 i1 f2 f1 f f b f1 f1"),
         (robot.moved, "f2 f f f f f f2 f2"),
-        (furniture.take_in, "f2 f1 i f2 f1 f f f f2 f1"),
         (furniture.offsets, "f2 f1 i f1 f2"),
         (furniture.lie_on, "f2 f2 f2 f b2"),
-        (furniture.densities, "f2 f1 moves f1"),
-        (furniture.pool, "f2 f1 i f1 f1 moves f f1"),
-        (furniture.send_out, "f2 f2 f1 moves f1 f2 f2 f1 f2"),
-        (lattice.apportion, "f2 f1 f2 f1 f1 f1 f1 f1"),
+        (components.arrive, "f f2 f2 f2 f1 f2 f2 f3"),
+        (components.densities, "f2 f1 f2 f3 f1 i f1 f1"),
+        (components.merge, "f1 f2 f2 f3 i f1 f"),
+        (components.meeting, "f2 f2 f2 f1 b1"),
         (scans.with_trigonometry, "f2 f f2"),
         (scans.ends, "i1 f2 f1 f f1"),
+    ),
+    (
+        (grid.update_bayes, "g1 g1 j1 g1 f f f f"),
+        (grid.update_log_odds, "g1 g1 j1 g1 f f f f"),
+        (grid.update_counts, "g1 g1 g1 j1 g1 f f f"),
+        (grid.update_averages, "g1 g1 g1 j1 g1 f f f"),
+        (grid.read_counts, "g1 g1 g1 f f g1"),
+        (grid.read_beliefs, "g1 g1 f f g1"),
+        (grid.entropies, "g1 g1"),
+        (grid.entropies_from_table, "g1 g1 g1 g1"),
+        (grid.entropies_by_series, "g1 g1 g1"),
+        (grid.draw_obstacles, "j1 i i i f2 f2 b1 f1 f2 f f f j1 g1"),
+        (grid.draw_beams, "j1 i i i f2 f2 i f f j1 g1"),
+        (grid.cover, "j1 f2 f2 j1 f1"),
     ),
 )
 
@@ -124,7 +136,13 @@ def main(part: int, of: int, parts: int) -> None:
 def _types(signature: str) -> tuple[Any, ...]:
     from numba import types
 
-    plain = {"b": types.boolean, "i": types.int64, "f": types.float64}
+    plain = {
+        "b": types.boolean,
+        "i": types.int64,
+        "f": types.float64,
+        "j": types.int32,
+        "g": types.float32,
+    }
     records = _records()
     return tuple(
         records.get(each)
@@ -140,9 +158,8 @@ def _records() -> dict[str, Any]:
 
     line, rows = np.empty(1), np.empty((1, 2))
     examples = {
-        "moves": furniture.Moves(line, line, False, line, 1, line),
         "beams": mixture.Beams(line, rows, rows, line, line, line),
-        "shape": mixture.Shape(rows, rows, 1.0, line),
+        "shape": mixture.Shape(rows, rows, rows, np.empty((1, 2), dtype=np.int64), 1.0, line),
         "noise": mixture.Noise(*(1.0,) * len(mixture.Noise._fields)),
     }
     return {name: typeof(each) for name, each in examples.items()}  # type: ignore[no-untyped-call]

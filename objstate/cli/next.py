@@ -4,28 +4,40 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from objstate.cli.console import print_table, print_text
+from objstate.cli.console import print_parts, print_table, print_text
 from objstate.cli.options import AsJson
 from objstate.cli.parsing import POSE, TIME, parse_pose, parse_time
 from objstate.cli.sensors import SENSOR, parse_sensor
-from objstate.cli.tables import new_table
+from objstate.cli.tables import duration, new_table, percent
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from rich.table import Table
 
-    from objstate.maintenance import Action, CoordinatorSettings, VerificationTask
+    from objstate.maintenance import (
+        Action,
+        Coordinator,
+        CoordinatorSettings,
+        Plan,
+        VerificationTask,
+    )
+    from objstate.world import Due, Snapshot, Task
 
+HORIZON = 24.0 * 3600.0  # s, within which what a task wants verified is listed
 EXAMPLES = """\b
 Examples:
   objstate next --world world.db --building office.urdf --at 2.0,0,90deg
   objstate next --world world.db --building office.urdf --at 2,0,0 --for "pass door_07"
   objstate next --world world.db --building office.urdf --at 2,0,0 --when now \\
-      --sensor front:range=8,view=180 --sensor back:range=4,view=90 --json
+      --sensor front:range=8,view=180 --sensor back:range=4,view=90,yaw=180 --json
+  objstate next --world world.db --building office.urdf --at 2,0,0 --task tasks.yaml
 """
 
 
@@ -54,6 +66,13 @@ def next_(
     config: Annotated[
         Path | None, typer.Option(metavar="YAML", help="Settings of the choice. Default: built in.")
     ] = None,
+    task: Annotated[
+        Path | None,
+        typer.Option(metavar="YAML", help="Tasks, and the uncertainty that each allows."),
+    ] = None,
+    doing: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Which of these tasks. Default: the first.")
+    ] = None,
     stay: Annotated[
         bool, typer.Option("--stay", help="Only what can be seen without driving.")
     ] = False,
@@ -68,7 +87,14 @@ def next_(
     from objstate.building import load_building
     from objstate.config import load_yaml, parse_strict
     from objstate.gaze import Sensor
-    from objstate.maintenance import Coordinator, CoordinatorSettings, Plan, next_tasks
+    from objstate.maintenance import (
+        Coordinator,
+        CoordinatorSettings,
+        Plan,
+        next_tasks,
+        seconds_until_worthwhile,
+    )
+    from objstate.world import load_tasks
     from objstate.world.store import open_store
 
     pose, due = parse_pose(at, "--at"), [Plan.parse(text) for text in plans or []]
@@ -76,62 +102,155 @@ def next_(
     settings = CoordinatorSettings()
     if config is not None:
         settings = parse_strict(CoordinatorSettings, load_yaml(config), str(config))
-    model = load_building(building)
-    known = open_store(world).load()
-    moment = known.at(None if when is None else parse_time(when))
+    allowed = None if task is None else load_tasks(task).named(doing)
+    model, store = load_building(building), open_store(world)
+    store.check(model)
+    stamp_ns = store.latest_ns() if when is None else parse_time(when)
+    known = store.load(objects=model.objects, since_ns=stamp_ns, until_ns=stamp_ns)
+    moment = known.at(stamp_ns)
     coordinator = Coordinator(model, robot, settings, known.settings)
     ranked = coordinator.actions(moment.beliefs, pose, may_drive=not stay)
-    tasks = next_tasks(coordinator, ranked, moment.beliefs, moment.stamp_ns, plans=due)
+    wanted = () if allowed is None else known.due(allowed, HORIZON, moment.stamp_ns)
+    tasks = next_tasks(coordinator, ranked, moment.beliefs, moment.stamp_ns, plans=due, due=wanted)
+    wait: float | None = 0.0
+    is_idle = coordinator.best(ranked) is None
+    if is_idle:
+        wait = seconds_until_worthwhile(
+            coordinator, known, moment.stamp_ns, pose, may_drive=not stay
+        )
     if as_json:
-        print_text(json.dumps(_words(tasks, ranked[:top]), indent=2))
+        print_text(
+            json.dumps(_words(coordinator, moment, tasks, wanted, ranked[:top], wait), indent=2)
+        )
         return
-    print_table(_tasks(tasks))
-    print_table(_ranked(ranked[:top], settings))
+    for plan in due:
+        if not any(task.reason.startswith(f"before: {plan}") for task in tasks):
+            print_text(_without_a_look(coordinator, moment, plan))
+    if tasks:
+        print_table(_tasks(coordinator, moment, tasks))
+    if allowed is not None:
+        print_parts([_due(allowed, wanted, moment.stamp_ns)])
+    if is_idle:
+        print_text(_nothing(ranked, settings, wait))
+    if ranked:
+        print_table(_ranked(coordinator, moment, ranked[:top]))
 
 
-def _tasks(tasks: list[VerificationTask]) -> Table:
-    table = new_table("Next", ("object", "sensor", "why", "from (x, y, yaw)"), ("gain", "way (m)"))
+def _tasks(coordinator: Coordinator, moment: Snapshot, tasks: list[VerificationTask]) -> Table:
+    numbers = ("gain", "way (m)", "last seen", "moved since")
+    table = new_table("Next", ("object", "sensor", "why", "from (x, y, yaw)"), numbers)
     for task in tasks:
         action = task.action
         place = f"{action.pose[0]:.2f}, {action.pose[1]:.2f}, {_degrees(action.pose[2])}"
-        gain, distance = f"{action.gain:.1f}", f"{action.distance:.1f}"
-        table.add_row(action.object, action.sensor, task.reason, place, gain, distance)
+        figures = f"{action.gain:.1f}", f"{action.distance:.1f}"
+        since = _since(coordinator, moment, action.object)
+        table.add_row(action.object, action.sensor, task.reason, place, *figures, *since)
     return table
 
 
-def _ranked(actions: list[Action], settings: CoordinatorSettings) -> Table:
-    s = settings.choice
+def _due(allowed: Task, wanted: Sequence[Due], now_ns: int) -> Table | str:
+    """When what is allowed will be exceeded, if nobody looks."""
+    if not wanted:
+        return f"'{allowed.name}' asks for no look within {duration(HORIZON)}."
+    table = new_table(
+        f"To be verified for '{allowed.name}', within {duration(HORIZON)}",
+        ("object", "coordinate"),
+        ("variance", "allowed", "in"),
+    )
+    for each in wanted:
+        wait = "now" if each.due_ns <= now_ns else duration((each.due_ns - now_ns) / 1e9)
+        table.add_row(
+            each.object, each.coordinate, f"{each.variance:.3g}", f"{each.allowed:.3g}", wait
+        )
+    return table
+
+
+def _ranked(coordinator: Coordinator, moment: Snapshot, actions: list[Action]) -> Table:
+    s = coordinator.settings.choice
     unit = "nats" if s.counting == "gain" else "nat hours"
     title = (
         f"By utility; worth the way above {s.least_utility:g}, with a gain above "
         f"{s.gain_threshold:g} nats; worth in {unit}"
     )
-    numbers = ("x", "y", "yaw", "gain", "worth", "cost", "utility")
+    numbers = ("x", "y", "yaw", "gain", "worth", "cost", "utility", "last seen", "moved since")
     table = new_table(title, ("object", "sensor"), numbers)
     for each in actions:
         figures = (each.gain, each.worth, each.cost, each.utility)
         x, y, yaw = each.pose
         cells = [f"{x:.2f}", f"{y:.2f}", _degrees(yaw), *(f"{value:.2f}" for value in figures)]
-        table.add_row(each.object, each.sensor, *cells)
+        table.add_row(each.object, each.sensor, *cells, *_since(coordinator, moment, each.object))
     return table
+
+
+def _since(coordinator: Coordinator, moment: Snapshot, name: str) -> tuple[str, str]:
+    """How long ago an object was last seen, and how probably it was moved since."""
+    from objstate.maintenance import probability_moved
+
+    seconds = _age(moment, name)
+    if seconds is None:
+        return "never", "-"
+    moved = probability_moved(coordinator, name, seconds)
+    return f"{duration(seconds)} ago", f"{percent(moved)} %"
+
+
+def _age(moment: Snapshot, name: str) -> float | None:
+    """s since an object was last seen; None where it never was."""
+    seen = moment[name].last_observed_ns
+    return None if seen is None else (moment.stamp_ns - seen) / 1e9
+
+
+def _without_a_look(coordinator: Coordinator, moment: Snapshot, plan: Plan) -> str:
+    """Why nothing needs to be seen before a plan."""
+    belief = moment[plan.object]
+    if plan.verb != "pass" or belief.item.kind.value == "planar":
+        return f"{plan}: needs no look."
+    clear = belief.probability_clear(coordinator.robot_width)
+    return f"{plan}: needs no look, clear with probability {clear:.2f}."
+
+
+def _nothing(ranked: list[Action], settings: CoordinatorSettings, wait: float | None) -> str:
+    """That nothing is worth a look, why, and for how long."""
+    if not ranked:
+        return "Nothing: from here no sensor sees any object."
+    s = settings.choice
+    gain, utility = max(each.gain for each in ranked), ranked[0].utility
+    best = (
+        f"Nothing is worth a look: the largest gain is {gain:.2f} nats, the largest utility "
+        f"{utility:.2f}; needed are more than {s.gain_threshold:g} and {s.least_utility:g}"
+    )
+    if wait is None:
+        return f"{best}. Within a day that stays so."
+    return f"{best}. The next look is worth it in about {duration(wait)}."
 
 
 def _degrees(angle: float) -> str:
     return f"{math.degrees(angle):.0f}deg"
 
 
-def _words(tasks: list[VerificationTask], actions: list[Action]) -> dict[str, Any]:
+def _words(
+    coordinator: Coordinator,
+    moment: Snapshot,
+    tasks: list[VerificationTask],
+    wanted: Sequence[Due],
+    actions: list[Action],
+    wait: float | None,
+) -> dict[str, Any]:
+    def words(action: Action) -> dict[str, Any]:
+        return _action_words(action) | _since_words(coordinator, moment, action.object)
+
     return {
         "tasks": [
             {
-                **_action_words(task.action),
+                **words(task.action),
                 "why": task.reason,
                 "lower": task.expected.lower.tolist(),
                 "upper": task.expected.upper.tolist(),
             }
             for task in tasks
         ],
-        "actions": [_action_words(action) for action in actions],
+        "actions": [words(action) for action in actions],
+        "due": [asdict(each) for each in wanted],
+        "next_worthwhile_in_s": wait,
     }
 
 
@@ -147,3 +266,11 @@ def _action_words(action: Action) -> dict[str, Any]:
         "cost": action.cost,
         "utility": action.utility,
     }
+
+
+def _since_words(coordinator: Coordinator, moment: Snapshot, name: str) -> dict[str, Any]:
+    from objstate.maintenance import probability_moved
+
+    seconds = _age(moment, name)
+    moved = None if seconds is None else probability_moved(coordinator, name, seconds)
+    return {"last_observed_ns": moment[name].last_observed_ns, "p_moved_since": moved}

@@ -47,6 +47,13 @@ def report(
         float | None,
         typer.Option(metavar="M", help="Draw the robot so large. Default: as a mark of no size."),
     ] = None,
+    filtered: Annotated[
+        bool,
+        typer.Option(
+            "--filtered",
+            help="Show what the robot would have known then, not what the whole log says.",
+        ),
+    ] = False,
     open_: Annotated[bool, typer.Option("--open", help="Show it in the browser.")] = False,
 ) -> None:
     """Write a page that shows a result: one HTML file that needs no server and no network.
@@ -66,7 +73,13 @@ def report(
     if is_batch(folder):
         _refuse("the batch names its logs' truths", truth=truth, path=path)
         page = write_batch_report(
-            folder, out, building=building, each=each, zone=zone, robot_radius=robot_radius
+            folder,
+            out,
+            building=building,
+            each=each,
+            zone=zone,
+            robot_radius=robot_radius,
+            filtered=filtered,
         )
     else:
         _refuse(f"{folder} is no batch", each=each or None)
@@ -78,6 +91,7 @@ def report(
             true_path=path,
             zone=zone,
             robot_radius=robot_radius,
+            filtered=filtered,
         )
     print_text(f"Written: {page}")
     if open_:

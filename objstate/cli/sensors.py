@@ -10,7 +10,10 @@ from objstate.errors import SettingsError
 if TYPE_CHECKING:
     from objstate.gaze import Sensor
 
-SENSOR = "NAME:range=M,near=M,view=DEG,beams=N,sigma=M,height=M, all but the name optional"
+SENSOR = (
+    "NAME:range=M,near=M,view=DEG,beams=N,sigma=M,height=M,x=M,y=M,yaw=DEG (mounting), all but "
+    "the name optional"
+)
 FIELDS = {
     "range": "range_max",
     "near": "range_min",
@@ -18,7 +21,11 @@ FIELDS = {
     "beams": "beams",
     "sigma": "sigma",
     "height": "height",
+    "x": "x",
+    "y": "y",
+    "yaw": "yaw",
 }
+ANGLES = ("view", "yaw")
 
 
 def parse_sensor(text: str) -> Sensor:
@@ -42,6 +49,4 @@ def _pair(text: str) -> tuple[str, float]:
     if key not in FIELDS:
         raise ValueError(f"no sensor has '{key}'")
     value = int(number) if key == "beams" else float(number)
-    if not math.isfinite(value) or value <= 0:
-        raise ValueError(f"{key} must be above 0")
-    return FIELDS[key], math.radians(value) if key == "view" else value
+    return FIELDS[key], math.radians(value) if key in ANGLES else value

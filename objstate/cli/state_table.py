@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from objstate.evaluation import LatestState
+    from objstate.recording.events import Event
     from objstate.records import Estimate
 
 
@@ -30,6 +31,24 @@ def state_table(states: Sequence[LatestState], begin_ns: int, with_truth: bool) 
     table = new_table("", ("object", "state"), numbers)
     for state in states:
         table.add_row(*_cells(state, begin_ns, with_truth, with_presence))
+    return table
+
+
+def events_table(events: Sequence[Event], begin_ns: int) -> Table:
+    """When each object was moved, and from where to where; seconds count from ``begin_ns``."""
+    table = new_table(
+        "Moved", ("object", "state"), ("between (s)", "from", "to", "probability (%)")
+    )
+    for event in events:
+        begin, end = ((stamp - begin_ns) / 1e9 for stamp in (event.from_ns, event.to_ns))
+        table.add_row(
+            event.object,
+            label(event.coordinate),
+            f"{begin:.1f} to {end:.1f}",
+            figure(event.coordinate, event.from_state),
+            figure(event.coordinate, event.to_state),
+            percent(event.probability),
+        )
     return table
 
 

@@ -45,6 +45,13 @@ def statistics(
     timezone: Annotated[
         str, typer.Option(metavar="ZONE", help="Whose hours and days, e.g. Europe/Berlin.")
     ] = "UTC",
+    filtered: Annotated[
+        bool,
+        typer.Option(
+            "--filtered",
+            help="Take what the robot would have known then, not what the whole log says.",
+        ),
+    ] = False,
     json_file: Annotated[
         Path | None, typer.Option("--json", metavar="FILE", help="Write the figures here too.")
     ] = None,
@@ -63,7 +70,7 @@ def statistics(
             f"--open-above '{open_above}' is no angle: {error}; give radians, or degrees as in "
             "10deg."
         ) from error
-    doors = door_statistics(folder, above, parse_zone(timezone))
+    doors = door_statistics(folder, above, parse_zone(timezone), filtered=filtered)
     if json_file is not None:
         write_json(json_file, doors)
     if not doors:

@@ -61,7 +61,7 @@ def show(world: Place, config: Config = None, as_json: AsJson = False) -> None:
     from objstate.world.store import open_store
 
     store = open_store(world)
-    latest = store.load(_settings(config), since_ns=_last_learnt(store)).at()
+    latest = store.load(_settings(config), since_ns=store.latest_ns()).at()
     _print(store, latest, as_json)
 
 
@@ -133,11 +133,6 @@ def _settings(config: Path | None) -> Settings | None:
     from objstate.config import load_settings
 
     return None if config is None else load_settings(config)
-
-
-def _last_learnt(store: WorldStore) -> int:
-    """A moment after which nothing was learnt, so that no history has to be read."""
-    return max((drive.end_ns for drive in store.drives()), default=0)
 
 
 def _print(store: WorldStore, snapshot: Snapshot, as_json: bool) -> None:

@@ -8,7 +8,6 @@ from functools import reduce
 import numpy as np
 
 from objstate.geometry import FloatArray
-from objstate.lazy import lazy
 from objstate.objects import ObjectBelief
 from objstate.sensing import ScanView
 
@@ -35,18 +34,6 @@ class Backdrop:
 
     def without(self, name: str) -> tuple[FloatArray, FloatArray]:
         """Expected ranges (l, n) m of everything but one object, and log p(o | l) (l,) given them."""
-        if name not in self._alone:
-            return self._whole, self.log_likelihood
         others = (ranges for other, ranges in self._alone.items() if other != name)
         expected = reduce(np.minimum, others, self._walls)
         return expected, self.view.log_likelihood(expected)
-
-    @lazy
-    def log_likelihood(self) -> FloatArray:
-        """log p(o | l) (l,) given the walls and all objects whose state is known."""
-        return self.view.log_likelihood(self._whole)
-
-    @lazy
-    def _whole(self) -> FloatArray:
-        """Expected ranges (l, n) m of the walls and of all objects whose state is known."""
-        return reduce(np.minimum, self._alone.values(), self._walls)

@@ -10,10 +10,12 @@ import numpy as np
 from objstate.building.model import Building, Kind
 from objstate.config import BeamModelSettings, DoorSettings, Settings
 from objstate.geometry import FloatArray, IntArray
-from objstate.lazy import Later
-from objstate.localization.pose_filter import Vantage
+from objstate.lazy import Later, altered
+from objstate.localization import Carried, Vantage
 from objstate.objects import ObjectBelief
-from objstate.objects.mixture import DoorMixture, Doorway
+from objstate.objects.mixture import NEVER, DoorMixture, Doorway, Statics
+from objstate.objects.shape import shape_of
+from objstate.particles import Weights
 from objstate.records import NANOSECONDS, Scan
 from objstate.sensing import Sensing
 
@@ -22,37 +24,39 @@ if TYPE_CHECKING:
 else:
     kernels = Later("objstate.objects.mixture_kernels")
 
-FIRST_DOORS = 4.0  # doors that the first guess of the hinges' deviation counts for
 ELSEWHERE_SIGMAS = 3.0  # by which a hinge surely is off its place
 ELSEWHERE_M = 0.03  # m, and by as much at least
+OUTLIERS = 0.01  # share of doors whose hinge or bearing is off as far as may be
+NO_OUTLIER = 1e-3  # probability below which a door counts as none
+WIDEST_M, WIDEST_DEG = 0.03, 3.0  # deviations of hinges and bearings that doors are filtered with
+GRID, LEAST = 15, 0.1  # deviations tried, from this share of the first guess on
+FACTOR = 1.0  # standard deviation of the logarithm of a deviation, before any scan
 EDGE_SHARE = 0.1  # of the beams beside an edge, that the surface next to it stops
 LEAST_DENSITY = 1e-9  # 1/m, of a range that nothing explains
 
 
 class Doors:
-    """The doors of a building that move in the plane, and what is learnt of all their hinges."""
+    """The doors of a building that move in the plane, and what is learnt of all of them."""
 
     def __init__(self, building: Building, settings: Settings) -> None:
-        self._error, self._beam_model = settings.building_error, settings.beam_model
-        self._doorways: dict[str, Doorway] = {}
-        for name, item in building.objects.items():
-            if item.kind is not Kind.PLANAR:
-                chosen = settings.for_object(name, "door")
-                assert isinstance(chosen, DoorSettings)
-                self._doorways[name] = Doorway(item, chosen, self._error)
+        self._building, self._settings = building, settings
         self._shapes: dict[tuple[str, float], kernels.Shape] = {}
-        self._hinges: dict[str, tuple[float, float]] = {}  # squares, m^2, and how much they tell
-        self._driven: dict[str, float] = {}  # m, at the last scan that observed it
+        error = settings.building_error
+        self._hinge = Deviation(error.hinge_std_m, WIDEST_M)
+        self._bearing = Deviation(math.radians(error.bearing_std_deg), math.radians(WIDEST_DEG))
 
     def __contains__(self, name: str) -> bool:
-        return name in self._doorways
+        return self._building.objects[name].kind is not Kind.PLANAR
 
     @property
-    def hinge_variance(self) -> float:
-        """m^2 in each direction by which hinges are off, by the doors seen so far."""
-        squares, told = np.sum(list(self._hinges.values()), axis=0) if self._hinges else (0.0, 0.0)
-        first = self._error.hinge_std_m**2
-        return float((FIRST_DOORS * first + squares) / (FIRST_DOORS + told))
+    def statics(self) -> Statics:
+        """By how much hinges and bearings are off, by the doors seen so far."""
+        return Statics(self._hinge.variance, self._bearing.variance)
+
+    @property
+    def _widest(self) -> Statics:
+        """By how much they may be off at most; doors are filtered with it, and read off with what is learnt."""
+        return Statics(self._hinge.variances[-1], self._bearing.variances[-1])
 
     def observe(
         self,
@@ -64,71 +68,127 @@ class Doors:
         background: FloatArray,
         blur: FloatArray,
         sensing: Sensing,
-        driven_m: float,
+        carried: Carried,
     ) -> tuple[ObjectBelief, bool]:
         """A door's belief after a scan, and whether some beam reached its leaf.
 
         The ``beams`` (k,) may meet the leaf; without it they would read the ``background`` (k,) m,
-        give or take a variance ``blur`` (k,) m^2. The robot has driven ``driven_m`` so far.
+        give or take a variance ``blur`` (k,) m^2. The robot's error since the last scan of it is ``carried``.
         """
-        door = self._doorways[name]
-        before = belief.joint or DoorMixture.of(door, belief, self.hinge_variance)
+        before = belief.joint
+        if not isinstance(before, DoorMixture):
+            before = DoorMixture.of(self._doorway(belief), belief, self._widest)
         seconds = (
             0.0 if before.stamp_ns is None else (scan.stamp_ns - before.stamp_ns) / NANOSECONDS
         )
-        way = driven_m - self._driven.get(name, -math.inf)
-        self._driven[name] = driven_m
-        kept = math.exp(-way / self._error.robot_length_m)
-        mixture = before.later(max(seconds, 0.0), kept, vantage.covariance)
+        mixture = before.later(max(seconds, 0.0), *carried)
         looked = kernels.Beams(
             vantage.place,
             vantage.origins[beams],
             vantage.directions[beams],
-            scan.ranges[beams],
+            scan.ranges[beams] - vantage.bias,
             background,
             blur,
         )
         height = float(scan.rays.origins[0, 2])
-        noise = _noise(self._beam_model, vantage, scan.range_max)
-        mixture, reached = mixture.given(looked, noise, self._shape(name, height, sensing))
+        noise = beam_noise(self._settings.beam_model, vantage, scan.range_max)
+        mixture, reached = mixture.given(looked, noise, self._shape(before.door, height, sensing))
         mixture = mixture.at(scan.stamp_ns)
         self._learn(name, mixture)
-        return mixture.on_lattice(belief), reached > 0
+        return self._read_off(mixture, belief), reached > 0
 
     def elsewhere(self, belief: ObjectBelief) -> FloatArray | None:
         """(2,) m by which a door's hinge surely is off its place in the model; None where it isn't."""
-        if belief.joint is None:
+        if not isinstance(belief.joint, DoorMixture):
             return None
         offset, covariance = belief.joint.hinge
+        offset = offset + belief.item.hinge - self._building.objects[belief.item.name].hinge
         away = float(np.hypot(*offset))
         if away < ELSEWHERE_M:
             return None
         std = math.sqrt(float(offset @ covariance @ offset)) / away
         return offset if away > ELSEWHERE_SIGMAS * std else None
 
-    def _learn(self, name: str, mixture: DoorMixture) -> None:
-        """Take in how far a hinge is off, by as much as is known of it."""
-        mean, covariance = mixture.hinge
-        prior = self._error.hinge_std_m**2
-        told = np.maximum(1.0 - np.diag(covariance) / max(prior, self.hinge_variance), 0.0)
-        squares = float(told @ (mean**2 + np.diag(covariance))) / 2.0
-        self._hinges[name] = squares, float(told.sum()) / 2.0
+    def cases(self, mixture: DoorMixture) -> list[tuple[float, Statics]]:
+        """How far off a door's hinge and bearing may be: as doors' are, or as outliers' are; with probabilities."""
+        usual, widest = self.statics, self._widest
+        cases = [(1.0, usual)]
+        for name, deviation in self._deviations(mixture.door).items():
+            variances = np.array([getattr(usual, name), getattr(widest, name)])
+            out = deviation.outlying(mixture.log_evidence(name, variances))
+            if out > NO_OUTLIER:
+                wider = {name: getattr(widest, name)}
+                cases = [
+                    (share * probability, statics._replace(**changed))
+                    for share, statics in cases
+                    for probability, changed in ((1.0 - out, dict[str, float]()), (out, wider))
+                ]
+        return cases
 
-    def _shape(self, name: str, height: float, sensing: Sensing) -> kernels.Shape:
-        key = name, height
+    def _read_off(self, mixture: DoorMixture, belief: ObjectBelief) -> ObjectBelief:
+        """The posterior of a door's state, over how far off its hinge and bearing may be."""
+        cases = self.cases(mixture)
+        read = [mixture.under(statics).on_lattice(belief) for _, statics in cases]
+        shares = np.array([share for share, _ in cases])
+        weights = shares @ np.array([each.weights.values for each in read])
+        swung = shares @ np.array([each.weights.values * each.swung for each in read])
+        swung = np.minimum(swung / np.maximum(weights, NEVER), 1.0)
+        return altered(read[0], weights=Weights(weights), swung=swung, joint=mixture)
+
+    def _deviations(self, door: Doorway) -> dict[str, Deviation]:
+        """What is learnt over all doors, and applies to this one."""
+        return {"hinge": self._hinge} | ({"bearing": self._bearing} if door.turn else {})
+
+    def _learn(self, name: str, mixture: DoorMixture) -> None:
+        """Take in what a door tells of how far hinges and bearings are off."""
+        for error, deviation in self._deviations(mixture.door).items():
+            deviation.told(name, mixture.log_evidence(error, deviation.variances))
+
+    def _doorway(self, belief: ObjectBelief) -> Doorway:
+        chosen = self._settings.for_object(belief.item.name, "door")
+        assert isinstance(chosen, DoorSettings)
+        return Doorway(belief.item, chosen, self._settings.building_error)
+
+    def _shape(self, door: Doorway, height: float, sensing: Sensing) -> kernels.Shape:
+        key = door.item.name, height
         if key not in self._shapes:
-            door, segments = self._doorways[name], sensing.outline(name, height)
-            along = segments[:, 2:] - segments[:, :2]
-            lengths = np.hypot(along[:, 0], along[:, 1])
-            segments, along = segments[lengths > 0.0], along[lengths > 0.0]
-            normals = np.column_stack([-along[:, 1], along[:, 0]]) / lengths[lengths > 0.0, None]
-            self._shapes[key] = kernels.Shape(
-                np.ascontiguousarray(segments), np.ascontiguousarray(normals), door.turn, door.slide
-            )
+            segments = sensing.outline(door.item.name, height)
+            self._shapes[key] = shape_of(segments, door.turn, door.slide)
         return self._shapes[key]
 
 
-def _noise(s: BeamModelSettings, vantage: Vantage, range_max: float) -> kernels.Noise:
+class Deviation:
+    """The deviation of an error that each door has its own of: p(deviation | z) on a grid.
+
+    Empirical Bayes: each door tells the likelihood of its readings, with its own error summed
+    over. The prior is lognormal about a first guess. Some doors are outliers, whose errors are
+    as wide as the widest deviation.
+    """
+
+    def __init__(self, first: float, widest: float) -> None:
+        deviations = np.geomspace(LEAST * first, max(widest, 2.0 * first), GRID)
+        self.variances = deviations**2  # (k,)
+        self._log_prior = -0.5 * (np.log(deviations / first) / FACTOR) ** 2
+        self._doors: dict[str, FloatArray] = {}  # (k,) log-likelihood by each
+        self.variance = first**2  # square of the posterior mean of the deviation
+
+    def told(self, name: str, log_likelihood: FloatArray) -> None:
+        """What all readings of a door tell (k,), up to a constant, in place of what they told before."""
+        widest = log_likelihood - log_likelihood[-1]
+        self._doors[name] = np.logaddexp(widest + math.log1p(-OUTLIERS), math.log(OUTLIERS))
+        posterior = self._log_prior + sum(self._doors.values())
+        weights = np.exp(posterior - posterior.max())
+        self.variance = float(weights @ np.sqrt(self.variances) / weights.sum()) ** 2
+
+    def outlying(self, log_likelihoods: FloatArray) -> float:
+        """Probability that a door is an outlier, by what it tells (2,) under the learnt and the widest deviation."""
+        usual, widest = log_likelihoods.tolist()
+        return float(
+            OUTLIERS / (OUTLIERS + (1.0 - OUTLIERS) * math.exp(min(usual - widest, 700.0)))
+        )
+
+
+def beam_noise(s: BeamModelSettings, vantage: Vantage, range_max: float) -> kernels.Noise:
     """The beam model of a laser, as the loops take it."""
     total = s.z_hit + s.z_short + s.z_max + s.z_rand
     hit, short, missing, random = (each / total for each in (s.z_hit, s.z_short, s.z_max, s.z_rand))
@@ -137,7 +197,8 @@ def _noise(s: BeamModelSettings, vantage: Vantage, range_max: float) -> kernels.
         hit,
         max(random / range_max, LEAST_DENSITY),
         max(missing, LEAST_DENSITY),
-        vantage.variance,
+        vantage.noise.variance,
+        vantage.noise.growth,
         range_max,
         unexpected,
         1.0 - 1.0 / s.short_run if unexpected > 0.0 else 0.0,

@@ -4,40 +4,48 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from functools import lru_cache, partial
-from typing import Literal
+from functools import lru_cache
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from objstate.building.model import Building
 from objstate.config import Settings
 from objstate.errors import LogError, SettingsError
+from objstate.estimator.bank import Bank, Moment
 from objstate.estimator.believed import Believed
-from objstate.estimator.consistency import Consistency
 from objstate.estimator.doors import Doors
-from objstate.estimator.doubt import Doubt, Verdict
-from objstate.estimator.kernels import evenly_spread, share_through_walls
-from objstate.estimator.observation import Observation, observe
+from objstate.estimator.furniture import Furniture
+from objstate.estimator.kernels import evenly_spread
+from objstate.estimator.observation import observe
 from objstate.estimator.schedule import Schedule
 from objstate.estimator.sight import Near, Sight
 from objstate.estimator.thinning import Thinning
 from objstate.estimator.tracking import Track
-from objstate.geometry import BoolArray, FloatArray, IntArray, between
+from objstate.geometry import BoolArray, FloatArray, IntArray, between, compose
 from objstate.lazy import altered
 from objstate.localization import (
-    LEVER,
     NOTHING,
-    Hypotheses,
+    Anywhere,
+    Carried,
+    Decorrelation,
     Localizer,
     LogLikelihood,
+    Look,
     OdometryError,
     PoseBelief,
     PoseFilter,
+    RangeNoise,
     Search,
     Vantage,
+    apart,
     motion_variances,
 )
-from objstate.objects import Descent, ObjectBelief
+from objstate.localization.anywhere import BLUR
+from objstate.localization.pose_filter import Learnt
+from objstate.localization.search import SAME
+from objstate.objects import ObjectBelief
+from objstate.objects.steps import DoorStep, FurnitureStep, Step
 from objstate.particles import Weights
 from objstate.records import (
     NANOSECONDS,
@@ -50,9 +58,10 @@ from objstate.records import (
     Scan,
 )
 from objstate.sensing import BeamModel, Sensing, UncertainObject
+from objstate.smoothing import DoorHistory, FurnitureHistory, History
 
-SLIDE = 2.0  # m by which a pose may slide to a place that looks alike
-FIT_BLUR = 0.1  # m; walls that are off by less fit
+MOMENT_M, MOMENT_RAD, MOMENT_S = 0.2, 0.17, 0.5  # after which a scan tells anew where the robot is
+NEAR = 0.15  # m of deviation up to which a belief surely is near its mean
 ROUGH = 0.01  # m by which walls behind objects are rough
 BEFORE_OBJECTS = 0.1  # m before a known object, up to which a beam tells of walls alone
 TIGHT_M, TIGHT_RAD = 0.12, math.radians(2.5)  # deviations with which scans are linear in a pose
@@ -72,6 +81,7 @@ class Estimator:
             belief that the log holds, as in the paper's experiments.
         beliefs: of objects known from before, by name, instead of their priors; on the
             samples that these settings give, as ``World.at`` returns them.
+        history: keep what smoothing needs, see ``histories``.
 
     Raises:
         SettingsError: settings that contradict each other, an object's joint, or the samples of
@@ -89,6 +99,7 @@ class Estimator:
         global_start: bool = False,
         belief: Literal["own", "recorded"] = "own",
         beliefs: Mapping[str, ObjectBelief] | None = None,
+        history: bool = False,
     ) -> None:
         self.building = building
         self.settings = (settings or Settings()).in_building(building.error)
@@ -104,23 +115,24 @@ class Estimator:
         self._search = Search(self._sensing, self.settings)
         self._thinned = Thinning(self.settings.scans)
         self._schedule = Schedule(self.settings.object_updates)
-        self._believed = Believed(building, self.settings, seed, beliefs or {})
-        self._consistency = Consistency(self.settings.consistency)
+        self._believed = Believed(building, self.settings, seed, beliefs or {}, history=history)
         self._doors = Doors(building, self.settings)
+        self._furniture = Furniture(building, self.settings)
         self._pose: PoseFilter | None = None  # while the robot's pose is known to centimetres
         self._learnt = NOTHING  # what such a filter knew of robot and building when it was left
-        self._draws = _whitened(self.settings.localization.min_particles_by_furniture)
+        self._decorrelation = Decorrelation(self.settings.building_error.robot_length_m)
+        self._draws = _whitened(self.settings.localization.min_particles)
         self._represented = lru_cache(maxsize=1024)(ObjectBelief.represented_by)  # few change
-        self._widened = lru_cache(maxsize=64)(partial(_widened, self._believed))  # asked for again
         self._odometry: FloatArray | None = None
-        self._driven_m = 0.0
+        self._driven_m, self._driven_ns = 0.0, 0
         self._now_ns = 0
         self._start_is_told = initial_pose is not None or global_start
         self._is_anywhere = global_start  # and no place is more likely than others as yet
         start = self._start(initial_pose)
         self._track = None if start is None else Track(start)
-        self._doubt = Doubt(self.settings)
-        self._fits_from_ns: int | None = None  # since when the track has explained scans
+        self._everywhere = Anywhere(self._sensing, self.settings)
+        self._bank = Bank(self.settings, self._kept)
+        self._moment: tuple[FloatArray, int] | None = None  # odometry (3,) and stamp of the last
 
     @property
     def robot(self) -> PoseBelief | None:
@@ -130,9 +142,7 @@ class Estimator:
     @property
     def objects(self) -> dict[str, ObjectBelief]:
         """p(s) of each object, as of its last update; values that later records don't change."""
-        return {
-            name: self._published(name, each) for name, each in self._believed.marginals.items()
-        }
+        return dict(self._believed.marginals)
 
     def object_at(self, name: str, stamp_ns: int) -> ObjectBelief:
         """An object's belief predicted to a moment at or after its last update.
@@ -145,17 +155,27 @@ class Estimator:
             raise ValueError(f"object '{name}' was updated after {stamp_ns} ns, at {known} ns")
         if stamp_ns != known:
             belief = self._believed.at(name, stamp_ns, np.random.default_rng(stamp_ns))
-        return self._published(name, belief)
+        return belief
 
     @property
     def lost(self) -> tuple[tuple[int, int], ...]:
-        """Stretches (from, to) in ns in which the robot was not where it thought."""
-        return self._doubt.stretches(self._now_ns)
+        """Stretches (from, to) in ns in which the robot was probably not where it was published to be."""
+        return self._bank.stretches(self._now_ns)
 
     @property
     def is_lost(self) -> bool:
-        """Whether the robot is not where it thinks, so that what it reads tells nothing of objects."""
-        return self._doubt.is_lost
+        """Whether the robot is probably not where it is published to be, so that objects aren't updated."""
+        return self._bank.is_lost
+
+    @property
+    def p_localized(self) -> float:
+        """Probability that the robot is within 0.75 m and 20 degrees of the mean of ``robot``."""
+        return self._bank.p_localized
+
+    @property
+    def lost_probabilities(self) -> tuple[float, ...]:
+        """Of each stretch in ``lost``, the largest probability in it that the robot was lost."""
+        return self._bank.probabilities
 
     @property
     def map_error(self) -> float:
@@ -174,13 +194,31 @@ class Estimator:
         }
         return {name: each for name, each in off.items() if each is not None}
 
+    @property
+    def histories(self) -> dict[str, History]:
+        """What smoothing needs of each object seen, where the estimator was made with ``history``."""
+        return {
+            name: self._history(belief, belief.past.steps)
+            for name, belief in self._believed.marginals.items()
+            if belief.past is not None
+        }
+
+    def _history(self, belief: ObjectBelief, steps: Sequence[Step]) -> History:
+        of_door = [step for step in steps if isinstance(step, DoorStep)]
+        if of_door:
+            last = of_door[-1].mixture(of_door[-1].blank)
+            return DoorHistory(belief, of_door, self._doors.cases(last))
+        return FurnitureHistory(belief, [step for step in steps if isinstance(step, FurnitureStep)])
+
     def feed(self, record: Record) -> list[Estimate]:
         """Take one record in; what it changed in the objects' beliefs comes back."""
         match record:
             case Odometry():
-                self._drive(record.pose)
+                self._drive(record.pose, record.stamp_ns)
             case Scan():
-                return self._read(record)
+                rows = self._read(record)
+                p = self.p_localized if self._localizes_itself else 1.0
+                return [altered(row, p_localized=p) for row in rows]
             case InitialPose() | GaussianRobotBelief() | RobotBelief():
                 self._be_told(record)
         return []
@@ -196,7 +234,7 @@ class Estimator:
             )
         self._now_ns = scan.stamp_ns
         if scan.odometry is not None:
-            self._drive(scan.odometry)
+            self._drive(scan.odometry, scan.stamp_ns)
         if not np.count_nonzero(scan.valid):
             return []
         thinned = self._thinned(scan)
@@ -211,12 +249,9 @@ class Estimator:
             return []
         track, sight = self._track, self._sight(scan, self._track.belief)
         if self._localizes_itself and not self._is_anywhere:
-            track = self._found_again(self._judged(track, sight), scan)
+            track = self._weighed(track, sight)
             if track.belief is not sight.robot:
                 sight = sight.by(track.belief)
-        if self._doubt.is_lost:
-            self._track = track
-            return self._unobserved(sight)
         if self._follows_precisely(track.belief, scan):
             return self._sense_precisely(track, sight)
         return self._sense_by_turns(track, sight)
@@ -233,23 +268,12 @@ class Estimator:
         robot = pose.belief(self._draws)
         self.odometry_error.note(track.belief, robot)
         sight = sight.by(robot)
-        rows = self._observe_doors(near, sight, pose.vantage(scan), known)
-        furniture = [name for name in near.pointed_at if name not in self._doors]
-        if furniture:
-            observation = self._observe(near, sight, robot, furniture)
-            weights = self._localizer.correct(
-                robot, self.settings.object_updates.tempering * observation.log_evidence
-            )
-            observation = observation.settled_by(weights)
-            for name in observation.fits:
-                if observation.predicted[name].settled:
-                    changed = observation.beliefs[name].belief
-                    self._consistency.note(observation.unmoved[name], changed)
-            descent = Descent(self._forgotten(track), None)
-            self._believed.keep_in_view(observation.beliefs, descent, near.names)
-            rows |= {name: observation.fits.get(name) for name in observation.beliefs}
         self._track = track.corrected(robot, self._odometry)
         self.corrections += 1
+        if self.is_lost:
+            return self._unobserved(sight)
+        rows = self._observe_doors(near, sight, pose.vantage(scan), known)
+        rows |= self._observe_furniture(near, sight, pose.vantage(scan), known)
         return self._rows(rows)
 
     def _observe_doors(
@@ -260,7 +284,7 @@ class Estimator:
         Objects whose state is ``known`` are expected at ranges (n,) m.
         """
         scan, fits = sight.scan, dict[str, float | None]()
-        doors = [name for name in near.pointed_at if name in self._doors]
+        doors = [name for name in near.pointed_at if name in self._doors and name in sight.names]
         if not doors:
             return fits
         surfaces = self._sensing.surfaces(float(scan.rays.origins[0, 2]))
@@ -275,13 +299,65 @@ class Estimator:
             blur = np.where(np.isfinite(background), _blur(vantage, self.map_error), 0.0)
             before = self._believed.marginals[name]
             belief, is_observed = self._doors.observe(
-                name, before, scan, vantage, beams, background, blur, self._sensing, self._driven_m
+                name,
+                before,
+                scan,
+                vantage,
+                beams,
+                background,
+                blur,
+                self._sensing,
+                self._carried(name, vantage),
             )
             if is_observed:
                 belief = altered(belief, last_observed_ns=scan.stamp_ns)
             self._believed.keep([(name, belief)])
             fits[name] = self._fit(belief, sight, beams, background) if is_observed else None
         return fits
+
+    def _observe_furniture(
+        self, near: Near, sight: Sight, vantage: Vantage, known: Mapping[str, FloatArray]
+    ) -> dict[str, float | None]:
+        """p(s_i | o_k) of the furniture that beams point at; how well each explains them, where they tell.
+
+        Objects whose state is ``known`` are expected at ranges (n,) m.
+        """
+        scan, fits = sight.scan, dict[str, float | None]()
+        names = [name for name in near.pointed_at if name in self._furniture]
+        if not names:
+            return fits
+        surfaces = self._sensing.surfaces(float(scan.rays.origins[0, 2]))
+        walls, _ = surfaces.meet(vantage.origins, vantage.directions, scan.range_max)
+        for name in names:
+            others = [ranges for other, ranges in known.items() if other != name]
+            background = np.minimum.reduce([walls, *others])
+            blur = np.where(np.isfinite(background), _blur(vantage, self.map_error), 0.0)
+            seen = background[sight.valid]
+            stopped = sight.view(sight.valid).stopped_short(sight.robot.mean, seen)[:, :2]
+            before = self._believed.marginals[name]
+            belief, beams, is_observed = self._furniture.observe(
+                name,
+                before,
+                scan,
+                vantage,
+                background,
+                blur,
+                np.ascontiguousarray(stopped),
+                self._carried(name, vantage),
+                self._believed.rngs[name],
+            )
+            if is_observed:
+                belief = altered(belief, last_observed_ns=scan.stamp_ns)
+            self._believed.keep([(name, belief)])
+            bears = np.flatnonzero(beams)
+            fits[name] = self._fit(belief, sight, bears, background[bears]) if is_observed else None
+        return fits
+
+    def _carried(self, name: str, vantage: Vantage) -> Carried:
+        """What is left of the robot's error since an object was observed last; it is observed now."""
+        if self._pose is not None:
+            return self._pose.carried(name, vantage)
+        return self._decorrelation.carried(name, self._driven_m, vantage.covariance)
 
     def _standing(self, names: Iterable[str], sight: Sight) -> dict[str, FloatArray]:
         """Expected ranges (n,) of each object near by whose state is known."""
@@ -298,18 +374,18 @@ class Estimator:
     def _fit(
         self, belief: ObjectBelief, sight: Sight, beams: IntArray, background: FloatArray
     ) -> float:
-        """Share of the beams that bear on a door which its mean state explains."""
+        """Share of the beams that bear on an object which its best state explains."""
         chosen = np.zeros(len(sight.scan), dtype=bool)
         chosen[beams] = True
         every = np.ones(len(beams), dtype=bool)
+        states = belief.best[None] if belief.presence >= 0.5 else belief.states[:0]
         return sight.view(chosen).share_explained(
-            belief.item.name, belief.mean[None], sight.robot.mean, background, every
+            belief.item.name, states, sight.robot.mean, background, every
         )
 
     def _sense_by_turns(self, track: Track, sight: Sight) -> list[Estimate]:
         """p(l | o_k) and p(s_i | o_k) as marginals, each from its share of the beams (section 2.2)."""
         scan = sight.scan
-        self._believed.collapse()
         localizing, observing = self._schedule.share_out(scan)
         if not self._localizes_itself or self._pose is not None:
             localizing, observing = np.zeros_like(localizing), scan.valid
@@ -320,48 +396,59 @@ class Estimator:
         self._track = track
         if not observing.any() or not self._is_narrow(track.belief):
             return []
-        robot = track.belief.thinned(self.settings.object_updates.robot_samples, self._rng)
         sight = sight.by(track.belief)
+        if self.is_lost:
+            return self._unobserved(sight)
         near, rows = self._near(sight, observing), dict[str, float | None]()
-        names = near.pointed_at
-        if self._is_linear(scan):
-            names = [name for name in names if name not in self._doors]
-            if _is_tight(track.belief):
-                first = self.settings.building_error.range_std_m**2
-                vantage = Vantage.of(track.belief, scan, first)
-                known = self._standing(near.pointed_at, sight)
-                rows = self._observe_doors(near, sight, vantage, known)
-        observation = self._observe(near, sight, robot, names)
-        self._believed.keep((name, each.belief) for name, each in observation.beliefs.items())
-        return self._rows(rows | {name: observation.fits.get(name) for name in observation.beliefs})
+        if not self._is_linear(scan):
+            return self._rows(self._observe_each(near, sight))
+        if _is_tight(track.belief):
+            first = RangeNoise(self.settings.building_error.range_std_m**2, 0.0)
+            vantage = Vantage.of(track.belief, scan, first)
+            known = self._standing(near.pointed_at, sight)
+            rows = self._observe_doors(near, sight, vantage, known)
+            rows |= self._observe_furniture(near, sight, vantage, known)
+        return self._rows(rows)
+
+    def _observe_each(self, near: Near, sight: Sight) -> dict[str, float | None]:
+        """p(s_i | o_k) of the objects that beams point at, by samples of the robot belief."""
+        s = self.settings.object_updates
+        robot = sight.robot.thinned(s.robot_samples, self._rng)
+        observed = observe(
+            self._believed,
+            sight.view(near.beams),
+            near.pointed_at,
+            robot,
+            sight.scan.stamp_ns,
+            s.tempering,
+            self.map_error,
+        )
+        self._believed.keep(observed.beliefs.items())
+        return {name: observed.fits.get(name) for name in observed.beliefs}
 
     def _unobserved(self, sight: Sight) -> list[Estimate]:
         """What is believed of the objects that a lost robot thinks it is near."""
         near = self._near(sight, sight.valid).names
-        beliefs = {name: self._believed.at(name, sight.scan.stamp_ns) for name in near}
-        return [
-            row
-            for name, belief in beliefs.items()
-            for row in self._published(name, belief).estimates(None, lost=True)
-        ]
+        beliefs = [self._believed.at(name, sight.scan.stamp_ns) for name in near]
+        return [row for belief in beliefs for row in belief.estimates(None, lost=True)]
 
-    def _drive(self, pose: FloatArray) -> None:
+    def _drive(self, pose: FloatArray, stamp_ns: int) -> None:
         """p(l) <- integral of p(l | a, l') p(l'), for a new odometry reading a."""
         if self._odometry is not None:
             step = between(self._odometry, pose)
             self._driven_m += math.hypot(step[0], step[1])
             if self._track is not None:
-                self._track = self._driven(self._track, step)
-            self._doubt.drive(step)
-        self._odometry = pose
+                seconds = (stamp_ns - self._driven_ns) / NANOSECONDS
+                self._track = self._driven(self._track, step, seconds)
+        self._odometry, self._driven_ns = pose, stamp_ns
 
-    def _driven(self, track: Track, step: FloatArray) -> Track:
+    def _driven(self, track: Track, step: FloatArray, seconds: float) -> Track:
         if not self._localizes_itself:
             return track.moved(track.belief.moved(step))
         error = self.odometry_error
         if self._pose is not None:
             variances = motion_variances(step, self.settings.localization)
-            self._pose.drive(*error.drive(step, variances))
+            self._pose.drive(*error.drive(step, variances), seconds)
             return track.moved(self._pose.belief(self._draws))
         return track.moved(self._localizer.predict(track.belief, step, self._rng, error))
 
@@ -380,38 +467,11 @@ class Estimator:
 
     # --- what the steps need --------------------------------------------------------
 
-    def _forgotten(self, track: Track) -> float:
-        """Share of what robot samples know by themselves that is forgotten since the last scan.
-
-        As the robot drives, the samples' errors become others.
-        """
-        if track.corrected_at is None or self._odometry is None:
-            return 1.0
-        x, y, turned = between(track.corrected_at, self._odometry).tolist()
-        driven = math.hypot(x, y) + LEVER * abs(turned)
-        return -math.expm1(-driven / self.settings.object_updates.correlation_m)
-
     def _sight(self, scan: Scan, robot: PoseBelief) -> Sight:
         return Sight(scan, robot, self._sensing.view(scan), self._believed.surroundings)
 
     def _near(self, sight: Sight, beams: BoolArray) -> Near:
         return sight.near(self.settings.object_updates.max_distance, beams)
-
-    def _observe(
-        self, near: Near, sight: Sight, robot: PoseBelief, names: Sequence[str] | None = None
-    ) -> Observation:
-        """What a scan says of the objects that beams point at, or of some of them, given each robot sample."""
-        names = near.pointed_at if names is None else names
-        return observe(
-            self._believed,
-            sight.view(near.beams),
-            names,
-            robot,
-            sight.scan.stamp_ns,
-            self.settings.object_updates.tempering,
-            self.map_error,
-            scenery=[name for name in near.pointed_at if name not in names],
-        )
 
     def _log_likelihood(
         self, sight: Sight, beams: BoolArray, but: Collection[str] = ()
@@ -436,15 +496,8 @@ class Estimator:
         return [
             row
             for name, fit in fits.items()
-            for row in self._published(name, self._believed.marginals[name]).estimates(fit)
+            for row in self._believed.marginals[name].estimates(fit)
         ]
-
-    def _published(self, name: str, belief: ObjectBelief) -> ObjectBelief:
-        """The belief of somebody who knows that the building's model is off."""
-        if name in self._doors and self.settings.object_updates.inference == "joint":
-            return belief  # the errors are in it
-        factor = self._consistency.factor(belief.item.kind)
-        return self._widened(name, belief, factor, self.map_error)
 
     def _is_linear(self, scan: Scan) -> bool:
         """Whether doors are inferred jointly with the errors of robot and hinges, by outlines."""
@@ -455,9 +508,9 @@ class Estimator:
         """Whether the robot's pose is known to centimetres, so that scans are linear in its error."""
         may = self._localizes_itself and self._is_linear(scan)
         if self._pose is None and may and _is_tight(robot):
-            self._believed.collapse()
             errors = self.settings.building_error, self.settings.beam_model
-            self._pose = PoseFilter(robot, *errors, self._learnt)
+            slips = self.settings.odometry_error.wheel_slips_per_hour
+            self._pose = PoseFilter(robot, *errors, slips, self._learnt)
         elif self._pose is not None and not self._is_narrow(robot):
             self._leave_pose()
         return may and self._pose is not None
@@ -466,101 +519,112 @@ class Estimator:
         """Go on with samples of the pose alone."""
         if self._pose is not None:
             self._learnt, self._pose = self._pose.learnt, None
-            self._believed.collapse()
 
     def _is_narrow(self, robot: PoseBelief) -> bool:
         return robot.position_std <= self.settings.object_updates.max_position_std
 
     # --- lost, and found again ------------------------------------------------------
 
-    def _judged(self, track: Track, sight: Sight) -> Track:
-        """The track with its record of how well it explains scans kept up; a wide one's best pose counts."""
-        s, robot, scan = self.settings.localization, sight.robot, sight.scan
-        beams = evenly_spread(sight.valid, s.max_beams)
-        if not np.count_nonzero(beams):
-            return track
-        view, poses, walls = sight.view(beams), robot.mean[None], sight.walls[None, beams]
-        seen = sight.seen_by(beams)  # what was learnt since may be what made the track fit
-        objects = self._scenery(seen, {name: self._believed.trusted(name) for name in seen})
-        if not self._is_narrow(robot):
-            poses, walls, objects = robot.poses, view.walls(robot.poses), []
-        best, fit = view.best(poses, FIT_BLUR, objects, walls)
-        through = share_through_walls(
-            scan.ranges[beams], np.ascontiguousarray(walls[best]), s.doubt_margin
-        )
-        return track.judged(track.record.judged(through, fit, scan.stamp_ns, s))
-
-    def _found_again(self, track: Track, scan: Scan) -> Track:
-        """While the track is in doubt, search the whole building for a better place.
-
-        The track is given up only for a place that explains the last scans surely better;
-        what was learnt of objects since it last fitted is given up as soon as it is lost.
-        """
-        s, now, doubt = self.settings.localization, scan.stamp_ns, self._doubt
-        fits, is_narrow = track.record.fits(s) and not doubt.is_lost, self._is_narrow(track.belief)
-        if not is_narrow:
-            doubt.blur(track.belief.position_std)
-        elif track.record.may_have_slid:
-            doubt.blur(SLIDE)
-        self._leave_earlier_looks(fits, now)
-        if fits and not (doubt.is_new and is_narrow):
-            if doubt.dispel(now):
-                self._believed.trust()
-            return track
-        if track.record.is_wrong(s) and not doubt.is_lost and doubt.may_search(now):
-            self._search.forget()
-            self._lose(now)
-        found = self._searched(scan, track.belief.mean[None], fits)
-        if found is None:
-            return track
-        match doubt.weigh(found, track.belief.mean, now):
-            case Verdict.HERE:
-                self._search.forget()
-                doubt.settle(now)
-                self._believed.trust()
-            case Verdict.NOT_HERE:
-                self._lose(now)
-            case Verdict.ELSEWHERE:
-                if not doubt.is_lost:
-                    self._lose(now)
-                return self._found(found.poses[0], now)
+    def _weighed(self, track: Track, sight: Sight) -> Track:
+        """The track after this scan has told how probable it is, against others: theirs, if one wins."""
+        robot, scan = track.belief, sight.scan
+        if self._pose is None:
+            self._bank.widen(robot.position_std)
+        if self._odometry is not None and self._is_moment(scan, self._odometry):
+            beams = evenly_spread(
+                self._everywhere.usable(scan), self.settings.localization.max_beams
+            )
+            if beams.any():
+                chance = self._everywhere.chance(scan, beams)
+                told = self._log_evidence(sight, beams)
+                moment = Moment(scan, self._odometry, robot.mean, self._kept)
+                self._bank.take(moment, told, chance)
+                track = self._searched(track, scan, chance.mean)
+        self._bank.publish(_near_mean(track.belief), scan.stamp_ns)
         return track
 
-    def _leave_earlier_looks(self, fits: bool, now_ns: int) -> None:
-        """Once a track that has fitted for a while doesn't any more, the robot may have been taken from where it was."""
-        long = self.settings.localization.doubt_after * NANOSECONDS
-        if fits:
-            self._fits_from_ns = self._fits_from_ns or now_ns
-        elif self._fits_from_ns is not None:
-            if now_ns - self._fits_from_ns >= long:
-                self._search.forget()
-            self._fits_from_ns = None
+    def _is_moment(self, scan: Scan, now: FloatArray) -> bool:
+        """Whether the robot, by its odometry (3,), has moved on, or time passed, since the last moment."""
+        if self._moment is not None:
+            odometry, stamp_ns = self._moment
+            step = between(odometry, now)
+            way, waited = math.hypot(step[0], step[1]), (scan.stamp_ns - stamp_ns) / NANOSECONDS
+            if way < MOMENT_M and abs(step[2]) < MOMENT_RAD and waited < MOMENT_S:
+                return False
+        self._moment = now, scan.stamp_ns
+        return True
 
-    def _lose(self, now_ns: int) -> None:
-        """Say that the robot is lost, and take back what was learnt of objects since it fitted."""
-        self._doubt.rise(now_ns)
-        self.odometry_error.forget()
-        self._believed.go_back()
-        self._leave_pose()
+    def _log_evidence(self, sight: Sight, beams: BoolArray) -> float:
+        """Tempered log p(o) of some beams from where the robot is followed to.
 
-    def _found(self, place: FloatArray, now_ns: int) -> Track:
-        self._doubt.found(now_ns)
-        self._search.forget()
-        self._leave_pose()
-        spread = np.diag(FOUND_STD**2)
-        return Track(self._localizer.start(place, spread, self._rng))
-
-    def _searched(self, scan: Scan, also: FloatArray, fits: bool) -> Hypotheses | None:
-        """Where the robot may be by this scan and those before it, if it is time for a search.
-
-        A new track that ``fits`` is held against other places once looks from several tell them apart.
+        With objects as they were believed before it may have left that place: what was learnt since
+        may be what makes a wrong place explain its scans.
         """
-        if self._odometry is None or not self._search.note(scan, self._odometry):
-            return None
-        is_early = self._doubt.is_new and self._search.looks <= self.settings.search.confirmed
-        if not self._doubt.may_search(scan.stamp_ns) or (fits and is_early):
-            return None
-        return self._search.hypotheses(self._explained, also, self._search_rng)
+        robot, view, tempering = (
+            sight.robot,
+            sight.view(beams),
+            self.settings.localization.tempering,
+        )
+        objects = []
+        if self._is_narrow(robot):
+            objects = self._scenery(sight.seen_by(beams), self._bank.before.beliefs)
+        if self._pose is None:
+            told = tempering * view.pose_log_likelihood(robot.poses, BLUR, objects)
+            return float(np.logaddexp.reduce(told + robot.weights.log))
+        walls = sight.walls[None, beams]
+        told = view.pose_log_likelihood(robot.mean[None], BLUR, objects, walls)
+        return tempering * float(told[0])
+
+    def _searched(self, track: Track, scan: Scan, chance: float) -> Track:
+        """Search the whole building for other places, if they may be likelier; the likeliest is followed."""
+        assert self._odometry is not None
+        look = Look(scan, self._odometry, track.belief.mean, *self._bank.odds, chance)
+        if not self._search.note(look):
+            return track
+        self._bank.looked()
+        if not self._bank.may_search(scan.stamp_ns, self.settings.search.every_s):
+            return track
+        within, robot = SAME, track.belief
+        if self._is_narrow(robot):
+            within = SAME + 2.0 * np.sqrt(np.diagonal(robot.covariance))
+        found = self._search.hypotheses(self._explained, self._search_rng, within)
+        best, is_surer = self._bank.weigh(found, scan.stamp_ns)
+        if not is_surer and (not self.is_lost or self._bank.lost_since_ns is not None):
+            return track
+        place = found.poses[best]
+        kept, since_ns = self._left(place)
+        if not is_surer:
+            self._bank.lose(since_ns)
+            return track
+        self._search.follow(best, since_ns)
+        self._bank.follow(found, best, kept, since_ns)
+        return self._found(place, kept)
+
+    def _left(self, place: FloatArray) -> tuple[Kept, int]:
+        """What was believed before scans spoke for the way that ends in a place (3,), and since when."""
+        moments, gained = self._bank.moments, []
+        for moment in moments:
+            log_likelihood = self._explained(moment.scan)
+            there = compose(place, between(moments[-1].odometry, moment.odometry))
+            new, old = (log_likelihood(each[None], BLUR)[0] for each in (there, moment.followed))
+            gained.append(new - old)
+        first = int(np.cumsum(gained[::-1])[::-1].argmax())
+        last = moments[max(first - 1, 0)]
+        return last.kept, last.stamp_ns + 1
+
+    def _found(self, place: FloatArray, kept: Kept) -> Track:
+        """Follow another place; what was learnt since the robot came there is that of a wrong hypothesis."""
+        self._believed.restore(kept.beliefs)
+        self._leave_pose()
+        self._learnt = kept.learnt
+        self.odometry_error.forget()
+        return Track(self._localizer.start(place, np.diag(FOUND_STD**2), self._rng))
+
+    @property
+    def _kept(self) -> Kept:
+        """What is believed now beside the pose."""
+        learnt = self._learnt if self._pose is None else self._pose.learnt
+        return Kept(dict(self._believed.marginals), learnt)
 
     def _explained(self, scan: Scan) -> LogLikelihood:
         """Tempered log p(o | l) (p,) of a scan, for poses near each other, from each with its own objects."""
@@ -578,17 +642,21 @@ class Estimator:
 
     def _anywhere(self, scan: Scan) -> Track | None:
         """The track of a robot that may be anywhere: where its scans up to this one fit."""
-        now = scan.stamp_ns
-        if self._odometry is None:
+        now, beams = scan.stamp_ns, self._everywhere.usable(scan)
+        if self._odometry is None or not beams.any():
             return None
-        if not self._doubt.is_lost:
-            self._doubt.rise(now)
-        found = self._searched(scan, np.empty((0, 3)), fits=False)
-        if found is None:
+        self._bank.publish(0.0, now)
+        beams = evenly_spread(beams, self.settings.localization.max_beams)
+        chance = self._everywhere.chance(scan, beams).mean
+        if not self._search.note(Look(scan, self._odometry, chance=chance)):
             return self._track
-        if self._doubt.weigh(found, None, now) is Verdict.ELSEWHERE:
+        found = self._search.hypotheses(self._explained, self._search_rng)
+        if self._bank.begin(found):
             self._is_anywhere = False
-            return self._found(found.poses[0], now)
+            self._search.follow(0, 0)
+            track = self._found(found.poses[0], self._kept)
+            self._bank.publish(_near_mean(track.belief), now)
+            return track
         return Track(found.belief(self.settings.localization.max_particles, self._search_rng))
 
     # --- the robot's start ----------------------------------------------------------
@@ -616,19 +684,27 @@ class Estimator:
             belief = PoseBelief(record.poses, Weights.of(record.weights))
         else:
             belief = self._localizer.start(record.mean, record.covariance, self._rng)
-        self._believed.collapse()
         self._leave_pose()
         self.odometry_error.forget()
         self._track = Track(belief)
         self._search.forget()
         if is_start:
-            self._doubt.start_anew(self._now_ns)
+            self._bank.start(self._kept)
+            self._bank.publish(_near_mean(belief), self._now_ns)
 
 
-def _widened(
-    believed: Believed, name: str, belief: ObjectBelief, factor: float, std_m: float
-) -> ObjectBelief:
-    return believed.filters[name].widened(belief, factor, std_m)
+class Kept(NamedTuple):
+    """What a hypothesis of the robot's place believes beside it."""
+
+    beliefs: Mapping[str, ObjectBelief]
+    learnt: Learnt
+
+
+def _near_mean(robot: PoseBelief) -> float:
+    """Probability of a pose within 0.75 m and 20 degrees of the mean."""
+    if robot.position_std <= NEAR and robot.covariance[2, 2] <= NEAR**2:
+        return 1.0
+    return float(robot.weights.values[apart(robot.poses, robot.mean) <= 1.0].sum())
 
 
 def _is_tight(robot: PoseBelief) -> bool:

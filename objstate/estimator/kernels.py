@@ -132,19 +132,3 @@ def evenly_spread(beams: BoolArray, most: int) -> Any:
                 step += 1
             rank += 1
     return kept
-
-
-@_compile
-def share_through_walls(measured: FloatArray, walls: FloatArray, margin: float) -> Any:
-    """Share of returning beams (n,) that measured more than a margin, m, beyond the walls (n,).
-
-    Beams stand in the order of their bearings. The farthest wall of a beam and its
-    two neighbours counts, since beside a corner, or along a wall, a small turn of
-    the robot moves the expected range far.
-    """
-    returns, through, last = 0, 0, measured.shape[0] - 1
-    for i in range(measured.shape[0]):
-        farthest = max(walls[max(i - 1, 0)], walls[i], walls[min(i + 1, last)])
-        returns += np.isfinite(measured[i])
-        through += np.isfinite(measured[i]) & (measured[i] > farthest + margin)
-    return through / returns if returns else 0.0

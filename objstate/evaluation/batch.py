@@ -20,7 +20,7 @@ from objstate.evaluation.states import true_courses
 from objstate.evaluation.summary import StateErrors, summarize_states, unit_of
 from objstate.recording.batches import BatchLog, is_batch, read_logs, read_outcome, result_of
 from objstate.recording.summary import read_summary
-from objstate.recording.tables import check_truth_times, read_estimates, read_truth
+from objstate.recording.tables import check_truth_times, read_states, read_truth
 from objstate.recording.tum import TRAJECTORY, read_tum
 
 if TYPE_CHECKING:
@@ -62,10 +62,13 @@ def evaluate_batch(
     truth: str | Path | None = None,
     against: str | Path | None = None,
     on_log: OnLog | None = None,
+    *,
+    filtered: bool = False,
 ) -> BatchEvaluation:
     """Compare a batch, or one result, with its truth; and with another one of the same logs.
 
-    Of a batch, each log's own truth is taken; ``truth`` (CSV) serves those without one.
+    Of a batch, each log's own truth is taken; ``truth`` (CSV) serves those without one. The states
+    are those given the whole log, or with ``filtered`` those that the robot would have known then.
     Raises ResultError, and TruthError where no log has a truth.
     """
     import polars as pl
@@ -77,7 +80,7 @@ def evaluate_batch(
     if not left:
         raise TruthError(f"No log of {folder} has both a result and a truth; give --truth.")
     for number, log in enumerate(left):
-        judged.append(_judged(folder, log, notes))
+        judged.append(_judged(folder, log, notes, filtered))
         if on_log is not None:
             on_log(number + 1, len(left))
     whole = pl.concat(judged, how="diagonal")
@@ -91,7 +94,7 @@ def evaluate_batch(
         overall=_overall(whole),
         groups=groups(whole),
         calibration=calibrations(whole),
-        against=() if against is None else _against(whole, against, left),
+        against=() if against is None else _against(whole, against, left, filtered),
     )
 
 
@@ -119,14 +122,14 @@ def _usable(folder: str | Path, log: BatchLog) -> bool:
     return log.truth is not None and _result(folder, log) is not None
 
 
-def _plain(folder: str | Path, log: BatchLog) -> pl.DataFrame:
+def _plain(folder: str | Path, log: BatchLog, filtered: bool) -> pl.DataFrame:
     """The judged estimates of one log, without conditions."""
     import polars as pl
 
     result = _result(folder, log)
     if result is None or log.truth is None:
         return pl.DataFrame()
-    truth, estimates = read_truth(log.truth), read_estimates(result)
+    truth, estimates = read_truth(log.truth), read_states(result, filtered=filtered)
     if len(estimates):
         stamps = estimates["stamp"].to_numpy()
         check_truth_times(truth, int(stamps.min()), int(stamps.max()), log.truth)
@@ -134,9 +137,9 @@ def _plain(folder: str | Path, log: BatchLog) -> pl.DataFrame:
     return judged.with_columns(log=pl.lit(log.name)) if len(judged) else judged
 
 
-def _judged(folder: str | Path, log: BatchLog, notes: list[str]) -> pl.DataFrame:
+def _judged(folder: str | Path, log: BatchLog, notes: list[str], filtered: bool) -> pl.DataFrame:
     """The judged estimates of one log with the conditions they were made under."""
-    plain, result = _plain(folder, log), _result(folder, log)
+    plain, result = _plain(folder, log, filtered), _result(folder, log)
     if plain.is_empty() or result is None:
         return plain
     known = no_conditions()
@@ -181,10 +184,10 @@ def _summary(coordinate: str, part: pl.DataFrame) -> StateErrors | None:
 
 
 def _against(
-    this: pl.DataFrame, other: str | Path, logs: Iterable[BatchLog]
+    this: pl.DataFrame, other: str | Path, logs: Iterable[BatchLog], filtered: bool
 ) -> tuple[Difference, ...]:
     """Both by the truths of the first."""
     import polars as pl
 
-    judged = [_plain(other, log) for log in logs]
+    judged = [_plain(other, log, filtered) for log in logs]
     return differences(this, pl.concat([this.clear(), *judged], how="diagonal"))

@@ -21,7 +21,7 @@ from objstate.evaluation.states import (
 from objstate.evaluation.summary import StateErrors, summarize_states, unit_of
 from objstate.evaluation.symmetry import read_symmetry
 from objstate.order import natural_key
-from objstate.recording.tables import check_truth_times, read_estimates, read_truth
+from objstate.recording.tables import check_truth_times, read_states, read_truth
 from objstate.recording.tum import read_path, read_tum
 from objstate.records import TrueState
 
@@ -64,12 +64,15 @@ def evaluate(
     truth: str | Path | None = None,
     path: str | Path | None = None,
     align: bool = False,
+    *,
+    filtered: bool = False,
 ) -> Evaluation:
     """Compare the result in ``folder`` with true states (CSV) and the true path (TUM), where given.
 
     An object is evaluated at the updates that observed it, from the first stamp of
     its truth on; what was taken back because the robot was lost counts among the
-    updates, but not as final. ``align`` moves the estimated path onto the true one first. Raises
+    updates, but not as final. Its states are those given the whole log, where the result has them,
+    or with ``filtered`` those that the robot would have known then. ``align`` moves the estimated path onto the true one first. Raises
     ResultError for a folder that holds no result and TruthError for a truth that can't be used or has
     no object of the result.
     """
@@ -77,7 +80,7 @@ def evaluate(
         evaluation = Evaluation((), (), (), (), (), (), None)
     else:
         evaluation = evaluate_states(
-            read_estimates(folder),
+            read_states(folder, filtered=filtered),
             read_truth(truth),
             read_lost(folder),
             read_symmetry(folder),

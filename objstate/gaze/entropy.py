@@ -67,9 +67,7 @@ def belief_entropy(belief: ObjectBelief) -> float:
     """
     if (belief.cell > 0.0).all():
         return histogram_entropy(belief.weights.values, float(np.prod(belief.cell)))
-    return float(
-        gaussian_entropy(sample_covariance(belief.deviations, belief.standing.weights.values))
-    )
+    return float(gaussian_entropy(sample_covariance(belief.deviations, belief.weights.values)))
 
 
 def sample_covariance(deviations: FloatArray, weights: FloatArray) -> FloatArray:

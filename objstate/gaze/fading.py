@@ -97,7 +97,7 @@ def _known(item: MovableObject, settings: Settings, std_m: float, std_rad: float
     if item.kind is Kind.PLANAR:
         spread = np.array([std_m, std_m, std_rad]) * rng.standard_normal((SAMPLES, 3))
         states = item.home + prior.std + spread
-        return prior.standing.with_samples(states, Weights.uniform(SAMPLES))
+        return prior.with_samples(states, Weights.uniform(SAMPLES))
     std = std_m / (_length(item) / 2.0) if item.kind is Kind.HINGED else std_m
     off = (prior.states[:, 0] - prior.states[len(prior.states) // 2, 0]) / std
     return prior.with_weights(Weights.of(np.exp(-0.5 * off**2) + np.finfo(float).tiny))

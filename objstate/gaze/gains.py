@@ -28,7 +28,7 @@ def gain_of(belief: ObjectBelief) -> Gain:
 
 def _of_furniture(belief: ObjectBelief) -> Gain:
     """Of a Gaussian of the belief's covariance."""
-    covariance = sample_covariance(belief.deviations, belief.standing.weights.values)
+    covariance = sample_covariance(belief.deviations, belief.weights.values)
     return lambda told: float(np.linalg.slogdet(np.eye(3) + covariance @ told)[1]) / 2.0
 
 

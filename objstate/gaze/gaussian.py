@@ -22,6 +22,7 @@ else:
     kernels = Later("objstate.gaze.kernels")
 
 Counting = Literal["every update", "at the end"]
+Counted = Literal["all objects", "own object"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,15 +55,19 @@ def gains_along(
     lengths: IntArray,
     sensor: Sensor,
     counting: Counting = "every update",
+    counted: Counted = "all objects",
 ) -> FloatArray:
     """Expected information gain (a,) in nats of each of some ways (section 5.2).
 
     ``ways`` (a, k, 3) are poses, one a time step, of which the first ``lengths`` (a,) count. At
     each one the beliefs are predicted, and what is in view is updated by a fake measurement
     at its mean with the sensor's variance. A way's gain is the sum of the gains, eq. (6), of
-    ``every update``, or by how much less entropy is left ``at the end`` than without any.
+    ``every update``, or by how much less entropy is left ``at the end`` than without any: of
+    ``all objects``, or of its ``own object`` alone, which is the a-th for the a-th way.
     """
     out = np.empty(len(ways))
+    shape = (len(ways), len(beliefs.means))
+    counts = np.ones(shape, dtype=bool) if counted == "all objects" else np.eye(*shape, dtype=bool)
     kernels.gains_along(
         beliefs.means,
         beliefs.variances,
@@ -74,6 +79,7 @@ def gains_along(
         sensor.field_of_view,
         sensor.sigma**2,
         counting == "at the end",
+        counts,
         out,
     )
     return out

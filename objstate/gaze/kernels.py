@@ -20,12 +20,15 @@ def gains_along(
     field_of_view: float,
     noise: float,
     at_the_end: bool,
+    counted: BoolArray,  # (a, n) which objects count for each way
     out: FloatArray,  # (a,)
 ) -> None:
     """The gains that ``gaussian.gains_along`` describes, nats."""
     for a in range(len(ways)):
         gain = 0.0
         for n in range(len(means)):
+            if not counted[a, n]:
+                continue
             spread = variances[n].copy()
             for k in range(lengths[a]):
                 spread += drift[n]
@@ -48,8 +51,8 @@ def gains_along(
 
 @njit(nogil=True)
 def in_sight(
-    poses: FloatArray,  # (k, 3)
-    bearings: FloatArray,  # (n,) rad, of beams from the middle of the robot
+    poses: FloatArray,  # (k, 3) of the laser
+    bearings: FloatArray,  # (n,) rad, of its beams
     ranges: FloatArray,  # (k, n) m, how far they see
     circles: FloatArray,  # (o, 3) x, y, radius
     reach: FloatArray,  # (o,) m, from a pose to the middles of circles

@@ -65,10 +65,12 @@ class LaserLooks:
         self.sensor = sensor
         self._model = model
         self._robot_std = np.array([looks.robot_std, looks.robot_yaw_std])
-        self._exponent = s.object_updates.tempering * looks.beams_share / looks.variance_factor
+        updates = s.object_updates
+        exponent = 1.0 if updates.inference == "joint" else updates.tempering
+        self._exponent = exponent * looks.beams_share / looks.variance_factor
         self._expected = ExpectedRanges(building)
         rays = sensor.rays()
-        self._bearings = np.arctan2(rays.directions[:, 1], rays.directions[:, 0])
+        self._bearings = np.arctan2(rays.directions[:, 1], rays.directions[:, 0]) - sensor.yaw
         nothing = np.full(len(rays), np.inf)
         self._scan = Scan(0, sensor.name, nothing, rays, sensor.range_min, sensor.range_max)
         self._view: ScanView = Sensing(building, model).view(self._scan)
@@ -127,7 +129,8 @@ class LaserLooks:
         if not through_walls:
             ranges = np.minimum(ranges, self.walls(poses))
         out = np.empty((len(poses), len(circles)), dtype=bool)
-        kernels.in_sight(poses, self._bearings, ranges, circles, reach, out)
+        lasers = self.sensor.poses(poses)
+        kernels.in_sight(lasers, self._bearings, ranges, circles, reach, out)
         return out
 
     def _shift(self, state: FloatArray, pose: FloatArray) -> FloatArray:

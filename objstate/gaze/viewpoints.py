@@ -7,7 +7,8 @@ import numpy as np
 from objstate.building.model import Kind
 from objstate.config import Count, Positive, Strict
 from objstate.gaze.floor import Floor, leaf_ends
-from objstate.geometry import FloatArray, IntArray
+from objstate.gaze.sensors import Sensor
+from objstate.geometry import FloatArray, IntArray, wrap
 from objstate.objects import ObjectBelief
 from objstate.sensing.casters import Caster
 
@@ -35,27 +36,27 @@ def viewpoints(
     belief: ObjectBelief,
     floor: Floor,
     walls: Caster,
-    height: float,
+    sensor: Sensor,
     settings: ViewpointSettings,
     piece: int,
 ) -> tuple[FloatArray, IntArray]:
     """Poses (k, 3) from which to look at an object, no more than the settings' ``places``, and cells.
 
-    They stand in one connected ``piece`` of the free floor, see the object's middle past the walls at ``height`` m,
-    face it, and are as far from one another as can be.
+    They stand in one connected ``piece`` of the free floor, see the object's middle past the walls at the
+    sensor's height, turn the sensor to it, and are as far from one another as can be.
     """
     s, middle = settings, middle_of(belief)
     cells = floor.within(middle - s.farthest, middle + s.farthest)
     distance = np.hypot(*(floor.places[cells] - middle).T)
     ring = (floor.pieces[cells] == piece) & (distance >= s.nearest) & (distance <= s.farthest)
-    ring[ring] = _in_sight(floor.places[cells[ring]], middle, walls, height)
+    ring[ring] = _in_sight(floor.places[cells[ring]], middle, walls, sensor.height)
     if not ring.any():
         return np.zeros((0, 3)), cells[ring]
     cells, distance = cells[ring], distance[ring]
     first = int(np.abs(distance - s.preferred).argmin())
     chosen = cells[_far_apart(floor.places[cells], first, s.places)]
     towards = middle - floor.places[chosen]
-    yaw = np.arctan2(towards[:, 1], towards[:, 0])
+    yaw = wrap(np.arctan2(towards[:, 1], towards[:, 0]) - sensor.yaw)
     return np.column_stack([floor.places[chosen], yaw]), chosen
 
 

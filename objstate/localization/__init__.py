@@ -1,22 +1,28 @@
 """Where is the robot? Monte Carlo localization (section 2.2 of Schulz and Burgard 2001)."""
 
+from objstate.localization.anywhere import Anywhere
 from objstate.localization.belief import PoseBelief
-from objstate.localization.localizer import LEVER, Localizer
+from objstate.localization.carried import Carried, Decorrelation
+from objstate.localization.localizer import Localizer
 from objstate.localization.motion import motion_variances
 from objstate.localization.odometry_error import OdometryError
-from objstate.localization.pose_filter import NOTHING, PoseFilter, Vantage
-from objstate.localization.search import APART, Hypotheses, LogLikelihood, Search, apart
+from objstate.localization.pose_filter import NOTHING, PoseFilter, RangeNoise, Vantage
+from objstate.localization.search import Hypotheses, LogLikelihood, Look, Odds, Search, apart
 
 __all__ = [
-    "APART",
-    "LEVER",
     "NOTHING",
+    "Anywhere",
+    "Carried",
+    "Decorrelation",
     "Hypotheses",
     "Localizer",
     "LogLikelihood",
+    "Look",
+    "Odds",
     "OdometryError",
     "PoseBelief",
     "PoseFilter",
+    "RangeNoise",
     "Search",
     "Vantage",
     "apart",

@@ -77,17 +77,16 @@ class Localizer:
         return PoseBelief(belief.poses, weights)
 
     def renew(
-        self, belief: PoseBelief, rng: np.random.Generator, by_furniture: bool = False
+        self, belief: PoseBelief, rng: np.random.Generator
     ) -> tuple[PoseBelief, IntArray | None]:
         """The belief resampled where few samples carry it, and which samples (n,) were taken.
 
-        None where it was left as it is. ``by_furniture``, samples carry more, and are more.
+        None where it was left as it is.
         """
         s = self.settings
         if belief.weights.effective_size >= s.resample_below * len(belief.weights):
             return belief, None
-        fewest = max(s.min_particles, s.min_particles_by_furniture if by_furniture else 0)
-        return self._resample(belief, fewest, rng)
+        return self._resample(belief, s.min_particles, rng)
 
     def _resample(
         self, belief: PoseBelief, fewest: int, rng: np.random.Generator

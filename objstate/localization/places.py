@@ -83,6 +83,21 @@ class Places:
         )
 
     @staticmethod
+    def some(walls: FloatArray, count: int) -> FloatArray:
+        """Ranges (c, TURNS) m all round from up to ``count`` free places, evenly spread between walls (k, 4)."""
+        if len(walls) == 0:
+            return np.empty((0, TURNS))
+        ends = walls.reshape(-1, 2)
+        corner, size = ends.min(axis=0), np.ptp(ends, axis=0)
+        look_round, ranges = _look_round(ends - corner, size), [np.empty((0, TURNS))]
+        for tried in np.split(np.arange(FIRST_LOOKS), FIRST_LOOKS // count):
+            nearest, _, free = look_round(np.modf(np.outer(tried, EVENLY))[0] * size)
+            ranges.append(nearest[free])
+            if sum(map(len, ranges)) >= count:
+                break
+        return np.concatenate(ranges)[:count]
+
+    @staticmethod
     def none(spacing: float) -> Places:
         """Of a building without walls."""
         unseen = np.empty((0, TURNS))

@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from objstate.config import BeamModelSettings, BuildingErrorSettings
-from objstate.geometry import FloatArray, IntArray, wrapped
+from objstate.geometry import BoolArray, FloatArray, IntArray, wrapped
 from objstate.lazy import Later
 from objstate.localization.belief import PoseBelief
+from objstate.localization.carried import Carried, Clones
 from objstate.localization.motion import Variances
 from objstate.particles import Weights
 from objstate.records import Scan
@@ -28,7 +29,9 @@ else:
     kernels = Later("objstate.localization.pose_kernels")
 
 POSE = 3
-MOUNTING = 3  # x, y, yaw
+LASER = 5  # x, y, yaw; range bias, m; clock, s
+BIAS, CLOCK = 3, 4  # of a laser's errors
+LEAST_S = 0.005  # s of a step of the odometry, from which on it tells the velocity
 SIDEWAYS = 0.25  # of the variance of a step's length, that a step has aside of it
 LEVER = 1.0  # m; a turn by a radian shows other parts of walls as a way of so many metres does
 STANDING = 0.5  # 1/m, density with which an object that may stand somewhere stops a beam
@@ -37,13 +40,33 @@ GRAZING = 0.12  # cosine of incidence below which a range tells next to nothing 
 FEWEST = 3  # beams by which a piece of wall is followed
 FOLLOWED = 40  # pieces of wall at most; those out of reach are left first
 NEAR = 0.02, math.radians(0.5)  # m and rad of deviation, from which one linearization is enough
+SLIPPING = 0.3, 0.3, math.radians(20.0)  # m/s, m/s, rad/s by which odometry is off as wheels slip
+NEGLIGIBLE = 1e-3  # probability of slipping that shifts no linearization
+EVERY = 3  # beam tells of slipping
+SLIP_S = 0.5  # s for which they do, on average
+SECONDS_PER_HOUR = 3600.0
 LEARNT_BEAMS = 4000.0  # beams over which a laser's noise is averaged
 FIRST_BEAMS = 200.0  # beams that the first guess of it counts for
+FIRST_RANGES = np.array((1.0, 5.0))  # m, at which these beams are
+LEAST_STD, MOST_GROWTH = (
+    0.001,
+    0.05,
+)  # m, and share of the range, that ranges are off at least and most
 NOISIEST = 2.0  # times the first guess of a range's deviation; beyond, walls are elsewhere
 FIRST_TOGETHER = 0.5  # correlation of errors that is reckoned with at first
 MOST_TOGETHER = 0.8  # and at most
 FARTHEST = 3.0  # deviations by which a piece counts as off at most: others are no walls
 FIRST_PIECES = 4.0  # pieces of wall that the first guess of their deviation counts for
+
+
+NO_STATE: FloatArray = np.empty((POSE, 0))
+
+
+class RangeNoise(NamedTuple):
+    """The variance of a range r is variance + growth r^2."""
+
+    variance: float  # m^2
+    growth: float
 
 
 class Vantage(NamedTuple):
@@ -53,25 +76,31 @@ class Vantage(NamedTuple):
     origins: FloatArray  # (n, 2) m
     directions: FloatArray  # (n, 2) unit vectors
     covariance: FloatArray  # (3, 3) of the pose that the beams leave from
-    variance: float  # m^2 of a range
+    noise: RangeNoise
     independence: float = 1.0  # exponent on the likelihood of a beam, as errors go together
+    bias: float = 0.0  # m by which ranges are too long
+    jacobian: FloatArray = NO_STATE  # (3, m) of that pose by the state of the filter that tells it
 
     @staticmethod
-    def of(robot: PoseBelief, scan: Scan, variance: float) -> Vantage:
+    def of(robot: PoseBelief, scan: Scan, noise: RangeNoise) -> Vantage:
         """By a belief of the pose alone, with lasers where they are said to be."""
         yaw = float(robot.mean[2])
         heading = np.array(((math.cos(yaw), math.sin(yaw)), (-math.sin(yaw), math.cos(yaw))))
         origins = scan.rays.origins[:, :2] @ heading + robot.mean[:2]
         directions = scan.rays.directions[:, :2] @ heading
-        return Vantage(robot.mean[:2], origins, directions, robot.covariance, variance)
+        return Vantage(robot.mean[:2], origins, directions, robot.covariance, noise)
 
 
 class Learnt(NamedTuple):
     """What a filter knows of robot and building that outlasts its pose."""
 
-    mountings: dict[str, tuple[FloatArray, FloatArray]]  # by laser: mean (3,), covariance (3, 3)
-    noise: dict[str, FloatArray]  # by laser: sums of squared residuals, m^2, of beams, and of
-    # products and squares of residuals with those before, and with their neighbours'
+    lasers: dict[
+        str, tuple[FloatArray, FloatArray]
+    ]  # errors by laser: mean (5,), covariance (5, 5)
+    noise: dict[
+        str, FloatArray
+    ]  # by laser: sums (5,) of the least squares fit of ``RangeNoise``, and
+    # (4,) products and squares of residuals with those before, and with their neighbours'
     pieces: tuple[float, float]  # sums of squared offsets, m^2, and of pieces
 
 
@@ -79,23 +108,30 @@ NOTHING = Learnt({}, {}, (0.0, 0.0))
 
 
 class PoseFilter:
-    """Pose, mountings and walls' offsets of a robot whose pose is known well enough to linearize."""
+    """Pose, lasers' errors and walls' offsets of a robot whose pose is known well enough to linearize."""
 
     def __init__(
         self,
         belief: PoseBelief,
         error: BuildingErrorSettings,
         beam_model: BeamModelSettings,
+        slips_per_hour: float,
         learnt: Learnt = NOTHING,
     ) -> None:
         self._error = error
         self._beams = beam_model
-        self._mean = belief.mean.copy()  # (m,) pose, mountings, offsets of walls
+        self._mean = belief.mean.copy()  # (m,) pose, errors of lasers, offsets of walls
         self._covariance = belief.covariance.copy()
-        self._mountings: dict[str, int] = {}  # by laser, the first of its columns
+        self._slip_rate = slips_per_hour / SECONDS_PER_HOUR  # 1/s
+        self._slips, self._since = 0.0, 0.0  # probability that wheels do; s since the last scan
+        self._velocity = np.zeros(POSE)  # m/s, m/s, rad/s in the robot's frame
+        self._clones = Clones()
+        self._clones.extend(POSE)
+        self._lasers: dict[str, int] = {}  # by laser, the first of its columns
         self._pieces: dict[tuple[float, int], int] = {}  # by height and number, its column
         self._learnt = learnt
         self._noise = dict(learnt.noise)
+        self._known_noise: dict[str, tuple[RangeNoise, float]] = {}  # what that says
         self._residuals: dict[str, FloatArray] = {}  # (n,) of each laser's last scan
 
     @property
@@ -119,11 +155,11 @@ class PoseFilter:
     @property
     def learnt(self) -> Learnt:
         """What outlasts the pose."""
-        mountings = dict(self._learnt.mountings)
-        for laser, first in self._mountings.items():
-            own = slice(first, first + MOUNTING)
-            mountings[laser] = self._mean[own].copy(), self._covariance[own, own].copy()
-        return Learnt(mountings, dict(self._noise), self._walls)
+        lasers = dict(self._learnt.lasers)
+        for laser, first in self._lasers.items():
+            own = slice(first, first + LASER)
+            lasers[laser] = self._mean[own].copy(), self._covariance[own, own].copy()
+        return Learnt(lasers, dict(self._noise), self._walls)
 
     def belief(self, draws: FloatArray) -> PoseBelief:
         """The pose by samples that stand at fixed ``draws`` (n, 3) of a standard normal distribution."""
@@ -132,16 +168,22 @@ class PoseFilter:
         poses[:, 2] = (poses[:, 2] + math.pi) % (2.0 * math.pi) - math.pi
         return PoseBelief(poses, Weights.uniform(len(poses)))
 
-    def drive(self, step: FloatArray, variances: Variances) -> None:
-        """The odometry moved by ``step`` (3,) in the robot's frame, with ``variances``."""
+    def drive(self, step: FloatArray, variances: Variances, seconds: float) -> None:
+        """The odometry moved by ``step`` (3,) in the robot's frame, with ``variances``, in so many seconds."""
+        if seconds >= LEAST_S:
+            self._velocity = step / seconds
+        self._since += seconds
+        starts = -math.expm1(-self._slip_rate * seconds)
+        self._slips = starts + (math.exp(-seconds / SLIP_S) - starts) * self._slips
         ahead, left, turn = step.tolist()
-        way, heading = math.hypot(ahead, left), float(self._mean[2]) + turn / 2.0
+        way, heading = math.hypot(ahead, left), float(self._mean[2])
         cos, sin = math.cos(heading), math.sin(heading)
         dx, dy = cos * ahead - sin * left, sin * ahead + cos * left
         self._mean[:POSE] += dx, dy, turn
         p = self._covariance
         p[:2] += np.outer((-dy, dx), p[2])
         p[:, :2] += np.outer(p[:, 2], (-dy, dx))
+        self._clones.cross[:2] += np.outer((-dy, dx), self._clones.cross[2])
         along = np.array((dx, dy)) / max(way, 1e-12)
         aside = np.array((-along[1], along[0]))
         p[:2, :2] += variances.length * (np.outer(along, along) + SIDEWAYS * np.outer(aside, aside))
@@ -152,24 +194,32 @@ class PoseFilter:
 
     def vantage(self, scan: Scan) -> Vantage:
         """From where a scan's beams leave."""
-        origins, directions, laser = self._beams_of(scan)
-        first, cos, sin = self._mounting(scan.laser), *self._heading
-        x, y = laser - self._mean[:2]
-        moved = np.zeros((POSE, len(self._mean)))
-        moved[:, :POSE] = np.eye(POSE)
-        moved[:2, first : first + 2] = (cos, -sin), (sin, cos)
-        moved[:, first + 2] = y, -x, 1.0
-        covariance = moved @ self._covariance @ moved.T
-        place = self._mean[:2].copy()
-        noise = self.noise_variance(scan.laser), self.independence(scan.laser)
-        return Vantage(place, origins, directions, covariance, *noise)
+        pose, origins, directions, laser = self._beams_of(scan)
+        first, (cos, sin) = self._laser(scan.laser), _heading(pose)
+        x, y = laser - pose[:2]
+        jacobian = np.zeros((POSE, len(self._mean)))
+        jacobian[:, :POSE] = np.eye(POSE)
+        jacobian[:2, first : first + 2] = (cos, -sin), (sin, cos)
+        jacobian[:, first + 2] = y, -x, 1.0
+        jacobian[:, first + CLOCK] = self._moving
+        return Vantage(
+            pose[:2],
+            origins,
+            directions,
+            jacobian @ self._covariance @ jacobian.T,
+            self.range_noise(scan.laser),
+            self.independence(scan.laser),
+            float(self._mean[first + BIAS]),
+            jacobian,
+        )
 
-    def noise_variance(self, laser: str) -> float:
-        """m^2 of a laser's ranges, by those seen so far."""
-        squares, count = self._sums(laser)[:2].tolist()
-        first = self._error.range_std_m**2
-        variance = (FIRST_BEAMS * first + squares) / (FIRST_BEAMS + count)
-        return float(min(variance, NOISIEST**2 * first))
+    def carried(self, name: str, vantage: Vantage) -> Carried:
+        """What is left of the error with which an object was seen last, now that it is seen from here."""
+        return self._clones.renew(name, vantage.jacobian, self._covariance)
+
+    def range_noise(self, laser: str) -> RangeNoise:
+        """How noisy a laser's ranges are, by those seen so far: weighted least squares of squared errors."""
+        return self._noises(laser)[0]
 
     def independence(self, laser: str) -> float:
         """How many independent errors there are for each beam of a laser, as far as can be told.
@@ -178,113 +228,187 @@ class PoseFilter:
         where walls are rough, or the model has them smoother than they are. If they are chains with
         correlations c, n of them tell as much as n (1 - c) / (1 + c) that are independent.
         """
-        products, squares = self._sums(laser)[2::2], self._sums(laser)[3::2]
-        together = (products + FIRST_TOGETHER * FIRST_BEAMS) / (squares + FIRST_BEAMS)
-        together = np.clip(together, 0.0, MOST_TOGETHER)
-        return float(np.prod((1.0 - together) / (1.0 + together)))
+        return self._noises(laser)[1]
 
-    def _sums(self, laser: str) -> FloatArray:
-        return self._noise.get(laser, np.zeros(6))
+    def _noises(self, laser: str) -> tuple[RangeNoise, float]:
+        if laser not in self._known_noise:
+            sums = self._noise.get(laser, np.zeros(9))
+            self._known_noise[laser] = self._noise_of(sums[:5]), _independence(sums[5:])
+        return self._known_noise[laser]
+
+    def _noise_of(self, sums: FloatArray) -> RangeNoise:
+        first = self._error.range_std_m**2
+        one, square, fourth, error, both = (sums + FIRST_BEAMS * _first_sums(first)).tolist()
+        growth = (one * both - square * error) / (one * fourth - square * square)
+        growth = min(max(growth, 0.0), MOST_GROWTH**2)
+        variance = (error - growth * square) / one
+        return RangeNoise(min(max(variance, LEAST_STD**2), NOISIEST**2 * first), growth)
 
     def correct(self, scan: Scan, surfaces: Surfaces, most: FloatArray, entered: FloatArray) -> int:
         """Take in how far a scan's beams, that meet walls before ``most`` (n,) m, reach; how many did.
 
         Beyond the ranges at which beams are ``entered`` (n,) m, objects may stand.
 
-        Linearized about the mean, and once more about the next one while the pose is wide.
+        Linearized about the mean; while the pose is wide, and as far as wheels have slipped, once
+        more about the next one.
         """
-        prior_mean, prior = self._mean, self._covariance
-        before = math.sqrt(max(prior[0, 0], prior[1, 1])), math.sqrt(prior[2, 2])
-        looks = 1 if before[0] <= NEAR[0] and before[1] <= NEAR[1] else 2
-        used, sums, residuals = scan.valid.copy(), np.zeros(2), np.empty(len(scan))
-        for look in range(looks):
-            origins, directions, laser = self._beams_of(scan)
-            ranges, numbers = surfaces.meet(origins, directions, scan.range_max)
-            row = np.empty((len(scan), kernels.COLUMNS))
-            kernels.rows(
-                surfaces.normals,
-                numbers,
-                ranges,
-                origins,
-                directions,
-                self._mean[:POSE],
-                laser,
-                row,
-            )
-            if look == 0:
-                within = np.minimum(most, scan.range_max)
-                kernels.surely_met(used, scan.ranges, ranges, numbers, row, within, EDGE, GRAZING)
-                if not used.any():
-                    return 0
-                self._follow(scan, numbers[used])
-                prior_mean, prior = self._mean, self._covariance
-            else:
-                used &= numbers >= 0
-            columns, offsets = self._columns(scan, numbers)
-            off, count = self._mean - prior_mean, len(prior_mean)
-            information, gradient = np.zeros((count, count)), np.zeros(count)
-            sums[:] = 0.0
-            kernels.gather(
+        seen, used = self._meet(scan, surfaces), scan.valid.copy()
+        within = np.minimum(most, scan.range_max)
+        kernels.surely_met(
+            used, scan.ranges, seen.ranges, seen.numbers, seen.row, within, EDGE, GRAZING
+        )
+        if not used.any():
+            return 0
+        self._follow(scan, seen.numbers[used])
+        mean, gripping = self._mean, self._covariance
+        is_wide = (
+            max(gripping[0, 0], gripping[1, 1]) > NEAR[0] ** 2 or gripping[2, 2] > NEAR[1] ** 2
+        )
+        slipping = (np.array(SLIPPING) * min(self._since, 1.0)) ** 2
+        if self._slips > 0.0:
+            columns, offsets = self._columns(scan, seen.numbers)
+            self._slips = kernels.slipped(
                 used,
+                EVERY,
                 scan.ranges,
-                ranges,
+                seen.ranges,
                 entered,
-                row,
+                seen.row,
                 columns,
-                off,
                 offsets,
-                self._covariance,
-                *self._shares(scan.range_max),
-                STANDING,
-                self.noise_variance(scan.laser),
-                self.wall_std**2,
-                self.independence(scan.laser),
-                information,
-                gradient,
-                sums,
-                residuals,
+                gripping,
+                *self._densities(scan),
+                slipping,
+                self._slips,
             )
-            surely = np.eye(count) + information @ prior
-            found = np.linalg.solve(surely, np.column_stack([gradient, information @ prior]))
-            mean, covariance = prior_mean + prior @ found[:, 0], prior - prior @ found[:, 1:]
-            self._mean, self._covariance = mean, 0.5 * (covariance + covariance.T)
-        self._learn_noise(scan.laser, sums, residuals)
+        prior = gripping.copy()
+        prior[range(POSE), range(POSE)] += self._slips * slipping
+        taken = self._take(scan, seen, used, entered, np.zeros(len(mean)), prior, prior)
+        if is_wide or self._slips > NEGLIGIBLE:
+            self._mean = mean + taken.shift
+            seen = self._meet(scan, surfaces)
+            used &= seen.numbers >= 0
+            gate = taken.left @ prior
+            taken = self._take(scan, seen, used, entered, taken.shift, prior, gate)
+        covariance = taken.left @ prior
+        self._covariance = 0.5 * (covariance + covariance.T)
+        self._mean = mean + taken.shift
+        self._clones.transform(taken.left)
+        self._since = 0.0
+        self._learn_noise(scan.laser, taken)
         return int(np.count_nonzero(used))
+
+    def _meet(self, scan: Scan, surfaces: Surfaces) -> _Met:
+        """Which walls a scan's beams meet, by the mean."""
+        pose, origins, directions, laser = self._beams_of(scan)
+        ranges, numbers = surfaces.meet(origins, directions, scan.range_max)
+        ranges += self._mean[self._laser(scan.laser) + BIAS]
+        row = np.empty((len(scan), kernels.COLUMNS))
+        kernels.rows(
+            surfaces.normals,
+            numbers,
+            ranges,
+            origins,
+            directions,
+            pose,
+            laser,
+            self._moving,
+            row,
+        )
+        return _Met(ranges, numbers, row)
+
+    def _take(
+        self,
+        scan: Scan,
+        seen: _Met,
+        used: BoolArray,
+        entered: FloatArray,
+        off: FloatArray,
+        prior: FloatArray,
+        gate: FloatArray,
+    ) -> _Taken:
+        """The ``used`` beams (n,) taken in, linearized ``off`` (m,) from the prior's mean, where they meet walls.
+
+        The prior's covariance is (m, m). What beams say counts by the probability that they hit, if the
+        state had the covariance ``gate`` (m, m).
+        """
+        columns, offsets = self._columns(scan, seen.numbers)
+        count = len(off)
+        information, gradient = np.zeros((count, count)), np.zeros(count)
+        sums, residuals = np.zeros(5), np.empty(len(scan))
+        kernels.gather(
+            used,
+            scan.ranges,
+            seen.ranges,
+            entered,
+            seen.row,
+            columns,
+            off,
+            offsets,
+            gate,
+            *self._densities(scan),
+            information,
+            gradient,
+            sums,
+            residuals,
+        )
+        left = np.asarray(np.linalg.inv(np.eye(count) + prior @ information))
+        shift = left @ (prior @ gradient)
+        return _Taken(left, shift, sums, residuals)
+
+    def _densities(
+        self, scan: Scan
+    ) -> tuple[float, float, float, float, float, float, float, float]:
+        """Of a range, as the loops take them."""
+        return (
+            *self._shares(scan.range_max),
+            STANDING,
+            *self.range_noise(scan.laser),
+            self.wall_std**2,
+            self.independence(scan.laser),
+        )
 
     # --- the state's parts ----------------------------------------------------------
 
     @property
-    def _heading(self) -> tuple[float, float]:
-        yaw = float(self._mean[2])
-        return math.cos(yaw), math.sin(yaw)
+    def _moving(self) -> FloatArray:
+        """(3,) m/s, m/s, rad/s of the robot in the building."""
+        cos, sin = _heading(self._mean)
+        ahead, left, turning = self._velocity.tolist()
+        return np.array((cos * ahead - sin * left, sin * ahead + cos * left, turning))
 
-    def _beams_of(self, scan: Scan) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Origins and directions (n, 2) of a scan's beams, and the laser's place (2,), by the mean."""
-        first, (cos, sin) = self._mounting(scan.laser), self._heading
-        x, y, yaw = self._mean[first : first + MOUNTING].tolist()
+    def _beams_of(self, scan: Scan) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """By the mean: the robot's pose (3,) as a scan was taken, origins and directions (n, 2) of its beams, and the laser's place (2,)."""
+        first = self._laser(scan.laser)
+        x, y, yaw, _, clock = self._mean[first : first + LASER].tolist()
+        pose = self._mean[:POSE] + clock * self._moving
+        cos, sin = _heading(pose)
         own, middle = scan.rays.origins[:, :2], scan.rays.origins[:, :2].mean(axis=0)
         turned = np.array(((math.cos(yaw), math.sin(yaw)), (-math.sin(yaw), math.cos(yaw))))
         heading = np.array(((cos, sin), (-sin, cos)))
         place = middle + np.array((x, y))
-        origins = ((own - middle) @ turned + place) @ heading + self._mean[:2]
+        origins = ((own - middle) @ turned + place) @ heading + pose[:2]
         directions = scan.rays.directions[:, :2] @ (turned @ heading)
-        return origins, directions, place @ heading + self._mean[:2]
+        return pose, origins, directions, place @ heading + pose[:2]
 
-    def _mounting(self, laser: str) -> int:
-        """The first column of a laser's mounting, which is added when it is first asked for."""
-        if laser not in self._mountings:
+    def _laser(self, laser: str) -> int:
+        """The first column of a laser's errors, which are added when they are first asked for."""
+        if laser not in self._lasers:
             e = self._error
-            std = np.array((e.laser_std_m, e.laser_std_m, math.radians(e.laser_yaw_std_deg)))
-            mean, covariance = self._learnt.mountings.get(laser, (np.zeros(3), np.diag(std**2)))
-            self._mountings[laser] = len(self._mean)
+            yaw_std = math.radians(e.laser_yaw_std_deg)
+            place = e.laser_std_m, e.laser_std_m, yaw_std
+            std = np.array((*place, e.range_bias_std_m, e.clock_std_s))
+            mean, covariance = self._learnt.lasers.get(laser, (np.zeros(LASER), np.diag(std**2)))
+            self._lasers[laser] = len(self._mean)
             self._append(mean, covariance)
-        return self._mountings[laser]
+        return self._lasers[laser]
 
     def _append(self, mean: FloatArray, covariance: FloatArray) -> None:
         before, count = len(self._mean), len(self._mean) + len(mean)
         both = np.zeros((count, count))
         both[:before, :before], both[before:, before:] = self._covariance, covariance
         self._mean, self._covariance = np.append(self._mean, mean), both
+        self._clones.extend(len(mean))
 
     def _follow(self, scan: Scan, numbers: IntArray) -> None:
         """Follow the offsets of pieces that enough beams (k,) meet; leave some where they are too many."""
@@ -307,8 +431,9 @@ class PoseFilter:
         place = {column: k for k, column in enumerate(kept)}
         self._mean = self._mean[kept]
         self._covariance = np.ascontiguousarray(self._covariance[np.ix_(kept, kept)])
+        self._clones.select(kept)
         self._pieces = {piece: place[column] for piece, column in self._pieces.items()}
-        self._mountings = {laser: place[column] for laser, column in self._mountings.items()}
+        self._lasers = {laser: place[column] for laser, column in self._lasers.items()}
 
     @property
     def _walls(self) -> tuple[float, float]:
@@ -331,11 +456,12 @@ class PoseFilter:
 
     def _columns(self, scan: Scan, numbers: IntArray) -> tuple[IntArray, FloatArray]:
         """Which of the state's columns (n, 7) tell of each beam, and the offset (n,) of the wall that it meets."""
-        height, first = float(scan.rays.origins[0, 2]), self._mounting(scan.laser)
+        height, first = float(scan.rays.origins[0, 2]), self._laser(scan.laser)
         columns = np.empty((len(numbers), kernels.COLUMNS), dtype=np.int64)
-        columns[:, :POSE], columns[:, POSE:6] = range(POSE), range(first, first + MOUNTING)
-        columns[:, 6] = [self._pieces.get((height, k), -1) for k in numbers.tolist()]
-        return columns, np.where(columns[:, 6] >= 0, self._mean[columns[:, 6]], 0.0)
+        columns[:, :POSE] = range(POSE)
+        columns[:, POSE:-1] = range(first, first + LASER)
+        columns[:, -1] = [self._pieces.get((height, k), -1) for k in numbers.tolist()]
+        return columns, np.where(columns[:, -1] >= 0, self._mean[columns[:, -1]], 0.0)
 
     def _let_walls_be_others(self, kept: float) -> None:
         columns = list(self._pieces.values())
@@ -344,6 +470,7 @@ class PoseFilter:
         self._mean[columns] *= kept
         self._covariance[columns] *= kept
         self._covariance[:, columns] *= kept
+        self._clones.scale(columns, kept)
         self._covariance[columns, columns] += (1.0 - kept**2) * self.wall_std**2
 
     def _shares(self, range_max: float) -> tuple[float, float, float]:
@@ -353,12 +480,49 @@ class PoseFilter:
         random = max(s.z_rand / total / range_max, 1e-9)
         return s.z_hit / total, random, s.z_short / total * s.lambda_short
 
-    def _learn_noise(self, laser: str, sums: FloatArray, residuals: FloatArray) -> None:
+    def _learn_noise(self, laser: str, taken: _Taken) -> None:
         """Take in how far ranges were off, and how much that goes together; what is old fades."""
-        found = np.concatenate([sums, np.zeros(4)])
+        found, residuals = np.concatenate([taken.sums, np.zeros(4)]), taken.residuals
         before = self._residuals.get(laser)
         if before is not None and len(before) == len(residuals):
-            kernels.agreement(residuals, before, found[2:])
+            kernels.agreement(residuals, before, found[5:])
         self._residuals[laser] = residuals
-        total = self._sums(laser) + found
-        self._noise[laser] = min(LEARNT_BEAMS / max(float(total[1]), 1.0), 1.0) * total
+        total = self._noise.get(laser, np.zeros(9)) + found
+        self._known_noise.pop(laser, None)
+        self._noise[laser] = min(LEARNT_BEAMS / max(float(total[8]), 1.0), 1.0) * total
+
+
+class _Met(NamedTuple):
+    """Which walls beams meet."""
+
+    ranges: FloatArray  # (n,) m that are expected
+    numbers: IntArray  # (n,) of the pieces
+    row: FloatArray  # (n, 9) how they change with the state's columns
+
+
+class _Taken(NamedTuple):
+    """The posterior of the state after a scan."""
+
+    left: FloatArray  # (m, m) what is left of the prior's errors
+    shift: FloatArray  # (m,) of the mean
+    sums: FloatArray  # (5,) of the fit of ``RangeNoise``
+    residuals: FloatArray  # (n,) in deviations
+
+
+def _independence(sums: FloatArray) -> float:
+    """By sums (4,) of products and squares of residuals, with those before and with their neighbours'."""
+    together = (sums[::2] + FIRST_TOGETHER * FIRST_BEAMS) / (sums[1::2] + FIRST_BEAMS)
+    together = np.clip(together, 0.0, MOST_TOGETHER)
+    return float(np.prod((1.0 - together) / (1.0 + together)))
+
+
+def _heading(pose: FloatArray) -> tuple[float, float]:
+    yaw = float(pose[2])
+    return math.cos(yaw), math.sin(yaw)
+
+
+def _first_sums(variance: float) -> FloatArray:
+    """(5,) sums that one beam of a ``variance`` in m^2, at the ``FIRST_RANGES`` by turns, adds to the fit."""
+    squares = FIRST_RANGES**2
+    sums = np.array([1.0, squares.mean(), (squares**2).mean(), variance, variance * squares.mean()])
+    return np.asarray(sums / variance**2)

@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
-from objstate.compiling import njit
+from objstate.compiling import inner, njit
 from objstate.geometry import BoolArray, FloatArray, IntArray
+from objstate.linear import solve
 
-COLUMNS = 7  # of a beam: pose x, y, yaw; mounting x, y, yaw; the wall's offset
-OFFSET = 6
+# of a beam: pose x, y, yaw; the laser's x, y, yaw, range bias and clock; the wall's offset
+COLUMNS = 9
+OFFSET = 8
+SURELY_HIT = 3.0  # deviations by which a range may be off that tells how noisy ranges are
+CUT_OFF = 0.973  # mean square of a standard normal variable that is smaller than that
 ROOT_TAU = math.sqrt(2.0 * math.pi)
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
+_inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
 
 
 @_compile
@@ -25,12 +31,14 @@ def rows(
     directions: FloatArray,
     pose: FloatArray,
     laser: FloatArray,
+    velocity: FloatArray,
     out: FloatArray,
 ) -> None:
-    """How each range changes with the robot's pose, the laser's mounting and the wall's offset, ``out`` (n, 7).
+    """How each range changes with the robot's pose, the laser's errors and the wall's offset, ``out`` (n, 9).
 
     Beams from ``origins`` (n, 2), in ``directions`` (n, 2), meet walls of ``normals`` (k, 2) by their ``numbers`` (n,)
-    at ``ranges`` (n,). The robot stands at a ``pose`` (3,), the laser at a place ``laser`` (2,).
+    at ``ranges`` (n,). The robot stands at a ``pose`` (3,) that changes
+    by ``velocity`` (3,) m/s and rad/s, the laser at a place ``laser`` (2,).
     """
     cos, sin = math.cos(pose[2]), math.sin(pose[2])
     for i in range(out.shape[0]):
@@ -47,6 +55,8 @@ def rows(
         out[i, 3] = -(nx * cos + ny * sin) / cosine
         out[i, 4] = -(ny * cos - nx * sin) / cosine
         out[i, 5] = (nx * (y - laser[1]) - ny * (x - laser[0])) / cosine
+        out[i, 6] = 1.0
+        out[i, 7] = out[i, 0] * velocity[0] + out[i, 1] * velocity[1] + out[i, 2] * velocity[2]
         out[i, OFFSET] = 1.0 / cosine
 
 
@@ -66,6 +76,7 @@ def gather(
     short: float,
     standing: float,
     variance: float,
+    growth: float,
     wall_variance: float,
     independence: float,
     information: FloatArray,
@@ -76,11 +87,12 @@ def gather(
     """Add what ``used`` beams (n,) say to the ``information`` (m, m) and the ``gradient`` (m,) about the prior mean.
 
     Ranges were ``measured`` (n,) where ``ranges`` (n,) are expected at the present mean, which is ``off`` (m,) from the prior
-    mean; they change by ``row`` (n, 7) with the state's ``columns`` (n, 7), of which the last is -1 for walls whose
+    mean; they change by ``row`` (n, 9) with the state's ``columns`` (n, 9), of which the last is -1 for walls whose
     ``offsets`` (n,) aren't followed. Beyond the range at which a beam is ``entered`` (n,), an object may stop it, with a
-    density ``standing``, 1/m. A beam counts by the probability that the wall stopped it, by the state's
-    ``covariance`` (m, m), times the ``independence`` of its error. ``sums`` (2,) are of squared residuals, and of these
-    probabilities; ``residuals`` (n,) are in deviations, not a number where something else stopped the beam.
+    density ``standing``, 1/m. The variance of a range r is ``variance`` + ``growth`` r^2. A beam counts by the probability that the wall stopped it, by the state's
+    ``covariance`` (m, m), times the ``independence`` of its error. ``sums`` (5,) are those of a weighted least squares fit
+    of squared errors to that, over beams that are off by less than ``SURELY_HIT`` deviations; ``residuals`` (n,) are
+    in deviations, not a number for other beams.
     """
     for i in range(used.shape[0]):
         residuals[i] = np.nan
@@ -88,7 +100,9 @@ def gather(
             continue
         count = COLUMNS if columns[i, OFFSET] >= 0 else OFFSET
         residual = measured[i] - ranges[i] - row[i, OFFSET] * offsets[i]
-        own, predicted, back = variance, 0.0, 0.0
+        square = ranges[i] * ranges[i]
+        noise = variance + growth * square
+        own, predicted, back = noise, 0.0, 0.0
         if count == OFFSET:
             own += row[i, OFFSET] * row[i, OFFSET] * wall_variance
         for a in range(count):
@@ -109,11 +123,130 @@ def gather(
             gradient[columns[i, a]] += weight * row[i, a] * (residual + back)
             for b in range(count):
                 information[columns[i, a], columns[i, b]] += weight * row[i, a] * row[i, b]
-        if share > 0.5:
-            residuals[i] = residual / math.sqrt(own)
+        if residual * residual > SURELY_HIT * SURELY_HIT * spread:
+            continue
+        residuals[i] = residual / math.sqrt(spread)
         if count == COLUMNS and not beyond:
-            sums[0] += share * (residual * residual + predicted)
-            sums[1] += share
+            weight, error = share / (noise * noise), residual * residual / CUT_OFF
+            sums[0] += weight
+            sums[1] += weight * square
+            sums[2] += weight * square * square
+            sums[3] += weight * error
+            sums[4] += weight * square * error
+
+
+@_inner
+def _evidence_of_pose(  # noqa: PLR0912
+    residuals: FloatArray,
+    own: FloatArray,
+    row: FloatArray,
+    other: FloatArray,
+    hit: float,
+    independence: float,
+    prior: FloatArray,
+) -> Any:
+    """log p(beams) of a pose with a prior covariance (3, 3), by Laplace's approximation after two linearizations.
+
+    ``residuals`` (n,) are those at the prior's mean, with variances ``own`` (n,); they change by ``row`` (n, 9).
+    What else stops beams has densities ``other`` (n, 2), of longer and of shorter ranges.
+    """
+    shift, gate = np.zeros(3), prior.copy()
+    both, right = np.empty((3, 3)), np.empty((3, 4))
+    information, gradient, total, pull = np.zeros((3, 3)), np.zeros(3), 0.0, 0.0
+    for step in range(3):
+        total = 0.0
+        for a in range(3):
+            gradient[a] = 0.0
+            for b in range(3):
+                information[a, b] = 0.0
+        for i in range(residuals.shape[0]):
+            h, back, spread = row[i], 0.0, own[i]
+            for a in range(3):
+                back += h[a] * shift[a]
+                for b in range(3):
+                    spread += h[a] * gate[a, b] * h[b] if step < 2 else 0.0
+            residual = residuals[i] - back
+            density = hit * math.exp(-0.5 * residual * residual / spread)
+            density /= ROOT_TAU * math.sqrt(spread)
+            rest = other[i, 1] if residual < 0.0 else other[i, 0]
+            total += math.log(density + rest)
+            weight = independence * density / (density + rest) / own[i]
+            for a in range(3):
+                gradient[a] += weight * h[a] * residuals[i]
+                for b in range(3):
+                    information[a, b] += weight * h[a] * h[b]
+        for a in range(3):
+            right[a, 3] = 0.0
+            for b in range(3):
+                both[a, b], right[a, b] = (1.0 if a == b else 0.0), prior[a, b]
+                right[a, 3] += prior[a, b] * gradient[b]
+                for k in range(3):
+                    both[a, b] += prior[a, k] * information[k, b]
+        log_determinant = solve(both, right)
+        if step == 2:
+            break
+        pull = 0.0
+        for a in range(3):
+            shift[a] = right[a, 3]
+            for b in range(3):
+                gate[a, b] = right[a, b]
+        for a in range(3):
+            pull += shift[a] * gradient[a]
+            for b in range(3):
+                pull -= shift[a] * information[a, b] * shift[b]
+    return independence * total - 0.5 * (pull + log_determinant)
+
+
+@_compile
+def slipped(
+    used: BoolArray,
+    every: int,
+    measured: FloatArray,
+    ranges: FloatArray,
+    entered: FloatArray,
+    row: FloatArray,
+    columns: IntArray,
+    offsets: FloatArray,
+    covariance: FloatArray,
+    hit: float,
+    random: float,
+    short: float,
+    standing: float,
+    variance: float,
+    growth: float,
+    wall_variance: float,
+    independence: float,
+    slipping: FloatArray,
+    slips: float,
+) -> float:
+    """Probability that wheels slipped before a scan, which adds variances ``slipping`` (3,) to those of the pose.
+
+    Before the scan it was ``slips``. Told by one of ``every`` so many beams, for a state that has only the pose: what a
+    range is off by the rest of the state is noise. Else see ``gather``.
+    """
+    some = np.flatnonzero(used)[::every]
+    own, residuals, other = np.empty(len(some)), np.empty(len(some)), np.empty((len(some), 2))
+    for k in range(len(some)):
+        i = some[k]
+        count = COLUMNS if columns[i, OFFSET] >= 0 else OFFSET
+        residuals[k] = measured[i] - ranges[i] - row[i, OFFSET] * offsets[i]
+        own[k] = variance + growth * ranges[i] * ranges[i]
+        if count == OFFSET:
+            own[k] += row[i, OFFSET] * row[i, OFFSET] * wall_variance
+        for a in range(3, count):
+            for b in range(3, count):
+                own[k] += row[i, a] * covariance[columns[i, a], columns[i, b]] * row[i, b]
+        other[k, 0] = random + (standing if measured[i] > entered[i] else 0.0)
+        other[k, 1] = other[k, 0] + short
+    gripping, widened = np.empty((3, 3)), np.empty((3, 3))
+    for a in range(3):
+        for b in range(3):
+            gripping[a, b] = widened[a, b] = covariance[a, b]
+        widened[a, a] += slipping[a]
+    told = residuals, own, row[some], other, hit, independence
+    log_odds = math.log(slips) - math.log1p(-slips)
+    log_odds += _evidence_of_pose(*told, widened) - _evidence_of_pose(*told, gripping)
+    return 1.0 / (1.0 + math.exp(-min(max(log_odds, -50.0), 50.0)))
 
 
 @_compile

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from objstate.config import Settings
 from objstate.errors import BuildingError
-from objstate.geometry import FloatArray, between, compose, wrap
+from objstate.geometry import BoolArray, FloatArray, between, compose, wrap
 from objstate.localization.belief import PoseBelief
 from objstate.localization.places import HEADINGS, TURNS, Places
 from objstate.particles import Weights
@@ -22,21 +23,71 @@ LogLikelihood = Callable[[FloatArray, float], FloatArray]
 APART = np.array([0.75, 0.75, np.radians(20.0)])  # poses that differ by more are other hypotheses
 KEPT = 4000  # poses that fit one look all round best, which all other looks then sort out
 HYPOTHESES = 12  # of those, that differ, are refined
-TRIES = 48  # poses about a hypothesis, in each of the steps below
-STEPS = (1.0, 0.35, 0.12)  # of ``SPREAD``
+TRIES = 24  # poses about a hypothesis, in each of the steps below
+STEPS = (2.5, 1.0, 0.35, 0.12, 0.05)  # of ``SPREAD``
 SPREAD = np.array([0.12, 0.12, np.radians(2.5)])  # how far from the truth a looked-up pose may be
 HOPELESS = (
-    30.0  # by which log-likelihoods are behind the best that further steps don't catch up with it
+    15.0  # by which log-likelihoods are behind the best that further steps don't catch up with it
 )
+FINEST = STEPS[-1] * float(SPREAD[0]) / 2.0  # m by which ranges are blurred in the last step
+SLIP_M, SLIP_RAD = 0.5, 0.35  # how far a robot slips, half of the times
+INDEPENDENCE = (
+    0.6  # exponent on looks' likelihoods: those from near each other tell partly the same
+)
+OUTSIDE = 0.1  # of the places to which a robot is carried, the share that the map doesn't show
+NEVER = 1e-300  # odds that stand for none
 HEIGHT_STEP = 0.1  # m; lasers whose heights differ by less are looked up in one table
+
+
+class Odds(NamedTuple):
+    """Odds that the robot isn't where it is followed, against its being there."""
+
+    kidnapped: float = 0.0  # to anywhere in the building
+    slipped: float = 0.0  # to somewhere near by
+    width: float = (
+        0.0  # m, of the followed belief where that was wide: then it may be any place within
+    )
+
+    def plus(self, other: Odds) -> Odds:
+        """The odds of either."""
+        return Odds(
+            self.kidnapped + other.kidnapped,
+            self.slipped + other.slipped,
+            max(self.width, other.width),
+        )
+
+    def log_prior(self, poses: FloatArray, followed: FloatArray, places: Places) -> FloatArray:
+        """Log odds (p,) of the robot's being about poses (p, 3), each a cell of the search's grid wide.
+
+        A slip is distributed about the followed pose (3,) as a Student distribution with one degree
+        of freedom, in metres and radians. A belief that was wide has narrowed to one of the places
+        within its width, as likely to this one as to the followed one.
+        """
+        off = _off(poses, followed)
+        squared, turned = (off[:, :2] ** 2).sum(axis=1), (off[:, 2] / SLIP_RAD) ** 2
+        near = 1.0 / (1.0 + squared / SLIP_M**2 + turned) ** 2
+        cell = places.spacing**2 * 2.0 * np.pi / TURNS
+        odds = self.kidnapped / max(len(places.points) * TURNS, 1)
+        odds = odds + self.slipped * near * cell / (np.pi**2 * SLIP_M**2 * SLIP_RAD)
+        if self.width > 0.0:
+            odds = odds + 1.0 / (1.0 + squared / self.width**2 + turned) ** 2
+        return np.asarray(np.log(np.maximum(odds, NEVER)))
+
+
+SAME = np.array([0.3, 0.3, np.radians(8.0)])  # places that differ by less are one
+NO_ODDS = Odds()
 
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """A scan that is remembered, and where the odometry was."""
+    """A scan that is remembered, where the odometry was, and what was believed then."""
 
     scan: Scan
     odometry: FloatArray  # (3,)
+    followed: FloatArray | None = None  # (3,) the pose that the robot was believed to have
+    before: Odds = NO_ODDS  # that it was elsewhere at the look before already
+    since: Odds = NO_ODDS  # that it came elsewhere since then
+    chance: float = 0.0  # tempered log p(o) of the scan, averaged over places all over the building
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,8 +96,16 @@ class Hypotheses:
 
     odometry: FloatArray  # (3,) to which they belong
     poses: FloatArray  # (h, 3)
-    shares: FloatArray  # (h,) probabilities; they sum to one
-    looks: int  # scans from different places that they explain
+    log_odds: FloatArray  # (h,) against the followed place, or against any by chance where none is
+    is_followed: BoolArray  # (h,) whether it is that
+    stamp_ns: int  # of the last look
+    outside: float = 0.0  # log odds of places that the map doesn't show, likewise
+
+    @property
+    def shares(self) -> FloatArray:
+        """(h,) probabilities, if the robot is in one of them."""
+        shares = np.exp(self.log_odds - self.log_odds.max())
+        return np.asarray(shares / shares.sum())
 
     def moved(self, odometry: FloatArray) -> FloatArray:
         """The poses (h, 3) driven on to where the odometry is now."""
@@ -55,7 +114,7 @@ class Hypotheses:
     def belief(self, count: int, rng: np.random.Generator) -> PoseBelief:
         """Samples about every hypothesis, by its share."""
         chosen = np.sort(rng.choice(len(self.poses), count, p=self.shares))
-        poses = self.poses[chosen] + rng.standard_normal((count, 3)) * SPREAD * STEPS[1]
+        poses = self.poses[chosen] + rng.standard_normal((count, 3)) * SPREAD * STEPS[2]
         poses[:, 2] = wrap(poses[:, 2])
         return PoseBelief(poses, Weights.uniform(count))
 
@@ -75,62 +134,125 @@ class Search:
         self._looks, self._last = {}, None
 
     @property
-    def looks(self) -> int:
-        """Scans of one laser, from different places, that are remembered."""
-        return max(map(len, self._looks.values()), default=0)
+    def looks(self) -> list[Look]:
+        """The scans that are remembered, in the order in which they were taken."""
+        looks = [look for each in self._looks.values() for look in each]
+        return sorted(looks, key=lambda look: look.scan.stamp_ns)
 
-    def note(self, scan: Scan, odometry: FloatArray) -> bool:
+    def note(self, look: Look) -> bool:
         """Remember a scan if it comes from a new place; whether it was remembered."""
-        s, looks = self._settings.search, self._looks.setdefault(scan.laser, [])
+        s, looks = self._settings.search, self._looks.setdefault(look.scan.laser, [])
         if looks:
-            step = between(looks[-1].odometry, odometry)
+            step = between(looks[-1].odometry, look.odometry)
             driven = float(np.hypot(step[0], step[1]))
-            waited = (scan.stamp_ns - looks[-1].scan.stamp_ns) / 1e9
+            waited = (look.scan.stamp_ns - looks[-1].scan.stamp_ns) / 1e9
             if driven < s.min_d and abs(step[2]) < s.min_a:
                 if waited < s.every_s:
                     return False
                 looks.pop()  # from the same place, in which people may have walked on
-        looks.append(Look(scan, odometry))
+        looks.append(look)
         del looks[: -s.looks]
         return True
 
-    def hypotheses(
-        self, explained: Callable[[Scan], LogLikelihood], also: FloatArray, rng: np.random.Generator
-    ) -> Hypotheses:
-        """The places by which all remembered scans are ``explained`` best; those of ``also`` (k, 3) compete.
-
-        Raises BuildingError where the building has no place to search, and none is given.
-        """
-        latest = max(
-            (looks[-1] for looks in self._looks.values()), key=lambda look: look.scan.stamp_ns
+    def follow(self, chosen: int, since_ns: int) -> None:
+        """From a stamp on, the followed place is the one of this number in the last search."""
+        looks, last = self.looks, self._last
+        assert last is not None
+        pose, former = last.poses[chosen], looks[-1].followed
+        poses, log_odds = last.poses, last.log_odds
+        if former is not None:
+            poses = np.concatenate([poses[~last.is_followed], former[None]])
+            log_odds = np.append(log_odds[~last.is_followed], 0.0)
+        is_followed = (poses == pose).all(axis=1)
+        self._last = Hypotheses(
+            last.odometry, poses, log_odds - last.log_odds[chosen], is_followed, last.stamp_ns
         )
-        looks = [look for each in self._looks.values() for look in each]
+        for look in looks:
+            if look.scan.stamp_ns >= since_ns:
+                at = compose(pose, between(looks[-1].odometry, look.odometry))
+                mine = self._looks[look.scan.laser]
+                mine[mine.index(look)] = replace(look, followed=at)
+
+    def hypotheses(
+        self,
+        explained: Callable[[Scan], LogLikelihood],
+        rng: np.random.Generator,
+        within: FloatArray = SAME,
+    ) -> Hypotheses:
+        """The places by which all remembered scans are ``explained`` best.
+
+        Where a pose was followed, the robot may have come elsewhere before each of the looks:
+        those before that are explained from the followed pose. With l_i(x) the log-likelihood of
+        look i from a place x, and f the followed place,
+
+        log odds(x) = log sum_k odds_k(x) exp(sum_{i >= k} l_i(x) - l_i(f)).
+
+        A place that the search before found keeps its odds of then, with what looks since say. Places
+        that differ from the followed pose by no more than ``within`` (3,) m, m, rad are the followed one.
+
+        Raises BuildingError where the building has no place to search.
+        """
+        looks = self.looks
+        latest = looks[-1]
         steps = [between(latest.odometry, look.odometry) for look in looks]
-        found = self._candidates(latest.odometry)
+        known = np.empty((0, 3)) if latest.followed is None else latest.followed[None]
         if self._last is not None:
-            also = np.concatenate([also, self._last.moved(latest.odometry)])
-        found = np.concatenate([also, found])
+            known = np.concatenate([known, self._last.moved(latest.odometry)])
+        found = np.concatenate([known, self._candidates(latest.odometry)])
         if len(found) == 0:
             raise self._nowhere()
-        score = self._looked_up(found, looks, steps)
-        score[: len(also)] += score.max() - score.min()  # they aren't sorted out unrefined
-        found = _distinct(found, score, HYPOTHESES + len(also))
+        tempering, model = self._settings.localization.tempering, self._settings.beam_model
+        beams, tables = self._settings.search.max_beams, [self._at(look) for look in looks]
+        views = [explained(look.scan) for look in looks]
 
-        log_likelihoods = [explained(look.scan) for look in looks]
+        def looked_up(k: int, poses: FloatArray, _: float) -> FloatArray:
+            log = tables[k].log_likelihood(looks[k].scan, model, beams, poses, np.zeros(3))
+            return tempering * log
 
-        def joint(poses: FloatArray, blur: float) -> FloatArray:
-            total = np.zeros(len(poses))
-            for log_likelihood, step in zip(log_likelihoods, steps, strict=True):
-                total += log_likelihood(compose(poses, step), blur)
-            return total
+        def exact(k: int, poses: FloatArray, blur: float) -> FloatArray:
+            return views[k](poses, blur)
 
-        poses, score = _refined(found, joint, rng)
-        order = np.argsort(-score, kind="stable")
-        poses, score = poses[order], score[order]
-        kept = _distinct_indices(poses, HYPOTHESES)
-        shares = np.exp(score[kept] - score.max())
-        self._last = Hypotheses(latest.odometry, poses[kept], shares / shares.sum(), self.looks)
+        coarse, fine = (_Joint(looks, steps, tables[-1], each) for each in (looked_up, exact))
+        score = coarse.log_odds(found, 0.0)
+        score[: len(known)] += score.max() - score.min()  # they aren't sorted out unrefined
+        found = _distinct(found, score, HYPOTHESES + len(known))
+        poses, score = _refined(found, fine.log_odds, rng)
+        poses = poses[np.argsort(-score, kind="stable")]
+        poses = poses[_distinct_indices(poses, HYPOTHESES)]
+        is_followed = np.zeros(len(poses), dtype=bool)
+        if latest.followed is not None:
+            is_followed = np.all(np.abs(_off(poses, latest.followed)) <= within, axis=1)
+        for pose in poses[is_followed]:
+            fine.refine(pose, FINEST)
+        log_odds = fine.log_odds(poses, FINEST)
+        own = log_odds[is_followed].max(initial=0.0)
+        outside = fine.outside(FINEST) - own
+        log_odds -= own
+        if self._last is not None:
+            gained = fine.gained(poses, FINEST, self._last.stamp_ns).sum(axis=0)
+            if is_followed.any():  # held to the odometry like the others
+                gained -= gained[is_followed].max()
+            carried = self._carried(self._last, poses) + gained
+            log_odds = np.maximum(log_odds, carried - carried[is_followed].max(initial=0.0))
+        order = np.argsort(-log_odds, kind="stable")
+        self._last = Hypotheses(
+            latest.odometry,
+            poses[order],
+            log_odds[order],
+            is_followed[order],
+            latest.scan.stamp_ns,
+            outside,
+        )
         return self._last
+
+    def _carried(self, last: Hypotheses, poses: FloatArray) -> FloatArray:
+        """Log odds (p,) that places (p, 3) had in the search before."""
+        former = last.moved(self.looks[-1].odometry)
+        carried = np.full(len(poses), -np.inf)
+        for h, pose in enumerate(poses):
+            near = ~last.is_followed & (apart(former, pose) <= 1.0)
+            carried[h] = last.log_odds[near].max(initial=-np.inf)
+        return carried
 
     def _candidates(self, odometry: FloatArray) -> FloatArray:
         """Poses that fit the latest scan of each laser best, of all free places and headings."""
@@ -157,16 +279,6 @@ class Search:
             "robot's start instead of --global, or the building its walls."
         )
 
-    def _looked_up(
-        self, poses: FloatArray, looks: list[Look], steps: list[FloatArray]
-    ) -> FloatArray:
-        total = np.zeros(len(poses))
-        s = self._settings
-        for look, step in zip(looks, steps, strict=True):
-            table = self._at(look)
-            total += table.log_likelihood(look.scan, s.beam_model, s.search.max_beams, poses, step)
-        return total
-
     def _at(self, look: Look) -> Places:
         """The places as a laser at the look's height sees them."""
         height = float(np.median(look.scan.rays.origins[:, 2]))
@@ -181,10 +293,92 @@ def _listed(heights: list[float]) -> str:
     return " and ".join(f"{height:.1f}" for height in heights)
 
 
+def _off(poses: FloatArray, pose: FloatArray) -> FloatArray:
+    """Differences (p, 3) of poses (p, 3) from a pose (3,)."""
+    off = poses - pose
+    off[:, 2] = wrap(off[:, 2])
+    return off
+
+
 def apart(a: FloatArray, b: FloatArray) -> FloatArray:
     """How far poses (..., 3) are from each other, one being where they count as two."""
     off = np.abs(np.stack([*(a - b)[..., :2].T, wrap((a - b)[..., 2]).T], axis=-1))
     return np.asarray((off / APART).max(axis=-1))
+
+
+class _Joint:
+    """How much likelier places are than the followed one, by several looks together."""
+
+    def __init__(
+        self,
+        looks: list[Look],
+        steps: list[FloatArray],
+        places: Places,
+        log_likelihood: Callable[[int, FloatArray, float], FloatArray],
+    ) -> None:
+        self._looks, self._steps, self._places = looks, steps, places
+        self._log_likelihood = log_likelihood  # of a look, from poses (p, 3), with a blur in m
+        self._own: dict[tuple[int, float], float] = {}
+
+    def log_odds(self, poses: FloatArray, blur: float) -> FloatArray:
+        """Log odds (p,) of poses (p, 3) at the last look."""
+        looks, gained = self._looks, self.gained(poses, blur)
+        since = gained[::-1].cumsum(axis=0)[::-1]
+        if looks[-1].followed is None:
+            cells = max(len(self._places.points), 1) * TURNS
+            return np.asarray(since[0] - np.log(cells))
+        odds = [looks[0].before.plus(looks[0].since), *(look.since for look in looks[1:])]
+        anchors = [looks[max(k - 1, 0)] for k in range(len(looks))]  # where it was when it left
+        prior = [
+            each.log_prior(poses, self._driven_on(anchor), self._places)
+            for each, anchor in zip(odds, anchors, strict=True)
+        ]
+        return np.asarray(np.logaddexp.reduce(np.array(prior) + since, axis=0))
+
+    def refine(self, pose: FloatArray, blur: float) -> None:
+        """Hold the followed place at a pose (3,), too, that was refined as other places are."""
+        for k, step in enumerate(self._steps):
+            refined = float(self._log_likelihood(k, compose(pose[None], step), blur)[0])
+            self._own[k, blur] = max(self._known(k, blur), refined)
+
+    def outside(self, blur: float) -> float:
+        """Log odds of a place that the map doesn't show, where scans read what they do by chance."""
+        looks = self._looks
+        if looks[-1].followed is None:
+            return float(np.log(OUTSIDE))
+        gained = INDEPENDENCE * np.array(
+            [look.chance - self._known(k, blur) for k, look in enumerate(looks)]
+        )
+        kidnapped = [looks[0].before.kidnapped, *(0.0 for _ in looks[1:])]
+        odds = np.array([look.since.kidnapped for look in looks]) + np.array(kidnapped)
+        prior = np.log(np.maximum(OUTSIDE * odds, NEVER))
+        return float(np.logaddexp.reduce(prior + gained[::-1].cumsum()[::-1]))
+
+    def gained(self, poses: FloatArray, blur: float, after_ns: int = -1) -> FloatArray:
+        """By how much looks after a stamp are likelier (k, p) from poses (p, 3) than from the followed one."""
+        gained = [
+            self._log_likelihood(k, compose(poses, self._steps[k]), blur) - self._known(k, blur)
+            for k, look in enumerate(self._looks)
+            if look.scan.stamp_ns > after_ns
+        ]
+        return INDEPENDENCE * np.array(gained).reshape(-1, len(poses))
+
+    def _driven_on(self, look: Look) -> FloatArray:
+        """The pose (3,) that was followed at a look, driven on to the last one."""
+        followed = self._looks[-1].followed if look.followed is None else look.followed
+        assert followed is not None
+        return compose(followed, between(look.odometry, self._looks[-1].odometry))
+
+    def _known(self, k: int, blur: float) -> float:
+        """Log-likelihood of a look from the pose that was followed, or by chance where none was."""
+        if (k, blur) not in self._own:
+            followed = self._looks[k].followed
+            self._own[k, blur] = (
+                self._looks[k].chance
+                if followed is None
+                else float(self._log_likelihood(k, followed[None], blur)[0])
+            )
+        return self._own[k, blur]
 
 
 def _distinct(poses: FloatArray, score: FloatArray, most: int) -> FloatArray:
@@ -215,7 +409,10 @@ def _refined(
         off = rng.standard_normal((TRIES, 3)) * SPREAD * step
         off[0] = 0.0
         for h in np.flatnonzero(score >= score.max() - HOPELESS):
-            told = joint(poses[h] + off, step * float(SPREAD[0]) / 2.0)
-            best = int(np.argmax(told))
-            poses[h], score[h] = poses[h] + off[best], told[best]
+            blur = step * float(SPREAD[0]) / 2.0
+            found = joint(poses[h] + off, blur)
+            weights = np.exp(found - found.max())
+            ends = poses[h] + np.array([off[found.argmax()], weights @ off / weights.sum()])
+            told = found.max(), joint(ends[1:], blur)[0]
+            poses[h], score[h] = ends[int(told[1] > told[0])], max(told)
     return poses, score

@@ -1,7 +1,18 @@
 """What to look at next: gain against cost, what plans ask for, and what came of it (Elfring et al. 2014)."""
 
+from objstate.maintenance.answers import (
+    Association,
+    Detection,
+    Falsification,
+    Verification,
+    as_object,
+    associated,
+    falsified,
+    verified,
+)
 from objstate.maintenance.choice import ChoiceSettings
 from objstate.maintenance.coordinator import Action, Coordinator, CoordinatorSettings, GainWeight
+from objstate.maintenance.light_check import Checked, LightCheck, Region, Verdict
 from objstate.maintenance.tasks import (
     Expectation,
     Outcome,
@@ -21,30 +32,47 @@ from objstate.maintenance.triggers import (
     entropy_above,
     named,
     older_than,
+    passage_in_doubt,
     unless,
 )
+from objstate.maintenance.waiting import probability_moved, seconds_until_worthwhile
 
 __all__ = [
     "TABLE_1",
     "Action",
+    "Association",
+    "Checked",
     "ChoiceSettings",
     "Coordinator",
     "CoordinatorSettings",
+    "Detection",
     "Expectation",
+    "Falsification",
     "GainWeight",
+    "LightCheck",
     "Outcome",
     "Plan",
+    "Region",
     "Situation",
     "Trigger",
+    "Verdict",
+    "Verification",
     "VerificationTask",
     "all_of",
     "any_of",
+    "as_object",
+    "associated",
     "before",
     "entropy_above",
+    "falsified",
     "named",
     "next_tasks",
     "older_than",
     "outcome",
+    "passage_in_doubt",
+    "probability_moved",
     "scattered",
+    "seconds_until_worthwhile",
     "unless",
+    "verified",
 ]

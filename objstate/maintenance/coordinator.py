@@ -115,6 +115,7 @@ class Coordinator:
         s, estimation = settings or CoordinatorSettings(), estimation or Settings()
         self.settings = s
         self.building = building
+        self.estimation = estimation
         self.floor = floor or Floor.of(building, s.floor)
         self.sensors = {each.name: each for each in sensors}
         lasers = {each.name: LaserLooks(building, each, estimation, s.looks) for each in sensors}
@@ -125,6 +126,11 @@ class Coordinator:
         self._fadings = fadings(
             building.objects, estimation, s.looks.robot_std, s.looks.robot_yaw_std
         )
+
+    @property
+    def robot_width(self) -> float:
+        """m"""
+        return 2.0 * self.floor.settings.robot_radius
 
     def actions(
         self,
@@ -184,7 +190,7 @@ class Coordinator:
             key += tuple(np.rint(belief.mean[:2] / STRAYED).tolist())
         if key not in self._viewpoints:
             self._viewpoints[key] = viewpoints(
-                belief, self.floor, self._walls, sensor.height, self.settings.viewpoints, piece
+                belief, self.floor, self._walls, sensor, self.settings.viewpoints, piece
             )
         return self._viewpoints[key]
 

@@ -16,8 +16,10 @@ from objstate.maintenance.coordinator import Action, Coordinator
 from objstate.maintenance.triggers import TABLE_1, Plan, Situation, Trigger
 from objstate.objects import ObjectBelief
 from objstate.particles import Weights
+from objstate.world import Due
 
 REGION = 0.95  # of the belief lies in the region to look in
+BY_TRIGGER = "the trigger asks for it"  # without a plan
 MAJORITY = 0.5  # of the belief, that decides whether an object is where it was thought to be
 
 
@@ -37,6 +39,8 @@ class Expectation:
         """The probability that the object is in the region."""
         middle, half = (self.lower + self.upper) / 2.0, (self.upper - self.lower) / 2.0
         off = belief.states - middle
+        if belief.item.kind is Kind.PLANAR:
+            off = belief.item.symmetry.nearest(belief.states, middle[2]) - middle
         off = np.where(belief.wraps, wrap(off), off)
         inside = (np.abs(off) <= half + belief.cell / 2.0).all(axis=1)
         return float(belief.weights.values[inside].sum())
@@ -57,6 +61,7 @@ class Outcome(Enum):
     CONFIRMED = "confirmed"  # it is where it was believed to be
     MOVED = "moved"  # it is somewhere else
     LOST = "lost"  # it isn't where it was believed to be, and nobody knows where
+    ABSENT = "absent"  # it probably isn't there any more
     HIDDEN = "hidden"  # it couldn't be seen: nothing was learnt
 
 
@@ -68,32 +73,61 @@ def next_tasks(
     *,
     plans: Sequence[Plan] = (),
     trigger: Trigger = TABLE_1,
+    due: Sequence[Due] = (),
 ) -> list[VerificationTask]:
-    """What to verify now, of ranked actions: what plans ask for, in their order, then the best.
+    """What to verify now, of ranked actions: what is asked for, then the best.
 
-    The set V of eqs. (11) and (12). What a trigger asks for is done whatever it gains, by
-    the most useful of its actions. Raises SettingsError for a plan with an unknown object, or
-    with one that no action updates: nobody may believe that it was verified.
+    The set V of eqs. (11) and (12). First come objects that something is planned with, in the
+    plans' order, then what a task wants verified by now (``World.due``), then objects for which the
+    trigger fires without a plan, the most useful first; of the last two, objects that no action
+    updates are left out. What is asked for is done whatever it gains, by the most useful of
+    its actions. Raises SettingsError for a plan
+    with an unknown object, or with one that no action updates: nobody may believe that it was
+    verified.
     """
+    width = coordinator.robot_width
+    first = {action.object: action for action in reversed(ranked)}
     found = []
     for plan in plans:
         if plan.object not in beliefs:
             known = ", ".join(sorted(beliefs)) or "none"
             raise SettingsError(f"'{plan}': there is no such object; there are {known}.")
         belief = beliefs[plan.object]
-        if trigger(Situation(belief, now_ns, plan)):
-            action = next((each for each in ranked if each.object == plan.object), None)
-            if action is None:
+        if trigger(Situation(belief, now_ns, plan, width)):
+            if plan.object not in first:
                 raise SettingsError(
                     f"'{plan}': the robot can look at '{plan.object}' from no place that it "
                     "reaches; bring it nearer, or plan without looking."
                 )
-            found.append(VerificationTask(action, Expectation.of(belief), f"before: {plan}"))
+            reason = f"before: {plan}{_in_doubt(plan, belief, width)}"
+            found.append(VerificationTask(first[plan.object], Expectation.of(belief), reason))
+    planned = {plan.object for plan in plans}
+    for each in due:
+        if each.due_ns <= now_ns and each.object not in planned and each.object in first:
+            planned.add(each.object)
+            expected = Expectation.of(beliefs[each.object])
+            found.append(VerificationTask(first[each.object], expected, _too_uncertain(each)))
+    for name in dict.fromkeys(action.object for action in ranked):
+        belief = beliefs[name]
+        if name not in planned and trigger(Situation(belief, now_ns, robot_width=width)):
+            found.append(VerificationTask(first[name], Expectation.of(belief), BY_TRIGGER))
     useful = coordinator.best(ranked)
     if useful is not None:
         expected = Expectation.of(beliefs[useful.object])
         found.append(VerificationTask(useful, expected, why(useful)))
     return found
+
+
+def _too_uncertain(due: Due) -> str:
+    """What a task allows, and what is believed, in words."""
+    return f"variance of {due.coordinate} {due.variance:.2g}, allowed {due.allowed:.2g}"
+
+
+def _in_doubt(plan: Plan, belief: ObjectBelief, width: float) -> str:
+    """What is believed of the passage that is to be passed, in words."""
+    if plan.verb != "pass" or belief.item.kind is Kind.PLANAR:
+        return ""
+    return f", clear with probability {belief.probability_clear(width):.2f}"
 
 
 def why(action: Action) -> str:
@@ -115,6 +149,8 @@ def outcome(expected: Expectation, before: ObjectBelief, after: ObjectBelief) ->
         raise ValueError(f"'{expected.object}' was expected")
     if after.last_observed_ns is None or after.last_observed_ns == before.last_observed_ns:
         return Outcome.HIDDEN
+    if after.presence < MAJORITY:
+        return Outcome.ABSENT
     if expected.share_inside(after) >= MAJORITY:
         return Outcome.CONFIRMED
     return Outcome.MOVED if after.settled else Outcome.LOST

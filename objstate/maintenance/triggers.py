@@ -6,12 +6,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 
+from objstate.building.model import Kind
 from objstate.errors import SettingsError
 from objstate.gaze.entropy import belief_entropy
 from objstate.objects import ObjectBelief
 
 NANOSECONDS_PER_HOUR = 3600 * 10**9
 VERBS = ("pass", "grab", "go to", "release")
+ROBOT_WIDTH = 0.5  # m, where nothing else is said
+SURE = 0.9  # probability from which on a passage counts as clear, or as blocked
 
 
 @dataclass(frozen=True)
@@ -42,6 +45,7 @@ class Situation:
     belief: ObjectBelief
     now_ns: int
     plan: Plan | None = None
+    robot_width: float = ROBOT_WIDTH  # m, of the robot that is to pass doors
 
     @property
     def is_planned_with(self) -> bool:
@@ -81,6 +85,23 @@ def entropy_above(nats: float) -> Trigger:
     return lambda situation: belief_entropy(situation.belief) > nats
 
 
+def passage_in_doubt(sure: float = SURE) -> Trigger:
+    """Where a door is neither clear nor blocked with the probability ``sure``; furniture is always.
+
+    Raises SettingsError for a probability that isn't above a half and at most 1.
+    """
+    if not 0.5 < sure <= 1.0:
+        raise SettingsError(f"A probability of {sure} must be above 0.5 and at most 1.")
+
+    def fires(situation: Situation) -> bool:
+        belief = situation.belief
+        if belief.item.kind is Kind.PLANAR:
+            return True
+        return 1.0 - sure < belief.probability_clear(situation.robot_width) < sure
+
+    return fires
+
+
 def before(*verbs: str) -> Trigger:
     """Where a planner is about to do one of these things with the object.
 
@@ -98,5 +119,5 @@ def named(pattern: str) -> Trigger:
 
 
 # Table 1: grabbing an object and going to it ask for its position; releasing it doesn't.
-# Passing a door is to a door what grabbing is to a cup.
-TABLE_1 = before("grab", "go to", "pass")
+# Passing a door is to a door what grabbing is to a cup, while its passage is in doubt.
+TABLE_1 = any_of(before("grab", "go to"), all_of(before("pass"), passage_in_doubt()))

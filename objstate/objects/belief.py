@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from operator import le
@@ -12,7 +13,7 @@ import numpy as np
 
 from objstate.building.model import Kind, MovableObject
 from objstate.geometry import BoolArray, FloatArray, wrap
-from objstate.lazy import Later, altered, knowing, lazy
+from objstate.lazy import Later, altered, lazy
 from objstate.objects.footprint import footprint
 from objstate.objects.passage import clear_widths, lattice_clear_widths
 from objstate.particles import Weights, evenly, quantiles
@@ -21,7 +22,9 @@ from objstate.sensing import UncertainObject
 
 if TYPE_CHECKING:
     from objstate.objects import kernels, sampling
+    from objstate.objects.furniture_mixture import FurnitureMixture
     from objstate.objects.mixture import DoorMixture
+    from objstate.objects.steps import Past
 else:
     kernels = Later("objstate.objects.kernels")
     sampling = Later("objstate.objects.sampling")
@@ -54,14 +57,15 @@ class Distribution:
         return float(np.sqrt(self.weights @ (self.values - self.mean) ** 2))
 
     def interval(self, share: float = CENTRAL) -> tuple[float, float]:
-        """Lower and upper bound of the central ``share``."""
+        """Lower and upper bound of the central ``share``. Raises ValueError as ``checked_share`` does."""
+        share = checked_share(share)
         tails = np.array([(1.0 - share) / 2.0, (1.0 + share) / 2.0])
         lower, upper = quantiles(self.values, self.weights, tails)
         return float(lower), float(upper)
 
     def probability_above(self, value: float) -> float:
         """Probability of at least ``value``."""
-        return float(self.weights[self.values >= value].sum())
+        return min(float(self.weights[self.values >= value].sum()), 1.0)  # sums are rounded
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,14 +79,14 @@ class ObjectBelief:
     presence: float = 1.0  # probability that it is there at all; the states are where, if it is
     stamp_ns: int | None = None  # the moment of the belief; None before the first
     last_observed_ns: int | None = None
-    scouts: int = 0  # of the last states: they look for it elsewhere, and count for nothing yet
-    shared: FloatArray = field(  # (d,) or (1,), of the variance what errors of the robot cause
-        default_factory=partial(np.zeros, 1)
-    )
     swung: FloatArray = field(  # (n,) or (1,), how probably a door is being moved there
         default_factory=partial(np.zeros, 1)
     )
-    joint: DoorMixture | None = None  # of which a door's weights were read off, if any was
+    joint: DoorMixture | FurnitureMixture | None = None  # which it was read off, if any was
+    attributes: Mapping[str, Mapping[str, float]] = field(  # such as class: {cup: 0.7, mug: 0.3}
+        default_factory=dict
+    )
+    past: Past | None = None  # what it was before, where the estimator keeps it for smoothing
 
     @property
     def wraps(self) -> BoolArray:
@@ -107,35 +111,8 @@ class ObjectBelief:
         known = {"mean": np.array([mean]), "std": np.array([std]), "lattice": self.lattice}
         return altered(self, weights=Weights(weights), joint=None, **known, **also)
 
-    def mixture(self, given: FloatArray, shares: FloatArray, presence: float) -> ObjectBelief:
-        """The belief with the mean weights of rows (l, n) that have shares (l,) of any sum."""
-        if self.item.kind is Kind.PLANAR:
-            marginal = shares @ given
-            weights = Weights(marginal / marginal.sum())
-            return altered(self, weights=weights, presence=presence)
-        marginal = np.empty(given.shape[1])
-        mean, std = kernels.mixture(given, shares, *self.lattice, marginal)
-        return self.on_lattice(marginal, mean, std, presence=presence)
-
     def with_samples(self, states: FloatArray, weights: Weights) -> ObjectBelief:
-        return altered(self, states=states, weights=weights)
-
-    def with_shared(self, shared: FloatArray) -> ObjectBelief:
-        """With another ``shared`` (d,); what was computed of the belief already is kept."""
-        return knowing(self, shared=shared)
-
-    def drifted(self, variance: FloatArray) -> ObjectBelief:
-        """The belief by its mean and deviations (d,), after a drift has added a variance (d,)."""
-        return knowing(self, mean=self.mean, std=np.sqrt(self.std**2 + variance))
-
-    @lazy
-    def standing(self) -> ObjectBelief:
-        """The belief without its scouts."""
-        if self.scouts == 0:
-            return self
-        count = len(self.states) - self.scouts
-        weights = Weights.of(self.weights.values[:count])
-        return altered(self, states=self.states[:count], weights=weights, scouts=0)
+        return altered(self, states=states, weights=weights, joint=None)
 
     @lazy
     def mean(self) -> FloatArray:
@@ -148,25 +125,25 @@ class ObjectBelief:
 
     @lazy
     def _moments(self) -> tuple[FloatArray, FloatArray]:
-        """Mean (d,) and standard deviations (d,) of samples without scouts."""
+        """Mean (d,) and standard deviations (d,)."""
         if self.item.kind is not Kind.PLANAR:
             mean, std = kernels.moments(self.weights.values, *self.lattice)
             return np.array([mean]), np.array([std])
-        count = len(self.states) - self.scouts
-        states, values = self.states[:count], self.weights.values[:count]
         middle, off, symmetry = np.empty(3), np.empty(3), self.item.symmetry
         home = float(self.item.home[2])
-        sampling.moments(states, values, home, symmetry.order, symmetry.centre, middle, off)
+        sampling.moments(
+            self.states, self.weights.values, home, symmetry.order, symmetry.centre, middle, off
+        )
         return middle, off
 
     @lazy
     def deviations(self) -> FloatArray:
-        """(n, d) samples, without scouts, from the mean; directions the short way round."""
+        """(n, d) samples from the mean; directions the short way round."""
         if self.item.kind is Kind.PLANAR:
-            off, symmetry = np.empty_like(self.standing.states), self.item.symmetry
-            sampling.offsets(self.standing.states, self.mean, symmetry.order, symmetry.centre, off)
+            off, symmetry = np.empty_like(self.states), self.item.symmetry
+            sampling.offsets(self.states, self.mean, symmetry.order, symmetry.centre, off)
             return off
-        return self._the_short_way(self.standing.states - self.mean)
+        return self._the_short_way(self.states - self.mean)
 
     def _the_short_way(self, off: FloatArray) -> FloatArray:
         """Differences (..., d) of states, those of directions by less than half a turn."""
@@ -176,13 +153,6 @@ class ObjectBelief:
             off = wrap(off)
         return off
 
-    def moved_from(self, before: ObjectBelief) -> FloatArray:
-        """(d,) by how much the mean differs from that of an earlier belief; the short way round."""
-        mean = self.mean
-        if self.item.kind is Kind.PLANAR:
-            mean = self.item.symmetry.nearest(mean[None], float(before.mean[2]))[0]
-        return self._the_short_way(mean - before.mean)
-
     def unfolded(self) -> ObjectBelief:
         """The same belief with all states that look alike: a square table has four equal headings.
 
@@ -190,34 +160,24 @@ class ObjectBelief:
         """
         if self.item.kind is not Kind.PLANAR:
             return self
-        equals = self.item.symmetry.equals(self.standing.states)
-        weights = np.tile(self.standing.weights.values, len(equals))
-        return self.standing.with_samples(equals.reshape(-1, 3), Weights.of(weights))
+        equals = self.item.symmetry.equals(self.states)
+        weights = np.tile(self.weights.values, len(equals))
+        return self.with_samples(equals.reshape(-1, 3), Weights.of(weights))
 
     @lazy
     def std(self) -> FloatArray:
         """(d,) standard deviations, the width of a sample's cell included."""
         return self._moments[1]
 
-    def kept_of(self, factor: float) -> list[float]:
-        """What a factor leaves of the variance of each coordinate, when one below 1 spares the ``shared`` part."""
-        stds, shared = self.std.tolist(), self.shared.tolist()
-        if factor >= 1.0:
-            return [factor] * len(stds)
-        shared = shared * len(stds) if len(shared) == 1 else shared
-        spared = [
-            min(each / max(std * std, TINY), 1.0) for each, std in zip(shared, stds, strict=True)
-        ]
-        return [factor + (1.0 - factor) * each for each in spared]
-
     def interval(self, share: float = CENTRAL) -> tuple[FloatArray, FloatArray]:
         """Lower and upper bounds (d,) of the central ``share`` of the posterior.
 
-        A direction's bounds lie around its mean and may pass pi.
+        A direction's bounds lie around its mean and may pass pi. Raises ValueError for a share
+        that isn't above 0 and at most 1.
         """
         if share == CENTRAL:
             return self.central
-        return self._interval(share)
+        return self._interval(checked_share(share))
 
     @lazy
     def central(self) -> tuple[FloatArray, FloatArray]:
@@ -243,7 +203,7 @@ class ObjectBelief:
         )
 
     def _quantiles(self, coordinate: int, shares: FloatArray) -> FloatArray:
-        values, weights = self.deviations[:, coordinate], self.standing.weights.values
+        values, weights = self.deviations[:, coordinate], self.weights.values
         width = self.cell[coordinate]
         if width == 0.0:
             return quantiles(values, weights, shares)
@@ -273,8 +233,12 @@ class ObjectBelief:
         """Probability that a passage of ``width`` m is free at a door.
 
         A robot that isn't round gives its ``length`` m too (see ``passage.clear_widths``).
-        Raises BuildingError for furniture.
+        Raises BuildingError for furniture, ValueError for a width or a length that is none.
         """
+        if not (0.0 <= width < math.inf and 0.0 <= length < math.inf):
+            raise ValueError(
+                f"a width of {width} m and a length of {length} m must be 0 or more, and finite"
+            )
         passage = self.clear_width if length == 0.0 else self.clear_width_for(length)
         return passage.probability_above(width)
 
@@ -291,16 +255,15 @@ class ObjectBelief:
         Near is meant as the belief's own spread says. Of a lattice, both ends of each
         sample's cell are given.
         """
-        if not 0.0 < probability <= 1.0:
-            raise ValueError(f"a probability of {probability} must be above 0 and at most 1")
-        weights, off = self.standing.weights.values, self.deviations
+        probability = checked_share(probability)
+        weights, off = self.weights.values, self.deviations
         covariance = (weights[:, None] * off).T @ off
         tiny = np.finfo(float).eps * (1.0 + np.trace(covariance))
         root = np.linalg.cholesky(covariance + tiny * np.eye(len(covariance)))
         order = np.argsort((np.linalg.solve(root, off.T) ** 2).sum(axis=0), kind="stable")
         filled = np.cumsum(weights[order])
         enough = int(np.searchsorted(filled, probability * filled[-1] - ROUNDING)) + 1
-        states = self.standing.states[order[:enough]]
+        states = self.states[order[:enough]]
         if not self.cell.any():
             return states
         ends = np.concatenate([states - self.cell / 2, states + self.cell / 2])
@@ -332,7 +295,7 @@ class ObjectBelief:
         name = self.item.name
         if self.settled:
             return UncertainObject(name, self.mean[None], np.array([self.presence]))
-        states = self.standing.states[evenly(self.standing.weights, count)]
+        states = self.states[evenly(self.weights, count)]
         return UncertainObject(name, states, np.full(count, self.presence / count))
 
     @property
@@ -340,7 +303,7 @@ class ObjectBelief:
         """(d,) the most probable state: the mean where there is one place, else the heaviest sample."""
         if self.settled:
             return self.mean
-        return np.asarray(self.standing.states[int(np.argmax(self.standing.weights.log))])
+        return np.asarray(self.states[int(np.argmax(self.weights.log))])
 
     def estimates(self, fit: float | None, lost: bool = False) -> list[Estimate]:
         """The belief as rows for people and programs, one for each coordinate.
@@ -371,6 +334,13 @@ class ObjectBelief:
                 self.item.coordinates, self.mean.tolist(), self.std.tolist(), *bounds, strict=True
             )
         ]
+
+
+def checked_share(share: float) -> float:
+    """A share of a posterior. Raises ValueError where it isn't above 0 and at most 1."""
+    if not 0.0 < share <= 1.0:
+        raise ValueError(f"a probability of {share} must be above 0 and at most 1")
+    return share
 
 
 def within_limits(item: MovableObject, lower: float, upper: float) -> tuple[FloatArray, FloatArray]:

@@ -16,9 +16,8 @@ from objstate.building.model import Kind, MovableObject
 from objstate.config import DoorSettings
 from objstate.geometry import FloatArray, wrap
 from objstate.lazy import Later, lazy
-from objstate.objects.belief import CENTRAL, ObjectBelief, within_limits
-from objstate.objects.conditional import SAME, ConditionalBelief, Descent, Update
-from objstate.objects.evidence import ScanEvidence
+from objstate.objects.belief import ObjectBelief
+from objstate.objects.evidence import ScanEvidence, Update
 from objstate.particles import Weights
 
 if TYPE_CHECKING:
@@ -27,17 +26,8 @@ else:
     kernels = Later("objstate.objects.kernels")
 
 SECONDS_PER_HOUR = 3600.0
-# Where beams spread evenly over a leaf, a shift turns it by 1.5 over its width; leaf and robot are
-# off by themselves, as their squares add up.
-LEAN = 1.5 * 2.0**0.5
-# Along its rail, so are they, and nothing turns; and of what walls are off along their normals, half is told once
-# the robot has followed them.
-ALONG = 2.0 * 2.0**0.5
 FINE = 50  # states with weight that are cast at most; of more, an even comb
 NEGLIGIBLE = 1e-4  # weight, relative to the largest, below which a state is cast only coarsely
-PARTS = 6  # in which a cell is taken where a belief is narrowed
-BLURRED = 0.25  # of a cell, squared: the variance that its width and its parts' places on the lattice make
-NARROWEST = 0.01  # of a variance, to which a belief is narrowed at most
 COARSE = 0.05  # m between states that are cast whatever their weight, at a leaf's outer edge
 
 
@@ -112,55 +102,21 @@ class LatticeFilter:
     def predict(
         self, belief: ObjectBelief, seconds: float, rng: np.random.Generator
     ) -> ObjectBelief:
-        nobody = np.empty((0, len(belief.states)))
-        return self._later(belief, nobody, seconds, SAME)[0]
-
-    def drift_variance(self, seconds: float) -> FloatArray:
-        return np.array([self._cells_per_second * seconds * self._spacing**2])
-
-    def predict_each(
-        self,
-        believed: ConditionalBelief,
-        seconds: float,
-        rng: np.random.Generator,
-        descent: Descent = SAME,
-        drift: float = 1.0,
-    ) -> ConditionalBelief:
-        belief, given = self._later(believed.belief, believed.given, seconds, descent, drift)
-        presence = believed.presence  # nobody doubts that a door is there
-        if len(presence) != len(given):
-            presence = np.full(len(given), belief.presence)
-        return ConditionalBelief(belief, given, presence, believed.hidden_by(descent.forgotten))
-
-    def _later(
-        self,
-        belief: ObjectBelief,
-        given: FloatArray,
-        seconds: float,
-        descent: Descent,
-        drift: float = 1.0,
-    ) -> tuple[ObjectBelief, FloatArray]:
-        """A belief, and what rows (l, n) hand on (l', n), after a while: the door drifts, or somebody moves it."""
-        before, ancestors = belief.weights.values, descent.of(len(given))
-        weights, swung = np.empty(len(before)), np.empty(len(before))
-        later = np.empty((len(ancestors), len(before)))
+        """The door drifts, or somebody moves it."""
+        weights, swung = np.empty(len(belief.states)), np.empty(len(belief.states))
         mean, std = kernels.predict(
-            given,
-            before,
+            belief.weights.values,
             belief.swung,
-            descent.forgotten,
-            ancestors,
             *belief.lattice,
-            self._cells_per_second * drift * seconds,
+            self._cells_per_second * seconds,
             1.0 - self.stayed(seconds),
             seconds,
             self._swing,
             self._rest_weights,
-            later,
             weights,
             swung,
         )
-        return belief.on_lattice(weights, mean, std, swung=swung), later
+        return belief.on_lattice(weights, mean, std, swung=swung)
 
     @lazy
     def _swing(self) -> FloatArray:
@@ -181,67 +137,29 @@ class LatticeFilter:
         return (drift / self._spacing) ** 2
 
     def update(
-        self, believed: ConditionalBelief, evidence: ScanEvidence, rng: np.random.Generator
+        self, belief: ObjectBelief, evidence: ScanEvidence, rng: np.random.Generator
     ) -> Update | None:
         """Bayes' rule on the lattice, which is cast finely only where the belief has weight.
 
         Between the states that are cast, the likelihood is linear.
         """
-        belief = believed.belief
-        chosen, whole = kernels.worth_casting(
-            belief.weights.values, NEGLIGIBLE, FINE, self._coarsely
-        )
+        chosen = kernels.worth_casting(belief.weights.values, NEGLIGIBLE, FINE, self._coarsely)
         states, normals = belief.states.take(chosen, axis=0), self._normals.take(chosen, axis=0)
-        log_likelihood, bears = evidence.cast(states, whole, normals)
+        log_likelihood, bears = evidence.cast(states, normals)
         if np.count_nonzero(bears) == 0:
             return None
-        given, log_evidence = np.empty_like(believed.given), np.empty(len(believed.given))
-        weights = np.empty(given.shape[1])
+        log_evidence, weights = np.empty(len(log_likelihood)), np.empty(len(belief.states))
         mean, std = kernels.condition(
-            believed.given,
+            belief.weights.values,
             chosen,
-            whole,
             log_likelihood,
             evidence.robot_weights.values,
             *belief.lattice,
-            given,
             log_evidence,
             weights,
         )
-        belief = belief.on_lattice(weights, mean, std, last_observed_ns=belief.stamp_ns)
-        after = ConditionalBelief(belief, given, believed.presence, believed.inherited)
+        after = belief.on_lattice(weights, mean, std, last_observed_ns=belief.stamp_ns)
         return Update(after, log_evidence, bears)
-
-    def widened(self, belief: ObjectBelief, factor: float, std_m: float) -> ObjectBelief:
-        more, power = (self._off_per_shift * std_m) ** 2, 1.0
-        if belief.settled:
-            variance, factor = float(belief.std[0]) ** 2, belief.kept_of(factor)[0]
-            if factor < 1.0:
-                more -= BLURRED * self._spacing**2  # by which the lattice widens it by itself
-                power = 1.0 / max(factor + min(more, 0.0) / variance, NARROWEST)
-                more = max(more, 0.0)
-            else:
-                more += (factor - 1.0) * variance
-        cells, weights = more / self._spacing**2, np.empty(len(belief.states))
-        (mean, std), bounds = kernels.widen(
-            belief.weights.values,
-            power,
-            PARTS,
-            cells,
-            *belief.lattice,
-            (1.0 - CENTRAL) / 2.0,
-            weights,
-        )
-        known = {} if self.item.wraps else {"central": within_limits(self.item, *bounds)}
-        return belief.on_lattice(weights, mean, std, **known)
-
-    @lazy
-    def _off_per_shift(self) -> float:
-        """By how much a leaf reads off, rad or m, for each m that walls are off.
-
-        A hinged one that hangs aside reads turned by what the shift is to its mean lever.
-        """
-        return LEAN / self._width if self.item.kind is Kind.HINGED else ALONG
 
     @lazy
     def _width(self) -> float:

@@ -4,14 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
-from objstate.geometry import BoolArray, FloatArray, IntArray
-from objstate.lazy import lazy
-from objstate.particles import Weights, evenly_after
+from objstate.geometry import BoolArray, FloatArray
+from objstate.objects.belief import ObjectBelief
+from objstate.particles import Weights
 from objstate.sensing import Comparison, ScanView
-
-FEW = 8  # robot samples from which states of next to no weight are cast
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,12 +24,11 @@ class ScanEvidence:
     shift_std: float = 0.0  # m by which the whole object may be off its place
 
     def cast(
-        self, states: FloatArray, whole: BoolArray, normals: FloatArray | None = None
+        self, states: FloatArray, normals: FloatArray | None = None
     ) -> tuple[FloatArray, BoolArray]:
         """Tempered log p(o | s, l) (l, s), against the object's absence, of states (s, d).
 
-        Also the beams (n,) that bear on the object in some of these states. States
-        that aren't ``whole`` (s,) are cast from a few robot samples only. With
+        Also the beams (n,) that bear on the object in some of these states. With
         ``normals`` (s, 2), the object may be off its place along them, and beams that stop before it
         side by side are one unexpected thing. Furniture may be anywhere, so that it would itself be one.
         """
@@ -46,41 +41,15 @@ class ScanEvidence:
                 tempering=self.tempering,
                 shift_std=0.0 if normals is None else self.shift_std,
                 normals=normals,
-                whole=whole,
-                few=self._few,
                 in_runs=normals is not None,
             ),
         )
 
-    @lazy
-    def stopped(self) -> FloatArray:
-        """(k, 3) m where beams end that something else than the background stopped.
 
-        Seen from the most probable robot sample.
-        """
-        best = int(np.argmax(self.robot_weights.log))
-        return self.view.stopped_short(self.poses[best], self.background[best])
+@dataclass(frozen=True, eq=False)
+class Update:
+    """An object's belief after a scan, and what the scan says of the robot samples."""
 
-    @lazy
-    def _few(self) -> IntArray:
-        """Some robot samples, by an even comb over what they weigh after the scan.
-
-        What the scan says against the object's absence is averaged over them, so a
-        sample counts as much as it explains the scan by that absence: then the mean
-        is that of p(o | s, l) over p(l).
-        """
-        return evenly_after(self.robot_weights, self.tempering * self.log_absent, FEW)
-
-    @lazy
-    def robot_weights_without(self) -> Weights:
-        """(l,) the robot weights after the scan, were the object absent."""
-        weights, _ = self.robot_weights.reweight(self.tempering * self.log_absent)
-        return weights
-
-    def robot_weights_after(self, log_evidence: FloatArray) -> Weights:
-        """(l,) the robot weights after the scan, of which an object changes the log-likelihood.
-
-        ``log_evidence`` (l,) is p(o | l) against the object's absence, tempered.
-        """
-        weights, _ = self.robot_weights.reweight(self.tempering * self.log_absent + log_evidence)
-        return weights
+    belief: ObjectBelief
+    log_evidence: FloatArray  # (l,) log p(o | l), against the object's absence; tempered
+    bears: BoolArray  # (n,) the beams that bear on the object

@@ -1,7 +1,4 @@
-"""The loops of the lattice filter over robot samples and states, compiled.
-
-Beliefs of robot samples are rows: ``given`` (p, n) holds p(s | l) over n states in order.
-"""
+"""The loops of the lattice filter over robot samples and states, compiled."""
 
 from __future__ import annotations
 
@@ -10,22 +7,18 @@ from typing import Any
 import numpy as np
 
 from objstate.compiling import inner, njit
-from objstate.geometry import BoolArray, FloatArray, IntArray
+from objstate.geometry import FloatArray, IntArray
 
 LEAST_EVIDENCE = 1e-250
 TAIL_SIGMAS = 4.0  # at which a Gaussian is cut off
 MOST_DECAY = 600.0  # exp(-600) is a float yet
 TINY = 2.3e-308  # the least deviation; nothing is divided by zero
-FOOT = 1e-3  # of the density at a peak, at which it ends
-VALLEY = 2.0  # by which the density rises again beyond a peak's end
-NEXT_TO_NOTHING = 40.0  # exp(-40) beside one
 LEAST_ENDS = 1e-9  # times that a move ends meanwhile; one that goes on for less does not end
 TURN = 2.0 * np.pi
 ENDS_S, LEAVES_S, MOST_CELLS = range(3)  # of a swing: s until it ends and has left, cells a second
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
-_inner_sums = inner(nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
 _compile_sums = njit(nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
 
 
@@ -203,23 +196,10 @@ def _moved(
     return gone
 
 
-@_inner_sums
-def _part(row: FloatArray, resting: FloatArray, to: FloatArray) -> Any:
-    """The shares ``resting`` (n,) of a ``row`` (n,), into ``to`` (n,); their sum comes back."""
-    total = 0.0
-    for j in range(row.shape[0]):
-        to[j] = row[j] * resting[j]
-        total += to[j]
-    return total
-
-
 @_compile
 def predict(
-    given: FloatArray,
     weights: FloatArray,
     swung: FloatArray,
-    forgotten: float,
-    ancestors: IntArray,
     first: float,
     cell: float,
     wraps: bool,
@@ -228,43 +208,29 @@ def predict(
     seconds: float,
     swing: FloatArray,
     rest: FloatArray,
-    given_later: FloatArray,
-    weights_later: FloatArray,
+    later: FloatArray,
     swung_later: FloatArray,
 ) -> Any:
-    """What rows ``given`` (p, n) hand on, and their marginal ``weights`` (n,), a while later.
+    """What ``weights`` (n,) of a lattice are a while later, into ``later`` (n,).
 
-    Into ``given_later`` (q, n) go the rows of ``ancestors`` (q,), but for a share ``forgotten`` that is the marginal's.
     What isn't being moved, in each state all but a share ``swung`` (n,) or (1,), and hasn't ``begun`` to be, takes a random walk
     with a ``variance``, in cells squared; the others move as in ``_moved``, and of each state a share ``swung_later`` (n,) still does.
-    The marginal's mean and deviation come back; the lattice is as in ``_moments``.
+    The mean and deviation come back; the lattice is as in ``_moments``.
     """
-    count = weights.shape[0]
+    count, total = weights.shape[0], 0.0
     taps = _taps(variance, count)
-    besides, padded = np.empty(count), np.empty(count + 2 * taps.shape[0])
-    resting, stays, kept = np.empty(count), np.empty(count), np.empty_like(taps)
-    gone = _moved(weights, swung, begun, seconds, swing, rest, wraps, besides, swung_later)
+    moved, padded, stays = np.empty(count), np.empty(count + 2 * taps.shape[0]), np.empty(count)
+    gone = _moved(weights, swung, begun, seconds, swing, rest, wraps, moved, swung_later)
     for j in range(count):
-        resting[j] = 1.0 - swung[min(j, swung.shape[0] - 1)]
+        stays[j] = weights[j] * (1.0 - swung[min(j, swung.shape[0] - 1)])
+        total += stays[j]
     for k in range(taps.shape[0]):
-        taps[k] *= 1.0 - min(gone, 1.0)
-    for q in range(ancestors.shape[0] + 1):  # the marginal first: rows take their share of it
-        row = given[ancestors[q - 1]] if q > 0 else weights
-        to = given_later[q - 1] if q > 0 else weights_later
-        total = _part(row, resting, stays)
-        for k in range(taps.shape[0]):
-            kept[k] = taps[k] / total
-        _walked(stays, kept, wraps, besides, padded, to)
-        if q > 0:
-            continue
-        for j in range(count):
-            besides[j] = (1.0 - forgotten) * besides[j] + forgotten * weights_later[j]
-        for k in range(taps.shape[0]):
-            taps[k] *= 1.0 - forgotten
-    _normalize(weights_later)
+        taps[k] *= (1.0 - min(gone, 1.0)) / max(total, TINY)
+    _walked(stays, taps, wraps, moved, padded, later)
+    _normalize(later)
     for j in range(count):
-        swung_later[j] /= max(weights_later[j], TINY)
-    return _moments(weights_later, first, cell, wraps)
+        swung_later[j] /= max(later[j], TINY)
+    return _moments(later, first, cell, wraps)
 
 
 @_inner
@@ -282,264 +248,59 @@ def _decay(exponent: float) -> Any:
 
 
 @_inner
-def _lay(
-    chosen: IntArray, values: FloatArray, whole: BoolArray, alike: bool, to: FloatArray
-) -> None:
-    """Let ``to`` (n,) be linear between ``values`` (k,) at ascending places ``chosen`` (k,).
-
-    That is between two neither of which is ``whole`` (k,), if they are to be ``alike``, or else between all others.
-    """
+def _lay(chosen: IntArray, values: FloatArray, to: FloatArray) -> None:
+    """Let ``to`` (n,) be linear between ``values`` (k,) at ascending places ``chosen`` (k,)."""
     for k in range(chosen.shape[0] - 1):
-        if alike != (whole[k] or whole[k + 1]):
-            begin, left = chosen[k], values[k]
-            slope = (values[k + 1] - left) / (chosen[k + 1] - begin)
-            for j in range(chosen[k + 1] - begin):
-                to[begin + j] = left + slope * j
+        begin, left = chosen[k], values[k]
+        slope = (values[k + 1] - left) / (chosen[k + 1] - begin)
+        for j in range(chosen[k + 1] - begin):
+            to[begin + j] = left + slope * j
+    to[chosen[-1]] = values[-1]
 
 
 @_compile_sums
 def condition(
-    given: FloatArray,
+    prior: FloatArray,
     chosen: IntArray,
-    whole: BoolArray,
     log_likelihood: FloatArray,
     robot: FloatArray,
     first: float,
     cell: float,
     wraps: bool,
-    after: FloatArray,
     evidence: FloatArray,
     weights: FloatArray,
 ) -> Any:
-    """Bayes' rule in every row of ``given`` (p, n), into ``after`` (p, n), with its log ``evidence`` (p,).
+    """Bayes' rule for a ``prior`` (n,) by each robot sample, and its log ``evidence`` (p,).
 
     ``log_likelihood`` (p, k) is known at the ascending states ``chosen`` (k,), the first
-    and the last among them; between them the likelihood is linear. In states that aren't ``whole`` (k,) all rows have the same.
-    The marginal ``weights`` (n,) are those of rows that count by ``robot`` (p,); their mean and deviation
+    and the last among them; between them the likelihood is linear.
+    The marginal ``weights`` (n,) are those of robot samples that count by ``robot`` (p,); their mean and deviation
     come back. The lattice is as in ``_moments``.
     """
-    last, count, level = chosen.shape[0] - 1, given.shape[1], -np.inf
-    likelihood, alike = np.empty(last + 1), np.empty(last + 1)
-    for k in range(last + 1):
-        level = level if whole[k] else max(level, log_likelihood[0, k])
-    for k in range(last + 1):
-        alike[k] = 0.0 if whole[k] else _decay(level - log_likelihood[0, k])
-    factors, shape = np.empty(count), np.empty(count)  # that of what all rows have the same of
-    _clear(shape)
+    last, count = chosen.shape[0], prior.shape[0]
+    likelihood, row = np.empty(last), np.empty(count)
     _clear(weights)
-    _lay(chosen, alike, whole, True, shape)
-    shape[chosen[last]] = alike[last]
-    for p in range(given.shape[0]):
-        top = level
-        for k in range(last + 1):
-            top = max(top, log_likelihood[p, k]) if whole[k] else top
-        scale = _decay(top - level)
-        for k in range(last + 1):
-            own = _decay(top - log_likelihood[p, k])
-            likelihood[k] = own if whole[k] else scale * alike[k]
+    for p in range(robot.shape[0]):
+        top, total = -np.inf, 0.0
+        for k in range(last):
+            top = max(top, log_likelihood[p, k])
+        for k in range(last):
+            likelihood[k] = _decay(top - log_likelihood[p, k])
+        _lay(chosen, likelihood, row)
         for j in range(count):
-            factors[j] = scale * shape[j]
-        _lay(chosen, likelihood, whole, False, factors)
-        factors[chosen[last]] = likelihood[last]
-        row, to, total = given[p], after[p], 0.0
-        for j in range(count):
-            to[j] = row[j] * factors[j]
-            total += to[j]
-        if total < LEAST_EVIDENCE:  # this row can't have read it: its pose is wrong, not its states
+            row[j] *= prior[j]
+            total += row[j]
+        if total < LEAST_EVIDENCE:  # it can't have read this: its pose is wrong, not its states
             evidence[p] = top + np.log(LEAST_EVIDENCE)
             for j in range(count):  # to assign a slice costs seconds of compiling
-                to[j] = row[j]
+                row[j] = prior[j]
             total = 1.0
         else:
             evidence[p] = top + np.log(total)
-        share = 1.0 / total
-        counts = robot[p] * share
         for j in range(count):
-            weights[j] += counts * to[j]
-            to[j] *= share
+            weights[j] += robot[p] / total * row[j]
     _normalize(weights)
     return _moments(weights, first, cell, wraps)
-
-
-@_inner
-def _mix(given: FloatArray, shares: FloatArray, weights: FloatArray) -> None:
-    """The marginal ``weights`` (n,) of rows ``given`` (p, n) with ``shares`` (p,) of any sum."""
-    _clear(weights)
-    for p in range(given.shape[0]):
-        row, share = given[p], shares[p]
-        for j in range(weights.shape[0]):
-            weights[j] += share * row[j]
-    _normalize(weights)
-
-
-@_compile
-def mixture(
-    given: FloatArray,
-    shares: FloatArray,
-    first: float,
-    cell: float,
-    wraps: bool,
-    weights: FloatArray,
-) -> Any:
-    """``_mix``, for Python; the mean and deviation of the marginal come back.
-
-    The lattice is as in ``_moments``.
-    """
-    _mix(given, shares, weights)
-    return _moments(weights, first, cell, wraps)
-
-
-@_compile
-def handed_on(given: FloatArray, marginal: FloatArray, share: float, ancestors: IntArray) -> Any:
-    """Rows (q, n) of ``given`` (p, n) of the ancestors (q,), but for a share of the ``marginal`` (n,)."""
-    out = np.empty((ancestors.shape[0], marginal.shape[0]))
-    for q in range(ancestors.shape[0]):
-        row, to = given[ancestors[q]], out[q]
-        for j in range(marginal.shape[0]):
-            to[j] = (1.0 - share) * row[j] + share * marginal[j]
-    return out
-
-
-@_inner_sums
-def _disagreement(given: FloatArray, robot: FloatArray, off: FloatArray) -> Any:
-    """The variance of the means of rows (p, m), which count by ``robot`` (p,), of any sum.
-
-    The first n columns of ``given`` stand for states that are ``off`` (n,) the mean.
-    """
-    between, everyone = 0.0, 0.0
-    for p in range(robot.shape[0]):
-        total, mean, row = 0.0, 0.0, given[p]
-        for j in range(off.shape[0]):
-            total += row[j]
-            mean += row[j] * off[j]
-        between += robot[p] * (mean / total) ** 2
-        everyone += robot[p]
-    return between / everyone
-
-
-@_inner
-def _left(inherited: float, before: float, std: float) -> Any:
-    """What is left of an ``inherited`` variance by a scan that takes a deviation from ``before`` to ``std``."""
-    return inherited * min(std / max(before, TINY), 1.0) ** 4
-
-
-@_compile
-def apportion(
-    given: FloatArray,
-    robot: FloatArray,
-    off: FloatArray,
-    std: FloatArray,
-    before: FloatArray,
-    inherited: FloatArray,
-    left: FloatArray,
-    shared: FloatArray,
-) -> None:
-    """What is ``left`` (d,) of an ``inherited`` variance (d,) or (1,), and what is ``shared`` (d,) with that.
-
-    A scan has taken deviations from ``before`` (d,) to ``std`` (d,). Shared is what the means of rows
-    (p, m) disagree about, too: see ``_disagreement``, for each coordinate of ``off`` (n, d).
-    """
-    for k in range(std.shape[0]):
-        left[k] = _left(inherited[min(k, inherited.shape[0] - 1)], before[k], std[k])
-        shared[k] = left[k] + _disagreement(given, robot, off[:, k].copy())
-
-
-@_compile
-def settle(
-    given: FloatArray,
-    robot: FloatArray,
-    first: float,
-    cell: float,
-    wraps: bool,
-    before: float,
-    inherited: float,
-    weights: FloatArray,
-) -> Any:
-    """What a door's rows ``given`` (p, n) come to after a scan: ``mixture`` and ``apportion``.
-
-    Rows count by ``robot`` (p,). Into ``weights`` (n,) goes their marginal; its mean and deviation come
-    back, and what of its variance is shared and left.
-    """
-    _mix(given, robot, weights)
-    mean, std = _moments(weights, first, cell, wraps)
-    off = np.empty(weights.shape[0])
-    for j in range(off.shape[0]):
-        off[j] = _off(j, mean, first, cell, wraps)
-    left = _left(inherited, before, std)
-    return mean, std, left + _disagreement(given, robot, off), left
-
-
-@_inner
-def _bend(here: float, there: float) -> Any:
-    """The smaller of two second differences; none where one bends the other way."""
-    if here * there <= 0.0:
-        return 0.0
-    return here if abs(here) < abs(there) else there
-
-
-@_inner
-def _peak(weights: FloatArray, below: IntArray, above: IntArray) -> Any:
-    """Which states (n,) of a lattice with weights (n,) lie about the heaviest one, up to a valley beside it.
-
-    ``below`` and ``above`` (n,) are their neighbours.
-    """
-    top, is_near = 0, np.zeros(weights.shape[0], dtype=np.bool_)
-    for j in range(weights.shape[0]):
-        top = j if weights[j] > weights[top] else top
-    is_near[top] = True
-    for beside in (below, above):
-        j, lowest = beside[top], weights[top]
-        while not is_near[j] and FOOT * weights[top] < weights[j] < VALLEY * lowest:
-            is_near[j], lowest = True, min(lowest, weights[j])
-            j = beside[j]
-    return is_near
-
-
-@_inner
-def _narrowed(weights: FloatArray, power: float, wraps: bool, parts: int) -> Any:
-    """Weights (n,) of a lattice, to a ``power`` above one about the heaviest state; what lies elsewhere stays.
-
-    Between two samples, the logarithm of the density is the parabola through them that bends like the
-    straighter of both: at an edge of the belief none bulges beyond what it joins. Each cell is taken in ``parts``,
-    and what a part has falls to the samples on both sides of it so that its mean stays: a
-    narrow belief isn't drawn to the nearest sample.
-    """
-    count, top, highest = weights.shape[0], 0.0, -np.inf
-    log, bend, out = np.empty(count), np.empty(count), np.zeros(count)
-    below, above = np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64)
-    exponents = np.empty((count, parts))
-    for j in range(count):
-        top = max(top, weights[j])
-    for j in range(count):
-        log[j] = np.log(max(weights[j] / top, LEAST_EVIDENCE))
-        below[j] = j - 1 if j > 0 else (count - 1 if wraps else 1)  # limits reflect
-        above[j] = j + 1 if j < count - 1 else (0 if wraps else count - 2)
-    is_near, near, narrow = _peak(weights, below, above), 0.0, 0.0
-    for j in range(count):
-        bend[j] = log[below[j]] - 2.0 * log[j] + log[above[j]]
-        near += weights[j] if is_near[j] else 0.0
-    for j in range(count):
-        if not is_near[j] or power * log[j] < -NEXT_TO_NOTHING:
-            continue
-        for k in range(parts):
-            t = (k + 0.5) / parts - 0.5
-            beside = above[j] if t > 0.0 else below[j]
-            rise = abs(t) * (log[beside] - log[j])
-            rise -= 0.5 * abs(t) * (1.0 - abs(t)) * _bend(bend[j], bend[beside])
-            exponents[j, k] = power * (log[j] + rise)
-            highest = max(highest, exponents[j, k])
-    for j in range(count):
-        if not is_near[j] or power * log[j] < -NEXT_TO_NOTHING:
-            continue
-        for k in range(parts):
-            t = (k + 0.5) / parts - 0.5
-            part = np.exp(exponents[j, k] - highest)
-            narrow += part
-            out[j] += (1.0 - abs(t)) * part
-            out[above[j] if t > 0.0 else below[j]] += abs(t) * part
-    for j in range(count):
-        out[j] = near / narrow * out[j] + (0.0 if is_near[j] else weights[j])
-    return out
 
 
 @_inner
@@ -567,42 +328,15 @@ def interval(weights: FloatArray, first: float, cell: float, tail: float) -> Any
 
 
 @_compile
-def widen(
-    weights: FloatArray,
-    power: float,
-    parts: int,
-    variance: float,
-    first: float,
-    cell: float,
-    wraps: bool,
-    tail: float,
-    out: FloatArray,
-) -> Any:
-    """Weights (n,) of a lattice to a ``power`` from one on, in ``parts``, and after a random walk, into ``out`` (n,).
-
-    The walk's ``variance`` is in cells squared. Mean and deviation come back, and what ``interval`` says;
-    the lattice is as in ``_moments``.
-    """
-    count = weights.shape[0]
-    taps = _taps(variance, count)
-    narrowed = _narrowed(weights, power, wraps, parts) if power > 1.0 else weights
-    besides, padded = np.empty(count), np.empty(count + 2 * taps.shape[0])
-    _clear(besides)
-    _walked(narrowed, taps, wraps, besides, padded, out)
-    _normalize(out)
-    return _moments(out, first, cell, wraps), _interval(out, first, cell, tail)
-
-
-@_compile
 def worth_casting(weights: FloatArray, negligible: float, fine: int, coarse: int) -> Any:
-    """Indices (m,) of states that are worth casting, by their weights (n,), and which (m,) of them have weight.
+    """Indices (m,) of states that are worth casting, by their weights (n,).
 
     Those that have more than a ``negligible`` share of the largest, or a comb of at most ``fine`` over them;
     every ``coarse`` one of the others; the first and the last.
     """
     least, heavy, passed, count = 0.0, 0, 0, 0
     last = weights.shape[0] - 1
-    chosen, whole = np.empty(last + 1, dtype=np.int64), np.empty(last + 1, dtype=np.bool_)
+    chosen = np.empty(last + 1, dtype=np.int64)
     for j in range(last + 1):
         least = max(least, negligible * weights[j])
     for j in range(last + 1):
@@ -613,6 +347,6 @@ def worth_casting(weights: FloatArray, negligible: float, fine: int, coarse: int
         passed += is_heavy
         is_next = passed % every == 0 if is_heavy else j % coarse == 0
         if is_next or j in (0, last):
-            chosen[count], whole[count] = j, is_heavy
+            chosen[count] = j
             count += 1
-    return chosen[:count], whole[:count]
+    return chosen[:count]

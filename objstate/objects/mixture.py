@@ -3,8 +3,9 @@
 The state s of a door is covered by cells between its limits, and by two atoms at the limits: a
 latched door stands exactly there. Given a cell or an atom, three kinds of error are a Gaussian:
 what the robot's pose is off, how far the state lies from the cell's middle, and where the hinge
-really is. So a leaf seen as a line tells its angle and where it hangs, and the angle's variance
-counts what isn't known of robot and hinge (Rao-Blackwellized; see docs/model.md).
+and the zero of the angle really are. So a leaf seen as a line tells its angle and where it hangs,
+and the angle's variance counts what isn't known of robot, hinge and zero (Rao-Blackwellized; see
+docs/model.md).
 """
 
 from __future__ import annotations
@@ -31,8 +32,11 @@ else:
 SECONDS_PER_HOUR = 3600.0
 CELL_DEG, CELL_M = 2.5, 0.05  # width of a cell, hinged and sliding; a scan is linear within one
 OVERLAP = 0.6  # deviation of the state within a cell, in cells: their sum is nearly flat
+PLAY_DEG, PLAY_M = 0.1, 0.002  # deviation of a latched door's state from its limit
 LATCHES = 0.8  # probability that a door that comes to rest in the last cell before a limit is at it
 FASTEST_S = 3.0  # s after which a door that moves may be anywhere
+HINGE = slice(4, 6)  # of a component's errors
+NEGLIGIBLE = 1e-9  # weight of a component that doesn't tell how likely a prior is
 NEVER = 1e-30  # weight that no component falls below: what was impossible may come true
 
 
@@ -72,17 +76,31 @@ class Doorway:
         return len(self.states) - self.atoms
 
     @lazy
+    def zero(self) -> int | None:
+        """Which component is the limit that the state is counted from; None where it is no limit."""
+        off = np.abs(self.states[self.cells :] - self.item.home[0])
+        return self.cells + int(off.argmin()) if off.min(initial=np.inf) < self.cell / 2 else None
+
+    @lazy
     def widths(self) -> FloatArray:
         """(c,) variances of the state within each component.
 
-        Within an atom it is that of the limit's own place: the leaf is closed, but the bearing of
-        the closed leaf isn't known exactly.
+        A latched door stands at the limit that its state is counted from. Where it stops at the
+        other one isn't known exactly.
         """
         e = self.error
-        limit = math.radians(e.bearing_std_deg) if self._hinged else e.hinge_std_m
         out = np.full(len(self.states), (OVERLAP * self.cell) ** 2)
-        out[self.cells :] = limit**2
+        out[self.cells :] = (
+            math.radians(e.bearing_std_deg) if self._hinged else e.hinge_std_m
+        ) ** 2
+        if self.zero is not None:
+            out[self.zero] = (math.radians(PLAY_DEG) if self._hinged else PLAY_M) ** 2
         return out
+
+    @lazy
+    def tied(self) -> FloatArray:
+        """(c,) 1 where a component stands at its state's zero, or so far from it: the limits."""
+        return np.asarray(np.arange(len(self.states)) >= self.cells, dtype=float)
 
     @lazy
     def turn(self) -> float:
@@ -132,10 +150,7 @@ class Doorway:
 
     def wandered(self, moving: FloatArray, seconds: float) -> FloatArray:
         """(c,) where doors that move (c,) are after a while."""
-        swing, count = self.settings.swing, self.cells
-        fastest = math.radians(swing.most_deg_per_s) if self._hinged else swing.most_m_per_s
-        std = max(fastest / 2.0 * min(seconds, FASTEST_S) / self.cell, 0.3)
-        taps = _taps(round(std, 2), count)
+        taps, count = self._taps(seconds), self.cells
         spread = moving[:count].copy()
         if self.atoms:
             spread[0] += moving[count]
@@ -151,6 +166,103 @@ class Doorway:
             out[0] += both[:reach].sum()
             out[count - 1] += both[reach + count :].sum()
         return out
+
+    def _taps(self, seconds: float) -> FloatArray:
+        """(2 r + 1,) by how many cells a moving door is elsewhere after a while."""
+        swing = self.settings.swing
+        fastest = math.radians(swing.most_deg_per_s) if self._hinged else swing.most_m_per_s
+        std = max(fastest / 2.0 * min(seconds, FASTEST_S) / self.cell, 0.3)
+        return _taps(round(std, 2), self.cells)
+
+    def stays(self, seconds: float) -> float:
+        """Probability that nobody moves a door that rests."""
+        return math.exp(-self.settings.dynamics.moves_per_hour * seconds / SECONDS_PER_HOUR)
+
+    def _stops(self, seconds: float) -> tuple[float, float]:
+        """Probability that a moving door comes to rest, and that it then may be anywhere."""
+        swing = self.settings.swing
+        return -math.expm1(-seconds / swing.seconds), -math.expm1(-seconds / swing.near_s)
+
+    def moved(self, resting: FloatArray, moving: FloatArray, seconds: float) -> Moved:
+        """The weights (c,) of doors at rest and of moving ones after a while."""
+        remaining = self.stays(seconds) * resting
+        swinging = self.wandered(moving + resting - remaining, seconds)
+        ends, leaves = self._stops(seconds)
+        stops, swinging = ends * swinging, (1.0 - ends) * swinging
+        near, count = stops.copy(), self.cells
+        if self.atoms:
+            near[count:] += LATCHES * near[[0, count - 1]]
+            near[[0, count - 1]] *= 1.0 - LATCHES
+        arrived = (1.0 - leaves) * near + leaves * stops.sum() * self.rest
+        total = remaining + arrived + swinging
+        share = (arrived + swinging) / np.maximum(total, NEVER)
+        return Moved(remaining + arrived, swinging, share)
+
+    def expected(
+        self, resting: FloatArray, moving: FloatArray, seconds: float
+    ) -> tuple[FloatArray, FloatArray]:
+        """Expectations (c,) of values that a door will have after a while.
+
+        The values (c,) are those of a door that then rests or moves in each component; the first
+        expectations are of one that rests now, the second of one that moves. This is the adjoint
+        of ``moved``.
+        """
+        ends, leaves = self._stops(seconds)
+        near, count = resting.copy(), self.cells
+        if self.atoms:
+            edges = [0, count - 1]
+            near[edges] = (1.0 - LATCHES) * resting[edges] + LATCHES * resting[count:]
+        stopped = (1.0 - leaves) * near + leaves * float(self.rest @ resting)
+        ahead = (ends * stopped + (1.0 - ends) * moving)[:count]
+        taps, out = self._taps(seconds), np.empty(len(resting))
+        if self.item.wraps:
+            back = np.fft.rfft(ahead) * np.fft.rfft(_circle(taps, count))
+            out[:count] = np.fft.irfft(back, count)
+        else:
+            reach = len(taps) // 2
+            padded = np.concatenate([np.full(reach, ahead[0]), ahead, np.full(reach, ahead[-1])])
+            out[:count] = np.convolve(padded, taps, "valid")
+            if self.atoms:
+                out[count:] = out[[0, count - 1]]
+        stays = self.stays(seconds)
+        return stays * resting + (1.0 - stays) * out, out
+
+    def on_lattice(
+        self,
+        resting: FloatArray,
+        moving: FloatArray,
+        means: FloatArray,
+        variances: FloatArray,
+        lattice: ObjectBelief,
+    ) -> tuple[FloatArray, FloatArray]:
+        """Weights (n,) of a lattice's states, and how probably a door moves in each of them (n,).
+
+        The components have weights, and the states in them means and variances (c,).
+        """
+        first, cell, wraps = lattice.lattice
+        count, cells, total = len(lattice.states), slice(self.cells), resting + moving
+        stds = np.sqrt(variances[cells])
+        weights, swung = np.empty(count), np.empty(count)
+        kernels.read_off(moving[cells] + NEVER, means[cells], stds, first, cell, wraps, swung)
+        swung *= moving.sum()
+        kernels.read_off(total[cells] + NEVER, means[cells], stds, first, cell, wraps, weights)
+        if self.atoms:
+            limits = total[self.cells :]
+            weights *= 1.0 - limits.sum()
+            weights[0] += limits[0]
+            weights[-1] += limits[1]
+        weights /= weights.sum()
+        return weights, np.minimum(swung / np.maximum(weights, NEVER), 1.0)
+
+
+class Statics(NamedTuple):
+    """Variances of what is static but not known exactly of a door."""
+
+    hinge: float  # m^2, of the hinge's place in each direction
+    bearing: float  # rad^2, of where the angle is zero; of a sliding door, nothing
+
+
+STATICS = {"hinge": (4, 6), "bearing": (6, 7)}  # errors of a component that they are
 
 
 class Moved(NamedTuple):
@@ -168,27 +280,27 @@ class DoorMixture:
     door: Doorway
     resting: FloatArray  # (c,) weights of a door at rest; with those that move, they sum to one
     moving: FloatArray  # (c,) of one that is being moved
-    means: FloatArray  # (c, 6) of errors, see ``mixture_kernels``
-    covariances: FloatArray  # (c, 6, 6)
+    means: FloatArray  # (c, 7) of errors, see ``mixture_kernels``
+    covariances: FloatArray  # (c, 7, 7)
+    statics: Statics  # the prior that they have
     stamp_ns: int | None = None
 
     @staticmethod
-    def unknown(
-        door: Doorway, hinge_variance: float, hinge: FloatArray | None = None
-    ) -> DoorMixture:
-        """Before any scan; the hinge may be known from before by its place (2,) m."""
-        count = len(door.states)
-        means, covariances = np.zeros((count, 6)), np.zeros((count, 6, 6))
-        covariances[:, 3, 3] = door.widths
-        covariances[:, 4, 4] = covariances[:, 5, 5] = hinge_variance
-        if hinge is not None:
-            means[:, 4:] = hinge - door.item.hinge
-        return DoorMixture(door, door.prior, np.zeros(count), means, covariances)
+    def unknown(door: Doorway, statics: Statics) -> DoorMixture:
+        """Before any scan."""
+        count, errors = len(door.states), kernels.ERRORS
+        means, covariances = np.zeros((count, errors)), np.zeros((count, errors, errors))
+        covariances[:, kernels.STATE, kernels.STATE] = door.widths
+        covariances[:, HINGE, HINGE] = statics.hinge * np.eye(2)
+        covariances[:, kernels.ZERO, kernels.ZERO] = statics.bearing if door.turn else 0.0
+        return DoorMixture(door, door.prior, np.zeros(count), means, covariances, statics)
 
     @staticmethod
-    def of(door: Doorway, belief: ObjectBelief, hinge_variance: float) -> DoorMixture:
-        """What a belief on a lattice says; of the hinge, where its object hangs."""
-        blank = DoorMixture.unknown(door, hinge_variance, belief.item.hinge)
+    def of(door: Doorway, belief: ObjectBelief, statics: Statics) -> DoorMixture:
+        """What a belief on a lattice says; its states at the limits stand for the limits."""
+        blank = DoorMixture.unknown(door, statics)
+        if belief.stamp_ns is None:
+            return blank
         states, weights = belief.states[:, 0], belief.weights.values
         where = np.floor((states - door.item.lower) / door.cell).astype(int)
         resting = np.bincount(where.clip(0, door.cells - 1), weights, len(door.states))
@@ -200,8 +312,8 @@ class DoorMixture:
         moving = np.bincount(where.clip(0, door.cells - 1), weights * swung, len(door.states))
         resting = np.maximum(resting - moving, NEVER)
         total = resting.sum() + moving.sum()
-        return DoorMixture(
-            door, resting / total, moving / total, blank.means, blank.covariances, belief.stamp_ns
+        return altered(
+            blank, resting=resting / total, moving=moving / total, stamp_ns=belief.stamp_ns
         )
 
     @lazy
@@ -209,37 +321,21 @@ class DoorMixture:
         """(c,) of the components, whether the door moves or not."""
         return self.resting + self.moving
 
-    def later(self, seconds: float, kept: float, robot: FloatArray) -> DoorMixture:
+    def later(self, seconds: float, transfer: FloatArray, added: FloatArray) -> DoorMixture:
         """The mixture after a while, in which somebody may have moved the door.
 
-        The robot's errors are others by then: a share ``kept`` stays, and its covariance (3, 3)
-        makes up for the rest.
+        The robot's errors are ``transfer`` (3, 3) times the former by then, plus independent ones of
+        covariance ``added`` (3, 3).
         """
         means, covariances = self.means.copy(), self.covariances.copy()
         resting, moving = self.resting, self.moving
         if seconds > 0.0:
-            moved = self._moved(seconds)
+            moved = self.door.moved(resting, moving, seconds)
             mean, covariance = kernels.pooled(self.weights, means, covariances)
             kernels.join(moved.arriving, mean, covariance, self.door.widths, means, covariances)
             resting, moving = moved.resting, moved.moving
-        kernels.renew_robot(means, covariances, kept, robot)
-        return DoorMixture(self.door, resting, moving, means, covariances)
-
-    def _moved(self, seconds: float) -> Moved:
-        door, swing = self.door, self.door.settings.swing
-        stays = math.exp(-door.settings.dynamics.moves_per_hour * seconds / SECONDS_PER_HOUR)
-        resting = stays * self.resting
-        swinging = door.wandered(self.moving + self.resting - resting, seconds)
-        ends, leaves = (-math.expm1(-seconds / each) for each in (swing.seconds, swing.near_s))
-        stops, swinging = ends * swinging, (1.0 - ends) * swinging
-        near, count = stops.copy(), door.cells
-        if door.atoms:
-            near[count:] += LATCHES * near[[0, count - 1]]
-            near[[0, count - 1]] *= 1.0 - LATCHES
-        arrived = (1.0 - leaves) * near + leaves * stops.sum() * door.rest
-        total = resting + arrived + swinging
-        share = (arrived + swinging) / np.maximum(total, NEVER)
-        return Moved(resting + arrived, swinging, share)
+        kernels.renew_robot(means, covariances, transfer, added)
+        return DoorMixture(self.door, resting, moving, means, covariances, self.statics)
 
     def at(self, stamp_ns: int) -> DoorMixture:
         """The same at a moment."""
@@ -247,49 +343,81 @@ class DoorMixture:
 
     def given(self, beams: Beams, noise: Noise, shape: kernels.Shape) -> tuple[DoorMixture, int]:
         """Bayes' rule for a scan, and the largest number of its beams that reach the leaf."""
-        means, covariances = self.means.copy(), self.covariances.copy()
+        door, means, covariances = self.door, self.means.copy(), self.covariances.copy()
         log_evidence = np.empty(len(means))
         reached = kernels.condition(
-            beams, shape, noise, self.door.placements, means, covariances, log_evidence
+            beams,
+            shape,
+            noise,
+            door.placements,
+            door.tied,
+            np.maximum(self.weights, NEVER),
+            means,
+            covariances,
+            log_evidence,
         )
         likelihood = np.exp(log_evidence - log_evidence.max())
         resting = np.maximum(self.resting * likelihood, NEVER)
         moving = self.moving * likelihood
         total = resting.sum() + moving.sum()
-        after = DoorMixture(self.door, resting / total, moving / total, means, covariances)
+        after = DoorMixture(
+            self.door, resting / total, moving / total, means, covariances, self.statics
+        )
         return after, int(reached)
+
+    def log_evidence(self, name: str, variances: FloatArray) -> FloatArray:
+        """(k,) log p(z | variance) of a static error, up to a constant, for prior variances (k,)."""
+        before, errors = getattr(self.statics, name), STATICS[name]
+        weights, means, covariances = self.weights, self.means, self.covariances
+        precisions = 1.0 / variances - 1.0 / before
+        counts = weights > NEGLIGIBLE
+        out = kernels.evidence_under(
+            weights[counts], means[counts], covariances[counts], *errors, before, precisions
+        )
+        return np.asarray(out)
+
+    def under(self, statics: Statics) -> DoorMixture:
+        """The same readings under other, narrower priors of the static errors."""
+        factors, count = np.zeros(len(self.weights)), len(self.weights)
+        means, covariances = self.means.copy(), self.covariances.copy()
+        for name, errors in STATICS.items():
+            before, after = getattr(self.statics, name), getattr(statics, name)
+            if before > 0.0:
+                by_this = np.empty(count)
+                precision = 1.0 / after - 1.0 / before
+                kernels.rescale(by_this, means, covariances, *errors, before, precision)
+                factors += by_this
+        with np.errstate(divide="ignore"):
+            factors += np.log(self.weights)
+        factors = np.exp(factors - factors.max()) / np.maximum(self.weights, NEVER)
+        resting, moving = self.resting * factors, self.moving * factors
+        total = resting.sum() + moving.sum()
+        return altered(
+            self,
+            resting=resting / total,
+            moving=moving / total,
+            means=means,
+            covariances=covariances,
+            statics=statics,
+        )
 
     @lazy
     def hinge(self) -> tuple[FloatArray, FloatArray]:
         """Mean (2,) m of the hinge's offset from its place in the model, and covariance (2, 2)."""
         mean, covariance = kernels.pooled(self.weights, self.means, self.covariances)
-        return mean[4:], covariance[4:, 4:]
+        return mean[HINGE], covariance[HINGE, HINGE]
+
+    @lazy
+    def states(self) -> tuple[FloatArray, FloatArray]:
+        """Means and variances (c,) of the state in each component."""
+        errors = [kernels.STATE, kernels.ZERO]
+        means = self.door.states + self.means[:, kernels.STATE] - self.means[:, kernels.ZERO]
+        return means, self.covariances[:, errors, errors].sum(axis=1)
 
     def on_lattice(self, lattice: ObjectBelief) -> ObjectBelief:
         """The posterior of the state alone, as weights of a lattice's states."""
-        first, cell, wraps = lattice.lattice
-        count, door = len(lattice.states), self.door
-        bearing = door.widths[-1] if door.atoms else 0.0
-        variances = self.covariances[: door.cells, 3, 3] + bearing
-        states = door.states[: door.cells] + self.means[: door.cells, 3]
-        weights, swung = np.empty(count), np.empty(count)
-        kernels.read_off(
-            self.moving[: door.cells] + NEVER, states, np.sqrt(variances), first, cell, wraps, swung
-        )
-        swung *= self.moving.sum()
-        kernels.read_off(
-            self.weights[: door.cells], states, np.sqrt(variances), first, cell, wraps, weights
-        )
-        if door.atoms:
-            limits = self.weights[door.cells :]
-            weights *= 1.0 - limits.sum()
-            weights[0] += limits[0]
-            weights[-1] += limits[1]
-        weights /= weights.sum()
-        swung = np.minimum(swung / np.maximum(weights, NEVER), 1.0)
-        return altered(
-            lattice, weights=Weights(weights), swung=swung, stamp_ns=self.stamp_ns, joint=self
-        )
+        weights, swung = self.door.on_lattice(self.resting, self.moving, *self.states, lattice)
+        return altered(lattice, weights=Weights(weights), swung=swung, stamp_ns=self.stamp_ns)
 
 
 def _taps(std: float, most: int) -> FloatArray:

@@ -2,9 +2,9 @@
 
 Component c holds that the object stands at a placement (x, y, turn), give or take a Gaussian over
 ``ERRORS`` numbers: what the robot's pose is off (x, y, yaw), how far the state lies from the
-component's middle, and what the object's origin is off (x, y). A scan is linearized in these
-about the component's own mean, so that each component takes it in as an extended Kalman filter
-does, and its evidence is Laplace's approximation of the integral.
+component's middle, what the object's origin is off (x, y), and by how much its state's zero is. A
+scan is linearized in these about the component's own mean, so that each component takes it in as
+an extended Kalman filter does, and its evidence is Laplace's approximation of the integral.
 """
 
 from __future__ import annotations
@@ -16,11 +16,12 @@ import numpy as np
 
 from objstate.compiling import inner, njit
 from objstate.geometry import FloatArray, IntArray
+from objstate.linear import solve
 from objstate.sensing.surface_kernels import met
 
-ERRORS = 6  # robot x, y, yaw; state; origin x, y
+ERRORS = 7  # robot x, y, yaw; state; origin x, y; zero of the state
 ROBOT = 3  # of them are the robot's
-STATE = 3
+STATE, ORIGIN, ZERO = 3, 4, 6
 GRAZING = 0.12  # cosine of incidence below which a range says nothing of where a surface stands
 GRAZED_STD = 0.01  # m by which a surface is rough, seen at a grazing incidence
 STEP = 0.05  # m between ranges of neighbouring beams, from which they meet different surfaces
@@ -28,8 +29,15 @@ LEAST_SHARE = 1e-6  # probability of a hit, below which a beam tells nothing of 
 MOST_LOOKS = 3  # linearizations before the one that the evidence is told by, where errors are wide
 WIDE = 4.0  # times the variance of a range: errors from which one is enough are below
 REACHED = 4.0  # deviations by which a range may fall short of an object that the beam reaches
-FOOTPRINT = 0.02  # m, the deviation of a range whose beam meets the edge of a surface
-ROOT_TAU = math.sqrt(2.0 * math.pi)
+TINY = 1e-200  # product of densities, below which its logarithm is taken
+FOOTPRINT = (
+    0.02  # m, half the width of a beam, and by how much ranges at the edge of a surface vary
+)
+SURE = (
+    4.0  # deviations of its distance from a corner, from which on a beam surely passes on its side
+)
+HOPELESS = 30.0  # nats below the most likely component, from which on a component isn't refined
+ROOT_2, ROOT_TAU = math.sqrt(2.0), math.sqrt(2.0 * math.pi)
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
@@ -52,7 +60,8 @@ class Noise(NamedTuple):
     hit: float  # probability that what is expected stops the beam
     random: float  # 1/m, density of a range that nothing explains
     missing: float  # probability of a missing return, whatever is expected
-    variance: float  # m^2 of a range
+    variance: float  # m^2 of a range near by
+    growth: float  # by how much it grows with the square of the range
     range_max: float  # m
     unexpected: float  # probability that something unexpected stops a beam
     run: float  # probability that the next beam fares as the one before
@@ -67,6 +76,8 @@ class Shape(NamedTuple):
 
     segments: FloatArray  # (k, 4) m about the object's origin, in its home state
     normals: FloatArray  # (k, 2)
+    corners: FloatArray  # (m, 2) m, the ends of the segments
+    among: IntArray  # (k, 2) the first corner of the part that a segment belongs to, and the one past its last
     turn: float  # rad that it turns for each unit of the state
     slide: FloatArray  # (2,) m that it moves in the building
 
@@ -74,25 +85,49 @@ class Shape(NamedTuple):
 class Work(NamedTuple):
     """Arrays that a linearization fills; made once for all components."""
 
-    expected: FloatArray  # (n,) m
-    side: IntArray  # (n,) the segment that is met, -1 for the background
+    expected: FloatArray  # (n,) m to the object, inf past it
+    side: IntArray  # (n,) the segment that is met, -1 for none
+    share: FloatArray  # (n,) probability that the beam meets the object
+    odds: FloatArray  # (n,) relative change of the range's density if the beam surely met it, less if surely not
+    ends: IntArray  # (n, 2) the corners to its left and right that the beam may pass beside, -1 for none
+    corners: FloatArray  # (m, 2) m in the building
+    stds: FloatArray  # (m,) m of the distance of a corner from a beam
+    past: FloatArray  # (n,) density of a range that passes the object and hits what is behind
+    begun: FloatArray  # (n,) 1/m, density of a range to something unexpected that the beam before didn't meet
+    gone_on: FloatArray  # (n,) 1/m, of one to the same as the beam before
     origins: FloatArray  # (n, 2) m of the beams
     directions: FloatArray  # (n, 2)
-    row: FloatArray  # (6,) how one range changes with the errors
-    gradient: FloatArray  # (6,) of the log-likelihood
-    information: FloatArray  # (6, 6) Gauss-Newton's
-    matrix: FloatArray  # (6, 6)
-    right: FloatArray  # (6, 6)
+    row: FloatArray  # (7,) how one range changes with the errors
+    gradient: FloatArray  # (7,) of the log-likelihood
+    information: FloatArray  # (7, 7) Gauss-Newton's
+    matrix: FloatArray  # (7, 7)
+    right: FloatArray  # (7, 7)
 
 
 @_inner
-def _cast(beams: Beams, shape: Shape, placement: FloatArray, x: FloatArray, work: Work) -> Any:
-    """What beams meet, with the object where a component's errors (6,) put it; where it stands."""
+def _cast(
+    beams: Beams,
+    shape: Shape,
+    placement: FloatArray,
+    tied: float,
+    x: FloatArray,
+    prior: FloatArray,
+    work: Work,
+) -> Any:
+    """What beams meet, with the object where a component's errors (7,) put it; where it stands.
+
+    Whether a beam passes beside a corner is as uncertain as errors of the covariance ``prior`` (7, 7) make it.
+    """
     cos, sin = math.cos(x[2]), math.sin(x[2])
-    turned = placement[2] + shape.turn * x[STATE]
+    turned = placement[2] + shape.turn * (x[STATE] + tied * x[ZERO])
     cos_turned, sin_turned = math.cos(turned), math.sin(turned)
     east = placement[0] + shape.slide[0] * x[STATE] + x[4]
     north = placement[1] + shape.slide[1] * x[STATE] + x[5]
+    placed = cos_turned, sin_turned, east, north
+    for j in range(shape.corners.shape[0]):
+        own_x, own_y = shape.corners[j, 0], shape.corners[j, 1]
+        work.corners[j, 0] = east + cos_turned * own_x - sin_turned * own_y
+        work.corners[j, 1] = north + sin_turned * own_x + cos_turned * own_y
     for i in range(beams.measured.shape[0]):
         off_x, off_y = beams.origins[i, 0] - beams.place[0], beams.origins[i, 1] - beams.place[1]
         dx = cos * beams.directions[i, 0] - sin * beams.directions[i, 1]
@@ -101,16 +136,137 @@ def _cast(beams: Beams, shape: Shape, placement: FloatArray, x: FloatArray, work
         begin_y = beams.place[1] + x[1] + sin * off_x + cos * off_y
         work.origins[i, 0], work.origins[i, 1] = begin_x, begin_y
         work.directions[i, 0], work.directions[i, 1] = dx, dy
+        work.expected[i], work.side[i] = np.inf, -1
+        if i == 0:
+            _see_corners(beams, shape, tied, x, prior, placed, work)
+        left, right = _outermost(i, 0, work.corners.shape[0], work)
+        work.share[i] = 0.0
+        if left < 0 or _surely_past(i, left, 1.0, work) or _surely_past(i, right, -1.0, work):
+            continue
         off_x, off_y = begin_x - east, begin_y - north
         own_x = cos_turned * off_x + sin_turned * off_y
         own_y = cos_turned * off_y - sin_turned * off_x
         own_dx, own_dy = cos_turned * dx + sin_turned * dy, cos_turned * dy - sin_turned * dx
-        work.expected[i], work.side[i] = beams.background[i], -1
+        nearest = np.inf
         for k in range(shape.segments.shape[0]):
             distance = met(own_x, own_y, own_dx, own_dy, shape.segments[k], shape.normals[k])
-            if distance < work.expected[i]:
-                work.expected[i], work.side[i] = distance, k
-    return cos_turned, sin_turned, east, north
+            if distance < nearest:
+                nearest, work.side[i] = distance, k
+        if work.side[i] >= 0:
+            work.expected[i] = nearest
+            _cover(i, shape.among[work.side[i]], work)
+        else:
+            _graze(i, work)
+        if work.expected[i] >= beams.background[i]:
+            work.expected[i], work.side[i], work.share[i] = np.inf, -1, 0.0
+    return placed
+
+
+@_inner
+def _see_corners(
+    beams: Beams,
+    shape: Shape,
+    tied: float,
+    x: FloatArray,
+    prior: FloatArray,
+    placed: Any,
+    work: Work,
+) -> None:
+    """``work.stds`` become those of the distances of corners from beams that pass beside them."""
+    for j in range(work.corners.shape[0]):
+        dx, dy = work.corners[j, 0] - work.origins[0, 0], work.corners[j, 1] - work.origins[0, 1]
+        away = max(math.hypot(dx, dy), FOOTPRINT)
+        _sideways(beams, shape, tied, x, dx / away, dy / away, j, placed, work)
+        work.stds[j] = math.sqrt(FOOTPRINT * FOOTPRINT + _quadratic(prior, work.row))
+
+
+@_inner
+def _across(i: int, corner: int, work: Work) -> Any:
+    """m by which a corner lies to the left of a beam, and along it."""
+    dx, dy = work.directions[i, 0], work.directions[i, 1]
+    off_x = work.corners[corner, 0] - work.origins[i, 0]
+    off_y = work.corners[corner, 1] - work.origins[i, 1]
+    return dx * off_y - dy * off_x, dx * off_x + dy * off_y
+
+
+@_inner
+def _surely_past(i: int, corner: int, side: float, work: Work) -> Any:
+    """Whether a beam passes a corner that is the outermost to its left, 1, or to its right, -1."""
+    return side * _across(i, corner, work)[0] < -SURE * work.stds[corner]
+
+
+@_inner
+def _outermost(i: int, first: int, past: int, work: Work) -> Any:
+    """Of the corners from a first one on that lie before a beam, those farthest to its left and right; -1 for none."""
+    right, left, rightmost, leftmost = np.inf, -np.inf, -1, -1
+    for j in range(first, past):
+        across, along = _across(i, j, work)
+        if along <= 0.0:
+            continue
+        if across < right:
+            right, rightmost = across, j
+        if across > left:
+            left, leftmost = across, j
+    return leftmost, rightmost
+
+
+@_inner
+def _cover(i: int, among: IntArray, work: Work) -> None:
+    """``work.share`` of a beam that meets a part with corners ``among`` some: that it passes between the outermost of them."""
+    left, right = _outermost(i, among[0], among[1], work)
+    work.ends[i, 0], work.ends[i, 1] = left, right
+    share = 1.0
+    for side in range(2):
+        corner, sign = work.ends[i, side], 1.0 - 2.0 * side
+        if corner >= 0:
+            across = sign * _across(i, corner, work)[0]
+            if across < SURE * work.stds[corner]:
+                share -= 0.5 * math.erfc(across / (ROOT_2 * work.stds[corner]))
+    work.share[i] = max(share, 0.0)
+
+
+@_inner
+def _graze(i: int, work: Work) -> None:
+    """``work.share`` of a beam that meets no segment: that it meets the corner which it passes most closely after all.
+
+    What is expected of the object then is the range to that corner.
+    """
+    nearest, closest, towards = -1, np.inf, 0.0
+    for j in range(work.corners.shape[0]):
+        across, along = _across(i, j, work)
+        if along > 0.0 and abs(across) < closest * work.stds[j]:
+            nearest, closest, towards = j, abs(across) / work.stds[j], across
+            work.expected[i] = along
+    work.ends[i, 0], work.ends[i, 1] = -1, -1
+    if closest < SURE:
+        work.ends[i, 0 if towards < 0.0 else 1] = nearest
+        work.share[i] = 0.5 * math.erfc(closest / ROOT_2)
+    else:
+        work.expected[i] = np.inf
+
+
+@_inner
+def _sideways(
+    beams: Beams,
+    shape: Shape,
+    tied: float,
+    x: FloatArray,
+    dx: float,
+    dy: float,
+    corner: int,
+    placed: Any,
+    work: Work,
+) -> None:
+    """``work.row`` becomes how the distance of a corner from a beam changes with each of the errors."""
+    _, _, east, north = placed
+    row = work.row
+    corner_x, corner_y = work.corners[corner, 0], work.corners[corner, 1]
+    row[0], row[1] = dy, -dx
+    row[2] = -dx * (corner_x - beams.place[0] - x[0]) - dy * (corner_y - beams.place[1] - x[1])
+    turned = shape.turn * (dx * (corner_x - east) + dy * (corner_y - north))
+    row[STATE] = turned + dx * shape.slide[1] - dy * shape.slide[0]
+    row[4], row[5] = -dy, dx
+    row[ZERO] = tied * turned
 
 
 @_inner
@@ -119,18 +275,22 @@ def _bell(off: float, variance: float) -> Any:
 
 
 @_inner
-def _beside_edge(beams: Beams, expected: FloatArray, noise: Noise, i: int) -> Any:
-    """Density of a range by the surfaces that the neighbours of a beam meet, where those lie elsewhere."""
-    total = 0.0
+def _beside_edge(beams: Beams, noise: Noise, i: int) -> Any:
+    """Density of a range by the backgrounds of a beam's neighbours, where those lie elsewhere."""
+    total, background = 0.0, beams.background
     for j in (i - 1, i + 1):
-        if 0 <= j < expected.shape[0] and abs(expected[j] - expected[i]) > STEP:
-            variance = noise.variance + FOOTPRINT * FOOTPRINT + beams.blur[j]
-            total += noise.edge * noise.hit * _bell(beams.measured[i] - expected[j], variance)
+        if not (0 <= j < background.shape[0] and background[j] < np.inf):
+            continue
+        if abs(background[j] - background[i]) > STEP:
+            variance = _scatter(noise, background[j]) + FOOTPRINT * FOOTPRINT + beams.blur[j]
+            total += noise.edge * noise.hit * _bell(beams.measured[i] - background[j], variance)
     return total
 
 
 @_inner
-def _row(beams: Beams, shape: Shape, x: FloatArray, i: int, placed: Any, work: Work) -> Any:
+def _row(
+    beams: Beams, shape: Shape, tied: float, x: FloatArray, i: int, placed: Any, work: Work
+) -> Any:
     """How a range changes with each of the errors; the cosine at which the beam meets the surface."""
     cos, sin, east, north = placed
     side, dx, dy = work.side[i], work.directions[i, 0], work.directions[i, 1]
@@ -145,56 +305,85 @@ def _row(beams: Beams, shape: Shape, x: FloatArray, i: int, placed: Any, work: W
     turned = shape.turn * (ny * (met_x - east) - nx * (met_y - north))
     row[STATE] = (turned + nx * shape.slide[0] + ny * shape.slide[1]) / cosine
     row[4], row[5] = nx / cosine, ny / cosine
+    row[ZERO] = tied * turned / cosine
     return cosine
 
 
 @_inner
 def _quadratic(matrix: FloatArray, row: FloatArray) -> Any:
+    """row^T matrix row, of a symmetric matrix."""
     total = 0.0
     for a in range(row.shape[0]):
-        for b in range(row.shape[0]):
-            total += row[a] * matrix[a, b] * row[b]
+        for b in range(a):
+            total += 2.0 * row[a] * matrix[a, b] * row[b]
+        total += row[a] * matrix[a, a] * row[a]
     return total
 
 
 @_inner
-def _variance(
-    noise: Noise, blur: float, is_met: bool, cosine: float, spread: FloatArray, row: FloatArray
-) -> Any:
-    """m^2 of a range to the object, or else to the background, with errors of a covariance ``spread`` (6, 6)."""
-    if not is_met:
-        return noise.variance + blur
-    if abs(cosine) < GRAZING:
-        return noise.variance + (GRAZED_STD / max(abs(cosine), GRAZED_STD)) ** 2
-    return noise.variance + _quadratic(spread, row)
+def _scatter(noise: Noise, distance: float) -> Any:
+    """m^2 of a range by the laser's noise alone."""
+    return noise.variance + noise.growth * distance * distance
 
 
 @_inner
-def _fared(
-    beams: Beams, noise: Noise, expected: FloatArray, i: int, variance: float, before: Any
+def _variance(
+    scatter: float, is_met: bool, cosine: float, spread: FloatArray, row: FloatArray
 ) -> Any:
-    """Densities of a range that hits what is expected, is free of anything unexpected, and is stopped by that.
+    """m^2 of a range to the object, with errors of a covariance ``spread`` (7, 7)."""
+    if not is_met:
+        return scatter + FOOTPRINT * FOOTPRINT
+    if abs(cosine) < GRAZING:
+        return scatter + (GRAZED_STD / max(abs(cosine), GRAZED_STD)) ** 2
+    return scatter + (_quadratic(spread, row) if spread[0, 0] > 0.0 else 0.0)
 
+
+@_inner
+def _told(beams: Beams, noise: Noise, work: Work) -> None:
+    """What ranges tell whatever the object's state: ``work.past``, ``work.begun`` and ``work.gone_on``."""
+    for i in range(beams.measured.shape[0]):
+        measured, background = beams.measured[i], beams.background[i]
+        work.past[i], work.begun[i], work.gone_on[i] = 0.0, 0.0, 0.0
+        if measured == np.inf:
+            work.past[i] = noise.hit if background >= noise.range_max else 0.0
+            continue
+        work.past[i] = _beside_edge(beams, noise, i)
+        if background < np.inf:
+            blurred = _scatter(noise, background) + beams.blur[i]
+            work.past[i] += noise.hit * _bell(measured - background, blurred)
+        work.begun[i] = noise.decay * math.exp(-noise.decay * measured)
+        if i > 0 and beams.measured[i - 1] < np.inf:
+            off = measured - beams.measured[i - 1]
+            work.gone_on[i] = _bell(off, noise.run_std * noise.run_std)
+
+
+@_inner
+def _fared(beams: Beams, noise: Noise, work: Work, i: int, variance: float, before: Any) -> Any:
+    """Densities of a range that hits the object, is free of anything unexpected, and is stopped by that.
+
+    The last value is by how much the density is larger if the beam meets the object than if it passes.
     Whether something unexpected stops a beam is a hidden Markov chain along the scan; ``before`` are the
     probabilities that the beam before was free and was stopped.
     """
     measured, stays = beams.measured[i], noise.run if i > 0 else 0.0
     reaches = stays * before[0] + (1.0 - stays) * (1.0 - noise.unexpected)
     goes_on, begins = stays * before[1], (1.0 - stays) * noise.unexpected
+    expected, past, share = work.expected[i], work.past[i], work.share[i]
     if measured == np.inf:
-        missed = noise.missing + (noise.hit if expected[i] >= noise.range_max else 0.0)
-        return 0.0, reaches * missed, (goes_on + begins) * noise.missing
-    hit = 0.0
-    if expected[i] < np.inf:
-        hit = reaches * noise.hit * _bell(measured - expected[i], variance)
-    free = hit + reaches * (_beside_edge(beams, expected, noise, i) + noise.random)
-    stopped = (goes_on + begins) * noise.random
-    if measured < expected[i]:
-        stopped += begins * noise.decay * math.exp(-noise.decay * measured)
-        if i > 0 and beams.measured[i - 1] < np.inf:
-            off = measured - beams.measured[i - 1]
-            stopped += goes_on * _bell(off, noise.run_std * noise.run_std)
-    return hit, free, stopped
+        met_it = noise.hit if expected >= noise.range_max else 0.0
+        missed = noise.missing + share * met_it + (1.0 - share) * past
+        return 0.0, reaches * missed, (goes_on + begins) * noise.missing, reaches * (met_it - past)
+    met_it = 0.0
+    if share > 0.0:
+        met_it = noise.hit * _bell(measured - expected, variance)
+    hit = reaches * share * met_it
+    free = hit + reaches * ((1.0 - share) * past + noise.random)
+    nearer = 0.0
+    if measured < beams.background[i]:
+        nearer = 1.0 if measured < expected else 1.0 - share
+    stopped = begins * work.begun[i] + goes_on * work.gone_on[i]
+    stopped = nearer * stopped + (goes_on + begins) * noise.random
+    return hit, free, stopped, reaches * (met_it - past)
 
 
 @_inner
@@ -203,87 +392,69 @@ def _linearize(
     shape: Shape,
     noise: Noise,
     placement: FloatArray,
+    tied: float,
     x: FloatArray,
+    prior: FloatArray,
     spread: FloatArray,
     work: Work,
 ) -> Any:
-    """Log-likelihood of a scan at errors (6,), whose gradient and information ``work`` takes; how many beams reach it.
+    """Log-likelihood of a scan at errors (7,), whose gradient and information ``work`` takes; how many beams reach it.
 
     The chain of unexpected things is summed over by the forward recursion. What a beam says counts by the
-    probability that it hit. Errors of a covariance ``spread`` (6, 6) are reckoned with in telling hits from others.
+    probability that it hit. Errors of a covariance ``spread`` (7, 7) are reckoned with in telling hits from others.
     """
-    placed = _cast(beams, shape, placement, x, work)
+    placed = _cast(beams, shape, placement, tied, x, prior, work)
     gradient, information, row = work.gradient, work.information, work.row
     for a in range(ERRORS):
         gradient[a] = 0.0
         for b in range(ERRORS):
             information[a, b] = 0.0
-    total, reach, fared, cosine = 0.0, 0, (1.0, 0.0), 1.0
+    total, product, reach, fared, cosine = 0.0, 1.0, 0, (1.0, 0.0), 1.0
     for i in range(work.expected.shape[0]):
         is_met = work.side[i] >= 0
         if is_met:
-            cosine = _row(beams, shape, x, i, placed, work)
-        variance = _variance(noise, beams.blur[i], is_met, cosine, spread, row)
+            cosine = _row(beams, shape, tied, x, i, placed, work)
+        scatter, variance = 0.0, 0.0
+        if work.share[i] > 0.0:
+            scatter = _scatter(noise, work.expected[i])
+            variance = _variance(scatter, is_met, cosine, spread, row)
         off = beams.measured[i] - work.expected[i]
         reach += is_met and off > -REACHED * math.sqrt(variance)
-        hit, free, stopped = _fared(beams, noise, work.expected, i, variance, fared)
+        hit, free, stopped, odds = _fared(beams, noise, work, i, variance, fared)
         density = free + stopped
+        work.odds[i] = odds / density
         fared = (free / density, stopped / density)
-        total += noise.independence * math.log(density)
+        product *= density
+        if not TINY < product < 1.0 / TINY:
+            total, product = total + math.log(product), 1.0
         if is_met and abs(cosine) >= GRAZING and hit > LEAST_SHARE * density:
-            weight = noise.independence * hit / density / noise.variance
+            weight = noise.independence * hit / density / scatter
             for a in range(ERRORS):
                 gradient[a] += weight * off * row[a]
-                for b in range(ERRORS):
+                for b in range(a + 1):
                     information[a, b] += weight * row[a] * row[b]
-    return total, reach
-
-
-@_inner
-def _solve(matrix: FloatArray, right: FloatArray) -> Any:
-    """``right`` (6, m) becomes matrix^-1 right; the log of |determinant|. The matrix is overwritten."""
-    log_determinant = 0.0
-    for k in range(ERRORS):
-        pivot = k
-        for i in range(k + 1, ERRORS):
-            if abs(matrix[i, k]) > abs(matrix[pivot, k]):
-                pivot = i
-        if pivot != k:
-            for j in range(ERRORS):
-                matrix[k, j], matrix[pivot, j] = matrix[pivot, j], matrix[k, j]
-            for j in range(right.shape[1]):
-                right[k, j], right[pivot, j] = right[pivot, j], right[k, j]
-        log_determinant += math.log(abs(matrix[k, k]))
-        for i in range(k + 1, ERRORS):
-            factor = matrix[i, k] / matrix[k, k]
-            for j in range(k + 1, ERRORS):
-                matrix[i, j] -= factor * matrix[k, j]
-            for j in range(right.shape[1]):
-                right[i, j] -= factor * right[k, j]
-    for k in range(ERRORS - 1, -1, -1):
-        for j in range(right.shape[1]):
-            value = right[k, j]
-            for i in range(k + 1, ERRORS):
-                value -= matrix[k, i] * right[i, j]
-            right[k, j] = value / matrix[k, k]
-    return log_determinant
+    for a in range(ERRORS):
+        for b in range(a):
+            information[b, a] = information[a, b]
+    total = noise.independence * (total + math.log(product))
+    return total, reach, placed
 
 
 @_inner
 def _posterior(prior: FloatArray, work: Work) -> Any:
-    """The covariance (6, 6) after the information, as ``work.right``; the log-determinant of 1 + prior information."""
+    """The covariance (7, 7) after the information, as ``work.right``; the log-determinant of 1 + prior information."""
     for a in range(ERRORS):
         for b in range(ERRORS):
             value = 1.0 if a == b else 0.0
             for k in range(ERRORS):
                 value += prior[a, k] * work.information[k, b]
             work.matrix[a, b], work.right[a, b] = value, prior[a, b]
-    return _solve(work.matrix, work.right)
+    return solve(work.matrix, work.right)
 
 
 @_inner
 def _step(mean: FloatArray, prior: FloatArray, x: FloatArray, pull: FloatArray, work: Work) -> None:
-    """Move the errors ``x`` (6,) to the mode of the linearized posterior, mean + prior pull.
+    """Move the errors ``x`` (7,) to the mode of the linearized posterior, mean + prior pull.
 
     That is the posterior covariance, ``work.right``, times the gradient about the prior mean; as
     it is symmetric, the pull is what remains of that gradient once the information has been met.
@@ -321,25 +492,90 @@ def _settle(
     return 0.5 * (gained - spent - log_determinant)
 
 
+@_inner
+def _see_edges(
+    beams: Beams,
+    shape: Shape,
+    independence: float,
+    tied: float,
+    x: FloatArray,
+    mean: FloatArray,
+    covariance: FloatArray,
+    placed: Any,
+    step: FloatArray,
+    work: Work,
+) -> None:
+    """Take in on which side of the object's corners beams passed: assumed density filtering, beam by beam.
+
+    Shares and corners are those at the errors ``x`` (7,). Given the margin by which a beam meets the object,
+    it does so with the probability of a normal distribution function as wide as the beam.
+    """
+    row = work.row
+    for i in range(work.share.shape[0]):
+        if not LEAST_SHARE < work.share[i] < 1.0 - LEAST_SHARE:
+            continue
+        for side in range(2):
+            corner, sign = work.ends[i, side], 1.0 - 2.0 * side
+            if corner < 0:
+                continue
+            dx, dy = work.directions[i, 0], work.directions[i, 1]
+            margin = dx * (work.corners[corner, 1] - work.origins[i, 1])
+            margin -= dy * (work.corners[corner, 0] - work.origins[i, 0])
+            if abs(margin) > SURE * work.stds[corner]:
+                continue
+            _sideways(beams, shape, tied, x, dx, dy, corner, placed, work)
+            variance = FOOTPRINT * FOOTPRINT
+            for a in range(ERRORS):
+                step[a] = 0.0
+                margin += row[a] * (mean[a] - x[a])
+                for b in range(ERRORS):
+                    step[a] += covariance[a, b] * row[b]
+            for a in range(ERRORS):
+                variance += row[a] * step[a]
+            std = math.sqrt(variance)
+            off = sign * margin / std
+            share = 0.5 * math.erfc(-off / ROOT_2)
+            density = max(1.0 + work.odds[i] * (share - work.share[i]), LEAST_SHARE)
+            slope = work.odds[i] * math.exp(-0.5 * off * off) / (ROOT_TAU * std * density)
+            bend = independence * max(slope * (slope + off / std), 0.0)
+            slope *= independence * sign
+            for a in range(ERRORS):
+                mean[a] += slope * step[a]
+                for b in range(ERRORS):
+                    covariance[a, b] -= bend * step[a] * step[b]
+
+
 @_compile
 def condition(
     beams: Beams,
     shape: Shape,
     noise: Noise,
     placements: FloatArray,
+    tied: FloatArray,
+    weights: FloatArray,
     means: FloatArray,
     covariances: FloatArray,
     log_evidence: FloatArray,
 ) -> Any:
-    """Bayes' rule in every component: ``means`` (c, 6) and ``covariances`` (c, 6, 6) become the posterior's.
+    """Bayes' rule in every component: ``means`` (c, 7) and ``covariances`` (c, 7, 7) become the posterior's.
 
     ``log_evidence`` (c,) is log p(scan | component), by Laplace's approximation about the mean after one or,
-    where errors are wide, ``MOST_LOOKS`` Gauss-Newton steps. Also the largest number of beams that reach the object in a component.
+    where errors are wide, ``MOST_LOOKS`` Gauss-Newton steps. The zero of the state moves the object
+    in components that are ``tied`` (c,) to it by 1; elsewhere, 0, the state is where the object is seen.
+    Components of ``weights`` (c,) that the scan makes next to impossible stay as they are. Also the largest number of beams that reach the object in a component.
     """
     count, most = beams.measured.shape[0], 0
     work = Work(
         np.empty(count),
         np.empty(count, dtype=np.int64),
+        np.empty(count),
+        np.empty(count),
+        np.empty((count, 2), dtype=np.int64),
+        np.empty((shape.corners.shape[0], 2)),
+        np.empty(shape.corners.shape[0]),
+        np.empty(count),
+        np.empty(count),
+        np.empty(count),
         np.empty((count, 2)),
         np.empty((count, 2)),
         np.zeros(ERRORS),
@@ -349,7 +585,9 @@ def condition(
         np.empty((ERRORS, ERRORS)),
     )
     x, pull, spread = np.empty(ERRORS), np.zeros(ERRORS), np.empty((ERRORS, ERRORS))
-    for c in range(placements.shape[0]):
+    _told(beams, noise, work)
+    likeliest = -np.inf
+    for c in np.argsort(-weights):
         mean, prior, wide = means[c], covariances[c], 0.0
         for a in range(ERRORS):
             x[a] = mean[a]
@@ -357,13 +595,17 @@ def condition(
             for b in range(ERRORS):
                 spread[a, b] = prior[a, b]
         looks = 1 if wide < WIDE * noise.variance else MOST_LOOKS
-        total, reach = 0.0, 0
+        total, reach, placed = 0.0, 0, (1.0, 0.0, 0.0, 0.0)
         for look in range(looks + 1):
             if look == looks:  # the evidence is told without reckoning with errors a second time
                 for a in range(ERRORS):
                     for b in range(ERRORS):
                         spread[a, b] = 0.0
-            total, reach = _linearize(beams, shape, noise, placements[c], x, spread, work)
+            total, reach, placed = _linearize(
+                beams, shape, noise, placements[c], tied[c], x, prior, spread, work
+            )
+            if look == 0 and math.log(weights[c]) + total < likeliest - HOPELESS:
+                break
             if look < looks:
                 _posterior(prior, work)
                 _step(mean, prior, x, pull, work)
@@ -371,27 +613,42 @@ def condition(
                     for b in range(ERRORS):
                         spread[a, b] = work.right[a, b]
         most = max(most, reach)
-        log_evidence[c] = total + _settle(mean, prior, x, pull, work)
+        log_evidence[c] = total
+        if math.log(weights[c]) + total < likeliest - HOPELESS:
+            continue
+        log_evidence[c] += _settle(mean, prior, x, pull, work)
+        likeliest = max(likeliest, math.log(weights[c]) + log_evidence[c])
+        _see_edges(beams, shape, noise.independence, tied[c], x, mean, prior, placed, pull, work)
     return most
 
 
 @_compile
-def renew_robot(means: FloatArray, covariances: FloatArray, kept: float, robot: FloatArray) -> None:
-    """Let the robot's errors be others: of what components know of them a share ``kept`` stays, of its covariance (3, 3) the rest."""
+def renew_robot(
+    means: FloatArray, covariances: FloatArray, transfer: FloatArray, added: FloatArray
+) -> None:
+    """Let the robot's errors be ``transfer`` (3, 3) times what they were, plus independent ones of covariance ``added`` (3, 3)."""
+    moved = np.empty((ROBOT, ERRORS))
     for c in range(means.shape[0]):
+        mean, covariance = means[c], covariances[c]
+        first, second, third = mean[0], mean[1], mean[2]
         for a in range(ROBOT):
-            means[c, a] *= kept
+            mean[a] = transfer[a, 0] * first + transfer[a, 1] * second + transfer[a, 2] * third
             for b in range(ERRORS):
-                covariances[c, a, b] *= kept
-                covariances[c, b, a] *= kept
+                moved[a, b] = 0.0
+                for k in range(ROBOT):
+                    moved[a, b] += transfer[a, k] * covariance[k, b]
         for a in range(ROBOT):
+            for b in range(ROBOT, ERRORS):
+                covariance[a, b] = covariance[b, a] = moved[a, b]
             for b in range(ROBOT):
-                covariances[c, a, b] += (1.0 - kept * kept) * robot[a, b]
+                covariance[a, b] = added[a, b]
+                for k in range(ROBOT):
+                    covariance[a, b] += moved[a, k] * transfer[b, k]
 
 
 @_compile
 def pooled(weights: FloatArray, means: FloatArray, covariances: FloatArray) -> Any:
-    """Mean (6,) and covariance (6, 6) of a mixture of Gaussians with weights (c,) of sum one."""
+    """Mean (7,) and covariance (7, 7) of a mixture of Gaussians with weights (c,) of sum one."""
     mean, covariance = np.zeros(ERRORS), np.zeros((ERRORS, ERRORS))
     for c in range(weights.shape[0]):
         for a in range(ERRORS):
@@ -415,29 +672,108 @@ def join(
     means: FloatArray,
     covariances: FloatArray,
 ) -> None:
-    """Merge what arrives in components, a share ``arriving`` (c,) of their weight, by mean and covariance.
+    """Let components whose weight mostly arrives, a share ``arriving`` (c,), know what those who arrive do.
 
-    Those who arrive know of the errors what the whole mixture does, ``mean`` (6,) and ``covariance`` (6, 6), but
+    They know of the errors what the whole mixture does, ``mean`` (7,) and ``covariance`` (7, 7), but
     nothing of the state within the component, whose variance is ``widths`` (c,).
     """
     for c in range(arriving.shape[0]):
-        share = arriving[c]
-        if share < 1e-9:
+        if arriving[c] < 0.5:
             continue
         for a in range(ERRORS):
+            means[c, a] = 0.0 if a == STATE else mean[a]
             for b in range(ERRORS):
-                other = covariance[a, b]
-                if STATE in (a, b):
-                    other = widths[c] if a == b else 0.0
-                off_a = (0.0 if a == STATE else mean[a]) - means[c, a]
-                off_b = (0.0 if b == STATE else mean[b]) - means[c, b]
-                covariances[c, a, b] = (
-                    (1.0 - share) * covariances[c, a, b]
-                    + share * other
-                    + share * (1.0 - share) * off_a * off_b
-                )
+                covariances[c, a, b] = 0.0 if STATE in (a, b) else covariance[a, b]
+        covariances[c, STATE, STATE] = widths[c]
+
+
+@_compile
+def evidence_under(
+    weights: FloatArray,
+    means: FloatArray,
+    covariances: FloatArray,
+    first: int,
+    last: int,
+    variance: float,
+    precisions: FloatArray,
+) -> Any:
+    """log p(z) (k,) under other prior variances of the errors ``first`` to ``last``, up to a constant.
+
+    They had priors N(0, variance), and would have ones whose precision is larger by ``precisions`` (k,).
+    """
+    out = np.full(precisions.shape[0], -np.inf)
+    for k in range(precisions.shape[0]):
+        for c in range(weights.shape[0]):
+            added = precisions[k]
+            log_weight = math.log(weights[c])
+            log_weight += _factor(means[c], covariances[c], first, last, variance, added)
+            larger, smaller = max(out[k], log_weight), min(out[k], log_weight)
+            out[k] = larger + math.log1p(math.exp(smaller - larger))
+    return out
+
+
+@_compile
+def rescale(
+    factors: FloatArray,
+    means: FloatArray,
+    covariances: FloatArray,
+    first: int,
+    last: int,
+    variance: float,
+    precision: float,
+) -> None:
+    """Let the errors ``first`` to ``last`` of prior N(0, variance) have one whose precision is larger by ``precision``.
+
+    ``factors`` (c,) become the logarithms of what the components' weights change by.
+    """
+    size = last - first
+    matrix, right = np.empty((size, size)), np.empty((size, ERRORS + 1))
+    gain = np.empty((ERRORS, size))
+    for c in range(means.shape[0]):
+        mean, covariance = means[c], covariances[c]
+        factors[c] = _factor(mean, covariance, first, last, variance, precision)
+        _inside(covariance, first, precision, matrix)
+        for a in range(size):
+            right[a, ERRORS] = precision * mean[first + a]
+            for b in range(ERRORS):
+                right[a, b] = precision * covariance[first + a, b]
+                gain[b, a] = covariance[first + a, b]
+        solve(matrix, right)
         for a in range(ERRORS):
-            means[c, a] += share * ((0.0 if a == STATE else mean[a]) - means[c, a])
+            for i in range(size):
+                mean[a] -= gain[a, i] * right[i, ERRORS]
+                for b in range(ERRORS):
+                    covariance[a, b] -= gain[a, i] * right[i, b]
+
+
+@_inner
+def _factor(
+    mean: FloatArray,
+    covariance: FloatArray,
+    first: int,
+    last: int,
+    variance: float,
+    precision: float,
+) -> Any:
+    """Logarithm of the integral of a component's Gaussian times the ratio of the new prior to the former."""
+    size = last - first
+    matrix, right = np.empty((size, size)), np.empty((size, 1))
+    _inside(covariance, first, precision, matrix)
+    for a in range(size):
+        right[a, 0] = mean[first + a]
+    exponent = 0.5 * size * math.log1p(precision * variance) - 0.5 * solve(matrix, right)
+    for a in range(size):
+        exponent -= 0.5 * precision * mean[first + a] * right[a, 0]
+    return exponent
+
+
+@_inner
+def _inside(covariance: FloatArray, first: int, precision: float, matrix: FloatArray) -> None:
+    """``matrix`` becomes 1 + precision covariance, of the errors from the ``first`` on."""
+    for a in range(matrix.shape[0]):
+        for b in range(matrix.shape[0]):
+            unit = 1.0 if a == b else 0.0
+            matrix[a, b] = unit + precision * covariance[first + a, first + b]
 
 
 @_inner
@@ -459,12 +795,12 @@ def read_off(
 
     What lies beyond the ends of a lattice that doesn't wrap is cut off from each Gaussian.
     """
-    count = out.shape[0]
+    count, least = out.shape[0], 1e-7 * np.max(weights)
     for j in range(count):
         out[j] = 0.0
     lower, upper = first, first + cell * (count - 1)
     for c in range(weights.shape[0]):
-        if weights[c] < 1e-9:
+        if weights[c] < least:
             continue
         std = max(stds[c], 1e-3 * cell)
         low = math.floor((states[c] - 6.0 * std - first) / cell + 0.5)

@@ -63,16 +63,6 @@ def systematic(weights: FloatArray, count: int, start: float) -> Any:
     return _comb(weights, 1.0, count, start)
 
 
-@_compile
-def evenly_after(log_weights: FloatArray, log_likelihood: FloatArray, count: int) -> Any:
-    """Indices (count,) by an even comb over weights (n,) after evidence (n,), and whether that was possible."""
-    log, values = np.empty(log_weights.shape[0]), np.empty(log_weights.shape[0])
-    for j in range(log.shape[0]):
-        log[j] = log_weights[j] + log_likelihood[j]
-    top, total = _raised(log, values)
-    return _comb(values, total, count, 0.5), np.isfinite(top)
-
-
 @_inner
 def _effective(log_weights: FloatArray) -> Any:
     """Kish's effective number of samples with weights (n,) of any sum."""
@@ -87,8 +77,8 @@ def _effective(log_weights: FloatArray) -> Any:
     return total * total / squared
 
 
-@_inner
-def keeping(
+@_compile
+def largest_step(
     log_weights: FloatArray, log_likelihood: FloatArray, most: float, least_effective: float
 ) -> Any:
     """The largest exponent up to ``most`` on a likelihood (n,) that leaves enough effective samples."""
@@ -110,11 +100,3 @@ def keeping(
             break
         step = (low + high) / 2.0
     return high
-
-
-@_compile
-def largest_step(
-    log_weights: FloatArray, log_likelihood: FloatArray, most: float, least_effective: float
-) -> Any:
-    """``keeping``, for Python."""
-    return keeping(log_weights, log_likelihood, most, least_effective)

@@ -120,14 +120,6 @@ def evenly(weights: Weights, count: int) -> IntArray:
     return np.asarray(kernels.systematic(weights.values, count, 0.5))
 
 
-def evenly_after(weights: Weights, log_likelihood: FloatArray, count: int) -> IntArray:
-    """``evenly`` by what samples weigh after evidence (n,), as ``Weights.reweight`` takes it in."""
-    chosen, is_possible = kernels.evenly_after(weights.log, log_likelihood, count)
-    if not is_possible:
-        raise _impossible()
-    return np.asarray(chosen)
-
-
 def quantiles(values: FloatArray, weights: FloatArray, shares: FloatArray) -> FloatArray:
     """Weighted quantiles: each sample's mass is centred on it, and the CDF is linear between.
 

@@ -17,7 +17,7 @@ from objstate.errors import ResultError
 from objstate.outputs import flush_folder, remove_file, write_text
 from objstate.recording.parquet import read_parquet
 from objstate.recording.results import MARK
-from objstate.recording.tables import ESTIMATES, KNOWN_COORDINATES
+from objstate.recording.tables import ESTIMATES, KNOWN_COORDINATES, SMOOTHED
 
 if TYPE_CHECKING:
     import polars as pl
@@ -120,8 +120,11 @@ def _outcome_file(folder: str | Path, name: str) -> Path:
     return Path(folder) / OUTCOMES / f"{name}.json"
 
 
-def scan_batch(folder: str | Path) -> pl.LazyFrame:
+def scan_batch(folder: str | Path, *, filtered: bool = False) -> pl.LazyFrame:
     """All estimates of a batch, lazily; the column ``log`` names each row's log.
+
+    Their states are those given the whole log, where a result has them, or with ``filtered`` those
+    that the robot would have known then.
 
     Raises ResultError where no log has a result.
     """
@@ -130,6 +133,9 @@ def scan_batch(folder: str | Path) -> pl.LazyFrame:
     parts = sorted((Path(folder) / ESTIMATES).glob(f"{PARTITION}*/{PART}"))
     if not parts:
         raise ResultError(f"{folder} holds no estimates; run `objstate batch` until a log is done.")
+    if not filtered:
+        smoothed = [Path(folder) / SMOOTHED / part.parent.name / PART for part in parts]
+        parts = [new if new.exists() else old for new, old in zip(smoothed, parts, strict=True)]
     frames = [
         pl.scan_parquet(part).with_columns(log=pl.lit(part.parent.name.removeprefix(PARTITION)))
         for part in parts

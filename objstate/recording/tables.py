@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     import polars as pl
 
 ESTIMATES = "estimates.parquet"
+SMOOTHED = "smoothed.parquet"  # the same rows, given the whole log
 ROWS_IN_MEMORY = 20_000  # about 7 MB
 COLUMNS = (
     "stamp",
@@ -38,8 +39,10 @@ COLUMNS = (
     "presence",
     "lost",
     "p_closed",
+    "p_localized",
 )
 P_CLOSED = "p_closed"
+ADDED = (P_CLOSED, "p_localized")  # columns that results of earlier versions don't have
 
 TRUTH_COLUMNS = ("stamp", "object", "coordinate", "value")
 KNOWN_COORDINATES = ("angle", "offset", "x", "y", "yaw")
@@ -58,6 +61,7 @@ def estimate_schema() -> pl.Schema:
         | numbers
         | {"observed": pl.Boolean(), "fit": pl.Float64(), "presence": pl.Float64()}
         | {"lost": pl.Boolean(), "p_closed": pl.Float64()}
+        | {"p_localized": pl.Float64()}
     )
 
 
@@ -79,10 +83,25 @@ def _columns(estimates: Sequence[Estimate]) -> dict[str, list[Any]]:
 def read_estimates(folder: str | Path) -> pl.DataFrame:
     """The estimates of a result folder. Raises ResultError where there are none.
 
-    Results of earlier versions don't say how probably a door is closed: ``p_closed`` is null there.
+    Results of earlier versions don't say how probably a door is closed, nor how probably the robot is
+    localized: ``p_closed`` and ``p_localized`` are null there.
     """
+    return _read_table(Path(folder) / ESTIMATES)
+
+
+def read_states(folder: str | Path, *, filtered: bool = False) -> pl.DataFrame:
+    """What the whole log says of each estimate, or what the robot would have known then.
+
+    The smoothed states are those of ``smoothed.parquet``. Where there is none, or with
+    ``filtered``, they are the estimates. Raises ResultError where there are none either.
+    """
+    smoothed = Path(folder) / SMOOTHED
+    return read_estimates(folder) if filtered or not smoothed.exists() else _read_table(smoothed)
+
+
+def _read_table(path: Path) -> pl.DataFrame:
     cure = "make it with `objstate estimate`"
-    return read_parquet(Path(folder) / ESTIMATES, estimate_schema(), cure, optional=(P_CLOSED,))
+    return read_parquet(path, estimate_schema(), cure, optional=ADDED)
 
 
 def write_truth(path: str | Path, rows: Iterable[TrueState]) -> None:

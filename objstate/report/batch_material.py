@@ -19,7 +19,7 @@ from objstate.recording.batches import (
     result_of,
 )
 from objstate.recording.summary import read_summary
-from objstate.recording.tables import read_estimates, read_truth
+from objstate.recording.tables import read_states, read_truth
 from objstate.recording.tum import TRAJECTORY, read_tum
 from objstate.report.course import Course
 from objstate.report.coverage import Coverage, coverages
@@ -51,7 +51,9 @@ class BatchMaterial:
     doubts: tuple[str, ...] = ()
 
 
-def read_batch(folder: str | Path, building: str | Path | None = None) -> BatchMaterial:
+def read_batch(
+    folder: str | Path, building: str | Path | None = None, *, filtered: bool = False
+) -> BatchMaterial:
     """Read a batch; ``building`` is taken instead of those that its logs name.
 
     A building or a truth that can't be read is a doubt, and what needs it is left out.
@@ -68,15 +70,16 @@ def read_batch(folder: str | Path, building: str | Path | None = None) -> BatchM
         folder=folder,
         outcomes=outcomes,
         rows={row["log"]: row for row in read_summary_table(folder).iter_rows(named=True)},
-        done=[_read_done(folder, log, doubts) for log in finished],
+        done=[_read_done(folder, log, doubts, filtered) for log in finished],
         buildings=_buildings([log.building for log in finished], building, doubts),
         doubts=tuple(dict.fromkeys(doubts)),
     )
 
 
-def _read_done(folder: Path, log: BatchLog, doubts: list[str]) -> DoneLog:
+def _read_done(folder: Path, log: BatchLog, doubts: list[str], filtered: bool) -> DoneLog:
     result = result_of(folder, log.name)
-    summary, estimates, lost = read_summary(result), read_estimates(result), read_lost(result)
+    summary, lost = read_summary(result), read_lost(result)
+    estimates = read_states(result, filtered=filtered)
     truth = None
     if log.truth is not None:
         try:

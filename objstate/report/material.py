@@ -13,15 +13,16 @@ from objstate.building.model import Building
 from objstate.errors import ResultError
 from objstate.evaluation.lost import Stretches, read_lost, within
 from objstate.lazy import lazy
+from objstate.recording.events import Event, read_events
+from objstate.recording.grids import read_clutter
 from objstate.recording.posteriors import read_posteriors
 from objstate.recording.scans import read_scans
 from objstate.recording.summary import SUMMARY, read_summary
-from objstate.recording.tables import read_estimates, read_truth
+from objstate.recording.tables import read_states, read_truth
 from objstate.recording.tum import TRAJECTORY, read_tum
 from objstate.records import Path as RobotPath
 from objstate.records import TrueState
 from objstate.report.course import Course
-from objstate.report.events import Event, read_events
 
 if TYPE_CHECKING:
     import polars as pl
@@ -38,6 +39,7 @@ class Material:
     posteriors: pl.DataFrame
     path: RobotPath
     lost: Stretches
+    clutter: pl.DataFrame  # without rows in results that mapped none
     truth: list[TrueState] | None = None
     true_path: RobotPath | None = None
     scans: pl.DataFrame | None = None  # none in results that kept none
@@ -88,9 +90,12 @@ def read_material(
     building: str | Path | None = None,
     truth: str | Path | None = None,
     true_path: str | Path | None = None,
+    *,
+    filtered: bool = False,
 ) -> Material:
     """Read a result folder and the building and truth that its ``run.json`` names.
 
+    States are those given the whole log, or with ``filtered`` those that the robot would have known.
     Files given here are taken instead. A truth that the result names but that is gone
     is a doubt; a building that is gone is an error. Raises ResultError, BuildingError
     and TruthError.
@@ -119,16 +124,26 @@ def read_material(
         folder=folder,
         summary=summary,
         building=model,
-        estimates=read_estimates(folder),
+        estimates=read_states(folder, filtered=filtered),
         posteriors=read_posteriors(folder),
         path=read_tum(folder / TRAJECTORY),
         scans=read_scans(folder),
-        events=read_events(folder, doubts),
+        clutter=read_clutter(folder),
+        events=_events(folder, doubts),
         lost=read_lost(folder),
         truth=None if states_file is None else read_truth(states_file),
         true_path=None if path_file is None else read_tum(path_file),
         doubts=tuple(doubts),
     )
+
+
+def _events(folder: Path, doubts: list[str]) -> tuple[Event, ...]:
+    """What was moved; a doubt where that can't be read."""
+    try:
+        return tuple(read_events(folder))
+    except ResultError as error:
+        doubts.append(str(error))
+        return ()
 
 
 def _building(folder: Path, described: Mapping[str, Any]) -> Path:

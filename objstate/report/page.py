@@ -25,6 +25,7 @@ from objstate.report.settings import provenance
 from objstate.report.states import states_table
 from objstate.report.strips import Axis, strip, time_axis
 from objstate.report.timeline import (
+    clutter_moments,
     object_moments,
     robot_moments,
     scan_moments,
@@ -41,6 +42,7 @@ LEGEND = (
     ("wrong", "wrong by the truth"),
     ("truth", "truth"),
     ("scan", "scan"),
+    ("clutter", "not in the building"),
     ("way", "robot's path"),
     ("way lost", "robot lost"),
 )
@@ -212,6 +214,7 @@ def _shares(material: Material) -> list[tuple[float, float]]:
 def _legend(material: Material) -> str:
     left_out = set() if material.truth or material.true_path else set(WITH_TRUTH)
     left_out |= set() if material.scans is not None and len(material.scans) else {"scan"}
+    left_out |= set() if len(material.clutter) else {"clutter"}
     left_out |= set() if material.lost else {"way lost"}
     left_out |= set() if material.building.objects else {"leaf", "faded", "interval", "wrong"}
     entries = (
@@ -266,7 +269,7 @@ def _card(
                 axis,
                 coordinate if len(item.coordinates) > 1 else "",
                 material.lost,
-                [(event.from_ns, event.to_ns) for event in events],
+                [each.stretch for each in events if each.coordinate == coordinate],
             )
         )
     return element(
@@ -283,7 +286,7 @@ def _card(
 def _events(material: Material) -> str:
     if not material.events:
         return ""
-    table = events_table(material.events, material.building, material.begin_ns)
+    table = events_table(material.events, material.begin_ns)
     return section("What was moved", table)
 
 
@@ -316,4 +319,6 @@ def _moving(
         data["trueRobot"] = robot_moments(material.true_path, begin)
     if material.scans is not None and len(material.scans):
         data["scans"] = scan_moments(material.scans, material.path, begin)
+    if len(material.clutter):
+        data["clutter"] = clutter_moments(material.clutter, begin)
     return data

@@ -74,6 +74,7 @@ def draw_plan(
         *(_draw(shape, index) for index, shape in enumerate(shapes)),
         element("path", d="", class_="driven", id="driven"),
         element("path", d="", class_="driven lost", id="driven-lost"),
+        element("path", d="", class_="clutter", id="clutter"),
         element("path", d="", class_="scan", id="scan"),
         _robot("true-robot", robot_radius) if true_path is not None else "",
         _robot("robot", robot_radius),

@@ -23,6 +23,7 @@ STEP = 1.0  # s between two moments of one object; longer where there are too ma
 MOST_MOMENTS = 20_000  # of all objects together: about 1 MB of a page
 MOST_POSES = 3_000  # of the robot's path
 MOST_SCANS = 1_500  # of all lasers: 0.7 MB of a page at most
+MOST_CLUTTER = 60_000  # cells at all moments, about: 0.6 MB of a page
 TENTHS = 10  # of a second
 ROTATION_UNITS = 1800 / np.pi  # tenths of a degree in a radian
 LENGTH_UNITS = 1000  # millimetres in a metre
@@ -127,6 +128,20 @@ def scan_moments(scans: pl.DataFrame, path: RobotPath, begin_ns: int) -> dict[st
         "ends": base64.b64encode(ends.astype("<i2").tobytes()).decode("ascii"),
         "step": round(TENTHS * STEP * stride),
     }  # fmt: skip
+
+
+def clutter_moments(clutter: pl.DataFrame, begin_ns: int) -> dict[str, Any]:
+    """What stood about that the building doesn't know, thinned to ``MOST_CLUTTER`` cells about.
+
+    ``places`` are x and y, cm, in turns, for each moment.
+    """
+    cells = int(clutter["x"].list.len().sum())
+    rows = clutter.gather_every(max(1, -(-cells // MOST_CLUTTER)))
+    places = [
+        [each for pair in zip(x, y, strict=True) for each in pair]
+        for x, y in zip(rows["x"], rows["y"], strict=True)
+    ]
+    return {"t": _tenths(rows["stamp"].to_numpy(), begin_ns), "places": places}
 
 
 def in_units(coordinate: str, values: FloatArray) -> list[int]:

@@ -26,16 +26,18 @@ def write_report(
     true_path: str | Path | None = None,
     zone: tzinfo = UTC,
     robot_radius: float | None = None,
+    filtered: bool = False,
 ) -> Path:
     """Write the report of a result folder to ``out``, or into the folder, and return its path.
 
     An older report there is replaced. The building and the truth are those that the
     result names, unless given here. Dates are told by the clock of ``zone``. With its radius
-    (m) the robot is drawn at its size. Raises ResultError, BuildingError and TruthError.
+    (m) the robot is drawn at its size. States are those given the whole log, or with ``filtered``
+    those that the robot would have known then. Raises ResultError, BuildingError and TruthError.
     """
     target = Path(folder) / REPORT if out is None else Path(out)
-    page = report_page(read_material(folder, building, truth, true_path), zone, robot_radius)
-    write_text(target, page)
+    material = read_material(folder, building, truth, true_path, filtered=filtered)
+    write_text(target, report_page(material, zone, robot_radius))
     return target
 
 
@@ -47,25 +49,31 @@ def write_batch_report(
     each: bool = False,
     zone: tzinfo = UTC,
     robot_radius: float | None = None,
+    filtered: bool = False,
 ) -> Path:
     """Write the report of a batch to ``out``, or into the folder, and return its path.
 
-    Dates, hours and weekdays are told by the clock of ``zone``. With ``each``, the report of every log that is done is written into its result first.
+    Dates, hours and weekdays are told by the clock of ``zone``. With ``each``, the report of every
+    log that is done is written into its result first. ``filtered`` is as in ``write_report``.
     Logs that have a report are linked. Raises ResultError and BuildingError.
     """
     if not is_batch(folder):
         raise ResultError(f"{folder} is no batch; make one with `objstate batch`.")
     target = Path(folder) / REPORT if out is None else Path(out)
     if each:
-        _write_each(Path(folder), building, zone, robot_radius)
-    material = read_batch(folder, building)
-    page = batch_page(material, _doors(material, zone), target, REPORT, zone)
+        _write_each(Path(folder), building, zone, robot_radius, filtered)
+    material = read_batch(folder, building, filtered=filtered)
+    page = batch_page(material, _doors(material, zone, filtered), target, REPORT, zone)
     write_text(target, page)
     return target
 
 
 def _write_each(
-    folder: Path, building: str | Path | None, zone: tzinfo, robot_radius: float | None
+    folder: Path,
+    building: str | Path | None,
+    zone: tzinfo,
+    robot_radius: float | None,
+    filtered: bool,
 ) -> None:
     for log in read_logs(folder):
         if read_outcome(folder, log.name).status == "done":
@@ -77,10 +85,11 @@ def _write_each(
                 true_path=log.path,
                 zone=zone,
                 robot_radius=robot_radius,
+                filtered=filtered,
             )
 
 
-def _doors(material: BatchMaterial, zone: tzinfo) -> tuple[DoorStatistics, ...]:
+def _doors(material: BatchMaterial, zone: tzinfo, filtered: bool) -> tuple[DoorStatistics, ...]:
     if not any(log.latest for log in material.done):
         return ()
-    return door_statistics(material.folder, zone=zone)
+    return door_statistics(material.folder, zone=zone, filtered=filtered)

@@ -4,11 +4,12 @@ from objstate.run.inputs import BuildingInput
 from objstate.run.memory import WorldUse
 from objstate.run.observer import Observer
 from objstate.run.options import RunOptions
-from objstate.run.run import FILES, RunResult, estimate_log, open_run
+from objstate.run.run import FILES, GRID_FILES, RunResult, estimate_log, open_run
 from objstate.run.scene import LAYOUT, SCENE
 
 __all__ = [
     "FILES",
+    "GRID_FILES",
     "LAYOUT",
     "SCENE",
     "BuildingInput",

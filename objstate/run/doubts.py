@@ -42,7 +42,7 @@ def failures(drive: Drive, estimator: Estimator, options: RunOptions) -> list[st
         )
     elif (share := lost_share(drive, estimator, options)) > MOST_LOST:
         found.append(
-            f"The robot was lost for {100 * share:.0f} % of the log: is it a log of this building, and is "
+            f"The robot was probably lost for {100 * share:.0f} % of the log: is it a log of this building, and is "
             "its start right?"
         )
     return found
@@ -132,32 +132,30 @@ def _of_being_lost(drive: Drive, estimator: Estimator, options: RunOptions) -> I
     if _was_never_found(estimator, options):
         return  # told as a failure
     stretches = _stretches(estimator, options)
-    for _, found in tuple(estimator.lost)[: len(estimator.lost) - len(stretches)]:
+    searching = len(estimator.lost) - len(stretches)
+    for _, found in tuple(estimator.lost)[:searching]:
         yield (
             f"The robot, which might be anywhere at first, was found {_at(found, drive):.0f} s from the "
             "log's start. What earlier scans tell of objects was left out."
         )
-    closed = stretches[:-1] if estimator.is_lost else stretches
-    if closed:
-        times = [f"{_at(a, drive):.1f} s to {_at(b, drive):.1f} s" for a, b in closed]
-        seconds = sum(b - a for a, b in closed) / 1e9
-        told = (
-            times[0] if len(times) == 1 else f"{_some(times)} ({len(times)} times, {seconds:.0f} s)"
-        )
+    probabilities = estimator.lost_probabilities[searching:]
+    times = [
+        f"{_at(since, drive):.1f} s to {_at(until, drive):.1f} s (p = {probability:.2f})"
+        for (since, until), probability in zip(stretches, probabilities, strict=True)
+    ]
+    if len(times) > 1:
+        seconds = sum(until - since for since, until in stretches) / 1e9
+        times = [f"{_some(times)} ({len(times)} times, {seconds:.0f} s)"]
+    for each in times:
         yield (
-            f"The robot was lost from {told} of the log: scans didn't fit "
-            "where it was thought to be until it was found, there or in another place. What had been learnt "
-            "of objects meanwhile was dropped; estimates with these stamps are wrong. If places "
-            "look alike, it may have been in another one before already: then those shortly "
-            "before are wrong, too, and are kept."
+            f"The robot was probably lost from {each} of the log: its scans were likelier from another "
+            "place, or from one that isn't on the map. If another place won, objects are as they were "
+            "believed before, and estimates with these stamps are those of the place that lost."
         )
-    if len(closed) < len(stretches):
+    if estimator.is_lost and stretches:
         yield (
-            f"The robot was lost from {_at(stretches[-1][0], drive):.1f} s of the log to its end: scans "
-            "didn't fit where "
-            "it was thought to be, and no other place was surely the right one. Nothing was "
-            "learnt of objects since. Many people, false readings or things that aren't in the "
-            "building look the same; then it may not have been lost."
+            f"At the log's end the robot is still probably lost (p = {probabilities[-1]:.2f}). Nothing was "
+            f"learnt of objects since {_at(stretches[-1][0], drive):.1f} s."
         )
 
 

@@ -13,6 +13,8 @@ from objstate.geometry import FloatArray
 from objstate.localization import PoseBelief
 from objstate.records import Estimate, Path, Record, Scan
 
+NOTICEABLE = 0.01  # change of a probability
+
 
 @dataclass
 class Drive:
@@ -25,6 +27,9 @@ class Drive:
     observed: int = 0  # estimates of objects on which a beam bore
     heights: dict[str, float] = field(default_factory=dict)  # m above the floor, by laser
     stamps_ns: array[int] = field(default_factory=lambda: array("q"))  # of scans with a pose
+    localized: list[tuple[int, float]] = field(
+        default_factory=list
+    )  # from a stamp on, how probably
     poses: array[float] = field(default_factory=lambda: array("d"))  # x, y, yaw at each of them
 
     def note(self, record: Record, estimator: Estimator, estimates: Sequence[Estimate]) -> None:
@@ -36,6 +41,9 @@ class Drive:
             self.observed += sum(estimate.observed for estimate in estimates)
         if isinstance(record, Scan):
             self._note_scan(record, estimator.robot)
+            p = estimator.p_localized
+            if not self.localized or abs(p - self.localized[-1][1]) >= NOTICEABLE:
+                self.localized.append((record.stamp_ns, p))
 
     @property
     def seconds(self) -> float:

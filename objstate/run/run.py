@@ -17,11 +17,13 @@ from objstate.errors import LogError
 from objstate.estimator import Estimator
 from objstate.logs import Log, open_log
 from objstate.objects import ObjectBelief
+from objstate.recording.events import EVENTS
+from objstate.recording.grids import CLUTTER, GRID_IMAGE, GRID_MAP, ClutterWriter
 from objstate.recording.posteriors import POSTERIORS, PosteriorWriter
 from objstate.recording.results import result_folder
 from objstate.recording.scans import SCANS, ScanWriter
 from objstate.recording.summary import SUMMARY, write_summary
-from objstate.recording.tables import ESTIMATES, EstimateWriter
+from objstate.recording.tables import ESTIMATES, SMOOTHED, EstimateWriter
 from objstate.recording.tum import TRAJECTORY, write_tum
 from objstate.records import (
     GaussianRobotBelief,
@@ -44,9 +46,19 @@ from objstate.run.observer import Observer
 from objstate.run.options import RunOptions
 from objstate.run.posteriors import PosteriorRecorder
 from objstate.run.scans import ScanRecorder
+from objstate.run.smoothing import write_smoothed
 from objstate.run.start import check_start
 
-FILES = (ESTIMATES, POSTERIORS, SCANS, TRAJECTORY, SUMMARY)  # what a result folder holds
+FILES = (
+    ESTIMATES,
+    SMOOTHED,
+    EVENTS,
+    POSTERIORS,
+    SCANS,
+    TRAJECTORY,
+    SUMMARY,
+)  # what a result folder holds
+GRID_FILES = (CLUTTER, GRID_MAP, GRID_IMAGE)  # with a grid
 
 RECORDED_BELIEFS = (RobotBelief.__name__, GaussianRobotBelief.__name__)
 
@@ -68,7 +80,10 @@ class RunResult:
     warnings: tuple[str, ...]  # the failures first
     failures: tuple[str, ...] = ()  # why its estimates aren't to be relied on; none of a success
     lost_share: float = 0.0  # of the log, in which the robot was lost
-    lost_ns: tuple[tuple[int, int], ...] = ()  # stretches in which the robot was lost
+    lost_ns: tuple[tuple[int, int], ...] = ()  # stretches in which the robot was probably lost
+    lost_probabilities: tuple[float, ...] = ()  # the largest probability of that, in each
+    # from a stamp on, how probably the robot was where it was published to be
+    p_localized: tuple[tuple[int, float], ...] = ()
     # orders of those objects that look the same after a turn by 360 degrees / order
     symmetry: Mapping[str, int] = field(default_factory=dict)
     world: WorldUse | None = None  # where one took part
@@ -91,6 +106,8 @@ class RunResult:
             "lost_share": self.lost_share,
             "warnings": list(self.warnings),
             "lost_ns": [list(stretch) for stretch in self.lost_ns],
+            "lost_probabilities": list(self.lost_probabilities),
+            "p_localized": [list(each) for each in self.p_localized],
             "symmetry": dict(self.symmetry),
             "world": None if self.world is None else asdict(self.world),
             "laser_heights": dict(self.laser_heights),
@@ -111,18 +128,20 @@ def estimate_log(
     truth: str | Path | None = None,
     true_path: str | Path | None = None,
     mcap: bool = False,
+    grid: bool = False,
     on_finish: Callable[[Path, Building, RunResult], None] | None = None,
 ) -> RunResult:
     """Estimate every object's state from one drive, recorded in one or several logs.
 
     ``building`` is a URDF, or one that was read before, so that many logs share it.
-    Writes ``estimates.parquet``, ``posteriors.parquet``, ``scans.parquet``,
-    ``trajectory.tum`` and ``run.json`` into the new folder ``out``, whole or not at all. With a ``world``, a path
+    Writes ``estimates.parquet``, ``smoothed.parquet``, ``events.parquet``, ``posteriors.parquet``,
+    ``scans.parquet``, ``trajectory.tum`` and ``run.json`` into the new folder ``out``, whole or not at all. With a ``world``, a path
     or a PostgreSQL URL, it starts from what that believed when the log begins, and adds
     what the drive taught, once for each log. ``observers`` see the records go by.
     ``truth`` and ``true_path`` are not used to estimate, but named in ``run.json``, where a report
     finds them. With ``mcap``, ``estimates.mcap`` holds the run as a scene for Foxglove and
-    RViz, the truth beside it. ``on_finish`` may write more into the folder that it is given. Raises ResultError, BuildingError, SettingsError, LogError or WorldError.
+    RViz, the truth beside it. With ``grid``, ``clutter.parquet`` holds what stood about that the building
+    doesn't know, and ``grid.yaml`` and ``grid.pgm`` the map in the end. ``on_finish`` may write more into the folder that it is given. Raises ResultError, BuildingError, SettingsError, LogError or WorldError.
     """
     began = time.monotonic()
     options = options or RunOptions()
@@ -136,7 +155,8 @@ def estimate_log(
         records, begin_ns = _begun(log)
         described = [file for path in log_paths for file in describe_log(path)]
         memory = _memory(world, model, options, log_identity(described, options), begin_ns)
-        estimator = _estimator(model, options, None if memory is None else memory.known)
+        known = None if memory is None else memory.known
+        estimator = _estimator(model, options, known, history=True)
         observers = (*observers, *([] if memory is None else [memory]))
         with ExitStack() as files:
             if mcap:
@@ -144,10 +164,19 @@ def estimate_log(
 
                 scene = files.enter_context(record_scene(folder, model, truth, true_path))
                 observers = (*observers, scene)
+            floor = None
+            if grid:
+                from objstate.run.floor import Floor
+
+                floor = Floor(model, options.settings, files.enter_context(ClutterWriter(folder)))
+                observers = (*observers, floor)
             drive = _drive_through(log, records, estimator, folder, observers, on_progress)
         logger.info("%d scans gave %d estimates", drive.scans, drive.estimates)
         _check_robot(drive, log, options)
+        write_smoothed(folder, estimator.histories)
         write_tum(folder / TRAJECTORY, drive.path)
+        if floor is not None:
+            floor.write(folder, drive.end_ns, estimator)
         failed = failures(drive, estimator, options)
         result = RunResult(
             folder=Path(out),
@@ -161,10 +190,13 @@ def estimate_log(
                 *log.warnings,
                 *estimator.warnings,
                 *doubts(drive, estimator, options),
+                *([] if floor is None else floor.doubts()),
             ),
             failures=tuple(failed),
             lost_share=lost_share(drive, estimator, options),
             lost_ns=tuple(estimator.lost),
+            lost_probabilities=estimator.lost_probabilities,
+            p_localized=tuple(drive.localized),
             symmetry=model.symmetries,
             world=None if memory is None else memory.keep(drive.end_ns, options.settings),
             laser_heights=drive.heights,
@@ -222,7 +254,11 @@ def _memory(
 
 
 def _estimator(
-    building: Building, options: RunOptions, beliefs: Mapping[str, ObjectBelief] | None = None
+    building: Building,
+    options: RunOptions,
+    beliefs: Mapping[str, ObjectBelief] | None = None,
+    *,
+    history: bool = False,
 ) -> Estimator:
     return Estimator(
         building,
@@ -232,6 +268,7 @@ def _estimator(
         global_start=options.global_start,
         belief=options.belief,
         beliefs=beliefs,
+        history=history,
     )
 
 

@@ -26,7 +26,6 @@ X, Y, COS, SIN = range(4)
 PEAK, PER_SIGMA, RANDOM, MISSING, HIT, RANGE_MAX, GAUSSIAN, UNEXPECTED, LASTING = range(9)
 
 FLAT_BELL = 36.0  # exponent from which the bell is flat: 2e-16 of its height
-LEAST_CHANCE = 1e-9  # of a reading that nothing explains
 DECADES = 150  # by which a product may grow or shrink before it is looked at
 SMALL, LARGE = 1e-200, 1e200  # products are kept between these: one density more is still a float
 GRAZING = 0.1  # cosine of incidence below which a range says nothing of a shift of the surface
@@ -279,30 +278,6 @@ def _densities(
     for i in range(out.shape[0]):
         none = clear if expected[i] >= range_max else missing
         out[i] = none if measured[i] == np.inf else out[i]
-
-
-@_compile
-def fit(
-    log_likelihood: float,
-    chosen: BoolArray,
-    measured: FloatArray,
-    short: FloatArray,
-    model: FloatArray,
-) -> Any:
-    """How well the ``chosen`` (n,) ones of readings (n,) are explained that have such a log-likelihood.
-
-    0 is as by chance (short and random readings alone), 1 as by hits alone with an error of a sigma each. Clipped to that.
-    """
-    worst, best = 0.0, 0.0
-    for i in range(measured.shape[0]):
-        if not chosen[i]:
-            continue
-        is_missing = measured[i] == np.inf
-        chance = model[MISSING] if is_missing else model[RANDOM] + short[i]
-        should = model[MISSING] + model[HIT] if is_missing else model[PEAK] * np.exp(-0.5)
-        worst += np.log(max(chance, LEAST_CHANCE))
-        best += np.log(max(should, LEAST_CHANCE))
-    return min(max((log_likelihood - worst) / (best - worst), 0.0), 1.0)
 
 
 @_inner

@@ -149,28 +149,6 @@ class LevelView:
         walls: FloatArray | None = None,
     ) -> FloatArray:
         model = self._beam_model.blurred(blur).parameters(self._range_max)
-        return self._told_of(poses, model, objects, walls)
-
-    def best(
-        self,
-        poses: FloatArray,
-        blur: float,
-        objects: Sequence[UncertainObject],
-        walls: FloatArray | None = None,
-    ) -> tuple[int, float]:
-        model = self._beam_model.blurred(blur).parameters(self._range_max)
-        told, among = self._told_of(poses, model, objects, walls), self._among
-        best = int(told.argmax())
-        return best, kernels.fit(told[best], self._chosen, among.measured, among.short, model)
-
-    def _told_of(
-        self,
-        poses: FloatArray,
-        model: FloatArray,
-        objects: Sequence[UncertainObject],
-        walls: FloatArray | None,
-    ) -> FloatArray:
-        """log p(o | l) (p,), see ``pose_log_likelihood``, by a beam model (9,)."""
         known = self.walls(poses) if walls is None else walls
         scenery = self._outlines.scenery(tuple(objects), self._sweep.height)
 
@@ -196,9 +174,6 @@ class LevelView:
         outline = self._outlines.of_object(name, self._sweep.height)
         normals = np.zeros((len(states), 2)) if comparison.normals is None else comparison.normals
         placements = self._outlines.placements(name, states)
-        whole, few = comparison.whole, comparison.few
-        if whole is None or few is None:
-            whole, few = np.ones(len(states), dtype=bool), np.empty(0, dtype=np.int64)
         model = self._parameters
         if not comparison.in_runs:
             model = self._beam_model.beam_by_beam.parameters(self._range_max)
@@ -207,8 +182,6 @@ class LevelView:
             self._outlines.stand(poses).poses,
             placements,
             normals,
-            whole,
-            few,
             outline.segments,
             outline.rim,
             _abreast(comparison.background),

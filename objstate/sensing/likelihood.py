@@ -237,22 +237,6 @@ def _average(
             change[p] += 0.5 * (pulled * pulled * variance / surely - np.log(surely))
 
 
-@_inner
-def _put(log: FloatArray, is_whole: bool, out: FloatArray) -> None:
-    """Let ``out`` (p,) be ``log`` (p,), or, of those (q,) of a few poses, the logarithm of the mean."""
-    if is_whole:
-        for p in range(out.shape[0]):
-            out[p] = log[p]
-        return
-    top, total = -np.inf, 0.0
-    for p in range(log.shape[0]):
-        top = max(top, log[p])
-    for p in range(log.shape[0]):
-        total += np.exp(log[p] - top)
-    for p in range(out.shape[0]):
-        out[p] = top + np.log(total / log.shape[0])
-
-
 @_compile
 def scan_log_likelihood(
     expected: FloatArray,
@@ -278,33 +262,11 @@ def scan_log_likelihood(
     _flush(free, out)
 
 
-@_inner
-def _rows(values: FloatArray, chosen: IntArray) -> Any:
-    """Some rows (q, n) of values (p, n)."""
-    out = np.empty((chosen.shape[0], values.shape[1]))
-    for q in range(out.shape[0]):
-        for j in range(out.shape[1]):
-            out[q, j] = values[chosen[q], j]
-    return out
-
-
-@_inner
-def _columns(values: FloatArray, chosen: IntArray) -> Any:
-    """Some columns (n, q) of values (n, p)."""
-    out = np.empty((values.shape[0], chosen.shape[0]))
-    for j in range(out.shape[0]):
-        for q in range(out.shape[1]):
-            out[j, q] = values[j, chosen[q]]
-    return out
-
-
 @_compile
 def object_log_likelihood(
     poses: FloatArray,
     placements: FloatArray,
     normals: FloatArray,
-    whole: BoolArray,
-    few: IntArray,
     outline: FloatArray,
     rim: int,
     background: FloatArray,
@@ -321,9 +283,7 @@ def object_log_likelihood(
 ) -> None:
     """Change in log p(o | s, l) that an object makes, over the background alone: ``out`` (p, s).
 
-    States have ``placements`` (s, 4) and ``normals`` (s, 2). Those that aren't ``whole`` (s,) are cast from a ``few`` (q,) of the
-    poses (p, 4), and have the mean likelihood from all. ``background`` (n, p)
-    is what the beams read without the object, in the scan's own order, of which sorted beam i is
+    States have ``placements`` (s, 4) and ``normals`` (s, 2), poses are (p, 4). ``background`` (n, p) is what the beams read without the object, in the scan's own order, of which sorted beam i is
     ``order[i]``; so are ``lasting`` (n,), see ``runs``, and ``bears`` (n,). Beams that the object doesn't touch contribute the same to
     every state (section 3 of Schulz and Burgard 2001) but for runs that reach over its edges, and
     are looked at once. ``bears`` is set where a beam touches the object
@@ -344,57 +304,50 @@ def object_log_likelihood(
     before, per_density, later_free, later_stopped = look_past(
         background, measured, short, lasting, model
     )
-    cast, without, middle = poses, background, np.empty(4)
+    middle = np.empty(4)
     is_touched = np.empty(count, dtype=np.bool_)
-    for part in range(2 if few.shape[0] > 0 else 1):
-        is_whole = part == 0
-        if not is_whole:
-            cast, without = _rows(poses, few), _columns(background, few)
-            before, per_density = _columns(before, few), _columns(per_density, few)
-            later_free, later_stopped = _columns(later_free, few), _columns(later_stopped, few)
-        size = cast.shape[0]
-        lasers = stands(cast, sweep)
-        strayed, turned = strays(lasers, middle)
-        nearest, spare = np.empty((count, size)), np.empty((SPARE, size))
-        untouched(nearest, is_touched)
-        free, stopped, change = np.empty(size), np.empty(size), np.empty(size)
-        gradient, curvature = np.empty(size), np.empty(size)
-        for k in range(whole.shape[0]):
-            if whole[k] != is_whole:
-                continue
-            project(
-                lasers,
-                middle,
-                strayed,
-                turned,
-                placements[k],
-                outline,
-                rim,
-                beams,
-                index,
-                sweep[SPREAD],
-                nearest,
-                is_touched,
-                spare,
-            )
-            first, past = _span(is_touched, nearest, without, order, beams, model, bears)
-            for p in range(size):
-                change[p], gradient[p], curvature[p] = 0.0, 0.0, 0.0
-            for j in range(first, past):
-                i = place[j]
-                if j == first:
-                    for p in range(size):
-                        free[p], stopped[p] = 1.0 - before[j, p], before[j, p]
-                beam = told(measured[j], short[j], lasting[j], model)
-                shift = _per_shift(normals, k, middle, beams, i) if variance > 0.0 else 0.0
-                rows = nearest[i], without[j], per_density[j]
-                _pass(*rows, beam, shift, model, free, stopped, gradient, curvature)
-                if (j - first + 1) % most == 0:
-                    _rescale(free, stopped, change)
-            if past > first:
-                _end(free, stopped, later_free[past - 1], later_stopped[past - 1], change)
-            _average(change, gradient, curvature, tempering, model[PER_SIGMA], variance)
-            _put(change, is_whole, out[:, k])
+    size = poses.shape[0]
+    lasers = stands(poses, sweep)
+    strayed, turned = strays(lasers, middle)
+    nearest, spare = np.empty((count, size)), np.empty((SPARE, size))
+    untouched(nearest, is_touched)
+    free, stopped, change = np.empty(size), np.empty(size), np.empty(size)
+    gradient, curvature = np.empty(size), np.empty(size)
+    for k in range(placements.shape[0]):
+        project(
+            lasers,
+            middle,
+            strayed,
+            turned,
+            placements[k],
+            outline,
+            rim,
+            beams,
+            index,
+            sweep[SPREAD],
+            nearest,
+            is_touched,
+            spare,
+        )
+        first, past = _span(is_touched, nearest, background, order, beams, model, bears)
+        for p in range(size):
+            change[p], gradient[p], curvature[p] = 0.0, 0.0, 0.0
+        for j in range(first, past):
+            i = place[j]
+            if j == first:
+                for p in range(size):
+                    free[p], stopped[p] = 1.0 - before[j, p], before[j, p]
+            beam = told(measured[j], short[j], lasting[j], model)
+            shift = _per_shift(normals, k, middle, beams, i) if variance > 0.0 else 0.0
+            rows = nearest[i], background[j], per_density[j]
+            _pass(*rows, beam, shift, model, free, stopped, gradient, curvature)
+            if (j - first + 1) % most == 0:
+                _rescale(free, stopped, change)
+        if past > first:
+            _end(free, stopped, later_free[past - 1], later_stopped[past - 1], change)
+        _average(change, gradient, curvature, tempering, model[PER_SIGMA], variance)
+        for p in range(size):
+            out[p, k] = change[p]
 
 
 @_inner

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from objstate.geometry import BoolArray, FloatArray, IntArray, transform_from_pose
+from objstate.geometry import BoolArray, FloatArray, transform_from_pose
 from objstate.lazy import Later
 from objstate.records import Rays
 from objstate.sensing.beam_model import BeamModel
@@ -93,46 +93,11 @@ class MeshView:
         with np.errstate(divide="ignore"):
             return np.asarray(np.log(likelihood).sum(axis=1))
 
-    def best(
-        self,
-        poses: FloatArray,
-        blur: float,
-        objects: Sequence[UncertainObject],
-        walls: FloatArray | None = None,
-    ) -> tuple[int, float]:
-        told = self.pose_log_likelihood(poses, blur, objects, walls)
-        best, every = int(told.argmax()), np.ones(len(self._measured), dtype=bool)
-        model, short = self._beam_model.blurred(blur), self._beam_model.short(self._measured)
-        parameters = model.parameters(self._range_max)
-        return best, kernels.fit(told[best], every, self._measured, short, parameters)
-
     def object_log_likelihood(
         self, name: str, states: FloatArray, poses: FloatArray, comparison: Comparison
     ) -> tuple[FloatArray, BoolArray]:
-        whole = np.ones(len(states), dtype=bool) if comparison.whole is None else comparison.whole
-        few = np.arange(len(poses)) if comparison.few is None else comparison.few
-        out = np.empty((len(poses), len(states)))
-        out[:, whole], bears = self._change(name, states, poses, comparison, whole)
-        if not whole.all():
-            rest, also = self._change(name, states, poses, comparison, ~whole, few)
-            out[:, ~whole] = np.logaddexp.reduce(rest, axis=0) - np.log(len(few))
-            bears |= also
-        return out, bears
-
-    def _change(
-        self,
-        name: str,
-        states: FloatArray,
-        poses: FloatArray,
-        comparison: Comparison,
-        chosen: BoolArray,
-        few: IntArray | None = None,
-    ) -> tuple[FloatArray, BoolArray]:
-        """The change of log-likelihood for chosen states (s,), from all poses or a few (p,)."""
         background = comparison.background
-        if few is not None:
-            poses, background = poses[few], background[few]
-        alone = self.object(name, states[chosen], poses)
+        alone = self.object(name, states, poses)
         touched = alone < background[:, None]
         along = self._along
         if not comparison.in_runs:
@@ -145,7 +110,7 @@ class MeshView:
             off = np.zeros(alone.shape)
             told = touched & np.isfinite(self._measured)
             np.subtract(self._measured, alone, out=off, where=told)
-            cosine = self._cosines(poses, comparison.normals[chosen])
+            cosine = self._cosines(poses, comparison.normals)
             told &= np.abs(cosine) > kernels.GRAZING
             per_shift = np.divide(1.0, cosine, out=np.zeros_like(cosine), where=told)
             pull = (share * per_shift * off).sum(axis=2)

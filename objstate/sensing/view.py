@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from objstate.geometry import BoolArray, FloatArray, IntArray
+from objstate.geometry import BoolArray, FloatArray
 from objstate.sensing.level import UncertainObject
 
 EXPLAINED_SIGMAS = 3.0  # of sigma_hit, within which a range reads what was expected
@@ -22,8 +22,6 @@ class Comparison:
     tempering: float = 1.0  # exponent on the likelihood
     shift_std: float = 0.0  # m by which the whole object may stand off its place
     normals: FloatArray | None = None  # (s, 2) along which; unit vectors in the building
-    whole: BoolArray | None = None  # (s,) states cast from every pose
-    few: IntArray | None = None  # the poses from which all others are cast, and averaged
     in_runs: bool = (
         True  # whether one unexpected thing may stop several beams, or each is stopped by itself
     )
@@ -72,18 +70,6 @@ class ScanView(Protocol):
 
         ``blur`` m is added to the beam model's ``sigma_hit``, as variances add. ``walls`` (p, n) m
         saves casting them, where they are known.
-        """
-
-    def best(
-        self,
-        poses: FloatArray,
-        blur: float,
-        objects: Sequence[UncertainObject],
-        walls: FloatArray | None = None,
-    ) -> tuple[int, float]:
-        """Which of the poses has the largest ``pose_log_likelihood``, and how well it explains the scan.
-
-        0 is as by chance, 1 as it should be.
         """
 
     def object_log_likelihood(

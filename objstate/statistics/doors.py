@@ -40,14 +40,20 @@ class DoorStatistics:
 
 
 def door_statistics(
-    folder: str | Path, above: OpenAbove | None = None, zone: tzinfo = UTC
+    folder: str | Path,
+    above: OpenAbove | None = None,
+    zone: tzinfo = UTC,
+    *,
+    filtered: bool = False,
 ) -> tuple[DoorStatistics, ...]:
     """The statistics of every door of a batch that some look decided on, by name.
 
     ``above`` says what counts as open, ``zone`` by which clock hours and days are told.
+    The states are those given the whole log, or with ``filtered`` those that the robot would have
+    known then.
     Raises ResultError for a folder that is no batch, or has no estimates.
     """
-    found = door_looks(folder, above or OpenAbove())
+    found = door_looks(folder, above or OpenAbove(), filtered=filtered)
     return tuple(statistics_of(each, zone) for each in found if len(each.looks))
 
 

@@ -39,7 +39,7 @@ class OpenAbove:
     offset: float = OPEN_ABOVE_M  # m
 
 
-def door_looks(folder: str | Path, above: OpenAbove) -> list[DoorLooks]:
+def door_looks(folder: str | Path, above: OpenAbove, *, filtered: bool = False) -> list[DoorLooks]:
     """The looks at every door that a batch's scans bore on, by name.
 
     A look decides where the 90 % interval lies on one side of ``above``. What was estimated
@@ -49,7 +49,7 @@ def door_looks(folder: str | Path, above: OpenAbove) -> list[DoorLooks]:
 
     bounds = {"angle": above.angle, "offset": above.offset}
     seen = (
-        scan_batch(folder)
+        scan_batch(folder, filtered=filtered)
         .filter(pl.col("observed") & pl.col("coordinate").is_in(list(bounds)))
         .select("log", "stamp", "object", "coordinate", "lower", "upper")
         .collect()

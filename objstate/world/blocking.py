@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from objstate.building.model import Kind
 from objstate.errors import WorldError
-from objstate.geometry import FloatArray, invert
+from objstate.geometry import BoolArray, FloatArray, invert
 from objstate.objects import ObjectBelief
 from objstate.objects.footprint import motions, reach, silhouette
 
@@ -40,7 +40,7 @@ def blocked(beliefs: Mapping[str, ObjectBelief], path: ArrayLike, robot_radius: 
     count as independent of each other, as they are estimated. Walls don't count: they are
     the planner's map. Raises WorldError for a path or a radius that is none.
     """
-    points = _checked(path, robot_radius)
+    points = checked_path(path, robot_radius)
     blockers = [
         Blocker(name, float(probability))
         for name, belief in beliefs.items()
@@ -53,18 +53,29 @@ def blocked(beliefs: Mapping[str, ObjectBelief], path: ArrayLike, robot_radius: 
 
 def probability_on(belief: ObjectBelief, path: FloatArray, robot_radius: float) -> float:
     """The probability that an object reaches within ``robot_radius`` of a polyline (n, 2)."""
+    hit = states_on(belief, path, robot_radius)
+    if hit is None:
+        return 0.0
+    return belief.presence * float(np.minimum(belief.weights.values[hit].sum(), 1.0))
+
+
+def states_on(belief: ObjectBelief, path: FloatArray, robot_radius: float) -> BoolArray | None:
+    """In which states (n,) an object reaches within ``robot_radius`` of a polyline; None: in none.
+
+    ``path`` is (k, 2) m.
+    """
     low, high = _bounds(belief)
     if (path.max(axis=0) < low - robot_radius).any() or (
         path.min(axis=0) > high + robot_radius
     ).any():
-        return 0.0
+        return None
     import shapely
 
     back = invert(motions(belief.item, belief.states))
     seen = path @ back[:, :2, :2].swapaxes(1, 2) + back[:, None, :2, 3]
     lines = shapely.linestrings(seen)  # the path as the object sees it: one shape for all states
     hit = shapely.dwithin(silhouette(belief.item), lines, robot_radius - ROUND_OFF)
-    return belief.presence * float(np.minimum(belief.weights.values[hit].sum(), 1.0))
+    return np.asarray(hit) if hit.any() else None
 
 
 def _bounds(belief: ObjectBelief) -> tuple[FloatArray, FloatArray]:
@@ -76,7 +87,7 @@ def _bounds(belief: ObjectBelief) -> tuple[FloatArray, FloatArray]:
     return places.min(axis=0) + low, places.max(axis=0) + high
 
 
-def _checked(path: ArrayLike, robot_radius: float) -> FloatArray:
+def checked_path(path: ArrayLike, robot_radius: float) -> FloatArray:
     points = np.asarray(path, dtype=float)
     if points.ndim != 2 or points.shape[1] != 2 or not len(points) or not np.isfinite(points).all():
         raise WorldError("A path is a list of points (x, y), in finite metres; give at least one.")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from objstate.building.model import Kind, Mesh, MovableObject
@@ -16,14 +18,19 @@ DOUBLE = "<f8"
 
 def pack_belief(belief: ObjectBelief) -> bytes:
     """A belief without its stamps, and of its object only where it hangs. Lattices keep their weights, samples also places."""
-    log, there = np.asarray(belief.weights.log, dtype=SINGLE), {"presence": belief.presence}
+    log, there = (
+        np.asarray(belief.weights.log, dtype=SINGLE),
+        dict[str, Any](presence=belief.presence),
+    )
+    if belief.attributes:
+        there["attributes"] = {name: dict(values) for name, values in belief.attributes.items()}
     if belief.item.kind is not Kind.PLANAR:
         ends, hinge = belief.states[[0, -1], 0].tolist(), belief.item.hinge.tolist()
         words = {"ends": ends, "cell": float(belief.cell[0]), "hinge": hinge}
         return pack(words | there, {"log": log})
     middle = belief.states.mean(axis=0)  # single precision counts from here
     off = np.asarray(belief.states - middle, dtype=SINGLE)
-    words = {"middle": middle.tolist(), "scouts": belief.scouts, **there}
+    words = {"middle": middle.tolist(), **there}
     return pack(words, {"log": log, "off": off})
 
 
@@ -32,7 +39,10 @@ def unpack_belief(
 ) -> ObjectBelief:
     """The belief that was packed, of the object where it was found to hang. Raises WorldError for damage."""
     words, arrays = unpack(packed, f"The belief of '{item.name}' at {stamp_ns} ns")
-    weights = Weights.of_logarithms(arrays["log"].astype(float))
+    count = len(arrays["log"]) - int(
+        words.get("scouts", 0)
+    )  # earlier worlds end with samples that count for nothing
+    weights = Weights.of_logarithms(arrays["log"][:count].astype(float))
     if item.kind is not Kind.PLANAR:
         first, last = words["ends"]
         states = np.linspace(first, last, len(weights))[:, None]
@@ -40,7 +50,7 @@ def unpack_belief(
         hinge = np.array(words.get("hinge", item.hinge))  # earlier worlds don't say
         item = item if np.array_equal(hinge, item.hinge) else item.hung_at(hinge)
     else:
-        states, cell = np.array(words["middle"]) + arrays["off"], np.zeros(3)
+        states, cell = np.array(words["middle"]) + arrays["off"][:count], np.zeros(3)
         states[:, 2] = wrap(states[:, 2])
     return ObjectBelief(
         item,
@@ -50,7 +60,7 @@ def unpack_belief(
         words["presence"],
         stamp_ns,
         last_observed_ns,
-        scouts=int(words.get("scouts", 0)),
+        attributes=words.get("attributes", {}),
     )
 
 

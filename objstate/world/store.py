@@ -52,6 +52,16 @@ class WorldStore:
         with self._database.reading() as connection:
             return str(connection.execute(select(WORLD.c.building)).scalar_one())
 
+    def latest_ns(self) -> int | None:
+        """When anything was last learnt; None where nothing ever was. Raises WorldError."""
+        with self._database.reading() as connection:
+            latest = connection.execute(select(func.max(BELIEFS.c.stamp_ns))).scalar()
+        return None if latest is None else int(latest)
+
+    def check(self, building: Building) -> None:
+        """Raises WorldError where the world is of another building."""
+        _check_building(self._database, building)
+
     def load(
         self,
         settings: Settings | None = None,
@@ -159,13 +169,17 @@ def _make_or_check(database: Database, building: Building) -> None:
             migrate(connection, form, place)
             if not form:
                 _describe(connection, building, digest)
+    _check_building(database, building)
+
+
+def _check_building(database: Database, building: Building) -> None:
     with database.reading() as connection:
         name, known = connection.execute(select(WORLD.c.building, WORLD.c.building_digest)).one()
-    if known != digest:
+    if known != model_digest(building):
         raise WorldError(
-            f"The world {place} is of the building '{name}' as it was described when the world was "
-            f"made, not of {building.source or building.name}: walls, objects or limits differ. "
-            "Give that building, or another --world."
+            f"The world {database.location} is of the building '{name}' as it was described when "
+            f"the world was made, not of {building.source or building.name}: walls, objects or "
+            "limits differ. Give that building, or another --world."
         )
 
 

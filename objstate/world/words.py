@@ -39,10 +39,22 @@ def belief_words(belief: ObjectBelief, samples: bool = False) -> dict[str, Any]:
             "lower": narrowest,
             "upper": widest,
         }
+    words["attributes"] = attributes(belief)
     if samples:
         words["states"] = belief.states.tolist()
         words["weights"] = belief.weights.values.tolist()
     return words
+
+
+def attributes(belief: ObjectBelief) -> dict[str, dict[str, float]]:
+    """What isn't a coordinate, as distributions: given ones, and whether it is there or closed."""
+    known = {name: dict(values) for name, values in belief.attributes.items()}
+    closed = belief.probability_closed
+    if belief.item.kind is Kind.PLANAR:
+        known["present"] = {"true": belief.presence, "false": 1.0 - belief.presence}
+    elif closed is not None:
+        known["closed"] = {"true": closed, "false": 1.0 - closed}
+    return known
 
 
 def snapshot_words(snapshot: Snapshot, building: str) -> dict[str, Any]:

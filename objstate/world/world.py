@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
@@ -16,7 +17,9 @@ from objstate.errors import WorldError
 from objstate.lazy import lazy
 from objstate.objects import ObjectBelief, ObjectFilter, filter_for
 from objstate.records import NANOSECONDS
+from objstate.world.allowed import Task
 from objstate.world.blocking import Blockage, blocked
+from objstate.world.due import Due, due
 from objstate.world.fitting import fitted
 
 NAMES_SHOWN = 10  # so many names tell what the others are like
@@ -90,6 +93,20 @@ class World:
     ) -> Blockage:
         """``Snapshot.blocked`` at a moment, by default the latest at which anything was learnt."""
         return self.at(stamp_ns).blocked(path, robot_radius)
+
+    def due(self, task: Task, horizon_s: float, stamp_ns: int | None = None) -> tuple[Due, ...]:
+        """What a task wants verified within so many seconds if nobody looks, the soonest first.
+
+        A planner may sleep until the first of them. The moment is by default the latest at
+        which anything was learnt. Raises WorldError for a horizon that is none.
+        """
+        if not 0.0 <= horizon_s < math.inf:
+            raise WorldError(f"A horizon of {horizon_s} s must be 0 or more, and finite.")
+        return due(self, task, horizon_s, self.latest_ns or 0 if stamp_ns is None else stamp_ns)
+
+    def filter_of(self, name: str) -> ObjectFilter:
+        """The filter by which an object is predicted. Raises WorldError for an unknown one."""
+        return self._filters[self._known(name)]
 
     def belief(self, name: str, stamp_ns: int) -> ObjectBelief:
         """What is believed of one object at a moment. Raises WorldError for an unknown one.

@@ -47,7 +47,7 @@ def batch(
 
 def combined(folder: Path) -> dict[str, bytes]:
     """The combined tables that must not depend on who ran what when."""
-    files = [folder / "summary.parquet", *sorted(folder.glob("estimates.parquet/*/*"))]
+    files = [folder / "summary.parquet", *sorted(folder.glob("*.parquet/*/*"))]
     return {str(file.relative_to(folder)): file.read_bytes() for file in files}
 
 
@@ -75,12 +75,18 @@ def test_every_log_has_the_result_that_estimate_writes(
         ).read_bytes()
 
 
-def test_the_combined_estimates_are_partitioned_by_log(by_two: Path) -> None:
-    by_hive = pl.read_parquet(by_two / "estimates.parquet", hive_partitioning=True)
+@pytest.mark.parametrize(
+    ("table", "filtered"), [("estimates.parquet", True), ("smoothed.parquet", False)]
+)
+def test_the_combined_estimates_are_partitioned_by_log(
+    by_two: Path, table: str, filtered: bool
+) -> None:
+    by_hive = pl.read_parquet(by_two / table, hive_partitioning=True)
     assert set(by_hive["log"]) == {f"drive_{n}" for n in range(COUNT)}
-    own = pl.read_parquet(by_two / "logs" / "drive_1" / "estimates.parquet")
+    own = pl.read_parquet(by_two / "logs" / "drive_1" / table)
     assert by_hive.filter(log="drive_1").drop("log").equals(own)
-    assert scan_batch(by_two).collect().sort("log", "stamp").equals(by_hive.sort("log", "stamp"))
+    scanned = scan_batch(by_two, filtered=filtered).collect()
+    assert scanned.sort("log", "stamp").equals(by_hive.sort("log", "stamp"))
 
 
 def test_one_worker_makes_the_same_bytes(drives: Drives, by_two: Path, tmp_path: Path) -> None:

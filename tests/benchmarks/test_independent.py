@@ -293,7 +293,8 @@ def test_a_run_prints_a_table_and_pairs_with_itself(
     arguments = ["--scenarios", "turning", "--seeds", "1", "--jobs", "1"]
     arguments += ["--cache", str(tmp_path / "cache"), "--keep", str(tmp_path / "kept")]
     assert main([*arguments, "--json", str(figures)]) == 0
-    (drive,) = from_json(figures.read_text())
+    drive, smoothed = from_json(figures.read_text())
+    assert (drive.table, smoothed.table) == ("estimates", "smoothed")
     assert len(drive.finals) > 5
     assert f"| turning | 1 | {len(drive.finals)} |" in capsys.readouterr().out
     kept = read_estimates(tmp_path / "kept" / "turning" / "1" / "estimates.parquet")

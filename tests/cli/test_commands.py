@@ -89,7 +89,7 @@ def test_a_result_holds_what_the_formats_say(estimated: Path) -> None:
     frame = pl.read_parquet(estimated / "estimates.parquet")
     assert frame.columns == [
         "stamp", "object", "coordinate", "mean", "std", "lower", "upper", "observed",
-        "fit", "presence", "lost", "p_closed",
+        "fit", "presence", "lost", "p_closed", "p_localized",
     ]  # fmt: skip
     assert frame["object"].unique().to_list() == ["office_door"]
     summary = json.loads((estimated / "run.json").read_text())
@@ -377,3 +377,16 @@ def stderr_of_a_terminal(arguments: list[object]) -> bytes:
     os.close(ours)
     assert process.returncode == 0
     return seen
+
+
+def test_evaluate_takes_the_whole_log_unless_asked_not_to(
+    run, drive: Path, estimated: Path
+) -> None:
+    truth, errors = drive / "log" / "truth.csv", dict[str, float]()
+    for name, option in (("smoothed", ()), ("filtered", ("--filtered",))):
+        figures = drive / f"{name}.json"
+        outcome = run("evaluate", estimated, "--truth", truth, "--json", figures, *option)
+        assert outcome.code == 0
+        (door,) = json.loads(figures.read_text())["objects"]
+        errors[name] = door["updates"]["mean"]
+    assert errors["smoothed"] < errors["filtered"]

@@ -1,15 +1,22 @@
 """``objstate next`` and ``objstate reproduce`` as they are typed."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from objstate.building import load_building
-from objstate.world.store import open_store
+from objstate.config import Settings
+from objstate.geometry import wrap
+from objstate.objects import filter_for
+from objstate.particles import Weights
+from objstate.world.store import DriveEntry, open_store
 from tests.cli.conftest import Run
 from tests.cli.test_commands import ROOM
 
+HOUR = 3600 * 10**9
 CORRIDOR = Path(__file__).parents[2] / "models/corridor/corridor.urdf"
 
 
@@ -38,7 +45,7 @@ def test_plans_go_first(place: Path, run: Run) -> None:
     done = run(*asked(place, "--for", "pass office_door", "--json"))
     assert done.code == 0, done.err
     told = json.loads(done.out)
-    assert told["tasks"][0]["why"] == "before: pass office_door"
+    assert told["tasks"][0]["why"].startswith("before: pass office_door, clear with probability 0.")
     assert len(told["tasks"][0]["pose"]) == 3
     assert told["actions"][0]["utility"] >= told["actions"][-1]["utility"]
 
@@ -52,7 +59,7 @@ def test_a_plan_goes_ahead_of_what_is_more_useful(run: Run, tmp_path: Path) -> N
     assert done.code == 0, done.err
     told = json.loads(done.out)
     assert [each["object"] for each in told["tasks"]] == [other, best]
-    assert told["tasks"][0]["why"] == f"before: pass {other}"
+    assert told["tasks"][0]["why"].startswith(f"before: pass {other}, clear with probability 0.")
     assert told["tasks"][0]["utility"] < told["tasks"][1]["utility"]
     assert told["actions"][0]["object"] == best
 
@@ -79,7 +86,8 @@ def test_a_robot_that_stays_drives_nowhere(place: Path, run: Run) -> None:
         (["--for", "pass gate"], "there is no such object; there are office_door"),
         (["--sensor", "front:zoom=3"], "is no sensor; give NAME:range=M"),
         (["--sensor", ":range=3"], "has no name"),
-        (["--sensor", "front:range=-3"], "is no sensor"),
+        (["--sensor", "front:range=-3"], "must be finite and above 0"),
+        (["--sensor", "front:beams=1000000000"], "give from 1 to 100000"),
         (["--at", "90,0,0"], "away from the free floor"),
         (["--at", "1,0"], "--at '1,0' is not a pose"),
     ],
@@ -93,7 +101,86 @@ def test_what_is_wrong_is_said(place: Path, run: Run, more: list[str], said: str
 def test_settings_of_the_choice_come_from_a_file(place: Path, run: Run, tmp_path: Path) -> None:
     (tmp_path / "choice.yaml").write_text("choice: {gain_threshold: 1000}\n")
     done = run(*asked(place, "--config", tmp_path / "choice.yaml", "--json"))
-    assert json.loads(done.out)["tasks"] == []
+    told = json.loads(done.out)
+    assert (told["tasks"], told["next_worthwhile_in_s"]) == ([], None)
+    said = run(*asked(place, "--config", tmp_path / "choice.yaml")).out
+    assert "Nothing is worth a look: the largest gain is" in said
+    assert "Within a day that stays so." in said
+
+
+def seen(place: Path, folder: Path, angle: float) -> Path:
+    """A world in which the door was just seen at an angle."""
+    building = load_building(place / "room.urdf")
+    store = open_store(folder / "seen.db", building)
+    door = filter_for(building["office_door"], Settings()).prior(np.random.default_rng(0))
+    weights = np.exp(-0.5 * ((door.states[:, 0] - angle) / 0.02) ** 2) + 1e-300
+    at = replace(door.with_weights(Weights.of(weights)), stamp_ns=HOUR, last_observed_ns=HOUR)
+    store.add(DriveEntry("a" * 64, 0, HOUR), [at])
+    return folder / "seen.db"
+
+
+def test_a_door_that_was_just_seen_is_looked_at_when_that_is_worth_it_again(
+    place: Path, run: Run, tmp_path: Path
+) -> None:
+    given = ["--building", place / "room.urdf", "--at", "1,0,90deg"]
+    asked_of = ["next", "--world", seen(place, tmp_path, 0.0), *given]
+    said = run(*asked_of, "--for", "pass office_door").out
+    assert "pass office_door: needs no look, clear with probability 0.0" in said
+    assert "The next look is worth it in about" in said
+    assert "0 s ago" in said
+    wait = json.loads(run(*asked_of, "--json").out)["next_worthwhile_in_s"]
+    assert 60.0 <= wait <= 86400.0
+    rate = Settings().for_object("office_door", "door").dynamics.moves_per_hour
+    for factor, is_idle in ((0.8, True), (1.2, False)):
+        when = f"{3600 + factor * wait:.0f}"
+        told = json.loads(run(*asked_of, "--when", when, "--json").out)
+        assert (told["tasks"] == []) == is_idle
+        assert told["actions"][0]["p_moved_since"] == pytest.approx(
+            1.0 - np.exp(-rate * factor * wait / 3600.0), abs=1e-3
+        )
+
+
+def test_a_task_asks_for_what_it_allows_too_little_of(
+    place: Path, run: Run, tmp_path: Path
+) -> None:
+    (tmp_path / "tasks.yaml").write_text(
+        "tasks:\n  - {name: rest}\n  - {name: pass, objects: [{match: office_door, angle: 0.01}]}\n"
+    )
+    given = [
+        "--building",
+        place / "room.urdf",
+        "--at",
+        "1,0,90deg",
+        "--task",
+        tmp_path / "tasks.yaml",
+    ]
+    asked_of = ["next", "--world", seen(place, tmp_path, 0.0), *given]
+    assert "'rest' asks for no look within 24 h" in run(*asked_of).out
+    told = json.loads(run(*asked_of, "--doing", "pass", "--json").out)
+    (due,) = told["due"]
+    assert (due["object"], due["coordinate"], told["tasks"]) == ("office_door", "angle", [])
+    later = f"{due['due_ns'] / 1e9 + 1.0:.0f}"
+    (task,) = json.loads(run(*asked_of, "--doing", "pass", "--when", later, "--json").out)["tasks"]
+    assert task["why"].startswith("variance of angle 0.01")
+    assert (
+        "There is no task 'sleep'; there are rest, pass" in run(*asked_of, "--doing", "sleep").err
+    )
+
+
+def test_a_world_of_another_building_is_refused(place: Path, run: Run, tmp_path: Path) -> None:
+    (tmp_path / "other.urdf").write_text(ROOM.replace("office_door", "gate"))
+    given = ["--world", place / "world.db", "--building", tmp_path / "other.urdf", "--at", "1,0,0"]
+    done = run("next", *given)
+    assert done.code != 0
+    assert "walls, objects or limits differ" in done.err
+
+
+def test_a_laser_at_the_back_looks_the_other_way(place: Path, run: Run) -> None:
+    sensors = ["--sensor", "front:view=60", "--sensor", "rear:view=60,x=-0.2,yaw=180"]
+    actions = json.loads(run(*asked(place, *sensors, "--json", "--top", 50)).out)["actions"]
+    yaw = {each["sensor"]: each["pose"] for each in actions}
+    assert yaw["front"][:2] == yaw["rear"][:2]
+    assert abs(wrap(yaw["front"][2] - yaw["rear"][2])) == pytest.approx(np.pi)
 
 
 def test_the_paper_is_repeated(run: Run) -> None:

@@ -9,9 +9,10 @@ from rich.console import Console
 from objstate.cli.error_tables import errors_table, robot_table
 from objstate.cli.json_values import json_values
 from objstate.cli.log_tables import describe_log
-from objstate.cli.state_table import state_table
+from objstate.cli.state_table import events_table, state_table
 from objstate.evaluation import CoordinateErrors, Distances, LatestState, RobotErrors, StateErrors
 from objstate.logs import LaserSummary, LogSummary, TopicSummary
+from objstate.recording.events import Event
 from objstate.records import Estimate
 
 LONG_NAME = "building_4/floor_2/west_wing/door_to_the_meeting_room"
@@ -111,3 +112,12 @@ def test_numbers_that_json_has_no_word_for_become_null() -> None:
         "range": None,
         "of": {"rms": None, "mean": 0.5, "median": 1.0, "p90": 2.0, "end": 3.0},
     }
+
+
+def test_movements_are_listed_by_seconds_of_the_log() -> None:
+    second = 10**9
+    times = STAMP + 10 * second, STAMP + 12 * second
+    angles = math.radians(31.0), 0.01, math.radians(88.0), 0.01
+    table = events_table([Event(LONG_NAME, "moved", "angle", *times, *angles, 0.984)], STAMP)
+    for shown in ("angle (deg)", "10.0 to 12.0", "31.0", "88.0", "98"):
+        assert shown in at_80_columns(table)

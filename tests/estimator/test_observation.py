@@ -1,4 +1,4 @@
-"""What one scan says of the objects near, and by them of the robot: against sums written out."""
+"""What one scan says of the objects near, each by itself."""
 
 from __future__ import annotations
 
@@ -22,7 +22,6 @@ from tests.rooms import block, building, door, enclosure, fan, observed, table, 
 TEMPERING = 0.2
 ROBOT = np.array([0.35, -0.6, 1.4])
 RAYS = fan(181, 1.5 * np.pi)
-COARSE = Settings.model_validate({"objects": [{"match": "*", "resolution_deg": 3.0}]})
 
 
 def doorway(*unmodelled: Mesh, item: MovableObject | None = None) -> Building:
@@ -62,62 +61,9 @@ def after_scans(
     state, fits = Believed(place, Settings(), 0, known or {}), []
     for k, scan in enumerate(scans):
         observation = seen(state, name, view_of(place, scan), exactly(ROBOT), k * 2 * 10**8)
-        state.keep_in_view(observation.beliefs)
+        state.keep(observation.beliefs.items())
         fits.append(observation.fits.get(name))
     return state.marginals[name], fits
-
-
-# --- evidence -----------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_the_log_evidence_is_the_one_written_out(seed: int) -> None:
-    """p(o | l) = sum_s p(o | s, l) p(s | l), for each robot sample with its own p(s | l)."""
-    place, rng = doorway(), np.random.default_rng(seed)
-    view = view_of(place, read(place, "door", np.array([0.7]), seed))
-    poses = ROBOT + rng.normal(0.0, [0.05, 0.05, 0.03], (4, 3))
-    robot = PoseBelief(poses, Weights.of(rng.dirichlet(np.ones(4))))
-    state = Believed(place, COARSE, 0, {})
-    given = state.given("door", 4, 0)
-    rows = rng.dirichlet(np.full(given.given.shape[1], 5.0), 4)
-    state.keep_in_view({"door": given.averaged(rows, robot.weights.values)})
-    observation = seen(state, "door", view, robot, stamp_ns=0)
-    walls = view.walls(poses)
-    leaf = view.object("door", given.belief.states, poses)
-    for row in range(4):
-        scene = np.minimum(walls[row], leaf[row])
-        likelihood = np.exp(TEMPERING * view.log_likelihood(scene))
-        exact = np.log(rows[row] @ likelihood) / TEMPERING
-        assert observation.log_evidence[row] == pytest.approx(exact, abs=0.1)
-        pairs = rows[row] * likelihood
-        np.testing.assert_allclose(
-            observation.beliefs["door"].given[row], pairs / pairs.sum(), atol=1e-3
-        )
-
-
-def test_the_right_robot_sample_is_told_by_a_door_that_is_known() -> None:
-    place = doorway()
-    view = view_of(place, read(place, "door", np.array([0.5])))
-    aside = ROBOT + np.array([[0.0, 0.0, 0.0], [0.08, 0.0, 0.0], [0.0, 0.0, 0.05]])
-    robot = PoseBelief(aside, Weights.uniform(3))
-    prior = Believed(place, Settings(), 0, {}).marginals["door"]
-    known = Weights.of(np.exp(-0.5 * ((prior.states[:, 0] - 0.5) / 0.01) ** 2))
-    state = Believed(place, Settings(), 0, {"door": prior.with_weights(known)})
-    log_evidence = seen(state, "door", view, robot).log_evidence
-    assert (log_evidence[1:] < log_evidence[0] - 5.0).all()
-
-
-def test_marginals_are_settled_by_what_the_robot_samples_weigh_after_the_scan() -> None:
-    place = doorway()
-    view = view_of(place, read(place, "door", np.array([0.5])))
-    robot = PoseBelief(ROBOT + np.array([[0.0, 0, 0], [0.1, 0, 0]]), Weights.uniform(2))
-    observation = seen(Believed(place, Settings(), 0, {}), "door", view, robot)
-    one = PoseBelief(robot.poses, Weights.of(np.array([1.0, 0.0])))
-    settled = observation.settled_by(one).beliefs["door"]
-    np.testing.assert_allclose(
-        settled.belief.weights.values, observation.beliefs["door"].given[0], atol=1e-12
-    )
-    np.testing.assert_array_equal(settled.given, observation.beliefs["door"].given)
 
 
 # --- fit ----------------------------------------------------------------------------
@@ -149,7 +95,7 @@ def test_an_object_on_which_no_beam_bears_has_no_fit_and_keeps_its_belief() -> N
     observation = observe(state, view, ["door"], behind, 1, TEMPERING, 0.0)
     assert observation.fits == {}
     np.testing.assert_array_equal(
-        observation.beliefs["door"].belief.weights.values, state.marginals["door"].weights.values
+        observation.beliefs["door"].weights.values, state.marginals["door"].weights.values
     )
 
 

@@ -56,7 +56,7 @@ localization:
   min_particles: 100
   max_particles: 2000
   alpha1: 0.02
-search: {spacing: 0.3, sure: 0.99}
+search: {spacing: 0.3, looks: 5}
 object_updates: {schedule: lasers, localization_lasers: [front, rear]}
 objects:
   - {match: "door_*", class: door, dynamics: {moves_per_hour: 4.0}, resolution_deg: 0.5}

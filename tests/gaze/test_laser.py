@@ -103,7 +103,12 @@ def test_viewpoints_see_the_door_from_both_sides_and_face_it() -> None:
     floor, belief, s = Floor.of(rooms), prior(rooms["door"]), ViewpointSettings()
     walls = EmbreeCaster(rooms.walls)
     poses, cells = viewpoints(
-        belief, floor, walls, 0.3, s, int(floor.pieces[floor.nearest(np.array([2.0, 0.0]))])
+        belief,
+        floor,
+        walls,
+        Sensor("laser"),
+        s,
+        int(floor.pieces[floor.nearest(np.array([2.0, 0.0]))]),
     )
     off = middle_of(belief) - poses[:, :2]
     distance = np.hypot(off[:, 0], off[:, 1])
@@ -121,7 +126,7 @@ def test_what_stands_outside_has_no_viewpoint() -> None:
         prior(rooms["chest"]),
         floor,
         EmbreeCaster(rooms.walls),
-        0.3,
+        Sensor("laser"),
         ViewpointSettings(),
         1,
     )

@@ -1,9 +1,11 @@
 """What is in view of a sensor."""
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from objstate.errors import SettingsError
 from objstate.gaze.sensors import ALL_ROUND, Sensor
 
 coordinate = st.floats(-3.0, 3.0)
@@ -32,3 +34,27 @@ def test_the_outer_beams_stand_at_the_edges_of_the_field_of_view() -> None:
     bearings = np.arctan2(rays.directions[:, 1], rays.directions[:, 0])
     assert np.allclose(bearings, [-np.pi / 2, 0.0, np.pi / 2])
     assert (rays.origins[:, 2] == 0.4).all()
+
+
+def test_beams_leave_from_where_the_sensor_is_mounted() -> None:
+    rays = Sensor("rear", field_of_view=1.0, beams=3, x=-0.3, y=0.1, yaw=np.pi).rays()
+    assert rays.directions[1] == pytest.approx([-1.0, 0.0, 0.0])
+    assert rays.origins == pytest.approx(np.tile([-0.3, 0.1, 0.3], (3, 1)))
+
+
+@given(coordinate, coordinate, st.floats(-np.pi, np.pi))
+def test_a_mounted_sensor_sees_what_one_at_its_place_sees(x: float, y: float, yaw: float) -> None:
+    mounted = Sensor("rear", field_of_view=1.5, x=-0.3, y=0.1, yaw=2.0)
+    places, robot = np.random.default_rng(0).uniform(-6.0, 6.0, (50, 2)), np.array([x, y, yaw])
+    plain = Sensor("plain", field_of_view=1.5)
+    assert (mounted.sees(robot, places) == plain.sees(mounted.poses(robot), places)).all()
+
+
+@pytest.mark.parametrize(
+    "figures",
+    [{"beams": 10**9}, {"beams": 0}, {"range_max": np.nan}, {"range_max": -1.0}, {"yaw": np.inf},
+     {"range_min": 9.0}, {"field_of_view": 0.0}],
+)  # fmt: skip
+def test_a_sensor_that_cannot_be_is_refused(figures: dict[str, float]) -> None:
+    with pytest.raises(SettingsError, match="Sensor 'front'"):
+        Sensor("front", **figures)

@@ -8,13 +8,17 @@ import pytest
 from objstate.building.model import Building, Mesh
 from objstate.errors import SettingsError
 from objstate.gaze import Sensor
+from objstate.geometry import wrap
 from objstate.maintenance import (
     ChoiceSettings,
     Coordinator,
     CoordinatorSettings,
     GainWeight,
     Plan,
+    any_of,
+    entropy_above,
     next_tasks,
+    older_than,
 )
 from tests.gaze.places import chest, priors, surely, two_rooms
 from tests.rooms import enclosure, wall
@@ -131,6 +135,7 @@ def test_plans_come_first_in_their_order_then_the_best(coordinator: Coordinator)
     found = next_tasks(coordinator, ranked, beliefs, 0, plans=plans)
     assert [each.action.object for each in found[:2]] == ["far", "door"]
     assert found[0].reason == "before: grab far"
+    assert found[1].reason.startswith("before: pass door, clear with probability 0.")
     assert found[2].action is coordinator.best(ranked)
     assert len(found) == 3
     assert "nats of" in found[2].reason
@@ -144,6 +149,40 @@ def test_a_plan_is_followed_whatever_it_gains() -> None:
     ranked = coordinator.actions(beliefs, AT)
     found = next_tasks(coordinator, ranked, beliefs, 0, plans=[Plan("pass", "door")])
     assert [each.action.object for each in found] == ["door"]
+
+
+def test_a_door_that_is_known_to_be_open_is_passed_without_a_look(coordinator: Coordinator) -> None:
+    beliefs = priors(ROOMS)
+    beliefs["door"] = surely(beliefs["door"], np.pi / 2)
+    found = next_tasks(coordinator, coordinator.actions(beliefs, AT), beliefs, 0,
+                       plans=[Plan("pass", "door")])  # fmt: skip
+    assert not [each for each in found if each.reason.startswith("before")]
+
+
+def test_triggers_fire_without_a_plan(coordinator: Coordinator) -> None:
+    beliefs = {
+        name: replace(each, last_observed_ns=None if name == "far" else 0)
+        for name, each in priors(ROOMS).items()
+    }
+    ranked = coordinator.actions(beliefs, AT)
+    trigger = any_of(older_than(hours=1.0), entropy_above(1e6))
+    found = next_tasks(coordinator, ranked, beliefs, 10**9, trigger=trigger)
+    assert [each.action.object for each in found[:-1]] == ["far"]
+    assert found[0].reason == "the trigger asks for it"
+    later = next_tasks(coordinator, ranked, beliefs, 2 * 3600 * 10**9, trigger=trigger)
+    assert {each.action.object for each in later[:-1]} == set(ROOMS.objects)
+
+
+def test_a_rear_laser_turns_its_back_on_what_it_looks_at() -> None:
+    both = Coordinator(ROOMS, [LASER, Sensor("rear", field_of_view=1.0, yaw=np.pi)])
+    actions = both.actions(priors(ROOMS), AT, only=["near"])
+    yaws = {
+        name: sorted(float(wrap(a.pose[2])) for a in actions if a.sensor == name)
+        for name in both.sensors
+    }
+    turned = sorted(wrap(np.array(yaws["laser"]) + np.pi).tolist())
+    assert yaws["rear"] == pytest.approx(turned)
+    assert all(each.gains["near"] > 0.5 for each in actions)
 
 
 def test_a_plan_with_an_unknown_object_is_refused(coordinator: Coordinator) -> None:

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from objstate.config import DoorSettings
 from objstate.geometry import FloatArray
-from objstate.objects import ConditionalBelief, Update
+from objstate.objects import Update
 from objstate.objects.doors import LatticeFilter
 from objstate.particles import Weights
 from tests.objects.views import Formula, evidence_by
@@ -60,32 +60,27 @@ def told(log_likelihood: FloatArray) -> Formula:
 
 
 def update(
-    log_likelihood: FloatArray, given_: FloatArray, robot: FloatArray, tempering: float = 1.0
+    log_likelihood: FloatArray, prior: FloatArray, robot: FloatArray, tempering: float = 1.0
 ) -> Update:
-    """The door's belief given each robot sample (l, s), after a scan."""
+    """The door's belief, of weights (s,), after a scan."""
     weights, rng = Weights.of(robot), np.random.default_rng(0)
     poses = np.zeros((len(robot), 3))
-    prior = ConditionalBelief.independent(FILTER.prior(rng), len(robot))
-    believed = prior.averaged(given_, robot)
+    believed = FILTER.prior(rng).with_weights(Weights.of(prior))
     evidence = evidence_by(told(log_likelihood), poses, weights, tempering)
     after = FILTER.update(believed, evidence, rng)
     assert after is not None
     return after
 
 
-def alike(prior: FloatArray, robots: int) -> FloatArray:
-    return np.tile(prior, (robots, 1))
-
-
 @settings(max_examples=50)
 @given(SEEDS, st.integers(1, 6), st.floats(0.1, 1.0))
 def test_the_posterior_is_the_one_written_out(seed: int, robots: int, tempering: float) -> None:
     likelihood, prior, robot = tables(seed, robots)
-    after = update(np.log(likelihood), alike(prior, robots), robot, tempering)
+    after = update(np.log(likelihood), prior, robot, tempering)
     tempered = (likelihood**tempering).tolist()
     expected = posterior_written_out(tempered, prior.tolist(), robot.tolist())
     assert math.fsum(expected) == pytest.approx(1.0)  # each robot sample's votes sum to its weight
-    np.testing.assert_allclose(after.conditional.belief.weights.values, expected, rtol=1e-9)
+    np.testing.assert_allclose(after.belief.weights.values, expected, rtol=1e-9)
 
 
 @settings(max_examples=30)
@@ -95,45 +90,22 @@ def test_a_factor_on_all_of_a_robot_samples_likelihoods_is_evidence_and_nothing_
 ) -> None:
     likelihood, prior, robot = tables(seed, 4)
     factors = factor * np.arange(4)
-    one = update(np.log(likelihood), alike(prior, 4), robot)
-    scaled = update(np.log(likelihood) + factors[:, None], alike(prior, 4), robot)
-    np.testing.assert_allclose(scaled.conditional.given, one.conditional.given, atol=1e-9)
+    one = update(np.log(likelihood), prior, robot)
+    scaled = update(np.log(likelihood) + factors[:, None], prior, robot)
+    np.testing.assert_allclose(scaled.belief.weights.values, one.belief.weights.values, atol=1e-9)
     np.testing.assert_allclose(scaled.log_evidence, one.log_evidence + factors, atol=1e-9)
 
 
 def test_with_one_robot_sample_it_is_bayes_rule() -> None:
     likelihood, prior, _ = tables(0, 1)
-    after = update(np.log(likelihood), prior[None], np.ones(1))
+    after = update(np.log(likelihood), prior, np.ones(1))
     joint = likelihood[0] * prior
-    np.testing.assert_allclose(after.conditional.belief.weights.values, joint / joint.sum())
+    np.testing.assert_allclose(after.belief.weights.values, joint / joint.sum())
     np.testing.assert_allclose(after.log_evidence, np.log(joint.sum()))
 
 
 def test_a_robot_sample_without_weight_has_no_vote() -> None:
     likelihood, prior, _ = tables(1, 2)
-    both = update(np.log(likelihood), alike(prior, 2), np.array([1.0, 0.0]))
-    one = update(np.log(likelihood[:1]), prior[None], np.ones(1))
-    np.testing.assert_allclose(
-        both.conditional.belief.weights.values, one.conditional.belief.weights.values, atol=1e-12
-    )
-
-
-@settings(max_examples=30)
-@given(SEEDS, st.integers(1, 5), st.floats(0.1, 1.0))
-def test_robot_samples_that_believe_differently_update_each_by_itself(
-    seed: int, robots: int, tempering: float
-) -> None:
-    """The joint belief p(l, s) written out: Bayes' rule on pairs, then sums."""
-    likelihood, _, robot = tables(seed, robots)
-    given_ = np.random.default_rng(seed).dirichlet(np.full(len(STATES), 5.0), robots)
-    after = update(np.log(likelihood), given_, robot, tempering)
-    pairs = robot[:, None] * given_ * likelihood**tempering
-    evidence = pairs.sum(axis=1) / robot
-    np.testing.assert_allclose(after.log_evidence, np.log(evidence), atol=1e-9)
-    np.testing.assert_allclose(
-        after.conditional.given, pairs / pairs.sum(axis=1, keepdims=True), atol=1e-12
-    )
-    reweighted = robot * np.exp(after.log_evidence)
-    marginal = after.conditional.averaged(after.conditional.given, reweighted / reweighted.sum())
-    expected = pairs.sum(axis=0) / pairs.sum()
-    np.testing.assert_allclose(marginal.belief.weights.values, expected, atol=1e-12)
+    both = update(np.log(likelihood), prior, np.array([1.0, 0.0]))
+    one = update(np.log(likelihood[:1]), prior, np.ones(1))
+    np.testing.assert_allclose(both.belief.weights.values, one.belief.weights.values, atol=1e-12)

@@ -1,4 +1,4 @@
-"""Laws of furniture: equal headings, finding it anywhere, and being gone."""
+"""Laws of furniture: equal headings, and states through readings."""
 
 from __future__ import annotations
 
@@ -10,21 +10,15 @@ from hypothesis import strategies as st
 from objstate.building.model import Building, Mesh, MovableObject
 from objstate.building.shapes import Box, Cylinder
 from objstate.building.symmetry import ROUND, symmetry_of
-from objstate.config import BeamModelSettings, Dynamics, FurnitureSettings
+from objstate.config import BeamModelSettings
 from objstate.geometry import FloatArray, between, compose, wrap
-from objstate.objects import ConditionalBelief, ObjectBelief, ScanEvidence
-from objstate.objects.furniture import SampleFilter
+from objstate.objects import ObjectBelief
 from objstate.objects.proposals import TracedOutline
 from objstate.particles import Weights
 from objstate.sensing import BeamModel, ExpectedRanges, Sensing
 from tests.rooms import block, building, enclosure, fan, observed, placed, scan_of, table
 
-TEMPERING = 0.4
 SQUARE = table("table", 0.0, 0.0, size=(0.8, 0.8))
-ANYWHERE = FurnitureSettings(
-    prior="uniform", prior_std_m=2.3, prior_std_deg=180.0, dynamics=Dynamics(moves_per_hour=0.0)
-)
-LOOKS = ((-2.3, -2.3, 0.7), (-2.0, 0.0, 0.0), (0.0, -2.3, 1.5))
 
 
 def legs(width: float, depth: float) -> Mesh:
@@ -45,25 +39,6 @@ def prism(count: int, radii: FloatArray) -> Mesh:
 
 def room(item: MovableObject) -> Building:
     return building(enclosure(6.0, 6.0), item)
-
-
-def looked(
-    item: MovableObject, state: FloatArray | None, chosen: FurnitureSettings, seed: int
-) -> ObjectBelief:
-    """What is believed after looks from three places; no state: the object isn't there."""
-    place, rng = room(item), np.random.default_rng(seed)
-    filter_ = SampleFilter(item, chosen)
-    believed = ConditionalBelief.independent(filter_.prior(rng), 1)
-    for pose in np.array(LOOKS).repeat(4, axis=0):
-        scan = observed(ExpectedRanges(place), {} if state is None else {item.name: state}, pose,
-                        fan(361, 2 * np.pi), rng)  # fmt: skip
-        view = Sensing(place, BeamModel(BeamModelSettings())).view(scan)
-        walls = view.walls(pose[None])
-        evidence = ScanEvidence(item.name, view, pose[None], Weights.uniform(1), walls,
-                                view.log_likelihood(walls), TEMPERING)  # fmt: skip
-        update = filter_.update(believed, evidence, rng)
-        believed = believed if update is None else update.conditional
-    return believed.belief
 
 
 # --- symmetry -----------------------------------------------------------------------
@@ -127,21 +102,9 @@ def test_a_heading_between_two_equal_ones_is_not_torn_apart() -> None:
     belief = ObjectBelief(SQUARE, folded, Weights.uniform(101), cell=np.zeros(3))
     assert belief.std[2] == pytest.approx(0.03, rel=0.05)
     assert abs(wrap(4.0 * (belief.mean[2] - np.pi / 4))) < 1e-6
-    later = belief.with_samples(folded + np.array([0.0, 0.0, 0.01]), belief.weights)
-    assert abs(later.moved_from(belief)[2]) == pytest.approx(0.01)
 
 
-# --- scouts -------------------------------------------------------------------------
-
-
-def test_scouts_count_for_nothing_in_what_is_believed() -> None:
-    states = np.array([[0.0, 0.0, 0.1], [0.02, 0.0, 0.1], [2.0, 2.0, 0.5]])
-    belief = ObjectBelief(SQUARE, states, Weights.of(np.array([1.0, 1.0, 0.1])), np.zeros(3),
-                          scouts=1)  # fmt: skip
-    np.testing.assert_allclose(belief.mean, [0.01, 0.0, 0.1], atol=1e-9)
-    np.testing.assert_allclose(belief.std, [0.01, 0.0, 0.0], atol=1e-9)
-    assert belief.settled
-    assert belief.standing.weights.values.sum() == pytest.approx(1.0)
+# --- where readings show it ---------------------------------------------------------
 
 
 @settings(max_examples=20)
@@ -163,35 +126,6 @@ def test_states_through_readings_of_an_object_come_near_its_state(
     assert abs(wrap(best[2] - yaw)) < 0.35
 
 
-# --- somewhere in a room ------------------------------------------------------------
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_a_table_on_legs_is_found_anywhere_in_a_room(seed: int) -> None:
-    rng = np.random.default_rng(100 + seed)
-    mesh = legs(0.9, 0.9)
-    item = MovableObject("table", SQUARE.kind, np.eye(4), SQUARE.axis, 0.0, 0.0, mesh)
-    true = rng.uniform([-1.2, -1.0, -3.0], [1.8, 1.8, 3.0])
-    belief = looked(item, true, ANYWHERE, seed)
-    assert np.hypot(*(belief.mean - true)[:2]) < 0.03
-    assert abs(wrap(4.0 * (belief.mean[2] - true[2]))) / 4.0 < np.radians(3.0)
-    assert belief.settled
-    assert belief.presence > 0.99
-
-
-@pytest.mark.parametrize("seed", range(2))
-def test_a_table_that_is_nowhere_is_gone_and_not_somewhere_else(seed: int) -> None:
-    belief = looked(SQUARE, None, ANYWHERE, seed)
-    assert belief.presence < 0.2
-    assert not belief.settled
-
-
-def test_samples_become_fewer_as_the_belief_narrows() -> None:
-    belief = looked(SQUARE, np.array([0.3, 0.5, 0.2]), ANYWHERE, 1)
-    assert len(belief.standing.states) <= ANYWHERE.samples
-    assert len(belief.standing.states) < 200
-
-
 def test_a_view_says_where_something_stopped_its_beams() -> None:
     place, pose = room(SQUARE), np.array([-2.0, 0.3, 0.4])
     state = {SQUARE.name: np.array([0.5, 0.2, 0.3])}
@@ -206,24 +140,3 @@ def test_a_view_says_where_something_stopped_its_beams() -> None:
         assert len(ends) > 5
         np.testing.assert_allclose(np.abs(own[:, :2]).max(axis=1), 0.4, atol=1e-3)
         np.testing.assert_allclose(ends[:, 2], 0.3, atol=1e-3)
-
-
-@pytest.mark.filterwarnings("error")
-def test_samples_that_all_coincide_are_published_as_numbers() -> None:
-    filter_ = SampleFilter(SQUARE, FurnitureSettings())
-    state = np.array([0.1, 0.2, 0.3])
-    belief = ObjectBelief(SQUARE, np.tile(state, (20, 1)), Weights.uniform(20), np.zeros(3))
-    published = filter_.widened(belief, 2.0, 0.0012)
-    np.testing.assert_allclose(published.mean, state)
-    assert np.isfinite(published.std).all()
-
-
-def test_as_few_samples_and_as_heavy_scouts_as_settings_allow_find_a_table() -> None:
-    item, state = table("table", 0.0, 0.0), np.array([0.15, -0.1, 0.1])
-    few = FurnitureSettings(
-        samples=10, least_samples=10, first_samples=10, scouts=8, scout_weight=0.5
-    )
-    belief = SampleFilter(item, few).widened(looked(item, state, few, 0), 1.0, 0.005)
-    assert np.hypot(*(belief.mean - state)[:2]) < 0.15
-    assert (belief.std > 0.0).all()
-    assert (belief.std < 0.3).all()

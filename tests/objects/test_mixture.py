@@ -13,9 +13,11 @@ from hypothesis import strategies as st
 from objstate.building.model import Mesh, MovableObject
 from objstate.config import BuildingErrorSettings, DoorSettings
 from objstate.geometry import FloatArray, transform_from_pose
+from objstate.lazy import altered
 from objstate.objects.doors import LatticeFilter
-from objstate.objects.mixture import DoorMixture, Doorway
+from objstate.objects.mixture import DoorMixture, Doorway, Statics
 from objstate.objects.mixture_kernels import Beams, Noise, Shape
+from objstate.objects.shape import shape_of
 from objstate.sensing import ExpectedRanges, cast_from
 from objstate.sensing.surfaces import Surfaces
 from tests.rooms import building, door, fan
@@ -25,7 +27,9 @@ SIGMA = 0.02
 ERROR = BuildingErrorSettings(bearing_std_deg=0.1)
 KNOWN = np.diag([1e-6, 1e-6, 1e-8])  # covariance of a robot that knows where it is
 POSE = np.array([0.2, -1.5, 1.2])
-HINGE_VARIANCE = 0.01**2
+STATICS = Statics(0.01**2, math.radians(0.1) ** 2)
+
+ANEW = np.zeros((3, 3)), KNOWN  # another error of the robot
 
 
 def leaf() -> MovableObject:
@@ -39,7 +43,18 @@ def doorway() -> Doorway:
 
 def noise(independence: float = 1.0) -> Noise:
     return Noise(
-        0.8, 0.15 / RANGE_MAX, 0.05, SIGMA**2, RANGE_MAX, 0.05, 0.9, 0.5, 0.1, independence, 0.1
+        0.8,
+        0.15 / RANGE_MAX,
+        0.05,
+        SIGMA**2,
+        0.0,
+        RANGE_MAX,
+        0.05,
+        0.9,
+        0.5,
+        0.1,
+        independence,
+        0.1,
     )
 
 
@@ -48,10 +63,8 @@ def shape(item: MovableObject) -> Shape:
 
     home = item.transforms(item.home[None])[0]
     segments = outline(item.mesh.moved(home), 0.3).reshape(-1, 4) - np.tile(item.hinge, 2)
-    along = segments[:, 2:] - segments[:, :2]
-    normals = np.column_stack([-along[:, 1], along[:, 0]]) / np.hypot(*along.T)[:, None]
     way = doorway()
-    return Shape(np.ascontiguousarray(segments), np.ascontiguousarray(normals), way.turn, way.slide)
+    return shape_of(segments, way.turn, way.slide)
 
 
 def read(
@@ -78,9 +91,9 @@ def read(
 
 
 def after(beams: list[Beams], mixture: DoorMixture | None = None) -> DoorMixture:
-    mixture = mixture or DoorMixture.unknown(doorway(), HINGE_VARIANCE)
+    mixture = mixture or DoorMixture.unknown(doorway(), STATICS)
     for each in beams:
-        mixture, _ = mixture.later(0.1, 0.0, KNOWN).given(each, noise(), shape(leaf()))
+        mixture, _ = mixture.later(0.1, *ANEW).given(each, noise(), shape(leaf()))
     return mixture
 
 
@@ -109,7 +122,7 @@ def test_a_door_that_is_closed_is_told_from_one_that_is_ajar() -> None:
 
 def test_a_leaf_that_hangs_elsewhere_is_found_at_its_angle_and_its_hinge() -> None:
     angle, off, rng = math.radians(35.0), np.array([0.02, -0.03]), np.random.default_rng(0)
-    mixture = DoorMixture.unknown(doorway(), 0.03**2)
+    mixture = DoorMixture.unknown(doorway(), Statics(0.03**2, math.radians(0.1) ** 2))
     mixture = after([read(angle, off, rng) for _ in range(20)], mixture)
     mean, _ = belief(mixture)
     assert mean == pytest.approx(35.0, abs=0.7)
@@ -129,7 +142,7 @@ def test_a_leaf_that_hangs_elsewhere_is_found_at_its_angle_and_its_hinge() -> No
 )
 def test_a_mixture_stays_one(angle: float, seconds: float, kept: float, seed: int) -> None:
     mixture = after([read(angle, rng=np.random.default_rng(seed))])
-    later = mixture.later(seconds, kept, KNOWN)
+    later = mixture.later(seconds, kept * np.eye(3), (1.0 - kept**2) * KNOWN)
     for each in (mixture, later):
         assert each.weights.sum() == pytest.approx(1.0)
         assert (each.resting >= 0.0).all()
@@ -139,17 +152,17 @@ def test_a_mixture_stays_one(angle: float, seconds: float, kept: float, seed: in
 
 
 def test_a_door_that_nobody_looks_at_for_long_may_be_where_doors_rest() -> None:
-    mixture = after([read(math.radians(35.0))] * 3).later(1e7, 0.0, KNOWN)
+    mixture = after([read(math.radians(35.0))] * 3).later(1e7, *ANEW)
     np.testing.assert_allclose(mixture.weights, doorway().rest, atol=0.02)
 
 
 def test_what_is_known_of_a_hinge_outlasts_a_move() -> None:
     off, rng = np.array([0.0, -0.03]), np.random.default_rng(1)
-    mixture = DoorMixture.unknown(doorway(), 0.03**2)
+    mixture = DoorMixture.unknown(doorway(), Statics(0.03**2, math.radians(0.1) ** 2))
     mixture = after([read(math.radians(35.0), off, rng) for _ in range(20)], mixture)
     before = mixture.hinge[1]
     moved = after(
-        [read(math.radians(80.0), off, rng) for _ in range(10)], mixture.later(600.0, 0.0, KNOWN)
+        [read(math.radians(80.0), off, rng) for _ in range(10)], mixture.later(600.0, *ANEW)
     )
     assert belief(moved)[0] == pytest.approx(80.0, abs=0.7)
     assert np.trace(moved.hinge[1]) < 1.5 * np.trace(before)
@@ -157,7 +170,7 @@ def test_what_is_known_of_a_hinge_outlasts_a_move() -> None:
 
 def test_errors_that_go_together_tell_less() -> None:
     beams = read(math.radians(35.0))
-    start = DoorMixture.unknown(doorway(), HINGE_VARIANCE)
+    start = DoorMixture.unknown(doorway(), STATICS)
     free, _ = start.given(beams, noise(), shape(leaf()))
     bound, _ = start.given(beams, noise(0.1), shape(leaf()))
     assert belief(bound)[1] > belief(free)[1]
@@ -166,16 +179,26 @@ def test_errors_that_go_together_tell_less() -> None:
 def test_no_beam_reaches_a_door_behind_something() -> None:
     beams = read(math.radians(35.0))
     hidden = beams._replace(measured=np.full_like(beams.measured, 0.5))
-    start = DoorMixture.unknown(doorway(), HINGE_VARIANCE)
+    start = DoorMixture.unknown(doorway(), STATICS)
     assert start.given(beams, noise(), shape(leaf()))[1] > 10
     assert start.given(hidden, noise(), shape(leaf()))[1] == 0
 
 
 def test_a_belief_on_a_lattice_makes_a_mixture_and_comes_back() -> None:
     lattice = LatticeFilter(leaf(), DoorSettings()).prior(np.random.default_rng())
-    found = after([read(math.radians(35.0))] * 3).on_lattice(lattice)
-    again = DoorMixture.of(doorway(), found, HINGE_VARIANCE)
+    found = after([read(math.radians(35.0))] * 3).at(0).on_lattice(lattice)
+    again = DoorMixture.of(doorway(), found, STATICS)
     assert math.degrees(again.on_lattice(lattice).mean[0]) == pytest.approx(35.0, abs=1.5)
+
+
+def test_a_door_that_is_next_to_surely_at_a_limit_has_a_belief() -> None:
+    lattice = LatticeFilter(leaf(), DoorSettings()).prior(np.random.default_rng())
+    mixture = DoorMixture.unknown(doorway(), STATICS)
+    resting = np.full(len(mixture.resting), 1e-14)
+    resting[-1] = 1.0 - resting[:-1].sum()
+    found = altered(mixture, resting=resting, stamp_ns=0).on_lattice(lattice)
+    assert found.weights.values[-1] == pytest.approx(1.0)
+    assert np.isfinite(found.swung).all()
 
 
 def test_pieces_of_wall_are_short_and_together_the_wall() -> None:

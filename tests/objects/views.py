@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from objstate.geometry import BoolArray, FloatArray
-from objstate.objects import ConditionalBelief, ObjectBelief, ObjectFilter, ScanEvidence
+from objstate.objects import ObjectBelief, ObjectFilter, ScanEvidence
 from objstate.particles import Weights
 from objstate.sensing import Comparison, UncertainObject
 
@@ -18,10 +18,7 @@ Formula = Callable[[FloatArray, FloatArray], FloatArray]
 
 @dataclass(frozen=True)
 class FormulaView:
-    """One beam whose likelihood is known; it bears on the object or not.
-
-    All states are cast from every robot pose, whole or not.
-    """
+    """One beam whose likelihood is known; it bears on the object or not."""
 
     formula: Formula
     bears: bool = True
@@ -80,10 +77,9 @@ def evidence_by(
 def updated(
     filter_: ObjectFilter, belief: ObjectBelief, evidence: ScanEvidence, rng: np.random.Generator
 ) -> ObjectBelief:
-    """The marginal after a scan, of robot samples that all believed the same before."""
-    given = ConditionalBelief.independent(belief, len(evidence.poses))
-    update = filter_.update(given, evidence, rng)
-    return belief if update is None else update.conditional.belief
+    """The belief after a scan."""
+    update = filter_.update(belief, evidence, rng)
+    return belief if update is None else update.belief
 
 
 def gaussian_about(mean: FloatArray, std: FloatArray) -> Formula:

@@ -143,6 +143,6 @@ def renamed(result: Path, old: str, new: str) -> None:
     summary["inputs"].pop("truth", None)
     summary["symmetry"] = {}
     (result / "run.json").write_text(json.dumps(summary))
-    for name in ("estimates.parquet", "posteriors.parquet"):
+    for name in ("estimates.parquet", "smoothed.parquet", "posteriors.parquet"):
         rows = pl.read_parquet(result / name)
         rows.with_columns(pl.col("object").replace(old, new)).write_parquet(result / name)

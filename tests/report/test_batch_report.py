@@ -81,7 +81,7 @@ def test_an_object_that_no_log_observed_is_on_the_plan_too(batch: Path) -> None:
 
 def test_a_plan_holds_furniture_wherever_it_stood(batch: Path) -> None:
     for name in ("first", "second"):
-        file = result_of(batch, name) / "estimates.parquet"
+        file = result_of(batch, name) / "smoothed.parquet"
         rows = pl.read_parquet(file)
         far = pl.when(pl.col("object") == "chest", pl.col("coordinate") == "y")
         rows.with_columns(mean=far.then(pl.lit(-30.0)).otherwise("mean")).write_parquet(file)

@@ -38,7 +38,7 @@ THEMES = [":root", ':root:not([data-theme="light"])', ':root[data-theme="dark"]'
 @pytest.mark.parametrize("paper", ["card", "page"])
 def test_everything_drawn_can_be_told_from_the_paper(selector: str, paper: str) -> None:
     colours = palette(selector)
-    for name in ("interval", "leaf", "truth", "scan", "way", "wall", "wrong"):
+    for name in ("interval", "leaf", "truth", "scan", "clutter", "way", "wall", "wrong"):
         assert contrast(colours[name], colours[paper]) >= GRAPHICS, name
     for name in ("ink", "faint", "wrong"):
         assert contrast(colours[name], colours[paper]) >= TEXT, name

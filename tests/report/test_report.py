@@ -14,7 +14,9 @@ import polars as pl
 import pytest
 
 from objstate.errors import ResultError
-from objstate.recording.tables import read_estimates
+from objstate.recording.events import Event, write_events
+from objstate.recording.grids import Clutter, ClutterWriter
+from objstate.recording.tables import read_states
 from objstate.report import write_report
 from tests.report.pages import data_of, policy_of, program_of, read, renamed, rows_of
 
@@ -51,13 +53,16 @@ def test_it_says_what_a_reader_wants_to_know(page: str) -> None:
     assert "The robot itself" in text
 
 
-def test_the_plan_moves_by_the_estimates(result: Path, page: str) -> None:
-    data = data_of(page)
+@pytest.mark.parametrize("filtered", [False, True])
+def test_the_plan_moves_by_the_estimates(result: Path, tmp_path: Path, filtered: bool) -> None:
+    page = write_report(result, tmp_path / "page.html", filtered=filtered)
+    data = data_of(page.read_text(encoding="utf-8"))
     begin = json.loads((result / "run.json").read_text())["begin_ns"]
     by_name = {each["name"]: each for each in data["objects"]}
     assert by_name["far <door>"]["t"] == []
     door = by_name["office_door"]
-    rows = read_estimates(result).filter(pl.col("object") == "office_door")
+    states = read_states(result, filtered=filtered)
+    rows = states.filter(pl.col("object") == "office_door")
     stamps = np.round((rows["stamp"].to_numpy() - begin) / 1e8).astype(int).tolist()
     means = dict(zip(stamps, np.round(np.degrees(rows["mean"].to_numpy()) * 10), strict=True))
     assert set(door["t"]) <= set(stamps)
@@ -155,6 +160,19 @@ def test_a_result_from_before_scans_were_kept_still_reports(moved: Path) -> None
     assert 'class="scan"></i>' not in page
 
 
+def test_what_the_building_doesnt_know_is_drawn_where_the_result_has_it(moved: Path) -> None:
+    page = write_report(moved).read_text(encoding="utf-8")
+    assert "clutter" not in data_of(page)
+    assert 'class="clutter"></i>' not in page
+    begin = json.loads((moved / "run.json").read_text())["begin_ns"]
+    with ClutterWriter(moved) as writer:
+        places = np.array([[1.25, -0.5], [1.3, -0.5]])
+        writer.write([Clutter(begin + 10**9, places, np.array([80, 60], dtype=np.uint8))])
+    page = write_report(moved).read_text(encoding="utf-8")
+    assert data_of(page)["clutter"] == {"t": [10], "places": [[125, -50, 130, -50]]}
+    assert 'class="clutter"></i>' in page
+
+
 def test_the_share_of_time_localized_heads_the_page(moved: Path) -> None:
     assert "100% of the time localized" in " ".join(
         read(write_report(moved).read_text(encoding="utf-8")).words
@@ -188,8 +206,8 @@ def test_the_last_states_are_those_of_the_plan_s_last_moment(page: str) -> None:
 
 
 def test_how_probably_a_door_is_closed_is_said_first(moved: Path) -> None:
-    rows = pl.read_parquet(moved / "estimates.parquet")
-    rows.with_columns(p_closed=pl.lit(0.02)).write_parquet(moved / "estimates.parquet")
+    rows = pl.read_parquet(moved / "smoothed.parquet")
+    rows.with_columns(p_closed=pl.lit(0.02)).write_parquet(moved / "smoothed.parquet")
     page = write_report(moved).read_text(encoding="utf-8")
     assert re.search(r'class="mean" data-value="[\d.]+">open 98 %, \d+\.\d°<', page)
     assert set(
@@ -199,12 +217,14 @@ def test_how_probably_a_door_is_closed_is_said_first(moved: Path) -> None:
 
 def test_what_was_moved_is_told_where_the_result_tells_it(moved: Path) -> None:
     begin = json.loads((moved / "run.json").read_text())["begin_ns"]
-    event = {"object": "office_door", "from_ns": begin + 10**9, "to_ns": begin + 2 * 10**9,
-             "from_state": 0.0, "to_state": 0.6, "probability": 0.93}  # fmt: skip
-    pl.DataFrame([event]).write_parquet(moved / "events.parquet")
+    times, states = (begin + 10**9, begin + 2 * 10**9), (0.0, 0.01, 0.6, 0.01)
+    came = Event("chest", "came", "x", *times, None, None, 2.0, 0.01, 0.8)
+    write_events(moved, [Event("office_door", "moved", "angle", *times, *states, 0.93), came])
     page = write_report(moved).read_text(encoding="utf-8")
     assert "What was moved" in page
     assert "1.0 to 2.0" in page
+    assert re.search(r"34\.4°.*93%", page)
+    assert re.search(r"came.*–.*2\.000 m.*80%", page)
     assert 'class="moved"' in page
 
 
@@ -230,3 +250,10 @@ def test_objects_stand_in_the_order_that_people_expect(moved: Path) -> None:
     renamed(moved, "office_door", "thing_2")
     page = write_report(moved, truth=None).read_text(encoding="utf-8")
     assert re.findall(r"<h3><span>(.*?)</span>", page) == ["thing_2", "thing_10"]
+
+
+def test_events_that_cannot_be_read_are_a_doubt(moved: Path) -> None:
+    (moved / "events.parquet").write_bytes(b"rubbish")
+    page = write_report(moved).read_text(encoding="utf-8")
+    assert "events.parquet is not a Parquet file that can be read" in page
+    assert "What was moved" not in page

@@ -7,11 +7,18 @@ import base64
 import numpy as np
 import polars as pl
 
+from objstate.recording.grids import clutter_schema
 from objstate.recording.scans import scan_schema
 from objstate.records import Estimate
 from objstate.records import Path as RobotPath
 from objstate.report import timeline
-from objstate.report.timeline import object_moments, robot_moments, scan_moments, step_for
+from objstate.report.timeline import (
+    clutter_moments,
+    object_moments,
+    robot_moments,
+    scan_moments,
+    step_for,
+)
 from tests.report.pages import as_table
 
 SECOND = 10**9
@@ -90,6 +97,17 @@ def test_the_scans_of_a_long_log_are_thinned_for_each_laser(monkeypatch) -> None
     found = scan_moments(table, path, 0)
     assert [found["laser"].count(k) for k in (0, 1)] == [5, 5]
     assert found["step"] == 60
+
+
+def test_what_stands_about_is_thinned_to_fit(monkeypatch) -> None:
+    rows = pl.DataFrame(
+        [(k * SECOND, [k, 7], [-k, 8], [90, 60]) for k in range(10)],
+        schema=clutter_schema(), orient="row",
+    )  # fmt: skip
+    assert clutter_moments(rows[:1], 0) == {"t": [0], "places": [[0, 0, 7, 8]]}
+    monkeypatch.setattr(timeline, "MOST_CLUTTER", 5)
+    found = clutter_moments(rows, 0)
+    assert found == {"t": [0, 40, 80], "places": [[k, -k, 7, 8] for k in (0, 4, 8)]}
 
 
 def test_a_result_without_scans_or_poses_shows_none() -> None:

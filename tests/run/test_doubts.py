@@ -36,6 +36,7 @@ def estimator(*lost: tuple[float, float], is_lost: bool = False) -> Any:
     )
     return SimpleNamespace(
         lost=stretches,
+        lost_probabilities=(0.97,) * len(stretches),
         is_lost=is_lost,
         building=load_building(ROOT / "models" / "office" / "office.urdf"),
         scans_without_pose=0,
@@ -72,8 +73,8 @@ def test_a_run_fails_by_the_time_that_it_is_lost(
 def test_many_stretches_are_one_warning(tmp_path: Path) -> None:
     stretches = [(10 * k, 10 * k + 2) for k in range(1, 9)]
     told: Sequence[str] = doubts(drive(), estimator(*stretches), RunOptions())
-    (lost,) = [warning for warning in told if "was lost" in warning]
-    assert "10.0 s to 12.0 s" in lost
+    (lost,) = [warning for warning in told if "probably lost" in warning]
+    assert "10.0 s to 12.0 s (p = 0.97)" in lost
     assert "(8 times, 16 s)" in lost
 
 

@@ -7,10 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from objstate.building.model import Building
 from objstate.config import Settings
 from objstate.estimator import Estimator
-from objstate.estimator.doubt import Doubt
 from objstate.objects import ObjectBelief
 from objstate.run.memory import Memory
 from objstate.world.looks import Looks
@@ -19,15 +17,13 @@ from tests.rooms import fan, scan_of
 
 
 class Doubting(Estimator):
-    """An estimator whose robot is lost when a doubt says so."""
+    """An estimator whose robot is lost in given stretches."""
 
-    def __init__(self, building: Building, doubt: Doubt) -> None:
-        super().__init__(building)
-        self.told, self.now_ns = doubt, 0
+    stretches: tuple[tuple[int, int], ...] = ()
 
     @property
     def lost(self) -> tuple[tuple[int, int], ...]:
-        return self.told.stretches(self.now_ns)
+        return self.stretches
 
 
 class Noting(Looks):
@@ -45,21 +41,12 @@ class Noting(Looks):
 def test_what_is_learnt_is_taken_back_once_for_each_time_that_the_robot_is_lost(
     tmp_path: Path,
 ) -> None:
-    doubt, looks = Doubt(Settings()), Noting()
-    estimator = Doubting(corridor(), doubt)
+    estimator, looks = Doubting(corridor()), Noting()
     memory = Memory.opened(tmp_path / "w.world", estimator.building, Settings(), "log", 0)
     memory.looks = looks
     record = scan_of(np.full(3, 1.0), fan(3))
-    for now, happens in [
-        (1, doubt.dispel),
-        (3, doubt.rise),
-        (4, doubt.settle),
-        (5, doubt.dispel),
-        (6, doubt.rise),
-        (7, doubt.found),
-        (8, doubt.dispel),
-    ]:
-        estimator.now_ns = now
-        happens(now)
+    first, second = (1, 4), (5, 7)
+    for stretches in [(), ((1, 3),), (first,), (first,), (first, (5, 6)), (first, second)]:
+        estimator.stretches = stretches
         memory.note(record, estimator, [])
     assert looks.taken_back == [1, 5]

@@ -1,4 +1,4 @@
-"""An object that may stand off its place: the average over shifts, and over few robot samples."""
+"""An object that may stand off its place: the average over shifts."""
 
 from __future__ import annotations
 
@@ -128,16 +128,3 @@ def test_where_the_hinge_may_be_off_other_angles_stay_likelier() -> None:
     known, _ = view.object_log_likelihood("door", ANGLES, ROBOT[None], plain)
     unknown = averaged(view)
     assert np.ptp(unknown) < np.ptp(known)
-
-
-def test_states_that_are_not_whole_are_averaged_over_the_few() -> None:
-    """How far a range grows with a shift is seen from the middle of the poses, here of the few."""
-    rng = np.random.default_rng(1)
-    poses = ROBOT + rng.normal(0.0, 0.03, (6, 3))
-    whole, few = np.array([False, True, False]), np.array([0, 3, 5])
-    for view in both_views(scan_of_door(0.15)):
-        each, some = averaged(view, poses), averaged(view, poses, whole=whole, few=few)
-        np.testing.assert_allclose(some[:, 1], each[:, 1], atol=1e-9)
-        for state in (0, 2):
-            mean = np.logaddexp.reduce(each[few, state]) - np.log(len(few))
-            np.testing.assert_allclose(some[:, state], mean, atol=0.01)

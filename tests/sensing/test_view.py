@@ -141,24 +141,6 @@ def test_both_views_tell_the_same_of_the_robot(seed: int, model: BeamModel, blur
         np.testing.assert_allclose(found, exact, atol=0.05, rtol=1e-3)
 
 
-@pytest.mark.parametrize("seed", range(4))
-@pytest.mark.parametrize("kind", [0, 1])
-def test_the_best_pose_is_the_likeliest_and_fits_where_readings_are_what_they_should_be(
-    seed: int, kind: int
-) -> None:
-    known = [UncertainObject(name, state[None], np.ones(1)) for name, state in TRUE_STATES.items()]
-    robots = np.vstack([near_robots(seed), ROBOT])
-    anything = np.random.default_rng(seed).uniform(0.2, RANGE_MAX, BEAMS)
-    for scan, least, most in (
-        (observed(EXPECTED, TRUE_STATES, ROBOT, RAYS, range_max=RANGE_MAX), 1.0, 1.0),
-        (scan_of(anything, RAYS, range_max=RANGE_MAX), 0.0, 0.5),
-    ):
-        view = both_views(scan, MODELS[0])[kind]
-        best, fit = view.best(robots, 0.1, known)
-        assert best == int(view.pose_log_likelihood(robots, 0.1, known).argmax())
-        assert least <= fit <= most
-
-
 @pytest.mark.parametrize("blur", [0.0, 0.1])
 def test_both_views_tell_the_same_where_many_readings_are_at_the_gaussians_floor(
     blur: float,

@@ -45,6 +45,14 @@ def test_furniture_comes_back_from_any_place(x: float) -> None:
     np.testing.assert_allclose(back.weights.values, belief.weights.values, rtol=1e-6)
 
 
+def test_attributes_come_back() -> None:
+    known = {"class": {"cup": 0.7, "mug": 0.3}}
+    for belief in (at_angle(0.5, 1), desk_at(1.0, 1)):
+        of = replace(belief, attributes=known)
+        assert unpack_belief(pack_belief(of), of.item, 1, 1).attributes == known
+        assert unpack_belief(pack_belief(belief), belief.item, 1, 1).attributes == {}
+
+
 def test_a_belief_is_small() -> None:
     assert len(pack_belief(at_angle(0.7, 0))) < 2000
     assert len(pack_belief(desk_at(3.0, 0))) < 4000

@@ -1,5 +1,7 @@
 """What planners ask: blocked ways, costs of edges, modes of doors."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -111,6 +113,67 @@ def test_what_nav2_cannot_be_told_is_refused() -> None:
         dynamic_edges(then, [RouteEdge(70_000, THROUGH)], 0.3, detour_cost=1.0)
     with pytest.raises(WorldError, match="close_from"):
         dynamic_edges(then, [], 0.3, detour_cost=1.0, close_from=0.0)
+
+
+def test_two_edges_of_one_number_are_refused() -> None:
+    edges = [RouteEdge(1, THROUGH), RouteEdge(1, [(-4.0, -2.0), (-4.0, 2.0)])]
+    with pytest.raises(WorldError, match="Two edges have the number 1"):
+        dynamic_edges(world_with().at(0), edges, 0.3, detour_cost=1.0)
+
+
+@pytest.mark.parametrize("cost", [np.inf, np.nan, -1.0])
+def test_a_detour_that_costs_no_number_is_refused(cost: float) -> None:
+    with pytest.raises(WorldError, match="detour cost"):
+        dynamic_edges(world_with().at(0), [], 0.3, detour_cost=cost)
+
+
+def test_furniture_across_edges_in_a_row_is_paid_once_along_them() -> None:
+    desk, ends = desk_at(5.0, 0, spread=0.3), np.linspace(2.0, 8.0, 13)
+    rows = [[(a, 1.0), (b, 1.0)] for a, b in pairwise(ends)]
+    there = [RouteEdge(k, row) for k, row in enumerate(rows)]
+    back = [RouteEdge(100 + k, row[::-1]) for k, row in enumerate(rows)]
+    unseen = World.of({"desk": DESK}, beliefs=[desk]).at(2 * HOUR)
+    own = unseen.blocked([(2.0, 1.0), (8.0, 1.0)], 0.3).probability
+    told = dynamic_edges(unseen, there + back, 0.3, detour_cost=1.0)
+    costs = {each.edgeid: each.cost for each in told.adjust_edges}
+    each_alone = [unseen.blocked(row, 0.3).probability for row in rows]
+    assert sum(each_alone) > 1.5 * own
+    for way in (there, back):
+        assert sum(costs[edge.edgeid] for edge in way) == pytest.approx(own, abs=1e-9)
+
+
+def test_edges_that_do_not_meet_are_charged_with_all_of_it() -> None:
+    then = World.of({"desk": DESK}, beliefs=[desk_at(5.0, 0)]).at(HOUR)
+    lanes = [[(2.0, 1.0), (8.0, 1.0)], [(2.0, 1.3), (8.0, 1.3)]]
+    told = dynamic_edges(then, [RouteEdge(k, lane) for k, lane in enumerate(lanes)], 0.3,
+                         detour_cost=1.0)  # fmt: skip
+    for lane, charged in zip(lanes, told.adjust_edges, strict=True):
+        assert charged.cost == pytest.approx(then.blocked(lane, 0.3).probability)
+
+
+@pytest.mark.parametrize(
+    ("width", "length"), [(np.nan, 0.0), (-1.0, 0.0), (0.6, np.nan), (0.6, -1.0)]
+)
+def test_a_robot_of_no_size_is_refused(width: float, length: float) -> None:
+    with pytest.raises(ValueError, match="must be 0 or more"):
+        at_angle(OPEN, 0).probability_clear(width, length)
+
+
+def test_a_probability_is_never_above_one() -> None:
+    rng = np.random.default_rng(0)
+    door = at_angle(OPEN, 0)
+    for _ in range(50):
+        some = door.with_weights(Weights.of(rng.random(len(door.states))))
+        assert some.probability_clear(0.0) <= 1.0
+
+
+@pytest.mark.parametrize("share", [-1.0, 0.0, 1.1, np.nan])
+def test_an_interval_of_no_share_is_refused(share: float) -> None:
+    for belief in (at_angle(OPEN, 0), desk_at(3.0, 0)):
+        with pytest.raises(ValueError, match="above 0 and at most 1"):
+            belief.interval(share)
+    with pytest.raises(ValueError, match="above 0 and at most 1"):
+        at_angle(OPEN, 0).clear_width.interval(share)
 
 
 @pytest.mark.parametrize(

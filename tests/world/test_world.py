@@ -94,9 +94,8 @@ def test_a_lattice_of_another_resolution_is_read_off(resolution: float) -> None:
     assert later.std[0] == pytest.approx(0.1, rel=0.1)
 
 
-def test_another_number_of_samples_is_resampled() -> None:
-    settings = Settings(objects=(ObjectRule(match="desk", samples=500, scouts=20),))
+def test_any_number_of_free_samples_is_a_belief() -> None:
+    settings = Settings(objects=(ObjectRule(match="desk", samples=500),))
     world = World.of(OBJECTS, settings, [desk_at(3.5, 0)])
     desk = world.at(0)["desk"]
-    assert len(desk.states) == 520
     assert desk.mean[:2] == pytest.approx([3.5, 1.0], abs=0.01)

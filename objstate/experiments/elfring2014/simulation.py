@@ -26,7 +26,11 @@ class Course:
     @property
     def distance(self) -> float:
         """m, driven in all."""
-        return float(np.hypot(*np.diff(self.robot, axis=0).T).sum())
+        return self.between(0, len(self.robot))
+
+    def between(self, first: int, last: int) -> float:
+        """m, driven between two time steps."""
+        return float(np.hypot(*np.diff(self.robot[first : last + 1], axis=0).T).sum())
 
     @property
     def worst_entropy(self) -> float:

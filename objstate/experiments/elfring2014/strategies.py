@@ -42,7 +42,7 @@ def _fixed_path(setup: Setup, truth: FloatArray, order: IntArray) -> Choose:
 
 def _coordinator(setup: Setup) -> Choose:
     """To the object whose update is most useful, if its way promises enough."""
-    sensor, counting = setup.sensor, setup.assumptions.counting
+    sensor, assumed = setup.sensor, setup.assumptions
     settings = ChoiceSettings(
         gain_threshold=setup.gain_threshold,
         counting="gain",
@@ -55,7 +55,7 @@ def _coordinator(setup: Setup) -> Choose:
     def choose(beliefs: PointBeliefs, place: FloatArray) -> tuple[int, FloatArray] | None:
         goals = beliefs.means[:, :2]
         ways, lengths = straight_ways(place, goals, setup.stride)
-        gains = gains_along(beliefs, ways, lengths, sensor, counting)
+        gains = gains_along(beliefs, ways, lengths, sensor, assumed.counting, assumed.counted)
         distances = np.hypot(*(goals - place).T)
         chosen = best(gains, utilities(gains, costs(distances, settings), settings), settings)
         return None if chosen is None else (chosen, ways[chosen, : lengths[chosen]])

@@ -262,6 +262,18 @@
     scanPath.classList.toggle("lost", lostAt(t) >= 0);
   }
 
+  // --- what the building doesn't know --------------------------------------------------
+
+  const clutter = data.clutter, clutterPath = document.getElementById("clutter");
+
+  function drawClutter(t) {
+    if (!clutter) return;
+    const places = clutter.places[lastAt(clutter.t, t)] ?? [];
+    let dots = "";
+    for (let i = 0; i < places.length; i += 2) dots += `M${places[i] / 100},${places[i + 1] / 100}h0`;
+    clutterPath.setAttribute("d", dots);
+  }
+
   // --- all of a moment ----------------------------------------------------------------
 
   function drawTable(t) {
@@ -288,6 +300,7 @@
     cursors.forEach((cursor) => { cursor.style.left = share; });
     data.objects.forEach((object, index) => drawObject(object, index, t));
     const pose = drawRobot(t);
+    drawClutter(t);
     drawScan(t);
     if (playing === null || now - tabled > REFRESH) { drawTable(t); tabled = now; }
     if (pose && plan.zoomed && followButton.getAttribute("aria-pressed") === "true") {

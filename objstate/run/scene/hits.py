@@ -14,6 +14,8 @@ from objstate.records import Scan
 from objstate.run.scene.states import shown_state
 from objstate.sensing import ExpectedRanges
 
+MARGIN = 0.25  # m
+
 
 class Hit(IntEnum):
     """What a returning beam hit."""
@@ -37,9 +39,9 @@ class HitFinder:
     def hits(self, scan: Scan, robot: PoseBelief, estimator: Estimator) -> np.ndarray:
         """(n,) a ``Hit`` for each beam; what those say that don't return means nothing.
 
-        A reading within the setting ``doubt_margin`` of what is expected is explained.
+        A reading within ``MARGIN`` of what is expected is explained.
         """
-        pose, margin = robot.mean[None], estimator.settings.localization.doubt_margin
+        pose, margin = robot.mean[None], MARGIN
         walls = self._expected.walls(pose, scan.rays)[0]
         objects = np.full(len(scan), np.inf)
         for name, belief in estimator.objects.items():

@@ -1,0 +1,252 @@
+"""The hypotheses of where the robot is, and their probabilities.
+
+One place is followed. It competes with other places in the building that a search has found, and
+with the robot's being where the map explains nothing. What a scan says of the followed place is its
+advantage: the log-likelihood from there, less the log of the mean likelihood from places all over
+the building. A map that lacks something lowers both alike.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+import numpy as np
+
+from objstate.config import Settings
+from objstate.geometry import FloatArray
+from objstate.localization import Hypotheses, Odds
+from objstate.localization.anywhere import Chance
+from objstate.records import NANOSECONDS, Scan
+
+HOUR = 3600.0  # s
+START_WRONG = 0.01  # probability that a start that was given is wrong
+UNMAPPED_PER_HOUR = 20.0  # how often a robot comes where the map lacks what the laser sees
+UNMAPPED_S = 10.0  # for how long that lasts, on average
+WORTH_SEARCHING = 0.01  # probability of other places, unsearched, from which a search is made
+REPLACED = 0.95  # probability from which another place is followed instead
+PLACES, PLACES_NEAR = 4e5, 150.0  # cells of 25 cm and 4 degrees in 300 m^2, and within a slip
+USUALLY = 20.0  # moments over which the usual advantage is averaged
+HALF = 0.5
+NEVER = 1e-300  # odds that stand for none
+
+MOMENTS = 100  # that are remembered
+
+Kept = TypeVar("Kept")
+
+
+@dataclass(frozen=True, eq=False)
+class Moment(Generic[Kept]):
+    """A scan that told where the robot is, and what was believed before it."""
+
+    scan: Scan
+    odometry: FloatArray  # (3,)
+    followed: FloatArray  # (3,) the pose
+    kept: Kept
+
+    @property
+    def stamp_ns(self) -> int:
+        """When it was taken."""
+        return self.scan.stamp_ns
+
+
+class Bank(Generic[Kept]):
+    """Probabilities of the followed place, of other places, and of what isn't on the map.
+
+    At the followed place, the map either explains an unknown share of what is seen, or for a while
+    nothing. At a wrong place, and where nothing is on the map, advantages are those of places taken
+    at random and of the best of them. The three are the states of a Markov chain. ``Kept`` is what
+    is to be restored where the robot had left the followed place some time ago.
+    """
+
+    def __init__(self, settings: Settings, now: Kept) -> None:
+        s = settings.localization
+        self._kidnaps, self._slips = s.kidnaps_per_hour / HOUR, s.slips_per_hour / HOUR
+        self._wide = settings.object_updates.max_position_std
+        self._past: list[tuple[int, int]] = []
+        self._probabilities: list[float] = []  # of having been lost, in each of them
+        self._p_lost = 0.0  # the largest since it has been lost
+        self.lost_since_ns: int | None = None  # since when it has been lost
+        self._sought_ns: int | None = None  # when the last search was made
+        self.before = now  # as it was when the robot may have left the followed place
+        self.near = 1.0  # probability of the published pose, if the followed place is right
+        self._usual: float | None = None  # advantage
+        self.moments: deque[Moment[Kept]] = deque(maxlen=MOMENTS)
+        self.start(now)
+
+    def start(self, now: Kept) -> None:
+        """Follow a place that somebody gave."""
+        self.before = now
+        unmapped = UNMAPPED_PER_HOUR / HOUR * UNMAPPED_S
+        self._states = np.array([1.0 - unmapped, unmapped, START_WRONG])
+        self._others = (
+            0.0  # odds of the places that the last search found, against the followed one
+        )
+        self._elsewhere = Odds(HALF * START_WRONG, HALF * START_WRONG)  # not searched for as yet
+        self._since_look = Odds()
+
+    @property
+    def p_followed(self) -> float:
+        """Probability that the robot is at the followed place."""
+        here = float(self._states[:2].sum())
+        return here / (here * (1.0 + self._others) + float(self._states[2]))
+
+    @property
+    def p_localized(self) -> float:
+        """Probability that the robot is where it is published to be, within 0.75 m and 20 degrees."""
+        return self.p_followed * self.near
+
+    @property
+    def is_lost(self) -> bool:
+        """Whether that is less likely than not."""
+        return self.p_localized < HALF
+
+    def stretches(self, now_ns: int) -> tuple[tuple[int, int], ...]:
+        """(from, to) ns of each time that the robot was probably lost, the present one up to now."""
+        return (
+            *self._past,
+            *([] if self.lost_since_ns is None else [(self.lost_since_ns, now_ns)]),
+        )
+
+    @property
+    def probabilities(self) -> tuple[float, ...]:
+        """The largest probability of being lost in each of the stretches."""
+        now = () if self.lost_since_ns is None else (self._p_lost,)
+        return (*self._probabilities, *now)
+
+    def publish(self, near: float, now_ns: int) -> None:
+        """Take note of the moment, with the probability ``near`` of the pose at the followed place."""
+        self.near = near
+        if self.is_lost and self.lost_since_ns is None:
+            self.lost_since_ns = now_ns
+        elif not self.is_lost and self.lost_since_ns is not None:
+            self._past.append((self.lost_since_ns, now_ns))
+            self._probabilities.append(self._p_lost)
+            self.lost_since_ns, self._p_lost = None, 0.0
+        if self.lost_since_ns is not None:
+            self._p_lost = max(self._p_lost, 1.0 - self.p_localized)
+
+    def take(self, moment: Moment[Kept], log_likelihood: float, chance: Chance) -> None:
+        """Take in a scan's tempered log-likelihood from the followed place."""
+        most = max(chance.most - chance.mean, 1.0)
+        advantage = min(log_likelihood - chance.mean, most)
+        since = self.moments[-1].stamp_ns if self.moments else moment.stamp_ns
+        seconds = (moment.stamp_ns - since) / NANOSECONDS
+        self.moments.append(moment)
+        self._predict(seconds)
+        middle, spread = (0.5 * (chance.best + chance.usual), 0.5 * (chance.best - chance.usual))
+        wrong = _gaussian(advantage, middle, max(spread, 1.0))
+        explained = 1.0 / most if advantage >= 0.0 else wrong / most
+        self._states *= (explained, wrong, wrong)
+        self._states /= self._states.sum()
+        if self._usual is None:
+            self._usual = 0.5 * most
+        gain = math.exp(min(self._usual - advantage, 500.0))
+        came = Odds(self._kidnaps * seconds, self._slips * seconds)
+        before = self._elsewhere
+        if came.kidnapped + came.slipped > gain * (before.kidnapped + before.slipped):
+            self.before = moment.kept
+        kidnapped, slipped = (
+            min(gain * odds, 1.0 / NEVER) for odds in (before.kidnapped, before.slipped)
+        )
+        self._elsewhere = Odds(kidnapped, slipped, before.width).plus(came)
+        self._since_look = self._since_look.plus(came)
+        if not self.is_lost:
+            self._usual += (advantage - self._usual) / USUALLY
+
+    def widen(self, std: float) -> None:
+        """The belief is wide, by ``std`` m: it may narrow to a wrong place."""
+        wide = Odds(width=std)
+        self._elsewhere, self._since_look = (
+            odds.plus(wide) for odds in (self._elsewhere, self._since_look)
+        )
+
+    @property
+    def odds(self) -> tuple[Odds, Odds]:
+        """Odds of being elsewhere at the last look already, and of having come elsewhere since."""
+        return self._elsewhere, self._since_look
+
+    def looked(self) -> None:
+        """A look was remembered."""
+        self._since_look = Odds()
+
+    def may_search(self, now_ns: int, every_s: float) -> bool:
+        """Whether other places are likely enough to be searched for, and the last search isn't too new."""
+        if self._sought_ns is not None and now_ns - self._sought_ns < every_s * NANOSECONDS:
+            return False
+        odds = self._elsewhere
+        unsearched = odds.kidnapped / PLACES + odds.slipped / PLACES_NEAR
+        is_likely = max(unsearched, self._others) > WORTH_SEARCHING or odds.width > self._wide
+        return is_likely or self.p_followed < REPLACED
+
+    def weigh(self, found: Hypotheses, now_ns: int) -> tuple[int, bool]:
+        """Take in what a search found; the number of the best other place, and whether to follow it."""
+        self._sought_ns = now_ns
+        odds = np.where(found.is_followed, 0.0, np.exp(np.minimum(found.log_odds, 500.0)))
+        self._others = float(odds.sum())
+        self._elsewhere = Odds()
+        best, rest = (
+            int(odds.argmax()),
+            max(self._odds_outside, math.exp(min(found.outside, 500.0))),
+        )
+        return best, bool(odds[best] / (1.0 + self._others + rest) >= REPLACED)
+
+    @property
+    def _odds_outside(self) -> float:
+        """Odds of being where the map shows nothing, against the followed place."""
+        return float(self._states[2]) / max(float(self._states[:2].sum()), NEVER)
+
+    def begin(self, found: Hypotheses) -> bool:
+        """Whether to follow one of the places, all of which were equally likely before any scan."""
+        odds = np.exp(np.minimum(found.log_odds, 500.0))
+        if odds.max() / (odds.sum() + math.exp(found.outside)) < REPLACED:
+            return False
+        self._turn_to(found, 0, float(odds.sum()), 0.0)
+        return True
+
+    def follow(self, found: Hypotheses, chosen: int, kept: Kept, since_ns: int) -> None:
+        """Follow another place that was found, to which the robot came at a stamp; what is ``kept`` is as before."""
+        self.lose(since_ns)
+        self._turn_to(found, chosen, 1.0 + self._others, self._odds_outside)
+        self.before = kept
+        earlier = [each for each in self.moments if each.stamp_ns < since_ns]
+        self.moments = deque(earlier, maxlen=MOMENTS)
+
+    def _turn_to(self, found: Hypotheses, chosen: int, every: float, outside: float) -> None:
+        """Follow a place that was found, by the odds of ``every`` place on the map, and outside of it."""
+        odds = math.exp(min(found.log_odds[chosen], 500.0))
+        outside = max(outside, math.exp(min(found.outside, 500.0))) / odds
+        self._states = np.array([1.0, 0.0, outside]) / (1.0 + outside)
+        self._others = max(every / odds - 1.0, 0.0)
+        self._elsewhere = Odds()
+
+    def lose(self, since_ns: int) -> None:
+        """The robot has probably been lost since a stamp."""
+        found_ns = self._past[-1][1] if self._past else 0
+        since_ns = max(since_ns, found_ns)
+        known = since_ns if self.lost_since_ns is None else self.lost_since_ns
+        self.lost_since_ns = min(known, since_ns)
+        self._p_lost = max(self._p_lost, 1.0 - self.p_localized)
+
+    def _predict(self, seconds: float) -> None:
+        """Let the chain of states go on for some time."""
+        begins, ends = UNMAPPED_PER_HOUR / HOUR, 1.0 / UNMAPPED_S
+        explained, unmapped, outside = self._states.tolist()
+        share = (explained + unmapped) * begins / (begins + ends)
+        unmapped = share + (unmapped - share) * math.exp(-(begins + ends) * seconds)
+        explained = 1.0 - outside - unmapped
+        taken = -math.expm1(-self._kidnaps * seconds)  # to places outside, and back from them
+        kept = 1.0 - taken
+        self._states = np.array(
+            [
+                kept * explained,
+                kept * unmapped + taken * outside,
+                kept * outside + taken * (explained + unmapped),
+            ]
+        )
+
+
+def _gaussian(value: float, mean: float, std: float) -> float:
+    return math.exp(-0.5 * ((value - mean) / std) ** 2) / (std * math.sqrt(2.0 * math.pi))

@@ -1,0 +1,63 @@
+"""What a scan would be worth from a place taken at random: the hypothesis of a robot that may be anywhere."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from objstate.config import Settings
+from objstate.geometry import BoolArray, FloatArray
+from objstate.localization.places import LEVEL, TURNS, Places
+from objstate.records import Scan
+from objstate.sensing import BeamModel, Sensing
+
+PLACES = 100  # taken evenly from all over the building
+GOLDEN = 0.6180339887498949  # of a turn, by which the heading in one differs from that in the next
+BLUR = 0.1  # m; walls that are off by less are explained
+LEAST = 1e-9  # density of a reading
+
+
+class Chance(NamedTuple):
+    """Tempered log-likelihoods of a scan from places all over the building."""
+
+    mean: float  # log of the likelihoods' mean
+    most: float  # if all beams read just what is expected
+    usual: float  # median, less the mean
+    best: float  # largest, less the mean
+
+
+class Anywhere:
+    """Places all over a building, from each of which a scan is held against the walls."""
+
+    def __init__(self, sensing: Sensing, settings: Settings) -> None:
+        self._sensing = sensing
+        self._model = BeamModel(settings.beam_model).blurred(BLUR)
+        self._tempering = settings.localization.tempering
+        self._ranges: dict[float, FloatArray] = {}
+
+    def usable(self, scan: Scan) -> BoolArray:
+        """The beams (n,) of a scan that say something and are level."""
+        return np.asarray(scan.valid & (np.abs(scan.rays.directions[:, 2]) <= LEVEL))
+
+    def chance(self, scan: Scan, beams: BoolArray) -> Chance:
+        """What some beams (n,) of a scan are worth from anywhere."""
+        around = self._around(float(np.median(scan.rays.origins[:, 2])))
+        directions, measured = scan.rays.directions[beams], scan.ranges[beams]
+        bearings = np.arctan2(directions[:, 1], directions[:, 0]) / (2.0 * np.pi)
+        headings = (np.arange(len(around)) * GOLDEN)[:, None]
+        turns = np.round((bearings + headings) * TURNS).astype(np.int64) % TURNS
+        expected = np.take_along_axis(around, turns, axis=1)
+        log = self._tempering * self._model.totals(measured[None], expected, scan.range_max)[0]
+        peak, _, _, missing, hit, *_ = self._model.parameters(scan.range_max).tolist()
+        should = np.where(np.isinf(measured), missing + hit, peak * np.exp(-0.5))
+        most = self._tempering * float(np.log(should.clip(min=LEAST)).sum())
+        mean = float(np.logaddexp.reduce(log) - np.log(len(log)))
+        return Chance(mean, most, float(np.median(log)) - mean, float(log.max()) - mean)
+
+    def _around(self, height: float) -> FloatArray:
+        """Ranges (p, TURNS) m all round from the places; from one that sees nothing, where walls enclose none."""
+        if height not in self._ranges:
+            found = Places.some(self._sensing.walls_at(height), PLACES)
+            self._ranges[height] = found if len(found) else np.full((1, TURNS), np.inf)
+        return self._ranges[height]

@@ -1,0 +1,89 @@
+"""What of the robot's error at one scan is still its error at a later one.
+
+An object's posterior is conditioned on the error of the pose from which it was seen. Between two
+scans of it the pose is corrected by other beams, and moves: the later error is ``transfer`` times
+the former plus an independent one of covariance ``added``.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from objstate.geometry import FloatArray
+
+
+class Carried(NamedTuple):
+    """The later error e' of a pose, given the former e: N(transfer e, added)."""
+
+    transfer: FloatArray  # (3, 3)
+    added: FloatArray  # (3, 3)
+
+
+class Decorrelation:
+    """Errors of a recorded robot belief, of which nothing is known but how wide they are.
+
+    They decorrelate exponentially with the way driven.
+    """
+
+    def __init__(self, length_m: float) -> None:
+        self._length_m = length_m
+        self._driven: dict[str, float] = {}  # m, when an object was last observed
+
+    def carried(self, name: str, driven_m: float, covariance: FloatArray) -> Carried:
+        """Since the object was last observed; the covariance (3, 3) is that of the present error."""
+        way = driven_m - self._driven.get(name, -math.inf)
+        self._driven[name] = driven_m
+        kept = math.exp(-way / self._length_m)
+        return Carried(kept * np.eye(3), (1.0 - kept**2) * covariance)
+
+
+class Clones:
+    """Errors of poses at which objects were observed, beside a filter's state (m,).
+
+    Stochastic cloning (Roumeliotis and Burdick 2002): the cross covariances of former errors with
+    the present state are carried along as the state moves and is corrected.
+    """
+
+    def __init__(self) -> None:
+        self._first: dict[str, int] = {}  # by object, the first of its columns
+        self._covariances: dict[str, FloatArray] = {}  # (3, 3) of the cloned errors
+        self.cross = np.empty((0, 0))  # (m, 3 k)
+
+    def transform(self, matrix: FloatArray) -> None:
+        """The state's error x becomes matrix (m', m) x, plus what no clone has a part in."""
+        self.cross = matrix @ self.cross
+
+    def scale(self, rows: list[int], factor: float) -> None:
+        """The errors in some rows are others now, up to a factor."""
+        self.cross[rows] *= factor
+
+    def select(self, rows: list[int]) -> None:
+        """Only some rows of the state stay."""
+        self.cross = self.cross[rows]
+
+    def extend(self, count: int) -> None:
+        """The state gets so many more rows, of which clones know nothing."""
+        self.cross = np.concatenate([self.cross, np.zeros((count, self.cross.shape[1]))])
+
+    def renew(self, name: str, jacobian: FloatArray, covariance: FloatArray) -> Carried:
+        """Since an object was observed last; from now on its clone is the present error.
+
+        The error of its pose is the ``jacobian`` (3, m) times the state's, whose covariance is (m, m).
+        """
+        present = covariance @ jacobian.T
+        own = jacobian @ present
+        if name not in self._first:
+            self._first[name] = self.cross.shape[1]
+            self.cross = np.concatenate([self.cross, present], axis=1)
+            carried = Carried(np.zeros((3, 3)), np.asarray(own))
+        else:
+            columns = slice(self._first[name], self._first[name] + 3)
+            shared = jacobian @ self.cross[:, columns]
+            transfer = np.ascontiguousarray(np.linalg.solve(self._covariances[name], shared.T).T)
+            carried = Carried(transfer, own - transfer @ shared.T)
+            self.cross[:, columns] = present
+        self._covariances[name] = own
+        return carried

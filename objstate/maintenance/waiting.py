@@ -1,0 +1,56 @@
+"""When the next look will be worth it, and how probably something has moved meanwhile."""
+
+from __future__ import annotations
+
+import math
+
+from objstate.building.model import Kind
+from objstate.geometry import FloatArray
+from objstate.maintenance.coordinator import Coordinator
+from objstate.records import NANOSECONDS
+from objstate.world import World
+
+SOONEST, HORIZON = 60.0, 24.0 * 3600.0  # s
+PRECISION = 0.05  # relative, to which the moment is found
+
+
+def seconds_until_worthwhile(
+    coordinator: Coordinator,
+    world: World,
+    now_ns: int,
+    at: FloatArray,
+    *,
+    may_drive: bool = True,
+    horizon_s: float = HORIZON,
+) -> float | None:
+    """How long, s, until an action of a robot that waits at (3,) is worth it, if nobody looks.
+
+    0 where one is by now, None where none will be within ``horizon_s``. Beliefs are predicted by
+    the world; the moment is found by doubling and bisection, to 5 %.
+    """
+
+    def is_worthwhile(seconds: float) -> bool:
+        beliefs = world.at(now_ns + round(seconds * NANOSECONDS)).beliefs
+        if may_drive:
+            return coordinator.choose(beliefs, at) is not None
+        return coordinator.best(coordinator.actions(beliefs, at, may_drive=False)) is not None
+
+    if is_worthwhile(0.0):
+        return 0.0
+    early, late = 0.0, min(SOONEST, horizon_s)
+    while not is_worthwhile(late):
+        if late >= horizon_s:
+            return None
+        early, late = late, min(2.0 * late, horizon_s)
+    while late - early > PRECISION * late:
+        middle = (early + late) / 2.0
+        early, late = (early, middle) if is_worthwhile(middle) else (middle, late)
+    return late
+
+
+def probability_moved(coordinator: Coordinator, name: str, seconds: float) -> float:
+    """The probability that somebody has moved an object within so many seconds."""
+    is_door = coordinator.building.objects[name].kind is not Kind.PLANAR
+    settings = coordinator.estimation.for_object(name, "door" if is_door else "furniture")
+    rate = settings.dynamics.moves_per_hour
+    return -math.expm1(-rate * seconds / 3600.0)

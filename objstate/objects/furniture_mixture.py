@@ -1,0 +1,380 @@
+"""A piece of furniture's joint posterior p(s, l | z): a Gaussian mixture over x, y, yaw.
+
+Each component is a place with a Gaussian over what the robot's pose is off and how far the object
+lies from that place. One component stands for an object that isn't there. Cells cover the prior
+and the surroundings of the place where it stands most probably: what is moved arrives there.
+Where readings show it elsewhere, components are proposed that weigh what the mixture has there.
+See docs/model.md.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from statistics import NormalDist
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from objstate.building.model import MovableObject
+from objstate.building.outline import outline
+from objstate.config import FurnitureSettings
+from objstate.geometry import FloatArray, wrap
+from objstate.lazy import Later, altered, lazy
+from objstate.objects.belief import ObjectBelief
+from objstate.objects.proposals import TracedOutline
+from objstate.objects.shape import shape_of
+from objstate.particles import Weights, evenly
+
+if TYPE_CHECKING:
+    from objstate.objects import furniture_kernels
+    from objstate.objects import mixture_kernels as kernels
+    from objstate.objects.mixture_kernels import Beams, Noise, Shape
+else:
+    kernels = Later("objstate.objects.mixture_kernels")
+    furniture_kernels = Later("objstate.objects.furniture_kernels")
+
+SECONDS_PER_HOUR = 3600.0
+OF_PRIOR, NEARBY = 64, 16  # cells
+FOUND = 24  # components besides cells, at most
+ABSENT = 0  # the component of an object that isn't there
+FAR = 1e6  # m; nothing is there
+PROPOSED = 16  # components through readings, for each scan
+PROPOSED_STD = np.array([0.05, 0.05, math.radians(4.0)])  # m, m, rad; ranges are linear within
+HEIGHT_STEP = 0.01  # m; outlines at heights no further apart are one
+NEVER = 1e-30  # weight that no cell falls below: what was impossible may come true
+LEAST = 1e-9  # weight below which a component that isn't a cell is left
+TELLING = 1e-4  # weight from which a component is published
+PUBLISHED, FEWEST = 400, 6  # samples that are published, and of a component at least
+OF_SAMPLES = 32  # components by which samples are represented
+STATE = slice(3, 6)  # of the errors: yaw, x, y
+ORDER = [4, 5, 3]  # x, y, yaw of the errors
+
+
+@dataclass(frozen=True)
+class Piece:
+    """What of a piece of furniture doesn't change: its outline, its cells, and how it is moved."""
+
+    item: MovableObject
+    settings: FurnitureSettings
+
+    @lazy
+    def prior_covariance(self) -> FloatArray:
+        """(3, 3) of x, y, yaw about home."""
+        s, by_shape = self.settings, 1.0
+        yaw = math.radians(s.prior_std_deg)
+        if s.prior == "uniform":
+            yaw, by_shape = min(yaw, math.pi / self.item.symmetry.order), 1.0 / math.sqrt(3.0)
+        return np.diag((by_shape * np.array([s.prior_std_m, s.prior_std_m, yaw])) ** 2)
+
+    @lazy
+    def cells(self) -> tuple[FloatArray, FloatArray]:
+        """Places (c, 3) of the prior's cells and the covariance (3, 3) of each."""
+        return self._cells(self.item.home, self.prior_covariance, OF_PRIOR)
+
+    def nearby(self, place: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Places (c, 3) to which it may be pushed from a place (3,), and the covariance of each."""
+        s = self.settings
+        nudge = np.array([s.nudge_m, s.nudge_m, math.radians(s.nudge_deg)])
+        return _covered(place, np.diag(nudge**2), NEARBY, is_gaussian=True)
+
+    def _cells(
+        self, middle: FloatArray, covariance: FloatArray, count: int
+    ) -> tuple[FloatArray, FloatArray]:
+        return _covered(middle, covariance, count, self.settings.prior == "gaussian")
+
+    def drift(self, seconds: float) -> FloatArray:
+        """(3,) variances of x, y, yaw that drift adds."""
+        d = self.settings.dynamics
+        return seconds * np.array([d.drift_m, d.drift_m, math.radians(d.drift_deg)]) ** 2
+
+    def moved(self, seconds: float) -> float:
+        """Probability that somebody moves it meanwhile."""
+        return 1.0 - math.exp(-self.settings.dynamics.moves_per_hour * seconds / SECONDS_PER_HOUR)
+
+    def shape(self, height: float) -> Shape:
+        """Its outline at a height above the floor, m, about its origin at yaw 0."""
+        segments = outline(self.item.upright_mesh, height - self.item.origin[2, 3]).reshape(-1, 4)
+        return shape_of(segments, 1.0, np.zeros(2))
+
+    @lazy
+    def reach(self) -> float:
+        """m by which it reaches from its origin, seen from above."""
+        return float(np.hypot(*self.item.upright_mesh.vertices[:, :2].T).max(initial=0.0))
+
+
+@dataclass(frozen=True, eq=False)
+class FurnitureMixture:
+    """p(s, l | z) of one piece of furniture. A value: updates return new ones.
+
+    Component 0 is its absence. Behind it stand the prior's cells, those near its place, and
+    components that were found.
+    """
+
+    piece: Piece
+    weights: FloatArray  # (c,) sum to one
+    places: FloatArray  # (c, 3) x, y, yaw
+    robots: FloatArray  # (c, 3) mean of what the robot's pose is off
+    covariances: FloatArray  # (c, 7, 7) of errors, see ``mixture_kernels``
+    stamp_ns: int | None = None
+
+    @staticmethod
+    def unknown(piece: Piece) -> FurnitureMixture:
+        """Before any scan."""
+        presence = piece.settings.presence
+        nowhere = np.empty((0, 3))
+        blank = FurnitureMixture._of(piece, nowhere, np.zeros((3, 3)), np.empty(0))
+        blank.weights[ABSENT] = 1.0 - presence
+        blank.weights[1 : 1 + OF_PRIOR] = presence / OF_PRIOR
+        return blank
+
+    @staticmethod
+    def of(piece: Piece, belief: ObjectBelief) -> FurnitureMixture:
+        """What a belief of samples says."""
+        off = belief.deviations
+        covariance = (belief.weights.values[:, None] * off).T @ off
+        chosen = off[evenly(belief.weights, OF_SAMPLES)]
+        share = _kernel(OF_SAMPLES) ** 2
+        places = belief.mean + math.sqrt(1.0 - share) * chosen
+        weights = np.full(OF_SAMPLES, belief.presence / OF_SAMPLES)
+        out = FurnitureMixture._of(piece, places, share * covariance, weights)
+        out.weights[ABSENT] = 1.0 - belief.presence
+        return out.at(belief.stamp_ns)
+
+    @staticmethod
+    def _of(
+        piece: Piece, places: FloatArray, covariance: FloatArray, weights: FloatArray
+    ) -> FurnitureMixture:
+        """Cells without weight, and components of some weights (c,) at places (c, 3)."""
+        cells, of_cell = piece.cells
+        near, of_near = piece.nearby(piece.item.home)
+        nowhere = np.array([[FAR, FAR, 0.0]])
+        count = 1 + OF_PRIOR + NEARBY
+        covariances = np.zeros((count + len(places), kernels.ERRORS, kernels.ERRORS))
+        spread = np.ix_(ORDER, ORDER)
+        for part, each in (
+            (slice(1, 1 + OF_PRIOR), of_cell),
+            (slice(1 + OF_PRIOR, count), of_near),
+            (slice(count, None), covariance),
+        ):
+            covariances[part, spread[0], spread[1]] = each
+        all_places = np.concatenate([nowhere, cells, near, places])
+        return FurnitureMixture(
+            piece,
+            np.concatenate([np.full(count, NEVER), weights]),
+            all_places,
+            np.zeros((len(all_places), 3)),
+            covariances,
+        )
+
+    def at(self, stamp_ns: int | None) -> FurnitureMixture:
+        """The same at a moment."""
+        return altered(self, stamp_ns=stamp_ns)
+
+    @property
+    def presence(self) -> float:
+        """Probability that it is there at all."""
+        return float(1.0 - self.weights[ABSENT])
+
+    @property
+    def best(self) -> FloatArray:
+        """(3,) the place of the heaviest component in which it is there."""
+        return np.asarray(self.places[1 + int(np.argmax(self.weights[1:]))])
+
+    def later(
+        self, seconds: float, transfer: FloatArray, added: FloatArray, robot: FloatArray
+    ) -> FurnitureMixture:
+        """The mixture after a while, in which somebody may have moved the object.
+
+        The robot's errors are ``transfer`` (3, 3) times the former by then, plus independent ones of
+        covariance ``added`` (3, 3); their own covariance is ``robot`` (3, 3).
+        """
+        piece, moved = self.piece, self.piece.moved(seconds)
+        places, covariances = self.places.copy(), self.covariances.copy()
+        means = np.zeros((len(places), kernels.ERRORS))
+        means[:, :3] = self.robots
+        covariances[:, ORDER, ORDER] += piece.drift(seconds)
+        kernels.renew_robot(means, covariances, transfer, added)
+        there = piece.settings.presence
+        weights = (1.0 - moved) * self.weights
+        weights[ABSENT] += moved * (1.0 - there)
+        robots, first = np.ascontiguousarray(means[:, :3]), 1
+        for cells, covariance in (piece.cells, piece.nearby(self.best)):
+            part = slice(first, first + len(cells))
+            furniture_kernels.arrive(
+                0.5 * moved * there / len(cells),
+                cells,
+                covariance,
+                robot,
+                weights[part],
+                places[part],
+                robots[part],
+                covariances[part],
+            )
+            first += len(cells)
+        return FurnitureMixture(piece, weights, places, robots, covariances, self.stamp_ns)
+
+    def density(self, places: FloatArray) -> FloatArray:
+        """Density (p,) at places (p, 3) of components that are wider than proposed ones."""
+        symmetry, out = self.piece.item.symmetry, np.empty(len(places))
+        furniture_kernels.densities(
+            np.ascontiguousarray(places),
+            self.weights[1:],
+            self.places[1:],
+            self.covariances[1:],
+            PROPOSED_STD,
+            symmetry.order,
+            symmetry.centre,
+            out,
+        )
+        return out
+
+    def proposing(self, proposed: FloatArray, robot: FloatArray) -> FurnitureMixture:
+        """With components at places (p, 3), which weigh what the mixture has there.
+
+        That is the density of its wider components times the volume of the new one, shared by
+        those that overlap. So a proposal is no evidence.
+        """
+        if len(proposed) == 0:
+            return self
+        std, density = PROPOSED_STD, self.density(proposed)
+        off = proposed[:, None] - proposed
+        off[..., 2] = wrap(off[..., 2])
+        crowd = np.exp(-0.5 * ((off / std) ** 2).sum(axis=2)).sum(axis=1)
+        weights = density * (math.sqrt(2.0 * math.pi) ** 3 * std.prod()) / crowd
+        covariances = np.zeros((len(proposed), kernels.ERRORS, kernels.ERRORS))
+        covariances[:, :3, :3] = robot
+        covariances[:, ORDER, ORDER] = std**2
+        return FurnitureMixture(
+            self.piece,
+            np.concatenate([self.weights, weights]),
+            np.concatenate([self.places, proposed]),
+            np.concatenate([self.robots, np.zeros((len(proposed), 3))]),
+            np.concatenate([self.covariances, covariances]),
+            self.stamp_ns,
+        )
+
+    def given(self, beams: Beams, noise: Noise, shape: Shape) -> tuple[FurnitureMixture, int]:
+        """Bayes' rule for a scan, and how many of its beams reach the object where it stands most probably."""
+        means = np.zeros((len(self.weights), kernels.ERRORS))
+        means[:, :3] = self.robots
+        covariances, log_evidence = self.covariances.copy(), np.empty(len(means))
+        best = [1 + int(np.argmax(self.weights[1:]))]
+        reached = 0
+        for part in (slice(None), best):
+            reached = kernels.condition(
+                beams,
+                shape,
+                noise,
+                self.places[part],
+                np.zeros(len(self.weights[part])),
+                np.maximum(self.weights[part], NEVER),
+                means[part],
+                covariances[part],
+                log_evidence[part],
+            )
+        places = self.places + means[:, ORDER]
+        places[:, 2] = wrap(places[:, 2])
+        weights = self.weights * np.exp(log_evidence - log_evidence.max())
+        weights /= weights.sum()
+        robots = np.ascontiguousarray(means[:, :3])
+        return self._reduced(weights, places, robots, covariances), int(reached)
+
+    def _reduced(
+        self, weights: FloatArray, places: FloatArray, robots: FloatArray, covariances: FloatArray
+    ) -> FurnitureMixture:
+        """With components merged that mean the same place, and of those found the heaviest."""
+        symmetry = self.piece.item.symmetry
+        furniture_kernels.merge(
+            weights, places, robots, covariances, symmetry.order, symmetry.centre, LEAST
+        )
+        cells = 1 + OF_PRIOR + NEARBY
+        found = cells + np.flatnonzero(weights[cells:] > LEAST)
+        found = found[np.argsort(-weights[found], kind="stable")[:FOUND]]
+        kept = np.concatenate([np.arange(cells), found])
+        weights = np.maximum(weights[kept], NEVER)
+        return FurnitureMixture(
+            self.piece,
+            weights / weights.sum(),
+            places[kept],
+            robots[kept],
+            covariances[kept],
+            self.stamp_ns,
+        )
+
+    def circles(self) -> FloatArray:
+        """(c, 3) x, y, radius m of circles that hold the object, given components in which it is there."""
+        variances = self.covariances[1:, 4, 4] + self.covariances[1:, 5, 5]
+        radius = self.piece.reach + 2.0 * np.sqrt(variances)
+        return np.column_stack([self.places[1:, :2], radius])
+
+    def sampled(self, belief: ObjectBelief) -> ObjectBelief:
+        """The posterior of the state alone, as weighted samples at fixed normal draws."""
+        there = self.weights[1:] / self.weights[1:].sum()
+        telling = 1 + np.flatnonzero(there > TELLING * there.max())
+        there = self.weights[telling] / self.weights[telling].sum()
+        counts = np.maximum(np.rint(PUBLISHED * there).astype(int), FEWEST)
+        states, weights = np.empty((counts.sum(), 3)), np.repeat(there / counts, counts)
+        first = 0
+        for k, count in zip(telling.tolist(), counts.tolist(), strict=True):
+            root = np.linalg.cholesky(self.covariances[k][np.ix_(ORDER, ORDER)])
+            states[first : first + count] = self.places[k] + _draws(count) @ root.T
+            first += count
+        states[:, 2] = wrap(states[:, 2])
+        return altered(
+            belief,
+            states=states,
+            weights=Weights.of(weights),
+            presence=self.presence,
+            stamp_ns=self.stamp_ns,
+            joint=self,
+        )
+
+
+def traced(item: MovableObject, height: float) -> TracedOutline | None:
+    """Points along an object's outline at a height above the floor, m."""
+    return TracedOutline.of(outline(item.upright_mesh, height - item.origin[2, 3]))
+
+
+def _kernel(count: int) -> float:
+    """Deviation of a kernel, in those of a Gaussian that ``count`` of them cover (Silverman 1986)."""
+    return float((4.0 / (5.0 * count)) ** (1.0 / 7.0))
+
+
+def _covered(
+    middle: FloatArray, covariance: FloatArray, count: int, is_gaussian: bool
+) -> tuple[FloatArray, FloatArray]:
+    """Places (count, 3), and the covariance of each, of Gaussians that have a covariance together."""
+    share = _kernel(count) ** 2
+    root = np.linalg.cholesky(covariance)
+    places = middle + math.sqrt(1.0 - share) * _spread(count, is_gaussian) @ root.T
+    places[:, 2] = wrap(places[:, 2])
+    return places, share * covariance
+
+
+@lru_cache(maxsize=8)
+def _spread(count: int, is_gaussian: bool) -> FloatArray:
+    """Points (count, 3) of a standard normal or uniform distribution, of low discrepancy, with its covariance."""
+    ratio = 1.2207440846057596  # the real root of x^4 = x + 1 (Roberts 2018)
+    steps = ratio ** -np.arange(1.0, 4.0)
+    unit = (0.5 + np.outer(np.arange(1, count + 1), steps)) % 1.0
+    if is_gaussian:
+        unit = np.vectorize(NormalDist().inv_cdf)(unit)
+    return _whitened(unit)
+
+
+@lru_cache(maxsize=PUBLISHED)
+def _draws(count: int) -> FloatArray:
+    """Points (count, 3) of a standard normal distribution, with exactly its mean and covariance."""
+    if count < 4 * FEWEST:
+        axes = math.sqrt(3.0) * np.concatenate([np.eye(3), -np.eye(3)])
+        return np.asarray(axes[np.arange(count) % len(axes)])
+    return _whitened(np.random.default_rng(0).standard_normal((count, 3)))
+
+
+def _whitened(points: FloatArray) -> FloatArray:
+    """Points (n, 3), moved and sheared to a mean of zero and a covariance of one."""
+    points = points - points.mean(axis=0)
+    root = np.linalg.cholesky(points.T @ points / len(points))
+    return np.asarray(np.linalg.solve(root, points.T).T)

@@ -1,0 +1,247 @@
+"""What the loop stores of each object for smoothing: its posterior after scans, in few bytes.
+
+A step holds the components of a mixture that have weight, 68 bytes each of a door and 40 of
+furniture. Between steps at most a second apart, those that are like their neighbours are left out.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from objstate.geometry import FloatArray, IntArray
+from objstate.lazy import Later, altered
+from objstate.objects.belief import ObjectBelief
+from objstate.objects.furniture_mixture import ABSENT, ORDER, FurnitureMixture, Piece
+from objstate.objects.mixture import NEVER, DoorMixture, Doorway, Statics
+
+if TYPE_CHECKING:
+    from objstate.objects import mixture_kernels as kernels
+else:
+    kernels = Later("objstate.objects.mixture_kernels")
+
+LEAST = 1e-6  # weight below which a component isn't stored
+LEAST_THERE = 1e-4  # the same of furniture, in shares of its presence
+GAP_NS = 1_000_000_000  # ns between two steps, up to which steps that are alike are left out
+HEAVY = 0.01  # weight from which a component is compared
+ALIKE = 0.01  # difference of weights, up to which two steps are alike
+ALIKE_STDS = 0.1  # deviations by which the state may differ as well, and its deviation itself
+
+Table = NDArray[np.float32]
+INDEX, RESTING, MOVING, MEAN = 0, 1, 2, 3  # columns of a door's; covariances follow the means
+VARIANCES = [4, 7, 9]  # of x, y, yaw, columns of a piece of furniture's
+
+
+class DoorStep(NamedTuple):
+    """A door's posterior after a scan."""
+
+    stamp_ns: int
+    door: Doorway
+    statics: Statics
+    table: Table  # (r, 17): component, weights at rest and moving, means, covariances
+
+    @property
+    def blank(self) -> DoorMixture:
+        """What was believed before any scan."""
+        return DoorMixture.unknown(self.door, self.statics)
+
+    def mixture(self, blank: DoorMixture) -> DoorMixture:
+        """The posterior, without the robot's errors; ``blank`` as above."""
+        index = self.table[:, INDEX].astype(int)
+        resting, moving = np.zeros(len(blank.resting)), np.zeros(len(blank.resting))
+        means, covariances = blank.means.copy(), blank.covariances.copy()
+        resting[index], moving[index] = self.table[:, RESTING], self.table[:, MOVING]
+        errors, rows, columns = _errors()
+        past = MEAN + len(errors)
+        means[index[:, None], errors] = self.table[:, MEAN:past]
+        covariances[index[:, None], errors[rows], errors[columns]] = self.table[:, past:]
+        covariances[index[:, None], errors[columns], errors[rows]] = self.table[:, past:]
+        total = resting.sum() + moving.sum()
+        return altered(
+            blank,
+            resting=resting / total,
+            moving=moving / total,
+            means=means,
+            covariances=covariances,
+            stamp_ns=self.stamp_ns,
+        )
+
+
+class FurnitureStep(NamedTuple):
+    """The posterior of a piece of furniture after a scan."""
+
+    stamp_ns: int
+    piece: Piece
+    absent: float  # probability that it isn't there
+    table: Table  # (r, 10) of where it is: weight, x, y, yaw, and their covariance
+
+    @property
+    def weights(self) -> FloatArray:
+        """(r,) of components in which it is there."""
+        weights = self.table[:, 0].astype(float)
+        return np.asarray(weights * (1.0 - self.absent) / max(weights.sum(), NEVER))
+
+    @property
+    def places(self) -> FloatArray:
+        """(r, 3) x, y, yaw."""
+        return self.table[:, 1:4].astype(float)
+
+    @property
+    def covariances(self) -> FloatArray:
+        """(r, 3, 3) of x, y, yaw."""
+        rows, columns = np.triu_indices(3)
+        out = np.empty((len(self.table), 3, 3))
+        out[:, rows, columns] = out[:, columns, rows] = self.table[:, 4:]
+        return out
+
+
+Step = DoorStep | FurnitureStep
+
+
+class Past(NamedTuple):
+    """A step and those before it. A belief that is taken back takes its past along."""
+
+    step: Step
+    before: Past | None
+
+    @property
+    def steps(self) -> list[Step]:
+        """All of them, the earliest first."""
+        out, past = list[Step](), self
+        while True:
+            out.append(past.step)
+            if past.before is None:
+                return out[::-1]
+            past = past.before
+
+
+def remembered(belief: ObjectBelief) -> ObjectBelief:
+    """The belief with its own step added to its past.
+
+    A past begins with the first mixture. Later beliefs on a lattice, or of samples, are steps as
+    well.
+    """
+    mixture, past = belief.joint, belief.past
+    if mixture is None and past is not None:
+        mixture = _again(belief, past.step)
+    return belief if mixture is None else altered(belief, past=_appended(past, step_of(mixture)))
+
+
+def _again(belief: ObjectBelief, step: Step) -> DoorMixture | FurnitureMixture:
+    """A belief that isn't read off a mixture, as one of the kind that it was before."""
+    if isinstance(step, FurnitureStep):
+        return FurnitureMixture.of(step.piece, belief)
+    return _on_cells(belief, step)
+
+
+def _on_cells(belief: ObjectBelief, step: DoorStep) -> DoorMixture:
+    """A door's belief on a lattice as a mixture, which has the mean and variance of each cell."""
+    door, weights, states = step.door, belief.weights.values, belief.states[:, 0]
+    mixture = DoorMixture.of(door, belief, step.statics)
+    where = np.floor((states - door.item.lower) / door.cell).astype(int).clip(0, door.cells - 1)
+    total = np.bincount(where, weights, door.cells)
+    known = np.flatnonzero(total > LEAST)
+    means, covariances = mixture.means.copy(), mixture.covariances.copy()
+    off = states - door.states[where]
+    first = np.bincount(where, weights * off, door.cells)[known]
+    means[known, kernels.STATE] = first / total[known]
+    squares = np.bincount(where, weights * off**2, door.cells)[known] / total[known]
+    variances = squares - means[known, kernels.STATE] ** 2 + belief.cell[0] ** 2 / 12.0
+    covariances[known, kernels.STATE, kernels.STATE] = variances
+    covariances[:, kernels.ZERO, kernels.ZERO] = 0.0  # the lattice's states count it already
+    return altered(mixture, means=means, covariances=covariances)
+
+
+def step_of(mixture: DoorMixture | FurnitureMixture) -> Step:
+    """What is stored of a mixture after a scan."""
+    return _door_step(mixture) if isinstance(mixture, DoorMixture) else _furniture_step(mixture)
+
+
+def _furniture_step(mixture: FurnitureMixture) -> FurnitureStep:
+    assert mixture.stamp_ns is not None
+    there = 1 + np.flatnonzero(mixture.weights[1:] > LEAST_THERE * mixture.presence)
+    rows, columns = np.triu_indices(3)
+    order = np.array(ORDER)
+    covariances = mixture.covariances[there]
+    parts = (
+        mixture.weights[there, None],
+        mixture.places[there],
+        covariances[:, order[rows], order[columns]],
+    )
+    table = np.concatenate(parts, axis=1, dtype=np.float32)
+    return FurnitureStep(mixture.stamp_ns, mixture.piece, float(mixture.weights[ABSENT]), table)
+
+
+def _door_step(mixture: DoorMixture) -> DoorStep:
+    assert mixture.stamp_ns is not None
+    index = np.flatnonzero(mixture.weights > LEAST)
+    errors, rows, columns = _errors()
+    covariances = mixture.covariances[index]
+    parts = (
+        index[:, None],
+        mixture.resting[index, None],
+        mixture.moving[index, None],
+        mixture.means[index[:, None], errors],
+        covariances[:, errors[rows], errors[columns]],
+    )
+    table = np.concatenate(parts, axis=1, dtype=np.float32)
+    return DoorStep(mixture.stamp_ns, mixture.door, mixture.statics, table)
+
+
+def _appended(past: Past | None, step: Step) -> Past:
+    """The past with a step; the one before it goes if it is like its neighbours."""
+    if past is not None and past.before is not None:
+        kept = past.before.step
+        is_near = step.stamp_ns - kept.stamp_ns <= GAP_NS
+        if is_near and _alike(kept, past.step) and _alike(kept, step):
+            return Past(step, past.before)
+    return Past(step, past)
+
+
+def _alike(one: Step, other: Step) -> bool:
+    """Whether an object has as good as the same posterior in two steps."""
+    if isinstance(one, FurnitureStep) or isinstance(other, FurnitureStep):
+        return (
+            isinstance(one, FurnitureStep)
+            and isinstance(other, FurnitureStep)
+            and _stands(one, other)
+        )
+    return _rests(one, other)
+
+
+def _stands(one: FurnitureStep, other: FurnitureStep) -> bool:
+    """Whether a piece of furniture stands where it did, if it is there."""
+    if len(one.table) == 0 or len(other.table) == 0:
+        return len(one.table) == len(other.table) and abs(one.absent - other.absent) < ALIKE
+    a, b = (step.table[int(np.argmax(step.table[:, 0]))] for step in (one, other))
+    stds, others = np.sqrt(a[VARIANCES]), np.sqrt(b[VARIANCES])
+    off = np.maximum(np.abs(a[1:4] - b[1:4]), np.abs(stds - others))
+    is_near = bool((off <= ALIKE_STDS * np.minimum(stds, others)).all())
+    return is_near and abs(a[0] - b[0]) < ALIKE and abs(one.absent - other.absent) < ALIKE
+
+
+def _rests(one: DoorStep, other: DoorStep) -> bool:
+    a, b = _heavy(one), _heavy(other)
+    if len(a) != len(b) or (a[:, INDEX] != b[:, INDEX]).any():
+        return False
+    if (np.abs(a[:, RESTING : MOVING + 1] - b[:, RESTING : MOVING + 1]) > ALIKE).any():
+        return False
+    variance = MEAN + len(_errors()[0])  # the state is the first of the errors that are stored
+    stds, others = np.sqrt(a[:, variance]), np.sqrt(b[:, variance])
+    off = np.maximum(np.abs(a[:, MEAN] - b[:, MEAN]), np.abs(stds - others))
+    return bool((off <= ALIKE_STDS * np.minimum(stds, others)).all())
+
+
+def _heavy(step: DoorStep) -> Table:
+    table = step.table
+    return table[table[:, RESTING] + table[:, MOVING] > HEAVY]
+
+
+@cache
+def _errors() -> tuple[IntArray, IntArray, IntArray]:
+    """Which errors of a component are stored, and the rows and columns of their covariance."""
+    errors = np.arange(kernels.ROBOT, kernels.ERRORS)
+    return (errors, *np.triu_indices(len(errors)))

@@ -1,0 +1,39 @@
+"""What an object covers of a grid under its belief: map objects (Darmstadt, section 6.1.5)."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from objstate.building.model import MovableObject
+from objstate.geometry import FloatArray
+from objstate.grid import Drawing, Layout, expected_occupancy
+from objstate.objects.belief import ObjectBelief
+from objstate.objects.footprint import OBJECTS_KEPT, motions, silhouette
+
+NEGLIGIBLE = 1e-4  # weight of a state that isn't drawn
+
+
+def covered(layout: Layout, belief: ObjectBelief, margin: float = 0.0) -> Drawing:
+    """The probability of each cell that an object touches it, or comes within a margin, m.
+
+    It is that under the posterior: over all states it may have, and less than one in sum where it
+    may be absent.
+    """
+    weights = belief.presence * belief.weights.values
+    kept = weights > NEGLIGIBLE
+    moved = motions(belief.item, belief.states[kept])
+    outline = _outline(belief.item, margin)
+    outlines = outline @ moved[:, :2, :2].swapaxes(1, 2) + moved[:, None, :2, 3]
+    drawn = expected_occupancy(layout, list(outlines), weights[kept])
+    return Drawing(layout, drawn.where, np.minimum(drawn.values, np.float32(1.0)))
+
+
+@lru_cache(maxsize=OBJECTS_KEPT)
+def _outline(item: MovableObject, margin: float) -> FloatArray:
+    """Corners (k, 2) of the convex hull of what an object covers in its home state, widened."""
+    import shapely
+
+    hull = silhouette(item).convex_hull.buffer(margin, join_style="mitre")
+    return np.asarray(shapely.get_coordinates(hull))

@@ -1,0 +1,138 @@
+"""A door's state at moments of a log, given the whole log."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from objstate.geometry import FloatArray, IntArray
+from objstate.lazy import altered
+from objstate.objects import ObjectBelief
+from objstate.objects.mixture import NEVER, DoorMixture, Doorway, Statics
+from objstate.objects.steps import GAP_NS, DoorStep, Step
+from objstate.particles import Weights
+from objstate.records import NANOSECONDS
+from objstate.smoothing.chain import Chain, smoothed_chain
+
+
+class DoorHistory(NamedTuple):
+    """What the loop stored of a door, and what all of the log tells of its static errors."""
+
+    belief: ObjectBelief  # the last one, on whose lattice states are published
+    steps: list[DoorStep]
+    cases: list[tuple[float, Statics]]  # probabilities of the priors that static errors have
+
+
+@dataclass(frozen=True, eq=False)
+class SmoothedDoor:
+    """p(state | the whole log) of one door."""
+
+    beliefs: list[ObjectBelief]  # at the chains' moments
+    chains: list[tuple[float, Chain]]  # by each prior of the static errors, with its probability
+
+    @property
+    def stamps_ns(self) -> IntArray:
+        """(n,) the moments."""
+        return self.chains[0][1].stamps_ns
+
+
+@dataclass(frozen=True, eq=False)
+class _Filtered:
+    """The filtered posterior of a door at moments."""
+
+    stamps_ns: IntArray  # (n,)
+    resting: FloatArray  # (n, c)
+    moving: FloatArray  # (n, c)
+    means: FloatArray  # (n, c) of the state in each component
+    variances: FloatArray  # (n, c)
+
+
+def smoothed_door(history: DoorHistory, also_ns: Iterable[int] = ()) -> SmoothedDoor:
+    """The states of a door at the moments of its steps, and at others far from them.
+
+    What is exact and what is approximate: The modes and components are a Markov chain, and their
+    backward pass is exact for the filter's posterior (``smoothed_chain``). Static errors (hinge,
+    bearing) are summed over their priors, as the whole log has them, and each prior has its own
+    chain. While a door rests in a component, its offset from the component's middle is static, so
+    that the Gaussian of the last belief in which it still rested there is carried back. That is
+    the Rauch-Tung-Striebel pass of a state without process noise. It is approximate where a door
+    may have left or stayed: both cases are merged by mean and variance. What a hinge's offset
+    taught after a door was moved doesn't correct its state before.
+    """
+    moments = moments_of(history.steps, sorted(set(also_ns)))
+    count, states = len(moments), len(history.belief.states)
+    weights, moved = np.zeros((count, states)), np.zeros((count, states))
+    blank, chains = history.steps[0].blank, list[tuple[float, Chain]]()
+    door, mixtures = blank.door, [step.mixture(blank) for step in history.steps]
+    for share, statics in history.cases:
+        filtered = _filtered(door, [each.under(statics) for each in mixtures], moments)
+        chain = smoothed_chain(door, filtered.stamps_ns, filtered.resting, filtered.moving)
+        means, variances = _carried_back(chain, filtered)
+        chains.append((share, chain))
+        for k in range(count):
+            each, swung = door.on_lattice(
+                chain.resting[k], chain.moving[k], means[k], variances[k], history.belief
+            )
+            weights[k] += share * each
+            moved[k] += share * each * swung
+    swung = np.minimum(moved / np.maximum(weights, NEVER), 1.0)
+    beliefs = [
+        altered(
+            history.belief,
+            weights=Weights(weights[k]),
+            swung=swung[k],
+            stamp_ns=moments[k],
+            joint=None,
+            past=None,
+        )
+        for k in range(count)
+    ]
+    return SmoothedDoor(beliefs, chains)
+
+
+def moments_of(steps: Sequence[Step], also_ns: Sequence[int]) -> list[int]:
+    """The moments of steps, and of others those that lie far behind the moment before."""
+    own = {step.stamp_ns for step in steps}
+    out: list[int] = []
+    for stamp in sorted(own | {each for each in also_ns if each > steps[0].stamp_ns}):
+        if stamp in own or stamp - out[-1] > GAP_NS:
+            out.append(stamp)
+    return out
+
+
+def _filtered(door: Doorway, mixtures: Sequence[DoorMixture], moments: Sequence[int]) -> _Filtered:
+    """The filtered posterior at moments (n,), predicted where no step is."""
+    by_stamp = {mixture.stamp_ns: mixture for mixture in mixtures}
+    shape = len(moments), len(door.states)
+    out = _Filtered(np.array(moments, dtype=np.int64), *(np.empty(shape) for _ in range(4)))
+    for k, stamp in enumerate(moments):
+        if stamp in by_stamp:
+            mixture = by_stamp[stamp]
+            out.resting[k], out.moving[k] = mixture.resting, mixture.moving
+            out.means[k], out.variances[k] = mixture.states
+            continue
+        seconds = (stamp - moments[k - 1]) / NANOSECONDS
+        moved = door.moved(out.resting[k - 1], out.moving[k - 1], seconds)
+        arrived = moved.arriving > 0.5
+        out.resting[k], out.moving[k] = moved.resting, moved.moving
+        out.means[k] = np.where(arrived, door.states, out.means[k - 1])
+        out.variances[k] = np.where(arrived, door.widths, out.variances[k - 1])
+    return out
+
+
+def _carried_back(chain: Chain, filtered: _Filtered) -> tuple[FloatArray, FloatArray]:
+    """Means and variances (n, c) of the state in each component, given the whole log."""
+    means, variances = filtered.means.copy(), filtered.variances.copy()
+    for k in range(len(means) - 2, -1, -1):
+        total = chain.resting[k] + chain.moving[k]
+        share = np.divide(
+            chain.resting[k] * chain.stays[k], total, out=np.zeros_like(total), where=total > 0.0
+        )
+        off = means[k + 1] - filtered.means[k]
+        means[k] = filtered.means[k] + share * off
+        variances[k] = share * variances[k + 1] + (1.0 - share) * filtered.variances[k]
+        variances[k] += share * (1.0 - share) * off**2
+    return means, variances

@@ -1,0 +1,174 @@
+"""Where a piece of furniture stood at moments of a log, given the whole log."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from objstate.geometry import FloatArray, IntArray
+from objstate.lazy import Later, altered
+from objstate.objects import ObjectBelief
+from objstate.objects.furniture_mixture import (
+    ABSENT,
+    FAR,
+    NEVER,
+    ORDER,
+    PROPOSED_STD,
+    FurnitureMixture,
+    Piece,
+)
+from objstate.objects.steps import FurnitureStep
+from objstate.records import NANOSECONDS
+from objstate.smoothing.doors import moments_of
+
+if TYPE_CHECKING:
+    from objstate.objects import furniture_kernels
+    from objstate.objects import mixture_kernels as kernels
+else:
+    furniture_kernels = Later("objstate.objects.furniture_kernels")
+    kernels = Later("objstate.objects.mixture_kernels")
+
+MOST = 24  # components of a smoothed mixture
+NUMBERS = 1024  # of components of one moment, at most
+LEAST = 1e-4  # weight below which a component is left
+NONE = np.zeros(3)  # deviations that every component is wider than
+SAME = np.diag(PROPOSED_STD**2)  # by how much a place may differ and be the same (m, m, rad)
+
+
+class FurnitureHistory(NamedTuple):
+    """What the loop stored of a piece of furniture."""
+
+    belief: ObjectBelief  # the last one
+    steps: list[FurnitureStep]
+
+
+class Places(NamedTuple):
+    """A mixture over where an object is; the first of its components is its absence."""
+
+    weights: FloatArray  # (c,) sum to one
+    places: FloatArray  # (c, 3) x, y, yaw
+    covariances: FloatArray  # (c, 3, 3)
+    names: IntArray  # (c,) a number that a component keeps while the object stays there
+
+
+@dataclass(frozen=True, eq=False)
+class SmoothedFurniture:
+    """p(presence, state | the whole log) of one piece of furniture."""
+
+    beliefs: list[ObjectBelief]  # at the moments
+    stamps_ns: IntArray  # (n,)
+    mixtures: list[Places]  # (n) at the moments
+    stays: list[FloatArray]  # (n - 1) of each component (c,) of k + 1: it was there at k
+
+
+def smoothed_furniture(history: FurnitureHistory, also_ns: Iterable[int] = ()) -> SmoothedFurniture:
+    """Where it stood at the moments of its steps, and at others far from them.
+
+    With a(s) the filtered density, g(s) the next moment's smoothed one, and m(s) the density of
+    where a moved object arrives, which doesn't depend on where it was, the transition is e^(-mu t)
+    times identity, plus (1 - e^(-mu t)) m. So
+
+        g_k(s) = r(s) g_k+1(s) + a_k(s) (1 - integral r g_k+1),
+        r(s) = e^(-mu t) a_k(s) / (e^(-mu t) a_k(s) + (1 - e^(-mu t)) m(s)).
+
+    This is exact, absence included. r is taken constant within each component of g_k+1, by
+    densities that are blurred by ``SAME``: within so much, filtered Gaussians of one place differ,
+    as what is wrong with the model isn't in them. Drift is left out.
+    """
+    stamps = moments_of(history.steps, sorted(set(also_ns)))
+    by_stamp = {step.stamp_ns: step for step in history.steps}
+    held, filtered = history.steps[0], list[FurnitureStep]()
+    for stamp in stamps:
+        held = by_stamp.get(stamp, held)
+        filtered.append(held)
+    after, stays = _filtered(filtered[-1], len(stamps) - 1), list[FloatArray]()
+    mixtures = [after]
+    for k in range(len(stamps) - 2, -1, -1):
+        seconds = (stamps[k + 1] - stamps[k]) / NANOSECONDS
+        stay = _stays(filtered[k], after, seconds)
+        after = _joined(after, stay, _filtered(filtered[k], k))
+        stays.append(stay)
+        mixtures.append(after)
+    mixtures, stays = mixtures[::-1], stays[::-1]
+    piece = history.steps[0].piece
+    beliefs = [
+        altered(_published(piece, each, history.belief), stamp_ns=stamp, joint=None, past=None)
+        for each, stamp in zip(mixtures, stamps, strict=True)
+    ]
+    return SmoothedFurniture(beliefs, np.array(stamps, dtype=np.int64), mixtures, stays)
+
+
+def _filtered(step: FurnitureStep, moment: int) -> Places:
+    """The filtered mixture of a step."""
+    count = 1 + len(step.table)
+    return Places(
+        np.concatenate([[step.absent], step.weights]),
+        np.concatenate([[[FAR, FAR, 0.0]], step.places]),
+        np.concatenate([np.eye(3)[None], step.covariances]),
+        np.where(np.arange(count) > 0, moment * NUMBERS + np.arange(count), ABSENT),
+    )
+
+
+def _stays(step: FurnitureStep, after: Places, seconds: float) -> FloatArray:
+    """(c,) probability that the object was in each component of the next moment already."""
+    piece, there = step.piece, step.piece.settings.presence
+    moved = piece.moved(seconds)
+    before, arrived = np.empty((2, len(after.weights)))
+    before[ABSENT], arrived[ABSENT] = step.absent, 1.0 - there
+    own = step.weights, step.places, step.covariances
+    before[1:] = _densities(piece, *own, after)
+    best = step.places[int(np.argmax(step.weights))] if len(step.table) else piece.item.home
+    cells = (piece.cells, piece.nearby(best))
+    arrived[1:] = there * sum(
+        0.5 * _densities(piece, np.full(len(at), 1.0 / len(at)), at, of_cell[None], after)
+        for at, of_cell in cells
+    )
+    kept = (1.0 - moved) * before
+    return np.asarray(kept / np.maximum(kept + moved * arrived, NEVER))
+
+
+def _densities(
+    piece: Piece, weights: FloatArray, places: FloatArray, covariances: FloatArray, at: Places
+) -> FloatArray:
+    """(c - 1,) densities of a mixture, blurred by ``SAME``, at the places where an object is there."""
+    out, symmetry = np.zeros((len(at.weights) - 1, 1)), piece.item.symmetry
+    spread = np.ix_(range(len(weights)), ORDER, ORDER)
+    wide = np.zeros((len(weights), kernels.ERRORS, kernels.ERRORS))
+    for j in range(len(out)):
+        wide[spread] = covariances + at.covariances[1 + j] + SAME
+        place = at.places[1 + j : 2 + j]
+        furniture_kernels.densities(
+            place, weights, places, wide, NONE, symmetry.order, symmetry.centre, out[j]
+        )
+    return out[:, 0]
+
+
+def _joined(after: Places, stays: FloatArray, before: Places) -> Places:
+    """What stayed of the next moment's components, and the filtered ones by what was moved."""
+    stayed = after.weights * stays
+    moved = 1.0 - stayed.sum()
+    weights = np.concatenate([stayed, moved * before.weights[1:]])
+    weights[ABSENT] += moved * before.weights[ABSENT]
+    heavy = 1 + np.argsort(-weights[1:], kind="stable")[:MOST]
+    kept = np.concatenate([[ABSENT], np.sort(heavy[weights[heavy] > LEAST])])
+    return Places(
+        weights[kept] / weights[kept].sum(),
+        np.concatenate([after.places, before.places[1:]])[kept],
+        np.concatenate([after.covariances, before.covariances[1:]])[kept],
+        np.concatenate([after.names, before.names[1:]])[kept],
+    )
+
+
+def _published(piece: Piece, mixture: Places, belief: ObjectBelief) -> ObjectBelief:
+    """A mixture as samples. One in which it surely isn't there has the samples of the last belief."""
+    if mixture.weights[1:].sum() <= NEVER:
+        return altered(belief, presence=0.0)
+    covariances = np.zeros((len(mixture.weights), kernels.ERRORS, kernels.ERRORS))
+    covariances[np.ix_(range(len(covariances)), ORDER, ORDER)] = mixture.covariances
+    whole = FurnitureMixture(
+        piece, mixture.weights, mixture.places, np.zeros((len(covariances), 3)), covariances
+    )
+    return whole.sampled(belief)

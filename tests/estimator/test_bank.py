@@ -1,0 +1,99 @@
+"""How the probability of being localized follows from what scans are worth."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from objstate.config import Settings
+from objstate.estimator.bank import Bank, Moment
+from objstate.localization import Hypotheses
+from objstate.localization.anywhere import Anywhere, Chance
+from objstate.sensing import BeamModel, ExpectedRanges, Sensing
+from tests.estimator.drives import START, corridor
+from tests.rooms import fan, observed, scan_of
+
+SECOND = 10**9
+CHANCE = Chance(mean=-20.0, most=0.0, usual=-1.5, best=4.0)
+PLACE = np.zeros(3)
+
+
+def moment(seconds: float) -> Moment[str]:
+    scan = scan_of(np.full(3, 1.0), fan(3), round(seconds * SECOND))
+    return Moment(scan, PLACE, PLACE, f"at {seconds:g} s")
+
+
+def after(advantages: list[float], every_s: float = 0.5) -> Bank[str]:
+    bank = Bank(Settings(), "at first")
+    for k, advantage in enumerate(advantages):
+        bank.take(moment(k * every_s), CHANCE.mean + advantage, CHANCE)
+        bank.publish(1.0, round(k * every_s * SECOND))
+    return bank
+
+
+def found(log_odds: float, outside: float = -50.0) -> Hypotheses:
+    place = np.array([[5.0, 0.0, 0.0]])
+    return Hypotheses(PLACE, place, np.array([log_odds]), np.array([False]), 0, outside)
+
+
+def test_scans_that_a_place_explains_make_it_surer() -> None:
+    assert after([12.0] * 4).p_localized > after([12.0]).p_localized > 0.99
+
+
+def test_a_stretch_that_nothing_explains_makes_lost_only_if_it_lasts() -> None:
+    right = [12.0] * 10
+    assert after(right + [0.0] * 20).p_localized > 0.9  # 10 s
+    assert after(right + [0.0] * 400).p_localized < 0.5  # 200 s
+    assert after(right + [0.0] * 400 + [12.0] * 10).p_localized > 0.5
+
+
+def test_a_wide_belief_is_not_localized() -> None:
+    bank = after([12.0] * 4)
+    bank.publish(0.3, 2 * SECOND)
+    assert bank.p_localized < 0.31
+    assert bank.is_lost
+    bank.publish(1.0, 4 * SECOND)
+    assert bank.stretches(5 * SECOND) == ((2 * SECOND, 4 * SECOND),)
+    (probability,) = bank.probabilities
+    assert probability == pytest.approx(0.7, abs=0.01)
+
+
+def test_a_search_is_made_when_scans_fit_less_than_usual() -> None:
+    assert not after([12.0] * 20).may_search(60 * SECOND, 1.0)
+    assert after([12.0] * 20 + [1.0] * 4).may_search(60 * SECOND, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("log_odds", "outside", "is_lost", "is_surer"),
+    [
+        (-5.0, -50.0, False, False),
+        (1.0, -50.0, True, False),
+        (9.0, -50.0, True, True),
+        (9.0, 9.0, True, False),
+    ],
+)
+def test_another_place_is_followed_only_if_it_is_surely_likelier(
+    log_odds: float, outside: float, is_lost: bool, is_surer: bool
+) -> None:
+    bank, other = after([12.0] * 10), found(log_odds, outside)
+    assert bank.weigh(other, 5 * SECOND) == (0, is_surer)
+    assert bank.is_lost is is_lost
+    if is_surer:
+        bank.follow(other, 0, "before", 4 * SECOND)
+        bank.publish(1.0, 5 * SECOND)
+        assert bank.p_localized > 0.99
+        assert bank.before == "before"
+        assert bank.stretches(6 * SECOND) == ((4 * SECOND, 5 * SECOND),)
+
+
+def test_a_scan_is_worth_more_where_it_was_taken_than_anywhere() -> None:
+    place = corridor()
+    sensing = Sensing(place, BeamModel(Settings().beam_model))
+    anywhere = Anywhere(sensing, Settings())
+    scan = observed(ExpectedRanges(place), {}, START, fan(48), np.random.default_rng(0))
+    chance = anywhere.chance(scan, anywhere.usable(scan))
+    view = sensing.view(scan)
+    here = 0.1 * float(view.pose_log_likelihood(START[None], 0.1, [])[0])
+    assert chance.usual <= 0.0 <= chance.best
+    assert chance.mean + chance.best < here
+    assert here == pytest.approx(chance.most, abs=3.0)

@@ -1,0 +1,41 @@
+"""``objstate compile`` compiles the loops of grids as they are called."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from objstate.cli.loops import PARTS, compile_part
+from objstate.grid import (
+    AverageCells,
+    BayesCells,
+    CountCells,
+    Grid,
+    Layout,
+    LogOddsCells,
+    Percepts,
+    circle,
+    entropy,
+    kernels,
+    rectangle,
+)
+
+
+def test_after_compiling_no_grid_compiles_anything() -> None:
+    loops = {loop for loop, _ in PARTS[-1]}
+    assert loops == {each for each in vars(kernels).values() if hasattr(each, "py_func")}
+    compile_part(len(PARTS) - 1, 1, len(PARTS))
+    before = {loop.__name__: list(loop.signatures) for loop, _ in PARTS[-1]}
+    layout = Layout(0.05, 40, 60, np.array([0.3, -0.2, 0.1]))
+    ends = np.array([[1.0, 1.0], [2.0, 0.5]])
+    seen = Percepts(
+        np.zeros((2, 2)), ends, np.array([True, False]), np.tile(np.eye(2) * 0.01, (2, 1, 1))
+    )
+    for cells in (BayesCells(), LogOddsCells(), CountCells(), AverageCells()):
+        grid = Grid(layout, cells)
+        grid.sweep(seen, 0, reach=5.0)
+        grid.draw(
+            [circle(layout, ends[0], 0.2, 1.0), rectangle(layout, ends[1], (1, 1), 0, 1.0)], 5
+        )
+        for method in ("series", "table", "logarithms"):
+            entropy(grid.values(10), method)
+    assert {loop.__name__: list(loop.signatures) for loop, _ in PARTS[-1]} == before
