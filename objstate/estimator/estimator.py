@@ -264,7 +264,9 @@ class Estimator:
         near = self._near(sight, sight.valid)
         known = self._standing(near.pointed_at, sight)
         before_known = np.minimum.reduce([sight.anywhere, *known.values()]) - BEFORE_OBJECTS
-        pose.correct(scan, surfaces, before_known, sight.entries.min(axis=0, initial=np.inf))
+        entered = sight.entries.min(axis=0, initial=np.inf)
+        about = self._resampled(sight, pose.independence(scan.laser)) if pose.is_wide else None
+        pose.correct(scan, surfaces, before_known, entered, about)
         robot = pose.belief(self._draws)
         self.odometry_error.note(track.belief, robot)
         sight = sight.by(robot)
@@ -275,6 +277,14 @@ class Estimator:
         rows = self._observe_doors(near, sight, pose.vantage(scan), known)
         rows |= self._observe_furniture(near, sight, pose.vantage(scan), known)
         return self._rows(rows)
+
+    def _resampled(self, sight: Sight, independence: float) -> PoseBelief:
+        """p(l | o_k) by the samples of p(l), from beams whose errors go together."""
+        robot = sight.robot
+        objects = self._scenery(sight.seen_by(sight.valid), self._believed.marginals)
+        told = sight.view(sight.valid).pose_log_likelihood(robot.poses, self.map_error, objects)
+        weights, _ = robot.weights.reweight(independence * told)
+        return PoseBelief(robot.poses, weights)
 
     def _observe_doors(
         self, near: Near, sight: Sight, vantage: Vantage, known: Mapping[str, FloatArray]

@@ -2,8 +2,9 @@
 
 Scans of one place repeat each other's errors, since a wall that stands aside of its place does so
 for good. So the filter's state is the robot's pose, how each laser is really mounted, and how far
-each piece of wall in view stands off along its normal. What a piece is off counts as another one
-after some way (an Ornstein-Uhlenbeck process): other parts of it are met from there.
+each piece of wall in view stands off along its normal. Maps are bent, too: all walls of a place are
+shifted together. The offset of a piece, and the shift, count as others after some way
+(Ornstein-Uhlenbeck processes): other parts of walls are met from there.
 """
 
 from __future__ import annotations
@@ -29,9 +30,11 @@ else:
     kernels = Later("objstate.localization.pose_kernels")
 
 POSE = 3
+FRAME = slice(3, 5)  # how far all of the model is shifted here: x, y
 LASER = 5  # x, y, yaw; range bias, m; clock, s
 BIAS, CLOCK = 3, 4  # of a laser's errors
 LEAST_S = 0.005  # s of a step of the odometry, from which on it tells the velocity
+SHIFTED = 0.5  # share of the walls' deviation that all walls of a place have in common
 SIDEWAYS = 0.25  # of the variance of a step's length, that a step has aside of it
 LEVER = 1.0  # m; a turn by a radian shows other parts of walls as a way of so many metres does
 STANDING = 0.5  # 1/m, density with which an object that may stand somewhere stops a beam
@@ -40,6 +43,7 @@ GRAZING = 0.12  # cosine of incidence below which a range tells next to nothing 
 FEWEST = 3  # beams by which a piece of wall is followed
 FOLLOWED = 40  # pieces of wall at most; those out of reach are left first
 NEAR = 0.02, math.radians(0.5)  # m and rad of deviation, from which one linearization is enough
+WIDE = 0.04, math.radians(1.5)  # above which none about the mean will do
 SLIPPING = 0.3, 0.3, math.radians(20.0)  # m/s, m/s, rad/s by which odometry is off as wheels slip
 NEGLIGIBLE = 1e-3  # probability of slipping that shifts no linearization
 EVERY = 3  # beam tells of slipping
@@ -120,7 +124,7 @@ class PoseFilter:
     ) -> None:
         self._error = error
         self._beams = beam_model
-        self._mean = belief.mean.copy()  # (m,) pose, errors of lasers, offsets of walls
+        self._mean = belief.mean.copy()  # (m,) pose, shift, errors of lasers, offsets of walls
         self._covariance = belief.covariance.copy()
         self._slip_rate = slips_per_hour / SECONDS_PER_HOUR  # 1/s
         self._slips, self._since = 0.0, 0.0  # probability that wheels do; s since the last scan
@@ -133,6 +137,7 @@ class PoseFilter:
         self._noise = dict(learnt.noise)
         self._known_noise: dict[str, tuple[RangeNoise, float]] = {}  # what that says
         self._residuals: dict[str, FloatArray] = {}  # (n,) of each laser's last scan
+        self._append(np.zeros(2), (SHIFTED * self.wall_std) ** 2 * np.eye(2))
 
     @property
     def mean(self) -> FloatArray:
@@ -197,14 +202,15 @@ class PoseFilter:
         pose, origins, directions, laser = self._beams_of(scan)
         first, (cos, sin) = self._laser(scan.laser), _heading(pose)
         x, y = laser - pose[:2]
+        shift = self._mean[FRAME]
         jacobian = np.zeros((POSE, len(self._mean)))
         jacobian[:, :POSE] = np.eye(POSE)
         jacobian[:2, first : first + 2] = (cos, -sin), (sin, cos)
         jacobian[:, first + 2] = y, -x, 1.0
         jacobian[:, first + CLOCK] = self._moving
         return Vantage(
-            pose[:2],
-            origins,
+            pose[:2] - shift,
+            origins - shift,
             directions,
             jacobian @ self._covariance @ jacobian.T,
             self.range_noise(scan.laser),
@@ -244,28 +250,46 @@ class PoseFilter:
         variance = (error - growth * square) / one
         return RangeNoise(min(max(variance, LEAST_STD**2), NOISIEST**2 * first), growth)
 
-    def correct(self, scan: Scan, surfaces: Surfaces, most: FloatArray, entered: FloatArray) -> int:
+    @property
+    def is_wide(self) -> bool:
+        """Whether scans aren't linear in the pose all over its belief."""
+        return self._is_wider(WIDE)
+
+    def correct(
+        self,
+        scan: Scan,
+        surfaces: Surfaces,
+        most: FloatArray,
+        entered: FloatArray,
+        about: PoseBelief | None = None,
+    ) -> int:
         """Take in how far a scan's beams, that meet walls before ``most`` (n,) m, reach; how many did.
 
         Beyond the ranges at which beams are ``entered`` (n,) m, objects may stand.
 
-        Linearized about the mean; while the pose is wide, and as far as wheels have slipped, once
-        more about the next one.
+        Linearized about the mean of the prior, or of a better belief ``about`` the pose; while the
+        pose isn't known to centimetres, and as far as wheels have slipped, once more about the next.
         """
+        off = np.zeros(POSE)
+        if about is not None:
+            off = about.mean - self._mean[:POSE]
+            off[2] = wrapped(off[2])
+            self._mean[:POSE] += off
         seen, used = self._meet(scan, surfaces), scan.valid.copy()
         within = np.minimum(most, scan.range_max)
         kernels.surely_met(
             used, scan.ranges, seen.ranges, seen.numbers, seen.row, within, EDGE, GRAZING
         )
         if not used.any():
+            self._mean[:POSE] -= off
             return 0
         self._follow(scan, seen.numbers[used])
-        mean, gripping = self._mean, self._covariance
-        is_wide = (
-            max(gripping[0, 0], gripping[1, 1]) > NEAR[0] ** 2 or gripping[2, 2] > NEAR[1] ** 2
-        )
+        shift = np.zeros(len(self._mean))
+        shift[:POSE] = off
+        mean, gripping = self._mean - shift, self._covariance
+        is_near = not self._is_wider(NEAR)
         slipping = (np.array(SLIPPING) * min(self._since, 1.0)) ** 2
-        if self._slips > 0.0:
+        if about is None and self._slips > 0.0:
             columns, offsets = self._columns(scan, seen.numbers)
             self._slips = kernels.slipped(
                 used,
@@ -283,8 +307,12 @@ class PoseFilter:
             )
         prior = gripping.copy()
         prior[range(POSE), range(POSE)] += self._slips * slipping
-        taken = self._take(scan, seen, used, entered, np.zeros(len(mean)), prior, prior)
-        if is_wide or self._slips > NEGLIGIBLE:
+        gate = prior
+        if about is not None:
+            gate = prior.copy()
+            gate[:POSE, :POSE] = about.covariance + np.diag([NEAR[0], NEAR[0], NEAR[1]]) ** 2
+        taken = self._take(scan, seen, used, entered, shift, prior, gate)
+        if not is_near or self._slips > NEGLIGIBLE:
             self._mean = mean + taken.shift
             seen = self._meet(scan, surfaces)
             used &= seen.numbers >= 0
@@ -297,6 +325,11 @@ class PoseFilter:
         self._since = 0.0
         self._learn_noise(scan.laser, taken)
         return int(np.count_nonzero(used))
+
+    def _is_wider(self, limits: tuple[float, float]) -> bool:
+        """Whether the pose has deviations, m and rad, above ``limits``."""
+        p = self._covariance
+        return bool(max(p[0, 0], p[1, 1]) > limits[0] ** 2 or p[2, 2] > limits[1] ** 2)
 
     def _meet(self, scan: Scan, surfaces: Surfaces) -> _Met:
         """Which walls a scan's beams meet, by the mean."""
@@ -378,10 +411,11 @@ class PoseFilter:
         return np.array((cos * ahead - sin * left, sin * ahead + cos * left, turning))
 
     def _beams_of(self, scan: Scan) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """By the mean: the robot's pose (3,) as a scan was taken, origins and directions (n, 2) of its beams, and the laser's place (2,)."""
+        """By the mean, as the model is shifted here: the robot's pose (3,) as a scan was taken, origins and directions (n, 2) of its beams, and the laser's place (2,)."""
         first = self._laser(scan.laser)
         x, y, yaw, _, clock = self._mean[first : first + LASER].tolist()
         pose = self._mean[:POSE] + clock * self._moving
+        pose[:2] += self._mean[FRAME]
         cos, sin = _heading(pose)
         own, middle = scan.rays.origins[:, :2], scan.rays.origins[:, :2].mean(axis=0)
         turned = np.array(((math.cos(yaw), math.sin(yaw)), (-math.sin(yaw), math.cos(yaw))))
@@ -455,23 +489,27 @@ class PoseFilter:
         return (FIRST_PIECES * first**2 + squares) / (FIRST_PIECES + count)
 
     def _columns(self, scan: Scan, numbers: IntArray) -> tuple[IntArray, FloatArray]:
-        """Which of the state's columns (n, 7) tell of each beam, and the offset (n,) of the wall that it meets."""
+        """Which of the state's columns (n, 11) tell of each beam, and the offset (n,) of the wall that it meets."""
         height, first = float(scan.rays.origins[0, 2]), self._laser(scan.laser)
         columns = np.empty((len(numbers), kernels.COLUMNS), dtype=np.int64)
         columns[:, :POSE] = range(POSE)
-        columns[:, POSE:-1] = range(first, first + LASER)
+        columns[:, POSE : FRAME.stop] = range(POSE, FRAME.stop)
+        columns[:, FRAME.stop : -1] = range(first, first + LASER)
         columns[:, -1] = [self._pieces.get((height, k), -1) for k in numbers.tolist()]
         return columns, np.where(columns[:, -1] >= 0, self._mean[columns[:, -1]], 0.0)
 
     def _let_walls_be_others(self, kept: float) -> None:
-        columns = list(self._pieces.values())
-        if kept == 1.0 or not columns:
+        if kept == 1.0:
             return
+        shift, pieces = [POSE, POSE + 1], list(self._pieces.values())
+        columns = shift + pieces
         self._mean[columns] *= kept
         self._covariance[columns] *= kept
         self._covariance[:, columns] *= kept
         self._clones.scale(columns, kept)
-        self._covariance[columns, columns] += (1.0 - kept**2) * self.wall_std**2
+        added = (1.0 - kept**2) * self.wall_std**2
+        self._covariance[shift, shift] += SHIFTED**2 * added
+        self._covariance[pieces, pieces] += added
 
     def _shares(self, range_max: float) -> tuple[float, float, float]:
         """Probability of a hit, and densities, 1/m, of random and of short readings."""
@@ -497,7 +535,7 @@ class _Met(NamedTuple):
 
     ranges: FloatArray  # (n,) m that are expected
     numbers: IntArray  # (n,) of the pieces
-    row: FloatArray  # (n, 9) how they change with the state's columns
+    row: FloatArray  # (n, 11) how they change with the state's columns
 
 
 class _Taken(NamedTuple):

@@ -11,9 +11,9 @@ from objstate.compiling import inner, njit
 from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.linear import solve
 
-# of a beam: pose x, y, yaw; the laser's x, y, yaw, range bias and clock; the wall's offset
-COLUMNS = 9
-OFFSET = 8
+# of a beam: pose x, y, yaw; the model's shift x, y; the laser's x, y, yaw, range bias and clock; the wall's offset
+COLUMNS = 11
+OFFSET = 10
 SURELY_HIT = 3.0  # deviations by which a range may be off that tells how noisy ranges are
 CUT_OFF = 0.973  # mean square of a standard normal variable that is smaller than that
 ROOT_TAU = math.sqrt(2.0 * math.pi)
@@ -34,7 +34,7 @@ def rows(
     velocity: FloatArray,
     out: FloatArray,
 ) -> None:
-    """How each range changes with the robot's pose, the laser's errors and the wall's offset, ``out`` (n, 9).
+    """How each range changes with the robot's pose, the laser's errors and the wall's offset, ``out`` (n, 11).
 
     Beams from ``origins`` (n, 2), in ``directions`` (n, 2), meet walls of ``normals`` (k, 2) by their ``numbers`` (n,)
     at ``ranges`` (n,). The robot stands at a ``pose`` (3,) that changes
@@ -52,11 +52,12 @@ def rows(
         y = origins[i, 1] + ranges[i] * directions[i, 1]
         out[i, 0], out[i, 1] = -nx / cosine, -ny / cosine
         out[i, 2] = (nx * (y - pose[1]) - ny * (x - pose[0])) / cosine
-        out[i, 3] = -(nx * cos + ny * sin) / cosine
-        out[i, 4] = -(ny * cos - nx * sin) / cosine
-        out[i, 5] = (nx * (y - laser[1]) - ny * (x - laser[0])) / cosine
-        out[i, 6] = 1.0
-        out[i, 7] = out[i, 0] * velocity[0] + out[i, 1] * velocity[1] + out[i, 2] * velocity[2]
+        out[i, 3], out[i, 4] = out[i, 0], out[i, 1]
+        out[i, 5] = -(nx * cos + ny * sin) / cosine
+        out[i, 6] = -(ny * cos - nx * sin) / cosine
+        out[i, 7] = (nx * (y - laser[1]) - ny * (x - laser[0])) / cosine
+        out[i, 8] = 1.0
+        out[i, 9] = out[i, 0] * velocity[0] + out[i, 1] * velocity[1] + out[i, 2] * velocity[2]
         out[i, OFFSET] = 1.0 / cosine
 
 
@@ -87,7 +88,7 @@ def gather(
     """Add what ``used`` beams (n,) say to the ``information`` (m, m) and the ``gradient`` (m,) about the prior mean.
 
     Ranges were ``measured`` (n,) where ``ranges`` (n,) are expected at the present mean, which is ``off`` (m,) from the prior
-    mean; they change by ``row`` (n, 9) with the state's ``columns`` (n, 9), of which the last is -1 for walls whose
+    mean; they change by ``row`` (n, 11) with the state's ``columns`` (n, 11), of which the last is -1 for walls whose
     ``offsets`` (n,) aren't followed. Beyond the range at which a beam is ``entered`` (n,), an object may stop it, with a
     density ``standing``, 1/m. The variance of a range r is ``variance`` + ``growth`` r^2. A beam counts by the probability that the wall stopped it, by the state's
     ``covariance`` (m, m), times the ``independence`` of its error. ``sums`` (5,) are those of a weighted least squares fit
@@ -147,7 +148,7 @@ def _evidence_of_pose(  # noqa: PLR0912
 ) -> Any:
     """log p(beams) of a pose with a prior covariance (3, 3), by Laplace's approximation after two linearizations.
 
-    ``residuals`` (n,) are those at the prior's mean, with variances ``own`` (n,); they change by ``row`` (n, 9).
+    ``residuals`` (n,) are those at the prior's mean, with variances ``own`` (n,); they change by ``row`` (n, 11).
     What else stops beams has densities ``other`` (n, 2), of longer and of shorter ranges.
     """
     shift, gate = np.zeros(3), prior.copy()
