@@ -27,10 +27,11 @@ else:
 ELSEWHERE_SIGMAS = 3.0  # by which a hinge surely is off its place
 ELSEWHERE_M = 0.03  # m, and by as much at least
 OUTLIERS = 0.01  # share of doors whose hinge or bearing is off as far as may be
-NO_OUTLIER = 1e-3  # probability below which a door counts as none
+NEGLIGIBLE = 5e-3  # probability of a deviation under which no door is read off
+PARTS = 3  # of the deviations of bearings, under which doors are read off by turns
 WIDEST_M, WIDEST_DEG = 0.03, 3.0  # deviations of hinges and bearings that doors are filtered with
 GRID, LEAST = 15, 0.1  # deviations tried, from this share of the first guess on
-FACTOR = 1.0  # standard deviation of the logarithm of a deviation, before any scan
+FACTOR = 1.5  # standard deviation of the logarithm of a deviation, before any scan
 EDGE_SHARE = 0.1  # of the beams beside an edge, that the surface next to it stops
 LEAST_DENSITY = 1e-9  # 1/m, of a range that nothing explains
 
@@ -42,8 +43,10 @@ class Doors:
         self._building, self._settings = building, settings
         self._shapes: dict[tuple[str, float], kernels.Shape] = {}
         error = settings.building_error
-        self._hinge = Deviation(error.hinge_std_m, WIDEST_M)
-        self._bearing = Deviation(math.radians(error.bearing_std_deg), math.radians(WIDEST_DEG))
+        self._hinge = Deviation(error.hinge_std_m, WIDEST_M, 1)
+        self._bearing = Deviation(
+            math.radians(error.bearing_std_deg), math.radians(WIDEST_DEG), PARTS
+        )
 
     def __contains__(self, name: str) -> bool:
         return self._building.objects[name].kind is not Kind.PLANAR
@@ -110,19 +113,14 @@ class Doors:
         return offset if away > ELSEWHERE_SIGMAS * std else None
 
     def cases(self, mixture: DoorMixture) -> list[tuple[float, Statics]]:
-        """How far off a door's hinge and bearing may be: as doors' are, or as outliers' are; with probabilities."""
-        usual, widest = self.statics, self._widest
-        cases = [(1.0, usual)]
-        for name, deviation in self._deviations(mixture.door).items():
-            variances = np.array([getattr(usual, name), getattr(widest, name)])
-            out = deviation.outlying(mixture.log_evidence(name, variances))
-            if out > NO_OUTLIER:
-                wider = {name: getattr(widest, name)}
-                cases = [
-                    (share * probability, statics._replace(**changed))
-                    for share, statics in cases
-                    for probability, changed in ((1.0 - out, dict[str, float]()), (out, wider))
-                ]
+        """Deviations that a door's hinge and bearing may be off by, with probabilities."""
+        name, cases = mixture.door.item.name, [(1.0, self.statics)]
+        for error, deviation in self._deviations(mixture.door).items():
+            cases = [
+                (share * probability, statics._replace(**{error: variance}))
+                for share, statics in cases
+                for probability, variance in deviation.cases(name)
+            ]
         return cases
 
     def _read_off(self, mixture: DoorMixture, belief: ObjectBelief) -> ObjectBelief:
@@ -160,32 +158,51 @@ class Doors:
 class Deviation:
     """The deviation of an error that each door has its own of: p(deviation | z) on a grid.
 
-    Empirical Bayes: each door tells the likelihood of its readings, with its own error summed
-    over. The prior is lognormal about a first guess. Some doors are outliers, whose errors are
-    as wide as the widest deviation.
+    Each door tells the likelihood of its readings, with its own error summed over. The prior is
+    lognormal about a first guess. Some doors are outliers, whose errors are as wide as the widest
+    deviation. Doors are read off under the mean of each of so many ``parts`` of the grid.
     """
 
-    def __init__(self, first: float, widest: float) -> None:
+    def __init__(self, first: float, widest: float, parts: int) -> None:
         deviations = np.geomspace(LEAST * first, max(widest, 2.0 * first), GRID)
         self.variances = deviations**2  # (k,)
-        self._log_prior = -0.5 * (np.log(deviations / first) / FACTOR) ** 2
+        self._parts = np.array_split(np.arange(GRID), parts)
+        log_prior = -0.5 * (np.log(deviations / first) / FACTOR) ** 2
+        self._log_prior = np.asarray(log_prior)
         self._doors: dict[str, FloatArray] = {}  # (k,) log-likelihood by each
-        self.variance = first**2  # square of the posterior mean of the deviation
+        self._outliers: dict[str, FloatArray] = {}  # (k,) probability that a door is one
+        self._weights = _normalized(log_prior)
+
+    @property
+    def variance(self) -> float:
+        """Square of the posterior mean of the deviation."""
+        return float(self._weights @ np.sqrt(self.variances)) ** 2
 
     def told(self, name: str, log_likelihood: FloatArray) -> None:
         """What all readings of a door tell (k,), up to a constant, in place of what they told before."""
-        widest = log_likelihood - log_likelihood[-1]
-        self._doors[name] = np.logaddexp(widest + math.log1p(-OUTLIERS), math.log(OUTLIERS))
-        posterior = self._log_prior + sum(self._doors.values())
-        weights = np.exp(posterior - posterior.max())
-        self.variance = float(weights @ np.sqrt(self.variances) / weights.sum()) ** 2
+        usual = log_likelihood - log_likelihood[-1] + math.log1p(-OUTLIERS)
+        both = np.logaddexp(usual, math.log(OUTLIERS))
+        self._doors[name], self._outliers[name] = both, OUTLIERS * np.exp(-both)
+        self._weights = _normalized(self._log_prior + sum(self._doors.values()))
 
-    def outlying(self, log_likelihoods: FloatArray) -> float:
-        """Probability that a door is an outlier, by what it tells (2,) under the learnt and the widest deviation."""
-        usual, widest = log_likelihoods.tolist()
-        return float(
-            OUTLIERS / (OUTLIERS + (1.0 - OUTLIERS) * math.exp(min(usual - widest, 700.0)))
-        )
+    def cases(self, name: str) -> list[tuple[float, float]]:
+        """Variances that a door's own error may have, and their probabilities."""
+        outlying = self._outliers.get(name, np.full(GRID, OUTLIERS)) * self._weights
+        usual = self._weights - outlying
+        cases = [
+            (float(usual[part].sum()), float(usual[part] @ self.variances[part]))
+            for part in self._parts
+        ]
+        cases.append((float(outlying.sum()), float(outlying.sum() * self.variances[-1])))
+        kept = [(share, total / share) for share, total in cases if share > NEGLIGIBLE]
+        every = sum(share for share, _ in kept)
+        return [(share / every, variance) for share, variance in kept]
+
+
+def _normalized(log: FloatArray) -> FloatArray:
+    """Weights that sum to one, of their logarithms."""
+    weights = np.exp(log - log.max())
+    return np.asarray(weights / weights.sum())
 
 
 def beam_noise(s: BeamModelSettings, vantage: Vantage, range_max: float) -> kernels.Noise:
