@@ -61,6 +61,8 @@ def elfring2012(
     for table in result.tables:
         print_experiment(table)
     spent = 1000.0 * result.exploration.seconds_per_check
-    print_text(f"A check of an object took {spent:.2f} ms; in the paper it took about 1 ms.")
+    print_text(
+        f"A check of an object took {spent:.2f} ms of processor time; in the paper about 1 ms."
+    )
     if out is not None:
         print_text(f"Written: {out}, with tables.md, verifications.csv and pictures")
