@@ -33,6 +33,7 @@ Examples:
 Read are:
   .yaml, .yml    Open-RMF buildings, as traffic-editor saves them
   .sdf, .world   worlds and models of Gazebo
+  .ifc           building information models, through IfcOpenShell (pip install 'objstate[ifc]')
 """
 
 app = typer.Typer(help="Make buildings.", invoke_without_command=True, callback=help_when_alone)

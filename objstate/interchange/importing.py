@@ -9,6 +9,7 @@ from pathlib import Path
 from objstate.building.model import Building
 from objstate.building.writing import check_target, write_buildings
 from objstate.errors import BuildingError
+from objstate.interchange.ifc import import_ifc
 from objstate.interchange.imported import Imported, Notes
 from objstate.interchange.rmf import import_rmf
 from objstate.interchange.sdf import import_sdf
@@ -29,6 +30,7 @@ READERS: dict[str, Reader] = {
     **dict.fromkeys(
         (".sdf", ".world"), lambda path, options: import_sdf(path, options.models, options.movable)
     ),
+    ".ifc": lambda path, _: import_ifc(path),
 }
 
 

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from functools import cached_property
-from itertools import chain, count
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +15,7 @@ from objstate.building.model import Building, Kind, Mesh, MovableObject
 from objstate.building.urdf import FULL_TURN
 from objstate.errors import BuildingError
 from objstate.geometry import FloatArray, invert
-from objstate.interchange.imported import Imported, Notes, several
+from objstate.interchange.imported import Imported, Notes, several, unused_name
 from objstate.interchange.sdf_bodies import Body, Standing, Tie, bodies_and_ties
 from objstate.interchange.sdf_file import Folders, Model, read_world
 from objstate.interchange.sdf_frames import INTO
@@ -101,12 +100,14 @@ class _Sorting:
         )
         for name, carrier in carriers.items():
             if isinstance(carrier, Standing):
-                item = _furniture(_unused(name, objects), carrier, carried[name])
+                item = _furniture(unused_name(_plain(name), objects), carrier, carried[name])
             else:
                 model = name.rpartition(INTO)[0]
                 called = model if several_joints[model] == 1 and model else name
                 item = _hung(
-                    _unused(called.removesuffix("_joint"), objects), carrier, carried[name]
+                    unused_name(_plain(called.removesuffix("_joint")), objects),
+                    carrier,
+                    carried[name],
                 )
             objects[item.name] = item
         return walls
@@ -182,11 +183,8 @@ def _mesh(bodies: list[Body], place: FloatArray) -> Mesh:
     return Mesh.joined([body.mesh.moved(back @ body.place) for body in bodies])
 
 
-def _unused(name: str, objects: Mapping[str, MovableObject]) -> str:
-    """A name without marks of models, or with a number where another object has it."""
-    plain = name.replace(INTO, "_").replace("/", "_")
-    numbered = (f"{plain}_{number}" for number in count(2))
-    return next(each for each in chain([plain], numbered) if each not in objects)
+def _plain(name: str) -> str:
+    return name.replace(INTO, "_").replace("/", "_")
 
 
 def _tell_setting(world: Model, notes: Notes) -> None:
