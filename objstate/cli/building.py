@@ -28,9 +28,12 @@ IMPORT_EXAMPLES = """\b
 Examples:
   objstate building import office.building.yaml --out out/office
   objstate building import hotel.building.yaml --level L1 --out out/hotel
+  objstate building import home.world --models models --movable "chair*" --out out/home
 \b
 Read are:
   .yaml, .yml    Open-RMF buildings, as traffic-editor saves them
+  .sdf, .world   worlds and models of Gazebo
+  .ifc           building information models, through IfcOpenShell (pip install 'objstate[ifc]')
 """
 
 app = typer.Typer(help="Make buildings.", invoke_without_command=True, callback=help_when_alone)
@@ -100,6 +103,16 @@ def import_file(
         str | None,
         typer.Option(metavar="NAME", help="One level only; without it, a folder for each."),
     ] = None,
+    models: Annotated[
+        list[Path] | None,
+        typer.Option(metavar="DIR", help="Where model:// is looked for; may be given again."),
+    ] = None,
+    movable: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="PATTERN", help="Models that are furniture though static; may be given again."
+        ),
+    ] = None,
     overwrite: Overwrite = False,
 ) -> None:
     """A building from a file of another tool.
@@ -108,9 +121,10 @@ def import_file(
     up and the sense of rotation are those that the file states.
     """
     from objstate.building import inspect_building
-    from objstate.interchange import import_building
+    from objstate.interchange import ImportOptions, import_building
 
-    result = import_building(file, out, level=level, overwrite=overwrite)
+    options = ImportOptions(models or (), movable or ())
+    result = import_building(file, out, level=level, options=options, overwrite=overwrite)
     for title, lines in (
         ("Taken:", result.notes.taken),
         ("Not taken:", result.notes.left),

@@ -2,19 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from objstate.building.model import Building
 from objstate.building.writing import check_target, write_buildings
 from objstate.errors import BuildingError
+from objstate.interchange.ifc import import_ifc
 from objstate.interchange.imported import Imported, Notes
 from objstate.interchange.rmf import import_rmf
+from objstate.interchange.sdf import import_sdf
 
-Reader = Callable[[Path], Imported]
 
-READERS: dict[str, Reader] = {".yaml": import_rmf, ".yml": import_rmf}
+@dataclass(frozen=True)
+class ImportOptions:
+    """What some formats need beside the file."""
+
+    models: Sequence[Path] = ()  # folders in which ``model://`` is looked for
+    movable: Sequence[str] = ()  # patterns of the names of models that are furniture
+
+
+Reader = Callable[[Path, ImportOptions], Imported]
+
+READERS: dict[str, Reader] = {
+    **dict.fromkeys((".yaml", ".yml"), lambda path, _: import_rmf(path)),
+    **dict.fromkeys(
+        (".sdf", ".world"), lambda path, options: import_sdf(path, options.models, options.movable)
+    ),
+    ".ifc": lambda path, _: import_ifc(path),
+}
 
 
 @dataclass(frozen=True)
@@ -30,6 +47,7 @@ def import_building(
     out_dir: str | Path,
     *,
     level: str | None = None,
+    options: ImportOptions | None = None,
     overwrite: bool = False,
 ) -> ImportResult:
     """Make buildings of a file of another tool, and write them to ``out_dir``, all or nothing.
@@ -47,7 +65,7 @@ def import_building(
         )
     if not source.is_file():
         raise BuildingError(f"{source} is no file; check the path.")
-    made = READERS[source.suffix.lower()](source)
+    made = READERS[source.suffix.lower()](source, options or ImportOptions())
     floors = made.floors if level is None else {level: _level(made, level, source)}
     empty = [name for name, building in floors.items() if not len(building.walls.faces)]
     if len(empty) == len(floors):
