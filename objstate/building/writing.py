@@ -93,7 +93,7 @@ def write_buildings(
 def _write(folder: Path, building: Building, sidecar: str | None) -> None:
     vertices = building.walls.vertices
     start = vertices.min(axis=0) if len(vertices) else np.zeros(3)
-    _write_mesh(folder / WALLS_FILE, Mesh(vertices - start, building.walls.faces))
+    write_mesh(folder / WALLS_FILE, Mesh(vertices - start, building.walls.faces))
     shapes = _Shapes(folder)
     objects = [_object_elements(item, shapes) for item in building.objects.values()]
     urdf = _urdf(building.name, start, objects)
@@ -102,7 +102,7 @@ def _write(folder: Path, building: Building, sidecar: str | None) -> None:
         (folder / f"{building.name}{SUFFIX}").write_text(sidecar, encoding="utf-8")
 
 
-def _write_mesh(path: Path, mesh: Mesh) -> None:
+def write_mesh(path: Path, mesh: Mesh) -> None:
     """STL has float32 numbers, so the mesh had better be about the origin."""
     import trimesh
 
@@ -124,7 +124,7 @@ class _Shapes:
             return (low + high) / 2, f'<box size="{_numbers(high - low)}"/>'
         if id(mesh) not in self._files:
             name = SHAPE_FILE.format(len(self._files) + 1)
-            _write_mesh(self._folder / name, mesh)
+            write_mesh(self._folder / name, mesh)
             self._files[id(mesh)] = name
         return np.zeros(3), f'<mesh filename="{self._files[id(mesh)]}"/>'
 
