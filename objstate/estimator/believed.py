@@ -54,6 +54,19 @@ class Believed:
             return self.filters[name].predict(now, seconds, rng or self.rngs[name])
         return now
 
+    def then(self, name: str, stamp_ns: int) -> ObjectBelief:
+        """An object's belief at a moment from its last update on, without a trace in the random numbers.
+
+        Raises ValueError for an earlier moment.
+        """
+        belief = self.marginals[name]
+        known = belief.stamp_ns
+        if known is not None and stamp_ns < known:
+            raise ValueError(f"object '{name}' was updated after {stamp_ns} ns, at {known} ns")
+        if stamp_ns != known:
+            belief = self.at(name, stamp_ns, np.random.default_rng(stamp_ns))
+        return belief
+
     def keep(self, beliefs: Iterable[tuple[str, ObjectBelief]]) -> None:
         """Keep new marginals."""
         for name, belief in beliefs:

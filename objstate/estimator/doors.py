@@ -9,14 +9,14 @@ import numpy as np
 
 from objstate.building.model import Building, Kind
 from objstate.config import BeamModelSettings, DoorSettings, Settings
-from objstate.geometry import FloatArray, IntArray
+from objstate.estimator.exposure import Exposure, Seen
+from objstate.geometry import FloatArray
 from objstate.lazy import Later, altered
-from objstate.localization import Carried, Vantage
+from objstate.localization import Vantage
 from objstate.objects import ObjectBelief
 from objstate.objects.mixture import NEVER, DoorMixture, Doorway, Statics
 from objstate.objects.shape import shape_of
 from objstate.particles import Weights
-from objstate.records import NANOSECONDS, Scan
 from objstate.sensing import Sensing
 
 if TYPE_CHECKING:
@@ -39,8 +39,8 @@ LEAST_DENSITY = 1e-9  # 1/m, of a range that nothing explains
 class Doors:
     """The doors of a building that move in the plane, and what is learnt of all of them."""
 
-    def __init__(self, building: Building, settings: Settings) -> None:
-        self._building, self._settings = building, settings
+    def __init__(self, building: Building, settings: Settings, sensing: Sensing) -> None:
+        self._building, self._settings, self._sensing = building, settings, sensing
         self._shapes: dict[tuple[str, float], kernels.Shape] = {}
         error = settings.building_error
         self._hinge = Deviation(error.hinge_std_m, WIDEST_M, 1)
@@ -62,43 +62,27 @@ class Doors:
         return Statics(self._hinge.variances[-1], self._bearing.variances[-1])
 
     def observe(
-        self,
-        name: str,
-        belief: ObjectBelief,
-        scan: Scan,
-        vantage: Vantage,
-        beams: IntArray,
-        background: FloatArray,
-        blur: FloatArray,
-        sensing: Sensing,
-        carried: Carried,
-    ) -> tuple[ObjectBelief, bool]:
+        self, belief: ObjectBelief, exposure: Exposure, rng: np.random.Generator
+    ) -> Seen | None:
         """A door's belief after a scan, and whether some beam reached its leaf.
 
-        The ``beams`` (k,) may meet the leaf; without it they would read the ``background`` (k,) m,
-        give or take a variance ``blur`` (k,) m^2. The robot's error since the last scan of it is ``carried``.
+        None where no beam enters the circle that holds the door before it meets a wall.
         """
+        scan, vantage = exposure.scan, exposure.vantage
+        until = np.minimum(exposure.walls, scan.range_max)
+        beams = np.flatnonzero(scan.valid & (exposure.entered < until))
+        if len(beams) == 0:
+            return None
         before = belief.joint
         if not isinstance(before, DoorMixture):
             before = DoorMixture.of(self._doorway(belief), belief, self._widest)
-        seconds = (
-            0.0 if before.stamp_ns is None else (scan.stamp_ns - before.stamp_ns) / NANOSECONDS
-        )
-        mixture = before.later(max(seconds, 0.0), *carried)
-        looked = kernels.Beams(
-            vantage.place,
-            vantage.origins[beams],
-            vantage.directions[beams],
-            scan.ranges[beams] - vantage.bias,
-            background,
-            blur,
-        )
-        height = float(scan.rays.origins[0, 2])
+        mixture = before.later(exposure.seconds_since(before.stamp_ns), *exposure.carried())
         noise = beam_noise(self._settings.beam_model, vantage, scan.range_max)
-        mixture, reached = mixture.given(looked, noise, self._shape(before.door, height, sensing))
+        shape = self._shape(before.door, exposure.sight.height)
+        mixture, reached = mixture.given(exposure.beams(beams), noise, shape)
         mixture = mixture.at(scan.stamp_ns)
-        self._learn(name, mixture)
-        return self._read_off(mixture, belief), reached > 0
+        self._learn(exposure.name, mixture)
+        return Seen(self._read_off(mixture, belief), beams, reached > 0)
 
     def elsewhere(self, belief: ObjectBelief) -> FloatArray | None:
         """(2,) m by which a door's hinge surely is off its place in the model; None where it isn't."""
@@ -147,10 +131,10 @@ class Doors:
         assert isinstance(chosen, DoorSettings)
         return Doorway(belief.item, chosen, self._settings.building_error)
 
-    def _shape(self, door: Doorway, height: float, sensing: Sensing) -> kernels.Shape:
+    def _shape(self, door: Doorway, height: float) -> kernels.Shape:
         key = door.item.name, height
         if key not in self._shapes:
-            segments = sensing.outline(door.item.name, height)
+            segments = self._sensing.outline(door.item.name, height)
             self._shapes[key] = shape_of(segments, door.turn, door.slide)
         return self._shapes[key]
 

@@ -9,14 +9,14 @@ import numpy as np
 from objstate.building.model import Building, Kind
 from objstate.config import FurnitureSettings, Settings
 from objstate.estimator.doors import beam_noise
+from objstate.estimator.exposure import Exposure, Seen
 from objstate.geometry import BoolArray, FloatArray
 from objstate.lazy import Later
-from objstate.localization import Carried, Vantage
+from objstate.localization import Vantage
 from objstate.objects import ObjectBelief
 from objstate.objects.furniture_mixture import PROPOSED, FurnitureMixture, Piece, traced
 from objstate.objects.proposals import TracedOutline
 from objstate.particles import Weights, systematic
-from objstate.records import NANOSECONDS, Scan
 
 if TYPE_CHECKING:
     from objstate.objects import furniture_kernels
@@ -46,53 +46,31 @@ class Furniture:
     def __contains__(self, name: str) -> bool:
         return name in self._pieces
 
-    def observe(
-        self,
-        name: str,
-        belief: ObjectBelief,
-        scan: Scan,
-        vantage: Vantage,
-        background: FloatArray,
-        blur: FloatArray,
-        stopped: FloatArray,
-        carried: Carried,
-        rng: np.random.Generator,
-    ) -> tuple[ObjectBelief, BoolArray, bool]:
-        """Its belief after a scan, the beams (n,) that may meet it, and whether some reached it.
-
-        Without it, beams would read the ``background`` (n,) m, give or take a variance ``blur`` (n,) m^2. Something
-        else ``stopped`` beams at places (k, 2) m. The robot's error since the last scan of it is ``carried``.
-        """
-        piece, now = self._pieces[name], scan.stamp_ns
-        before = belief.joint
+    def observe(self, belief: ObjectBelief, exposure: Exposure, rng: np.random.Generator) -> Seen:
+        """Its belief after a scan, and whether some beam reached it."""
+        piece, scan, vantage = self._pieces[exposure.name], exposure.scan, exposure.vantage
+        before, now = belief.joint, scan.stamp_ns
         if not isinstance(before, FurnitureMixture):
             known = belief.stamp_ns is not None
             before = (
                 FurnitureMixture.of(piece, belief) if known else FurnitureMixture.unknown(piece)
             )
-        seconds = 0.0 if before.stamp_ns is None else (now - before.stamp_ns) / NANOSECONDS
-        mixture = before.later(max(seconds, 0.0), *carried, vantage.covariance)
-        shape, outline = self._shape(name, float(scan.rays.origins[0, 2]))
+        seconds = exposure.seconds_since(before.stamp_ns)
+        mixture = before.later(seconds, *exposure.carried(), vantage.covariance)
+        shape, outline = self._shape(exposure.name, exposure.sight.height)
         if outline is not None:
+            stopped = exposure.stopped
             if belief.settled:
                 stopped = stopped[~outline.holds(belief.mean[None], stopped, ON_OBJECT)[0]]
-            mixture = mixture.proposing(
-                _through(stopped, outline, mixture, rng), vantage.covariance
-            )
-        beams = _meeting(mixture, vantage, np.minimum(background, scan.range_max)) & scan.valid
-        if not beams.any():
-            return mixture.at(now).sampled(belief), beams, False
-        looked = kernels.Beams(
-            vantage.place,
-            np.ascontiguousarray(vantage.origins[beams]),
-            np.ascontiguousarray(vantage.directions[beams]),
-            scan.ranges[beams] - vantage.bias,
-            background[beams],
-            blur[beams],
-        )
+            proposed = _through(stopped, outline, mixture, rng)
+            mixture = mixture.proposing(proposed, vantage.covariance)
+        until = np.minimum(exposure.background, scan.range_max)
+        beams = np.flatnonzero(_meeting(mixture, vantage, until) & scan.valid)
+        if len(beams) == 0:
+            return Seen(mixture.at(now).sampled(belief), beams, is_observed=False)
         noise = beam_noise(self._beam_model, vantage, scan.range_max)
-        mixture, reached = mixture.given(looked, noise, shape)
-        return mixture.at(now).sampled(belief), beams, reached > 0
+        mixture, reached = mixture.given(exposure.beams(beams), noise, shape)
+        return Seen(mixture.at(now).sampled(belief), beams, reached > 0)
 
     def _shape(self, name: str, height: float) -> tuple[kernels.Shape, TracedOutline | None]:
         key = name, height

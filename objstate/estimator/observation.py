@@ -5,8 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from objstate.config import ObjectUpdateSettings
 from objstate.estimator.backdrop import Backdrop
 from objstate.estimator.believed import Believed
+from objstate.estimator.publishing import Fits
+from objstate.estimator.robot import Robot
+from objstate.estimator.sight import Near, Sight
 from objstate.geometry import FloatArray
 from objstate.localization import PoseBelief
 from objstate.objects import ObjectBelief, ScanEvidence, Update
@@ -19,6 +23,22 @@ class Observation:
 
     beliefs: Mapping[str, ObjectBelief]
     fits: Mapping[str, float]  # of the objects on which a beam bore
+
+
+class MarginalUpdate:
+    """The update of marginals by samples of the robot belief."""
+
+    def __init__(self, settings: ObjectUpdateSettings, believed: Believed) -> None:
+        self._settings, self._believed = settings, believed
+
+    def observe(self, near: Near, sight: Sight, robot: Robot) -> Fits:
+        """Update the objects near by at which beams point; how well each is explained."""
+        s, believed = self._settings, self._believed
+        samples, stamp_ns = robot.samples(s.robot_samples), sight.scan.stamp_ns
+        view, names = sight.view(near.beams), near.pointed_at
+        seen = observe(believed, view, names, samples, stamp_ns, s.tempering, robot.wall_std)
+        believed.keep(seen.beliefs.items())
+        return {name: seen.fits.get(name) for name in seen.beliefs}
 
 
 def observe(

@@ -16,7 +16,7 @@ from objstate.geometry import BoolArray, FloatArray
 from objstate.lazy import lazy
 from objstate.localization import PoseBelief
 from objstate.records import Scan
-from objstate.sensing import ScanView
+from objstate.sensing import ScanView, Sensing
 
 
 class Near(NamedTuple):
@@ -39,8 +39,15 @@ class Sight:
     whole: ScanView  # of all beams that say anything
     surroundings: Surroundings
 
+    @staticmethod
+    def of(scan: Scan, robot: PoseBelief, sensing: Sensing, surroundings: Surroundings) -> Sight:
+        """A scan from the mean of a robot belief."""
+        return Sight(scan, robot, sensing.view(scan), surroundings)
+
     def by(self, robot: PoseBelief) -> Sight:
         """The same scan by another robot belief."""
+        if robot is self.robot:
+            return self
         return Sight(self.scan, robot, self.whole, self.surroundings)
 
     @lazy
@@ -52,6 +59,11 @@ class Sight:
         out = np.full(len(self.scan), np.nan)
         out[self.valid] = walls
         return out
+
+    @property
+    def height(self) -> float:
+        """m of the laser above the floor."""
+        return float(self.scan.rays.origins[0, 2])
 
     @property
     def valid(self) -> BoolArray:
@@ -85,6 +97,12 @@ class Sight:
         )
         return np.asarray(found)
 
+    def entered(self, name: str) -> FloatArray:
+        """Range (n,) at which each beam enters an object's circle; inf where it passes by."""
+        if name not in self.names:
+            return np.full(len(self.scan), np.inf)
+        return np.asarray(self.entries[self.names.index(name)])
+
     def near(self, distance: float, beams: BoolArray) -> Near:
         """The objects within a distance, and what some of the beams (n,) tell of them."""
         (names, circles), (x, y, _) = self._in_range, self.robot.mean.tolist()
@@ -99,8 +117,3 @@ class Sight:
         reached = kernels.reached(self.entries, beams, self.walls, margin)
         names = self.names
         return [name for k in reached.tolist() if (name := names[k]) not in but]
-
-    @property
-    def anywhere(self) -> FloatArray:
-        """Ranges (n,) of a scan that meets nothing."""
-        return np.full(len(self.scan), np.inf)

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from objstate.config import ScanSettings
+from objstate.errors import LogError
 from objstate.lazy import altered
 from objstate.records import NANOSECONDS, Rays, Scan
 
@@ -50,9 +51,21 @@ class Thinning:
     def __init__(self, settings: ScanSettings) -> None:
         self._settings = settings
         self._lasers: dict[str, _Laser] = {}
+        self.now_ns = 0  # of the last scan
 
     def __call__(self, scan: Scan) -> Scan | None:
-        """What to take of a scan; None of one that follows the last of its laser too soon."""
+        """What to take of a scan; None of one that says nothing, or follows the last of its laser too soon.
+
+        Raises LogError for a scan that is earlier than the last one.
+        """
+        if scan.stamp_ns < self.now_ns:
+            raise LogError(
+                f"A scan of {scan.stamp_ns} ns came after one of {self.now_ns} ns; feed records "
+                "in time order, as open_log gives them."
+            )
+        self.now_ns = scan.stamp_ns
+        if not np.count_nonzero(scan.valid):
+            return None
         laser = self._lasers.get(scan.laser)
         if laser is None:
             laser = self._lasers[scan.laser] = _Laser(self._combed(scan.rays))

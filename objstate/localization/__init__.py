@@ -6,7 +6,7 @@ from objstate.localization.carried import Carried, Decorrelation
 from objstate.localization.localizer import Localizer
 from objstate.localization.motion import motion_variances
 from objstate.localization.odometry_error import OdometryError
-from objstate.localization.pose_filter import NOTHING, PoseFilter, RangeNoise, Vantage
+from objstate.localization.pose_filter import NOTHING, Learnt, PoseFilter, RangeNoise, Vantage
 from objstate.localization.search import Hypotheses, LogLikelihood, Look, Odds, Search, apart
 
 __all__ = [
@@ -15,6 +15,7 @@ __all__ = [
     "Carried",
     "Decorrelation",
     "Hypotheses",
+    "Learnt",
     "Localizer",
     "LogLikelihood",
     "Look",

@@ -84,7 +84,7 @@ def arrive(
     """
     if weight <= 0.0:
         return
-    off, other = np.empty(ERRORS), np.zeros((ERRORS, ERRORS))
+    off, other = np.zeros(ERRORS), np.zeros((ERRORS, ERRORS))
     at = (EAST, NORTH, YAW)
     for a in range(3):
         for b in range(3):

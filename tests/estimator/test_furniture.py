@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +12,10 @@ from hypothesis import strategies as st
 
 from objstate.building.model import Building, Mesh, MovableObject
 from objstate.config import Dynamics, FurnitureSettings, ObjectRule, Settings
+from objstate.estimator.exposure import Exposures
 from objstate.estimator.furniture import Furniture
+from objstate.estimator.sight import Sight
+from objstate.estimator.surroundings import Surroundings
 from objstate.geometry import FloatArray, wrap
 from objstate.lazy import altered
 from objstate.localization import Carried, PoseBelief, RangeNoise, Vantage
@@ -24,7 +28,6 @@ from objstate.objects.furniture_mixture import (
 )
 from objstate.particles import Weights
 from objstate.sensing import BeamModel, ExpectedRanges, Sensing
-from objstate.sensing.surfaces import Surfaces
 from tests.rooms import block, building, enclosure, fan, observed, standing, table
 
 SQUARE = table("table", 0.0, 0.0, size=(0.8, 0.8))
@@ -32,6 +35,7 @@ STILL = Dynamics(moves_per_hour=0.0)
 LOOKS = ((-2.3, -2.3, 0.7), (-2.0, 0.0, 0.0), (0.0, -2.3, 1.5))
 SIGMA = 0.03
 KNOWN = np.diag([0.005, 0.005, np.radians(0.2)]) ** 2  # covariance of the robot's pose
+CARRIED = Carried(0.5 * np.eye(3), 0.75 * KNOWN)
 
 
 def legs(width: float, depth: float) -> MovableObject:
@@ -54,6 +58,7 @@ class Watch:
         self.item, self.place = item, building(enclosure(6.0, 6.0), item)
         self.rng, self.settings = np.random.default_rng(seed), chosen
         self.furniture = Furniture(self.place, chosen)
+        self.surroundings = Surroundings(self.place)
         self.sensing = Sensing(self.place, BeamModel(chosen.beam_model))
         self.belief = filter_for(item, chosen).prior(self.rng)
         self.seconds = 0.0
@@ -71,20 +76,12 @@ class Watch:
             about = np.sqrt(3.0) * np.concatenate([np.eye(3), -np.eye(3)]) @ np.sqrt(KNOWN)
             robot = PoseBelief(pose + about, Weights.uniform(6))
             vantage = Vantage.of(robot, scan, RangeNoise(SIGMA**2, 0.0))
-            surfaces: Surfaces = self.sensing.surfaces(float(scan.rays.origins[0, 2]))
-            walls, _ = surfaces.meet(vantage.origins, vantage.directions, scan.range_max)
-            ends = self.sensing.view(scan).stopped_short(pose, walls[scan.valid])[:, :2]
-            self.belief, _, _ = self.furniture.observe(
-                self.item.name,
-                self.belief,
-                scan,
-                vantage,
-                walls,
-                np.full(len(walls), 0.01**2),
-                np.ascontiguousarray(ends),
-                Carried(0.5 * np.eye(3), 0.75 * KNOWN),
-                self.rng,
-            )
+            sight = Sight.of(scan, PoseBelief(pose[None], Weights.uniform(1)), self.sensing,
+                             self.surroundings)  # fmt: skip
+            surfaces = self.sensing.surfaces(sight.height)
+            exposures = Exposures(sight, vantage, surfaces, {}, 0.0, lambda *_: CARRIED)
+            exposure = replace(exposures.of(self.item.name), blur=np.full(len(scan), 0.01**2))
+            self.belief, _, _ = self.furniture.observe(self.belief, exposure, self.rng)
         return self.belief
 
 

@@ -13,7 +13,7 @@ from objstate.building.model import Mesh
 from objstate.config import Settings
 from objstate.errors import BuildingError
 from objstate.estimator import Estimator
-from objstate.estimator.estimator import MOMENT_S
+from objstate.estimator.monitor import MOMENT_S
 from objstate.geometry import FloatArray, between, compose, wrap
 from objstate.records import Estimate, InitialPose, Odometry, RobotBelief, Scan
 from tests.estimator.drives import START, START_NS, Drive, corridor, drive, truth

@@ -8,7 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from objstate.config import ScanSettings
+from objstate.errors import LogError
 from objstate.estimator.thinning import Thinning
+from objstate.lazy import altered
 from objstate.records import NANOSECONDS, Rays, Scan
 from tests.rooms import fan, scan_of
 
@@ -74,7 +76,25 @@ def test_scans_whose_rays_differ_are_thinned_alike() -> None:
         np.testing.assert_array_equal(out.rays.directions, scan.rays.directions[(k + 1) % 2 :: 2])
 
 
-@pytest.mark.parametrize("count", [0, 1, 2])
+def test_a_scan_that_says_nothing_is_left_out() -> None:
+    thinned, ((scan,), (empty,)) = (
+        Thinning(ScanSettings()),
+        (scans_at([0.0], fan(n)) for n in (9, 0)),
+    )
+    assert thinned(empty) is None
+    assert thinned(altered(scan, ranges=np.full(9, np.nan))) is None
+    assert thinned(scan) is not None  # and doesn't count
+
+
+def test_scans_come_in_time_order() -> None:
+    thinned = Thinning(ScanSettings())
+    late, early = scans_at([1.0, 0.0], fan(9))
+    thinned(late)
+    with pytest.raises(LogError, match="time order"):
+        thinned(early)
+
+
+@pytest.mark.parametrize("count", [1, 2])
 def test_scans_of_next_to_no_beams_stay_as_they_are(count: int) -> None:
     (scan,) = scans_at([0.0], fan(count))
     assert Thinning(ScanSettings())(scan) is scan

@@ -1,0 +1,17 @@
+"""Objects that look alike: which reading is of which, and how probably two were swapped (Elfring et al. 2012)."""
+
+from objstate.association.joint import Joint, Readings
+from objstate.association.motion import Motion, Tracks
+from objstate.association.round_shapes import Located, located
+from objstate.association.sharing import Shares, shared_out
+
+__all__ = [
+    "Joint",
+    "Located",
+    "Motion",
+    "Readings",
+    "Shares",
+    "Tracks",
+    "located",
+    "shared_out",
+]

@@ -1,0 +1,117 @@
+"""What one scan shows of the objects near the robot, while its pose is known to centimetres."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from objstate.estimator.sight import Sight
+from objstate.geometry import BoolArray, FloatArray, IntArray
+from objstate.lazy import Later
+from objstate.localization import Carried, Vantage
+from objstate.objects import ObjectBelief
+from objstate.records import NANOSECONDS, Scan
+from objstate.sensing.surfaces import Surfaces
+
+if TYPE_CHECKING:
+    from objstate.objects import mixture_kernels as kernels
+else:
+    kernels = Later("objstate.objects.mixture_kernels")
+
+ROUGH = 0.01  # m by which walls behind objects are rough
+
+
+@dataclass(frozen=True, eq=False)
+class Exposure:
+    """A scan and what its beams (n,) read where one object doesn't stop them."""
+
+    name: str
+    sight: Sight
+    vantage: Vantage
+    carry: Callable[[str, Vantage], Carried]
+    walls: FloatArray  # (n,) m
+    background: FloatArray  # (n,) m, of the walls and all other objects whose state is known
+    blur: FloatArray  # (n,) m^2, the variance of that
+
+    @property
+    def scan(self) -> Scan:
+        """The scan."""
+        return self.sight.scan
+
+    def seconds_since(self, stamp_ns: int | None) -> float:
+        """s from a stamp to the scan; 0 from none."""
+        past = 0 if stamp_ns is None else self.scan.stamp_ns - stamp_ns
+        return max(past / NANOSECONDS, 0.0)
+
+    def carried(self) -> Carried:
+        """What is left of the robot's error since the last scan of the object; asked for once."""
+        return self.carry(self.name, self.vantage)
+
+    @property
+    def entered(self) -> FloatArray:
+        """(n,) m at which beams enter the circle that holds the object; inf where they pass by."""
+        return self.sight.entered(self.name)
+
+    @property
+    def stopped(self) -> FloatArray:
+        """(k, 2) m, where beams end that something stops before the background."""
+        sight = self.sight
+        short = sight.view(sight.valid).stopped_short(
+            sight.robot.mean, self.background[sight.valid]
+        )
+        return np.ascontiguousarray(short[:, :2])
+
+    def beams(self, chosen: IntArray | BoolArray) -> kernels.Beams:
+        """Some of the beams, as the compiled loops take them."""
+        vantage = self.vantage
+        return kernels.Beams(
+            vantage.place,
+            vantage.origins[chosen],
+            vantage.directions[chosen],
+            self.scan.ranges[chosen] - vantage.bias,
+            self.background[chosen],
+            self.blur[chosen],
+        )
+
+
+class Seen(NamedTuple):
+    """An object's belief after a scan."""
+
+    belief: ObjectBelief
+    beams: IntArray  # (k,) that may meet it
+    is_observed: bool  # whether some of them reached it
+
+
+class Exposures:
+    """The exposures of a scan; the walls are met once for all objects.
+
+    Objects whose state is ``known`` are expected at ranges (n,) m. Pieces of wall are off by
+    ``wall_std`` m. ``carry`` gives what is left of the robot's error since an object was seen last.
+    """
+
+    def __init__(
+        self,
+        sight: Sight,
+        vantage: Vantage,
+        surfaces: Surfaces,
+        known: Mapping[str, FloatArray],
+        wall_std: float,
+        carry: Callable[[str, Vantage], Carried],
+    ) -> None:
+        self._sight, self._vantage, self._known, self._carry = sight, vantage, known, carry
+        reach = sight.scan.range_max
+        self._walls, _ = surfaces.meet(vantage.origins, vantage.directions, reach)
+        of_pose = float(vantage.covariance[0, 0] + vantage.covariance[1, 1])
+        self._variance = wall_std**2 + of_pose + ROUGH**2
+
+    def of(self, name: str) -> Exposure:
+        """The exposure of one object."""
+        others = [ranges for other, ranges in self._known.items() if other != name]
+        background = np.minimum.reduce([self._walls, *others])
+        blur = np.where(np.isfinite(background), self._variance, 0.0)
+        return Exposure(
+            name, self._sight, self._vantage, self._carry, self._walls, background, blur
+        )

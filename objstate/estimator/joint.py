@@ -1,0 +1,119 @@
+"""p(s_i, d_i | o_k) of doors and furniture, given the Gaussian of the robot's pose."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Protocol
+
+import numpy as np
+
+from objstate.building.model import Building
+from objstate.config import Settings
+from objstate.estimator.believed import Believed
+from objstate.estimator.doors import Doors
+from objstate.estimator.exposure import Exposure, Exposures, Seen
+from objstate.estimator.furniture import Furniture
+from objstate.estimator.publishing import Fits, share_explained
+from objstate.estimator.robot import Robot
+from objstate.estimator.sight import Sight
+from objstate.geometry import FloatArray
+from objstate.lazy import altered
+from objstate.objects import ObjectBelief
+from objstate.objects.steps import DoorStep, FurnitureStep, Step
+from objstate.records import Scan
+from objstate.sensing import Sensing
+from objstate.smoothing import DoorHistory, FurnitureHistory, History
+
+
+class JointModel(Protocol):
+    """How scans update the joint posteriors of objects of one kind."""
+
+    def __contains__(self, name: str) -> bool:
+        """Whether an object is of this kind."""
+
+    def observe(
+        self, belief: ObjectBelief, exposure: Exposure, rng: np.random.Generator
+    ) -> Seen | None:
+        """An object's belief after a scan; None where no beam may meet it."""
+
+
+class JointUpdate:
+    """The update of joint posteriors, and what is learnt of all objects together."""
+
+    def __init__(
+        self, building: Building, settings: Settings, sensing: Sensing, believed: Believed
+    ) -> None:
+        self._sensing, self._believed = sensing, believed
+        self._is_wanted = settings.object_updates.inference == "joint"
+        self._doors = Doors(building, settings, sensing)
+        self._models: tuple[JointModel, ...] = (self._doors, Furniture(building, settings))
+
+    def is_linear(self, scan: Scan) -> bool:
+        """Whether objects are inferred jointly with the errors of robot and hinges, by outlines."""
+        return self._is_wanted and self._sensing.is_level(scan)
+
+    def known(self, names: Iterable[str], sight: Sight) -> dict[str, FloatArray]:
+        """Expected ranges (n,) m of each of the objects whose state is known."""
+        out = {}
+        for name in names:
+            belief = self._believed.marginals[name]
+            if belief.settled:
+                ranges = np.full(len(sight.scan), np.inf)
+                alone = sight.whole.object(name, belief.mean[None], sight.robot.mean[None])
+                ranges[sight.valid] = alone[0, 0]
+                out[name] = ranges
+        return out
+
+    def observe(
+        self, names: Sequence[str], sight: Sight, robot: Robot, known: Mapping[str, FloatArray]
+    ) -> Fits:
+        """Update the objects of these names, at which beams point; how well each is explained.
+
+        Objects whose state is ``known`` are expected at ranges (n,) m.
+        """
+        fits = Fits()
+        if not names:
+            return fits
+        vantage = robot.vantage(sight.scan)
+        surfaces = self._sensing.surfaces(sight.height)
+        exposures = Exposures(sight, vantage, surfaces, known, robot.wall_std, robot.carried)
+        for model in self._models:
+            for name in filter(model.__contains__, names):
+                exposure, believed = exposures.of(name), self._believed
+                seen = model.observe(believed.marginals[name], exposure, believed.rngs[name])
+                if seen is not None:
+                    fits[name] = self._keep(seen, exposure)
+        return fits
+
+    def _keep(self, seen: Seen, exposure: Exposure) -> float | None:
+        """Keep a belief after a scan; how well that explains it, where beams reached the object."""
+        belief = seen.belief
+        if seen.is_observed:
+            belief = altered(belief, last_observed_ns=exposure.scan.stamp_ns)
+        self._believed.keep([(exposure.name, belief)])
+        return share_explained(belief, exposure, seen.beams) if seen.is_observed else None
+
+    @property
+    def hung_elsewhere(self) -> dict[str, FloatArray]:
+        """Doors that surely don't hang where the model has them, by how much (2,) m."""
+        beliefs = self._believed.marginals
+        off = {
+            name: self._doors.elsewhere(beliefs[name]) for name in beliefs if name in self._doors
+        }
+        return {name: each for name, each in off.items() if each is not None}
+
+    @property
+    def histories(self) -> dict[str, History]:
+        """What smoothing needs of each object that was seen and whose steps were kept."""
+        return {
+            name: self._history(belief, belief.past.steps)
+            for name, belief in self._believed.marginals.items()
+            if belief.past is not None
+        }
+
+    def _history(self, belief: ObjectBelief, steps: Sequence[Step]) -> History:
+        of_door = [step for step in steps if isinstance(step, DoorStep)]
+        if of_door:
+            last = of_door[-1].mixture(of_door[-1].blank)
+            return DoorHistory(belief, of_door, self._doors.cases(last))
+        return FurnitureHistory(belief, [step for step in steps if isinstance(step, FurnitureStep)])

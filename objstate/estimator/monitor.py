@@ -1,0 +1,235 @@
+"""Localization monitor: how probable the followed place is, and which other one is likelier.
+
+The bank holds the probabilities; searches of the whole building propose other places.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from objstate.config import Settings
+from objstate.estimator.bank import Bank, Moment
+from objstate.estimator.believed import Believed
+from objstate.estimator.robot import Robot
+from objstate.estimator.scenery import Scenery
+from objstate.estimator.sight import Sight
+from objstate.geometry import BoolArray, FloatArray, between, compose
+from objstate.localization import (
+    Anywhere,
+    Learnt,
+    LogLikelihood,
+    Look,
+    PoseBelief,
+    Search,
+    apart,
+)
+from objstate.localization.anywhere import BLUR
+from objstate.localization.search import SAME
+from objstate.objects import ObjectBelief
+from objstate.particles import Weights
+from objstate.records import NANOSECONDS, Scan
+from objstate.sensing import Sensing
+
+MOMENT_M, MOMENT_RAD, MOMENT_S = 0.2, 0.17, 0.5  # after which a scan tells anew where the robot is
+NEAR = 0.15  # m of deviation up to which a belief surely is near its mean
+
+
+class Kept(NamedTuple):
+    """What a hypothesis of the robot's place believes beside it."""
+
+    beliefs: Mapping[str, ObjectBelief]
+    learnt: Learnt
+
+
+class Monitor:
+    """Weighs the place at which the robot is followed against all others, and moves it there.
+
+    A robot that ``is_anywhere`` has no place that is more likely than others as yet.
+    """
+
+    def __init__(
+        self,
+        settings: Settings,
+        sensing: Sensing,
+        scenery: Scenery,
+        robot: Robot,
+        believed: Believed,
+        seed: int,
+        *,
+        is_anywhere: bool,
+    ) -> None:
+        self._settings, self._sensing, self._scenery = settings, sensing, scenery
+        self._robot, self._believed = robot, believed
+        self._rng = np.random.default_rng([seed, 2])
+        self.is_anywhere = is_anywhere
+        self._everywhere = Anywhere(sensing, settings)
+        self._search = Search(sensing, settings)
+        self._bank = Bank(settings, self._kept)
+        self._moment: tuple[FloatArray, int] | None = None  # odometry (3,) and stamp of the last
+
+    # --- how probable the followed place is -----------------------------------------
+
+    @property
+    def is_lost(self) -> bool:
+        """Whether the robot is probably not where it is published to be."""
+        return self._bank.is_lost
+
+    @property
+    def p_localized(self) -> float:
+        """Probability that the robot is within 0.75 m and 20 degrees of its belief's mean."""
+        return self._bank.p_localized
+
+    def stretches(self, now_ns: int) -> tuple[tuple[int, int], ...]:
+        """(from, to) ns of each time that the robot was probably lost."""
+        return self._bank.stretches(now_ns)
+
+    @property
+    def probabilities(self) -> tuple[float, ...]:
+        """The largest probability of being lost in each of these."""
+        return self._bank.probabilities
+
+    # --- a place that somebody told -------------------------------------------------
+
+    def told(self, now_ns: int, *, is_start: bool) -> None:
+        """The robot's belief was told; as its start, it is probably right."""
+        self._search.forget()
+        if is_start:
+            self._bank.start(self._kept)
+            self._publish(now_ns)
+
+    # --- propose: a robot that may be anywhere --------------------------------------
+
+    def propose(self, scan: Scan) -> None:
+        """Let a robot that may be anywhere be where its scans up to this one fit."""
+        robot, now = self._robot, scan.stamp_ns
+        beams = self._everywhere.usable(scan)
+        if robot.odometry is None or not beams.any():
+            robot.belief = None
+            return
+        self._bank.publish(0.0, now)
+        chance = self._everywhere.chance(scan, self._scenery.thinned(beams)).mean
+        if not self._search.note(Look(scan, robot.odometry, chance=chance)):
+            return
+        found = self._search.hypotheses(self._explained, self._rng)
+        if self._bank.begin(found):
+            self.is_anywhere = False
+            self._search.follow(0, 0)
+            robot.found(found.poses[0], robot.learnt)
+            self._publish(now)
+        else:
+            robot.follow(found.belief(self._settings.localization.max_particles, self._rng))
+
+    # --- weigh: the followed place against others -----------------------------------
+
+    def weigh(self, sight: Sight) -> None:
+        """Take in what a scan says of the followed place; the robot moves to another if one wins."""
+        robot, scan = self._robot, sight.scan
+        if not robot.is_filtered:
+            self._bank.widen(sight.robot.position_std)
+        if robot.odometry is not None and self._is_moment(scan, robot.odometry):
+            beams = self._scenery.thinned(self._everywhere.usable(scan))
+            if beams.any():
+                chance = self._everywhere.chance(scan, beams)
+                told = self._log_evidence(sight, beams)
+                moment = Moment(scan, robot.odometry, sight.robot.mean, self._kept)
+                self._bank.take(moment, told, chance)
+                look = Look(scan, robot.odometry, sight.robot.mean, *self._bank.odds, chance.mean)
+                if self._search.note(look):
+                    self._bank.looked()
+                    self._look_elsewhere(sight)
+        self._publish(scan.stamp_ns)
+
+    def _publish(self, now_ns: int) -> None:
+        assert self._robot.belief is not None
+        self._bank.publish(_near_mean(self._robot.belief), now_ns)
+
+    def _is_moment(self, scan: Scan, now: FloatArray) -> bool:
+        """Whether the robot, by its odometry (3,), has moved on, or time passed, since the last moment."""
+        if self._moment is not None:
+            odometry, stamp_ns = self._moment
+            step = between(odometry, now)
+            way, waited = math.hypot(step[0], step[1]), (scan.stamp_ns - stamp_ns) / NANOSECONDS
+            if way < MOMENT_M and abs(step[2]) < MOMENT_RAD and waited < MOMENT_S:
+                return False
+        self._moment = now, scan.stamp_ns
+        return True
+
+    def _log_evidence(self, sight: Sight, beams: BoolArray) -> float:
+        """Tempered log p(o) of some beams from where the robot is followed to.
+
+        With objects as they were believed before it may have left that place: what was learnt since
+        may be what makes a wrong place explain its scans.
+        """
+        scenery, beliefs = self._scenery, self._bank.before.beliefs
+        tempering = self._settings.localization.tempering
+        if self._robot.is_filtered:
+            return tempering * scenery.log_likelihood_of_mean(sight, beams, BLUR, beliefs)
+        told = tempering * scenery.log_likelihood(sight, beams, BLUR, beliefs)
+        return float(np.logaddexp.reduce(told + sight.robot.weights.log))
+
+    # --- search: other places -------------------------------------------------------
+
+    def _look_elsewhere(self, sight: Sight) -> None:
+        """Search the whole building, if other places may be likelier; the likeliest is followed."""
+        bank, now = self._bank, sight.scan.stamp_ns
+        if not bank.may_search(now, self._settings.search.every_s):
+            return
+        within = SAME
+        if self._scenery.is_narrow(sight):
+            within = SAME + 2.0 * np.sqrt(np.diagonal(sight.robot.covariance))
+        found = self._search.hypotheses(self._explained, self._rng, within)
+        best, is_surer = bank.weigh(found, now)
+        if not is_surer and (not bank.is_lost or bank.lost_since_ns is not None):
+            return
+        place = found.poses[best]
+        kept, since_ns = self._left(place)
+        if not is_surer:
+            bank.lose(since_ns)
+            return
+        self._search.follow(best, since_ns)
+        bank.follow(found, best, kept, since_ns)
+        # what was learnt since the robot came there is that of a wrong hypothesis
+        self._believed.restore(kept.beliefs)
+        self._robot.found(place, kept.learnt)
+
+    def _left(self, place: FloatArray) -> tuple[Kept, int]:
+        """What was believed before scans spoke for the way that ends in a place (3,), and since when."""
+        moments, gained = self._bank.moments, []
+        for moment in moments:
+            log_likelihood = self._explained(moment.scan)
+            there = compose(place, between(moments[-1].odometry, moment.odometry))
+            new, old = (log_likelihood(each[None], BLUR)[0] for each in (there, moment.followed))
+            gained.append(new - old)
+        first = int(np.cumsum(gained[::-1])[::-1].argmax())
+        last = moments[max(first - 1, 0)]
+        return last.kept, last.stamp_ns + 1
+
+    @property
+    def _kept(self) -> Kept:
+        """What is believed now beside the pose."""
+        return Kept(dict(self._believed.marginals), self._robot.learnt)
+
+    def _explained(self, scan: Scan) -> LogLikelihood:
+        """Tempered log p(o | l) (p,) of a scan, for poses near each other, from each with its own objects."""
+        anywhere = PoseBelief(np.zeros((1, 3)), Weights.uniform(1))
+        looked = Sight.of(scan, anywhere, self._sensing, self._believed.surroundings)
+        beams, priors = self._scenery.thinned(looked.valid), self._believed.priors
+        view, tempering = looked.view(beams), self._settings.localization.tempering
+
+        def log_likelihood(poses: FloatArray, blur: float) -> FloatArray:
+            sight = looked.by(PoseBelief(poses, Weights.uniform(len(poses))))
+            objects = self._scenery.objects(sight, beams, priors)
+            return tempering * view.pose_log_likelihood(poses, blur, objects)
+
+        return log_likelihood
+
+
+def _near_mean(robot: PoseBelief) -> float:
+    """Probability of a pose within 0.75 m and 20 degrees of the mean."""
+    if robot.position_std <= NEAR and robot.covariance[2, 2] <= NEAR**2:
+        return 1.0
+    return float(robot.weights.values[apart(robot.poses, robot.mean) <= 1.0].sum())

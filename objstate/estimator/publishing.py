@@ -1,0 +1,39 @@
+"""What is published of the objects after a scan."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+
+import numpy as np
+
+from objstate.estimator.believed import Believed
+from objstate.estimator.exposure import Exposure
+from objstate.geometry import IntArray
+from objstate.objects import ObjectBelief
+from objstate.records import Estimate
+
+Fits = dict[str, float | None]
+"""By object, the share of the beams bearing on it that its best state explains, where some do."""
+
+
+def rows(beliefs: Mapping[str, ObjectBelief], fits: Fits) -> list[Estimate]:
+    """The estimates of the objects that a scan updated."""
+    return [row for name, fit in fits.items() for row in beliefs[name].estimates(fit)]
+
+
+def lost_rows(believed: Believed, names: Collection[str], stamp_ns: int) -> list[Estimate]:
+    """The estimates of the objects that a lost robot thinks it is near, as of a moment."""
+    beliefs = [believed.at(name, stamp_ns) for name in names]
+    return [row for belief in beliefs for row in belief.estimates(None, lost=True)]
+
+
+def share_explained(belief: ObjectBelief, exposure: Exposure, beams: IntArray) -> float:
+    """Share of the ``beams`` (k,) that bear on an object which its best state explains."""
+    chosen = np.zeros(len(exposure.scan), dtype=bool)
+    chosen[beams] = True
+    every = np.ones(len(beams), dtype=bool)
+    states = belief.best[None] if belief.presence >= 0.5 else belief.states[:0]
+    sight = exposure.sight
+    return sight.view(chosen).share_explained(
+        belief.item.name, states, sight.robot.mean, exposure.background[beams], every
+    )

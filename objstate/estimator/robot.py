@@ -1,0 +1,246 @@
+"""p(l): a Gaussian filter while the robot's pose is known to centimetres, samples otherwise."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from objstate.config import Settings
+from objstate.estimator.scenery import Scenery
+from objstate.estimator.sight import Sight
+from objstate.geometry import BoolArray, FloatArray, between
+from objstate.localization import (
+    NOTHING,
+    Carried,
+    Decorrelation,
+    Learnt,
+    Localizer,
+    OdometryError,
+    PoseBelief,
+    PoseFilter,
+    RangeNoise,
+    Vantage,
+    motion_variances,
+)
+from objstate.particles import Weights
+from objstate.records import (
+    NANOSECONDS,
+    GaussianRobotBelief,
+    InitialPose,
+    RobotBelief,
+    Scan,
+)
+from objstate.sensing import Sensing
+
+BEFORE_OBJECTS = 0.1  # m before a known object, up to which a beam tells of walls alone
+TIGHT_M, TIGHT_RAD = 0.12, math.radians(2.5)  # deviations with which scans are linear in a pose
+FOUND_STD = np.array([0.1, 0.1, np.radians(3.0)])  # m, m, rad, of a place that was searched for
+
+
+class Robot:
+    """Where the robot is, as one followed hypothesis has it.
+
+    ``localizes`` is whether scans tell where it is; if not, its belief is told.
+    """
+
+    def __init__(
+        self, settings: Settings, sensing: Sensing, scenery: Scenery, seed: int, *, localizes: bool
+    ) -> None:
+        self._settings, self._sensing, self._scenery = settings, sensing, scenery
+        self._rng = np.random.default_rng([seed, 0])
+        self.localizes = localizes
+        self.belief: PoseBelief | None = None  # None while nothing is known
+        self.odometry: FloatArray | None = None  # (3,) the last
+        self.odometry_error = OdometryError(settings.odometry_error)  # as learnt by now
+        self._driven_m, self._driven_ns = 0.0, 0
+        self._corrected_at: FloatArray | None = None  # (3,) the odometry at the last correction
+        self._localizer = Localizer(settings.localization)
+        self._filter: PoseFilter | None = None  # while the pose is known to centimetres
+        self._learnt = NOTHING  # what such a filter knew of robot and building when it was left
+        self._draws = _whitened(settings.localization.min_particles)
+        self._decorrelation = Decorrelation(settings.building_error.robot_length_m)
+
+    # --- what is known --------------------------------------------------------------
+
+    @property
+    def is_filtered(self) -> bool:
+        """Whether the Gaussian filter is in use."""
+        return self._filter is not None
+
+    @property
+    def is_narrow(self) -> bool:
+        """Whether its place is known well enough to tell objects by."""
+        assert self.belief is not None
+        return self.belief.position_std <= self._settings.object_updates.max_position_std
+
+    @property
+    def is_tight(self) -> bool:
+        """Whether its pose is known so well that the belief may be taken for a Gaussian."""
+        robot = self.belief
+        assert robot is not None
+        return robot.position_std <= TIGHT_M and math.sqrt(robot.covariance[2, 2]) <= TIGHT_RAD
+
+    @property
+    def learnt(self) -> Learnt:
+        """What is known of lasers, their noise and walls."""
+        return self._learnt if self._filter is None else self._filter.learnt
+
+    @property
+    def wall_std(self) -> float:
+        """m by which pieces of wall are off the building's model."""
+        if self._filter is None:
+            return self._settings.building_error.wall_std_m
+        return self._filter.wall_std
+
+    def samples(self, count: int) -> PoseBelief:
+        """At most so many samples of the belief."""
+        assert self.belief is not None
+        return self.belief.thinned(count, self._rng)
+
+    # --- told, and carried elsewhere ------------------------------------------------
+
+    def follow(self, belief: PoseBelief) -> None:
+        """Take a belief over; what was learnt of robot and building stays."""
+        self.leave_filter()
+        self.odometry_error.forget()
+        self.belief, self._corrected_at = belief, None
+
+    def start(self, pose: FloatArray, covariance: FloatArray | None = None) -> None:
+        """Follow a pose (3,) that was told, with its covariance (3, 3) where that was, too."""
+        told = self._localizer.told_covariance if covariance is None else covariance
+        self.follow(self._localizer.start(pose, told, self._rng))
+
+    def take(self, record: InitialPose | GaussianRobotBelief | RobotBelief) -> None:
+        """Follow a recorded belief."""
+        if isinstance(record, RobotBelief):
+            self.follow(PoseBelief(record.poses, Weights.of(record.weights)))
+        else:
+            self.start(record.mean, record.covariance)
+
+    def found(self, place: FloatArray, learnt: Learnt) -> None:
+        """Follow a place (3,) that a search found, with what was learnt before it was left."""
+        self.start(place, np.diag(FOUND_STD**2))
+        self._learnt = learnt
+
+    # --- predict --------------------------------------------------------------------
+
+    def drive(self, pose: FloatArray, stamp_ns: int) -> None:
+        """p(l) <- integral of p(l | a, l') p(l'), for a new odometry reading a, the ``pose`` (3,)."""
+        if self.odometry is not None:
+            step = between(self.odometry, pose)
+            self._driven_m += math.hypot(step[0], step[1])
+            if self.belief is not None:
+                seconds = (stamp_ns - self._driven_ns) / NANOSECONDS
+                self.belief = self._driven(self.belief, step, seconds)
+        self.odometry, self._driven_ns = pose, stamp_ns
+
+    def _driven(self, belief: PoseBelief, step: FloatArray, seconds: float) -> PoseBelief:
+        if not self.localizes:
+            return belief.moved(step)
+        if self._filter is None:
+            return self._localizer.predict(belief, step, self._rng, self.odometry_error)
+        variances = motion_variances(step, self._settings.localization)
+        self._filter.drive(*self.odometry_error.drive(step, variances), seconds)
+        return self._filter.belief(self._draws)
+
+    # --- p(l | o_k) by the filter ---------------------------------------------------
+
+    def follows_precisely(self, is_linear: bool) -> bool:
+        """Whether the filter takes a scan in, which ``is_linear`` if its laser is level.
+
+        The filter begins when the belief is tight, and ends when its place is no longer known.
+        """
+        assert self.belief is not None
+        may = self.localizes and is_linear
+        if self._filter is None and may and self.is_tight:
+            s = self._settings
+            slips = s.odometry_error.wheel_slips_per_hour
+            self._filter = PoseFilter(
+                self.belief, s.building_error, s.beam_model, slips, self._learnt
+            )
+        elif self._filter is not None and not self.is_narrow:
+            self.leave_filter()
+        return may and self._filter is not None
+
+    def leave_filter(self) -> None:
+        """Go on with samples of the pose alone."""
+        if self._filter is not None:
+            self._learnt, self._filter = self._filter.learnt, None
+
+    def correct(self, sight: Sight, known: Mapping[str, FloatArray]) -> PoseBelief:
+        """p(l, a, w | o_k) by the beams of a scan that meet walls.
+
+        Objects whose state is ``known`` are expected at ranges (n,) m.
+        """
+        pose, scan, before = self._filter, sight.scan, self.belief
+        assert pose is not None
+        assert before is not None
+        nothing = np.full(len(scan), np.inf)
+        before_known = np.minimum.reduce([nothing, *known.values()]) - BEFORE_OBJECTS
+        entered = sight.entries.min(axis=0, initial=np.inf)
+        about = self._by_samples(sight, pose) if pose.is_wide else None
+        surfaces = self._sensing.surfaces(sight.height)
+        pose.correct(scan, surfaces, before_known, entered, about)
+        self.belief, self._corrected_at = pose.belief(self._draws), self.odometry
+        self.odometry_error.note(before, self.belief)
+        return self.belief
+
+    def _by_samples(self, sight: Sight, pose: PoseFilter) -> PoseBelief:
+        """p(l | o_k) by the samples of p(l), from beams whose errors go together."""
+        robot, beams = sight.robot, sight.valid
+        objects = self._scenery.objects(sight, beams)
+        told = sight.view(beams).pose_log_likelihood(robot.poses, pose.wall_std, objects)
+        weights, _ = robot.weights.reweight(pose.independence(sight.scan.laser) * told)
+        return PoseBelief(robot.poses, weights)
+
+    # --- p(l | o_k) by samples ------------------------------------------------------
+
+    def localize(self, sight: Sight, beams: BoolArray) -> PoseBelief:
+        """p(l | o_k) <- alpha p(o_k | l) p(l), by some beams (n,)."""
+        self.odometry_error.forget()
+        robot = sight.robot
+        if not self.is_narrow and not self._has_moved:
+            return robot
+        blur, beams = self._localizer.blur(robot), self._scenery.thinned(beams)
+        told = self._scenery.log_likelihood(sight, beams, blur)
+        corrected = self._localizer.correct(robot, self._settings.localization.tempering * told)
+        self.belief, _ = self._localizer.renew(corrected, self._rng)
+        self._corrected_at = self.odometry
+        return self.belief
+
+    @property
+    def _has_moved(self) -> bool:
+        """Whether it has moved on since the last correction.
+
+        Scans from one place repeat each other's errors, and would settle a wide belief on a wrong
+        place.
+        """
+        if self._corrected_at is None or self.odometry is None:
+            return True
+        s, step = self._settings.localization, between(self._corrected_at, self.odometry)
+        return bool(np.hypot(step[0], step[1]) >= s.update_min_d or abs(step[2]) >= s.update_min_a)
+
+    # --- what objects need ----------------------------------------------------------
+
+    def vantage(self, scan: Scan) -> Vantage:
+        """From where a scan's beams leave."""
+        if self._filter is not None:
+            return self._filter.vantage(scan)
+        assert self.belief is not None
+        noise = RangeNoise(self._settings.building_error.range_std_m**2, 0.0)
+        return Vantage.of(self.belief, scan, noise)
+
+    def carried(self, name: str, vantage: Vantage) -> Carried:
+        """What is left of its error since an object was observed last; it is observed now."""
+        if self._filter is not None:
+            return self._filter.carried(name, vantage)
+        return self._decorrelation.carried(name, self._driven_m, vantage.covariance)
+
+
+def _whitened(count: int) -> FloatArray:
+    """Draws (n, 3) of a standard normal distribution, with exactly its mean and covariance."""
+    draws = np.random.default_rng(0).standard_normal((count, 3))
+    draws -= draws.mean(axis=0)
+    return np.asarray(draws @ np.linalg.inv(np.linalg.cholesky(draws.T @ draws / count)).T)

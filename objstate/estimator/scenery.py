@@ -1,0 +1,65 @@
+"""log p(o | l) of a scan, with the objects that it may see wherever they may be."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import lru_cache
+
+import numpy as np
+
+from objstate.config import Settings
+from objstate.estimator.believed import Believed
+from objstate.estimator.kernels import evenly_spread
+from objstate.estimator.sight import Sight
+from objstate.geometry import BoolArray, FloatArray
+from objstate.objects import ObjectBelief
+from objstate.sensing import UncertainObject
+
+KEPT = 1024  # beliefs whose samples are remembered: few change from scan to scan
+Beliefs = Mapping[str, ObjectBelief]
+
+
+class Scenery:
+    """The likelihood of a scan from robot poses, summed over where objects may be."""
+
+    def __init__(self, settings: Settings, believed: Believed) -> None:
+        self._believed = believed
+        self._states = settings.localization.object_states
+        self._widest = settings.object_updates.max_position_std
+        self._most = settings.localization.max_beams
+        self._represented = lru_cache(maxsize=KEPT)(ObjectBelief.represented_by)
+
+    def log_likelihood(
+        self, sight: Sight, beams: BoolArray, blur: float, beliefs: Beliefs | None = None
+    ) -> FloatArray:
+        """log p(o | l) (p,) of some beams (n,) from the samples of a sight's robot belief.
+
+        Ranges are blurred by so many m. While the robot's place is known well enough, objects
+        before the walls are reckoned with, by what is believed of them now, or by other ``beliefs``.
+        """
+        robot = sight.robot
+        objects = self.objects(sight, beams, beliefs) if self.is_narrow(sight) else []
+        return sight.view(beams).pose_log_likelihood(robot.poses, blur, objects)
+
+    def log_likelihood_of_mean(
+        self, sight: Sight, beams: BoolArray, blur: float, beliefs: Beliefs
+    ) -> float:
+        """The same from the mean of the robot belief, from which the walls are known."""
+        objects = self.objects(sight, beams, beliefs) if self.is_narrow(sight) else []
+        mean, walls = sight.robot.mean[None], sight.walls[None, beams]
+        return float(sight.view(beams).pose_log_likelihood(mean, blur, objects, walls)[0])
+
+    def objects(
+        self, sight: Sight, beams: BoolArray, beliefs: Beliefs | None = None
+    ) -> list[UncertainObject]:
+        """Objects that some beams may see, each where it may be."""
+        known = self._believed.marginals if beliefs is None else beliefs
+        return [self._represented(known[name], self._states) for name in sight.seen_by(beams)]
+
+    def is_narrow(self, sight: Sight) -> bool:
+        """Whether the robot's place is known well enough to tell objects by."""
+        return sight.robot.position_std <= self._widest
+
+    def thinned(self, beams: BoolArray) -> BoolArray:
+        """As many of the beams (n,) as localize, evenly spread."""
+        return np.asarray(evenly_spread(beams, self._most))

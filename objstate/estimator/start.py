@@ -1,0 +1,42 @@
+"""Which of the poses that a caller and a log tell are taken for the robot's."""
+
+from __future__ import annotations
+
+from objstate.errors import SettingsError
+from objstate.estimator.monitor import Monitor
+from objstate.estimator.robot import Robot
+from objstate.geometry import FloatArray
+from objstate.records import GaussianRobotBelief, InitialPose, RobotBelief
+
+
+class Start:
+    """The robot's start: a pose that the caller gives, else the log's.
+
+    Raises SettingsError where a pose is given for a robot that may be anywhere.
+    """
+
+    def __init__(self, robot: Robot, pose: FloatArray | None, *, is_global: bool) -> None:
+        self._robot = robot
+        self._is_given = pose is not None or is_global
+        self.warnings: list[str] = []
+        if pose is not None:
+            if is_global:
+                raise SettingsError("--initial-pose and --global exclude each other; give one.")
+            robot.start(pose)
+
+    def take(
+        self, record: InitialPose | GaussianRobotBelief | RobotBelief, monitor: Monitor, now_ns: int
+    ) -> None:
+        """Take a pose belief from outside: as the start, or as the recorded belief."""
+        robot, is_start = self._robot, isinstance(record, InitialPose)
+        if is_start and self._is_given:
+            return
+        if robot.localizes and not is_start:
+            if robot.belief is not None or monitor.is_anywhere:
+                return
+            self.warnings.append(
+                "The log holds no /initialpose; localization started from its first recorded "
+                "robot belief."
+            )
+        robot.take(record)
+        monitor.told(now_ns, is_start=is_start)

@@ -1,0 +1,22 @@
+"""Section IV of Elfring et al. 2012: a table verified as well as the task asks, and the game of cups."""
+
+from objstate.experiments.elfring2012.exploration import Exploration, explore
+from objstate.experiments.elfring2012.falsifying import Case, Falsified, falsify
+from objstate.experiments.elfring2012.games import METHODS, STAGES, Tally, shuffled
+from objstate.experiments.elfring2012.reproduction import Reproduction, reproduce
+from objstate.experiments.elfring2012.shuffling import Hiding
+
+__all__ = [
+    "METHODS",
+    "STAGES",
+    "Case",
+    "Exploration",
+    "Falsified",
+    "Hiding",
+    "Reproduction",
+    "Tally",
+    "explore",
+    "falsify",
+    "reproduce",
+    "shuffled",
+]
