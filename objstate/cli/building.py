@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from objstate.cli import building_edit
 from objstate.cli.console import print_list, print_problems, print_text
 from objstate.cli.options import Overwrite, help_when_alone
 from objstate.errors import SettingsError
@@ -169,3 +170,6 @@ def _print_notes(notes: Notes) -> None:
     print_list("Taken:", notes.taken)
     print_list("Not taken:", notes.left)
     print_list("To check:", notes.doubts)
+
+
+app.command("edit", epilog=building_edit.EXAMPLES)(building_edit.edit)
