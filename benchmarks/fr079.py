@@ -1,4 +1,4 @@
-"""Doors that stand open all the time, in a building made from the log's own scans: ``fr079.py``
+"""Doors that stand open all the time, in a building made from the log's own scans: ``python -m benchmarks.fr079``
 
 The Freiburg 079 log comes with corrected poses. A map is made of its scans by counting, doors are put
 where leaves are seen to stand, and the log is run in that building with the robot's own localization.
@@ -15,26 +15,21 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-import yaml
 
+from benchmarks.scan_map import ends_of, write_map
 from objstate.building import building_from_map
 from objstate.evaluation import compare_paths
-from objstate.geometry import FloatArray, transform_from_pose
+from objstate.geometry import FloatArray
 from objstate.logs import open_log
 from objstate.recording.tables import read_estimates
 from objstate.recording.tum import TRAJECTORY, read_tum
 from objstate.records import NANOSECONDS, Scan
 from objstate.records import Path as RobotPath
 from objstate.run import RunOptions, estimate_log
-from objstate.sensing import cast_from
 
 HERE = Path(__file__).parent
 LOG = HERE.parents[1] / "shared" / "data" / "fr079" / "freiburg-079-corrected.log.gz"
 DOORS = HERE / "fr079_doors.csv"
-CELL = 0.05  # m
-MARGIN = 12.0  # m about the robot's way that the map covers
-REACH = 12.0  # m up to which beams count
-HITS, SHARE = 3, 0.15  # a wall is where so many beams end, and such a share of those that come by
 PASS_NS = 10 * 10**9  # without a look at a door, the next is another pass
 FRAME = 0.15  # m from its hinge, within which readings are of a door's frame
 FAN = 10.0  # deg within which most readings are of the leaf
@@ -84,15 +79,6 @@ def print_passes(door: dict[str, str], rows, scans: list[Scan], begin_ns: int) -
         )
 
 
-def ends_of(scan: Scan) -> FloatArray:
-    """Where the beams of a scan end (n, 2), as its corrected pose has it."""
-    origins, directions = cast_from(
-        transform_from_pose(scan.odometry), scan.rays.take(np.isfinite(scan.ranges))
-    )
-    returned = scan.ranges[np.isfinite(scan.ranges), None]
-    return origins[:, :2] + returned * directions[:, :2]
-
-
 def seen(door: dict[str, str], places: FloatArray) -> float | None:
     """Opening angle in degrees of a line through the readings (n, 2) that are a door's leaf, if they show enough."""
     sign = 1.0 if door["opens"] == "ccw" else -1.0
@@ -107,46 +93,6 @@ def seen(door: dict[str, str], places: FloatArray) -> float | None:
     along = np.linalg.svd(leaf - leaf.mean(axis=0))[2][0]
     along *= np.sign(along @ leaf.mean(axis=0))
     return float((sign * (np.degrees(np.arctan2(along[1], along[0])) - closed)) % 360.0)
-
-
-def write_map(scans: list[Scan], folder: Path) -> Path:
-    """An occupancy grid by counting where beams end and where they pass; the path of its YAML."""
-    poses = np.array([scan.odometry for scan in scans])
-    corner = poses[:, :2].min(axis=0) - MARGIN
-    shape = np.ceil((poses[:, :2].max(axis=0) + MARGIN - corner) / CELL).astype(int)
-    hits, passed = np.zeros(shape), np.zeros(shape)
-    for scan in scans[::2]:
-        returned = np.isfinite(scan.ranges) & (scan.ranges < REACH)
-        origins, directions = cast_from(
-            transform_from_pose(scan.odometry), scan.rays.take(returned)
-        )
-        ranges = scan.ranges[returned]
-        count(hits, origins[:, :2] + directions[:, :2] * ranges[:, None], corner)
-        for step in np.arange(CELL, REACH, CELL):
-            beams = step < ranges - 2.0 * CELL
-            count(passed, origins[beams, :2] + directions[beams, :2] * step, corner)
-    image = np.full(shape, 205, dtype=np.uint8)
-    image[passed > 2] = 254
-    image[(hits >= HITS) & (hits > SHARE * (hits + passed / 2.0))] = 0
-    rows = np.ascontiguousarray(image.T[::-1])
-    (folder / "map.pgm").write_bytes(f"P5 {shape[0]} {shape[1]} 255\n".encode() + rows.tobytes())
-    about = {
-        "image": "map.pgm",
-        "resolution": CELL,
-        "origin": [*corner.tolist(), 0.0],
-        "negate": 0,
-        "occupied_thresh": 0.65,
-        "free_thresh": 0.196,
-    }
-    (folder / "map.yaml").write_text(yaml.safe_dump(about))
-    return folder / "map.yaml"
-
-
-def count(grid: FloatArray, points: FloatArray, corner: FloatArray) -> None:
-    """Add one to the cells of a grid (w, h) in which points (n, 2) lie."""
-    cells = np.floor((points - corner) / CELL).astype(int)
-    inside = ((cells >= 0) & (cells < grid.shape)).all(axis=1)
-    np.add.at(grid, tuple(cells[inside].T), 1.0)
 
 
 if __name__ == "__main__":

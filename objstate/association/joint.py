@@ -8,7 +8,7 @@ is read later tells objects apart that look alike: their weights are the probabi
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -19,8 +19,10 @@ from objstate.geometry import BoolArray, FloatArray, IntArray
 MOST = 40  # hypotheses kept
 WIDEST = 400  # partial assignments at a time
 LEAST = 1e-9  # weight of a hypothesis that is kept, relative to the best
-ALIKE = 1.0  # squared Mahalanobis distance of two hypotheses' states that are one
+ALIKE = 0.5  # squared Mahalanobis distance, by coordinate, of two hypotheses' states that are one
 IMPOSSIBLE = -1e9
+CARRIED = 1e-3  # 1/m^2: how probably what went out of sight turns up somewhere that nobody expects
+FOUND = 0.01  # m, sigma of its place then
 UNLIKELY = 1e-6  # nothing is surer to be seen, or to be missed
 
 
@@ -39,42 +41,54 @@ class Joint:
 
     weights: FloatArray  # (h,), which sum to one, the largest first
     tracks: Tracks = field(repr=False)  # (h, k)
+    unseen: IntArray = field(repr=False)  # (h, k) in how many looks since it was read
     spacing: float  # m, nearer than which the middles of two never are
 
     @staticmethod
     def at(positions: FloatArray, std: float, motion: Motion, spacing: float) -> Joint:
         """Objects that stand about positions (k, 2), known to ``std`` m, and which is which."""
-        return Joint(np.ones(1), Tracks.at(positions[None], std, motion), spacing)
+        tracks = Tracks.at(positions[None], std, motion)
+        return Joint(np.ones(1), tracks, np.zeros((1, len(positions)), int), spacing)
 
     @property
     def best(self) -> Tracks:
         """(k,) of the likeliest hypothesis."""
         return self.tracks[0]
 
+    def moving(self, motion: Motion) -> Joint:
+        """The same, of objects that move otherwise from now on."""
+        return replace(self, tracks=replace(self.tracks, motion=motion))
+
     def predicted(self, step: float) -> Joint:
         """A step of ``step`` seconds later."""
-        return Joint(self.weights, self.tracks.predicted(step), self.spacing)
+        return replace(self, tracks=self.tracks.predicted(step))
 
     def updated(self, readings: Readings, seen: FloatArray) -> Joint:
         """After readings, of objects that the modes of each hypothesis expect to see with probability (h, k, m).
 
-        A reading is of one object or of nothing; an object gives one reading or none.
+        A reading is of one object or of nothing; an object gives one reading or none. One that wasn't read
+        the last time may have been carried anywhere.
         """
         count, objects = len(readings.positions), np.arange(seen.shape[1])
         seen = np.clip(seen, UNLIKELY, 1.0 - UNLIKELY)
-        unseen, missed = self.tracks.unseen(seen)
+        waiting, missed = self.tracks.unseen(seen)
         moved, likelihoods = self.tracks[:, :, None].updated(
             readings.positions, readings.covariances, seen[:, :, None]
         )
+        found = Tracks.at(readings.positions, FOUND, self.tracks.motion)[None, None]
+        carried = (self.unseen > 0)[..., None] & (likelihoods < np.log(CARRIED))
+        likelihoods = np.where(carried, np.log(CARRIED), likelihoods)
+        moved = _where(carried, found, moved)
         scores = np.concatenate(
             [likelihoods - np.log(readings.clutter), missed[..., None]], axis=-1
         )
         logs, parents, choices = _assignments(np.log(self.weights), scores)
         rows, none = parents[:, None], choices == count
-        after = unseen[rows, objects]
+        after = waiting[rows, objects]
         if count:
             after = _where(none, after, moved[rows, objects, np.where(none, 0, choices)])
-        return _reduced(logs + self._apart(after), after, self.spacing)
+        unseen = np.where(none, self.unseen[rows, objects] + 1, 0)
+        return _reduced(replace(self, tracks=after, unseen=unseen), logs + self._apart(after))
 
     def identities(self) -> FloatArray:
         """(k, k): probability that the object of a row is where the best hypothesis has that of a column."""
@@ -135,22 +149,27 @@ def _where(first: BoolArray, a: Tracks, b: Tracks) -> Tracks:
     )
 
 
-def _reduced(logs: FloatArray, tracks: Tracks, spacing: float) -> Joint:
-    """Hypotheses by weight, without the unlikely; those that have come to the same are one."""
+def _reduced(joint: Joint, logs: FloatArray) -> Joint:
+    """Hypotheses of logs (h,) by weight, without the unlikely; those that have come to the same are one."""
     order = np.argsort(-logs, kind="stable")
     order = order[logs[order] > logs[order[0]] + np.log(LEAST)][: 4 * MOST]
-    weights, tracks = np.exp(logs[order] - logs[order[0]]), tracks[order]
+    weights, tracks = np.exp(logs[order] - logs[order[0]]), joint.tracks[order]
     means, covariances = tracks.mean, tracks.covariance
     into = np.arange(len(order))
-    inverses = np.linalg.inv(2.0 * covariances)
+    inverses = np.linalg.inv(covariances)
     for h in range(1, len(order)):
         kept = np.flatnonzero(into[:h] == np.arange(h))
         off = means[kept] - means[h]
-        squared = (off * (inverses[kept] @ off[..., None])[..., 0]).sum(axis=-1)
-        same = kept[(squared / STATE < ALIKE).all(axis=1)]
+        # by the narrower of both: what is known well isn't what is hardly known
+        squared = [
+            (off * (inverse @ off[..., None])[..., 0]).sum(axis=-1)
+            for inverse in (inverses[kept], inverses[h])
+        ]
+        same = kept[(np.max(squared, axis=0) / STATE < ALIKE).all(axis=1)]
         if len(same):
             into[h] = same[0]
     total = np.bincount(into, weights, minlength=len(order))
     left = np.flatnonzero(into == np.arange(len(order)))[:MOST]
     left = left[np.argsort(-total[left], kind="stable")]
-    return Joint(total[left] / total[left].sum(), tracks[left], spacing)
+    share = total[left] / total[left].sum()
+    return Joint(share, tracks[left], joint.unseen[order][left], joint.spacing)

@@ -21,6 +21,12 @@ class Element:
     attributes: Mapping[str, str]
     where: str  # "office.urdf, line 12"
     children: list[Element] = field(default_factory=list)
+    pieces: list[str] = field(default_factory=list)  # of the text between its tags
+
+    @property
+    def content(self) -> str:
+        """The text between the element's tags, but not that of its children."""
+        return "".join(self.pieces).strip()
 
     def all(self, tag: str) -> list[Element]:
         """The direct children of this tag, in order."""
@@ -48,12 +54,8 @@ class Element:
         """As many numbers in a building's range as ``default`` has, separated by blanks; ``default`` if absent."""
         if name not in self.attributes:
             return default
-        words = self.attributes[name].split()
-        try:
-            values = tuple(float(word) for word in words)
-        except ValueError:
-            values = ()
-        if len(values) != len(default) or not all(abs(value) <= LARGEST for value in values):
+        values = numbers_in(self.attributes[name])
+        if len(values) != len(default):
             raise BuildingError(
                 f'<{self.tag} {name}="{self.attributes[name]}"> in {self.where} must hold '
                 f"{len(default)} finite number(s) of at most {LARGEST:.0f}, e.g. "
@@ -71,6 +73,15 @@ class Element:
                 "give metres above zero."
             )
         return values
+
+
+def numbers_in(text: str) -> tuple[float, ...]:
+    """The numbers that blanks part; none where one of them is no number in a building's range."""
+    try:
+        values = tuple(float(word) for word in text.split())
+    except ValueError:
+        return ()
+    return values if all(abs(value) <= LARGEST for value in values) else ()
 
 
 def read_xml(path: Path) -> Element:
@@ -98,8 +109,12 @@ def read_xml(path: Path) -> Element:
         (opened[-1].children if opened else top).append(element)
         opened.append(element)
 
+    def text(piece: str) -> None:
+        opened[-1].pieces.append(piece)
+
     parser.StartElementHandler = start
     parser.EndElementHandler = lambda _: opened.pop()
+    parser.CharacterDataHandler = text
     try:
         parser.Parse(content, True)
     except (expat.ExpatError, LookupError, ValueError) as error:

@@ -10,6 +10,7 @@ from objstate.config import BuildingErrorSettings, Strict, load_yaml, parse_stri
 
 SUFFIX = ".building.yaml"
 ROUGHNESS = 0.6  # of a map's cell, by which walls made of it are off
+DRAWN = 0.02  # m by which a building is off its plan at least: what builders are allowed
 
 
 class Sidecar(Strict):
@@ -37,5 +38,15 @@ def sidecar_of_map(resolution: float) -> str:
         "bearing_std_deg": 1.0,  # likewise, to a degree
         "robot_length_m": 2.0,  # maps are bent over metres
     }
+    return _text(error)
+
+
+def sidecar_of_drawing(unit: float) -> str:
+    """The file for a building that was drawn by hand over a picture with pixels of a size, m."""
+    std = round(max(unit, DRAWN), 4)
+    return _text({"wall_std_m": std, "hinge_std_m": std, "bearing_std_deg": 1.0})
+
+
+def _text(error: dict[str, float]) -> str:
     head = "# How far walls, hinges and lasers may be off; standard deviations.\n"
     return head + yaml.safe_dump({"building_error": error}, sort_keys=False)

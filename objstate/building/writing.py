@@ -1,45 +1,59 @@
-"""Writing a building of walls and doors: a URDF, and the walls' mesh beside it."""
+"""Writing buildings: a URDF, with the walls' mesh and those of objects that are no boxes beside it."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from html import escape
 from pathlib import Path
 
+import numpy as np
+
 from objstate.building.door_table import Door
-from objstate.building.model import Mesh
+from objstate.building.leaves import hinged
+from objstate.building.model import Building, Kind, Mesh, MovableObject
+from objstate.building.shapes import Box
 from objstate.building.sidecar import SUFFIX
 from objstate.errors import BuildingError
-from objstate.geometry import FloatArray
+from objstate.geometry import FloatArray, rpy_from_rotation
 from objstate.outputs import whole
 
 WALLS_FILE = "walls.stl"
+SHAPE_FILE = "shape_{}.stl"  # of an object, numbered from 1
+SAME = 1e-9  # m: corners no further from those of a box are its
+JOINTS = {Kind.HINGED: "revolute", Kind.SLIDING: "prismatic", Kind.PLANAR: "planar"}
 
 
 def check_target(out: Path, overwrite: bool) -> None:
-    """Whether a building may be written to ``out``; BuildingError if anything else is there."""
+    """Whether buildings may be written to ``out``; BuildingError if anything else is there."""
     if not out.exists():
         return
     if not overwrite:
         raise BuildingError(f"{out} exists already; choose another folder, or add --overwrite.")
-    if not _is_replaceable(out):
+    if not is_replaceable(out):
         raise BuildingError(
-            f"{out} is not just a building made from a map, so it won't be overwritten; "
+            f"{out} is not just a building that objstate made, so it won't be overwritten; "
             "choose another folder, or move it away."
         )
 
 
-def _is_replaceable(folder: Path) -> bool:
-    """Whether a path is a folder that is empty, or holds one URDF, its walls, and perhaps its sidecar."""
+def is_replaceable(folder: Path) -> bool:
+    """Whether a path is a folder that is empty, or holds nothing but buildings that were written."""
     if not folder.is_dir():
         return False
     files = list(folder.iterdir())
-    if not files:
-        return True
+    if files and all(path.is_dir() for path in files):
+        return all(_is_building(path) for path in files)
+    return not files or _is_building(folder)
+
+
+def _is_building(folder: Path) -> bool:
+    """Whether a folder holds one URDF, its walls and shapes, and perhaps its sidecar."""
+    files = set(folder.iterdir())
     models = [path for path in files if path.suffix == ".urdf"]
-    if len(models) != 1:
+    if len(models) != 1 or folder / WALLS_FILE not in files:
         return False
     known = {models[0], folder / WALLS_FILE, models[0].with_name(models[0].stem + SUFFIX)}
-    return folder / WALLS_FILE in files and set(files) <= known
+    return files <= known | set(folder.glob(SHAPE_FILE.format("*")))
 
 
 def write_building(
@@ -49,27 +63,87 @@ def write_building(
     doors: list[Door],
     thickness: float,
     height: float,
-    sidecar: str,
+    sidecar: str | None = None,
 ) -> Path:
     """Write ``name``.urdf with its walls and its sidecar to the folder ``out``, whole or not at all.
 
     The doors' leaves are boxes of ``thickness`` and ``height``, m. What ``out`` held
     is replaced; ask ``check_target`` before. Raises ResultError if it can't be written.
     """
+    leaves = {door.name: hinged(door, thickness, height) for door in doors}
+    return write_buildings(out, {".": Building(name, walls, leaves)}, {".": sidecar})[0]
+
+
+def write_buildings(
+    out: Path, buildings: Mapping[str, Building], sidecars: Mapping[str, str | None]
+) -> list[Path]:
+    """Write each building, with its sidecar if it has one, to a folder in ``out``; all or nothing.
+
+    The keys are the folders, ``.`` for ``out`` itself. What ``out`` held is replaced; ask
+    ``check_target`` before. Raises ResultError if they can't be written.
+    """
+    with whole(out, overwrite=True, replaceable=is_replaceable) as made:
+        made.mkdir()
+        for folder, building in buildings.items():
+            (made / folder).mkdir(exist_ok=True)
+            _write(made / folder, building, sidecars.get(folder))
+    return [out / folder / f"{building.name}.urdf" for folder, building in buildings.items()]
+
+
+def _write(folder: Path, building: Building, sidecar: str | None) -> None:
+    vertices = building.walls.vertices
+    start = vertices.min(axis=0) if len(vertices) else np.zeros(3)
+    _write_mesh(folder / WALLS_FILE, Mesh(vertices - start, building.walls.faces))
+    shapes = _Shapes(folder)
+    objects = [_object_elements(item, shapes) for item in building.objects.values()]
+    urdf = _urdf(building.name, start, objects)
+    (folder / f"{building.name}.urdf").write_text(urdf, encoding="utf-8")
+    if sidecar is not None:
+        (folder / f"{building.name}{SUFFIX}").write_text(sidecar, encoding="utf-8")
+
+
+def _write_mesh(path: Path, mesh: Mesh) -> None:
+    """STL has float32 numbers, so the mesh had better be about the origin."""
     import trimesh
 
-    start = walls.vertices.min(axis=0)  # taken off, a float32 file keeps the walls' digits
-    shape = trimesh.Trimesh(walls.vertices - start, walls.faces, process=False)
-    urdf = _urdf(name, start, [_door_elements(door, thickness, height) for door in doors])
-    with whole(out, overwrite=True, replaceable=_is_replaceable) as made:
-        made.mkdir()
-        (made / f"{name}.urdf").write_text(urdf, encoding="utf-8")
-        (made / f"{name}{SUFFIX}").write_text(sidecar, encoding="utf-8")
-        shape.export(made / WALLS_FILE)
-    return out / f"{name}.urdf"
+    trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).export(path)
 
 
-def _urdf(name: str, start: FloatArray, doors: list[str]) -> str:
+class _Shapes:
+    """The files of objects' meshes, one for all objects that share a mesh."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._files: dict[int, str] = {}  # by the identity of a mesh
+
+    def geometry(self, mesh: Mesh) -> tuple[FloatArray, str]:
+        """Where a shape lies in its link, (3,) m, and its URDF element."""
+        corners = box_corners(mesh)
+        if corners is not None:
+            low, high = corners
+            return (low + high) / 2, f'<box size="{_numbers(high - low)}"/>'
+        if id(mesh) not in self._files:
+            name = SHAPE_FILE.format(len(self._files) + 1)
+            _write_mesh(self._folder / name, mesh)
+            self._files[id(mesh)] = name
+        return np.zeros(3), f'<mesh filename="{self._files[id(mesh)]}"/>'
+
+
+def box_corners(mesh: Mesh) -> tuple[FloatArray, FloatArray] | None:
+    """The lowest and the highest corner (3,) m of a mesh that is a box along its axes; else None."""
+    if len(mesh.vertices) == 0:
+        return None
+    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    box = Box(tuple(high - low)).mesh()
+    if mesh.faces.shape != box.faces.shape or mesh.vertices.shape != box.vertices.shape:
+        return None
+    if not np.array_equal(mesh.faces, box.faces):
+        return None
+    is_same = np.allclose(mesh.vertices, box.vertices + (low + high) / 2, rtol=0, atol=SAME)
+    return (low, high) if is_same else None
+
+
+def _urdf(name: str, start: FloatArray, objects: list[str]) -> str:
     walls = f"""\
   <link name="walls">
     <collision>
@@ -78,29 +152,36 @@ def _urdf(name: str, start: FloatArray, doors: list[str]) -> str:
     </collision>
   </link>
 """
-    parts = "".join([walls, *doors])
+    parts = "".join([walls, *objects])
     return f'<?xml version="1.0"?>\n<robot name="{escape(name)}">\n{parts}</robot>\n'
 
 
-def _door_elements(door: Door, thickness: float, height: float) -> str:
-    """The link and joint of one door: the leaf along x, the hinge at the joint's origin."""
-    middle = (door.width / 2, 0.0, height / 2)
+def _object_elements(item: MovableObject, shapes: _Shapes) -> str:
+    """The link and joint of one object."""
+    name, link = escape(item.name), escape(f"{item.name}_{_part(item.kind)}")
+    place, geometry = shapes.geometry(item.mesh)
+    kind = "continuous" if item.wraps else JOINTS[item.kind]
+    rpy = _numbers(rpy_from_rotation(item.origin[:3, :3]))
+    limit = f'<limit lower="{item.lower:.12g}" upper="{item.upper:.12g}" effort="0" velocity="0"/>'
+    has_limit = item.kind is not Kind.PLANAR and not item.wraps
     return f"""\
-  <link name="{escape(door.name)}_leaf">
+  <link name="{link}">
     <collision>
-      <origin xyz="{_numbers(middle)}"/>
-      <geometry><box size="{_numbers((door.width, thickness, height))}"/></geometry>
+      <origin xyz="{_numbers(place)}"/>
+      <geometry>{geometry}</geometry>
     </collision>
   </link>
-  <joint name="{escape(door.name)}" type="revolute">
+  <joint name="{name}" type="{kind}">
     <parent link="walls"/>
-    <child link="{escape(door.name)}_leaf"/>
-    <origin xyz="{_numbers((*door.hinge, 0.0))}" rpy="{_numbers((0, 0, door.closed_bearing))}"/>
-    <axis xyz="0 0 {door.sense}"/>
-    <limit lower="0" upper="{door.upper:.12g}" effort="0" velocity="0"/>
-  </joint>
-"""
+    <child link="{link}"/>
+    <origin xyz="{_numbers(item.origin[:3, 3])}" rpy="{rpy}"/>
+    <axis xyz="{_numbers(item.axis)}"/>
+""" + (f"    {limit}\n  </joint>\n" if has_limit else "  </joint>\n")
+
+
+def _part(kind: Kind) -> str:
+    return "body" if kind is Kind.PLANAR else "leaf"
 
 
 def _numbers(values: FloatArray | tuple[float, ...]) -> str:
-    return " ".join(f"{float(value):.12g}" for value in values)
+    return " ".join(f"{float(value) + 0.0:.12g}" for value in values)

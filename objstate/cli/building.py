@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from objstate.cli.console import print_problems, print_text
+from objstate.cli.console import print_list, print_problems, print_text
 from objstate.cli.options import Overwrite, help_when_alone
 from objstate.errors import SettingsError
 
@@ -22,6 +22,18 @@ The columns of doors.csv:
   opens               ccw or cw, seen from above
   width_m             from the hinge to the free edge
   upper_limit_deg     the widest opening
+"""
+
+IMPORT_EXAMPLES = """\b
+Examples:
+  objstate building import office.building.yaml --out out/office
+  objstate building import hotel.building.yaml --level L1 --out out/hotel
+  objstate building import home.world --models models --movable "chair*" --out out/home
+\b
+Read are:
+  .yaml, .yml    Open-RMF buildings, as traffic-editor saves them
+  .sdf, .world   worlds and models of Gazebo
+  .ifc           building information models, through IfcOpenShell (pip install 'objstate[ifc]')
 """
 
 app = typer.Typer(help="Make buildings.", invoke_without_command=True, callback=help_when_alone)
@@ -81,3 +93,44 @@ def from_map(
     )
     print_problems(inspect_building(urdf).problems)
     print_text(f"Written: {urdf}")
+
+
+@app.command("import", epilog=IMPORT_EXAMPLES)
+def import_file(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="The building in another format.")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="The folder to write.")],
+    level: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="One level only; without it, a folder for each."),
+    ] = None,
+    models: Annotated[
+        list[Path] | None,
+        typer.Option(metavar="DIR", help="Where model:// is looked for; may be given again."),
+    ] = None,
+    movable: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="PATTERN", help="Models that are furniture though static; may be given again."
+        ),
+    ] = None,
+    overwrite: Overwrite = False,
+) -> None:
+    """A building from a file of another tool.
+
+    Lists what of the file was taken and what wasn't, and what to check. Units, the axis that points
+    up and the sense of rotation are those that the file states.
+    """
+    from objstate.building import inspect_building
+    from objstate.interchange import ImportOptions, import_building
+
+    options = ImportOptions(models or (), movable or ())
+    result = import_building(file, out, level=level, options=options, overwrite=overwrite)
+    for title, lines in (
+        ("Taken:", result.notes.taken),
+        ("Not taken:", result.notes.left),
+        ("To check:", result.notes.doubts),
+    ):
+        print_list(title, lines)
+    for urdf in result.buildings:
+        print_problems(inspect_building(urdf).problems)
+        print_text(f"Written: {urdf}")

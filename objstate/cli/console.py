@@ -53,9 +53,17 @@ def print_names(label: str, names: Iterable[str]) -> None:
 
 def print_problems(problems: Sequence[str]) -> None:
     """What is wrong with an input, to stdout, one problem a line."""
-    print_text("Problems:" if problems else "No problems found.")
-    for problem in problems:
-        print_text(f"- {problem}")
+    if not problems:
+        print_text("No problems found.")
+    print_list("Problems:", problems)
+
+
+def print_list(title: str, lines: Sequence[str]) -> None:
+    """Sentences below a title, to stdout; nothing where there are none."""
+    if lines:
+        print_text(title)
+    for line in lines:
+        print_text(f"- {line}")
 
 
 def _write(text: str) -> None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from objstate.cli.candidates_table import candidates_table
 from objstate.cli.console import (
     log_to_terminal,
     print_errors,
@@ -72,7 +73,8 @@ DIR gets:
   estimates.mcap      with --mcap: the run as a scene for Foxglove and RViz, and its
                       Foxglove layout, estimates.foxglove.json
   clutter.parquet     with --grid: what stood about that the building doesn't know,
-                      and the map in the end, grid.yaml and grid.pgm
+                      and the map in the end, grid.yaml and grid.pgm;
+                      candidates.json: what of it stays put and may be an object
   calibration.yaml    with --calibrate;  dynamics.yaml  with --learn-dynamics
 """
 
@@ -235,6 +237,7 @@ def _print(
     files: Sequence[str],
 ) -> None:
     from objstate.evaluation import compare_paths, latest_states
+    from objstate.recording.candidates import read_candidates
     from objstate.recording.events import read_events
     from objstate.recording.tables import read_states
     from objstate.recording.tum import TRAJECTORY, read_tum
@@ -246,6 +249,9 @@ def _print(
     events = read_events(result.folder)
     if events:
         print_table(events_table(events, result.begin_ns))
+    candidates = read_candidates(result.folder)
+    if candidates:
+        print_table(candidates_table(candidates))
     known, in_view = {state.estimate.object for state in states}, set(estimates["object"])
     print_names("Never in view", set(result.objects) - in_view)
     print_names("In view only while the robot was lost", in_view - known)

@@ -28,8 +28,10 @@ Examples:
   objstate inspect part1.bag part2.bag
   objstate inspect drive.mcap --building office.urdf
   objstate inspect office.urdf --json
+  objstate inspect out/drive
 """
 
+RUN = "run.json"  # that shows a result's folder
 BUILDING_ENDINGS = (".urdf", ".xacro")
 BYTES_TO_TELL = 256  # so many from a file's start show whether it is XML
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
@@ -38,7 +40,10 @@ BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 def inspect(
     paths: Annotated[
         list[Path],
-        typer.Argument(metavar="LOG|URDF", help="A log, a drive's logs, or a building."),
+        typer.Argument(
+            metavar="LOG|URDF|RESULT",
+            help="A log, a drive's logs, a building, or a result's folder.",
+        ),
     ],
     mount: Mounts = None,
     height: Annotated[float, typer.Option(help="Of the laser above a building's floor, m.")] = 0.3,
@@ -50,9 +55,12 @@ def inspect(
 ) -> None:
     """Show what is in a log or a building, and what is wrong with it.
 
-    Which of both it is shows in the content. Problems that are found are no failure.
+    Which of both it is shows in the content. Problems that are found are no failure. Of a result
+    with a grid, it shows what stands about that the building doesn't know.
     """
-    if any(map(_is_building, paths)):
+    if len(paths) == 1 and (paths[0] / RUN).is_file():
+        _inspect_result(paths[0], as_json)
+    elif any(map(_is_building, paths)):
         _inspect_building(paths, height, as_json)
     else:
         _inspect_log(paths, mount or [], building, as_json)
@@ -75,6 +83,18 @@ def _inspect_log(
     problems = [*summary.problems, *(new for new in found.warnings if new not in summary.problems)]
     both = {"log": summary, "calibration": found}
     _print(both if as_json else summary, described, problems, as_json)
+
+
+def _inspect_result(folder: Path, as_json: bool) -> None:
+    from objstate.cli.candidates_table import candidates_table
+    from objstate.recording.candidates import read_candidates
+
+    found = read_candidates(folder)
+    nothing = f"{folder}: nothing is known to stand about that the building lacks."
+    if as_json:
+        print_text(json.dumps(json_values({"candidates": found}), indent=2))
+    else:
+        print_parts([candidates_table(found)] if found else [nothing])
 
 
 def _inspect_building(paths: Sequence[Path], height: float, as_json: bool) -> None:

@@ -5,6 +5,7 @@ Darmstadt), cited as "Darmstadt" with its equations and algorithms; ``docs/grid.
 and its printed formulas differ.
 """
 
+from objstate.grid.candidates import Candidate, Candidates
 from objstate.grid.cells import AverageCells, BayesCells, CellModel, CountCells, LogOddsCells
 from objstate.grid.drawing import (
     Drawing,
@@ -38,6 +39,8 @@ __all__ = [
     "AverageCells",
     "BayesCells",
     "Camera",
+    "Candidate",
+    "Candidates",
     "CellModel",
     "CountCells",
     "Drawing",

@@ -13,6 +13,7 @@ from objstate.building.model import Building
 from objstate.errors import ResultError
 from objstate.evaluation.lost import Stretches, read_lost, within
 from objstate.lazy import lazy
+from objstate.recording.candidates import Found, read_candidates
 from objstate.recording.events import Event, read_events
 from objstate.recording.grids import read_clutter
 from objstate.recording.posteriors import read_posteriors
@@ -40,6 +41,7 @@ class Material:
     path: RobotPath
     lost: Stretches
     clutter: pl.DataFrame  # without rows in results that mapped none
+    candidates: tuple[Found, ...] = ()  # for objects, where the result mapped what stands about
     truth: list[TrueState] | None = None
     true_path: RobotPath | None = None
     scans: pl.DataFrame | None = None  # none in results that kept none
@@ -129,6 +131,7 @@ def read_material(
         path=read_tum(folder / TRAJECTORY),
         scans=read_scans(folder),
         clutter=read_clutter(folder),
+        candidates=tuple(read_candidates(folder)),
         events=_events(folder, doubts),
         lost=read_lost(folder),
         truth=None if states_file is None else read_truth(states_file),

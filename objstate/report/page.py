@@ -14,6 +14,7 @@ from objstate.evaluation.states import Coordinate, TrueCourse, true_courses
 from objstate.geometry import FloatArray
 from objstate.order import natural_key
 from objstate.report.accuracy import accuracy
+from objstate.report.candidates import candidate_outlines, candidates_table
 from objstate.report.document import page_head, section, warnings_list, whole_page
 from objstate.report.events import events_table
 from objstate.report.judgement import Judged, fact, headline, judged
@@ -72,11 +73,27 @@ def report_page(material: Material, zone: tzinfo = UTC, robot_radius: float | No
             warnings_list([text(each) for each in warnings(material, latest)]),
             _workbench(material, latest, verdicts, items, shapes, robot_radius),
             _events(material),
+            _candidates(material),
             accuracy(material, latest),
             provenance(material.summary),
         ]
     )
     return whole_page(f"objstate: {material.folder.name}", body, _moving(material, items, shapes))
+
+
+def _candidates(material: Material) -> str:
+    if not material.candidates:
+        return ""
+    explained = (
+        "What stands about and stayed where it was, by how probably it is an object and not somebody who waits. "
+        "Its outline is dashed on the plan. objstate world adopt keeps it under a name."
+    )
+    return section(
+        "Not in the building",
+        element("p", text(explained)),
+        candidates_table(material.candidates, material.begin_ns),
+        name="candidates",
+    )
 
 
 def _head(material: Material, zone: tzinfo) -> str:
@@ -126,6 +143,7 @@ def _workbench(
         material.true_path,
         robot_radius,
         _reached(material, items),
+        candidate_outlines(material.candidates),
     )
     numbers = {item.name: index for index, item in enumerate(items)}
     shape = "wide-plan" if _is_wide(drawing) else ""

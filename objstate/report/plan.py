@@ -63,15 +63,18 @@ def draw_plan(
     true_path: RobotPath | None = None,
     robot_radius: float | None = None,
     reached: FloatArray = NOWHERE,
+    outlines: Sequence[str] = (),
 ) -> str:
     """The plan as SVG, y up, one unit a metre; the page's script moves what moves.
 
-    Furniture gets to the places (n, 2) ``reached``, so that they are on the plan as well.
+    Furniture gets to the places (n, 2) ``reached``, so that they are on the plan as well. ``outlines`` are
+    markup of what else stands about.
     """
     drawn = [
         *path_markup(course),
         "" if true_path is None else _true_path(true_path),
         *(_draw(shape, index) for index, shape in enumerate(shapes)),
+        *outlines,
         element("path", d="", class_="driven", id="driven"),
         element("path", d="", class_="driven lost", id="driven-lost"),
         element("path", d="", class_="clutter", id="clutter"),

@@ -14,6 +14,7 @@ from objstate.config import Settings
 from objstate.estimator import Estimator
 from objstate.geometry import BoolArray, FloatArray
 from objstate.grid import (
+    Candidates,
     CountCells,
     Drawing,
     Grid,
@@ -27,8 +28,10 @@ from objstate.grid import (
 from objstate.grid.grid import OCCUPIED
 from objstate.localization import PoseBelief
 from objstate.objects import ObjectBelief
+from objstate.recording.candidates import write_candidates
 from objstate.recording.grids import Clutter, ClutterWriter, write_map
 from objstate.records import Estimate, Record, Scan
+from objstate.run.candidates import found_of
 from objstate.run.covered import covered
 from objstate.sensing import BeamModel, Sensing
 
@@ -50,6 +53,7 @@ class Floor:
     def __init__(self, building: Building, settings: Settings, writer: ClutterWriter) -> None:
         self.grid: Grid | None = None  # from the first scan on with a pose
         self.taken = 0  # scans
+        self.candidates: Candidates | None = None  # for objects, likewise
         self._building = building
         self._settings = settings.in_building(building.error)
         self._sensing = Sensing(building, BeamModel(settings.beam_model))
@@ -69,15 +73,19 @@ class Floor:
         if self.grid is None:
             self.grid = Grid(self._layout(record, robot), CountCells(self._settings.grid.max_age_s))
             self._objects = np.zeros(self.grid.layout.size, dtype=np.float32)
+            self._fresh = np.zeros(self.grid.layout.size, dtype=bool)
+            self.candidates = Candidates(self.grid.layout)
         scale = 1.0 - robot.position_std / self._settings.grid.max_position_std
         if scale > 0.0 and not estimator.is_lost and record.valid.any():
             self._draw_objects(record.stamp_ns, estimator.objects)
             percepts = self._percepts(record, robot, estimator.map_error)
-            self.grid.sweep(percepts, record.stamp_ns, self._settings.grid.reach_m, scale)
+            reach = self._settings.grid.reach_m
+            self._fresh[self.grid.sweep(percepts, record.stamp_ns, reach, scale).where] = True
             self.taken += 1
         if self._written_ns is None or record.stamp_ns - self._written_ns >= MOMENTS_NS:
             self._written_ns = record.stamp_ns
             self._writer.write([self.clutter(record.stamp_ns)])
+            self._look(record.stamp_ns)
 
     def clutter(self, stamp_ns: int) -> Clutter:
         """The cells that are occupied at a moment by what the building doesn't know.
@@ -86,10 +94,24 @@ class Floor:
         """
         if self.grid is None:
             return Clutter(stamp_ns, np.empty((0, 2)), np.empty(0, dtype=np.uint8))
-        values = self.grid.values(stamp_ns) * (1.0 - self._objects.reshape(self.grid.layout.shape))
+        values = self._unknown_at(stamp_ns)
         rows, columns = np.nonzero(values > OCCUPIED)
         places = self.grid.layout.to_frame(np.column_stack([columns, rows]).astype(float) + 0.5)
         return Clutter(stamp_ns, places, np.rint(100 * values[rows, columns]).astype(np.uint8))
+
+    def _unknown_at(self, stamp_ns: int) -> NDArray[np.float32]:
+        """(rows, columns) P(occupied by what the building doesn't know)."""
+        assert self.grid is not None
+        objects = self._objects.reshape(self.grid.layout.shape)
+        return np.asarray(self.grid.values(stamp_ns) * (1.0 - objects), dtype=np.float32)
+
+    def _look(self, stamp_ns: int) -> None:
+        """What the scans since the last moment say of the candidates."""
+        if self.grid is None or self.candidates is None or not self._fresh.any():
+            return
+        fresh = self._fresh.reshape(self.grid.layout.shape)
+        self.candidates = self.candidates.looked(self._unknown_at(stamp_ns), fresh, stamp_ns)
+        self._fresh[:] = False
 
     def occupied(self, stamp_ns: int, estimator: Estimator) -> NDArray[np.float32] | None:
         """(rows, columns) P(occupied) of each cell with all that is known; None before any pose.
@@ -108,10 +130,13 @@ class Floor:
         return values.reshape(layout.shape)
 
     def write(self, folder: Path, stamp_ns: int, estimator: Estimator) -> None:
-        """Write the map of the last moment as ROS has maps; none where no level scan had a pose."""
+        """Write the candidates, and the map of the last moment as ROS has maps; none without any pose."""
         values = self.occupied(stamp_ns, estimator)
         if self.grid is not None and values is not None:
             write_map(folder, values, self.grid.layout.resolution, self.grid.layout.origin)
+        if self.candidates is not None:
+            self._look(stamp_ns)
+            write_candidates(folder, found_of(self.candidates))
 
     def doubts(self) -> list[str]:
         """Why the grid holds nothing of what was seen, where that is so."""

@@ -17,6 +17,7 @@ from objstate.errors import LogError
 from objstate.estimator import Estimator
 from objstate.logs import Log, open_log
 from objstate.objects import ObjectBelief
+from objstate.recording.candidates import CANDIDATES
 from objstate.recording.events import EVENTS
 from objstate.recording.grids import CLUTTER, GRID_IMAGE, GRID_MAP, ClutterWriter
 from objstate.recording.posteriors import POSTERIORS, PosteriorWriter
@@ -58,7 +59,7 @@ FILES = (
     TRAJECTORY,
     SUMMARY,
 )  # what a result folder holds
-GRID_FILES = (CLUTTER, GRID_MAP, GRID_IMAGE)  # with a grid
+GRID_FILES = (CLUTTER, GRID_MAP, GRID_IMAGE, CANDIDATES)  # with a grid
 
 RECORDED_BELIEFS = (RobotBelief.__name__, GaussianRobotBelief.__name__)
 
@@ -141,7 +142,7 @@ def estimate_log(
     ``truth`` and ``true_path`` are not used to estimate, but named in ``run.json``, where a report
     finds them. With ``mcap``, ``estimates.mcap`` holds the run as a scene for Foxglove and
     RViz, the truth beside it. With ``grid``, ``clutter.parquet`` holds what stood about that the building
-    doesn't know, and ``grid.yaml`` and ``grid.pgm`` the map in the end. ``on_finish`` may write more into the folder that it is given. Raises ResultError, BuildingError, SettingsError, LogError or WorldError.
+    doesn't know, ``grid.yaml`` and ``grid.pgm`` the map in the end, and ``candidates.json`` what may be an object. ``on_finish`` may write more into the folder that it is given. Raises ResultError, BuildingError, SettingsError, LogError or WorldError.
     """
     began = time.monotonic()
     options = options or RunOptions()

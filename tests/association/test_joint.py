@@ -84,3 +84,20 @@ def test_solid_objects_are_not_in_one_another() -> None:
         joint = moved(joint, one, share=0.5)
     first, second = joint.best.positions
     assert np.hypot(*(first - second)) > SPACING
+
+
+def test_what_went_out_of_sight_is_found_wherever_it_turns_up() -> None:
+    joint, there = Joint.at(PLACES, 0.005, MOTION, SPACING), np.array([[1.5, 0.5]])
+    for _ in range(3):  # two are seen; the last one is behind something
+        joint = joint.predicted(STEP)
+        joint = joint.updated(readings(PLACES[:2]), np.array([[[0.98] * 2, [0.98] * 2, [0.0] * 2]]))
+    for _ in range(5):
+        joint = moved(joint, np.vstack([PLACES[:2], there]))
+    assert joint.best.positions == pytest.approx(np.vstack([PLACES[:2], there]), abs=0.005)
+    assert joint.kept > 0.99
+
+
+def test_what_was_just_seen_does_not_jump() -> None:
+    joint = moved(Joint.at(PLACES, 0.005, MOTION, SPACING), PLACES)
+    joint = moved(joint, np.vstack([PLACES[:2], [[1.5, 0.5]]]))
+    assert joint.best.positions == pytest.approx(PLACES, abs=0.005)

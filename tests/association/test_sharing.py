@@ -56,5 +56,15 @@ def test_a_circle_is_found_by_whatever_part_of_it_is_seen(seen: tuple[float, flo
     assert found.misfit < 0.004
 
 
+def test_readings_of_something_else_do_not_shift_a_circle() -> None:
+    rng = np.random.default_rng(3)
+    centre, angles = np.array([0.3, 2.0]), -np.pi / 2.0 + np.radians(np.linspace(-70.0, 70.0, 60))
+    points = centre + 0.15 * np.column_stack([np.cos(angles), np.sin(angles)])
+    strange = centre + rng.uniform(-1.0, 1.0, (6, 2))
+    found = located(np.vstack([points, strange]), np.zeros(2), 0.15, 0.002)
+    assert found is not None
+    assert found.position == pytest.approx(centre, abs=0.002)
+
+
 def test_two_readings_are_too_few_for_a_circle() -> None:
     assert located(np.ones((2, 2)), np.zeros(2), 0.1, 0.01) is None

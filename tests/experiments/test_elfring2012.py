@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from objstate.experiments.elfring2012 import (
+    METHODS,
     Case,
     Exploration,
     Hiding,
+    exploration,
     explore,
     falsify,
     reproduce,
@@ -19,7 +21,7 @@ from objstate.experiments.elfring2012 import (
 from objstate.experiments.elfring2012.camera import Camera, CameraSetup
 from objstate.experiments.elfring2012.looks import CameraLook
 from objstate.experiments.elfring2012.scene import CUP_HEIGHT, CUP_RADIUS, GREEN, OTHER, Scene
-from objstate.experiments.elfring2012.shuffling import Game, play
+from objstate.experiments.elfring2012.shuffling import ON_THE_FLOOR, ON_THE_TABLE, Game, play
 
 
 @pytest.fixture(scope="module")
@@ -86,10 +88,28 @@ def test_cups_never_touch_and_come_to_rest_on_the_places(hiding: Hiding) -> None
 
 
 def test_joint_association_keeps_identities_that_k_means_loses() -> None:
-    tallies = {each.method: each for each in shuffled(12, 1, (0.5,), (1, 2, 4), (Hiding.CUPS,))}
+    chosen = [METHODS[k] for k in (1, 2, 4)]
+    tallies = {
+        each.method: each
+        for each in shuffled(12, 1, {ON_THE_TABLE: (0.5,)}, chosen, (Hiding.CUPS,))
+    }
     assert tallies["joint association"].lost == 0
     assert tallies["k-means"].lost > 0
-    assert tallies["joint, as allowed before"].lost > 6
+    assert tallies["joint association"].checks_per_second == pytest.approx(30.0, abs=0.5)
+    assert tallies["joint, as allowed before"].checks_per_second < 15.0
+
+
+@pytest.mark.parametrize("hiding", [Hiding.CUPS, Hiding.HANDS])
+def test_bins_on_the_floor_keep_their_names(hiding: Hiding) -> None:
+    (tally,) = shuffled(6, 1, {ON_THE_FLOOR: (1.0,)}, METHODS[2:3], (hiding,))
+    assert len(tally.outcomes) == 6
+    assert tally.lost == 0
+
+
+def test_what_happens_behind_a_screen_is_stated_to_be_unknown() -> None:
+    (tally,) = shuffled(12, 1, {ON_THE_TABLE: (0.25,)}, METHODS[2:3], (Hiding.SCREEN,))
+    assert 0.5 < tally.stated < 10.0
+    assert all(each.right for each in tally.outcomes if each.kept > 0.99)
 
 
 def test_what_is_gone_is_falsified_and_what_is_hidden_never() -> None:
@@ -98,9 +118,10 @@ def test_what_is_gone_is_falsified_and_what_is_hidden_never() -> None:
     assert not any(count for case, count in found.items() if case is not Case.GONE)
 
 
-def test_same_seed_same_bytes(tmp_path: Path) -> None:
+def test_same_seed_same_bytes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(exploration, "TASK_SWITCHES", 4.0)
     for name, processes in (("a", 1), ("b", 2)):
-        reproduce(1, 1, out=tmp_path / name, processes=processes)
+        reproduce(1, 1, out=tmp_path / name, stages={ON_THE_FLOOR: (2.0,)}, processes=processes)
     names = {path.name for path in (tmp_path / "a").iterdir()}
     assert {"tables.md", "verifications.csv", "fig4_variances.png", "fig5_paths.png"} <= names
     for name in ("tables.md", "verifications.csv"):

@@ -14,6 +14,7 @@ import polars as pl
 import pytest
 
 from objstate.errors import ResultError
+from objstate.recording.candidates import Found, write_candidates
 from objstate.recording.events import Event, write_events
 from objstate.recording.grids import Clutter, ClutterWriter
 from objstate.recording.tables import read_states
@@ -171,6 +172,18 @@ def test_what_the_building_doesnt_know_is_drawn_where_the_result_has_it(moved: P
     page = write_report(moved).read_text(encoding="utf-8")
     assert data_of(page)["clutter"] == {"t": [10], "places": [[125, -50, 130, -50]]}
     assert 'class="clutter"></i>' in page
+
+
+def test_candidates_are_listed_and_outlined_on_the_plan(moved: Path) -> None:
+    assert "Not in the building" not in write_report(moved).read_text(encoding="utf-8")
+    begin = json.loads((moved / "run.json").read_text())["begin_ns"]
+    corners = ((1.0, 0.0), (1.5, 0.0), (1.5, 0.3), (1.0, 0.3))
+    box = Found("unknown_1", 0.87, 9, 1.25, 0.15, 0.0, 0.5, 0.3, begin, begin + 10**9, corners)
+    write_candidates(moved, [box])
+    page = write_report(moved).read_text(encoding="utf-8")
+    assert "Not in the building" in page
+    assert "0.50 × 0.30" in page
+    assert 'd="M1.00,0.00 1.50,0.00 1.50,0.30 1.00,0.30Z" class="candidate"' in page
 
 
 def test_the_share_of_time_localized_heads_the_page(moved: Path) -> None:

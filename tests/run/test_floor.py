@@ -15,6 +15,7 @@ from objstate.geometry import FloatArray
 from objstate.localization import PoseBelief
 from objstate.objects import ObjectBelief, filter_for
 from objstate.particles import Weights
+from objstate.recording.candidates import read_candidates
 from objstate.recording.grids import CLUTTER, GRID_MAP, ClutterWriter, read_clutter
 from objstate.run import GRID_FILES, RunOptions, estimate_log
 from objstate.run.floor import Floor
@@ -147,6 +148,18 @@ def test_the_map_holds_walls_doors_and_the_box(writer: Any, tmp_path: Path) -> N
     assert ((values >= 0.0) & (values <= 1.0)).all()
 
 
+def test_a_box_that_stays_becomes_a_candidate_and_is_written(writer: Any, tmp_path: Path) -> None:
+    room = Simulated()
+    state, floor = estimator(room, 0.6), Floor(room.building, Settings(), writer)
+    for number in range(15):
+        floor.note(room.scan(6.0 * number, 0.6), state, [])
+    floor.write(tmp_path, 84 * SECOND, state)
+    (found,) = read_candidates(tmp_path)
+    assert found.probability > 0.8
+    assert np.hypot(found.x - BOX[0], found.y - BOX[1]) < 0.25  # two of its sides are in sight
+    assert found.length < 0.8  # its diagonal, and a cell
+
+
 def test_a_door_of_unknown_angle_is_spread_over_its_swing(writer: Any) -> None:
     room = Simulated(box=False)
     state = estimator(room, None)
@@ -177,3 +190,4 @@ def test_a_run_with_a_grid_writes_its_files_and_the_same_estimates(tmp_path: Pat
     assert read_clutter(with_grid).height == 2
     assert read_clutter(without).height == 0
     assert CLUTTER in GRID_FILES
+    assert read_candidates(without) == []

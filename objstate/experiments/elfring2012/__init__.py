@@ -2,13 +2,13 @@
 
 from objstate.experiments.elfring2012.exploration import Exploration, explore
 from objstate.experiments.elfring2012.falsifying import Case, Falsified, falsify
-from objstate.experiments.elfring2012.games import METHODS, SPEEDS, Tally, shuffled
+from objstate.experiments.elfring2012.games import METHODS, STAGES, Tally, shuffled
 from objstate.experiments.elfring2012.reproduction import Reproduction, reproduce
 from objstate.experiments.elfring2012.shuffling import Hiding
 
 __all__ = [
     "METHODS",
-    "SPEEDS",
+    "STAGES",
     "Case",
     "Exploration",
     "Falsified",

@@ -2,25 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from objstate.association import Motion
 from objstate.experiments.elfring2012.camera import Camera
-from objstate.experiments.elfring2012.exploration import CUPS, EXPLORING, PLAYING
-from objstate.experiments.elfring2012.looks import CameraLook
-from objstate.experiments.elfring2012.scene import CUP_RADIUS, GREEN
-from objstate.experiments.elfring2012.shuffling import FRAMES_PER_SECOND, Game, Hiding, play
+from objstate.experiments.elfring2012.exploration import EXPLORING, PLAYING
+from objstate.experiments.elfring2012.laser import LaserLook, scan
+from objstate.experiments.elfring2012.looks import CameraLook, Look
+from objstate.experiments.elfring2012.scene import GREEN, Scene
+from objstate.experiments.elfring2012.shuffling import (
+    FRAMES_PER_SECOND,
+    ON_THE_FLOOR,
+    ON_THE_TABLE,
+    Game,
+    Hiding,
+    Stage,
+    play,
+)
 from objstate.experiments.elfring2012.trackers import JointTracker, KMeans, Tracker
 from objstate.experiments.processes import in_order
 from objstate.geometry import FloatArray
 
 STD = 0.005  # m, to which cups are known before a shuffle
-ALIKE_WITHIN = 0.05  # m of a cup, within which its track has to be
 SURE = 0.99  # probability of having kept all, below which the tracker is told who is who before it goes on
-ALWAYS_MOVES = replace(CUPS, starts=1.0, stops=0.0)
 
 
 @dataclass(frozen=True)
@@ -29,18 +36,22 @@ class Method:
 
     name: str
     kind: type[KMeans] | type[JointTracker]
-    motion: Motion
     allowed: float  # m^2
+    always_moves: bool = False  # constant velocity alone, as in the paper
+
+    def motion(self, game: Game) -> Motion:
+        own = game.motion
+        return replace(own, starts=1.0, stops=0.0) if self.always_moves else own
 
 
 METHODS = (
-    Method("k-means, constant velocity", KMeans, ALWAYS_MOVES, PLAYING),
-    Method("k-means", KMeans, CUPS, PLAYING),
-    Method("joint association", JointTracker, CUPS, PLAYING),
-    Method("k-means, as allowed before", KMeans, CUPS, EXPLORING),
-    Method("joint, as allowed before", JointTracker, CUPS, EXPLORING),
+    Method("k-means, constant velocity", KMeans, PLAYING, always_moves=True),
+    Method("k-means", KMeans, PLAYING),
+    Method("joint association", JointTracker, PLAYING),
+    Method("k-means, as allowed before", KMeans, EXPLORING),
+    Method("joint, as allowed before", JointTracker, EXPLORING),
 )
-SPEEDS = (0.25, 0.5, 1.0)  # m/s
+STAGES = {ON_THE_TABLE: (0.25, 0.5, 1.0), ON_THE_FLOOR: (0.5, 1.0, 2.0)}  # m/s
 
 
 @dataclass(frozen=True)
@@ -74,47 +85,59 @@ class Tally:
 def shuffled(
     shuffles: int,
     processes: int,
-    speeds: Sequence[float] = SPEEDS,
-    methods: Sequence[int] = range(len(METHODS)),
+    stages: Mapping[Stage, Sequence[float]] = STAGES,
+    methods: Sequence[Method] = METHODS,
     hidings: Sequence[Hiding] = tuple(Hiding),
 ) -> Iterator[Tally]:
     """Every method on the same shuffles of every kind, by any number of processes."""
     jobs = [
-        (Game(speed, hiding, shuffles), tuple(methods)) for hiding in hidings for speed in speeds
+        (Game(speed, hiding, shuffles, stage), tuple(methods))
+        for stage, speeds in stages.items()
+        for hiding in hidings
+        for speed in speeds
     ]
     for tallies in in_order(_tallied, jobs, processes):
         yield from tallies
 
 
-def _tallied(job: tuple[Game, tuple[int, ...]]) -> list[Tally]:
+def _tallied(job: tuple[Game, tuple[Method, ...]]) -> list[Tally]:
     game, methods = job
     rng = np.random.default_rng(0)
-    course, camera = play(game, rng), Camera(game.camera)
-    followers = [_Follower(METHODS[k], course.cups[0]) for k in methods]
+    course, sensor = play(game, rng), _sensor(game)
+    followers = [_Follower(method, game, course.cups[0]) for method in methods]
     for frame, cups in enumerate(course.cups):
-        look = CameraLook(camera, camera.take(course.scene(frame), rng), GREEN)
+        look = sensor(course.scene(frame), rng)
         for each in followers:
             each.see(look)
             if frame in course.ends:
                 each.judge(cups)
     seconds = len(course.cups) / FRAMES_PER_SECOND
-    return [each.tally(game, seconds) for each in followers]
+    return [each.tally(seconds) for each in followers]
+
+
+def _sensor(game: Game) -> Callable[[Scene, np.random.Generator], Look]:
+    if game.stage != ON_THE_TABLE:
+        return lambda scene, rng: LaserLook(scan(scene, rng), game.radius)
+    camera = Camera(game.camera)
+    return lambda scene, rng: CameraLook(camera, camera.take(scene, rng), GREEN)
 
 
 class _Follower:
     """A method at work, and what came of it so far."""
 
-    def __init__(self, method: Method, places: FloatArray) -> None:
-        self.method = method
+    def __init__(self, method: Method, game: Game, places: FloatArray) -> None:
+        self.method, self.game = method, game
         self.tracker: Tracker = self._told(places)
         self.outcomes: list[Outcome] = []
         self.checks = 0
         self.rounds = np.zeros(64, int)
 
     def _told(self, places: FloatArray) -> Tracker:
-        return self.method.kind.at(places, STD, self.method.motion, 2.0 * CUP_RADIUS)
+        return self.method.kind.at(
+            places, STD, self.method.motion(self.game), 2.0 * self.game.radius
+        )
 
-    def see(self, look: CameraLook) -> None:
+    def see(self, look: Look) -> None:
         """One frame."""
         self.tracker = self.tracker.predicted(1.0 / FRAMES_PER_SECOND)
         spread = self.tracker.tracks.position_covariance
@@ -127,13 +150,13 @@ class _Follower:
     def judge(self, cups: FloatArray) -> None:
         """A shuffle has come to rest."""
         off = np.hypot(*np.moveaxis(self.tracker.tracks.positions - cups, -1, 0))
-        right, kept = bool(off.max() < ALIKE_WITHIN), self.tracker.kept
+        right, kept = bool(off.max() < self.game.radius), self.tracker.kept
         self.outcomes.append(Outcome(right, kept))
         if not right or kept < SURE:
             self.tracker = self._told(cups)
 
-    def tally(self, game: Game, seconds: float) -> Tally:
+    def tally(self, seconds: float) -> Tally:
         rate = self.checks / seconds / 3.0
         last = int(np.flatnonzero(self.rounds).max(initial=1))
         rounds = tuple(self.rounds[1 : last + 1].tolist())
-        return Tally(self.method.name, game, tuple(self.outcomes), rate, rounds)
+        return Tally(self.method.name, self.game, tuple(self.outcomes), rate, rounds)

@@ -7,10 +7,11 @@ from math import pi
 from typing import Protocol
 
 import numpy as np
+from scipy.ndimage import label
 
 from objstate.experiments.elfring2012.camera import DEPTH, Camera, Picture
 from objstate.experiments.elfring2012.scene import CUP_HEIGHT, CUP_RADIUS
-from objstate.geometry import BoolArray, FloatArray
+from objstate.geometry import BoolArray, FloatArray, IntArray
 
 BELOW_TOP = 0.012  # m: readings of a cup's top say nothing of its outline
 EDGE = 0.004  # m below the top of what is seen from above, as far down as readings count
@@ -28,6 +29,7 @@ class Seen:
     codes: FloatArray = field(repr=False)  # (n, q) in the sensor's own coordinates
     points: FloatArray = field(repr=False)  # (n, 2) m, in the plane
     regions: BoolArray = field(repr=False)  # (k, n) whether a reading is in an object's region
+    runs: IntArray | None = field(default=None, repr=False)  # (n,) readings of one thing, if told
 
 
 class Look(Protocol):
@@ -62,6 +64,15 @@ class Look(Protocol):
         """Readings within reaches (k,) m of positions (k, 2)."""
         ...
 
+    def elsewhere(self, positions: FloatArray, reaches: FloatArray) -> list[FloatArray]:
+        """Readings (n, 2) of each thing outside these regions that may be such an object."""
+        ...
+
+    @property
+    def clutter(self) -> float:
+        """1/m^2, of what looks like such an object and is none."""
+        ...
+
     def coded(self, positions: FloatArray) -> FloatArray:
         """(k, q) where the middles of objects at positions (k, 2) are in the sensor's own coordinates."""
         ...
@@ -82,6 +93,7 @@ class CameraLook:
     height: float = CUP_HEIGHT
     round: bool = True
     fewest: int = 15
+    clutter: float = 0.01
 
     @property
     def setback(self) -> float:
@@ -102,16 +114,32 @@ class CameraLook:
         rows, columns = self._window(positions, reaches)
         v, u = np.nonzero(self.picture.colours[rows, columns] == self.colour)
         v, u = v + rows.start, u + columns.start
-        points = self.camera.origin + self.picture.depths[v, u][:, None] * self.camera.rays[v, u]
-        if self.round:
-            level = (points[:, 2] > ABOVE_TABLE) & (points[:, 2] < self.height - BELOW_TOP)
-        else:
-            level = points[:, 2] > self.height - EDGE
+        points, level = self._points(v, u)
         off = points[:, :2] - positions[:, None]
         regions = (np.hypot(off[..., 0], off[..., 1]) <= reaches[:, None]) & level
         inside = regions.any(axis=0)
         codes = np.column_stack([u, v])[inside] + 0.5
         return Seen(codes, points[inside, :2], regions[:, inside])
+
+    def elsewhere(self, positions: FloatArray, reaches: FloatArray) -> list[FloatArray]:
+        """Blobs of the colour."""
+        blobs, count = label(self.picture.colours == self.colour)
+        v, u = np.nonzero(blobs)
+        points, level = self._points(v, u)
+        off = points[:, :2] - positions[:, None]
+        outside = level & (np.hypot(off[..., 0], off[..., 1]) > reaches[:, None]).all(axis=0)
+        labels, points = blobs[v, u][outside], points[outside, :2]
+        sizes = np.bincount(labels, minlength=count + 1)
+        return [points[labels == k] for k in np.flatnonzero(sizes >= self.fewest).tolist()]
+
+    def _points(self, v: IntArray, u: IntArray) -> tuple[FloatArray, BoolArray]:
+        """(n, 3) m, where pixels are, and whether that is at a height that counts."""
+        points = self.camera.origin + self.picture.depths[v, u][:, None] * self.camera.rays[v, u]
+        if self.round:
+            level = (points[:, 2] > ABOVE_TABLE) & (points[:, 2] < self.height - BELOW_TOP)
+        else:
+            level = points[:, 2] > self.height - EDGE
+        return points, level
 
     def _window(self, positions: FloatArray, reaches: FloatArray) -> tuple[slice, slice]:
         low, high = positions - reaches[:, None], positions + reaches[:, None]

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from objstate.experiments.elfring2012.exploration import Exploration, explore
 from objstate.experiments.elfring2012.falsifying import falsify
-from objstate.experiments.elfring2012.games import METHODS, SPEEDS, shuffled
-from objstate.experiments.elfring2012.shuffling import Hiding
+from objstate.experiments.elfring2012.games import METHODS, STAGES, shuffled
+from objstate.experiments.elfring2012.shuffling import Hiding, Stage
 from objstate.experiments.elfring2012.tabling import falsified_table, games_table, paper_table
 from objstate.experiments.reproduction import DPI, TABLES, Progress, check_plotting
 from objstate.experiments.tables import Table
@@ -35,6 +36,7 @@ def reproduce(
     *,
     out: str | Path | None = None,
     seed: int = 0,
+    stages: Mapping[Stage, Sequence[float]] = STAGES,
     processes: int = 1,
     overwrite: bool = False,
     on_progress: Progress | None = None,
@@ -46,16 +48,21 @@ def reproduce(
     matplotlib is missing.
     """
     if out is None:
-        return _reproduced(shuffles, trials, seed, processes, on_progress)
+        return _reproduced(shuffles, trials, seed, stages, processes, on_progress)
     check_plotting()
     with result_folder(out, overwrite=overwrite) as folder:
-        result = _reproduced(shuffles, trials, seed, processes, on_progress)
+        result = _reproduced(shuffles, trials, seed, stages, processes, on_progress)
         _write(result, folder)
     return result
 
 
 def _reproduced(
-    shuffles: int, trials: int, seed: int, processes: int, on_progress: Progress | None
+    shuffles: int,
+    trials: int,
+    seed: int,
+    stages: Mapping[Stage, Sequence[float]],
+    processes: int,
+    on_progress: Progress | None,
 ) -> Reproduction:
     def report(share: float) -> None:
         if on_progress is not None:
@@ -65,8 +72,8 @@ def _reproduced(
     report(0.03)
     falsified, tallies = list(falsify(trials, processes)), []
     report(0.1)
-    kinds = len(Hiding) * len(SPEEDS) * len(METHODS)
-    for tally in shuffled(shuffles, processes):
+    kinds = len(Hiding) * len(METHODS) * sum(map(len, stages.values()))
+    for tally in shuffled(shuffles, processes, stages):
         tallies.append(tally)
         report(0.1 + 0.9 * len(tallies) / kinds)
     tables = (paper_table(found), falsified_table(falsified), games_table(tallies))

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from math import pi
 
 import numpy as np
 
+from objstate.association import Motion
 from objstate.experiments.elfring2012.camera import CameraSetup
 from objstate.experiments.elfring2012.scene import (
     CUP_HEIGHT,
@@ -23,6 +24,7 @@ from objstate.geometry import FloatArray
 FRAMES_PER_SECOND = 30.0
 PLACES = np.array([[-0.2, 1.1], [0.0, 1.1], [0.2, 1.1]])  # m
 PAUSES = (0.1, 0.4)  # s, between shuffles
+STARTS = 0.5  # 1/s, of a thing that is being shuffled, as a tracker is told
 PAIRS = ((0, 1), (1, 2), (0, 2))
 
 
@@ -36,12 +38,47 @@ class Hiding(StrEnum):
 
 
 @dataclass(frozen=True)
+class Stage:
+    """What is shuffled, and where."""
+
+    name: str
+    scale: float  # of the table's lengths
+    hand: float  # m, radius of what moves them: a hand, or a person's legs
+    motion: Motion
+
+
+ON_THE_TABLE = Stage(
+    "cups, camera",
+    1.0,
+    HAND_RADIUS,
+    Motion(walk=2.2e-4, starts=1.0 / 36000.0, speed=0.6, acceleration=3.0),
+)
+ON_THE_FLOOR = Stage(
+    "bins, laser",
+    4.0,
+    0.09,
+    Motion(walk=2.2e-4, starts=1.0 / 36000.0, speed=1.2, acceleration=6.0),
+)
+
+
+@dataclass(frozen=True)
 class Game:
-    """How the cups are shuffled."""
+    """How three things are shuffled."""
 
     speed: float = 0.5  # m/s, the mean along the way of a shuffle
     hiding: Hiding = Hiding.CUPS
     shuffles: int = 10
+    stage: Stage = ON_THE_TABLE
+
+    @property
+    def motion(self) -> Motion:
+        """Of things that somebody is at."""
+        return replace(self.stage.motion, starts=STARTS)
+
+    @property
+    def radius(self) -> float:
+        """m, of what is shuffled."""
+        return CUP_RADIUS * self.stage.scale
 
     @property
     def camera(self) -> CameraSetup:
@@ -58,15 +95,19 @@ class Course:
     hands: FloatArray = field(repr=False)  # (t, 2, 2) m; nan: none on the table
     screens: FloatArray = field(repr=False)  # (t, 2) m, from and to which x; nan: none
     ends: tuple[int, ...]  # frames in which a shuffle has come to rest
+    stage: Stage
 
     def scene(self, frame: int) -> Scene:
         hands = self.hands[frame]
         hands = hands[np.isfinite(hands[:, 0])]
-        rounds = [[x, y, CUP_RADIUS, CUP_HEIGHT, GREEN] for x, y in self.cups[frame].tolist()]
-        rounds += [[x, y, HAND_RADIUS, HAND_HEIGHT, OTHER] for x, y in hands.tolist()]
+        scale = self.stage.scale
+        cup = scale * CUP_RADIUS, scale * CUP_HEIGHT
+        hand = self.stage.hand, scale * HAND_HEIGHT
+        rounds = [[x, y, *cup, GREEN] for x, y in self.cups[frame].tolist()]
+        rounds += [[x, y, *hand, OTHER] for x, y in hands.tolist()]
         left, right = self.screens[frame].tolist()
-        shown = np.isfinite(left)
-        boxes = [[left, right, 0.80, 0.81, 0.0, 0.25, OTHER]] if shown else []
+        box = [*(np.array([0.80, 0.81, 0.0, 0.25]) * scale), OTHER]
+        boxes = [[left, right, *box]] if np.isfinite(left) else []
         return Scene(np.array(rounds), np.array(boxes).reshape(-1, 7))
 
 
@@ -99,7 +140,11 @@ def play(game: Game, rng: np.random.Generator) -> Course:
         hands += [np.full((2, 2), np.nan)] * rested
         screens += [np.full(2, np.nan)] * rested
         ends.append(len(cups) - 1)
-    return Course(np.array(cups), np.array(hands), np.array(screens), tuple(ends))
+    stage = game.stage
+    all_cups, all_hands, all_screens = (
+        stage.scale * np.array(each) for each in (cups, hands, screens)
+    )
+    return Course(all_cups, all_hands, all_screens, tuple(ends), stage)
 
 
 def _shuffle(
@@ -113,11 +158,11 @@ def _shuffle(
         wide = max(wide, 0.10)
     turn = 1.0 if rng.random() < 0.5 else -1.0
     length = pi * np.sqrt((half**2 + wide**2) / 2.0)
-    frames = max(round(length / game.speed * FRAMES_PER_SECOND), 2)
+    frames = max(round(length * game.stage.scale / game.speed * FRAMES_PER_SECOND), 2)
     share = np.arange(1, frames + 1) / frames
     phase = pi * (3.0 * share**2 - 2.0 * share**3)
     if back:
-        phase = np.minimum(phase, pi - phase)
+        phase = 0.45 * pi * (1.0 - np.cos(2.0 * pi * share)) / 2.0
     arc = np.stack([-half * np.cos(phase), turn * wide * np.sin(phase)], axis=-1)
     ways = np.stack([middle + arc, middle - arc], axis=1)
     hands = ways + np.array([0.0, HAND_RADIUS + CUP_RADIUS + 0.01])  # behind

@@ -54,6 +54,7 @@ def games_table(tallies: Sequence[Tally]) -> Table:
     """Identities lost, by speed, occlusion and method."""
     rows = tuple(
         (
+            each.game.stage.name,
             each.game.hiding.value,
             f"{each.game.speed:g}",
             each.method,
@@ -69,7 +70,7 @@ def games_table(tallies: Sequence[Tally]) -> Table:
         "have been, by the tracker's own probabilities; k-means has none. Checks are of one cup, a "
         "second. Rounds: the share of k-means in which no reading changed its cluster after one or two."
     )
-    columns = ("hiding", "m/s", "method", "lost", "stated", "checks", "rounds")
+    columns = ("what", "hiding", "m/s", "method", "lost", "stated", "checks", "rounds")
     return Table("Shuffles of three identical cups", columns, rows, note)
 
 

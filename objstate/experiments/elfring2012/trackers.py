@@ -19,6 +19,7 @@ BARELY = 0.35  # share in sight from which on an object is seen as well as that
 HIDDEN = 0.5  # share of an object that is hidden, from which on it isn't missed
 TURNS = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)
 RING = np.column_stack([np.cos(TURNS), np.sin(TURNS)])
+MISFIT = 2.5  # sigmas of a reading, beyond which what is seen isn't of such an object
 CENTROID_STD = 0.005  # m, of a middle of readings
 
 
@@ -118,11 +119,14 @@ class JointTracker:
         """All objects as soon as one is due: one that isn't may have given the readings."""
         begin = perf_counter()
         joint, best = self.joint, self.joint.best
-        seen = look.seen(best.positions, _reaches(best, look))
-        fits, rounds = _outlines(seen, best.positions, look)
+        reaches = _reaches(best, look)
+        seen = look.seen(best.positions, reaches)
+        # what is out of sight is looked for everywhere: what was there may be anywhere by now
+        others = look.elsewhere(best.positions, reaches) if joint.unseen.any() else []
+        fits, rounds = _outlines(seen, others, best.positions, look)
         hidden = look.hidden(joint.tracks.corners())
         visible = (CERTAIN * np.minimum((1.0 - hidden) / BARELY, 1.0)).mean(axis=-1)
-        after = joint.updated(_readings(fits), visible)
+        after = joint.updated(_readings(fits, look), visible)
         off = [np.hypot(*(fit.position - after.best.positions).T) for fit in fits]
         nearest = np.min(off, axis=0) if fits else np.full(len(due), np.inf)
         missing = nearest > look.radius
@@ -135,30 +139,40 @@ class JointTracker:
         )
 
 
-def _readings(fits: list[Located]) -> Readings:
+def _readings(fits: list[Located], look: Look) -> Readings:
     return Readings(
         np.array([fit.position for fit in fits]).reshape(-1, 2),
         np.array([fit.covariance for fit in fits]).reshape(-1, 2, 2),
+        look.clutter,
     )
 
 
-def _outlines(seen: Seen, positions: FloatArray, look: Look) -> tuple[list[Located], int]:
+def _outlines(
+    seen: Seen, others: list[FloatArray], positions: FloatArray, look: Look
+) -> tuple[list[Located], int]:
     """Circles in the readings, as many as there are; and the rounds of k-means that it took.
 
     Two that overlap are one: solid things don't.
     """
-    shares = shared_out(seen.points, positions)
-    parts = [seen.points[shares.labels == k] for k in range(len(positions))]
+    labels, rounds = seen.runs, 0
+    if labels is None:
+        shares = shared_out(seen.points, positions)
+        labels, rounds = shares.labels, shares.rounds
+    parts = [seen.points[labels == k] for k in np.unique(labels).tolist()] + others
     parts = [part for part in parts if len(part) >= look.fewest]
-    while True:
-        fits = [located(part, look.sensor, look.radius, look.noise) for part in parts]
-        found = [fit for fit in fits if fit is not None]
-        pair = _overlapping(found, look.radius)
-        if pair is None:
-            return found, shares.rounds
-        first, second = pair
-        joined = np.concatenate([parts[first], parts[second]])
-        parts = [part for k, part in enumerate(parts) if k not in pair] + [joined]
+    fits = [_fit(part, look) for part in parts]
+    while (pair := _overlapping(fits, look.radius)) is not None:
+        parts.append(np.concatenate([parts[k] for k in pair]))
+        fits.append(_fit(parts[-1], look))
+        for k in sorted(pair, reverse=True):
+            del parts[k], fits[k]
+    return [fit for fit in fits if fit.misfit < MISFIT * look.noise], rounds
+
+
+def _fit(points: FloatArray, look: Look) -> Located:
+    found = located(points, look.sensor, look.radius, look.noise)
+    assert found is not None  # of enough readings
+    return found
 
 
 def _overlapping(fits: list[Located], radius: float) -> tuple[int, int] | None:

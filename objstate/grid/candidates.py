@@ -1,0 +1,153 @@
+"""Things that stand about and stay put, which the building doesn't know: candidates for objects.
+
+Occupied cells that touch are one thing. Each look at it says whether it is still there: what stays was hardly
+ever moved meanwhile, what passes by was, the more probably the longer ago the last look (Elfring et al. 2012,
+section III-F: detections make new objects or are clutter).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from math import exp, hypot, log, log1p
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation, label
+
+from objstate.geometry import BoolArray, FloatArray, IntArray, wrapped
+from objstate.grid.grid import FREE, OCCUPIED
+from objstate.grid.layout import Layout
+from objstate.records import NANOSECONDS
+
+PRIOR = 0.3  # probability that what is seen once stays
+STAYS_S = 3600.0  # s, for which things that stay do so, on average
+PASSES_S = 30.0  # s, for which people and what they push stand, on average
+MISSED = 0.02  # probability that a look errs
+GONE = 0.05  # probability of being real below which a candidate is dropped
+REAL = 0.5  # probability from which on it is told of
+FEWEST = 3  # cells
+TOUCHING = np.ones((3, 3), bool)
+MAJORITY = 0.5  # of the cells that a look sees
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """Something that may be an object."""
+
+    name: str
+    cells: IntArray = field(repr=False)  # (n,) numbers in the layout
+    log_odds: float  # that it is real
+    looks: int
+    first_ns: int
+    seen_ns: int  # when it was last looked at
+
+    @property
+    def probability(self) -> float:
+        return 1.0 / (1.0 + exp(-self.log_odds))
+
+    def places(self, layout: Layout) -> FloatArray:
+        """(n, 2) m, the middles of its cells."""
+        rows, columns = np.unravel_index(self.cells, layout.shape)
+        return layout.to_frame(np.column_stack([columns, rows]).astype(float) + 0.5)
+
+    def outline(self, layout: Layout) -> FloatArray:
+        """(k, 2) m, the convex hull of its cells, counterclockwise."""
+        import shapely
+
+        hull = self._hull(layout)
+        return np.asarray(shapely.get_coordinates(shapely.orient_polygons(hull))[:-1])
+
+    def box(self, layout: Layout) -> tuple[FloatArray, tuple[float, float]]:
+        """Pose (3,) of the middle, the longer side along x, and the sides in m of the least box about it."""
+        import shapely
+
+        corners = shapely.get_coordinates(shapely.minimum_rotated_rectangle(self._hull(layout)))
+        first, second = corners[1] - corners[0], corners[2] - corners[1]
+        long, short = sorted((first, second), key=lambda side: -hypot(*side))
+        yaw = (
+            wrapped(2.0 * float(np.arctan2(long[1], long[0]))) / 2.0
+        )  # turned by half it is the same
+        x, y = corners[:4].mean(axis=0).tolist()
+        return np.array([x, y, yaw]), (hypot(*long), hypot(*short))
+
+    def _hull(self, layout: Layout) -> Any:
+        import shapely
+
+        half = layout.resolution / 2.0
+        corners = np.array([[-half, -half], [-half, half], [half, half], [half, -half]])
+        return shapely.convex_hull(
+            shapely.MultiPoint((self.places(layout)[:, None] + corners).reshape(-1, 2))
+        )
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """All candidates on a layout. ``looked`` returns the next value."""
+
+    layout: Layout
+    known: tuple[Candidate, ...] = ()
+    counted: int = 0  # that ever were, for their names
+
+    @property
+    def real(self) -> tuple[Candidate, ...]:
+        """Those that probably are objects, the surest first."""
+        found = [each for each in self.known if each.probability >= REAL]
+        return tuple(sorted(found, key=lambda each: -each.log_odds))
+
+    def looked(self, values: NDArray[np.float32], fresh: BoolArray, stamp_ns: int) -> Candidates:
+        """After a look: probabilities (rows, columns) of being occupied, and which cells it saw."""
+        occupied, free = values > OCCUPIED, values < FREE
+        blobs, count = label(binary_dilation(occupied, TOUCHING), TOUCHING)
+        blobs = np.where(occupied, blobs, 0)
+        taken = np.zeros(count + 1, bool)
+        kept = []
+        for each in self.known:
+            after = _looked_again(each, occupied, free, fresh, blobs, stamp_ns)
+            taken[np.unique(blobs.ravel()[after.cells])] = True
+            if after.probability >= GONE:
+                kept.append(after)
+        sizes = np.bincount(blobs.ravel()[(occupied & fresh).ravel()], minlength=count + 1)
+        new = np.flatnonzero((sizes >= FEWEST) & ~taken & (np.arange(count + 1) > 0)).tolist()
+        odds = log(PRIOR) - log1p(-PRIOR)
+        for number, blob in enumerate(new, start=self.counted + 1):
+            cells = np.flatnonzero(blobs == blob)
+            kept.append(Candidate(f"unknown_{number}", cells, odds, 1, stamp_ns, stamp_ns))
+        return Candidates(self.layout, tuple(kept), self.counted + len(new))
+
+
+def _looked_again(
+    each: Candidate,
+    occupied: BoolArray,
+    free: BoolArray,
+    fresh: BoolArray,
+    blobs: IntArray,
+    stamp_ns: int,
+) -> Candidate:
+    """A candidate after a look, by Bayes' rule; as it was where the look didn't see it."""
+    flat = occupied.ravel()[each.cells], free.ravel()[each.cells], fresh.ravel()[each.cells]
+    seen = int(flat[2].sum())
+    if seen == 0:
+        return each
+    there, gone = int((flat[0] & flat[2]).sum()), int((flat[1] & flat[2]).sum())
+    if max(there, gone) < MAJORITY * seen:
+        return each
+    gap = (stamp_ns - each.seen_ns) / NANOSECONDS
+    stays, passes = (_still(gap, mean) for mean in (STAYS_S, PASSES_S))
+    if there < gone:
+        stays, passes = 1.0 - stays, 1.0 - passes
+    own = np.setdiff1d(np.unique(blobs.ravel()[each.cells]), [0])
+    seen_now = np.flatnonzero(np.isin(blobs, own)) if there >= gone else np.empty(0, int)
+    left = each.cells[~(flat[1] & flat[2])]
+    return replace(
+        each,
+        cells=np.union1d(left, seen_now) if there >= gone else each.cells,
+        log_odds=each.log_odds + log(stays) - log(passes),
+        looks=each.looks + 1,
+        seen_ns=stamp_ns,
+    )
+
+
+def _still(gap: float, mean: float) -> float:
+    """Probability that something is seen where it was seen before, given how long such things stand."""
+    return MISSED + (1.0 - 2.0 * MISSED) * exp(-gap / mean)
