@@ -81,7 +81,7 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
         (sight.within, "f2 f f f"),
         (sight.near, "f2 f f f f2 b1"),
         (sight.entries, "f2 f1 f f f2 f2 f1"),
-        (sight.reached, "f2 b1 f1 f"),
+        (sight.seen, "f2 f1 f f f f2 f2 f1 b1 f1 f"),
     ),
     (
         (likelihood.object_log_likelihood, "f2 f2 f2 f2 i f2 i1 f2 f1 i1 f1 f1 f f f2 b1"),
