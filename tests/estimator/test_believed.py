@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.altered import Altered
 from objstate.building.model import Mesh
 from objstate.config import Settings
 from objstate.errors import SettingsError
@@ -14,7 +15,6 @@ from objstate.estimator.believed import Believed
 from objstate.objects import ObjectBelief
 from objstate.particles import Weights
 from objstate.world import World
-from tests.altered import Altered
 from tests.rooms import building, door, enclosure, table
 
 PLACE = building(

@@ -10,6 +10,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from benchmarks.altered import Altered
 from objstate.building.model import Mesh
 from objstate.config import BuildingErrorSettings, Settings
 from objstate.errors import BuildingError, SettingsError
@@ -25,7 +26,6 @@ from objstate.records import (
     Scan,
 )
 from objstate.sensing import ExpectedRanges
-from tests.altered import Altered
 from tests.estimator.drives import START, START_NS, Drive, corridor, drive, truth
 from tests.rooms import block, building, fan, fence, placed, scan_of, table
 

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.altered import Altered
 from objstate.config import DoorSettings, Settings
 from objstate.errors import WorldError
 from objstate.objects import filter_for
 from objstate.particles import entropy
 from objstate.world import World
-from tests.altered import Altered
 from tests.world.examples import DOOR, HOUR, OBJECTS, SECOND, at_angle, desk_at
 
 
