@@ -83,7 +83,11 @@ class Shapes:
             path = found
         key = (str(path), scale)
         if key not in self._files:
-            mesh = load_mesh(path, element.where)
+            try:
+                mesh = load_mesh(path, element.where)
+            except BuildingError as error:  # a lamp's COLLADA is no reason to refuse the walls
+                self.notes.left.append(f"Model '{model.name}': {error}")
+                mesh = Mesh.empty()
             faces = mesh.faces if np.prod(scale) > 0 else mesh.faces[:, ::-1]
             self._files[key] = Mesh(mesh.vertices * np.array(scale), faces)
         return self._files[key]

@@ -219,6 +219,15 @@ def test_what_a_laser_does_not_meet_or_objstate_does_not_know_is_left(tmp_path: 
     assert bounds(building)[:2] == pytest.approx([-2, -0.015])  # the odd door is held by the world
 
 
+def test_a_mesh_that_is_not_read_is_left_with_its_cure(tmp_path: Path) -> None:
+    (tmp_path / "lamp.dae").write_text("<COLLADA/>")
+    shape = "<geometry><mesh><uri>lamp.dae</uri></mesh></geometry>"
+    lamp = model("lamp", f'<link name="l"><visual name="v">{shape}</visual></link>', static=True)
+    result, building = imported(tmp_path, WALL, lamp)
+    assert bounds(building) == pytest.approx([-2, 2.95, 2, 3.05])
+    assert "convert it to one of" in result.notes.left[0]
+
+
 def test_continuous_joints_go_round(tmp_path: Path) -> None:
     door = DOOR.replace("<limit><lower>0</lower><upper>1.57</upper></limit>", "")
     _, building = imported(tmp_path, WALL, model("round", door))
