@@ -22,7 +22,9 @@ from objstate.editing import edit_page, subject_of
 from objstate.editing.drives import points_of
 
 PICTURE = Path(__file__).with_suffix(".png")
-SEEN = Path(__file__).parents[2] / "benchmarks" / "wean_hall_doors.csv"  # where leaves of both runs meet
+SEEN = (
+    Path(__file__).parents[2] / "benchmarks" / "wean_hall_doors.csv"
+)  # where leaves of both runs meet
 MIDDLE, METRES = (51.6, 39.2), 9.0  # shown, and how wide
 SHOWN_AT = 58  # degrees, WL2 in run 2
 WIDTH, HEIGHT = 1280, 720  # px
