@@ -109,13 +109,18 @@ class Doors:
 
     def _read_off(self, mixture: DoorMixture, belief: ObjectBelief) -> ObjectBelief:
         """The posterior of a door's state, over how far off its hinge and bearing may be."""
-        cases = self.cases(mixture)
-        read = [mixture.under(statics).on_lattice(belief) for _, statics in cases]
-        shares = np.array([share for share, _ in cases])
-        weights = shares @ np.array([each.weights.values for each in read])
-        swung = shares @ np.array([each.weights.values * each.swung for each in read])
+        shares, statics = zip(*self.cases(mixture), strict=True)
+        weights, swung = mixture.door.on_lattice(mixture.under(statics), belief)
+        swung = np.array(shares) @ (weights * swung)
+        weights = np.array(shares) @ weights
         swung = np.minimum(swung / np.maximum(weights, NEVER), 1.0)
-        return altered(read[0], weights=Weights(weights), swung=swung, joint=mixture)
+        return altered(
+            belief,
+            weights=Weights(weights),
+            swung=swung,
+            stamp_ns=mixture.stamp_ns,
+            joint=mixture,
+        )
 
     def _deviations(self, door: Doorway) -> dict[str, Deviation]:
         """What is learnt over all doors, and applies to this one."""

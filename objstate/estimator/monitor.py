@@ -218,12 +218,15 @@ class Monitor:
         anywhere = PoseBelief(np.zeros((1, 3)), Weights.uniform(1))
         looked = Sight.of(scan, anywhere, self._sensing, self._believed.surroundings)
         beams, priors = self._scenery.thinned(looked.valid), self._believed.priors
-        view, tempering = looked.view(beams), self._settings.localization.tempering
+        view = looked.view(beams)
+        view = view.take(np.ones(np.count_nonzero(beams), dtype=bool))  # these beams are all
+        tempering = self._settings.localization.tempering
 
         def log_likelihood(poses: FloatArray, blur: float) -> FloatArray:
             sight = looked.by(PoseBelief(poses, Weights.uniform(len(poses))))
-            objects = self._scenery.objects(sight, beams, priors)
-            return tempering * view.pose_log_likelihood(poses, blur, objects)
+            walls = view.walls(np.concatenate([sight.robot.mean[None], poses]))
+            objects = self._scenery.objects(sight, beams, priors, walls[0].copy())
+            return tempering * view.pose_log_likelihood(poses, blur, objects, walls[1:])
 
         return log_likelihood
 
