@@ -18,6 +18,7 @@ UPRIGHT = 1e-6  # of a hinge's unit axis, by which it may lean
 SAME = 1e-4  # m and degrees: rounding, not editing
 PROBABLE = 0.5  # a candidate nobody decided on is taken from this probability on
 
+PLAIN = r"^[^\x00-\x1f\x7f]*$"  # what XML and tables can hold on one line
 Coordinate = Annotated[float, Field(ge=-1e8, le=1e8)]  # m
 Decision = Literal["kept", "accepted", "rejected", "open"]
 
@@ -25,7 +26,7 @@ Decision = Literal["kept", "accepted", "rejected", "open"]
 class DoorRow(Strict):
     """One hinged door."""
 
-    name: str
+    name: Annotated[str, Field(pattern=PLAIN)]
     x: Coordinate  # m, of the hinge
     y: Coordinate
     bearing: Annotated[float, Field(ge=-1e4, le=1e4)]  # degrees, of the closed leaf

@@ -14,7 +14,7 @@ from objstate.building import building_from_map, load_building
 from objstate.building.door_table import read_doors
 from objstate.building.model import Building
 from objstate.building.sidecar import sidecar_text
-from objstate.building.writing import DECISIONS_FILE, check_target, is_replaceable
+from objstate.building.writing import DECISIONS_FILE, DOORS_FILE, check_target, is_replaceable
 from objstate.editing.rows import DoorRow, Edits, row_of
 from objstate.errors import BuildingError
 
@@ -35,7 +35,8 @@ def subject_of(
 ) -> Subject:
     """What a folder with a building, its URDF, or a map's YAML file hold.
 
-    ``candidates`` is a table of doors, with a column ``probability`` if they are to be decided on.
+    ``candidates`` is a table of doors, with a column ``probability`` if they are to be decided on;
+    such a table in the building's folder is found there.
     Without ``out`` a folder that objstate wrote is edited in place. Raises BuildingError.
     """
     path = Path(source)
@@ -48,7 +49,10 @@ def subject_of(
         building, plan = load_building(urdf), None
         sidecar = sidecar_text(urdf)
     rows = [row for item in building.objects.values() if (row := row_of(item)) is not None]
-    found = [] if candidates is None else _candidates(Path(candidates))
+    table = _own_table(path) if candidates is None else Path(candidates)
+    found = [] if table is None else _candidates(table)
+    if candidates is None:
+        found = [row for row in found if row.probability is not None]
     return Subject(building, plan, sidecar, _merged(rows, _decisions(target), found), target)
 
 
@@ -94,6 +98,12 @@ def _decisions(folder: Path) -> list[DoorRow]:
         ) from error
 
 
+def _own_table(path: Path) -> Path | None:
+    """The table that lies in a building's folder, if there is one."""
+    table = path / DOORS_FILE
+    return table if path.is_dir() and table.is_file() else None
+
+
 def _candidates(path: Path) -> list[DoorRow]:
     """The doors of a table, open where it has a probability for each."""
     return [
@@ -117,6 +127,7 @@ def _merged(
 ) -> list[DoorRow]:
     """Each door once, by name: as a person decided, else as a candidate, else as the building has it."""
     rows = {row.name: row for row in doors}
+    rows |= {row.name: row for row in decided if row.decision == "open"}
     rows |= {row.name: row for row in candidates}
     rows |= {row.name: row for row in decided if row.decision in ("accepted", "rejected")}
     return list(rows.values())

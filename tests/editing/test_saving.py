@@ -91,6 +91,19 @@ def test_candidates_are_taken_by_their_probability_until_somebody_decides(folder
     assert opened == {"left": ("open", 0.2), "sure": ("open", 0.9), "unsure": ("open", 0.2)}
     save(subject, Edits(doors=subject.rows))
     assert list(load_building(folder / "room.urdf").objects) == ["sure", "slides", "desk"]
+    assert {row.name: row.probability for row in subject_of(folder).rows} == {
+        "left": 0.2,
+        "sure": 0.9,
+        "unsure": 0.2,
+    }
+
+
+def test_candidates_that_lie_in_the_folder_are_found(folder: Path) -> None:
+    (folder / "doors.csv").write_text(f"{HEADER},probability\nfound,1,4,180,ccw,0.8,90,0.7\n")
+    assert {row.name: row.decision for row in subject_of(folder).rows} == {
+        "left": "kept",
+        "found": "open",
+    }
 
 
 def test_what_was_decided_outweighs_new_candidates(folder: Path) -> None:
@@ -146,6 +159,11 @@ def test_doors_that_cannot_be_are_refused_and_nothing_is_written(
     with pytest.raises(BuildingError, match=message):
         save(subject_of(folder), Edits(doors=doors))
     assert sorted(path.name for path in folder.iterdir()) == before
+
+
+def test_a_name_that_a_urdf_cannot_hold_is_refused() -> None:
+    with pytest.raises(ValueError, match="String should match pattern"):
+        added("a\x01b")
 
 
 def test_decisions_that_cannot_be_read_are_told(folder: Path) -> None:
