@@ -31,7 +31,7 @@ NEGLIGIBLE = 5e-3  # probability of a deviation under which no door is read off
 PARTS = 3  # of the deviations of bearings, under which doors are read off by turns
 WIDEST_M, WIDEST_DEG = 0.03, 3.0  # deviations of hinges and bearings that doors are filtered with
 GRID, LEAST = 15, 0.1  # deviations tried, from this share of the first guess on
-FACTOR = 1.5  # standard deviation of the logarithm of a deviation, before any scan
+FACTOR = 1.0  # standard deviation of the logarithm of a deviation, before any scan
 EDGE_SHARE = 0.1  # of the beams beside an edge, that the surface next to it stops
 LEAST_DENSITY = 1e-9  # 1/m, of a range that nothing explains
 
