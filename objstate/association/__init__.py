@@ -1,5 +1,6 @@
 """Objects that look alike: which reading is of which, and how probably two were swapped (Elfring et al. 2012)."""
 
+from objstate.association.assignments import assignments, marginals
 from objstate.association.joint import Joint, Readings
 from objstate.association.motion import Motion, Tracks
 from objstate.association.round_shapes import Located, located
@@ -12,6 +13,8 @@ __all__ = [
     "Readings",
     "Shares",
     "Tracks",
+    "assignments",
     "located",
+    "marginals",
     "shared_out",
 ]

@@ -13,14 +13,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from objstate.association.assignments import assignments
 from objstate.association.motion import STATE, Motion, Tracks
 from objstate.geometry import BoolArray, FloatArray, IntArray
 
 MOST = 40  # hypotheses kept
-WIDEST = 400  # partial assignments at a time
 LEAST = 1e-9  # weight of a hypothesis that is kept, relative to the best
 ALIKE = 0.5  # squared Mahalanobis distance, by coordinate, of two hypotheses' states that are one
-IMPOSSIBLE = -1e9
 CARRIED = 1e-3  # 1/m^2: how probably what went out of sight turns up somewhere that nobody expects
 FOUND = 0.01  # m, sigma of its place then
 UNLIKELY = 1e-6  # nothing is surer to be seen, or to be missed
@@ -82,7 +81,7 @@ class Joint:
         scores = np.concatenate(
             [likelihoods - np.log(readings.clutter), missed[..., None]], axis=-1
         )
-        logs, parents, choices = _assignments(np.log(self.weights), scores)
+        logs, parents, choices = assignments(np.log(self.weights), scores)
         rows, none = parents[:, None], choices == count
         after = waiting[rows, objects]
         if count:
@@ -114,29 +113,6 @@ class Joint:
         sigma = np.sqrt(np.trace(spread[:, first] + spread[:, second], axis1=-2, axis2=-1) / 2.0)
         into = np.maximum(self.spacing - np.hypot(off[..., 0], off[..., 1]), 0.0)
         return np.asarray(-0.5 * ((into / sigma) ** 2).sum(axis=-1))
-
-
-def _assignments(
-    log_weights: FloatArray, scores: FloatArray
-) -> tuple[FloatArray, IntArray, IntArray]:
-    """The best ways to give readings to objects: logs (a,), parents (a,) and choices (a, k).
-
-    Object by object; of what is possible with those so far, the best are gone on with. With
-    few objects and readings that is all there is.
-    """
-    hypotheses, objects, columns = scores.shape
-    logs, parents = log_weights.copy(), np.arange(hypotheses)
-    choices, used = np.zeros((hypotheses, 0), int), np.zeros((hypotheses, columns), bool)
-    for k in range(objects):
-        grown = logs[:, None] + np.where(used, IMPOSSIBLE, scores[parents, k])
-        order = np.argsort(-grown, axis=None, kind="stable")[:WIDEST]
-        order = order[grown.ravel()[order] > IMPOSSIBLE / 2.0]
-        rows, chosen = np.unravel_index(order, grown.shape)
-        logs, parents = grown[rows, chosen], parents[rows]
-        choices = np.concatenate([choices[rows], chosen[:, None]], axis=1)
-        used = used[rows]
-        used[np.arange(len(rows)), chosen] = chosen < columns - 1  # any number may be missed
-    return logs, parents, choices
 
 
 def _where(first: BoolArray, a: Tracks, b: Tracks) -> Tracks:

@@ -1,4 +1,4 @@
-"""``objstate world show | at | history | export``"""
+"""``objstate world show | at | history | export | adopt``"""
 
 from __future__ import annotations
 
@@ -38,6 +38,13 @@ EXPORT = """\b
 Examples:
   objstate world export world.db --out world.json
   objstate world export world.db --samples | jq .drives
+"""
+ADOPT = """\b
+Example:
+  objstate estimate drive.mcap --building office.urdf --out out/drive --grid --world world.db
+  objstate inspect out/drive
+  objstate world adopt world.db unknown_2 --result out/drive --building office.urdf \\
+      --as cabinet_1 --out office2.urdf
 """
 
 Place = Annotated[
@@ -126,6 +133,31 @@ def export(
         return
     with whole(out, overwrite=overwrite) as file:
         file.write_text(text + "\n", encoding="utf-8")
+    print_text(f"Written: {out}")
+
+
+@app.command(epilog=ADOPT)
+def adopt(
+    world: Place,
+    candidate: Annotated[str, typer.Argument(metavar="CANDIDATE", help="Its name in the result.")],
+    result: Annotated[Path, typer.Option(metavar="DIR", help="The result that has it.")],
+    building: Annotated[Path, typer.Option(metavar="URDF", help="The world's building.")],
+    name: Annotated[str, typer.Option("--as", metavar="NAME", help="The object's name.")],
+    out: Annotated[
+        Path, typer.Option(metavar="URDF", help="The building with it, in the same folder.")
+    ],
+    height: Annotated[float, typer.Option(metavar="M", help="Of the object.")] = 1.0,
+) -> None:
+    """Keep something that stands about as an object: in a new building, and in the world.
+
+    The world is of the new building from then on.
+    """
+    from objstate.maintenance.adoption import adopt as kept
+    from objstate.world.store import open_store
+
+    grown = kept(open_store(world), building, result, candidate, name, out, height)
+    x, y, _ = grown[name].home.tolist()
+    print_text(f"'{name}' stands at {x:.2f}, {y:.2f} m; {world} knows it, and is of {out} now.")
     print_text(f"Written: {out}")
 
 

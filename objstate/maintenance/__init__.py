@@ -1,5 +1,6 @@
 """What to look at next: gain against cost, what plans ask for, and what came of it (Elfring et al. 2014)."""
 
+from objstate.maintenance.alike import Together, seen_together
 from objstate.maintenance.answers import (
     Association,
     Detection,
@@ -54,6 +55,7 @@ __all__ = [
     "Plan",
     "Region",
     "Situation",
+    "Together",
     "Trigger",
     "Verdict",
     "Verification",
@@ -73,6 +75,7 @@ __all__ = [
     "probability_moved",
     "scattered",
     "seconds_until_worthwhile",
+    "seen_together",
     "unless",
     "verified",
 ]

@@ -73,7 +73,7 @@ def verified(belief: ObjectBelief, measured: Verification) -> ObjectBelief:
     Raises WorldError for another object, or a measurement of another form.
     """
     _check(belief, measured.object)
-    log = _log_density(belief, measured.mean, measured.covariance)
+    log = log_density(belief, measured.mean, measured.covariance)
     weights = Weights.of_logarithms(belief.weights.log + log)
     known = dict(belief.attributes)
     for name, values in measured.attributes.items():
@@ -109,7 +109,7 @@ def associated(
     likelihoods = {NEW: new, CLUTTER: new * detection.clutter / (1.0 - detection.clutter)}
     for name, belief in beliefs.items():
         if belief.item.kind is Kind.PLANAR:
-            density = np.exp(_log_density(belief, detection.mean, detection.covariance))
+            density = np.exp(log_density(belief, detection.mean, detection.covariance))
             agrees = math.prod(
                 agreement(belief.attributes[key], values)
                 for key, values in detection.attributes.items()
@@ -155,7 +155,7 @@ def agreement(known: Discrete, measured: Discrete) -> float:
     return len(names) * same
 
 
-def _log_density(belief: ObjectBelief, mean: FloatArray, covariance: FloatArray) -> FloatArray:
+def log_density(belief: ObjectBelief, mean: FloatArray, covariance: FloatArray) -> FloatArray:
     """(n,) log N(mean; s, covariance) of a belief's states. Raises WorldError."""
     d = belief.states.shape[1]
     if mean.shape != (d,) or covariance.shape != (d, d):

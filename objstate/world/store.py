@@ -10,7 +10,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import Connection, Select, func, insert, or_, select
+from sqlalchemy import Connection, Select, func, insert, or_, select, update
 
 from objstate.building.digest import model_digest
 from objstate.building.model import Building, MovableObject
@@ -123,6 +123,37 @@ class WorldStore:
                 connection.execute(insert(BELIEFS), some)
         return True
 
+    def adopt(self, before: Building, grown: Building, belief: ObjectBelief) -> None:
+        """Take a new object in: the world of ``before`` becomes one of ``grown``, whole or not at all.
+
+        Raises WorldError where the world is of another building, has an object of that name, or
+        hasn't learnt from a drive that was under way at the belief's stamp.
+        """
+        item, stamp_ns = belief.item, belief.stamp_ns
+        drive = select(DRIVES.c.id).where(
+            DRIVES.c.begin_ns <= stamp_ns, DRIVES.c.end_ns >= stamp_ns
+        )
+        with self._database.writing() as connection:
+            name, known = connection.execute(
+                select(WORLD.c.building, WORLD.c.building_digest)
+            ).one()
+            if known != model_digest(before):
+                raise _of_another(self._database, name, before)
+            if item.name in dict(_objects(connection)):
+                raise WorldError(f"The world {self.location} has a '{item.name}' already.")
+            identity = connection.execute(drive.order_by(DRIVES.c.id.desc())).scalar()
+            if identity is None:
+                raise WorldError(
+                    f"The world {self.location} hasn't learnt from the log in which '{item.name}' was "
+                    f"seen; estimate that with --world {self.location}."
+                )
+            model = {"name": item.name, "model": pack_object(item)}
+            connection.execute(insert(OBJECTS), [model])
+            connection.execute(insert(BELIEFS), [_row(belief, identity)])
+            connection.execute(
+                update(WORLD).values(building=grown.name, building_digest=model_digest(grown))
+            )
+
 
 def open_store(
     location: str | Path, building: Building | None = None, *, wait_s: float = WAIT_S
@@ -176,11 +207,15 @@ def _check_building(database: Database, building: Building) -> None:
     with database.reading() as connection:
         name, known = connection.execute(select(WORLD.c.building, WORLD.c.building_digest)).one()
     if known != model_digest(building):
-        raise WorldError(
-            f"The world {database.location} is of the building '{name}' as it was described when "
-            f"the world was made, not of {building.source or building.name}: walls, objects or "
-            "limits differ. Give that building, or another --world."
-        )
+        raise _of_another(database, name, building)
+
+
+def _of_another(database: Database, name: str, building: Building) -> WorldError:
+    return WorldError(
+        f"The world {database.location} is of the building '{name}' as it was described when "
+        f"the world was made, not of {building.source or building.name}: walls, objects or "
+        "limits differ. Give that building, or another --world."
+    )
 
 
 def _describe(connection: Connection, building: Building, digest: str) -> None:

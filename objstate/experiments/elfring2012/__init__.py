@@ -2,13 +2,13 @@
 
 from objstate.experiments.elfring2012.exploration import Exploration, explore
 from objstate.experiments.elfring2012.falsifying import Case, Falsified, falsify
-from objstate.experiments.elfring2012.games import METHODS, STAGES, Tally, shuffled
+from objstate.experiments.elfring2012.games import METHODS, SPEEDS, Tally, shuffled, stages_at
 from objstate.experiments.elfring2012.reproduction import Reproduction, reproduce
 from objstate.experiments.elfring2012.shuffling import Hiding
 
 __all__ = [
     "METHODS",
-    "STAGES",
+    "SPEEDS",
     "Case",
     "Exploration",
     "Falsified",
@@ -19,4 +19,5 @@ __all__ = [
     "falsify",
     "reproduce",
     "shuffled",
+    "stages_at",
 ]

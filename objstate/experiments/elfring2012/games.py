@@ -51,7 +51,8 @@ METHODS = (
     Method("k-means, as allowed before", KMeans, EXPLORING),
     Method("joint, as allowed before", JointTracker, EXPLORING),
 )
-STAGES = {ON_THE_TABLE: (0.25, 0.5, 1.0), ON_THE_FLOOR: (0.5, 1.0, 2.0)}  # m/s
+SPEEDS = (0.25, 0.5, 1.0)  # m/s, of cups
+FLOOR_SPEEDS = 2.0  # times as fast people push bins
 
 
 @dataclass(frozen=True)
@@ -82,10 +83,18 @@ class Tally:
         return sum(1.0 - each.kept for each in self.outcomes)
 
 
+def stages_at(speeds: Sequence[float]) -> dict[Stage, tuple[float, ...]]:
+    """Both stages, with the speeds in m/s at which cups are shuffled, and bins by as much faster."""
+    return {
+        ON_THE_TABLE: tuple(speeds),
+        ON_THE_FLOOR: tuple(FLOOR_SPEEDS * speed for speed in speeds),
+    }
+
+
 def shuffled(
     shuffles: int,
     processes: int,
-    stages: Mapping[Stage, Sequence[float]] = STAGES,
+    stages: Mapping[Stage, Sequence[float]],
     methods: Sequence[Method] = METHODS,
     hidings: Sequence[Hiding] = tuple(Hiding),
 ) -> Iterator[Tally]:

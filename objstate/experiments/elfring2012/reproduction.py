@@ -9,7 +9,7 @@ from pathlib import Path
 
 from objstate.experiments.elfring2012.exploration import Exploration, explore
 from objstate.experiments.elfring2012.falsifying import falsify
-from objstate.experiments.elfring2012.games import METHODS, STAGES, shuffled
+from objstate.experiments.elfring2012.games import METHODS, SPEEDS, shuffled, stages_at
 from objstate.experiments.elfring2012.shuffling import Hiding, Stage
 from objstate.experiments.elfring2012.tabling import falsified_table, games_table, paper_table
 from objstate.experiments.reproduction import DPI, TABLES, Progress, check_plotting
@@ -36,7 +36,7 @@ def reproduce(
     *,
     out: str | Path | None = None,
     seed: int = 0,
-    stages: Mapping[Stage, Sequence[float]] = STAGES,
+    stages: Mapping[Stage, Sequence[float]] | None = None,
     processes: int = 1,
     overwrite: bool = False,
     on_progress: Progress | None = None,
@@ -47,6 +47,7 @@ def reproduce(
     Same seed: same bytes, by any number of processes. Raises ResultError, and SettingsError where
     matplotlib is missing.
     """
+    stages = stages_at(SPEEDS) if stages is None else stages
     if out is None:
         return _reproduced(shuffles, trials, seed, stages, processes, on_progress)
     check_plotting()
