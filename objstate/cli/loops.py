@@ -70,6 +70,10 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
     (
         (search.scores, "f2 i2 f1 f f2 f2 f2 i1 f2 f1 f f1 f"),
         (search.scores_all_round, "f2 f1 i2 f1 f f2 f2 f2 i1 f2 f1 f f1 f"),
+        (pose.wall_sums, "f1 f2 i1 f f"),
+        (pose.drive, "f1 f2 f2 f1 f f f f f f i1 f f f"),
+        (pose.leave, "f2 f2 f1 f1 i f2 f2 f1 f1 f1"),
+        (pose.columns_of, "i1 i1 f1 i i2 f1"),
         (pose.rows, "f2 i1 f1 f2 f2 f1 f1 f1 f2"),
         (pose.gather, "b1 f1 f1 f1 f2 i2 f1 f1 f2 f f f f f f f f f2 f1 f1 f1"),
         (pose.slipped, "b1 i f1 f1 f1 f2 i2 f1 f2 f f f f f f f f f1 f"),

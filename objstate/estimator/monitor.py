@@ -108,7 +108,7 @@ class Monitor:
         robot, now = self._robot, scan.stamp_ns
         beams = self._everywhere.usable(scan)
         if robot.odometry is None or not beams.any():
-            robot.belief = None
+            robot.forget()
             return
         self._bank.publish(0.0, now)
         chance = self._everywhere.chance(scan, self._scenery.thinned(beams)).mean
@@ -224,9 +224,13 @@ class Monitor:
 
         def log_likelihood(poses: FloatArray, blur: float) -> FloatArray:
             sight = looked.by(PoseBelief(poses, Weights.uniform(len(poses))))
-            walls = view.walls(np.concatenate([sight.robot.mean[None], poses]))
+            around = poses  # and their mean, from which objects are looked for
+            if len(poses) > 1:
+                around = np.concatenate([sight.robot.mean[None], poses])
+            walls = view.walls(around)
             objects = self._scenery.objects(sight, beams, priors, walls[0].copy())
-            return tempering * view.pose_log_likelihood(poses, blur, objects, walls[1:])
+            told = view.pose_log_likelihood(around, blur, objects, walls)
+            return tempering * told[-len(poses) :]
 
         return log_likelihood
 

@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -40,6 +41,7 @@ LATCHES = 0.8  # probability that a door that comes to rest in the last cell bef
 FASTEST_S = 3.0  # s after which a door that moves may be anywhere
 HINGE = slice(4, 6)  # of a component's errors
 NEGLIGIBLE = 1e-9  # weight of a component that doesn't tell how likely a prior is
+TAPS_KEPT = 256  # of so many steps of moving doors
 NEVER = 1e-30  # weight that no component falls below: what was impossible may come true
 
 
@@ -398,6 +400,7 @@ class DoorMixture:
         return altered(lattice, weights=Weights(weights), swung=swung, stamp_ns=self.stamp_ns)
 
 
+@lru_cache(maxsize=TAPS_KEPT)
 def _taps(std: float, most: int) -> FloatArray:
     """(2 r + 1,) a Gaussian of a deviation, in cells, cut off at its ends."""
     reach = min(math.ceil(4.0 * std), most)
