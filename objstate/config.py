@@ -1,5 +1,7 @@
 """Settings: every constant of the estimator, with a default that serves without a file.
 
+Fields are what a user may set. Class variables are constants: nobody had a reason to set them.
+
 Parameters that Nav2's AMCL has carry its names and meanings. Files are checked
 strictly where they come in; an unknown key is an error that names the nearest
 known one.
@@ -10,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, ClassVar, Literal, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
@@ -56,7 +58,7 @@ class BeamModelSettings(Strict):
     short_run: Annotated[float, Field(ge=1)] = (
         10.0  # beams side by side that one unexpected thing stops, on average; 1: each by itself
     )
-    short_std: Positive = 0.1  # m by which their ranges differ from beam to beam
+    short_std: ClassVar[float] = 0.1  # m by which their ranges differ from beam to beam
 
     @model_validator(mode="after")
     def _some_share(self) -> BeamModelSettings:
@@ -85,28 +87,34 @@ class LocalizationSettings(Strict):
 
     min_particles: Count = 104  # whole vectors of eight
     max_particles: Count = 2000
-    pf_err: Positive = 0.05  # largest error between true and estimated distribution (KLD)
-    pf_z: Positive = 2.33  # upper standard normal quantile of holding pf_err: 2.33 is 0.99
-    bin_xy: Positive = 0.10  # m, cells in which KLD sampling counts
-    bin_yaw_deg: Positive = 5.0
-    resample_below: Share = 0.5  # of the samples; resample when the effective number falls below
-    least_effective: Share = 0.1  # of the samples; the exponent falls until so many stay effective
-    kernel_width: NonNegative = (
+    pf_err: ClassVar[float] = 0.05  # largest error between true and estimated distribution (KLD)
+    pf_z: ClassVar[float] = 2.33  # upper standard normal quantile of holding pf_err: 2.33 is 0.99
+    bin_xy: ClassVar[float] = 0.10  # m, cells in which KLD sampling counts
+    bin_yaw_deg: ClassVar[float] = 5.0
+    resample_below: ClassVar[float] = (
+        0.5  # of the samples; resample when the effective number falls below
+    )
+    least_effective: ClassVar[float] = (
+        0.1  # of the samples; the exponent falls until so many stay effective
+    )
+    kernel_width: ClassVar[float] = (
         0.5  # of the kernel that spreads resampled copies; 1 is optimal for a Gaussian
     )
     alpha1: NonNegative = 0.02  # rotation noise from rotation
     alpha2: NonNegative = 0.02  # rotation noise from translation, rad^2 per m^2
     alpha3: NonNegative = 0.02  # translation noise from translation
     alpha4: NonNegative = 0.02  # translation noise from rotation, m^2 per rad^2
-    update_min_d: Positive = 0.25  # m; the alphas are meant for steps of this length
-    update_min_a: PositiveAngle = 0.2  # rad; or for turns of this angle
-    max_beams: Count = 48  # of one scan, evenly spread
-    tempering: Exponent = 0.1  # exponent on the likelihood of a scan
-    initial_xy_std: NonNegative = 0.3  # m, of a start pose given without deviations
-    initial_yaw_std_deg: NonNegative = 10.0
+    update_min_d: ClassVar[float] = 0.25  # m; the alphas are meant for steps of this length
+    update_min_a: ClassVar[float] = 0.2  # rad; or for turns of this angle
+    max_beams: ClassVar[int] = 48  # of one scan, evenly spread
+    tempering: ClassVar[float] = 0.1  # exponent on the likelihood of a scan
+    initial_xy_std: ClassVar[float] = 0.3  # m, of a start pose given without deviations
+    initial_yaw_std_deg: ClassVar[float] = 10.0
     kidnaps_per_hour: Positive = 0.1  # the robot is carried elsewhere
-    slips_per_hour: Positive = 1.0  # it comes off its way by half a metre or so, unseen by odometry
-    object_states: Count = 5  # of each uncertain object that a beam is averaged over
+    slips_per_hour: ClassVar[float] = (
+        1.0  # it comes off its way by half a metre or so, unseen by odometry
+    )
+    object_states: ClassVar[int] = 5  # of each uncertain object that a beam is averaged over
 
     @model_validator(mode="after")
     def _ordered(self) -> LocalizationSettings:
@@ -122,24 +130,24 @@ class OdometryErrorSettings(Strict):
     """How the log corrects the alphas: by how much scans correct the odometry."""
 
     wheel_slips_per_hour: NonNegative = 30.0  # that wheels slip for a while
-    weight: Positive = 1.0  # of the alphas, in stretches
-    none_systematic: Positive = 3.0  # weight of nothing being systematic, in stretches
-    stretch_m: Positive = 1.0  # m of driving whose corrections add up
-    stretch_deg: Positive = 60.0  # deg; or of turning
-    least: Positive = 0.05  # factor on a variance
-    most: Positive = 4.0
+    weight: ClassVar[float] = 1.0  # of the alphas, in stretches
+    none_systematic: ClassVar[float] = 3.0  # weight of nothing being systematic, in stretches
+    stretch_m: ClassVar[float] = 1.0  # m of driving whose corrections add up
+    stretch_deg: ClassVar[float] = 60.0  # deg; or of turning
+    least: ClassVar[float] = 0.05  # factor on a variance
+    most: ClassVar[float] = 4.0
 
 
 class SearchSettings(Strict):
     """Where in the building is a robot that is lost?"""
 
-    spacing: Positive = 0.25  # m between the free places that are tried
-    max_places: Count = 20_000  # in larger buildings, places lie farther apart
-    max_beams: Count = 40  # of one scan, in trying places
-    looks: Count = 6  # scans of each laser that are remembered
-    min_d: Positive = 0.4  # m driven between them
-    min_a: PositiveAngle = 0.35  # rad; or turned
-    every_s: Positive = 1.0  # s between searches
+    spacing: ClassVar[float] = 0.25  # m between the free places that are tried
+    max_places: ClassVar[int] = 20_000  # in larger buildings, places lie farther apart
+    max_beams: ClassVar[int] = 40  # of one scan, in trying places
+    looks: ClassVar[int] = 6  # scans of each laser that are remembered
+    min_d: ClassVar[float] = 0.4  # m driven between them
+    min_a: ClassVar[float] = 0.35  # rad; or turned
+    every_s: ClassVar[float] = 1.0  # s between searches
 
 
 class ObjectUpdateSettings(Strict):
@@ -147,9 +155,11 @@ class ObjectUpdateSettings(Strict):
 
     inference: Literal["joint", "marginal"] = "joint"  # marginal: the paper's
     max_distance: Positive = 3.5  # m from the robot (section 4.1 of the paper)
-    robot_samples: Count = 20  # of the robot belief, drawn for each update
-    tempering: Exponent = 0.2  # exponent on the likelihood of a scan
-    max_position_std: Positive = 0.5  # m; with a robot belief wider than this no object is updated
+    robot_samples: ClassVar[int] = 20  # of the robot belief, drawn for each update
+    tempering: ClassVar[float] = 0.2  # exponent on the likelihood of a scan
+    max_position_std: ClassVar[float] = (
+        0.5  # m; with a robot belief wider than this no object is updated
+    )
     schedule: Literal["beams", "alternate", "lasers"] = "beams"
     localization_lasers: tuple[str, ...] = ()  # for schedule lasers: frames that localize
 
@@ -167,14 +177,14 @@ class BuildingErrorSettings(Strict):
     """
 
     wall_std_m: Positive = 0.005  # by which a piece of wall stands aside of its place
-    wall_length_m: Positive = 5.0  # way after which other parts of a wall are met
+    wall_length_m: ClassVar[float] = 5.0  # way after which other parts of a wall are met
     hinge_std_m: Positive = 0.01  # of a hinge's place, in each direction
     bearing_std_deg: Positive = 0.1  # of the bearing of a closed leaf
-    laser_std_m: Positive = 0.005  # of a laser's place on the robot
+    laser_std_m: ClassVar[float] = 0.005  # of a laser's place on the robot
     laser_yaw_std_deg: Positive = 0.3
-    range_bias_std_m: Positive = 0.005  # by which all of a laser's ranges are too long
+    range_bias_std_m: ClassVar[float] = 0.005  # by which all of a laser's ranges are too long
     clock_std_s: Positive = 0.02  # by which a laser's stamps are off the odometry's
-    range_std_m: Positive = 0.03  # of a range
+    range_std_m: ClassVar[float] = 0.03  # of a range
     robot_length_m: Positive = 0.5  # way after which a recorded belief's error is another
 
 
@@ -183,8 +193,12 @@ class GridSettings(Strict):
 
     resolution_m: Annotated[float, Field(ge=0.01, le=1)] = 0.05  # side of a cell
     max_age_s: Annotated[float, Field(gt=0, le=1e9)] = 300.0  # until a cell is forgotten
-    reach_m: Positive = 10.0  # m; readings count less with the distance, and nothing beyond this
-    max_position_std: Positive = 0.1  # m; so wide a robot belief, or a wider one, counts nothing
+    reach_m: ClassVar[float] = (
+        10.0  # m; readings count less with the distance, and nothing beyond this
+    )
+    max_position_std: ClassVar[float] = (
+        0.1  # m; so wide a robot belief, or a wider one, counts nothing
+    )
 
 
 class Dynamics(Strict):
@@ -201,23 +215,22 @@ class Rest(Strict):
     closed: NonNegative = 0.3  # as the model shows it
     open: NonNegative = 0.2  # at the limit farthest from that
     anywhere: Positive = 0.5  # between them
-    std_deg: Positive = 5.0  # hinged: how far from a limit a door counts as resting there
-    std_m: Positive = 0.03  # sliding
+    std_deg: ClassVar[float] = 5.0  # hinged: how far from a limit a door counts as resting there
+    std_m: ClassVar[float] = 0.03  # sliding
 
 
 class Swing(Strict):
     """How a door moves while somebody moves it."""
 
-    seconds: Positive = 2.0  # for which it does, on average
-    near_s: Positive = 0.5  # after which it may be wherever doors come to rest, on average
-    most_deg_per_s: Positive = 90.0  # hinged
-    most_m_per_s: Positive = 1.0  # sliding
+    seconds: ClassVar[float] = 2.0  # for which it does, on average
+    near_s: ClassVar[float] = 0.5  # after which it may be wherever doors come to rest, on average
+    most_deg_per_s: ClassVar[float] = 90.0  # hinged
+    most_m_per_s: ClassVar[float] = 1.0  # sliding
 
 
 class DoorSettings(Strict):
     """A hinged or sliding door: one degree of freedom between limits."""
 
-    object_class: Literal["door"] = Field("door", alias="class")
     prior: Literal["uniform", "gaussian"] = "uniform"
     prior_mean_deg: float | None = None  # hinged; default: as the model shows it
     prior_mean_m: float | None = None  # sliding
@@ -225,7 +238,7 @@ class DoorSettings(Strict):
     prior_std_m: Positive = 0.1
     dynamics: Dynamics = Dynamics(moves_per_hour=2.0, drift_deg=0.05, drift_m=0.001)
     rest: Rest = Rest()
-    swing: Swing = Swing()
+    swing: ClassVar[Swing] = Swing()
     resolution_deg: ResolutionDeg = 0.25  # spacing of the sampled angles
     resolution_m: ResolutionM = 0.005
 
@@ -233,7 +246,6 @@ class DoorSettings(Strict):
 class FurnitureSettings(Strict):
     """Something that stands on the floor: three degrees of freedom around a place."""
 
-    object_class: Literal["furniture"] = Field("furniture", alias="class")
     prior: Literal["gaussian", "uniform"] = "gaussian"
     prior_std_m: Positive = 0.2  # gaussian: deviation; uniform: half the width
     prior_std_deg: Positive = 15.0
@@ -247,14 +259,24 @@ class FurnitureSettings(Strict):
 ObjectSettings = DoorSettings | FurnitureSettings
 
 
-REPLACED_OF_OBJECTS = ("least_samples", "first_samples", "scouts", "scout_weight")
+CONSTANT = "a constant of the method by now"
+REPLACED_OF_OBJECTS = {  # keys of rules that were, and what serves instead
+    **dict.fromkeys(
+        ("least_samples", "first_samples", "scouts", "scout_weight", "samples"),
+        "furniture is followed by Gaussians",
+    ),
+    **dict.fromkeys(
+        ("swing", "resolution_deg", "resolution_m", "nudge_m", "nudge_deg"), f"it is {CONSTANT}"
+    ),
+    "class": "an object's class follows from the type of its joint",
+}
+DRIFTS = "drift_deg", "drift_m"
 
 
 class ObjectRule(Strict):
     """Settings of the objects whose names match a pattern; later rules win."""
 
     match: str  # shell-style: * ? [..]
-    object_class: Literal["door", "furniture"] | None = Field(None, alias="class")
     prior: Literal["uniform", "gaussian"] | None = None
     prior_mean_deg: float | None = None
     prior_mean_m: float | None = None
@@ -262,24 +284,19 @@ class ObjectRule(Strict):
     prior_std_m: Positive | None = None
     dynamics: Dynamics | None = None
     rest: Rest | None = None
-    swing: Swing | None = None
-    resolution_deg: ResolutionDeg | None = None
-    resolution_m: ResolutionM | None = None
     presence: Annotated[float, Field(gt=0, lt=1)] | None = None
-    samples: Samples | None = None
-    nudge_m: Positive | None = None
-    nudge_deg: Positive | None = None
 
     @model_validator(mode="before")
     @classmethod
     def _none_replaced(cls, given: Any) -> Any:
         """Who has an earlier version's file hears what serves instead."""
-        for key in REPLACED_OF_OBJECTS:
-            if isinstance(given, Mapping) and given.get(key) is not None:
-                raise ValueError(
-                    f"'{key}' is a setting no longer: furniture is followed by Gaussians, and its "
-                    "samples where that can't be are as many as samples says; remove it"
-                )
+        if not isinstance(given, Mapping):
+            return given
+        replaced = {key: cure for key, cure in REPLACED_OF_OBJECTS.items() if given.get(key)}
+        if isinstance(given.get("dynamics"), Mapping):
+            replaced |= {key: f"it is {CONSTANT}" for key in DRIFTS if key in given["dynamics"]}
+        for key, cure in replaced.items():
+            raise ValueError(f"'{key}' is a setting no longer: {cure}; remove it")
         return given
 
 
@@ -314,6 +331,22 @@ REPLACED |= {
 }
 
 
+CONSTANTS = {  # by group, settings that were
+    "beam_model": ("short_std",),
+    "localization": (
+        *("pf_err", "pf_z", "bin_xy", "bin_yaw_deg", "resample_below", "least_effective"),
+        *("kernel_width", "update_min_d", "update_min_a", "max_beams", "tempering"),
+        *("initial_xy_std", "initial_yaw_std_deg", "slips_per_hour", "object_states"),
+    ),
+    "odometry_error": ("weight", "none_systematic", "stretch_m", "stretch_deg", "least", "most"),
+    "search": ("spacing", "max_places", "max_beams", "looks", "min_d", "min_a", "every_s"),
+    "object_updates": ("robot_samples", "tempering", "max_position_std"),
+    "building_error": ("wall_length_m", "laser_std_m", "range_bias_std_m", "range_std_m"),
+    "grid": ("reach_m", "max_position_std"),
+}
+REPLACED |= {(group, key): f"it is {CONSTANT}" for group, keys in CONSTANTS.items() for key in keys}
+
+
 class Settings(Strict):
     """All settings of one run."""
 
@@ -321,7 +354,7 @@ class Settings(Strict):
     beam_model: BeamModelSettings = BeamModelSettings()
     localization: LocalizationSettings = LocalizationSettings()
     odometry_error: OdometryErrorSettings = OdometryErrorSettings()
-    search: SearchSettings = SearchSettings()
+    search: ClassVar[SearchSettings] = SearchSettings()
     object_updates: ObjectUpdateSettings = ObjectUpdateSettings()
     building_error: BuildingErrorSettings = BuildingErrorSettings()
     grid: GridSettings = GridSettings()
@@ -359,19 +392,14 @@ class Settings(Strict):
 
         Raises SettingsError where a rule sets what the object's class doesn't have.
         """
-        chosen: dict[str, Any] = {"class": default_class}
+        chosen: dict[str, Any] = {}
         for rule in self.objects:
             if fnmatchcase(name, rule.match):
                 chosen |= rule.model_dump(by_alias=True, exclude_unset=True, exclude={"match"})
-        if chosen["class"] != default_class:
-            raise SettingsError(
-                f"Object '{name}' is of class {default_class} by its joint, but the settings say "
-                f"{chosen['class']}; change the joint's type or the rule's class."
-            )
-        where = f"settings of object '{name}'"
-        if default_class == "door":
-            return parse_strict(DoorSettings, chosen, where)
-        return parse_strict(FurnitureSettings, chosen, where)
+        model: type[ObjectSettings] = DoorSettings if default_class == "door" else FurnitureSettings
+        if "dynamics" in chosen:
+            chosen["dynamics"] = model().dynamics.model_dump() | chosen["dynamics"]
+        return parse_strict(model, chosen, f"settings of object '{name}'")
 
 
 Model = TypeVar("Model", bound=BaseModel)

@@ -42,8 +42,7 @@ def test_an_empty_file_gives_the_defaults(tmp_path: Path, text: str) -> None:
         ("beam_model: {zhit: 0.5}", "beam_model.zhit", "z_hit"),
         ("localization: {max_particle: 10}", "localization.max_particle", "max_particles"),
         ("objects: [{match: a, dynamics: {moves_per_hours: 1}}]", "dynamics", "moves_per_hour"),
-        ("objects: [{match: a, resolution_degree: 1}]", "resolution_degree", "resolution_deg"),
-        ("objects: [{match: a, clas: door}]", "clas", "class"),
+        ("objects: [{match: a, presense: 1}]", "presense", "presence"),
     ],
 )
 def test_an_unknown_key_names_its_place_and_the_nearest_known(
@@ -68,7 +67,7 @@ def test_a_key_like_no_other_lists_the_known(tmp_path: Path) -> None:
         ("[1, 2]", "must be a group of keys"),
         ("localization: 3", "localization: must be a group of keys"),
         ("objects: {match: a}", "objects: must be a list"),
-        ("objects: [{samples: 3}]", "objects[0].match: is required"),
+        ("objects: [{presence: 0.3}]", "objects[0].match: is required"),
     ],
 )
 def test_a_wrong_shape_is_told_in_words_of_yaml(tmp_path: Path, text: str, cure: str) -> None:
@@ -123,15 +122,15 @@ def test_all_faults_are_told_at_once(tmp_path: Path) -> None:
         "beam_model: {z_rand: -0.1}",
         "beam_model: {z_hit: 0}",
         "beam_model: {model: likelihood_field}",
-        "localization: {tempering: 1.5}",
+        "localization: {kidnaps_per_hour: 0}",
         "localization: {min_particles: 0}",
-        "localization: {max_beams: 2.5}",
+        "localization: {max_particles: 2.5}",
         "localization: {alpha1: many}",
         "object_updates: {max_distance: -3.5}",
         "object_updates: {schedule: sometimes}",
-        "objects: [{match: a, resolution_deg: 0}]",
-        "objects: [{match: a, samples: 9}]",
-        "objects: [{class: door}]",
+        "objects: [{match: a, prior_std_deg: 0}]",
+        "objects: [{match: a, presence: 1}]",
+        "objects: [{prior: uniform}]",
         "objects: {match: a}",
         "[1, 2]",
         "just text",
@@ -178,7 +177,7 @@ def test_rules_match_by_pattern_and_later_ones_win(tmp_path: Path) -> None:
         tmp_path,
         """
         objects:
-          - {match: "door_*", prior_std_deg: 5, resolution_deg: 2}
+          - {match: "door_*", prior_std_deg: 5, rest: {closed: 1}}
           - {match: "door_0[12]", prior_std_deg: 7, prior: gaussian}
           - {match: "door_02", prior_mean_deg: 80}
         """,
@@ -188,48 +187,44 @@ def test_rules_match_by_pattern_and_later_ones_win(tmp_path: Path) -> None:
     assert isinstance(first, DoorSettings)
     assert isinstance(second, DoorSettings)
     assert isinstance(third, DoorSettings)
-    assert (first.prior_std_deg, first.resolution_deg, first.prior) == (7, 2, "gaussian")
+    assert (first.prior_std_deg, first.rest.closed, first.prior) == (7, 1, "gaussian")
     assert (second.prior_mean_deg, first.prior_mean_deg) == (80, None)
     assert (third.prior_std_deg, third.prior) == (5, "uniform")
     assert other == DoorSettings()
 
 
 def test_patterns_tell_capitals_apart(tmp_path: Path) -> None:
-    settings = loaded(tmp_path, "objects: [{match: 'Door*', resolution_deg: 2}]")
+    settings = loaded(tmp_path, "objects: [{match: 'Door*', prior_std_deg: 2}]")
     assert settings.for_object("door_01", "door") == DoorSettings()
 
 
 def test_what_a_rule_leaves_out_stays_as_an_earlier_one_set_it(tmp_path: Path) -> None:
-    rules = "objects: [{match: '*', dynamics: {drift_deg: 3}}, {match: a, resolution_deg: 1}]"
+    rules = "objects: [{match: '*', dynamics: {moves_per_hour: 3}}, {match: a, prior_std_deg: 1}]"
     door = loaded(tmp_path, rules).for_object("a", "door")
     assert isinstance(door, DoorSettings)
-    assert (door.dynamics.drift_deg, door.resolution_deg) == (3, 1)
+    assert (door.dynamics.moves_per_hour, door.prior_std_deg) == (3, 1)
+    assert door.dynamics.drift_deg == DoorSettings().dynamics.drift_deg
 
 
 def test_furniture_has_furniture_settings(tmp_path: Path) -> None:
-    desk = loaded(tmp_path, "objects: [{match: desk, samples: 90}]").for_object("desk", "furniture")
+    desk = loaded(tmp_path, "objects: [{match: desk, presence: 0.9}]").for_object(
+        "desk", "furniture"
+    )
     assert isinstance(desk, FurnitureSettings)
-    assert (desk.samples, desk.prior) == (90, "gaussian")
-
-
-def test_a_rule_that_calls_furniture_a_door_is_an_error(tmp_path: Path) -> None:
-    settings = loaded(tmp_path, "objects: [{match: 'd*', class: door}]")
-    settings.for_object("door", "door")
-    with pytest.raises(SettingsError, match=r"'desk' is of class furniture by its joint.*door"):
-        settings.for_object("desk", "furniture")
+    assert (desk.presence, desk.prior) == (0.9, "gaussian")
 
 
 def test_a_rule_that_sets_what_the_class_has_not_is_an_error(tmp_path: Path) -> None:
-    settings = loaded(tmp_path, "objects: [{match: desk, resolution_deg: 1}]")
-    with pytest.raises(SettingsError, match=r"object 'desk'.*resolution_deg"):
+    settings = loaded(tmp_path, "objects: [{match: desk, rest: {closed: 1}}]")
+    with pytest.raises(SettingsError, match=r"object 'desk'.*rest"):
         settings.for_object("desk", "furniture")
 
 
 def test_another_inference_changes_nothing_else() -> None:
-    told = Settings.model_validate({"object_updates": {"tempering": 0.5}})
+    told = Settings.model_validate({"object_updates": {"max_distance": 2.5}})
     marginal = told.with_inference("marginal")
     assert marginal.object_updates.inference == "marginal"
-    assert marginal.object_updates.tempering == 0.5
+    assert marginal.object_updates.max_distance == 2.5
     assert told.with_inference(None) is told
     assert marginal.with_inference("joint") == told
 
@@ -243,6 +238,10 @@ def test_another_inference_changes_nothing_else() -> None:
         ({"object_updates": {"correlation_m": 0.1}}, "building_error.robot_length_m"),
         ({"localization": {"min_particles_by_furniture": 9}}, "no longer needs robot samples"),
         ({"objects": [{"match": "desk", "scouts": 80}]}, "followed by Gaussians"),
+        ({"objects": [{"match": "d", "class": "door"}]}, "the type of its joint"),
+        ({"objects": [{"match": "d", "dynamics": {"drift_deg": 1}}]}, "'drift_deg' .* constant"),
+        ({"localization": {"tempering": 0.2}}, "'localization.tempering' .* constant"),
+        ({"search": {"spacing": 0.2}}, "'search.spacing' .* constant"),
     ],
 )
 def test_a_setting_that_was_replaced_is_an_error_that_says_by_what(

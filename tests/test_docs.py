@@ -26,7 +26,6 @@ GROUPS = {
     "`beam_model`": config.BeamModelSettings,
     "`localization`": config.LocalizationSettings,
     "`odometry_error`": config.OdometryErrorSettings,
-    "`search`": config.SearchSettings,
     "`object_updates`": config.ObjectUpdateSettings,
     "`building_error`": config.BuildingErrorSettings,
     "`grid`": config.GridSettings,
@@ -103,26 +102,17 @@ def test_every_key_of_objects_is_listed_with_its_default(
 ) -> None:
     true = defaults(model)
     true |= true.pop("dynamics")
-    for group in ("rest", "swing"):
-        true.pop(group, None)
+    settable = {"moves_per_hour", *config.ObjectRule.model_fields} - {"dynamics", "rest"}
+    true = {key: value for key, value in true.items() if key in settable}
     told = listed("`objects`", column)
-    told = {key: cell for key, cell in told.items() if key not in {"dynamics", "rest", "swing"}}
+    told = {key: cell for key, cell in told.items() if key not in {"dynamics", "rest"}}
     assert {key for key, cell in told.items() if cell} == true.keys()
     wrong = {key: (told[key], true[key]) for key in true if not says(told[key], true[key])}
     assert wrong == {}
 
 
-@pytest.mark.parametrize(
-    ("model", "heading"),
-    [
-        (config.Rest, "Where doors come to rest"),
-        (config.Swing, "While somebody moves a door"),
-    ],
-)
-def test_every_key_of_a_doors_groups_is_listed_with_its_default(
-    model: type[BaseModel], heading: str
-) -> None:
-    true, told = defaults(model), listed(heading)
+def test_every_share_of_rests_is_listed_with_its_default() -> None:
+    true, told = defaults(config.Rest), listed("Where doors come to rest")
     assert told.keys() == true.keys()
     assert all(says(told[key], value) for key, value in true.items())
 
@@ -135,7 +125,7 @@ def test_every_key_of_a_rule_is_listed() -> None:
 def test_the_example_is_understood() -> None:
     (example,) = re.findall(r"```yaml\n(.*?)```", FILES.read_text(encoding="utf-8"), re.S)
     settings = config.parse_strict(config.Settings, yaml.safe_load(example), "the example")
-    assert settings.localization.tempering != config.Settings().localization.tempering
+    assert settings.localization.alpha1 != config.Settings().localization.alpha1
     assert settings.for_object("desk_1", "furniture").prior_std_m == 0.5
 
 

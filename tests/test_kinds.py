@@ -22,7 +22,7 @@ def files(tmp_path: Path) -> dict[str, Path]:
         "map.yaml": "image: map.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n",
         "map.pgm": "P2\n1 1\n255\n0\n",
         "doors.csv": "door,hinge_x,hinge_y,closed_bearing_deg,opens,width_m,upper_limit_deg\n",
-        "settings.yaml": "localization: {tempering: 0.2}\n",
+        "settings.yaml": "localization: {alpha1: 0.2}\n",
         "run.log": "# a log\nPARAM robot_front_laser_max 81.9\nFLASER 1 1.0 0 0 0 0 0 0 1 h 1\n",
     }
     for name, text in contents.items():

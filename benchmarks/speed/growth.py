@@ -8,11 +8,12 @@ from statistics import median
 
 import numpy as np
 
+from benchmarks.altered import Altered
 from benchmarks.speed.places import Drive, ajar, closets, laser, office
 from benchmarks.speed.table import Table, milliseconds, number, times
 from benchmarks.speed.timing import Effort, processor_time
 from objstate.building.model import Building
-from objstate.config import LocalizationSettings, ObjectRule, Settings
+from objstate.config import LocalizationSettings, Settings
 from objstate.estimator import Estimator
 from objstate.records import Record, Scan
 
@@ -54,7 +55,7 @@ def growth(effort: Effort) -> list[Table]:
             count: Setting(
                 corridor,
                 records,
-                Settings(objects=(ObjectRule(match="*", resolution_deg=90.0 / (count - 1)),)),
+                Altered(changes={"resolution_deg": 90.0 / (count - 1)}),
             )
             for count in (10, 46, 91, 181, 361)
         },

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -41,12 +42,16 @@ BELIEFS = (
 )
 
 
+class EveryTime(LocalizationSettings):
+    """Settings with which each correction resamples."""
+
+    resample_below: ClassVar[float] = 1.0
+
+
 def updates(effort: Effort) -> list[Table]:
     """Prediction, correction and resampling of 2,000 samples by 100 beams."""
     building, rng = office(1, ROOMS), np.random.default_rng(9)
-    settings = LocalizationSettings(
-        min_particles=SAMPLES, max_particles=SAMPLES, resample_below=1.0
-    )
+    settings = EveryTime(min_particles=SAMPLES, max_particles=SAMPLES)
     localizer, model = Localizer(settings), BeamModel(BeamModelSettings())
     sensing = Sensing(building, model)
     scan = scan_from(building, {}, POSE, laser(BEAMS, 2.0 * np.pi), rng)

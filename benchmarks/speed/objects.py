@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.altered import Altered
 from benchmarks.speed.places import about, boxes, door, laser, scan_from, u_shape
 from benchmarks.speed.raw import BruteForce, posterior
 from benchmarks.speed.table import Table, milliseconds, number, times
@@ -63,21 +64,22 @@ def room(item: MovableObject) -> Building:
 
 def door_case(states: int) -> Case:
     """A door 2 m ahead in so many states, from closed to 90 degrees."""
-    rule = ObjectRule(match="*", resolution_deg=90.0 / (states - 1))
-    return _case(door("door", 2.0, 0.3, opens=1.0), np.array([0.6]), rule)
+    settings = Altered(changes={"resolution_deg": 90.0 / (states - 1)})
+    return _case(door("door", 2.0, 0.3, opens=1.0), np.array([0.6]), settings)
 
 
 def u_case(samples: int) -> Case:
     """A U-shaped object 2.5 m ahead, whose place is known to some centimetres, of so many samples."""
-    rule = ObjectRule(match="*", samples=samples, prior_std_m=0.05, prior_std_deg=3.0)
-    return _case(u_shape("u", 2.5, 0.5), np.array([2.53, 0.48, 0.03]), rule)
+    rule = ObjectRule(match="*", prior_std_m=0.05, prior_std_deg=3.0)
+    settings = Altered(objects=(rule,), changes={"samples": samples})
+    return _case(u_shape("u", 2.5, 0.5), np.array([2.53, 0.48, 0.03]), settings)
 
 
-def _case(item: MovableObject, true_state: FloatArray, rule: ObjectRule) -> Case:
+def _case(item: MovableObject, true_state: FloatArray, settings: Settings) -> Case:
     building = room(item)
     rng = np.random.default_rng(4)
     scan = scan_from(building, {item.name: true_state}, ROBOT, laser(BEAMS), rng)
-    return Case(building, item.name, Settings(objects=(rule,)), scan)
+    return Case(building, item.name, settings, scan)
 
 
 class Estimate:

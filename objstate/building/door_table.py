@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -24,6 +25,9 @@ COLUMNS = (
     "width_m",
     "upper_limit_deg",
 )
+PROBABILITY = "probability"  # that a candidate is a door
+OPTIONAL = (PROBABILITY, "hinge_std_m", "bearing_std_deg", "width_std_m", "type")  # of candidates
+HINGED = "hinged"  # the only type that a row can tell of
 SENSE = {"ccw": 1, "cw": -1}  # of opening, seen from above
 FULL_TURN = 360.0  # degrees
 WIDEST_LEAF = 5.0  # m; wider doors slide, fold or roll
@@ -40,6 +44,7 @@ class Door:
     sense: int  # 1 opens counter-clockwise seen from above, -1 clockwise
     width: float  # m, from the hinge to the free edge
     upper: float  # rad, the widest opening
+    probability: float | None = None  # of a candidate
 
 
 def read_doors(path: Path) -> list[Door]:
@@ -64,9 +69,24 @@ def read_doors(path: Path) -> list[Door]:
     return list(doors.values())
 
 
+def door_rows(doors: Sequence[Door]) -> str:
+    """A table of doors as text, to be read again."""
+    text = io.StringIO()
+    rows = csv.writer(text, lineterminator="\n")
+    rows.writerow(COLUMNS)
+    for door in doors:
+        x, y = (round(float(value), 4) for value in door.hinge)
+        bearing, upper = (
+            round(math.degrees(each), 3) for each in (door.closed_bearing, door.upper)
+        )
+        opens = next(name for name, sense in SENSE.items() if sense == door.sense)
+        rows.writerow([door.name, x, y, bearing, opens, round(door.width, 4), upper])
+    return text.getvalue()
+
+
 def _check_columns(path: Path, found: Sequence[str], header: str) -> None:
     missing = [name for name in COLUMNS if name not in found]
-    unknown = [name for name in found if name not in COLUMNS]
+    unknown = [name for name in found if name not in COLUMNS + OPTIONAL]
     if not missing and not unknown:
         return
     if separator := other_separator(header, COLUMNS):
@@ -95,6 +115,10 @@ def _read_door(row: dict[str, str | None], where: str) -> Door:
     opens = (row["opens"] or "").strip().lower()
     if not name:
         raise BuildingError(f"{where} names no door; fill the column 'door'.")
+    if (row.get("type") or HINGED).strip() != HINGED:
+        raise BuildingError(
+            f"{where}: door '{name}' is {row['type']}; a table tells of hinged ones."
+        )
     if opens not in SENSE:
         raise BuildingError(
             f"{where}: door '{name}' opens '{opens}'; it must be ccw or cw, seen from above."
@@ -124,7 +148,17 @@ def _read_door(row: dict[str, str | None], where: str) -> Door:
         sense=SENSE[opens],
         width=width,
         upper=math.radians(upper),
+        probability=_probability(row, where),
     )
+
+
+def _probability(row: dict[str, str | None], where: str) -> float | None:
+    if PROBABILITY not in row:
+        return None
+    value = _number(row, PROBABILITY, where)
+    if not 0 <= value <= 1:
+        raise BuildingError(f"{where}: the probability {value:g} isn't between 0 and 1.")
+    return value
 
 
 def _number(row: dict[str, str | None], column: str, where: str) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from importlib.util import find_spec
 from pathlib import Path
 from urllib.parse import unquote
 
@@ -11,11 +12,20 @@ import numpy as np
 
 from objstate.building.model import Mesh
 from objstate.errors import BuildingError
+from objstate.geometry import FloatArray
 
 FARTHEST = 1e11  # of any unit; coordinates of a country in millimetres are smaller
 PACKAGE, FILE = "package://", "file://"
 Y_UP = {".glb", ".gltf"}  # glTF 2.0, section 3.4: +Y is up
 Z_UP = {".stl", ".obj", ".ply", ".off"}  # as URDF takes them: no axis is told, so none is turned
+COLLADA = ".dae"  # states its unit and its axis
+# COLLADA 1.5, <up_axis>: which of the file's axes, and with which sign, are x, y and z with z up
+TURNED = {
+    "X_UP": ((1, -1.0), (2, -1.0), (0, 1.0)),
+    "Y_UP": ((0, 1.0), (2, -1.0), (1, 1.0)),
+    "Z_UP": ((0, 1.0), (1, 1.0), (2, 1.0)),
+}
+DEFAULT_UP = "Y_UP"  # of a COLLADA file that states none
 
 
 def resolve(name: str, urdf: Path, where: str) -> Path:
@@ -68,17 +78,22 @@ def _is_package(folder: Path, package: str) -> bool:
 
 
 def load_mesh(path: Path, where: str) -> Mesh:
-    """The triangles of a mesh file, z up, in the file's own unit.
+    """The triangles of a mesh file, z up, in the file's own unit; COLLADA in metres.
 
-    glTF is turned from y-up to z-up. Raises BuildingError if the format is not
+    glTF, and COLLADA as it states, are turned to z-up. Raises BuildingError if the format is not
     read, the file is damaged, or it holds no triangles.
     """
     kind = path.suffix.lower()
-    if kind not in Y_UP | Z_UP:
-        formats = ", ".join(sorted(Y_UP | Z_UP))
+    if kind not in Y_UP | Z_UP | {COLLADA}:
+        formats = ", ".join(sorted(Y_UP | Z_UP | {COLLADA}))
         raise BuildingError(
             f"Mesh {path} of {where} has the format '{kind}', which is not read; "
             f"convert it to one of {formats}."
+        )
+    if kind == COLLADA and find_spec("collada") is None:
+        raise BuildingError(
+            f"Mesh {path} of {where} is COLLADA, which needs pycollada; pip install "
+            "'objstate[collada]', or convert it to .stl."
         )
     import trimesh
 
@@ -96,4 +111,18 @@ def load_mesh(path: Path, where: str) -> Mesh:
         raise BuildingError(f"Mesh {path} of {where} holds {lack}; export it again.")
     if kind in Y_UP:
         vertices = np.column_stack([vertices[:, 0], -vertices[:, 2], vertices[:, 1]])
+    if kind == COLLADA:
+        vertices = _metres_up(vertices, *collada_asset(path))
     return Mesh(vertices, faces)
+
+
+def collada_asset(path: Path) -> tuple[float, str]:
+    """The metres in a unit of a COLLADA file, and the axis that points up, as it states them."""
+    import collada
+
+    asset = collada.Collada(str(path), ignore=[collada.DaeError]).assetInfo
+    return float(asset.unitmeter or 1.0), str(asset.upaxis or DEFAULT_UP)
+
+
+def _metres_up(vertices: FloatArray, unit: float, up: str) -> FloatArray:
+    return np.column_stack([sign * vertices[:, k] * unit for k, sign in TURNED[up]])

@@ -30,6 +30,12 @@ def read_sidecar(urdf: Path) -> BuildingErrorSettings | None:
     return parse_strict(Sidecar, load_yaml(path), str(path)).building_error
 
 
+def sidecar_text(urdf: Path) -> str | None:
+    """The text of the file beside a URDF; None where there is none."""
+    path = urdf.with_name(urdf.stem + SUFFIX)
+    return path.read_text(encoding="utf-8") if path.is_file() else None
+
+
 def sidecar_of_map(resolution: float) -> str:
     """The file for a building that was made of a map with cells of a size, m, and a table of doors."""
     error = {

@@ -19,6 +19,8 @@ from objstate.outputs import whole
 
 WALLS_FILE = "walls.stl"
 SHAPE_FILE = "shape_{}.stl"  # of an object, numbered from 1
+DOORS_FILE, DECISIONS_FILE = "doors.csv", "decisions.json"
+BESIDE = (DOORS_FILE, DECISIONS_FILE)  # of a building that was edited
 SAME = 1e-9  # m: corners no further from those of a box are its
 JOINTS = {Kind.HINGED: "revolute", Kind.SLIDING: "prismatic", Kind.PLANAR: "planar"}
 
@@ -53,6 +55,7 @@ def _is_building(folder: Path) -> bool:
     if len(models) != 1 or folder / WALLS_FILE not in files:
         return False
     known = {models[0], folder / WALLS_FILE, models[0].with_name(models[0].stem + SUFFIX)}
+    known |= {folder / name for name in BESIDE}
     return files <= known | set(folder.glob(SHAPE_FILE.format("*")))
 
 
@@ -75,11 +78,15 @@ def write_building(
 
 
 def write_buildings(
-    out: Path, buildings: Mapping[str, Building], sidecars: Mapping[str, str | None]
+    out: Path,
+    buildings: Mapping[str, Building],
+    sidecars: Mapping[str, str | None],
+    beside: Mapping[str, str] | None = None,
 ) -> list[Path]:
     """Write each building, with its sidecar if it has one, to a folder in ``out``; all or nothing.
 
-    The keys are the folders, ``.`` for ``out`` itself. What ``out`` held is replaced; ask
+    The keys are the folders, ``.`` for ``out`` itself. ``beside`` are the names, of ``BESIDE``, and
+    texts of files that are written to ``out`` as well. What ``out`` held is replaced; ask
     ``check_target`` before. Raises ResultError if they can't be written.
     """
     with whole(out, overwrite=True, replaceable=is_replaceable) as made:
@@ -87,13 +94,15 @@ def write_buildings(
         for folder, building in buildings.items():
             (made / folder).mkdir(exist_ok=True)
             _write(made / folder, building, sidecars.get(folder))
+        for name, text in (beside or {}).items():
+            (made / name).write_text(text, encoding="utf-8")
     return [out / folder / f"{building.name}.urdf" for folder, building in buildings.items()]
 
 
 def _write(folder: Path, building: Building, sidecar: str | None) -> None:
     vertices = building.walls.vertices
     start = vertices.min(axis=0) if len(vertices) else np.zeros(3)
-    _write_mesh(folder / WALLS_FILE, Mesh(vertices - start, building.walls.faces))
+    write_mesh(folder / WALLS_FILE, Mesh(vertices - start, building.walls.faces))
     shapes = _Shapes(folder)
     objects = [_object_elements(item, shapes) for item in building.objects.values()]
     urdf = _urdf(building.name, start, objects)
@@ -102,7 +111,7 @@ def _write(folder: Path, building: Building, sidecar: str | None) -> None:
         (folder / f"{building.name}{SUFFIX}").write_text(sidecar, encoding="utf-8")
 
 
-def _write_mesh(path: Path, mesh: Mesh) -> None:
+def write_mesh(path: Path, mesh: Mesh) -> None:
     """STL has float32 numbers, so the mesh had better be about the origin."""
     import trimesh
 
@@ -124,7 +133,7 @@ class _Shapes:
             return (low + high) / 2, f'<box size="{_numbers(high - low)}"/>'
         if id(mesh) not in self._files:
             name = SHAPE_FILE.format(len(self._files) + 1)
-            _write_mesh(self._folder / name, mesh)
+            write_mesh(self._folder / name, mesh)
             self._files[id(mesh)] = name
         return np.zeros(3), f'<mesh filename="{self._files[id(mesh)]}"/>'
 

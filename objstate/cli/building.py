@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from objstate.cli import building_edit
 from objstate.cli.console import print_list, print_problems, print_text
 from objstate.cli.options import Overwrite, help_when_alone
 from objstate.errors import SettingsError
+
+if TYPE_CHECKING:
+    from objstate.interchange.imported import Notes
 
 EXAMPLES = """\b
 Example:
@@ -34,6 +38,12 @@ Read are:
   .yaml, .yml    Open-RMF buildings, as traffic-editor saves them
   .sdf, .world   worlds and models of Gazebo
   .ifc           building information models, through IfcOpenShell (pip install 'objstate[ifc]')
+"""
+
+EXPORT_EXAMPLES = """\b
+Examples:
+  objstate building export office.urdf --to map --resolution 0.05 --out out/map
+  objstate building export office.urdf --to sdf --out out/world
 """
 
 app = typer.Typer(help="Make buildings.", invoke_without_command=True, callback=help_when_alone)
@@ -125,12 +135,41 @@ def import_file(
 
     options = ImportOptions(models or (), movable or ())
     result = import_building(file, out, level=level, options=options, overwrite=overwrite)
-    for title, lines in (
-        ("Taken:", result.notes.taken),
-        ("Not taken:", result.notes.left),
-        ("To check:", result.notes.doubts),
-    ):
-        print_list(title, lines)
+    _print_notes(result.notes)
     for urdf in result.buildings:
         print_problems(inspect_building(urdf).problems)
         print_text(f"Written: {urdf}")
+
+
+@app.command("export", epilog=EXPORT_EXAMPLES)
+def export(
+    building: Annotated[Path, typer.Argument(metavar="BUILDING", help="The building, URDF.")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="The folder to write.")],
+    to: Annotated[Literal["map", "sdf", "rmf"], typer.Option(help="The format.")],
+    height: Annotated[
+        float, typer.Option(help="Of the laser that sees what is drawn, m (map, rmf).")
+    ] = 0.3,
+    resolution: Annotated[float, typer.Option(help="Of a map's cells, m.")] = 0.05,
+    objects: Annotated[
+        bool, typer.Option("--objects", help="Draw doors and furniture into the map, as modelled.")
+    ] = False,
+    overwrite: Overwrite = False,
+) -> None:
+    """A building as a ROS map, a Gazebo world or an Open-RMF building.
+
+    Lists what was taken and what the format has no words for.
+    """
+    from objstate.interchange import ExportOptions, export_building
+
+    options = ExportOptions(height, resolution, objects)
+    _print_notes(export_building(building, out, to, options, overwrite=overwrite))
+    print_text(f"Written: {out}")
+
+
+def _print_notes(notes: Notes) -> None:
+    print_list("Taken:", notes.taken)
+    print_list("Not taken:", notes.left)
+    print_list("To check:", notes.doubts)
+
+
+app.command("edit", epilog=building_edit.EXAMPLES)(building_edit.edit)

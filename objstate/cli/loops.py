@@ -21,6 +21,7 @@ from objstate.grid import kernels as grid
 from objstate.localization import kernels as robot
 from objstate.localization import pose_kernels as pose
 from objstate.localization import search_kernels as search
+from objstate.objects import exchange_kernels as exchange
 from objstate.objects import furniture_kernels as components
 from objstate.objects import kernels as lattice
 from objstate.objects import mixture_kernels as mixture
@@ -40,13 +41,13 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
         (mixture.pooled, "f1 f2 f3"),
         (mixture.renew_robot, "f2 f3 f2 f2"),
         (mixture.join, "f1 f1 f2 f1 f2 f3"),
-        (mixture.evidence_under, "f1 f2 f3 i i f f1"),
-        (mixture.rescale, "f1 f2 f3 i i f f"),
+        (exchange.evidence_under, "f1 f2 f3 b f f1 f"),
+        (exchange.exchange, "f1 f1 f2 f3 f1 f1 f2 f3 f2 f2"),
         (front_to_back.cast, "f2 f2 i1 f2 f1 i1 f1 f1 b1 i1 f2 i1 f1 f1 f1 f2"),
     ),
     (
         (mixture.condition, "beams shape noise f2 f1 f1 f2 f3 f1"),
-        (mixture.read_off, "f1 f1 f1 f f b f1"),
+        (exchange.read_off, "f2 f2 f2 f2 i f f b f f2 f2"),
         (surface_kernels.meet, "f2 f2 i1 f2 f2 f1 i1"),
         (scans.take, "b1 i1 f2 i1 f1 f1"),
         (scans.stand, "f2 f2"),
@@ -69,6 +70,10 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
     (
         (search.scores, "f2 i2 f1 f f2 f2 f2 i1 f2 f1 f f1 f"),
         (search.scores_all_round, "f2 f1 i2 f1 f f2 f2 f2 i1 f2 f1 f f1 f"),
+        (pose.wall_sums, "f1 f2 i1 f f"),
+        (pose.drive, "f1 f2 f2 f1 f f f f f f i1 f f f"),
+        (pose.leave, "f2 f2 f1 f1 i f2 f2 f1 f1 f1"),
+        (pose.columns_of, "i1 i1 f1 i i2 f1"),
         (pose.rows, "f2 i1 f1 f2 f2 f1 f1 f1 f2"),
         (pose.gather, "b1 f1 f1 f1 f2 i2 f1 f1 f2 f f f f f f f f f2 f1 f1 f1"),
         (pose.slipped, "b1 i f1 f1 f1 f2 i2 f1 f2 f f f f f f f f f1 f"),
@@ -81,7 +86,7 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
         (sight.within, "f2 f f f"),
         (sight.near, "f2 f f f f2 b1"),
         (sight.entries, "f2 f1 f f f2 f2 f1"),
-        (sight.reached, "f2 b1 f1 f"),
+        (sight.seen, "f2 f1 f f f f2 f2 f1 b1 f1 f"),
     ),
     (
         (likelihood.object_log_likelihood, "f2 f2 f2 f2 i f2 i1 f2 f1 i1 f1 f1 f f f2 b1"),

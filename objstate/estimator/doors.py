@@ -31,7 +31,7 @@ NEGLIGIBLE = 5e-3  # probability of a deviation under which no door is read off
 PARTS = 3  # of the deviations of bearings, under which doors are read off by turns
 WIDEST_M, WIDEST_DEG = 0.03, 3.0  # deviations of hinges and bearings that doors are filtered with
 GRID, LEAST = 15, 0.1  # deviations tried, from this share of the first guess on
-FACTOR = 1.5  # standard deviation of the logarithm of a deviation, before any scan
+FACTOR = 1.0  # standard deviation of the logarithm of a deviation, before any scan
 EDGE_SHARE = 0.1  # of the beams beside an edge, that the surface next to it stops
 LEAST_DENSITY = 1e-9  # 1/m, of a range that nothing explains
 
@@ -109,13 +109,18 @@ class Doors:
 
     def _read_off(self, mixture: DoorMixture, belief: ObjectBelief) -> ObjectBelief:
         """The posterior of a door's state, over how far off its hinge and bearing may be."""
-        cases = self.cases(mixture)
-        read = [mixture.under(statics).on_lattice(belief) for _, statics in cases]
-        shares = np.array([share for share, _ in cases])
-        weights = shares @ np.array([each.weights.values for each in read])
-        swung = shares @ np.array([each.weights.values * each.swung for each in read])
+        shares, statics = zip(*self.cases(mixture), strict=True)
+        weights, swung = mixture.door.on_lattice(mixture.under(statics), belief)
+        swung = np.array(shares) @ (weights * swung)
+        weights = np.array(shares) @ weights
         swung = np.minimum(swung / np.maximum(weights, NEVER), 1.0)
-        return altered(read[0], weights=Weights(weights), swung=swung, joint=mixture)
+        return altered(
+            belief,
+            weights=Weights(weights),
+            swung=swung,
+            stamp_ns=mixture.stamp_ns,
+            joint=mixture,
+        )
 
     def _deviations(self, door: Doorway) -> dict[str, Deviation]:
         """What is learnt over all doors, and applies to this one."""

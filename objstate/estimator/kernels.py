@@ -22,6 +22,35 @@ def _comes_within(circle: FloatArray, x: float, y: float, distance: float) -> An
     return east * east + north * north <= reach * reach
 
 
+@_inner
+def _from(
+    circle: FloatArray,
+    pose: FloatArray,
+    cos: float,
+    sin: float,
+    position_std: float,
+    yaw_std: float,
+) -> Any:
+    """Middle and radius of a circle (3,) in the frame of a robot, widened by what that may be off."""
+    east, north = circle[0] - pose[0], circle[1] - pose[1]
+    x, y = cos * east + sin * north, cos * north - sin * east
+    return x, y, circle[2] + SPREAD_SIGMAS * (position_std + yaw_std * np.hypot(x, y))
+
+
+@_inner
+def _entered(
+    x: float, y: float, radius: float, origin: FloatArray, direction: FloatArray, level: float
+) -> Any:
+    """Range at which a beam enters a circle; inf where it passes by."""
+    to_x, to_y = x - origin[0], y - origin[1]
+    along = to_x * direction[0] + to_y * direction[1]
+    aside = to_x * direction[1] - to_y * direction[0]
+    squared = radius * radius - aside * aside
+    half = np.sqrt(max(squared, 0.0))
+    enters = (squared >= 0.0) & (along + half > 0.0)
+    return max(along - half, 0.0) / level if enters else np.inf
+
+
 @_compile
 def within(circles: FloatArray, x: float, y: float, distance: float) -> Any:
     """Which of the circles (m, 3), x, y and radius, come within a distance of a place: their numbers, and they themselves."""
@@ -54,18 +83,9 @@ def entries(
     out = np.empty((circles.shape[0], origins.shape[0]))
     cos, sin = np.cos(pose[2]), np.sin(pose[2])
     for k in range(circles.shape[0]):
-        east, north = circles[k, 0] - pose[0], circles[k, 1] - pose[1]
-        x, y = cos * east + sin * north, cos * north - sin * east
-        strayed = SPREAD_SIGMAS * (position_std + yaw_std * np.hypot(x, y))
-        radius = circles[k, 2] + strayed
+        x, y, radius = _from(circles[k], pose, cos, sin, position_std, yaw_std)
         for i in range(origins.shape[0]):
-            to_x, to_y = x - origins[i, 0], y - origins[i, 1]
-            along = to_x * directions[i, 0] + to_y * directions[i, 1]
-            aside = to_x * directions[i, 1] - to_y * directions[i, 0]
-            squared = radius * radius - aside * aside
-            half = np.sqrt(max(squared, 0.0))
-            enters = (squared >= 0.0) & (along + half > 0.0)
-            out[k, i] = max(along - half, 0.0) / level[i] if enters else np.inf
+            out[k, i] = _entered(x, y, radius, origins[i], directions[i], level[i])
     return out
 
 
@@ -99,18 +119,40 @@ def near(
 
 
 @_compile
-def reached(entered: FloatArray, beams: BoolArray, walls: FloatArray, margin: float) -> Any:
-    """Which objects, by number, some of the beams (n,) enter before they are a margin, m, past the walls (n,).
+def seen(
+    circles: FloatArray,
+    pose: FloatArray,
+    position_std: float,
+    yaw_std: float,
+    distance: float,
+    origins: FloatArray,
+    directions: FloatArray,
+    level: FloatArray,
+    beams: BoolArray,
+    walls: FloatArray,
+    margin: float,
+) -> Any:
+    """Which circles (m, 3), by number, some beams enter before they are a margin, m, past the walls.
 
-    They are entered at ranges (m, n) m.
+    Of the circles those within a ``distance``, of the beams those chosen, ``beams`` (n,); the ``walls`` (k,) are met by
+    the chosen ones. Else see ``entries``.
     """
-    found, count = np.empty(entered.shape[0], dtype=np.int64), 0
-    for k in range(entered.shape[0]):
-        is_reached = False
+    found, count = np.empty(circles.shape[0], dtype=np.int64), 0
+    cos, sin = np.cos(pose[2]), np.sin(pose[2])
+    for k in range(circles.shape[0]):
+        if not _comes_within(circles[k], pose[0], pose[1], distance):
+            continue
+        x, y, radius = _from(circles[k], pose, cos, sin, position_std, yaw_std)
+        chosen = 0
         for i in range(beams.shape[0]):
-            is_reached |= beams[i] & (entered[k, i] < walls[i] + margin)
-        found[count] = k
-        count += is_reached
+            if not beams[i]:
+                continue
+            entered = _entered(x, y, radius, origins[i], directions[i], level[i])
+            if entered < walls[chosen] + margin:
+                found[count] = k
+                count += 1
+                break
+            chosen += 1
     return found[:count]
 
 

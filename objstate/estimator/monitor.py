@@ -108,7 +108,7 @@ class Monitor:
         robot, now = self._robot, scan.stamp_ns
         beams = self._everywhere.usable(scan)
         if robot.odometry is None or not beams.any():
-            robot.belief = None
+            robot.forget()
             return
         self._bank.publish(0.0, now)
         chance = self._everywhere.chance(scan, self._scenery.thinned(beams)).mean
@@ -218,12 +218,19 @@ class Monitor:
         anywhere = PoseBelief(np.zeros((1, 3)), Weights.uniform(1))
         looked = Sight.of(scan, anywhere, self._sensing, self._believed.surroundings)
         beams, priors = self._scenery.thinned(looked.valid), self._believed.priors
-        view, tempering = looked.view(beams), self._settings.localization.tempering
+        view = looked.view(beams)
+        view = view.take(np.ones(np.count_nonzero(beams), dtype=bool))  # these beams are all
+        tempering = self._settings.localization.tempering
 
         def log_likelihood(poses: FloatArray, blur: float) -> FloatArray:
             sight = looked.by(PoseBelief(poses, Weights.uniform(len(poses))))
-            objects = self._scenery.objects(sight, beams, priors)
-            return tempering * view.pose_log_likelihood(poses, blur, objects)
+            around = poses  # and their mean, from which objects are looked for
+            if len(poses) > 1:
+                around = np.concatenate([sight.robot.mean[None], poses])
+            walls = view.walls(around)
+            objects = self._scenery.objects(sight, beams, priors, walls[0].copy())
+            told = view.pose_log_likelihood(around, blur, objects, walls)
+            return tempering * told[-len(poses) :]
 
         return log_likelihood
 

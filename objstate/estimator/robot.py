@@ -51,7 +51,9 @@ class Robot:
         self._settings, self._sensing, self._scenery = settings, sensing, scenery
         self._rng = np.random.default_rng([seed, 0])
         self.localizes = localizes
-        self.belief: PoseBelief | None = None  # None while nothing is known
+        self._belief: PoseBelief | None = (
+            None  # None while nothing is known, or only the filter knows
+        )
         self.odometry: FloatArray | None = None  # (3,) the last
         self.odometry_error = OdometryError(settings.odometry_error)  # as learnt by now
         self._driven_m, self._driven_ns = 0.0, 0
@@ -63,6 +65,13 @@ class Robot:
         self._decorrelation = Decorrelation(settings.building_error.robot_length_m)
 
     # --- what is known --------------------------------------------------------------
+
+    @property
+    def belief(self) -> PoseBelief | None:
+        """Samples of the pose; None while nothing is known of it."""
+        if self._belief is None and self._filter is not None:
+            self._belief = self._filter.belief(self._draws)
+        return self._belief
 
     @property
     def is_filtered(self) -> bool:
@@ -105,7 +114,12 @@ class Robot:
         """Take a belief over; what was learnt of robot and building stays."""
         self.leave_filter()
         self.odometry_error.forget()
-        self.belief, self._corrected_at = belief, None
+        self._belief, self._corrected_at = belief, None
+
+    def forget(self) -> None:
+        """Nothing is known of the pose."""
+        self.leave_filter()
+        self._belief = None
 
     def start(self, pose: FloatArray, covariance: FloatArray | None = None) -> None:
         """Follow a pose (3,) that was told, with its covariance (3, 3) where that was, too."""
@@ -131,19 +145,19 @@ class Robot:
         if self.odometry is not None:
             step = between(self.odometry, pose)
             self._driven_m += math.hypot(step[0], step[1])
-            if self.belief is not None:
-                seconds = (stamp_ns - self._driven_ns) / NANOSECONDS
-                self.belief = self._driven(self.belief, step, seconds)
+            self._predict(step, (stamp_ns - self._driven_ns) / NANOSECONDS)
         self.odometry, self._driven_ns = pose, stamp_ns
 
-    def _driven(self, belief: PoseBelief, step: FloatArray, seconds: float) -> PoseBelief:
-        if not self.localizes:
-            return belief.moved(step)
-        if self._filter is None:
-            return self._localizer.predict(belief, step, self._rng, self.odometry_error)
-        variances = motion_variances(step, self._settings.localization)
-        self._filter.drive(*self.odometry_error.drive(step, variances), seconds)
-        return self._filter.belief(self._draws)
+    def _predict(self, step: FloatArray, seconds: float) -> None:
+        if self._filter is not None:
+            variances = motion_variances(step, self._settings.localization)
+            self._filter.drive(*self.odometry_error.drive(step, variances), seconds)
+            self._belief = None  # its samples are drawn when they are asked for
+        elif self._belief is not None and self.localizes:
+            error = self.odometry_error
+            self._belief = self._localizer.predict(self._belief, step, self._rng, error)
+        elif self._belief is not None:
+            self._belief = self._belief.moved(step)
 
     # --- p(l | o_k) by the filter ---------------------------------------------------
 
@@ -167,6 +181,7 @@ class Robot:
     def leave_filter(self) -> None:
         """Go on with samples of the pose alone."""
         if self._filter is not None:
+            self._belief = self.belief
             self._learnt, self._filter = self._filter.learnt, None
 
     def correct(self, sight: Sight, known: Mapping[str, FloatArray]) -> PoseBelief:
@@ -183,9 +198,10 @@ class Robot:
         about = self._by_samples(sight, pose) if pose.is_wide else None
         surfaces = self._sensing.surfaces(sight.height)
         pose.correct(scan, surfaces, before_known, entered, about)
-        self.belief, self._corrected_at = pose.belief(self._draws), self.odometry
-        self.odometry_error.note(before, self.belief)
-        return self.belief
+        after = self._belief = pose.belief(self._draws)
+        self._corrected_at = self.odometry
+        self.odometry_error.note(before, after)
+        return after
 
     def _by_samples(self, sight: Sight, pose: PoseFilter) -> PoseBelief:
         """p(l | o_k) by the samples of p(l), from beams whose errors go together."""
@@ -206,9 +222,9 @@ class Robot:
         blur, beams = self._localizer.blur(robot), self._scenery.thinned(beams)
         told = self._scenery.log_likelihood(sight, beams, blur)
         corrected = self._localizer.correct(robot, self._settings.localization.tempering * told)
-        self.belief, _ = self._localizer.renew(corrected, self._rng)
+        self._belief, _ = self._localizer.renew(corrected, self._rng)
         self._corrected_at = self.odometry
-        return self.belief
+        return self._belief
 
     @property
     def _has_moved(self) -> bool:

@@ -50,11 +50,16 @@ class Scenery:
         return float(sight.view(beams).pose_log_likelihood(mean, blur, objects, walls)[0])
 
     def objects(
-        self, sight: Sight, beams: BoolArray, beliefs: Beliefs | None = None
+        self,
+        sight: Sight,
+        beams: BoolArray,
+        beliefs: Beliefs | None = None,
+        walls: FloatArray | None = None,
     ) -> list[UncertainObject]:
-        """Objects that some beams may see, each where it may be."""
+        """Objects that some beams (n,) may see, each where it may be; see ``Sight.seen_by``."""
         known = self._believed.marginals if beliefs is None else beliefs
-        return [self._represented(known[name], self._states) for name in sight.seen_by(beams)]
+        names = sight.seen_by(beams, walls=walls)
+        return [self._represented(known[name], self._states) for name in names]
 
     def is_narrow(self, sight: Sight) -> bool:
         """Whether the robot's place is known well enough to tell objects by."""

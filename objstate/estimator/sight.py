@@ -111,9 +111,24 @@ class Sight:
             [names[k] for k in found.tolist()], [names[k] for k in pointed_at.tolist()], used
         )
 
-    def seen_by(self, beams: BoolArray, but: Collection[str] = ()) -> list[str]:
-        """Objects, but those named, that some of the beams (n,) may reach before they meet a wall."""
-        margin = SPREAD_SIGMAS * self.robot.position_std
-        reached = kernels.reached(self.entries, beams, self.walls, margin)
-        names = self.names
-        return [name for k in reached.tolist() if (name := names[k]) not in but]
+    def seen_by(
+        self, beams: BoolArray, but: Collection[str] = (), walls: FloatArray | None = None
+    ) -> list[str]:
+        """Objects, but those named, that some of the beams (n,) may reach before they meet a wall.
+
+        The ``walls`` (k,) m that these beams meet are cast where they aren't given.
+        """
+        robot, rays, every = self.robot, self.scan.rays, self.surroundings
+        seen = kernels.seen(
+            every.all_circles,
+            robot.mean,
+            robot.position_std,
+            math.sqrt(robot.covariance[2, 2]),
+            self.scan.range_max,
+            rays.origins,
+            *rays.courses,
+            beams,
+            self.walls[beams] if walls is None else walls,
+            SPREAD_SIGMAS * robot.position_std,
+        )
+        return [name for k in seen.tolist() if (name := every.names[k]) not in but]

@@ -43,6 +43,11 @@ class Surroundings:
         """(m, 3) x, y and radius, m, of the circles of some objects."""
         return self._circles[[self._index[name] for name in names]].reshape(-1, 3)
 
+    @property
+    def all_circles(self) -> FloatArray:
+        """(m, 3) those of all objects, in the order of their names."""
+        return self._circles
+
     def within(self, place: FloatArray, distance: float) -> tuple[list[str], FloatArray]:
         """The objects that come within ``distance`` m of a place (2 or 3,), and x, y and radius (m, 3) of their circles."""
         numbers, circles = kernels.within(self._circles, place[0], place[1], distance)

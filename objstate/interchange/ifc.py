@@ -13,7 +13,7 @@ from objstate.building.model import Building, Kind, Mesh, MovableObject
 from objstate.geometry import FloatArray
 from objstate.interchange.ifc_doors import OPERATIONS, DoorShape, panels_of
 from objstate.interchange.ifc_file import IfcFile, Storey, Thing
-from objstate.interchange.imported import Imported, Notes, several, unused_name
+from objstate.interchange.imported import Imported, Notes, file_name, several, unused_name
 
 FIXED = (
     "IfcWall", "IfcColumn", "IfcPlate", "IfcMember", "IfcWindow", "IfcRailing", "IfcStairFlight",
@@ -51,7 +51,7 @@ def import_ifc(path: Path) -> Imported:
     single = len(storeys) == 1
     return Imported(
         {
-            name: floor.building(path.stem if single else f"{path.stem}_{name}".replace("/", "_"))
+            name: floor.building(path.stem if single else file_name(f"{path.stem}_{name}"))
             for name, floor in floors.items()
         },
         notes,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Container, Mapping
 from dataclasses import dataclass, field
 from itertools import chain, count
@@ -30,6 +31,11 @@ class Imported:
 def several(count: int, one: str, many: str | None = None) -> str:
     """A count with its noun."""
     return f"{count} {one if count == 1 else many or one + 's'}"
+
+
+def file_name(text: str) -> str:
+    """A name for a file or folder: letters, digits, blanks, points, hyphens; no point leads."""
+    return re.sub(r"[^\w .-]", "_", text).strip(" .") or "unnamed"
 
 
 def unused_name(name: str, taken: Container[str]) -> str:

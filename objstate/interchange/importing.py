@@ -10,7 +10,7 @@ from objstate.building.model import Building
 from objstate.building.writing import check_target, write_buildings
 from objstate.errors import BuildingError
 from objstate.interchange.ifc import import_ifc
-from objstate.interchange.imported import Imported, Notes
+from objstate.interchange.imported import Imported, Notes, file_name, unused_name
 from objstate.interchange.rmf import import_rmf
 from objstate.interchange.sdf import import_sdf
 
@@ -73,7 +73,10 @@ def import_building(
     for name in empty:
         made.notes.left.append(f"Level '{name}', which has no walls.")
     kept = {name: building for name, building in floors.items() if name not in empty}
-    folders = {name: "." if len(kept) == 1 else name.replace("/", "_") for name in kept}
+    folders: dict[str, str] = {}
+    for name in kept:
+        own = unused_name(file_name(name), folders.values())
+        folders[name] = "." if len(kept) == 1 else own
     written = write_buildings(
         out,
         {folders[name]: building for name, building in kept.items()},

@@ -14,7 +14,7 @@ from objstate.building.from_map import extrude
 from objstate.building.model import Building, MovableObject
 from objstate.building.sidecar import sidecar_of_drawing
 from objstate.geometry import FloatArray
-from objstate.interchange.imported import Imported, Notes, several
+from objstate.interchange.imported import Imported, Notes, file_name, several
 from objstate.interchange.rmf_doors import doors_of
 from objstate.interchange.rmf_file import Level, RmfBuilding, read_rmf
 from objstate.interchange.rmf_frames import Frame, frames
@@ -50,7 +50,7 @@ def _floor(
             continue
         objects[item.name] = item
     _tell_walls(name, level, notes)
-    called = title if len(source.levels) == 1 else f"{title}_{name}".replace("/", "_")
+    called = title if len(source.levels) == 1 else file_name(f"{title}_{name}")
     return Building(called, walls, objects)
 
 

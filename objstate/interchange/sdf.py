@@ -41,7 +41,7 @@ def import_sdf(path: Path, models: Sequence[Path] = (), movable: Sequence[str] =
     for kind, number in Counter(item.kind.value for item in objects.values()).items():
         notes.taken.append(f"{several(number, f'{kind} object')}.")
     _tell_setting(world, notes)
-    title = path.parent.name if path.stem == "model" else path.stem
+    title = path.resolve().parent.name if path.stem == "model" else path.stem
     return Imported({title: Building(title, Mesh.joined(walls), objects)}, notes)
 
 

@@ -141,6 +141,10 @@ class _Reader:
             if kinds != "light":
                 self.notes.left.append(f"Model '{called}': {file.name} holds {kinds}.")
             return None
+        if include.attributes.get("merge", "").lower() in TRUE:
+            self.notes.doubts.append(
+                f"Model '{called}' is to be merged into '{outer.name}'; it stands there as a model."
+            )
         static = include.first("static")
         return Model(
             name=name.content if name else element.text("name"),

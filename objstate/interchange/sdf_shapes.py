@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 
 from objstate.building.markup import Element, numbers_in
-from objstate.building.mesh_files import load_mesh, resolve
+from objstate.building.mesh_files import COLLADA, collada_asset, load_mesh, resolve
 from objstate.building.model import Mesh
 from objstate.building.shapes import Box, Cylinder, Sphere
 from objstate.errors import BuildingError
@@ -83,10 +84,24 @@ class Shapes:
             path = found
         key = (str(path), scale)
         if key not in self._files:
-            mesh = load_mesh(path, element.where)
+            try:
+                mesh = load_mesh(path, element.where)
+            except BuildingError as error:  # a lamp's COLLADA is no reason to refuse the walls
+                self.notes.left.append(f"Model '{model.name}': {error}")
+                mesh = Mesh.empty()
+            else:
+                self._doubt_axis(path, model)
             faces = mesh.faces if np.prod(scale) > 0 else mesh.faces[:, ::-1]
             self._files[key] = Mesh(mesh.vertices * np.array(scale), faces)
         return self._files[key]
+
+    def _doubt_axis(self, path: Path, model: Model) -> None:
+        """Say where a mesh states an axis that some simulators heed, and others don't."""
+        if path.suffix.lower() == COLLADA and (up := collada_asset(path)[1]) != "Z_UP":
+            self.notes.doubts.append(
+                f"Model '{model.name}': {path.name} states {up}, and is turned accordingly; some "
+                "simulators don't. Check that it stands."
+            )
 
 
 def _positive(element: Element, values: tuple[float, ...]) -> tuple[float, ...]:

@@ -47,8 +47,7 @@ def _told(rate: Rate) -> str:
 
 
 def _rule(learnt: ObjectDynamics, all_learnt: LearntDynamics) -> dict[str, Any]:
-    dynamics = learnt.assumed.model_dump(mode="json", by_alias=True)
-    dynamics["moves_per_hour"] = float(f"{learnt.rate.mean:.4g}")
+    dynamics = {"moves_per_hour": float(f"{learnt.rate.mean:.4g}")}
     rule: dict[str, Any] = {"match": _literally(learnt.name), "dynamics": dynamics}
     if learnt.is_door and all_learnt.rest is not None:
         rule["rest"] = all_learnt.rest.to_dict()

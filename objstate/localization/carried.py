@@ -56,10 +56,6 @@ class Clones:
         """The state's error x becomes matrix (m', m) x, plus what no clone has a part in."""
         self.cross = matrix @ self.cross
 
-    def scale(self, rows: list[int], factor: float) -> None:
-        """The errors in some rows are others now, up to a factor."""
-        self.cross[rows] *= factor
-
     def select(self, rows: list[int]) -> None:
         """Only some rows of the state stay."""
         self.cross = self.cross[rows]

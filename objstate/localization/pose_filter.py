@@ -133,6 +133,9 @@ class PoseFilter:
         self._clones.extend(POSE)
         self._lasers: dict[str, int] = {}  # by laser, the first of its columns
         self._pieces: dict[tuple[float, int], int] = {}  # by height and number, its column
+        self._tables: dict[float, IntArray] = {}  # by height: the column of each number, or -1
+        self._offsets = np.empty(0, dtype=np.int64)  # all of these columns
+        self._known_wall_std: float | None = None  # while the state is as it is
         self._learnt = learnt
         self._noise = dict(learnt.noise)
         self._known_noise: dict[str, tuple[RangeNoise, float]] = {}  # what that says
@@ -154,8 +157,10 @@ class PoseFilter:
     @property
     def wall_std(self) -> float:
         """m by which pieces of wall stand off the model, by those seen so far."""
-        first, (squares, count) = self._error.wall_std_m, self._walls
-        return math.sqrt((FIRST_PIECES * first**2 + squares) / (FIRST_PIECES + count))
+        if self._known_wall_std is None:
+            (first, known), (squares, count) = self._first_walls, self._offs_of(self._offsets)
+            self._known_wall_std = math.sqrt((first + squares) / (known + count))
+        return self._known_wall_std
 
     @property
     def learnt(self) -> Learnt:
@@ -164,7 +169,7 @@ class PoseFilter:
         for laser, first in self._lasers.items():
             own = slice(first, first + LASER)
             lasers[laser] = self._mean[own].copy(), self._covariance[own, own].copy()
-        return Learnt(lasers, dict(self._noise), self._walls)
+        return Learnt(lasers, dict(self._noise), self._walls_with(self._offsets))
 
     def belief(self, draws: FloatArray) -> PoseBelief:
         """The pose by samples that stand at fixed ``draws`` (n, 3) of a standard normal distribution."""
@@ -180,26 +185,25 @@ class PoseFilter:
         self._since += seconds
         starts = -math.expm1(-self._slip_rate * seconds)
         self._slips = starts + (math.exp(-seconds / SLIP_S) - starts) * self._slips
-        ahead, left, turn = step.tolist()
-        way, heading = math.hypot(ahead, left), float(self._mean[2])
-        cos, sin = math.cos(heading), math.sin(heading)
-        dx, dy = cos * ahead - sin * left, sin * ahead + cos * left
-        self._mean[:POSE] += dx, dy, turn
-        p = self._covariance
-        p[:2] += np.outer((-dy, dx), p[2])
-        p[:, :2] += np.outer(p[:, 2], (-dy, dx))
-        self._clones.cross[:2] += np.outer((-dy, dx), self._clones.cross[2])
-        along = np.array((dx, dy)) / max(way, 1e-12)
-        aside = np.array((-along[1], along[0]))
-        p[:2, :2] += variances.length * (np.outer(along, along) + SIDEWAYS * np.outer(aside, aside))
-        if way == 0.0:
-            p[:2, :2] += variances.length * np.eye(2)
-        p[2, 2] += variances.turn
-        self._let_walls_be_others(math.exp(-(way + LEVER * abs(turn)) / self._error.wall_length_m))
+        kernels.drive(
+            self._mean,
+            self._covariance,
+            self._clones.cross,
+            step,
+            *variances,
+            SIDEWAYS,
+            LEVER,
+            self._error.wall_length_m,
+            SHIFTED,
+            self._offsets,
+            *self._first_walls,
+            FARTHEST,
+        )
+        self._known_wall_std = None
 
     def vantage(self, scan: Scan) -> Vantage:
         """From where a scan's beams leave."""
-        pose, origins, directions, laser = self._beams_of(scan)
+        origins, directions, pose, laser, moving = self._beams_of(scan)
         first, (cos, sin) = self._laser(scan.laser), _heading(pose)
         x, y = laser - pose[:2]
         shift = self._mean[FRAME]
@@ -207,7 +211,7 @@ class PoseFilter:
         jacobian[:, :POSE] = np.eye(POSE)
         jacobian[:2, first : first + 2] = (cos, -sin), (sin, cos)
         jacobian[:, first + 2] = y, -x, 1.0
-        jacobian[:, first + CLOCK] = self._moving
+        jacobian[:, first + CLOCK] = moving
         return Vantage(
             pose[:2] - shift,
             origins - shift,
@@ -283,7 +287,7 @@ class PoseFilter:
         if not used.any():
             self._mean[:POSE] -= off
             return 0
-        self._follow(scan, seen.numbers[used])
+        self._follow(scan, surfaces, seen.numbers[used])
         shift = np.zeros(len(self._mean))
         shift[:POSE] = off
         mean, gripping = self._mean - shift, self._covariance
@@ -313,14 +317,14 @@ class PoseFilter:
             gate[:POSE, :POSE] = about.covariance + np.diag([NEAR[0], NEAR[0], NEAR[1]]) ** 2
         taken = self._take(scan, seen, used, entered, shift, prior, gate)
         if not is_near or self._slips > NEGLIGIBLE:
-            self._mean = mean + taken.shift
+            self._mean, self._known_wall_std = mean + taken.shift, None
             seen = self._meet(scan, surfaces)
             used &= seen.numbers >= 0
             gate = taken.left @ prior
             taken = self._take(scan, seen, used, entered, taken.shift, prior, gate)
         covariance = taken.left @ prior
         self._covariance = 0.5 * (covariance + covariance.T)
-        self._mean = mean + taken.shift
+        self._mean, self._known_wall_std = mean + taken.shift, None
         self._clones.transform(taken.left)
         self._since = 0.0
         self._learn_noise(scan.laser, taken)
@@ -333,7 +337,7 @@ class PoseFilter:
 
     def _meet(self, scan: Scan, surfaces: Surfaces) -> _Met:
         """Which walls a scan's beams meet, by the mean."""
-        pose, origins, directions, laser = self._beams_of(scan)
+        origins, directions, pose, laser, moving = self._beams_of(scan)
         ranges, numbers = surfaces.meet(origins, directions, scan.range_max)
         ranges += self._mean[self._laser(scan.laser) + BIAS]
         row = np.empty((len(scan), kernels.COLUMNS))
@@ -345,7 +349,7 @@ class PoseFilter:
             directions,
             pose,
             laser,
-            self._moving,
+            moving,
             row,
         )
         return _Met(ranges, numbers, row)
@@ -403,27 +407,22 @@ class PoseFilter:
 
     # --- the state's parts ----------------------------------------------------------
 
-    @property
-    def _moving(self) -> FloatArray:
-        """(3,) m/s, m/s, rad/s of the robot in the building."""
-        cos, sin = _heading(self._mean)
-        ahead, left, turning = self._velocity.tolist()
-        return np.array((cos * ahead - sin * left, sin * ahead + cos * left, turning))
-
-    def _beams_of(self, scan: Scan) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """By the mean, as the model is shifted here: the robot's pose (3,) as a scan was taken, origins and directions (n, 2) of its beams, and the laser's place (2,)."""
+    def _beams_of(self, scan: Scan) -> _Leaving:
+        """From where a scan's beams leave by the mean, as the model is shifted here."""
+        count, rays = len(scan), scan.rays
+        out = _Leaving(
+            np.empty((count, 2)), np.empty((count, 2)), np.empty(3), np.empty(2), np.empty(3)
+        )
         first = self._laser(scan.laser)
-        x, y, yaw, _, clock = self._mean[first : first + LASER].tolist()
-        pose = self._mean[:POSE] + clock * self._moving
-        pose[:2] += self._mean[FRAME]
-        cos, sin = _heading(pose)
-        own, middle = scan.rays.origins[:, :2], scan.rays.origins[:, :2].mean(axis=0)
-        turned = np.array(((math.cos(yaw), math.sin(yaw)), (-math.sin(yaw), math.cos(yaw))))
-        heading = np.array(((cos, sin), (-sin, cos)))
-        place = middle + np.array((x, y))
-        origins = ((own - middle) @ turned + place) @ heading + pose[:2]
-        directions = scan.rays.directions[:, :2] @ (turned @ heading)
-        return pose, origins, directions, place @ heading + pose[:2]
+        kernels.leave(
+            np.ascontiguousarray(rays.origins),
+            np.ascontiguousarray(rays.directions),
+            self._mean,
+            self._velocity,
+            first,
+            *out,
+        )
+        return out
 
     def _laser(self, laser: str) -> int:
         """The first column of a laser's errors, which are added when they are first asked for."""
@@ -443,12 +442,15 @@ class PoseFilter:
         both[:before, :before], both[before:, before:] = self._covariance, covariance
         self._mean, self._covariance = np.append(self._mean, mean), both
         self._clones.extend(len(mean))
+        self._known_wall_std = None
 
-    def _follow(self, scan: Scan, numbers: IntArray) -> None:
+    def _follow(self, scan: Scan, surfaces: Surfaces, numbers: IntArray) -> None:
         """Follow the offsets of pieces that enough beams (k,) meet; leave some where they are too many."""
         height = float(scan.rays.origins[0, 2])
-        seen, counts = np.unique(numbers, return_counts=True)
-        wanted = [(height, int(k)) for k in seen[counts >= FEWEST]]
+        if height not in self._tables:
+            self._tables[height] = np.full(len(surfaces.pieces), -1, dtype=np.int64)
+        seen = np.flatnonzero(np.bincount(numbers) >= FEWEST)
+        wanted = [(height, k) for k in seen.tolist()]
         fresh = [piece for piece in wanted if piece not in self._pieces]
         if len(self._pieces) + len(fresh) > FOLLOWED:
             self._leave([piece for piece in self._pieces if piece not in set(wanted)])
@@ -456,10 +458,12 @@ class PoseFilter:
             first = len(self._mean)
             self._append(np.zeros(len(fresh)), self.wall_std**2 * np.eye(len(fresh)))
             self._pieces |= {piece: first + k for k, piece in enumerate(fresh)}
+            self._list_pieces()
 
     def _leave(self, pieces: list[tuple[float, int]]) -> None:
         """Follow these pieces no longer; how far they were off stays in mind."""
-        self._learnt = self._learnt._replace(pieces=self._walls_with(pieces))
+        columns = np.array([self._pieces[piece] for piece in pieces], dtype=np.int64)
+        self._learnt = self._learnt._replace(pieces=self._walls_with(columns))
         gone = {self._pieces.pop(piece) for piece in pieces}
         kept = [column for column in range(len(self._mean)) if column not in gone]
         place = {column: k for k, column in enumerate(kept)}
@@ -468,48 +472,44 @@ class PoseFilter:
         self._clones.select(kept)
         self._pieces = {piece: place[column] for piece, column in self._pieces.items()}
         self._lasers = {laser: place[column] for laser, column in self._lasers.items()}
+        self._known_wall_std = None
+        self._list_pieces()
+
+    def _list_pieces(self) -> None:
+        """Let arrays hold the columns of the pieces that are followed."""
+        self._offsets = np.array(list(self._pieces.values()), dtype=np.int64)
+        for table in self._tables.values():
+            table.fill(-1)
+        for (height, number), column in self._pieces.items():
+            self._tables[height][number] = column
+
+    def _walls_with(self, columns: IntArray) -> tuple[float, float]:
+        """Sums of squared offsets, m^2, and of pieces, each by how much is known of it; with those left."""
+        (left, known), (squares, count) = self._learnt.pieces, self._offs_of(columns)
+        return left + squares, known + count
+
+    def _offs_of(self, columns: IntArray) -> tuple[float, float]:
+        """Such sums of the pieces of some columns (k,)."""
+        first, known = self._first_walls
+        sums: tuple[float, float] = kernels.wall_sums(
+            self._mean, self._covariance, columns, first / known, FARTHEST
+        )
+        return sums
 
     @property
-    def _walls(self) -> tuple[float, float]:
-        """Sums of squared offsets, m^2, and of pieces, each by how much is known of it."""
-        return self._walls_with(list(self._pieces))
-
-    def _walls_with(self, pieces: list[tuple[float, int]]) -> tuple[float, float]:
+    def _first_walls(self) -> tuple[float, float]:
+        """Such sums of pieces that are no longer followed, and of the first guess."""
         squares, count = self._learnt.pieces
-        columns = [self._pieces[piece] for piece in pieces]
-        variances, prior = self._covariance[columns, columns], self._prior_wall_variance
-        known = np.maximum(1.0 - variances / prior, 0.0)
-        offs = np.minimum(self._mean[columns] ** 2, FARTHEST**2 * prior)
-        squares += float(known @ (offs + variances))
-        return squares, count + float(known.sum())
-
-    @property
-    def _prior_wall_variance(self) -> float:
-        first, (squares, count) = self._error.wall_std_m, self._learnt.pieces
-        return (FIRST_PIECES * first**2 + squares) / (FIRST_PIECES + count)
+        return FIRST_PIECES * self._error.wall_std_m**2 + squares, FIRST_PIECES + count
 
     def _columns(self, scan: Scan, numbers: IntArray) -> tuple[IntArray, FloatArray]:
         """Which of the state's columns (n, 11) tell of each beam, and the offset (n,) of the wall that it meets."""
-        height, first = float(scan.rays.origins[0, 2]), self._laser(scan.laser)
         columns = np.empty((len(numbers), kernels.COLUMNS), dtype=np.int64)
-        columns[:, :POSE] = range(POSE)
-        columns[:, POSE : FRAME.stop] = range(POSE, FRAME.stop)
-        columns[:, FRAME.stop : -1] = range(first, first + LASER)
-        columns[:, -1] = [self._pieces.get((height, k), -1) for k in numbers.tolist()]
-        return columns, np.where(columns[:, -1] >= 0, self._mean[columns[:, -1]], 0.0)
-
-    def _let_walls_be_others(self, kept: float) -> None:
-        if kept == 1.0:
-            return
-        shift, pieces = [POSE, POSE + 1], list(self._pieces.values())
-        columns = shift + pieces
-        self._mean[columns] *= kept
-        self._covariance[columns] *= kept
-        self._covariance[:, columns] *= kept
-        self._clones.scale(columns, kept)
-        added = (1.0 - kept**2) * self.wall_std**2
-        self._covariance[shift, shift] += SHIFTED**2 * added
-        self._covariance[pieces, pieces] += added
+        offsets = np.empty(len(numbers))
+        table = self._tables[float(scan.rays.origins[0, 2])]
+        first = self._laser(scan.laser)
+        kernels.columns_of(numbers, table, self._mean, first, columns, offsets)
+        return columns, offsets
 
     def _shares(self, range_max: float) -> tuple[float, float, float]:
         """Probability of a hit, and densities, 1/m, of random and of short readings."""
@@ -528,6 +528,16 @@ class PoseFilter:
         total = self._noise.get(laser, np.zeros(9)) + found
         self._known_noise.pop(laser, None)
         self._noise[laser] = min(LEARNT_BEAMS / max(float(total[8]), 1.0), 1.0) * total
+
+
+class _Leaving(NamedTuple):
+    """From where beams leave, as the model is shifted."""
+
+    origins: FloatArray  # (n, 2) m
+    directions: FloatArray  # (n, 2)
+    pose: FloatArray  # (3,) of the robot
+    laser: FloatArray  # (2,) m, where it is
+    moving: FloatArray  # (3,) m/s, m/s, rad/s of the robot in the building
 
 
 class _Met(NamedTuple):

@@ -13,6 +13,7 @@ from objstate.linear import solve
 
 # of a beam: pose x, y, yaw; the model's shift x, y; the laser's x, y, yaw, range bias and clock; the wall's offset
 COLUMNS = 11
+POSE, SHIFTS = 3, 2
 OFFSET = 10
 SURELY_HIT = 3.0  # deviations by which a range may be off that tells how noisy ranges are
 CUT_OFF = 0.973  # mean square of a standard normal variable that is smaller than that
@@ -20,6 +21,168 @@ ROOT_TAU = math.sqrt(2.0 * math.pi)
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
+
+
+@_inner
+def _wall_sums(
+    mean: FloatArray, covariance: FloatArray, columns: IntArray, prior: float, farthest: float
+) -> Any:
+    """See ``wall_sums``."""
+    squares, count = 0.0, 0.0
+    for k in range(columns.shape[0]):
+        variance, off = covariance[columns[k], columns[k]], mean[columns[k]]
+        known = max(1.0 - variance / prior, 0.0)
+        squares += known * (min(off * off, farthest * farthest * prior) + variance)
+        count += known
+    return squares, count
+
+
+@_compile
+def wall_sums(
+    mean: FloatArray, covariance: FloatArray, columns: IntArray, prior: float, farthest: float
+) -> Any:
+    """Sums of squared offsets, m^2, of the pieces of wall in some ``columns`` (k,), and of pieces.
+
+    Each counts by how much of its ``prior`` variance is known by now, its square up to ``farthest`` deviations of that.
+    """
+    return _wall_sums(mean, covariance, columns, prior, farthest)
+
+
+@_compile
+def drive(
+    mean: FloatArray,
+    covariance: FloatArray,
+    cross: FloatArray,
+    step: FloatArray,
+    length: float,
+    turn: float,
+    sideways: float,
+    lever: float,
+    wall_length: float,
+    shifted: float,
+    pieces: IntArray,
+    first_squares: float,
+    first_count: float,
+    farthest: float,
+) -> None:
+    """Predict the state (m,), its ``covariance`` (m, m) and the covariances ``cross`` (m, k) of clones for a ``step`` (3,).
+
+    ``length`` and ``turn`` are the variances of the step's length and turn, and ``sideways`` the share of the former that it
+    has to its sides. The model's shift and the offsets of ``pieces`` (j,) decorrelate over a way of
+    ``wall_length``, a radian of turning counting as ``lever`` m; ``shifted`` is the shift's deviation, in that of the
+    offsets. That follows from sums of squares and of pieces to begin with, see ``wall_sums``.
+    """
+    size = mean.shape[0]
+    way, cos, sin = math.hypot(step[0], step[1]), math.cos(mean[2]), math.sin(mean[2])
+    dx, dy = cos * step[0] - sin * step[1], sin * step[0] + cos * step[1]
+    mean[0] += dx
+    mean[1] += dy
+    mean[2] += step[2]
+    for a in range(size):
+        covariance[0, a] -= dy * covariance[2, a]
+        covariance[1, a] += dx * covariance[2, a]
+    for a in range(size):
+        covariance[a, 0] -= dy * covariance[a, 2]
+        covariance[a, 1] += dx * covariance[a, 2]
+    for a in range(cross.shape[1]):
+        cross[0, a] -= dy * cross[2, a]
+        cross[1, a] += dx * cross[2, a]
+    x, y = dx / max(way, 1e-12), dy / max(way, 1e-12)
+    standing = 1.0 if way == 0.0 else 0.0
+    covariance[0, 0] += length * (x * x + sideways * y * y + standing)
+    covariance[1, 1] += length * (y * y + sideways * x * x + standing)
+    covariance[0, 1] += length * (1.0 - sideways) * x * y
+    covariance[1, 0] += length * (1.0 - sideways) * x * y
+    covariance[2, 2] += turn
+    kept = math.exp(-(way + lever * abs(step[2])) / wall_length)
+    if kept == 1.0:
+        return
+    for k in range(SHIFTS + pieces.shape[0]):
+        row = POSE + k if k < SHIFTS else pieces[k - SHIFTS]
+        mean[row] *= kept
+        for a in range(size):
+            covariance[row, a] *= kept
+        for a in range(size):
+            covariance[a, row] *= kept
+        for a in range(cross.shape[1]):
+            cross[row, a] *= kept
+    prior = first_squares / first_count
+    squares, count = _wall_sums(mean, covariance, pieces, prior, farthest)
+    added = (1.0 - kept * kept) * (first_squares + squares) / (first_count + count)
+    for k in range(SHIFTS):
+        covariance[POSE + k, POSE + k] += shifted * shifted * added
+    for k in range(pieces.shape[0]):
+        covariance[pieces[k], pieces[k]] += added
+
+
+@_compile
+def leave(
+    origins: FloatArray,
+    directions: FloatArray,
+    mean: FloatArray,
+    velocity: FloatArray,
+    first: int,
+    begins: FloatArray,
+    towards: FloatArray,
+    pose: FloatArray,
+    laser: FloatArray,
+    moving: FloatArray,
+) -> None:
+    """Where beams of ``origins`` and ``directions`` (n, 3) in the robot's frame leave, by the state (m,).
+
+    They begin at ``begins`` (n, 2) and lead ``towards`` (n, 2). The robot's ``pose`` (3,) then, the ``laser``'s place (2,), and how the
+    pose is ``moving`` (3,) m/s, m/s, rad/s, are told as well. The laser's errors begin with a column ``first``; the
+    ``velocity`` (3,) is in the robot's frame.
+    """
+    count = origins.shape[0]
+    cos, sin = math.cos(mean[2]), math.sin(mean[2])
+    moving[0] = cos * velocity[0] - sin * velocity[1]
+    moving[1] = sin * velocity[0] + cos * velocity[1]
+    moving[2] = velocity[2]
+    for a in range(POSE):
+        pose[a] = mean[a] + mean[first + 4] * moving[a]
+    for a in range(SHIFTS):
+        pose[a] += mean[POSE + a]
+    middle_x, middle_y = 0.0, 0.0
+    for i in range(count):
+        middle_x += origins[i, 0] / count
+        middle_y += origins[i, 1] / count
+    cos, sin = math.cos(pose[2]), math.sin(pose[2])
+    cos_yaw, sin_yaw = math.cos(mean[first + 2]), math.sin(mean[first + 2])
+    cos_both, sin_both = cos * cos_yaw - sin * sin_yaw, sin * cos_yaw + cos * sin_yaw
+    x, y = middle_x + mean[first], middle_y + mean[first + 1]
+    laser[0], laser[1] = cos * x - sin * y + pose[0], sin * x + cos * y + pose[1]
+    for i in range(count):
+        off_x, off_y = origins[i, 0] - middle_x, origins[i, 1] - middle_y
+        begins[i, 0] = laser[0] + cos_both * off_x - sin_both * off_y
+        begins[i, 1] = laser[1] + sin_both * off_x + cos_both * off_y
+        dx, dy = directions[i, 0], directions[i, 1]
+        towards[i, 0] = cos_both * dx - sin_both * dy
+        towards[i, 1] = sin_both * dx + cos_both * dy
+
+
+@_compile
+def columns_of(
+    numbers: IntArray,
+    table: IntArray,
+    mean: FloatArray,
+    first: int,
+    columns: IntArray,
+    offsets: FloatArray,
+) -> None:
+    """Which ``columns`` (n, 11) of the state (m,) tell of beams that meet pieces of some ``numbers`` (n,), and the ``offsets`` (n,) of these.
+
+    The ``table`` has the column of each piece's offset, or -1. The laser's errors begin with a column ``first``.
+    """
+    frame = POSE + SHIFTS
+    for i in range(numbers.shape[0]):
+        for a in range(frame):
+            columns[i, a] = a
+        for a in range(frame, OFFSET):
+            columns[i, a] = first + a - frame
+        own = table[numbers[i]] if numbers[i] >= 0 else -1
+        columns[i, OFFSET] = own
+        offsets[i] = mean[own] if own >= 0 else 0.0
 
 
 @_compile

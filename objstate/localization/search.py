@@ -11,6 +11,7 @@ import numpy as np
 from objstate.config import Settings
 from objstate.errors import BuildingError
 from objstate.geometry import BoolArray, FloatArray, between, compose, wrap
+from objstate.lazy import lazy
 from objstate.localization.belief import PoseBelief
 from objstate.localization.places import HEADINGS, TURNS, Places
 from objstate.particles import Weights
@@ -55,23 +56,6 @@ class Odds(NamedTuple):
             self.slipped + other.slipped,
             max(self.width, other.width),
         )
-
-    def log_prior(self, poses: FloatArray, followed: FloatArray, places: Places) -> FloatArray:
-        """Log odds (p,) of the robot's being about poses (p, 3), each a cell of the search's grid wide.
-
-        A slip is distributed about the followed pose (3,) as a Student distribution with one degree
-        of freedom, in metres and radians. A belief that was wide has narrowed to one of the places
-        within its width, as likely to this one as to the followed one.
-        """
-        off = _off(poses, followed)
-        squared, turned = (off[:, :2] ** 2).sum(axis=1), (off[:, 2] / SLIP_RAD) ** 2
-        near = 1.0 / (1.0 + squared / SLIP_M**2 + turned) ** 2
-        cell = places.spacing**2 * 2.0 * np.pi / TURNS
-        odds = self.kidnapped / max(len(places.points) * TURNS, 1)
-        odds = odds + self.slipped * near * cell / (np.pi**2 * SLIP_M**2 * SLIP_RAD)
-        if self.width > 0.0:
-            odds = odds + 1.0 / (1.0 + squared / self.width**2 + turned) ** 2
-        return np.asarray(np.log(np.maximum(odds, NEVER)))
 
 
 SAME = np.array([0.3, 0.3, np.radians(8.0)])  # places that differ by less are one
@@ -294,9 +278,9 @@ def _listed(heights: list[float]) -> str:
 
 
 def _off(poses: FloatArray, pose: FloatArray) -> FloatArray:
-    """Differences (p, 3) of poses (p, 3) from a pose (3,)."""
+    """Differences (..., p, 3) of poses (p, 3) from a pose (3,) or several (..., 1, 3)."""
     off = poses - pose
-    off[:, 2] = wrap(off[:, 2])
+    off[..., 2] = wrap(off[..., 2])
     return off
 
 
@@ -304,6 +288,33 @@ def apart(a: FloatArray, b: FloatArray) -> FloatArray:
     """How far poses (..., 3) are from each other, one being where they count as two."""
     off = np.abs(np.stack([*(a - b)[..., :2].T, wrap((a - b)[..., 2]).T], axis=-1))
     return np.asarray((off / APART).max(axis=-1))
+
+
+class _Priors:
+    """Log odds of having come elsewhere before each of several looks, from where the robot was followed."""
+
+    def __init__(self, odds: list[Odds], followed: list[FloatArray], places: Places) -> None:
+        kidnapped, slipped, width = np.array(odds).T[..., None]  # (k, 1)
+        self._followed = np.array(followed)[:, None]  # (k, 1, 3)
+        cell = places.spacing**2 * 2.0 * np.pi / TURNS
+        self._kidnapped = kidnapped / max(len(places.points) * TURNS, 1)
+        self._slipped = slipped, cell / (np.pi**2 * SLIP_M**2 * SLIP_RAD)
+        self._is_wide, self._width = width > 0.0, np.where(width > 0.0, width, 1.0)
+
+    def __call__(self, poses: FloatArray) -> FloatArray:
+        """(k, p) of the robot's being about poses (p, 3), each a cell of the search's grid wide.
+
+        A slip is distributed about the followed pose as a Student distribution with one degree
+        of freedom, in metres and radians. A belief that was wide has narrowed to one of the places
+        within its width, as likely to this one as to the followed one.
+        """
+        off = _off(poses, self._followed)
+        squared, turned = (off[..., :2] ** 2).sum(axis=2), (off[..., 2] / SLIP_RAD) ** 2
+        near = 1.0 / (1.0 + squared / SLIP_M**2 + turned) ** 2
+        slipped, density = self._slipped
+        odds = self._kidnapped + slipped * near * density
+        odds += self._is_wide / (1.0 + squared / self._width**2 + turned) ** 2
+        return np.asarray(np.log(np.maximum(odds, NEVER)))
 
 
 class _Joint:
@@ -316,7 +327,7 @@ class _Joint:
         places: Places,
         log_likelihood: Callable[[int, FloatArray, float], FloatArray],
     ) -> None:
-        self._looks, self._steps, self._places = looks, steps, places
+        self._looks, self._steps, self._places = looks, np.array(steps), places
         self._log_likelihood = log_likelihood  # of a look, from poses (p, 3), with a blur in m
         self._own: dict[tuple[int, float], float] = {}
 
@@ -327,13 +338,14 @@ class _Joint:
         if looks[-1].followed is None:
             cells = max(len(self._places.points), 1) * TURNS
             return np.asarray(since[0] - np.log(cells))
+        return np.asarray(np.logaddexp.reduce(self._priors(poses) + since, axis=0))
+
+    @lazy
+    def _priors(self) -> _Priors:
+        looks = self._looks
         odds = [looks[0].before.plus(looks[0].since), *(look.since for look in looks[1:])]
         anchors = [looks[max(k - 1, 0)] for k in range(len(looks))]  # where it was when it left
-        prior = [
-            each.log_prior(poses, self._driven_on(anchor), self._places)
-            for each, anchor in zip(odds, anchors, strict=True)
-        ]
-        return np.asarray(np.logaddexp.reduce(np.array(prior) + since, axis=0))
+        return _Priors(odds, [self._driven_on(anchor) for anchor in anchors], self._places)
 
     def refine(self, pose: FloatArray, blur: float) -> None:
         """Hold the followed place at a pose (3,), too, that was refined as other places are."""
@@ -356,8 +368,9 @@ class _Joint:
 
     def gained(self, poses: FloatArray, blur: float, after_ns: int = -1) -> FloatArray:
         """By how much looks after a stamp are likelier (k, p) from poses (p, 3) than from the followed one."""
+        at = compose(poses, self._steps[:, None])  # (k, p, 3)
         gained = [
-            self._log_likelihood(k, compose(poses, self._steps[k]), blur) - self._known(k, blur)
+            self._log_likelihood(k, at[k], blur) - self._known(k, blur)
             for k, look in enumerate(self._looks)
             if look.scan.stamp_ns > after_ns
         ]

@@ -11,7 +11,9 @@ docs/model.md).
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -24,9 +26,11 @@ from objstate.objects.belief import ObjectBelief
 from objstate.particles import Weights
 
 if TYPE_CHECKING:
+    from objstate.objects import exchange_kernels
     from objstate.objects import mixture_kernels as kernels
     from objstate.objects.mixture_kernels import Beams, Noise
 else:
+    exchange_kernels = Later("objstate.objects.exchange_kernels")
     kernels = Later("objstate.objects.mixture_kernels")
 
 SECONDS_PER_HOUR = 3600.0
@@ -37,6 +41,7 @@ LATCHES = 0.8  # probability that a door that comes to rest in the last cell bef
 FASTEST_S = 3.0  # s after which a door that moves may be anywhere
 HINGE = slice(4, 6)  # of a component's errors
 NEGLIGIBLE = 1e-9  # weight of a component that doesn't tell how likely a prior is
+TAPS_KEPT = 256  # of so many steps of moving doors
 NEVER = 1e-30  # weight that no component falls below: what was impossible may come true
 
 
@@ -227,32 +232,12 @@ class Doorway:
         stays = self.stays(seconds)
         return stays * resting + (1.0 - stays) * out, out
 
-    def on_lattice(
-        self,
-        resting: FloatArray,
-        moving: FloatArray,
-        means: FloatArray,
-        variances: FloatArray,
-        lattice: ObjectBelief,
-    ) -> tuple[FloatArray, FloatArray]:
-        """Weights (n,) of a lattice's states, and how probably a door moves in each of them (n,).
-
-        The components have weights, and the states in them means and variances (c,).
-        """
+    def on_lattice(self, states: States, lattice: ObjectBelief) -> tuple[FloatArray, FloatArray]:
+        """Weights (k, n) of a lattice's states, and how probably a door moves in each of them (k, n)."""
         first, cell, wraps = lattice.lattice
-        count, cells, total = len(lattice.states), slice(self.cells), resting + moving
-        stds = np.sqrt(variances[cells])
-        weights, swung = np.empty(count), np.empty(count)
-        kernels.read_off(moving[cells] + NEVER, means[cells], stds, first, cell, wraps, swung)
-        swung *= moving.sum()
-        kernels.read_off(total[cells] + NEVER, means[cells], stds, first, cell, wraps, weights)
-        if self.atoms:
-            limits = total[self.cells :]
-            weights *= 1.0 - limits.sum()
-            weights[0] += limits[0]
-            weights[-1] += limits[1]
-        weights /= weights.sum()
-        return weights, np.minimum(swung / np.maximum(weights, NEVER), 1.0)
+        weights, swung = (np.empty((len(states.means), len(lattice.states))) for _ in range(2))
+        exchange_kernels.read_off(*states, self.cells, first, cell, wraps, NEVER, weights, swung)
+        return weights, swung
 
 
 class Statics(NamedTuple):
@@ -262,7 +247,13 @@ class Statics(NamedTuple):
     bearing: float  # rad^2, of where the angle is zero; of a sliding door, nothing
 
 
-STATICS = {"hinge": (4, 6), "bearing": (6, 7)}  # errors of a component that they are
+class States(NamedTuple):
+    """p(mode, s) of a door, in several cases: a Gaussian of the state in each component."""
+
+    resting: FloatArray  # (k, c) weights of a door at rest; with those that move, they sum to one
+    moving: FloatArray  # (k, c) of one that is being moved
+    means: FloatArray  # (k, c) of the state
+    variances: FloatArray  # (k, c)
 
 
 class Moved(NamedTuple):
@@ -367,39 +358,35 @@ class DoorMixture:
 
     def log_evidence(self, name: str, variances: FloatArray) -> FloatArray:
         """(k,) log p(z | variance) of a static error, up to a constant, for prior variances (k,)."""
-        before, errors = getattr(self.statics, name), STATICS[name]
-        weights, means, covariances = self.weights, self.means, self.covariances
-        precisions = 1.0 / variances - 1.0 / before
-        counts = weights > NEGLIGIBLE
-        out = kernels.evidence_under(
-            weights[counts], means[counts], covariances[counts], *errors, before, precisions
+        before = getattr(self.statics, name)
+        out = exchange_kernels.evidence_under(
+            self.weights,
+            self.means,
+            self.covariances,
+            name == "hinge",
+            before,
+            1.0 / variances - 1.0 / before,
+            NEGLIGIBLE,
         )
         return np.asarray(out)
 
-    def under(self, statics: Statics) -> DoorMixture:
-        """The same readings under other, narrower priors of the static errors."""
-        factors, count = np.zeros(len(self.weights)), len(self.weights)
-        means, covariances = self.means.copy(), self.covariances.copy()
-        for name, errors in STATICS.items():
-            before, after = getattr(self.statics, name), getattr(statics, name)
-            if before > 0.0:
-                by_this = np.empty(count)
-                precision = 1.0 / after - 1.0 / before
-                kernels.rescale(by_this, means, covariances, *errors, before, precision)
-                factors += by_this
-        with np.errstate(divide="ignore"):
-            factors += np.log(self.weights)
-        factors = np.exp(factors - factors.max()) / np.maximum(self.weights, NEVER)
-        resting, moving = self.resting * factors, self.moving * factors
-        total = resting.sum() + moving.sum()
-        return altered(
-            self,
-            resting=resting / total,
-            moving=moving / total,
-            means=means,
-            covariances=covariances,
-            statics=statics,
+    def under(self, priors: Sequence[Statics]) -> States:
+        """The states by the same readings, under each of some narrower priors (k,) of the static errors."""
+        shape = len(priors), len(self.resting)
+        weights, means, variances = np.empty((2, *shape)), np.empty(shape), np.empty(shape)
+        exchange_kernels.exchange(
+            self.resting,
+            self.moving,
+            self.means,
+            self.covariances,
+            self.door.states,
+            np.array(self.statics),
+            np.array(priors),
+            weights,
+            means,
+            variances,
         )
+        return States(weights[0], weights[1], means, variances)
 
     @lazy
     def hinge(self) -> tuple[FloatArray, FloatArray]:
@@ -407,19 +394,13 @@ class DoorMixture:
         mean, covariance = kernels.pooled(self.weights, self.means, self.covariances)
         return mean[HINGE], covariance[HINGE, HINGE]
 
-    @lazy
-    def states(self) -> tuple[FloatArray, FloatArray]:
-        """Means and variances (c,) of the state in each component."""
-        errors = [kernels.STATE, kernels.ZERO]
-        means = self.door.states + self.means[:, kernels.STATE] - self.means[:, kernels.ZERO]
-        return means, self.covariances[:, errors, errors].sum(axis=1)
-
     def on_lattice(self, lattice: ObjectBelief) -> ObjectBelief:
         """The posterior of the state alone, as weights of a lattice's states."""
-        weights, swung = self.door.on_lattice(self.resting, self.moving, *self.states, lattice)
+        (weights,), (swung,) = self.door.on_lattice(self.under([self.statics]), lattice)
         return altered(lattice, weights=Weights(weights), swung=swung, stamp_ns=self.stamp_ns)
 
 
+@lru_cache(maxsize=TAPS_KEPT)
 def _taps(std: float, most: int) -> FloatArray:
     """(2 r + 1,) a Gaussian of a deviation, in cells, cut off at its ends."""
     reach = min(math.ceil(4.0 * std), most)

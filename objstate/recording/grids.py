@@ -17,16 +17,21 @@ from objstate.recording.spool import Spool
 if TYPE_CHECKING:
     import polars as pl
 
-GRID_MAP, GRID_IMAGE = "grid.yaml", "grid.pgm"
+GRID = "grid"
+GRID_MAP, GRID_IMAGE = f"{GRID}.yaml", f"{GRID}.pgm"
 CLUTTER = "clutter.parquet"
 ROWS_IN_MEMORY = 200
 OCCUPIED_THRESH, FREE_THRESH = 0.65, 0.25  # map_saver's
 
 
 def write_map(
-    folder: str | Path, values: NDArray[np.float32], resolution: float, origin: FloatArray
+    folder: str | Path,
+    values: NDArray[np.float32],
+    resolution: float,
+    origin: FloatArray,
+    name: str = GRID,
 ) -> None:
-    """Write probabilities (rows, columns) of being occupied as a ROS map: ``grid.yaml``, ``grid.pgm``.
+    """Write probabilities (rows, columns) of being occupied as a ROS map: ``NAME.yaml``, ``NAME.pgm``.
 
     Rows count from the lower left corner, which lies at ``origin`` (3,). Grey values keep the
     probabilities; map_server and Nav2's static layer take them by the thresholds.
@@ -34,10 +39,10 @@ def write_map(
     rows, columns = values.shape
     grey = np.rint(255.0 * (1.0 - values[::-1])).astype(np.uint8)
     head = f"P5\n{columns} {rows}\n255\n".encode()
-    (Path(folder) / GRID_IMAGE).write_bytes(head + grey.tobytes())
+    (Path(folder) / f"{name}.pgm").write_bytes(head + grey.tobytes())
     x, y, yaw = (round(float(each), 9) for each in origin)
-    (Path(folder) / GRID_MAP).write_text(
-        f"image: {GRID_IMAGE}\nmode: trinary\nresolution: {resolution:g}\n"
+    (Path(folder) / f"{name}.yaml").write_text(
+        f"image: {name}.pgm\nmode: trinary\nresolution: {resolution:g}\n"
         f"origin: [{x}, {y}, {yaw}]\nnegate: 0\n"
         f"occupied_thresh: {OCCUPIED_THRESH}\nfree_thresh: {FREE_THRESH}\n",
         encoding="utf-8",

@@ -6,6 +6,7 @@ import base64
 import hashlib
 import json
 from collections.abc import Mapping
+from dataclasses import dataclass
 from importlib.resources import files
 from typing import Any
 
@@ -16,13 +17,35 @@ COMMON = ("tables.js", "view.js", "figures.js")  # of every page
 MOMENTS = "moments.js"  # of a page that shows moments of a log
 
 
-def whole_page(title: str, body: str, data: Mapping[str, Any] | None = None, head: str = "") -> str:
+@dataclass(frozen=True)
+class Addition:
+    """What a page of another package has beside what is common to all pages."""
+
+    script: str
+    style: str
+    connects: bool = False  # whether the script talks to the server that the page came from
+
+
+def whole_page(
+    title: str,
+    body: str,
+    data: Mapping[str, Any] | None = None,
+    head: str = "",
+    addition: Addition | None = None,
+) -> str:
     """A page around ``body``; ``data`` is what its plan moves by.
 
-    The policy in the page's head lets no script run but its own, whatever names stand in it.
+    The script of an ``addition`` takes the place of that which shows the moments of a log. The
+    policy in the page's head lets no script run but its own, whatever names stand in it.
     """
-    scripts = [_asset(name) for name in (*COMMON, *([MOMENTS] if data is not None else []))]
+    scripts = [_asset(name) for name in COMMON]
+    if addition is not None:
+        scripts.append(addition.script)
+    elif data is not None:
+        scripts.append(_asset(MOMENTS))
     program = "\n".join(scripts)
+    style = _asset(STYLE) + (addition.style if addition else "")
+    connects = addition is not None and addition.connects
     written = (
         ""
         if data is None
@@ -30,10 +53,10 @@ def whole_page(title: str, body: str, data: Mapping[str, Any] | None = None, hea
     )
     described = (
         '<meta charset="utf-8">'
-        + f'<meta http-equiv="Content-Security-Policy" content="{_policy(program)}">'
+        + f'<meta http-equiv="Content-Security-Policy" content="{_policy(program, connects)}">'
         + '<meta name="viewport" content="width=device-width, initial-scale=1">'
         + element("title", text(title))
-        + element("style", _asset(STYLE))
+        + element("style", style)
     )
     inner = element("body", head, element("main", body), written, element("script", program))
     return f'<!doctype html>\n<html lang="en">{element("head", described)}{inner}</html>\n'
@@ -75,10 +98,11 @@ def warnings_list(told: list[str]) -> str:
 WARNINGS_OPEN = 2  # so many leave room for the plan
 
 
-def _policy(program: str) -> str:
+def _policy(program: str, connects: bool) -> str:
     digest = base64.b64encode(hashlib.sha256(program.encode()).digest()).decode("ascii")
+    answering = "connect-src 'self'; " if connects else ""
     return (
-        f"default-src 'none'; script-src 'sha256-{digest}'; style-src 'unsafe-inline'; "
+        f"default-src 'none'; script-src 'sha256-{digest}'; style-src 'unsafe-inline'; {answering}"
         "img-src data: blob:; base-uri 'none'; form-action 'none'"
     )
 

@@ -28,11 +28,11 @@ from objstate.grid import (
 from objstate.grid.grid import OCCUPIED
 from objstate.localization import PoseBelief
 from objstate.objects import ObjectBelief
+from objstate.objects.covered import covered
 from objstate.recording.candidates import write_candidates
 from objstate.recording.grids import Clutter, ClutterWriter, write_map
 from objstate.records import Estimate, Record, Scan
 from objstate.run.candidates import found_of
-from objstate.run.covered import covered
 from objstate.sensing import BeamModel, Sensing
 
 MARGIN = 0.5  # m about the walls

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import dataclass
 from functools import cache, lru_cache, partial
-from itertools import accumulate
+from itertools import accumulate, pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -45,11 +45,11 @@ class Stand(NamedTuple):
         columns, rows = np.floor((poses[:, :2] - [left, bottom]) / SPREAD).T
         order = np.lexsort((poses[:, 2], rows, columns))
         ends = np.flatnonzero(np.abs(np.diff(columns[order])) + np.abs(np.diff(rows[order]))) + 1
-        parts = [
-            part
-            for close in np.split(order, ends)
-            for part in np.array_split(close, -(-len(close) // ABREAST))
-        ]
+        bounds, parts = [0, *ends.tolist(), len(order)], list[slice | IntArray]()
+        for begin, end in pairwise(bounds):
+            close = order[begin:end]
+            few = len(close) <= ABREAST
+            parts += [close] if few else np.array_split(close, -(-len(close) // ABREAST))
         return Stand(placed, parts)
 
     def each(self, of: Callable[..., FloatArray], *also: FloatArray) -> FloatArray:

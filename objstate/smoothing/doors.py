@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -11,7 +11,7 @@ import numpy as np
 from objstate.geometry import FloatArray, IntArray
 from objstate.lazy import altered
 from objstate.objects import ObjectBelief
-from objstate.objects.mixture import NEVER, DoorMixture, Doorway, Statics
+from objstate.objects.mixture import NEVER, Doorway, States, Statics
 from objstate.objects.steps import GAP_NS, DoorStep, Step
 from objstate.particles import Weights
 from objstate.records import NANOSECONDS
@@ -63,21 +63,21 @@ def smoothed_door(history: DoorHistory, also_ns: Iterable[int] = ()) -> Smoothed
     taught after a door was moved doesn't correct its state before.
     """
     moments = moments_of(history.steps, sorted(set(also_ns)))
-    count, states = len(moments), len(history.belief.states)
-    weights, moved = np.zeros((count, states)), np.zeros((count, states))
+    shape = len(moments), len(history.belief.states)
+    weights, moved = np.zeros(shape), np.zeros(shape)
     blank, chains = history.steps[0].blank, list[tuple[float, Chain]]()
     door, mixtures = blank.door, [step.mixture(blank) for step in history.steps]
-    for share, statics in history.cases:
-        filtered = _filtered(door, [each.under(statics) for each in mixtures], moments)
+    under = [mixture.under([statics for _, statics in history.cases]) for mixture in mixtures]
+    by_stamp = {mixture.stamp_ns: each for mixture, each in zip(mixtures, under, strict=True)}
+    for case, (share, _) in enumerate(history.cases):
+        filtered = _filtered(door, by_stamp, case, moments)
         chain = smoothed_chain(door, filtered.stamps_ns, filtered.resting, filtered.moving)
         means, variances = _carried_back(chain, filtered)
         chains.append((share, chain))
-        for k in range(count):
-            each, swung = door.on_lattice(
-                chain.resting[k], chain.moving[k], means[k], variances[k], history.belief
-            )
-            weights[k] += share * each
-            moved[k] += share * each * swung
+        states = States(chain.resting, chain.moving, means, variances)
+        each, swung = door.on_lattice(states, history.belief)
+        weights += share * each
+        moved += share * each * swung
     swung = np.minimum(moved / np.maximum(weights, NEVER), 1.0)
     beliefs = [
         altered(
@@ -88,7 +88,7 @@ def smoothed_door(history: DoorHistory, also_ns: Iterable[int] = ()) -> Smoothed
             joint=None,
             past=None,
         )
-        for k in range(count)
+        for k in range(len(moments))
     ]
     return SmoothedDoor(beliefs, chains)
 
@@ -103,16 +103,17 @@ def moments_of(steps: Sequence[Step], also_ns: Sequence[int]) -> list[int]:
     return out
 
 
-def _filtered(door: Doorway, mixtures: Sequence[DoorMixture], moments: Sequence[int]) -> _Filtered:
-    """The filtered posterior at moments (n,), predicted where no step is."""
-    by_stamp = {mixture.stamp_ns: mixture for mixture in mixtures}
+def _filtered(
+    door: Doorway, by_stamp: Mapping[int | None, States], case: int, moments: Sequence[int]
+) -> _Filtered:
+    """The filtered posterior at moments (n,) in one case, predicted where no step is."""
     shape = len(moments), len(door.states)
     out = _Filtered(np.array(moments, dtype=np.int64), *(np.empty(shape) for _ in range(4)))
     for k, stamp in enumerate(moments):
         if stamp in by_stamp:
-            mixture = by_stamp[stamp]
-            out.resting[k], out.moving[k] = mixture.resting, mixture.moving
-            out.means[k], out.variances[k] = mixture.states
+            own = by_stamp[stamp]
+            out.resting[k], out.moving[k] = own.resting[case], own.moving[case]
+            out.means[k], out.variances[k] = own.means[case], own.variances[case]
             continue
         seconds = (stamp - moments[k - 1]) / NANOSECONDS
         moved = door.moved(out.resting[k - 1], out.moving[k - 1], seconds)

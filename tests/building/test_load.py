@@ -287,7 +287,7 @@ def test_a_path_that_leads_nowhere_is_refused(tmp_path: Path) -> None:
     [
         ("bad.stl", b"solid nothing", "can't be read|no triangles"),
         ("bad.glb", b"glTF\x02\x00", "can't be read"),
-        ("bad.dae", b"<COLLADA/>", "'.dae', which is not read"),
+        ("bad.fbx", b"Kaydara", "'.fbx', which is not read"),
         ("cloud.obj", b"v 0 0 0\nv 1 0 0\n", "can't be read|no triangles"),
     ],
 )

@@ -8,10 +8,12 @@ import sys
 from contextlib import suppress
 from pathlib import Path
 
+import numpy as np
 import polars as pl
 import pytest
 
 from objstate.cli import main
+from objstate.recording.grids import read_clutter
 
 ROOT = Path(__file__).parents[2]
 
@@ -108,6 +110,27 @@ def test_the_same_seed_gives_the_same_bytes(run, drive: Path, estimated: Path) -
     assert run("estimate", log, "--building", building, "--out", again).code == 0
     for name in ("estimates.parquet", "trajectory.tum"):
         assert (again / name).read_bytes() == (estimated / name).read_bytes()
+
+
+def test_what_the_building_does_not_know_is_mapped_where_asked(run, drive: Path) -> None:
+    scene = SCENE + "boxes: [{size: [0.5, 0.5, 1.0], pose: {x: 4.5, y: -0.8}}]\n"
+    (drive / "box.scene.yaml").write_text(scene)
+    assert run("simulate", drive / "box.scene.yaml", "--out", drive / "boxed").code == 0
+    given = ["estimate", drive / "boxed" / "log.mcap", "--building", drive / "room.urdf", "--out"]
+    outcome = run(*given, drive / "mapped", "--grid")
+    assert outcome.code == 0, outcome.err
+    files = ("clutter.parquet", "grid.yaml", "grid.pgm")
+    for name in files:
+        assert str(drive / "mapped" / name) in outcome.out
+    last = read_clutter(drive / "mapped").row(-1, named=True)
+    at = np.column_stack([last["x"], last["y"]]) / 100.0
+    assert len(at) > 3
+    assert (np.abs(at - [4.5, -0.8]) < 0.35).all(axis=1).mean() > 0.9
+    outcome = run(*given, drive / "plain")
+    assert outcome.code == 0
+    assert not any((drive / "plain" / name).exists() for name in files)
+    for name in ("estimates.parquet", "trajectory.tum"):  # the map changes no estimate
+        assert (drive / "plain" / name).read_bytes() == (drive / "mapped" / name).read_bytes()
 
 
 def test_an_existing_result_is_replaced_only_when_asked(run, drive: Path, estimated: Path) -> None:

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.altered import Altered
 from objstate.building.model import Mesh
 from objstate.config import Settings
 from objstate.errors import SettingsError
@@ -60,19 +61,10 @@ def test_an_object_asked_for_later_is_predicted() -> None:
     assert state.marginals["door"] is told
 
 
-@pytest.mark.parametrize(
-    ("rule", "told"),
-    [
-        ({"match": "door", "resolution_deg": 1.0}, "'door' has 361 states, where .* need 91"),
-    ],
-)
-def test_beliefs_on_other_samples_than_the_settings_give_are_refused(
-    rule: dict[str, object], told: str
-) -> None:
-    other = Settings.model_validate({"objects": [rule]})
-    name = str(rule["match"])
+def test_beliefs_on_other_samples_than_the_settings_give_are_refused() -> None:
+    other, name = Altered(changes={"resolution_deg": 1.0}), "door"
     known = {name: replace(believed().marginals[name], stamp_ns=0)}
-    with pytest.raises(SettingsError, match=told):
+    with pytest.raises(SettingsError, match=r"'door' has 361 states, where .* need 91"):
         Believed(PLACE, other, 0, known)
     fit = World.of(PLACE.objects, other, list(known.values())).at(SECOND).beliefs
     assert Believed(PLACE, other, 0, fit).marginals[name] is fit[name]

@@ -10,8 +10,9 @@ from functools import cache
 import numpy as np
 import pytest
 
+from benchmarks.altered import Altered
 from objstate.building.model import Mesh
-from objstate.config import BuildingErrorSettings, ObjectRule, Settings
+from objstate.config import BuildingErrorSettings, Settings
 from objstate.errors import BuildingError, SettingsError
 from objstate.estimator import Estimator
 from objstate.geometry import FloatArray, wrap
@@ -327,9 +328,10 @@ def test_objects_behind_walls_and_closed_doors_are_not_observed() -> None:
     place = building(CORRIDOR.walls, *CORRIDOR.objects.values(), *hidden)
     states = truth() | {each.name: each.home for each in hidden}
     driven = drive(0, SECONDS, place=place, states=states)
-    stays = {"prior_std_m": 0.03, "nudge_m": 0.01, "dynamics": {"moves_per_hour": 0}}
+    stays = {"prior_std_m": 0.03, "dynamics": {"moves_per_hour": 0}}
     rules = [{"match": each.name} | stays for each in hidden]
-    estimator = Estimator(place, Settings.model_validate({"objects": rules}), initial_pose=START)
+    settings = Altered.model_validate({"objects": rules, "changes": {"nudge_m": 0.01}})
+    estimator = Estimator(place, settings, initial_pose=START)
     rows = fed(estimator, driven.records)
     assert {"a", "walled", "shut"} <= {row.object for row in rows}
     assert estimator.objects["a"].settled
@@ -399,9 +401,9 @@ def test_a_robot_started_anywhere_in_a_hall_without_symmetry_finds_itself(seed: 
 
 
 def test_however_often_a_robot_looks_from_one_place_its_own_error_stays_in_what_it_says() -> None:
-    settings = Settings(
+    settings = Altered(
         building_error=BuildingErrorSettings(bearing_std_deg=0.001, hinge_std_m=0.05),
-        objects=(ObjectRule(match="*", resolution_deg=0.1),),  # its own width doesn't count
+        changes={"resolution_deg": 0.1},  # its own width doesn't count
     )
     estimator, rng = Estimator(CORRIDOR, settings), np.random.default_rng(0)
     pose, rays = np.array([5.0, 0.3, -1.5]), fan(181)

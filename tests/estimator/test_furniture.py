@@ -31,7 +31,7 @@ from objstate.sensing import BeamModel, ExpectedRanges, Sensing
 from tests.rooms import block, building, enclosure, fan, observed, standing, table
 
 SQUARE = table("table", 0.0, 0.0, size=(0.8, 0.8))
-STILL = Dynamics(moves_per_hour=0.0)
+STILL = Dynamics(moves_per_hour=0.0, drift_deg=0.0, drift_m=0.0)
 LOOKS = ((-2.3, -2.3, 0.7), (-2.0, 0.0, 0.0), (0.0, -2.3, 1.5))
 SIGMA = 0.03
 KNOWN = np.diag([0.005, 0.005, np.radians(0.2)]) ** 2  # covariance of the robot's pose

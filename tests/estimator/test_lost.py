@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from objstate.building.model import Mesh
-from objstate.config import Settings
+from objstate.config import SearchSettings
 from objstate.errors import BuildingError
 from objstate.estimator import Estimator
 from objstate.estimator.monitor import MOMENT_S
@@ -168,11 +168,14 @@ def test_scans_that_say_nothing_only_move_the_robot_on(
     assert blind.lost == spared.lost
 
 
-def test_a_lost_robot_that_is_told_its_pose_knows_it_from_then_on() -> None:
+def test_a_lost_robot_that_is_told_its_pose_knows_it_from_then_on(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """By an odometry that jumps, where no search is ever due."""
     driven, jump, told_ns = drive(5, 9.0), np.array([600.0, -400.0, 2.0]), None
-    never = Settings.model_validate({"search": {"min_d": 1e3, "min_a": 6.0, "every_s": 1e3}})
-    estimator = Estimator(CORRIDOR, never)
+    for name, never in (("min_d", 1e3), ("min_a", 6.0), ("every_s", 1e3)):
+        monkeypatch.setattr(SearchSettings, name, never)
+    estimator = Estimator(CORRIDOR)
     estimator.feed(InitialPose(START_NS, START, CLOSE))
     for record in driven.records:
         if not isinstance(record, Scan):

@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.altered import Altered
 from objstate.building import load_building
-from objstate.config import ObjectRule, Settings
+from objstate.config import Settings
 from objstate.errors import BuildingError, ResultError, SettingsError
 from objstate.experiments import Experiment, Table, reproduce, reproduction
 from objstate.experiments.plans import draw_leaf, draw_object, draw_plan, new_figure
@@ -29,7 +30,7 @@ Make = Callable[..., Path]
 
 def trial(building: Path, seed: int) -> Trial:
     scene = Scene.model_validate(DRIVE | {"building": building, "seed": seed})
-    coarse = Settings(objects=(ObjectRule(match="door", resolution_deg=10.0),))
+    coarse = Altered(changes={"resolution_deg": 10.0})
     return Trial(scene, {"default": Settings(), "coarse": coarse})
 
 

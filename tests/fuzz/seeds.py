@@ -56,15 +56,13 @@ localization:
   min_particles: 100
   max_particles: 2000
   alpha1: 0.02
-search: {spacing: 0.3, looks: 5}
 object_updates: {schedule: lasers, localization_lasers: [front, rear]}
 objects:
-  - {match: "door_*", class: door, dynamics: {moves_per_hour: 4.0}, resolution_deg: 0.5}
+  - {match: "door_*", dynamics: {moves_per_hour: 4.0}, rest: {closed: 0.5}}
   - match: "chair*"
-    class: furniture
     prior: gaussian
     prior_std_m: 0.3
-    samples: 200
+    presence: 0.9
 """
 SCENE = """building: room.urdf
 seed: 1

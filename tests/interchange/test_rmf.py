@@ -124,6 +124,12 @@ def test_levels_are_laid_over_each_other_by_their_fiducials(tmp_path: Path) -> N
     assert not result.notes.doubts
 
 
+def test_names_of_levels_lead_nowhere_else(tmp_path: Path) -> None:
+    result, _ = imported(tmp_path, {"..": room([]), "a/b": room([]), "a_b": room([])})
+    folders = [path.parent.relative_to(tmp_path / "out").as_posix() for path in result.buildings]
+    assert folders == ["unnamed", "a_b", "a_b_2"]
+
+
 def test_one_level_can_be_asked_for(tmp_path: Path) -> None:
     path = save(tmp_path, {"L1": room([]), "L2": room([door(4, 5, "upstairs", "sliding")])})
     result = import_building(path, tmp_path / "out", level="L2")

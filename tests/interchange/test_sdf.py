@@ -141,14 +141,16 @@ def test_includes_are_found_in_folders_that_are_given(tmp_path: Path) -> None:
     include = (
         "<include><uri>model://shop/desk</uri><name>mine</name><pose>1 1 0 0 0 0.5</pose></include>"
     )
+    merged = "<include merge='true'><uri>model://shop/desk</uri><name>other</name></include>"
     lost = "<include><uri>model://shop/lamp</uri></include>"
     options = ImportOptions(models=[tmp_path / "models"])
-    result, building = imported(tmp_path, WALL, include, lost, options=options)
+    result, building = imported(tmp_path, WALL, include, merged, lost, options=options)
     mine = building["mine"]
     assert mine.kind is Kind.PLANAR
     assert mine.home == pytest.approx([1, 1, 0.5])
     assert centre(mine, [0, 0, 0]) == pytest.approx([0, 0, 0.35])
     assert [line for line in result.notes.left if "lamp" in line]
+    assert [line for line in result.notes.doubts if "'other' is to be merged" in line]
 
 
 def test_static_models_are_walls_unless_they_are_called_movable(tmp_path: Path) -> None:
@@ -217,6 +219,15 @@ def test_what_a_laser_does_not_meet_or_objstate_does_not_know_is_left(tmp_path: 
     for told in ("capsule", "'robot': it carries a laser", "of type ball", "1 light"):
         assert told in left
     assert bounds(building)[:2] == pytest.approx([-2, -0.015])  # the odd door is held by the world
+
+
+def test_a_mesh_that_is_not_read_is_left_with_its_cure(tmp_path: Path) -> None:
+    (tmp_path / "lamp.fbx").write_text("Kaydara")
+    shape = "<geometry><mesh><uri>lamp.fbx</uri></mesh></geometry>"
+    lamp = model("lamp", f'<link name="l"><visual name="v">{shape}</visual></link>', static=True)
+    result, building = imported(tmp_path, WALL, lamp)
+    assert bounds(building) == pytest.approx([-2, 2.95, 2, 3.05])
+    assert "convert it to one of" in result.notes.left[0]
 
 
 def test_continuous_joints_go_round(tmp_path: Path) -> None:

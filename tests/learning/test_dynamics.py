@@ -42,6 +42,7 @@ def looks(
         presence=pl.lit(1.0),
         lost=pl.lit(False),
         p_closed=pl.lit(None, pl.Float64()),
+        p_localized=pl.lit(1.0),
     )
     return frame.with_columns(**more).select(estimate_schema().names())
 
@@ -127,7 +128,7 @@ def test_without_rests_the_shares_are_those_assumed() -> None:
 
 
 def test_what_is_written_serves_as_settings_and_keeps_the_others(tmp_path: Path) -> None:
-    rule = ObjectRule(match="b*", resolution_deg=1.0)
+    rule = ObjectRule(match="b*", prior_std_deg=1.0)
     settings = Settings(objects=(rule,))
     found = learnt(looks("a", [(0.0, 60.0, 0.5), (600.0, 660.0, 1.2)]), settings=settings)
     write_dynamics(tmp_path / "d.yaml", found, settings)
@@ -137,4 +138,4 @@ def test_what_is_written_serves_as_settings_and_keeps_the_others(tmp_path: Path)
         used = read.for_object(each.name, kind)
         assert used.dynamics.moves_per_hour == pytest.approx(each.rate.mean, rel=1e-3)
         assert used.dynamics.drift_deg == each.assumed.drift_deg
-    assert read.for_object("b[1]", "door").resolution_deg == 1.0
+    assert read.for_object("b[1]", "door").prior_std_deg == 1.0

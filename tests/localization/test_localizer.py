@@ -96,14 +96,22 @@ def test_the_start_is_what_was_told() -> None:
     )
 
 
-def test_told_covariance_has_the_set_deviations() -> None:
-    settings = LocalizationSettings(initial_xy_std=0.2, initial_yaw_std_deg=5.0)
-    expected = np.diag([0.04, 0.04, np.radians(5.0) ** 2])
-    np.testing.assert_allclose(Localizer(settings).told_covariance, expected)
+def test_told_covariance_has_the_deviations_of_a_start() -> None:
+    s = LocalizationSettings()
+    yaw = np.radians(s.initial_yaw_std_deg)
+    expected = np.diag([s.initial_xy_std, s.initial_xy_std, yaw]) ** 2
+    np.testing.assert_allclose(Localizer(s).told_covariance, expected)
 
 
+@pytest.fixture
+def untempered(monkeypatch: pytest.MonkeyPatch) -> None:
+    """However few samples stay effective, the exponent on a scan is one."""
+    monkeypatch.setattr(LocalizationSettings, "least_effective", 0.0)
+
+
+@pytest.mark.usefixtures("untempered")
 def test_correction_is_bayes_rule() -> None:
-    settings = LocalizationSettings(least_effective=0.0)
+    settings = LocalizationSettings()
     belief = DEFAULT.start(TRUE_POSE, DEFAULT.told_covariance, np.random.default_rng(0))
     told = gaussian_log_likelihood(TRUE_POSE + 0.1, np.array([0.2, 0.2, 0.1]))(belief.poses, 0.0)
     after = Localizer(settings).correct(belief, told)
@@ -119,15 +127,17 @@ def test_a_scan_that_tells_little_resamples_nothing() -> None:
     assert DEFAULT.renew(belief, np.random.default_rng(1)) == (belief, None)
 
 
-def test_resampling_keeps_mean_and_covariance() -> None:
+@pytest.mark.usefixtures("untempered")
+def test_resampling_keeps_mean_and_covariance(monkeypatch: pytest.MonkeyPatch) -> None:
     """The kernel widens the covariance by a few hundredths (kernel_width^2 n^(-2/7))."""
-    settings = LocalizationSettings(least_effective=0.0, min_particles=2000)
-    kept = settings.model_copy(update={"resample_below": 0.0})
+    settings = LocalizationSettings(min_particles=2000)
     belief = Localizer(settings).start(
         TRUE_POSE, np.diag([0.04, 0.03, 0.02]), np.random.default_rng(0)
     )
     likelihood = gaussian_log_likelihood(TRUE_POSE + 0.1, np.array([0.1, 0.08, 0.07]))
-    weighted = corrected(Localizer(kept), belief, likelihood, np.random.default_rng(1))
+    with monkeypatch.context() as patched:
+        patched.setattr(LocalizationSettings, "resample_below", 0.0)
+        weighted = corrected(Localizer(settings), belief, likelihood, np.random.default_rng(1))
     resampled = corrected(Localizer(settings), belief, likelihood, np.random.default_rng(1))
     assert resampled.weights.effective_size == pytest.approx(len(resampled.weights))
     std = np.sqrt(np.diag(weighted.covariance))
@@ -149,6 +159,7 @@ def test_a_robot_that_stands_still_keeps_a_belief_of_distinct_samples() -> None:
     assert 0.0 < belief.position_std < 0.05
 
 
+@pytest.mark.usefixtures("untempered")
 def test_the_sample_size_follows_the_width_of_the_belief() -> None:
     sizes = []
     for std in (0.02, 0.1, 0.5):
@@ -156,7 +167,7 @@ def test_the_sample_size_follows_the_width_of_the_belief() -> None:
             TRUE_POSE, np.diag([1.0, 1.0, 0.3]), 2000, np.random.default_rng(0)
         )
         likelihood = gaussian_log_likelihood(TRUE_POSE, np.array([std, std, 0.05]))
-        settings = LocalizationSettings(min_particles=50, least_effective=0.0)
+        settings = LocalizationSettings(min_particles=50)
         after = corrected(Localizer(settings), belief, likelihood, np.random.default_rng(1))
         sizes.append(len(after.weights))
     assert 50 <= sizes[0] < sizes[1] < sizes[2] <= 2000

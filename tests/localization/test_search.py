@@ -103,17 +103,20 @@ def test_scans_from_one_place_are_remembered_once() -> None:
     assert search.note(Look(scan, np.array([1.0, 0.0, 0.0])))
 
 
-def test_places_are_free_inside_the_building_and_no_more_than_asked_for() -> None:
-    place = hall()
-    few, walls = SearchSettings(max_places=150), Sensing(place, MODEL).walls_at(LASER_HEIGHT)
-    for settings in (SearchSettings(), few):
-        places = Places.of(walls, settings)
-        assert 0 < len(places.points) <= settings.max_places
+def test_places_are_free_inside_the_building_and_no_more_than_asked_for(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    walls, spacings = Sensing(hall(), MODEL).walls_at(LASER_HEIGHT), []
+    for most in (SearchSettings.max_places, 150):
+        monkeypatch.setattr(SearchSettings, "max_places", most)
+        places = Places.of(walls, SearchSettings())
+        assert 0 < len(places.points) <= most
         assert (places.nearest >= CLEARANCE).all()
         assert (places.nearest <= places.farthest).all()
         x, y = places.points.T
         assert ((x > 0.0) & (x < 8.0) & (y > -3.0) & (y < 3.0)).all()
-    assert places.spacing > few.spacing
+        spacings.append(places.spacing)
+    assert spacings[1] > spacings[0]
 
 
 def test_places_know_what_rays_all_round_would_read() -> None:

@@ -39,7 +39,7 @@ from tests.rooms import (
 TEMPERING = 0.3
 HINGED, SLIDING, TABLE = door("door", 0.0, 1.0), sliding_door("slide", 0, 1), table("table", 1, 0.5)
 TURNSTILE = door("turnstile", 0.0, 1.0, limits=(-np.pi, np.pi), wraps=True)
-STILL = Dynamics(moves_per_hour=0.0)
+STILL = Dynamics(moves_per_hour=0.0, drift_deg=0.0, drift_m=0.0)
 
 
 def rng_of(seed: int = 0) -> np.random.Generator:

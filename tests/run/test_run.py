@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from objstate.building import load_building
-from objstate.config import BuildingErrorSettings, ObjectRule, Settings
+from objstate.config import BuildingErrorSettings, LocalizationSettings, ObjectRule, Settings
 from objstate.errors import BuildingError, LogError, SettingsError
 from objstate.estimator import Estimator
 from objstate.geometry import transform
@@ -248,13 +248,15 @@ def test_a_robot_that_might_be_anywhere_is_told_of_as_found_or_not(
     assert not any("probably lost" in w or "dead reckoning" in w for w in warnings)
 
 
-def test_a_robot_that_stays_lost_is_not_told_to_have_been_found(tmp_path: Path) -> None:
+def test_a_robot_that_stays_lost_is_not_told_to_have_been_found(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     carried = (
         "[{x: 1.5, y: 0.3}, {x: 0.5, y: 0.3, kidnapped_to: {x: 0.9, y: -1.4, yaw: 0.5}}, "
         "{x: 0.0, y: 1.2}, {x: 1.5, y: 0.3}]"
     )
-    settings = Settings.model_validate({"localization": {"slips_per_hour": 1e-3}})
-    warnings = lost_in_a_square(tmp_path, "", carried, RunOptions(settings=settings))
+    monkeypatch.setattr(LocalizationSettings, "slips_per_hour", 1e-3)
+    warnings = lost_in_a_square(tmp_path, "", carried, RunOptions())
     assert any("was probably lost from" in warning for warning in warnings)
     assert any(
         "At the log's end the robot is still probably lost" in warning for warning in warnings

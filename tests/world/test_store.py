@@ -96,7 +96,7 @@ def test_the_dynamics_are_those_of_the_latest_drive(place: str) -> None:
     store = open_store(place, BUILDING)
     store.add(replace(TUESDAY, settings=still), ON_TUESDAY)
     store.add(MONDAY, ON_MONDAY)
-    later = 500 * HOUR
+    later = 26 * HOUR
     assert store.load().at(later)["door"].std[0] < 0.1
     assert store.load(Settings()).at(later)["door"].std[0] > 0.4
 

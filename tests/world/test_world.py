@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from objstate.config import DoorSettings, ObjectRule, Settings
+from benchmarks.altered import Altered
+from objstate.config import DoorSettings, Settings
 from objstate.errors import WorldError
 from objstate.objects import filter_for
 from objstate.particles import entropy
@@ -85,7 +86,7 @@ def test_an_unknown_object_is_named_with_the_known_ones() -> None:
 
 @pytest.mark.parametrize("resolution", [0.25, 1.0, 2.0])
 def test_a_lattice_of_another_resolution_is_read_off(resolution: float) -> None:
-    settings = Settings(objects=(ObjectRule(match="door", resolution_deg=resolution),))
+    settings = Altered(changes={"resolution_deg": resolution})
     world = World.of(OBJECTS, settings, [at_angle(0.8, 0, std=0.1)])
     assert DoorSettings(resolution_deg=resolution).resolution_deg == resolution
     later = world.at(SECOND)["door"]
@@ -95,7 +96,7 @@ def test_a_lattice_of_another_resolution_is_read_off(resolution: float) -> None:
 
 
 def test_any_number_of_free_samples_is_a_belief() -> None:
-    settings = Settings(objects=(ObjectRule(match="desk", samples=500),))
+    settings = Altered(changes={"samples": 500})
     world = World.of(OBJECTS, settings, [desk_at(3.5, 0)])
     desk = world.at(0)["desk"]
     assert desk.mean[:2] == pytest.approx([3.5, 1.0], abs=0.01)

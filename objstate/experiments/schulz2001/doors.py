@@ -7,7 +7,7 @@ from math import degrees
 from pathlib import Path
 from typing import Literal
 
-from objstate.config import ObjectRule, ObjectUpdateSettings, Settings
+from objstate.config import ObjectSettings, ObjectUpdateSettings, Settings
 from objstate.experiments.tables import Table, figure, mean, percent, rms
 from objstate.experiments.trial import Average, Run, Trial
 from objstate.simulation.scene import load_scene
@@ -37,10 +37,19 @@ def _name(step: float) -> str:
 
 
 def _settings(step: float, inference: Literal["joint", "marginal"]) -> Settings:
-    return Settings(
-        object_updates=ObjectUpdateSettings(inference=inference, max_distance=PAPER_DISTANCE),
-        objects=(ObjectRule(match="*", resolution_deg=step),),
-    )
+    updates = ObjectUpdateSettings(inference=inference, max_distance=PAPER_DISTANCE)
+    return Stepped(object_updates=updates, step_deg=step)
+
+
+class Stepped(Settings):
+    """Settings with another step between the states of doors."""
+
+    step_deg: float
+
+    def for_object(self, name: str, default_class: Literal["door", "furniture"]) -> ObjectSettings:
+        """The settings of one object, with the step."""
+        chosen = super().for_object(name, default_class)
+        return chosen.model_copy(update={"resolution_deg": self.step_deg})
 
 
 def _by_step(runs: Sequence[Run]) -> Table:

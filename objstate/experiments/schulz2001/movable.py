@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import radians
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
 from objstate.building import load_building
-from objstate.config import Dynamics, ObjectRule, Settings
+from objstate.config import Dynamics, ObjectRule, ObjectSettings, Settings
 from objstate.experiments.placements import ERROR_COLUMNS, Placement, error_cells, placements
 from objstate.experiments.tables import Table
 from objstate.experiments.trial import Run, Trial
@@ -66,8 +67,19 @@ def _name(count: int) -> str:
 
 
 def _settings(count: int) -> Settings:
-    rule = ObjectRule(match="*", samples=count, dynamics=HANDLED)
-    return Settings(objects=(rule,)).with_inference("marginal")
+    rule = ObjectRule(match="*", dynamics=HANDLED)
+    return Sampled(objects=(rule,), count=count).with_inference("marginal")
+
+
+class Sampled(Settings):
+    """Settings with another number of furniture's samples."""
+
+    count: int
+
+    def for_object(self, name: str, default_class: Literal["door", "furniture"]) -> ObjectSettings:
+        """The settings of one object, with so many samples."""
+        chosen = super().for_object(name, default_class)
+        return chosen.model_copy(update={"samples": self.count})
 
 
 def _states(scene: Scene, rng: np.random.Generator) -> list[FloatArray]:

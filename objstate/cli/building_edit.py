@@ -1,0 +1,79 @@
+"""``objstate building edit``"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from objstate.cli.console import print_notice, print_text
+from objstate.cli.options import Quiet
+from objstate.cli.progress import progress_bar
+
+EXAMPLES = """\b
+Examples:
+  objstate building edit building
+  objstate building edit map.yaml --drive drive1.mcap --drive drive2.mcap --out building
+  objstate building edit office.urdf --drive out/monday --static page.html --out better
+"""
+
+
+def edit(
+    source: Annotated[
+        Path,
+        typer.Argument(metavar="BUILDING", help="A building's folder or URDF, or a map, YAML."),
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR", help="Where it is saved. Default: the folder, if objstate wrote it."
+        ),
+    ] = None,
+    drive: Annotated[
+        list[Path] | None,
+        typer.Option(
+            metavar="LOG",
+            help="A log, or a result of estimate, whose scans are shown; also several.",
+        ),
+    ] = None,
+    candidates: Annotated[
+        Path | None,
+        typer.Option(metavar="CSV", help="A table of doors, with probabilities to decide on."),
+    ] = None,
+    static: Annotated[
+        Path | None,
+        typer.Option(metavar="HTML", help="Write the page, which then downloads its table."),
+    ] = None,
+    port: Annotated[int, typer.Option(help="On this machine only; 0 takes a free one.")] = 0,
+    browser: Annotated[
+        bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")
+    ] = True,
+    quiet: Quiet = False,
+) -> None:
+    """Put doors right in the browser, over the scans of drives.
+
+    Drag hinges and free edges, flip sides, add doors by three clicks, accept or reject candidates
+    by keys. Each change is saved at once: the building, doors.csv, and what was decided. Nothing is
+    served beyond this machine.
+    """
+    from objstate.editing import edit_page, serve, subject_of
+    from objstate.editing.drives import points_of
+    from objstate.outputs import write_text
+
+    subject = subject_of(source, out, candidates)
+    with progress_bar("Reading drives", quiet or not drive) as report:
+        points = points_of(drive or (), subject.building, report)
+    if static is not None:
+        write_text(static, edit_page(subject, points))
+        print_text(f"Written: {static}")
+        return
+
+    def ready(address: str) -> None:
+        print_notice(f"{address} (Ctrl-C ends it); saved to {subject.out}")
+        if browser:
+            import webbrowser
+
+            webbrowser.open(address)
+
+    serve(subject, points, port, ready)

@@ -1,0 +1,97 @@
+"""The page served on this machine, and what it saves."""
+
+from __future__ import annotations
+
+import secrets
+import socket
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from pydantic import ValidationError
+
+from objstate.editing.page import edit_page
+from objstate.editing.rows import Edits
+from objstate.editing.saving import save
+from objstate.editing.subject import Subject
+from objstate.errors import ObjstateError, SettingsError
+from objstate.geometry import FloatArray
+
+if TYPE_CHECKING:
+    from starlette.applications import Starlette
+    from starlette.requests import Request
+    from starlette.responses import Response
+
+LOOPBACK = "127.0.0.1"
+NAMES = (LOOPBACK, "localhost")  # that a browser may call this machine; others are somebody's trick
+LARGEST = 4 * 2**20  # bytes that the page may send
+TOKEN = "x-objstate-token"  # of a request to save
+
+
+def edit_app(subject: Subject, points: FloatArray) -> Starlette:
+    """An ASGI app: the page at ``/``, and ``POST /save``.
+
+    It answers only requests for this machine by name, and saves only for the page that it served.
+    Raises SettingsError where Starlette is missing.
+    """
+    try:
+        from starlette.applications import Starlette
+        from starlette.middleware import Middleware
+        from starlette.middleware.trustedhost import TrustedHostMiddleware
+        from starlette.responses import HTMLResponse, JSONResponse
+        from starlette.routing import Route
+    except ImportError as error:
+        raise _missing(error) from error
+    token = secrets.token_urlsafe(24)
+    page = edit_page(subject, points, token)
+
+    async def show(_: Request) -> Response:
+        return HTMLResponse(page, headers={"Cache-Control": "no-store"})
+
+    async def store(request: Request) -> Response:
+        if not secrets.compare_digest(request.headers.get(TOKEN, ""), token):
+            return JSONResponse({"error": "This page is of an earlier start; reload it."}, 403)
+        content = await request.body()
+        if len(content) > LARGEST:
+            return JSONResponse({"error": "This is more than doors."}, 413)
+        try:
+            urdf = save(subject, Edits.model_validate_json(content))
+        except ValidationError as error:
+            told = "; ".join(f"{each['loc']}: {each['msg']}" for each in error.errors())
+            return JSONResponse({"error": told}, 400)
+        except ObjstateError as error:
+            return JSONResponse({"error": str(error)}, 400)
+        return JSONResponse({"saved": str(urdf)})
+
+    return Starlette(
+        routes=[Route("/", show), Route("/save", store, methods=["POST"])],
+        middleware=[Middleware(TrustedHostMiddleware, allowed_hosts=list(NAMES))],
+    )
+
+
+def serve(subject: Subject, points: FloatArray, port: int, on_ready: Callable[[str], None]) -> None:
+    """Serve the page on loopback until interrupted; ``on_ready`` is told its address.
+
+    Port 0 takes a free one. Raises SettingsError where the port is taken, or the extra is missing.
+    """
+    try:
+        import uvicorn
+    except ImportError as error:
+        raise _missing(error) from error
+    app = edit_app(subject, points)
+    listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    with listening:
+        try:
+            listening.bind((LOOPBACK, port))
+        except (OSError, OverflowError) as error:
+            raise SettingsError(f"Port {port} can't be used ({error}); give another.") from error
+        on_ready(f"http://{LOOPBACK}:{listening.getsockname()[1]}/")
+        config = uvicorn.Config(app, log_level="warning", access_log=False)
+        uvicorn.Server(config).run(sockets=[listening])
+
+
+def _missing(error: ImportError) -> SettingsError:
+    return SettingsError(
+        f"Serving the page needs Starlette and Uvicorn ({error}); pip install 'objstate[edit]', or "
+        "write the page with --static."
+    )

@@ -1,0 +1,133 @@
+"""What is edited: a building, or a map without one, with candidates for doors and earlier decisions."""
+
+from __future__ import annotations
+
+import json
+import math
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from objstate.building import building_from_map, load_building
+from objstate.building.door_table import read_doors
+from objstate.building.model import Building
+from objstate.building.sidecar import sidecar_text
+from objstate.building.writing import DECISIONS_FILE, DOORS_FILE, check_target, is_replaceable
+from objstate.editing.rows import DoorRow, Edits, row_of
+from objstate.errors import BuildingError
+
+
+@dataclass(frozen=True, eq=False)
+class Subject:
+    """A building, or a map, and where the edited building goes."""
+
+    building: Building  # of a map, its walls with all that is drawn in it
+    plan: Path | None  # the map, if it is one
+    sidecar: str | None
+    rows: list[DoorRow]
+    out: Path
+
+
+def subject_of(
+    source: str | Path, out: str | Path | None = None, candidates: str | Path | None = None
+) -> Subject:
+    """What a folder with a building, its URDF, or a map's YAML file hold.
+
+    ``candidates`` is a table of doors, with a column ``probability`` if they are to be decided on;
+    such a table in the building's folder is found there.
+    Without ``out`` a folder that objstate wrote is edited in place. Raises BuildingError.
+    """
+    path = Path(source)
+    is_map = path.suffix.lower() in (".yaml", ".yml")
+    target = _target(path, out, is_map)
+    if is_map:
+        building, plan, sidecar = _walls_of(path), path, None
+    else:
+        urdf = _urdf(path)
+        building, plan = load_building(urdf), None
+        sidecar = sidecar_text(urdf)
+    rows = [row for item in building.objects.values() if (row := row_of(item)) is not None]
+    table = _own_table(path) if candidates is None else Path(candidates)
+    found = [] if table is None else _candidates(table)
+    if candidates is None:
+        found = [row for row in found if row.probability is not None]
+    return Subject(building, plan, sidecar, _merged(rows, _decisions(target), found), target)
+
+
+def _target(path: Path, out: str | Path | None, is_map: bool) -> Path:
+    if out is not None:
+        target = Path(out)
+        if target.exists():
+            check_target(target, overwrite=True)
+        return target
+    folder = path if path.is_dir() else path.parent
+    if is_map or not is_replaceable(folder):
+        raise BuildingError(
+            f"{folder} wasn't written by objstate, so nothing is changed there; say with --out where the "
+            "edited building goes."
+        )
+    return folder
+
+
+def _urdf(path: Path) -> Path:
+    if not path.is_dir():
+        return path
+    models = sorted(path.glob("*.urdf"))
+    if len(models) != 1:
+        raise BuildingError(f"{path} holds {len(models)} URDF files; give the building's.")
+    return models[0]
+
+
+def _walls_of(plan: Path) -> Building:
+    with tempfile.TemporaryDirectory() as folder:
+        return load_building(building_from_map(plan, None, Path(folder) / "walls"))
+
+
+def _decisions(folder: Path) -> list[DoorRow]:
+    """What was decided before, in the same folder."""
+    path = folder / DECISIONS_FILE
+    if not path.is_file():
+        return []
+    try:
+        return Edits.model_validate(json.loads(path.read_text(encoding="utf-8"))).doors
+    except (ValueError, ValidationError) as error:
+        raise BuildingError(
+            f"{path} can't be read ({error}); remove it to decide on all doors anew."
+        ) from error
+
+
+def _own_table(path: Path) -> Path | None:
+    """The table that lies in a building's folder, if there is one."""
+    table = path / DOORS_FILE
+    return table if path.is_dir() and table.is_file() else None
+
+
+def _candidates(path: Path) -> list[DoorRow]:
+    """The doors of a table, open where it has a probability for each."""
+    return [
+        DoorRow(
+            name=door.name,
+            x=float(door.hinge[0]),
+            y=float(door.hinge[1]),
+            bearing=round(math.degrees(door.closed_bearing), 3),
+            width=door.width,
+            upper=round(math.degrees(door.upper), 3),
+            sense=1 if door.sense > 0 else -1,
+            decision="kept" if door.probability is None else "open",
+            probability=door.probability,
+        )
+        for door in read_doors(path)
+    ]
+
+
+def _merged(
+    doors: list[DoorRow], decided: list[DoorRow], candidates: list[DoorRow]
+) -> list[DoorRow]:
+    """Each door once, by name: as a person decided, else as a candidate, else as the building has it."""
+    rows = {row.name: row for row in doors}
+    rows |= {row.name: row for row in decided if row.decision == "open"}
+    rows |= {row.name: row for row in candidates}
+    rows |= {row.name: row for row in decided if row.decision in ("accepted", "rejected")}
+    return list(rows.values())

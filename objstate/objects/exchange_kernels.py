@@ -1,0 +1,251 @@
+"""A door's state under other priors of its static errors, and on a lattice; compiled.
+
+A Gaussian prior N(0, v) of some errors is exchanged for a narrower one by multiplying each component
+with the ratio of both, a Gaussian of the difference of their precisions.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from objstate.compiling import inner, njit
+from objstate.geometry import FloatArray
+from objstate.objects.mixture_kernels import ORIGIN, STATE, ZERO
+
+LEAST_WEIGHT = 1e-7  # of a component, in those of the heaviest, that shows on a lattice
+SIGMAS = 6.0  # deviations up to which a Gaussian shows
+NARROWEST = 1e-3  # deviation of a Gaussian on a lattice, in its cells, at least
+OUTSIDE = 1e-9  # probability within a lattice, below which a Gaussian lies beyond its end
+ROOT_2 = math.sqrt(2.0)
+
+_compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
+_inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
+
+
+@_inner
+def _factor_of_one(mean: float, variance: float, prior: float, precision: float) -> Any:
+    """Logarithm of the integral of a Gaussian times the ratio of a prior, more precise, to the former."""
+    inside = 1.0 + precision * variance
+    gained = math.log1p(precision * prior) - math.log(inside)
+    return 0.5 * (gained - precision * mean * mean / inside)
+
+
+@_inner
+def _factor_of_two(mean: FloatArray, covariance: FloatArray, prior: float, precision: float) -> Any:
+    """The same of the origin's two errors; and the matrix 1 + precision covariance, and that inverse times the mean."""
+    x, y = mean[ORIGIN], mean[ORIGIN + 1]
+    a = 1.0 + precision * covariance[ORIGIN, ORIGIN]
+    b = precision * covariance[ORIGIN, ORIGIN + 1]
+    d = 1.0 + precision * covariance[ORIGIN + 1, ORIGIN + 1]
+    determinant = a * d - b * b
+    pulled_x, pulled_y = (d * x - b * y) / determinant, (a * y - b * x) / determinant
+    spent = precision * (x * pulled_x + y * pulled_y)
+    log = math.log1p(precision * prior) - 0.5 * (math.log(determinant) + spent)
+    return log, a / determinant, b / determinant, d / determinant, pulled_x, pulled_y
+
+
+@_compile
+def evidence_under(
+    weights: FloatArray,
+    means: FloatArray,
+    covariances: FloatArray,
+    of_origin: bool,
+    prior: float,
+    precisions: FloatArray,
+    least: float,
+) -> Any:
+    """log p(z) (k,) under other prior variances of the origin, or of the state's zero, up to a constant.
+
+    They had priors N(0, prior), and would have ones whose precision is larger by ``precisions`` (k,).
+    Components of weights (c,) above the ``least`` count.
+    """
+    out, count = np.empty(precisions.shape[0]), weights.shape[0]
+    logs, log_weights = np.empty(count), np.empty(count)
+    for c in range(count):
+        log_weights[c] = math.log(weights[c]) if weights[c] > least else -np.inf
+    for k in range(precisions.shape[0]):
+        largest = -np.inf
+        for c in range(count):
+            logs[c] = log_weights[c]
+            if log_weights[c] > -np.inf:
+                if of_origin:
+                    logs[c] += _factor_of_two(means[c], covariances[c], prior, precisions[k])[0]
+                else:
+                    mean, variance = means[c, ZERO], covariances[c, ZERO, ZERO]
+                    logs[c] += _factor_of_one(mean, variance, prior, precisions[k])
+            largest = max(largest, logs[c])
+        total = 0.0
+        for c in range(count):
+            total += math.exp(logs[c] - largest)
+        out[k] = largest + math.log(total)
+    return out
+
+
+@_compile
+def exchange(
+    resting: FloatArray,
+    moving: FloatArray,
+    means: FloatArray,
+    covariances: FloatArray,
+    states: FloatArray,
+    priors: FloatArray,
+    others: FloatArray,
+    weights: FloatArray,
+    state_means: FloatArray,
+    state_variances: FloatArray,
+) -> None:
+    """Components' weights and states under each of ``others`` (k, 2), variances of origin and zero.
+
+    They had the ``priors`` (2,); one of 0 stays. ``weights`` (2, k, c) are of a door that rests or moves in a component
+    whose middle is ``states`` (c,), ``state_means`` and ``state_variances`` (k, c) those of the state there.
+    """
+    count = states.shape[0]
+    factors = np.empty(count)
+    for k in range(others.shape[0]):
+        by_origin = 1.0 / others[k, 0] - 1.0 / priors[0] if priors[0] > 0.0 else 0.0
+        by_zero = 1.0 / others[k, 1] - 1.0 / priors[1] if priors[1] > 0.0 else 0.0
+        largest = -np.inf
+        for c in range(count):
+            mean, covariance, log = means[c], covariances[c], 0.0
+            state, zero = mean[STATE], mean[ZERO]
+            of_state, of_zero = covariance[STATE, STATE], covariance[ZERO, ZERO]
+            of_both = covariance[STATE, ZERO]
+            if by_origin != 0.0:
+                log, a, b, d, x, y = _factor_of_two(mean, covariance, priors[0], by_origin)
+                state_x, state_y = covariance[STATE, ORIGIN], covariance[STATE, ORIGIN + 1]
+                zero_x, zero_y = covariance[ZERO, ORIGIN], covariance[ZERO, ORIGIN + 1]
+                state -= by_origin * (state_x * x + state_y * y)
+                zero -= by_origin * (zero_x * x + zero_y * y)
+                pulled_x, pulled_y = d * state_x - b * state_y, a * state_y - b * state_x
+                of_state -= by_origin * (state_x * pulled_x + state_y * pulled_y)
+                of_both -= by_origin * (zero_x * pulled_x + zero_y * pulled_y)
+                pulled_x, pulled_y = d * zero_x - b * zero_y, a * zero_y - b * zero_x
+                of_zero -= by_origin * (zero_x * pulled_x + zero_y * pulled_y)
+            if by_zero != 0.0:
+                log += _factor_of_one(zero, of_zero, priors[1], by_zero)
+                inside = 1.0 + by_zero * of_zero
+                state -= by_zero * of_both * zero / inside
+                of_state -= by_zero * of_both * of_both / inside
+                zero, of_zero = zero / inside, of_zero / inside
+            state_means[k, c] = states[c] + state - zero
+            state_variances[k, c] = of_state + of_zero
+            factors[c] = log if resting[c] + moving[c] > 0.0 else -np.inf
+            weight = resting[c] + moving[c]
+            if weight > 0.0:
+                largest = max(largest, log + math.log(weight))
+        total = 0.0
+        for c in range(count):
+            factor = math.exp(factors[c] - largest)
+            weights[0, k, c], weights[1, k, c] = resting[c] * factor, moving[c] * factor
+            total += weights[0, k, c] + weights[1, k, c]
+        for c in range(count):
+            weights[0, k, c] /= total
+            weights[1, k, c] /= total
+
+
+@_inner
+def _below(value: float, mean: float, std: float) -> Any:
+    return 0.5 * math.erfc((mean - value) / (std * ROOT_2))
+
+
+@_inner
+def _add(
+    weight: float,
+    moving: float,
+    mean: float,
+    std: float,
+    first: float,
+    cell: float,
+    wraps: bool,
+    out: FloatArray,
+    swung: FloatArray,
+) -> None:
+    """Add a Gaussian's probabilities to those ``out`` (n,) of a lattice's cells, of moving doors to ``swung`` (n,).
+
+    What lies beyond the ends of a lattice that doesn't wrap is cut off.
+    """
+    count, inside = out.shape[0], 1.0
+    lower, upper = first, first + cell * (count - 1)
+    low = math.floor((mean - SIGMAS * std - first) / cell + 0.5)
+    high = math.floor((mean + SIGMAS * std - first) / cell + 0.5)
+    if wraps:
+        if high - low >= count:
+            low, high = 0, count - 1
+    else:
+        inside = _below(upper, mean, std) - _below(lower, mean, std)
+        if inside < OUTSIDE:
+            end = 0 if mean < lower else count - 1
+            out[end] += weight
+            swung[end] += moving
+            return
+        low, high = max(low, 0), min(high, count - 1)
+    cut_low, cut_high = not wraps and low == 0, not wraps and high == count - 1
+    before = _below(lower if cut_low else first + cell * (low - 0.5), mean, std)
+    for j in range(low, high + 1):
+        edge = upper if cut_high and j == high else first + cell * (j + 0.5)
+        after = _below(edge, mean, std)
+        share = (after - before) / inside
+        out[j % count] += weight * share
+        swung[j % count] += moving * share
+        before = after
+
+
+@_inner
+def _scale(values: FloatArray, to: float) -> None:
+    """Let values (n,) sum to so much."""
+    total = 0.0
+    for j in range(values.shape[0]):
+        total += values[j]
+    for j in range(values.shape[0]):
+        values[j] *= to / total
+
+
+@_compile
+def read_off(
+    resting: FloatArray,
+    moving: FloatArray,
+    means: FloatArray,
+    variances: FloatArray,
+    cells: int,
+    first: float,
+    cell: float,
+    wraps: bool,
+    never: float,
+    out: FloatArray,
+    swung: FloatArray,
+) -> None:
+    """Probabilities ``out`` (k, n) of a lattice's cells, and of a door's moving in each of them, ``swung`` (k, n).
+
+    By Gaussians of the state of weights, means and variances (k, c), of which the last are atoms at the ends. No cell weighs
+    less than ``never`` before atoms do.
+    """
+    components, count = resting.shape[1], out.shape[1]
+    for k in range(resting.shape[0]):
+        all_moving, heaviest, most_moving = 0.0, 0.0, 0.0
+        for j in range(count):
+            out[k, j] = swung[k, j] = 0.0
+        for c in range(components):
+            all_moving += moving[k, c]
+            if c < cells:
+                heaviest = max(heaviest, resting[k, c] + moving[k, c] + never)
+                most_moving = max(most_moving, moving[k, c] + never)
+        for c in range(cells):
+            weight, moved = resting[k, c] + moving[k, c] + never, moving[k, c] + never
+            weight = weight if weight >= LEAST_WEIGHT * heaviest else 0.0
+            moved = moved if moved >= LEAST_WEIGHT * most_moving else 0.0
+            if weight > 0.0 or moved > 0.0:
+                std = max(math.sqrt(variances[k, c]), NARROWEST * cell)
+                _add(weight, moved, means[k, c], std, first, cell, wraps, out[k], swung[k])
+        _scale(swung[k], all_moving)
+        if cells < components:
+            lower = resting[k, cells] + moving[k, cells]
+            upper = resting[k, cells + 1] + moving[k, cells + 1]
+            _scale(out[k], 1.0 - (lower + upper))
+            out[k, 0] += lower
+            out[k, count - 1] += upper
+        _scale(out[k], 1.0)
+        for j in range(count):
+            swung[k, j] = min(swung[k, j] / max(out[k, j], never), 1.0)

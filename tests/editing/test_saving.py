@@ -1,0 +1,174 @@
+"""What a person decided is what the building has, and stays decided."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from objstate.building import inspect_building, load_building
+from objstate.building.door_table import read_doors
+from objstate.building.model import Kind
+from objstate.editing.rows import DoorRow, Edits, leaf_of, row_of
+from objstate.editing.saving import save
+from objstate.editing.subject import subject_of
+from objstate.errors import BuildingError
+
+HEADER = "door,hinge_x,hinge_y,closed_bearing_deg,opens,width_m,upper_limit_deg"
+
+
+def added(name: str = "new", **changes: object) -> DoorRow:
+    values = {
+        "name": name, "x": 1.0, "y": 4.0, "bearing": 180.0, "width": 0.8, "upper": 90.0, "sense": 1,
+        "decision": "accepted",
+    }  # fmt: skip
+    return DoorRow.model_validate(values | changes)
+
+
+def test_a_door_becomes_a_row_and_is_the_same_leaf_again(folder: Path) -> None:
+    building = load_building(folder / "room.urdf")
+    row = row_of(building["left"])
+    assert row == DoorRow(name="left", x=2, y=0, bearing=0, width=1, upper=100, sense=1)
+    assert leaf_of(row, building["left"]) is building["left"]
+    assert [row_of(building[name]) for name in ("slides", "desk")] == [None, None]
+
+
+@pytest.mark.parametrize("lower", [-1.5, 0.0])
+def test_a_row_states_the_same_swing_as_the_door(folder: Path, lower: float) -> None:
+    door = load_building(folder / "room.urdf")["left"]
+    other = DoorRow(name="left", x=1, y=2, bearing=30, width=0.7, upper=80, sense=1)
+    leaf = leaf_of(other, door)
+    assert row_of(leaf) == other
+    # the same motion told the other way round: the axis turned over, and the limits with it
+    over = replace(leaf, axis=-leaf.axis, lower=-leaf.upper, upper=0.0)
+    assert row_of(over) == other
+    assert row_of(replace(leaf, lower=lower - 0.1)) is None  # closed is no limit of it
+
+
+def test_saving_unchanged_doors_keeps_the_building(folder: Path) -> None:
+    before = (folder / "room.urdf").read_text()
+    subject = subject_of(folder)
+    assert [row.name for row in subject.rows] == ["left"]
+    assert save(subject, Edits(doors=subject.rows)) == folder / "room.urdf"
+    assert (folder / "room.urdf").read_text() == before
+    assert (folder / "room.building.yaml").read_text() == "building_error: {}\n"
+    assert (folder / "doors.csv").read_text() == f"{HEADER}\nleft,2.0,0.0,0.0,ccw,1.0,100.0\n"
+
+
+def test_moved_added_and_rejected_doors_are_saved_and_decided_for_good(folder: Path) -> None:
+    subject = subject_of(folder)
+    moved = subject.rows[0].model_copy(update={"x": 2.05, "decision": "accepted"})
+    wrong = added("wrong", decision="rejected")
+    save(subject, Edits(doors=[moved, added(), wrong]))
+    building = load_building(folder / "room.urdf")
+    assert list(building.objects) == ["left", "new", "slides", "desk"]
+    assert building["left"].hinge == pytest.approx([2.05, 0])
+    assert building["new"].kind is Kind.HINGED
+    again = subject_of(folder)
+    assert {row.name: row.decision for row in again.rows} == {
+        "left": "accepted",
+        "new": "accepted",
+        "wrong": "rejected",
+    }
+    save(again, Edits(doors=again.rows))
+    assert list(load_building(folder / "room.urdf").objects) == list(building.objects)
+
+
+def test_candidates_are_taken_by_their_probability_until_somebody_decides(folder: Path) -> None:
+    table = folder.parent / "found.csv"
+    rows = [
+        "sure,1,4,180,ccw,0.8,90,0.9",
+        "left,1,1,0,ccw,0.8,90,0.2",
+        "unsure,5,4,0,ccw,0.8,90,0.2",
+    ]
+    table.write_text(f"{HEADER},probability\n" + "\n".join(rows) + "\n")
+    subject = subject_of(folder, candidates=table)
+    opened = {row.name: (row.decision, row.probability) for row in subject.rows}
+    assert opened == {"left": ("open", 0.2), "sure": ("open", 0.9), "unsure": ("open", 0.2)}
+    save(subject, Edits(doors=subject.rows))
+    assert list(load_building(folder / "room.urdf").objects) == ["sure", "slides", "desk"]
+    assert {row.name: row.probability for row in subject_of(folder).rows} == {
+        "left": 0.2,
+        "sure": 0.9,
+        "unsure": 0.2,
+    }
+
+
+def test_candidates_that_lie_in_the_folder_are_found(folder: Path) -> None:
+    (folder / "doors.csv").write_text(f"{HEADER},probability\nfound,1,4,180,ccw,0.8,90,0.7\n")
+    assert {row.name: row.decision for row in subject_of(folder).rows} == {
+        "left": "kept",
+        "found": "open",
+    }
+
+
+def test_what_was_decided_outweighs_new_candidates(folder: Path) -> None:
+    subject = subject_of(folder)
+    decided = subject.rows[0].model_copy(update={"x": 3.1, "decision": "accepted"})
+    save(subject, Edits(doors=[decided]))
+    table = folder.parent / "found.csv"
+    table.write_text(f"{HEADER},probability\nleft,1,1,0,ccw,0.8,90,0.99\n")
+    assert subject_of(folder, candidates=table).rows == [decided]
+
+
+def test_a_map_becomes_a_building_with_the_doors_that_were_added(tmp_path: Path) -> None:
+    pixels = np.full((60, 120), 254, dtype=np.uint8)
+    pixels[[10, 50], :] = 0
+    pixels[10, 40:60] = 254
+    Image.fromarray(pixels).save(tmp_path / "plan.pgm")
+    (tmp_path / "plan.yaml").write_text("image: plan.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n")
+    subject = subject_of(tmp_path / "plan.yaml", tmp_path / "out")
+    assert subject.rows == []
+    door = added("way", x=2.0, y=2.475, bearing=0.0, width=1.0)
+    urdf = save(subject, Edits(doors=[door]))
+    assert inspect_building(urdf).problems == []
+    assert [each.name for each in read_doors(tmp_path / "out" / "doors.csv")] == ["way"]
+    assert subject_of(tmp_path / "out").rows[0] == door
+    assert "wall_std_m" in (tmp_path / "out" / "plan.building.yaml").read_text()
+
+
+def test_a_building_of_others_is_not_changed_where_it_lies(folder: Path, tmp_path: Path) -> None:
+    (folder / "notes.txt").write_text("mine")
+    with pytest.raises(BuildingError, match="say with --out"):
+        subject_of(folder / "room.urdf")
+    subject = subject_of(folder / "room.urdf", tmp_path / "out")
+    save(subject, Edits(doors=[]))
+    assert list(load_building(tmp_path / "out" / "room.urdf").objects) == ["slides", "desk"]
+    assert "left" in load_building(folder / "room.urdf").objects
+    with pytest.raises(BuildingError, match="not just a building"):
+        subject_of(tmp_path / "out", folder)
+
+
+@pytest.mark.parametrize(
+    ("doors", "message"),
+    [
+        ([added(), added()], "'new' stands in doors.csv a second time"),
+        ([added(width=7.0)], "no leaf is wider"),
+        ([added("desk")], "'desk' is furniture already"),
+        ([added("")], "names no door"),
+    ],
+)
+def test_doors_that_cannot_be_are_refused_and_nothing_is_written(
+    folder: Path, doors: list[DoorRow], message: str
+) -> None:
+    before = sorted(path.name for path in folder.iterdir())
+    with pytest.raises(BuildingError, match=message):
+        save(subject_of(folder), Edits(doors=doors))
+    assert sorted(path.name for path in folder.iterdir()) == before
+
+
+def test_a_name_that_a_urdf_cannot_hold_is_refused() -> None:
+    with pytest.raises(ValueError, match="String should match pattern"):
+        added("a\x01b")
+
+
+def test_decisions_that_cannot_be_read_are_told(folder: Path) -> None:
+    save(subject_of(folder), Edits(doors=[added()]))
+    text = json.dumps({"doors": [{"name": "x"}]})
+    (folder / "decisions.json").write_text(text)
+    with pytest.raises(BuildingError, match=r"decisions\.json can't be read"):
+        subject_of(folder)
