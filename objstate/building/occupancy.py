@@ -83,6 +83,23 @@ def read_map(path: Path) -> OccupancyMap:
     return OccupancyMap(occupied[::-1], header.resolution, np.array(header.origin), path.stem)
 
 
+def read_probabilities(path: Path) -> tuple[NDArray[np.float32], float, FloatArray]:
+    """Of a ROS occupancy map: P(occupied) of each cell (rows, columns), m of a cell's side, and its origin (3,).
+
+    Rows count from the lower left corner, which lies at the origin. Cells that are not opaque, or
+    unknown in mode raw, have 0.5. Raises BuildingError if the YAML or the image can't be used.
+    """
+    header = _read_header(path)
+    image = _read_image(path, header)
+    white, known = image[..., 0], image[..., 1] == OPAQUE
+    shares = white if header.negate else 1.0 - white
+    if header.mode == "raw":
+        shares = np.round(white * np.iinfo(np.uint8).max) / RAW_FULL
+        known &= shares <= 1.0
+    values = np.where(known, shares, 0.5).astype(np.float32)
+    return np.ascontiguousarray(values[::-1]), header.resolution, np.array(header.origin)
+
+
 def _not_a_map(path: Path) -> str | None:
     """What was given instead, if that is known."""
     if kind_of(path) == IMAGE:

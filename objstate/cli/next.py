@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from objstate.cli.console import print_parts, print_table, print_text
+from objstate.cli.next_head import show_gazes
 from objstate.cli.options import AsJson
 from objstate.cli.parsing import POSE, TIME, parse_pose, parse_time
-from objstate.cli.sensors import SENSOR, parse_sensor
+from objstate.cli.sensors import HEAD, SENSOR, parse_sensor
 from objstate.cli.tables import duration, new_table, percent
 
 if TYPE_CHECKING:
@@ -38,6 +39,8 @@ Examples:
   objstate next --world world.db --building office.urdf --at 2,0,0 --when now \\
       --sensor front:range=8,view=180 --sensor back:range=4,view=90,yaw=180 --json
   objstate next --world world.db --building office.urdf --at 2,0,0 --task tasks.yaml
+  objstate next --world world.db --building office.urdf --at 2,0,0 \\
+      --head camera:view=60,turn=120,speed=90 --grid out/drive/grid.yaml
 """
 
 
@@ -73,6 +76,25 @@ def next_(
     doing: Annotated[
         str | None, typer.Option(metavar="NAME", help="Which of these tasks. Default: the first.")
     ] = None,
+    head: Annotated[
+        str | None,
+        typer.Option(
+            metavar="HEAD", help=f"Where to turn a head, from where the robot is: {HEAD}."
+        ),
+    ] = None,
+    grid: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="YAML",
+            help="With --head: what is occupied, as `estimate --grid` wrote it. Default: unknown.",
+        ),
+    ] = None,
+    position_std: Annotated[
+        float,
+        typer.Option(
+            metavar="M", min=0, help="With --head: of the robot's position; landmarks count by it."
+        ),
+    ] = 0.0,
     stay: Annotated[
         bool, typer.Option("--stay", help="Only what can be seen without driving.")
     ] = False,
@@ -108,6 +130,9 @@ def next_(
     stamp_ns = store.latest_ns() if when is None else parse_time(when)
     known = store.load(objects=model.objects, since_ns=stamp_ns, until_ns=stamp_ns)
     moment = known.at(stamp_ns)
+    if head is not None:
+        show_gazes(model, moment, pose, head, grid, position_std, top, as_json=as_json)
+        return
     coordinator = Coordinator(model, robot, settings, known.settings)
     ranked = coordinator.actions(moment.beliefs, pose, may_drive=not stay)
     wanted = () if allowed is None else known.due(allowed, HORIZON, moment.stamp_ns)

@@ -10,8 +10,10 @@ import pytest
 from objstate.building import load_building
 from objstate.config import Settings
 from objstate.geometry import wrap
+from objstate.grid import Layout
 from objstate.objects import filter_for
 from objstate.particles import Weights
+from objstate.recording.grids import GRID_MAP, write_map
 from objstate.world.store import DriveEntry, open_store
 from tests.cli.conftest import Run
 from tests.cli.test_commands import ROOM
@@ -188,3 +190,27 @@ def test_the_paper_is_repeated(run: Run) -> None:
     assert done.code == 0, done.err
     assert "fixed path" in done.out
     assert "actions of the benchmark: 263" in done.out
+
+
+def test_a_head_is_told_where_to_turn(place: Path, run: Run, tmp_path: Path) -> None:
+    head = "head:view=60,turn=120,range=5"
+    done = run(*asked(place, "--head", head, "--json"))
+    assert done.code == 0, done.err
+    gazes = json.loads(done.out)["gazes"]
+    assert [each["rate"] for each in gazes] == sorted((g["rate"] for g in gazes), reverse=True)
+    assert all(abs(each["pan"]) <= 2.1 for each in gazes)
+    assert "floor" in run(*asked(place, "--head", head)).out
+    layout = Layout.around(np.array([[-3.0, -3.0], [7.0, 5.0]]), 0.05)
+    values = np.zeros(layout.shape, np.float32)
+    values[:, 140:] = 0.5  # all is known but what lies right of x = 4 m
+    write_map(tmp_path, values, layout.resolution, layout.origin)
+    done = run(*asked(place, "--head", head, "--grid", tmp_path / GRID_MAP, "--json"))
+    best = json.loads(done.out)["gazes"][0]
+    assert best["heading"] < 1.2  # the robot looks along y, at 1.57
+    assert "floor" in best["parts"]
+    done = run(*asked(place, "--head", head, "--grid", tmp_path / "none.yaml"))
+    assert done.code == 1
+    assert "check the path" in done.err
+    done = run(*asked(place, "--head", "head:veiw=60"))
+    assert done.code == 1
+    assert "is no head" in done.err
