@@ -10,7 +10,7 @@ from objstate.config import ObjectSettings, Settings
 class Altered(Settings):
     """Settings of which every object's are changed."""
 
-    changes: dict[str, float]
+    changes: dict[str, int | float]
 
     def for_object(self, name: str, default_class: Literal["door", "furniture"]) -> ObjectSettings:
         chosen = super().for_object(name, default_class)
