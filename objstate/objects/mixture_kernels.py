@@ -586,7 +586,7 @@ def condition(
     )
     x, pull, spread = np.empty(ERRORS), np.zeros(ERRORS), np.empty((ERRORS, ERRORS))
     _told(beams, noise, work)
-    likeliest = -np.inf
+    likeliest, first = -np.inf, -np.inf  # log posteriors, after and before refinement
     for c in np.argsort(-weights):
         mean, prior, wide = means[c], covariances[c], 0.0
         for a in range(ERRORS):
@@ -604,8 +604,10 @@ def condition(
             total, reach, placed = _linearize(
                 beams, shape, noise, placements[c], tied[c], x, prior, spread, work
             )
-            if look == 0 and math.log(weights[c]) + total < likeliest - HOPELESS:
-                break
+            if look == 0:
+                if math.log(weights[c]) + total < first - HOPELESS:
+                    break
+                first = max(first, math.log(weights[c]) + total)
             if look < looks:
                 _posterior(prior, work)
                 _step(mean, prior, x, pull, work)
