@@ -595,7 +595,7 @@ def condition(
             for b in range(ERRORS):
                 spread[a, b] = prior[a, b]
         looks = 1 if wide < WIDE * noise.variance else MOST_LOOKS
-        total, reach, placed = 0.0, 0, (1.0, 0.0, 0.0, 0.0)
+        total, unrefined, reach, placed = 0.0, 0.0, 0, (1.0, 0.0, 0.0, 0.0)
         for look in range(looks + 1):
             if look == looks:  # the evidence is told without reckoning with errors a second time
                 for a in range(ERRORS):
@@ -604,16 +604,16 @@ def condition(
             total, reach, placed = _linearize(
                 beams, shape, noise, placements[c], tied[c], x, prior, spread, work
             )
-            if look == 0:
-                if math.log(weights[c]) + total < first - HOPELESS:
-                    break
-                first = max(first, math.log(weights[c]) + total)
+            unrefined = total if look == 0 else unrefined
+            if look == 0 and math.log(weights[c]) + total < first - HOPELESS:
+                break
             if look < looks:
                 _posterior(prior, work)
                 _step(mean, prior, x, pull, work)
                 for a in range(ERRORS):
                     for b in range(ERRORS):
                         spread[a, b] = work.right[a, b]
+        first = max(first, math.log(weights[c]) + unrefined)
         most = max(most, reach)
         log_evidence[c] = total
         if math.log(weights[c]) + total < likeliest - HOPELESS:
