@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
@@ -18,7 +18,8 @@ from objstate.evaluation.lost import read_lost
 from objstate.evaluation.paired import Difference, differences
 from objstate.evaluation.states import true_courses
 from objstate.evaluation.summary import StateErrors, summarize_states, unit_of
-from objstate.recording.batches import BatchLog, is_batch, read_logs, read_outcome, result_of
+from objstate.recording.batches import BatchLog, is_batch, read_logs, result_of
+from objstate.recording.index import read_outcomes
 from objstate.recording.summary import read_summary
 from objstate.recording.tables import check_truth_times, read_states, read_truth
 from objstate.recording.tum import TRAJECTORY, read_tum
@@ -74,13 +75,14 @@ def evaluate_batch(
     import polars as pl
 
     logs = _logs(folder, truth)
+    results = _results(folder, logs)
     judged: list[pl.DataFrame] = []
     notes: list[str] = []
-    left = [log for log in logs if _usable(folder, log)]
+    left = [log for log in logs if log.truth is not None and log.name in results]
     if not left:
         raise TruthError(f"No log of {folder} has both a result and a truth; give --truth.")
     for number, log in enumerate(left):
-        judged.append(_judged(folder, log, notes, filtered))
+        judged.append(_judged(results[log.name], log, notes, filtered))
         if on_log is not None:
             on_log(number + 1, len(left))
     whole = pl.concat(judged, how="diagonal")
@@ -89,7 +91,7 @@ def evaluate_batch(
     return BatchEvaluation(
         logs=len(left),
         without_truth=tuple(log.name for log in logs if log.truth is None),
-        without_result=tuple(log.name for log in logs if not _result(folder, log)),
+        without_result=tuple(log.name for log in logs if log.name not in results),
         notes=tuple(notes),
         overall=_overall(whole),
         groups=groups(whole),
@@ -110,24 +112,20 @@ def _logs(folder: str | Path, truth: str | Path | None) -> list[BatchLog]:
     ]
 
 
-def _result(folder: str | Path, log: BatchLog) -> Path | None:
-    """Where a log's result is, if it is there."""
+def _results(folder: str | Path, logs: Sequence[BatchLog]) -> dict[str, Path]:
+    """Where the results of logs are, those that are there, by name."""
     if not is_batch(folder):
-        return Path(folder)
-    done = read_outcome(folder, log.name).status == "done"
-    return result_of(folder, log.name) if done else None
+        return {log.name: Path(folder) for log in logs}
+    outcomes = read_outcomes(folder, read_logs(folder))
+    done = {name for name, outcome in outcomes.items() if outcome.status == "done"}
+    return {log.name: result_of(folder, log.name) for log in logs if log.name in done}
 
 
-def _usable(folder: str | Path, log: BatchLog) -> bool:
-    return log.truth is not None and _result(folder, log) is not None
-
-
-def _plain(folder: str | Path, log: BatchLog, filtered: bool) -> pl.DataFrame:
+def _plain(result: Path, log: BatchLog, filtered: bool) -> pl.DataFrame:
     """The judged estimates of one log, without conditions."""
     import polars as pl
 
-    result = _result(folder, log)
-    if result is None or log.truth is None:
+    if log.truth is None:
         return pl.DataFrame()
     truth, estimates = read_truth(log.truth), read_states(result, filtered=filtered)
     if len(estimates):
@@ -137,10 +135,10 @@ def _plain(folder: str | Path, log: BatchLog, filtered: bool) -> pl.DataFrame:
     return judged.with_columns(log=pl.lit(log.name)) if len(judged) else judged
 
 
-def _judged(folder: str | Path, log: BatchLog, notes: list[str], filtered: bool) -> pl.DataFrame:
+def _judged(result: Path, log: BatchLog, notes: list[str], filtered: bool) -> pl.DataFrame:
     """The judged estimates of one log with the conditions they were made under."""
-    plain, result = _plain(folder, log, filtered), _result(folder, log)
-    if plain.is_empty() or result is None:
+    plain = _plain(result, log, filtered)
+    if plain.is_empty():
         return plain
     known = no_conditions()
     try:
@@ -184,10 +182,11 @@ def _summary(coordinate: str, part: pl.DataFrame) -> StateErrors | None:
 
 
 def _against(
-    this: pl.DataFrame, other: str | Path, logs: Iterable[BatchLog], filtered: bool
+    this: pl.DataFrame, other: str | Path, logs: Sequence[BatchLog], filtered: bool
 ) -> tuple[Difference, ...]:
     """Both by the truths of the first."""
     import polars as pl
 
-    judged = [_plain(other, log, filtered) for log in logs]
+    results = _results(other, logs)
+    judged = [_plain(results[log.name], log, filtered) for log in logs if log.name in results]
     return differences(this, pl.concat([this.clear(), *judged], how="diagonal"))
