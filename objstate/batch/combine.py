@@ -53,7 +53,7 @@ def combine(folder: Path, known: Iterable[BatchLog] | None = None) -> Combined:
     logs = read_logs(folder) if known is None else sorted(known, key=lambda log: log.name)
     with open_index(folder) as index:
         entries = settled(index, folder, logs)
-        unlisted = index.entries().keys() - entries.keys()
+        unlisted = index.names() - entries.keys()
         unlink_tables(folder, sorted(unlisted))
         index.drop(sorted(unlisted))
         has_changed = _bring_up_to_date(index, folder, logs, entries) or bool(unlisted)

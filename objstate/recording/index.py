@@ -9,6 +9,7 @@ read once, and noted.
 from __future__ import annotations
 
 import json
+import os
 import sqlite3
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing, contextmanager
@@ -91,6 +92,11 @@ class BatchIndex:
                 " bytes, summary, times, truth, linked FROM log"
             )
             return {row[0]: _entry(row, texts) for row in rows}
+
+    def names(self) -> set[str]:
+        """The logs that it tells of."""
+        with _told(self._folder):
+            return {name for (name,) in self._connection.execute("SELECT name FROM log")}
 
     def note(self, outcomes: Iterable[Outcome]) -> None:
         """Note how runs ended. What was known of their older results is forgotten."""
@@ -201,6 +207,7 @@ def settled(index: BatchIndex, folder: Path, logs: Iterable[BatchLog]) -> dict[s
     count. Raises ResultError.
     """
     known = index.entries()
+    results = os.path.join(folder, LOGS)
     found: dict[str, Entry] = {}
     changed: dict[str, Entry] = {}
     old = None if known else _old_notes(folder)
@@ -209,7 +216,7 @@ def settled(index: BatchIndex, folder: Path, logs: Iterable[BatchLog]) -> dict[s
             (old or {}).get(log.name, Outcome(log.name, "not run"))
         )
         if entry.outcome.status in ("done", "not run"):
-            fresh = _caught_up(entry, folder / LOGS / log.name)
+            fresh = _caught_up(entry, f"{results}/{log.name}")
             if fresh is not entry or log.name not in known:
                 changed[log.name] = entry = fresh
         elif log.name not in known:
@@ -220,11 +227,11 @@ def settled(index: BatchIndex, folder: Path, logs: Iterable[BatchLog]) -> dict[s
     return found
 
 
-def _caught_up(entry: Entry, result: Path) -> Entry:
+def _caught_up(entry: Entry, result: str) -> Entry:
     """The entry, if it tells of the result that is there; else what the result tells."""
     name = entry.outcome.name
     try:
-        made_ns = (result / MARK).stat().st_mtime_ns
+        made_ns = os.stat(f"{result}/{MARK}").st_mtime_ns  # of 100,000: a Path would take seconds
     except OSError:
         if entry.outcome.status == "not run" and entry.making is None:
             return entry
@@ -235,7 +242,7 @@ def _caught_up(entry: Entry, result: Path) -> Entry:
     return Entry(outcome, _making(result, made_ns), linked=False)
 
 
-def _making(result: Path, made_ns: int) -> Making:
+def _making(result: str, made_ns: int) -> Making:
     from objstate.recording.summary import read_summary
 
     made = read_summary(result)

@@ -2,4 +2,4 @@
 
 from objstate.report.writing import REPORT, write_batch_report, write_report
 
-__all__ = ["REPORT", "REPORT", "write_batch_report", "write_report"]
+__all__ = ["REPORT", "write_batch_report", "write_report"]
