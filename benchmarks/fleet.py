@@ -1,9 +1,10 @@
-"""What a start costs that finds everything done: ``python benchmarks/fleet.py RESULT LOG DIR COUNT``
+"""What a fleet costs, without driving it: ``python benchmarks/fleet.py RESULT LOG DIR COUNT``
 
-RESULT is a log's result in a batch along the sample corridor, LOG the log that it was made of. DIR
-gets ``drives``, COUNT names of the log, and ``batch``, as many names of its result. The index is
-made of one of them, and tells the same of the others. Runs ``objstate batch`` twice and prints the
-seconds and the largest memory of each.
+RESULT is a log's result in a batch along the sample corridor, LOG the log that it was made of, with
+its truth beside it. DIR gets ``drives``, COUNT names of the log, and ``batch``, as many names of its
+result. The index is made of one of them, and tells the same of the others, each an hour after
+the one before. Prints the seconds and the largest memory of ``batch`` with nothing to do, ``evaluate``,
+``statistics`` and ``report``, and the size of the page.
 """
 
 from __future__ import annotations
@@ -17,10 +18,14 @@ from dataclasses import replace
 from pathlib import Path
 
 from objstate.batch.combine import combine
+from objstate.evaluation import batch as evaluation
+from objstate.evaluation import evaluate_batch
+from objstate.packing import pack, unpack
 from objstate.recording.batches import BatchLog, result_of, write_logs
-from objstate.recording.index import open_index
+from objstate.recording.index import Entry, open_index
 from objstate.recording.results import MARK
-from objstate.report import REPORT
+from objstate.report import REPORT, write_batch_report
+from objstate.statistics import OpenAbove, door_statistics, looks
 
 CORRIDOR = Path(__file__).parents[1] / "models" / "corridor" / "corridor.urdf"
 MOST_LINKS = 50_000  # of one file, on the file systems that allow the fewest
@@ -31,17 +36,24 @@ def main(result: Path, log: Path, home: Path, count: int) -> None:
     drives, batch = home / "drives", home / "batch"
     if not batch.exists():
         make(result, log, drives, batch, count)
-    words = ["batch", str(drives), "--building", str(CORRIDOR), "--out", str(batch), "--quiet"]
+    measure("batch", str(drives), "--building", str(CORRIDOR), "--out", str(batch), "--quiet")
+    measure("evaluate", str(batch), "--quiet")
+    measure("statistics", str(batch))
+    measure("report", str(batch))
+    print(f"{(batch / REPORT).stat().st_size / 1e6:.1f} MB of page")
+
+
+def measure(*words: str) -> None:
+    """Run a command, and print what it cost."""
     code = "import sys; from objstate.cli import main; sys.exit(main())"
-    for start in ("first", "second"):
-        began = time.monotonic()
-        process = subprocess.Popen([sys.executable, "-c", code, *words], stdout=subprocess.DEVNULL)
-        _, status, usage = os.wait4(process.pid, 0)
-        print(
-            f"{start} start: {time.monotonic() - began:.1f} s, {usage.ru_maxrss / 1024:.0f} MB, "
-            f"exit {os.waitstatus_to_exitcode(status)}",
-            flush=True,
-        )
+    began = time.monotonic()
+    process = subprocess.Popen([sys.executable, "-c", code, *words], stdout=subprocess.DEVNULL)
+    _, status, usage = os.wait4(process.pid, 0)
+    print(
+        f"{words[0]}: {time.monotonic() - began:.1f} s, {usage.ru_maxrss / 1024:.0f} MB, "
+        f"exit {os.waitstatus_to_exitcode(status)}",
+        flush=True,
+    )
 
 
 def make(result: Path, log: Path, drives: Path, batch: Path, count: int) -> None:
@@ -60,23 +72,55 @@ def make(result: Path, log: Path, drives: Path, batch: Path, count: int) -> None
         own.mkdir()
         for file in (source / "result").iterdir():
             os.link(file, own / file.name)
-        logs.append(BatchLog(name, str(drives / f"{name}.mcap"), str(CORRIDOR)))
+        truth, path = (str(log.with_name(each).absolute()) for each in ("truth.csv", "path.tum"))
+        address = str(drives / f"{name}.mcap")
+        logs.append(BatchLog(name, address, str(CORRIDOR), truth, path))
     write_logs(batch, logs[:1])
     combine(batch)
+    evaluate_batch(batch)
+    door_statistics(batch)
+    write_batch_report(batch)
+    write_logs(batch, logs)
     with open_index(batch) as index:
         (entry,) = index.entries().values()
-        assert entry.making is not None
-        entries = {}
-        for each in logs:
-            made_ns = (result_of(batch, each.name) / MARK).stat().st_mtime_ns
-            entries[each.name] = replace(
-                entry,
-                outcome=replace(entry.outcome, name=each.name),
-                making=replace(entry.making, made_ns=made_ns),
+        index.describe({each.name: as_if(entry, batch, each) for each in logs})
+        for kind, stamped in KINDS.items():
+            ((_, _, content),) = index.parts(kind)
+            index.keep(
+                kind,
+                (
+                    (
+                        each.name,
+                        stamped(result_of(batch, each.name), each),
+                        shifted(kind, content, n),
+                    )
+                    for n, each in enumerate(logs)
+                ),
             )
-        index.describe(entries)
-    write_logs(batch, logs)
-    (batch / REPORT).touch()
+
+
+def as_if(entry: Entry, batch: Path, log: BatchLog) -> Entry:
+    """The entry of one log as if it were that of another."""
+    assert entry.making is not None
+    made_ns = (result_of(batch, log.name) / MARK).stat().st_mtime_ns
+    outcome = replace(entry.outcome, name=log.name)
+    return replace(entry, outcome=outcome, making=replace(entry.making, made_ns=made_ns))
+
+
+def shifted(kind: str, content: bytes, hours: int) -> bytes:
+    """What was kept of a log, as if it had been driven so many hours later."""
+    if kind != LOOKS:
+        return content
+    words, arrays = unpack(content, kind)
+    later = {name: arrays[name] + hours * 3600 * 10**9 for name in ("first_ns", "last_ns")}
+    return pack(words, arrays | later | {"minutes": arrays["minutes"] + 60 * hours})
+
+
+LOOKS = looks.kind_of(OpenAbove(), filtered=False)
+KINDS = {
+    evaluation.kind_of(filtered=False): lambda result, log: evaluation.stamp_of(result, log, False),
+    LOOKS: lambda result, log: looks.stamp_of(result, False),
+}
 
 
 if __name__ == "__main__":

@@ -27,6 +27,7 @@ from objstate.recording.batches import (
     timings_schema,
 )
 from objstate.recording.index import BatchIndex, Entry, open_index, settled
+from objstate.recording.parts import truth_state
 from objstate.recording.summary import read_summary
 from objstate.recording.tables import read_estimates
 
@@ -92,30 +93,13 @@ def _is_stale(log: BatchLog, entry: Entry) -> bool:
     """Whether the log's rows aren't there, or its truth is another one than they were made by."""
     if entry.summary is None or entry.times is None or _is_to_be_linked(entry):
         return True
-    return entry.outcome.status == "done" and entry.truth != truth_state(log)
-
-
-def truth_state(log: BatchLog) -> str | None:
-    """What changes when the truth of a log does: which files, how large, of when."""
-    if log.truth is None and log.path is None:
-        return None
-    return json.dumps([_state(file) for file in (log.truth, log.path)])
-
-
-def _state(file: str | None) -> list[object] | None:
-    if file is None:
-        return None
-    try:
-        state = Path(file).stat()
-    except OSError:
-        return [file]
-    return [file, state.st_size, state.st_mtime_ns]
+    return entry.outcome.status == "done" and entry.truth != json.dumps(truth_state(log))
 
 
 def _with_rows(folder: Path, log: BatchLog, entry: Entry) -> Entry:
     summary = json.dumps(_summary(folder, log, entry.outcome), ensure_ascii=False)
     times = json.dumps(_timing(folder, entry.outcome))
-    return replace(entry, summary=summary, times=times, truth=truth_state(log))
+    return replace(entry, summary=summary, times=times, truth=json.dumps(truth_state(log)))
 
 
 def _write_tables(folder: Path, logs: Sequence[BatchLog], entries: Mapping[str, Entry]) -> None:

@@ -63,6 +63,8 @@ def plan(
                 building=each.log.building,
                 options=numbers[each.log.name],
                 out=str(result_of(folder, each.log.name)),
+                truth=each.log.truth,
+                path=each.log.path,
             )
             for each in requested
             if each.log.name in wanted

@@ -1,5 +1,6 @@
 """Whole batches: what lies in the folder, also after failures, changes and interruptions."""
 
+import shutil
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
@@ -11,11 +12,14 @@ from objstate.batch import BatchOptions, Ended, Leftover, Progressed, gather, ru
 from objstate.batch.addresses import fetched, size_of
 from objstate.config import Settings
 from objstate.errors import OutageError, ResultError
+from objstate.evaluation import evaluate_batch
 from objstate.outputs import WORKSHOP
 from objstate.recording.batches import read_logs, result_of, scan_batch
-from objstate.recording.index import read_outcomes
+from objstate.recording.index import INDEX, read_outcomes
+from objstate.recording.parts import BESIDE
 from objstate.recording.results import is_result
 from objstate.run import RunOptions, estimate_log
+from objstate.statistics import door_statistics
 from tests.batch.conftest import COUNT, Drives
 from tests.storage import small_files
 
@@ -235,3 +239,26 @@ def test_a_log_elsewhere_is_fetched(drives: Drives, tmp_path: Path) -> None:
     copy = fetched(address, tmp_path)
     assert copy.read_bytes() == drives.logs[0].read_bytes()
     assert size_of(address) == size_of(str(drives.logs[0])) == len(copy.read_bytes())
+
+
+def test_what_workers_left_beside_results_is_what_the_results_tell(
+    by_two: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bare = tmp_path / "bare"
+    shutil.copytree(by_two, bare)
+    for file in (bare / INDEX, *bare.glob(f"logs/*/{BESIDE}")):
+        file.unlink()
+    figures = evaluate_batch(bare), door_statistics(bare)
+
+    def fail(*_: object, **__: object) -> bytes:
+        raise AssertionError("a result was read again")
+
+    again = evaluate_batch(bare), door_statistics(bare)
+    monkeypatch.setattr("objstate.evaluation.batch.judged_sums", fail)
+    monkeypatch.setattr("objstate.statistics.looks.looks_of", fail)
+    assert (evaluate_batch(by_two), door_statistics(by_two)) == figures == again
+    assert evaluate_batch(bare, against=by_two).against[0].difference == 0.0
+    (by_two / "logs" / "drive_0" / BESIDE).write_bytes(b"damaged")
+    (by_two / INDEX).unlink()
+    with pytest.raises(AssertionError, match="read again"):
+        evaluate_batch(by_two)
