@@ -9,6 +9,7 @@ the one before. Prints the seconds and the largest memory of ``batch`` with noth
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import subprocess
@@ -23,6 +24,7 @@ from objstate.evaluation import evaluate_batch
 from objstate.packing import pack, unpack
 from objstate.recording.batches import BatchLog, result_of, write_logs
 from objstate.recording.index import Entry, open_index
+from objstate.recording.parts import truth_state
 from objstate.recording.results import MARK
 from objstate.report import REPORT, write_batch_report
 from objstate.statistics import OpenAbove, door_statistics, looks
@@ -36,7 +38,8 @@ def main(result: Path, log: Path, home: Path, count: int) -> None:
     drives, batch = home / "drives", home / "batch"
     if not batch.exists():
         make(result, log, drives, batch, count)
-    measure("batch", str(drives), "--building", str(CORRIDOR), "--out", str(batch), "--quiet")
+    given = ("--building", str(CORRIDOR), "--truth", str(drives))
+    measure("batch", str(drives), *given, "--out", str(batch), "--quiet")
     measure("evaluate", str(batch), "--quiet")
     measure("statistics", str(batch))
     measure("report", str(batch))
@@ -65,16 +68,17 @@ def make(result: Path, log: Path, drives: Path, batch: Path, count: int) -> None
         if number % MOST_LINKS == 0:
             source = drives.parent / f"source-{number}"
             shutil.copytree(result, source / "result")
-            shutil.copy(log, source / "log.mcap")
+            for file in (log, log.with_name("truth.csv"), log.with_name("path.tum")):
+                shutil.copy(file, source / file.name)
         name = f"drive_{number:06d}"
-        os.link(source / "log.mcap", drives / f"{name}.mcap")
+        address, truth, path = (drives / f"{name}{end}" for end in (".mcap", ".csv", ".path.tum"))
+        for file, link in (("log.mcap", address), ("truth.csv", truth), ("path.tum", path)):
+            os.link(source / file, link)
         own = result_of(batch, name)
         own.mkdir()
         for file in (source / "result").iterdir():
             os.link(file, own / file.name)
-        truth, path = (str(log.with_name(each).absolute()) for each in ("truth.csv", "path.tum"))
-        address = str(drives / f"{name}.mcap")
-        logs.append(BatchLog(name, address, str(CORRIDOR), truth, path))
+        logs.append(BatchLog(name, *map(str, (address, CORRIDOR, truth, path))))
     write_logs(batch, logs[:1])
     combine(batch)
     evaluate_batch(batch)
@@ -104,7 +108,12 @@ def as_if(entry: Entry, batch: Path, log: BatchLog) -> Entry:
     assert entry.making is not None
     made_ns = (result_of(batch, log.name) / MARK).stat().st_mtime_ns
     outcome = replace(entry.outcome, name=log.name)
-    return replace(entry, outcome=outcome, making=replace(entry.making, made_ns=made_ns))
+    return replace(
+        entry,
+        outcome=outcome,
+        making=replace(entry.making, made_ns=made_ns),
+        truth=json.dumps(truth_state(log)),
+    )
 
 
 def shifted(kind: str, content: bytes, hours: int) -> bytes:
