@@ -17,6 +17,7 @@ from objstate.objects.covered import covered
 
 Plane = NDArray[np.float32]  # (rows, columns)
 
+WATCHED = 1.0  # bits of a cell on the way: whether somebody has stepped there
 LANDMARK_STD = 0.1  # m, of the Gaussian that stands for a landmark
 
 
@@ -44,6 +45,7 @@ class EntropyMap:
         self.layout = layout
         self.bits: Plane = np.ones(layout.shape, dtype=np.float32)
         self.opaque: Plane = np.zeros(layout.shape, dtype=np.float32)
+        self.watched: Plane = np.zeros(layout.shape, dtype=np.float32)
         self.landmark_weight = 0.0
         self._walls = _drawn_walls(layout, walls)
         self._landmarks = _drawn_landmarks(
@@ -86,6 +88,24 @@ class EntropyMap:
         opaque[self._walls.where] = 1.0
         self.landmark_weight = unreliability
         bits[self._landmarks.where] += np.float32(unreliability) * self._landmarks.values
+
+    def watch(self, way: FloatArray, radius: float, bits: float = WATCHED) -> None:
+        """Let cells within ``radius`` m of a way (n, 2) m, n > 1, count ``bits`` more while out of sight.
+
+        Somebody may step in the robot's way, of which what was seen there says nothing. No points: none.
+        Raises GridError for a way that is not finite.
+        """
+        if not np.isfinite(way).all() or not (np.isfinite(radius) and radius > 0.0):
+            raise GridError("A way that is watched has to be finite, with a radius above 0 m.")
+        self.watched[:] = 0.0
+        if not len(way):
+            return
+        import shapely
+
+        shape = shapely.LineString(way) if len(way) > 1 else shapely.Point(way[0])
+        outline = np.asarray(shape.buffer(radius).exterior.coords)[:-1]
+        drawn = expected_occupancy(self.layout, [outline], np.ones(1))
+        self.watched.reshape(-1)[drawn.where] = bits
 
     def priority(self, name: str) -> float:
         """By which an object counts."""

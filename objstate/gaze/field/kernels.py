@@ -29,9 +29,11 @@ def along_rays(
     wide: float,  # rad between two rays
     bits: Plane,
     opaque: Plane,  # P(a cell stops a ray)
+    watched: Plane,  # bits that come back within ``back`` s of a look
     looked: Plane,  # s, when each cell was last looked at
     now: float,
     fade: float,  # s
+    back: float,  # s
     held_back: float,  # the share of bits that don't count where one has just looked
     least: int,  # cells from the place where the view begins
     occlusion: bool,
@@ -53,8 +55,10 @@ def along_rays(
             if j >= least:
                 reliable = through * (1.0 - away / reach)
                 sight[k, j] = reliable
-                recent = max(0.0, 1.0 - (now - looked[cell]) / fade)
-                seen[k, j] = bits[cell] * reliable * away * wide * (1.0 - held_back * recent)
+                since = now - looked[cell]
+                shown = bits[cell] * (1.0 - held_back * max(0.0, 1.0 - since / fade))
+                shown += watched[cell] * min(1.0, since / back)
+                seen[k, j] = shown * reliable * away * wide
             if occlusion:
                 through *= 1.0 - opaque[cell]
 

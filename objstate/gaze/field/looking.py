@@ -35,6 +35,7 @@ class GazeSettings(Strict):
 
     dwell_s: Positive = 0.5  # s that a look takes once the head has turned
     fade_s: Positive = 10.0  # s until it no longer matters that one has looked there
+    watch_s: Positive = 2.0  # s after a look, until somebody may have stepped in the way unseen
     held_back: Share = 0.5  # share of the entropy that doesn't count where one has just looked
     occlusion: bool = True  # what walls and known things hide doesn't count
     on_the_way: bool = True  # what is seen while the head turns does
@@ -133,9 +134,11 @@ class Gazer:
             2.0 * np.pi / RAYS,
             self.entropies.bits.reshape(-1),
             self.entropies.opaque.reshape(-1),
+            self.entropies.watched.reshape(-1),
             self._looked,
             at,
             s.fade_s,
+            s.watch_s,
             s.held_back,
             self._least,
             s.occlusion,
