@@ -159,9 +159,9 @@ def by_objects(building: Building, floor: Floor) -> Choose:
 
 
 def by_field(
-    settings: GazeSettings, priorities: dict[str, float] | None = None, watching: bool = False
+    settings: GazeSettings, priorities: dict[str, float] | None = None, watching: float = 0.0
 ) -> Chooser:
-    """The most bits a second of the field, with or without an eye on the way."""
+    """The most bits a second of the field, with so many bits for cells on the way."""
 
     def made(building: Building, floor: Floor) -> Choose:
         gazers: list[Gazer] = []
@@ -175,7 +175,7 @@ def by_field(
             gazer = gazers[0]
             gazer.look(known.pose, known.pan, known.time)
             if watching:
-                gazer.entropies.watch(known.way, RADIUS)
+                gazer.entropies.watch(known.way, RADIUS, watching)
             gazer.entropies.update(known.values, known.beliefs, min(1.0, known.position_std / 0.1))
             return gazer.rank(known.pose, known.pan, known.time, 1)[0].pan
 
@@ -189,7 +189,9 @@ CHOOSERS: dict[str, Chooser] = {
     "objects": by_objects,
     "sweep": sweep,
     "ahead": ahead,
-    "field and way": by_field(GazeSettings(), watching=True),
+    "field and way": by_field(GazeSettings(), watching=1.0),
+    "field and way, 5": by_field(GazeSettings(), watching=5.0),
+    "field and way, 20": by_field(GazeSettings(), watching=20.0),
     "field, no occlusion": by_field(GazeSettings(occlusion=False)),
     "field, not on the way": by_field(GazeSettings(on_the_way=False)),
     "field, no inhibition": by_field(GazeSettings(held_back=0.0)),
