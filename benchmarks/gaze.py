@@ -25,9 +25,16 @@ from objstate import Estimator
 from objstate.building import load_building, outline
 from objstate.building.model import Building, Kind
 from objstate.config import Settings
-from objstate.gaze import LaserLooks, Sensor, belief_entropy
-from objstate.gaze.field import EntropyMap, Gazer, GazeSettings, Head, corners
-from objstate.gaze.prospects import LookLibrary, Prospects
+from objstate.gaze import LookSettings, Sensor, belief_entropy
+from objstate.gaze.field import (
+    EntropyMap,
+    Gazer,
+    GazeSettings,
+    Head,
+    ObjectGains,
+    corners,
+)
+from objstate.gaze.field.entropy_map import WATCHED
 from objstate.geometry import FloatArray, compose, wrap
 from objstate.grid.grid import OCCUPIED
 from objstate.objects import ObjectBelief
@@ -56,8 +63,9 @@ HZ = 5  # scans a second
 LASER = Laser(beams=61, angle_min=-math.pi / 6, angle_max=math.pi / 6, false_share=0.02)
 SENSOR = Sensor("head", field_of_view=math.pi / 3, beams=61, range_max=LASER.range_max)
 TURN, SPEED = math.radians(120.0), math.radians(90.0)  # rad to either side, rad/s
+HEAD = Head(SENSOR, TURN, SPEED)
+LOOKS = LookSettings(scans=HZ * GazeSettings().dwell_s)
 STEP = math.radians(1.0)  # rad, of the pan axis' encoder
-PANS = np.radians(np.arange(-120.0, 121.0, 15.0))  # that the gain of objects is asked of
 START = np.array([0.05, 0.05, 0.02])  # m, m, rad: deviations of the initial pose
 BOX, RADIUS = 0.4, 0.3  # m, side of a box; radius of the robot
 NEAR, CELLS = 0.1, 4  # m about a box; cells of one that is found
@@ -65,7 +73,7 @@ BEAMS = 3  # that met what walks
 TUBE = RADIUS + 0.3  # m to either side of the robot's way
 SOON, LATE = 3.0, 1.5  # s ahead on the way, from and until when something has to be seen
 AT_ONCE = 0.5  # s ahead; what comes nearer at once doesn't come from ahead
-STEADY = 0.1  # nats; less isn't worth turning
+STEADY = 0.1  # bits/s; less isn't worth turning
 
 
 @dataclass(frozen=True)
@@ -135,33 +143,20 @@ def sweep(building: Building, floor: Floor) -> Choose:
 
 
 def by_objects(building: Building, floor: Floor) -> Choose:
-    """The most nats a second of objects, as ``objstate next`` weighs looks; ahead where none gain."""
-    settings = Settings()
-    looks = LaserLooks(building, SENSOR, settings)
-    library = LookLibrary(building, {"head": looks}, settings.object_updates.max_distance)
-    dwell = GazeSettings().dwell_s
+    """The most bits a second of objects, as ``objstate next`` weighs looks; ahead where none gain."""
+    gains, dwell = ObjectGains(building, HEAD, looks=LOOKS), GazeSettings().dwell_s
 
     def choose(known: Known) -> float:
-        prospects = Prospects(library, known.beliefs)
-        poses = known.pose + np.column_stack([np.zeros((len(PANS), 2)), PANS])
-        poses[:, 2] = wrap(poses[:, 2])
-        near, rates = prospects.near("head", poses), np.zeros(len(PANS))
-        for k, pose in enumerate(poses):
-            gain = 0.0
-            for o in np.flatnonzero(near[k]).tolist():
-                name = prospects.names[o]
-                told = prospects.told("head", name, pose, near[k], HZ * dwell)
-                gain += 0.0 if told is None else prospects.gain(name, told)
-            rates[k] = gain / (abs(PANS[k] - known.pan) / SPEED + dwell)
-        return float(PANS[rates.argmax()]) if rates.max() > STEADY else 0.0
+        found = gains.bits(known.beliefs, known.pose)
+        bits = sum(found.values(), np.zeros(len(gains.pans)))
+        rates = bits / (np.abs(gains.pans - known.pan) / SPEED + dwell)
+        return float(gains.pans[rates.argmax()]) if rates.max() > STEADY else 0.0
 
     return choose
 
 
-def by_field(
-    settings: GazeSettings, priorities: dict[str, float] | None = None, watching: float = 0.0
-) -> Chooser:
-    """The most bits a second of the field, with so many bits for cells on the way."""
+def by_field(settings: GazeSettings, *, watching: float = 0.0, gaining: bool = False) -> Chooser:
+    """The most bits a second of the field, with so many bits for cells on the way, and objects by their gain."""
 
     def made(building: Building, floor: Floor) -> Choose:
         gazers: list[Gazer] = []
@@ -170,8 +165,10 @@ def by_field(
             if not gazers:
                 walls = outline(building.walls, LASER.mount.z).reshape(-1, 4)
                 assert floor.grid is not None
-                entropies = EntropyMap(floor.grid.layout, walls, corners(walls), priorities)
-                gazers.append(Gazer(entropies, Head(SENSOR, TURN, SPEED), settings))
+                layout, marks = floor.grid.layout, corners(walls)
+                entropies = EntropyMap(layout, walls, marks, objects=not gaining)
+                gains = ObjectGains(building, HEAD, looks=LOOKS) if gaining else None
+                gazers.append(Gazer(entropies, HEAD, settings, gains))
             gazer = gazers[0]
             gazer.look(known.pose, known.pan, known.time)
             if watching:
@@ -185,13 +182,13 @@ def by_field(
 
 
 CHOOSERS: dict[str, Chooser] = {
-    "field": by_field(GazeSettings()),
+    "both, way": by_field(GazeSettings(), watching=WATCHED, gaining=True),
+    "both": by_field(GazeSettings(), gaining=True),
     "objects": by_objects,
+    "field": by_field(GazeSettings()),
+    "field, way": by_field(GazeSettings(), watching=WATCHED),
     "sweep": sweep,
     "ahead": ahead,
-    "field and way": by_field(GazeSettings(), watching=1.0),
-    "field and way, 5": by_field(GazeSettings(), watching=5.0),
-    "field and way, 20": by_field(GazeSettings(), watching=20.0),
     "field, no occlusion": by_field(GazeSettings(occlusion=False)),
     "field, not on the way": by_field(GazeSettings(on_the_way=False)),
     "field, no inhibition": by_field(GazeSettings(held_back=0.0)),

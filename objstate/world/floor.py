@@ -10,17 +10,20 @@ import json
 import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from types import EllipsisType
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from objstate.errors import GridError, WorldError
-from objstate.geometry import FloatArray
+from objstate.geometry import FloatArray, IntArray
 from objstate.grid import Grid, Layout, expected_occupancy
 from objstate.lazy import lazy
 from objstate.objects import ObjectBelief
 from objstate.records import NANOSECONDS
 from objstate.world.blocking import Blocker, checked_path, probability_in
+
+Cells = tuple[IntArray, IntArray] | EllipsisType  # rows and columns
 
 BYTE = 255
 UNKNOWN = 0.5
@@ -47,14 +50,14 @@ class FloorMemory:
         packed[left == 0] = BYTE // 2  # packs small
         return FloorMemory(grid.layout, stamp_ns, grid.cells.max_age_s, packed, left)
 
-    def reliability(self, stamp_ns: int) -> FloatArray:
-        """(rows, columns) 1 of what was just seen, 0 of what isn't known; at or after its own moment."""
+    def reliability(self, stamp_ns: int, cells: Cells = ...) -> FloatArray:
+        """1 of cells that were just seen, 0 of those not known, at or after its own moment."""
         lost = (stamp_ns - self.stamp_ns) / NANOSECONDS / self.max_age_s
-        return np.maximum(self.left / BYTE - lost, 0.0)
+        return np.maximum(self.left[cells] / BYTE - lost, 0.0)
 
-    def values(self, stamp_ns: int) -> FloatArray:
-        """(rows, columns) P(occupied) at a moment, eq. (6.4)."""
-        return UNKNOWN + self.reliability(stamp_ns) * (self.share / BYTE - UNKNOWN)
+    def values(self, stamp_ns: int, cells: Cells = ...) -> FloatArray:
+        """P(occupied) of cells, by default of all (rows, columns), at a moment, eq. (6.4)."""
+        return UNKNOWN + self.reliability(stamp_ns, cells) * (self.share[cells] / BYTE - UNKNOWN)
 
     def kept(self) -> KeptFloor:
         """As a world keeps it."""
@@ -167,10 +170,10 @@ def _cells(
         at = np.floor(layout.to_cells(rest)).astype(np.int64)
         inside = layout.within(at.astype(float))
         column, row = at[inside].T
-        reliable = floor.reliability(stamp_ns)[row, column] > 0.0
+        reliable = floor.reliability(stamp_ns, (row, column)) > 0.0
         if reliable.any():
             seen = floor.stamp_ns if seen is None else seen
-            values = floor.values(stamp_ns)[row, column][reliable]
+            values = floor.values(stamp_ns, (row, column))[reliable]
             unlisted = max(unlisted, float(values.max()))
             known += float(reliable.sum()) / count
             inside[inside] = reliable

@@ -4,6 +4,7 @@ from objstate.gaze.field.entropy_map import EntropyMap, corners
 from objstate.gaze.field.focus import Focus, FocusGazer
 from objstate.gaze.field.head import Head
 from objstate.gaze.field.looking import Gaze, Gazer, GazeSettings
+from objstate.gaze.field.objects import ObjectGains
 from objstate.gaze.field.pan_tilt import PanTilt
 
 __all__ = [
@@ -14,6 +15,7 @@ __all__ = [
     "GazeSettings",
     "Gazer",
     "Head",
+    "ObjectGains",
     "PanTilt",
     "corners",
 ]

@@ -17,7 +17,7 @@ from objstate.objects.covered import covered
 
 Plane = NDArray[np.float32]  # (rows, columns)
 
-WATCHED = 1.0  # bits of a cell on the way: whether somebody has stepped there
+WATCHED = 5.0  # bits of a cell on the way: whether somebody has stepped there
 LANDMARK_STD = 0.1  # m, of the Gaussian that stands for a landmark
 
 
@@ -33,6 +33,7 @@ class EntropyMap:
         walls: segments (k, 4) m at the sensor's height, which hide what is behind, and are known.
         landmarks: places (n, 2) m that tell the robot where it is.
         priorities: by pattern; an object that fits none has the priority 1.
+        objects: whether the cells that objects may cover have entropy; not with ``ObjectGains``.
     """
 
     def __init__(
@@ -41,8 +42,11 @@ class EntropyMap:
         walls: FloatArray,
         landmarks: FloatArray | None = None,
         priorities: Mapping[str, float] | None = None,
+        *,
+        objects: bool = True,
     ) -> None:
-        self.layout = layout
+        self.layout, self._with_objects = layout, objects
+        self.beliefs: Mapping[str, ObjectBelief] = {}  # as of the last update
         self.bits: Plane = np.ones(layout.shape, dtype=np.float32)
         self.opaque: Plane = np.zeros(layout.shape, dtype=np.float32)
         self.watched: Plane = np.zeros(layout.shape, dtype=np.float32)
@@ -80,9 +84,11 @@ class EntropyMap:
         self.bits[:] = entropy(values)
         self.opaque[:] = np.where(values > OCCUPIED, values, np.float32(0.0))
         bits, opaque = self.bits.reshape(-1), self.opaque.reshape(-1)
+        self.beliefs = dict(beliefs)
         self._draw(beliefs)
         for name, (_, covers, unsure) in self._drawn.items():
-            bits[unsure.where] += np.float32(self.priority(name)) * unsure.values
+            if self._with_objects:
+                bits[unsure.where] += np.float32(self.priority(name)) * unsure.values
             opaque[covers.where] = np.maximum(opaque[covers.where], covers.values)
         bits[self._walls.where] = 0.0
         opaque[self._walls.where] = 1.0
