@@ -181,12 +181,14 @@ def by_field(settings: GazeSettings, *, watching: float = 0.0, gaining: bool = F
     return made
 
 
+WIDE = GazeSettings(thing_m=1.0)
 CHOOSERS: dict[str, Chooser] = {
-    "both, way": by_field(GazeSettings(), watching=WATCHED, gaining=True),
-    "both": by_field(GazeSettings(), gaining=True),
-    "objects": by_objects,
     "field": by_field(GazeSettings()),
     "field, way": by_field(GazeSettings(), watching=WATCHED),
+    "both": by_field(GazeSettings(), gaining=True),
+    "both, 1 m": by_field(WIDE, gaining=True),
+    "both, 1 m, way": by_field(WIDE, watching=6.0 * WATCHED, gaining=True),
+    "objects": by_objects,
     "sweep": sweep,
     "ahead": ahead,
     "field, no occlusion": by_field(GazeSettings(occlusion=False)),
@@ -255,7 +257,7 @@ class Score:
     door_deg: float = math.nan  # mean error of doors, and of furniture, over the drive
     furniture_cm: float = math.nan
     entropy: float = 0.0  # nats, mean over objects and the drive
-    boxes: float = 0.0  # share found in the end
+    boxes: float = 0.0  # share found, mean over the drive: the sooner, the more
     in_time: float = 0.0  # share of what would be hit that was seen in time
     travel: float = 0.0  # degrees a second
     robot_cm: float = 0.0  # mean error of the robot's position
@@ -344,6 +346,14 @@ def _error(belief: ObjectBelief, state: FloatArray) -> float:
     return math.degrees(abs(float(wrap(off[0]))))
 
 
+def _found(boxes: Sequence[shapely.Polygon], occupied: FloatArray) -> float:
+    """The share of boxes on which enough cells (n, 2) m are occupied."""
+    places = shapely.points(occupied)
+    return float(
+        np.mean([(shapely.distance(each, places) < NEAR).sum() >= CELLS for each in boxes])
+    )
+
+
 @cache
 def _rays(steps: int) -> Rays:
     """The laser's beams with so many steps of pan."""
@@ -364,7 +374,7 @@ def run(drive_: Drive, chooser: Chooser, seed: int) -> Score:
     pan = target = travel = since = spent = 0.0
     choices = 0
     errors: dict[Kind, list[float]] = {Kind.HINGED: [], Kind.PLANAR: []}
-    entropies, robot_errors = [], []
+    entropies, robot_errors, found = [], [], []
     for k in range(int(truth.duration * HZ)):
         time, stamp = k / HZ, round(k / HZ * NANOSECONDS)
         turned = float(np.clip(target - pan, -SPEED / HZ, SPEED / HZ))
@@ -388,6 +398,7 @@ def run(drive_: Drive, chooser: Chooser, seed: int) -> Score:
         threats.note(time, occupied, ends)
         robot_errors.append(float(np.hypot(*(robot.mean - pose)[:2])))
         if k % HZ == 0:
+            found.append(_found(d.boxes, occupied))
             for name, belief in estimator.objects.items():
                 entropies.append(belief_entropy(belief))
                 errors[belief.item.kind].append(_error(belief, d.history[name].at(time)))
@@ -408,8 +419,6 @@ def run(drive_: Drive, chooser: Chooser, seed: int) -> Score:
             )
             spent += process_time() - began
             choices, since = choices + 1, time
-    places = shapely.points(occupied)
-    found = [int((shapely.distance(box, places) < NEAR).sum()) >= CELLS for box in d.boxes]
     means = [float(np.mean(each)) if each else math.nan for each in errors.values()]
     return Score(
         *means,

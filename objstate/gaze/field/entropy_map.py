@@ -18,6 +18,7 @@ from objstate.objects.covered import covered
 Plane = NDArray[np.float32]  # (rows, columns)
 
 WATCHED = 5.0  # bits of a cell on the way: whether somebody has stepped there
+STATES = 40  # of an object that are drawn; probabilities are within 1/40
 LANDMARK_STD = 0.1  # m, of the Gaussian that stands for a landmark
 
 
@@ -139,7 +140,7 @@ class EntropyMap:
         for name, belief in beliefs.items():
             if name in self._drawn and self._drawn[name][0] is belief:
                 continue
-            covers = covered(self.layout, belief)
+            covers = covered(self.layout, belief, most=STATES)
             unsure = Drawing(self.layout, covers.where, entropy(covers.values))
             self._drawn[name] = belief, covers, unsure
 
