@@ -21,6 +21,7 @@ from objstate.world.allowed import Task
 from objstate.world.blocking import Blockage, blocked
 from objstate.world.due import Due, due
 from objstate.world.fitting import fitted
+from objstate.world.floor import KeptFloor, Occupancy, occupied
 
 NAMES_SHOWN = 10  # so many names tell what the others are like
 UNUSED_RNG = np.random.default_rng(0)  # for doors, whose filters draw nothing
@@ -37,6 +38,7 @@ class World:
     objects: Mapping[str, MovableObject] = field(repr=False)
     settings: Settings = field(repr=False)
     histories: Mapping[str, tuple[ObjectBelief, ...]] = field(repr=False)  # in time order
+    floors: tuple[KeptFloor, ...] = field(default=(), repr=False)  # of drives, in time order
 
     @staticmethod
     def of(
@@ -71,7 +73,8 @@ class World:
     @lazy
     def latest_ns(self) -> int | None:
         """When anything was last learnt; None where nothing ever was."""
-        return max((stamps[-1] for stamps in self._stamps.values()), default=None)
+        learnt = [stamps[-1] for stamps in self._stamps.values()]
+        return max(learnt + [each.stamp_ns for each in self.floors], default=None)
 
     def at(self, stamp_ns: int | None = None) -> Snapshot:
         """What is believed at a moment, by default the latest at which anything was learnt.
@@ -93,6 +96,12 @@ class World:
     ) -> Blockage:
         """``Snapshot.blocked`` at a moment, by default the latest at which anything was learnt."""
         return self.at(stamp_ns).blocked(path, robot_radius)
+
+    def occupied(
+        self, area: ArrayLike, robot_radius: float | None = None, stamp_ns: int | None = None
+    ) -> Occupancy:
+        """``Snapshot.occupied`` at a moment, by default the latest at which anything was learnt."""
+        return self.at(stamp_ns).occupied(area, robot_radius)
 
     def due(self, task: Task, horizon_s: float, stamp_ns: int | None = None) -> tuple[Due, ...]:
         """What a task wants verified within so many seconds if nobody looks, the soonest first.
@@ -182,3 +191,12 @@ class Snapshot:
         Raises WorldError for a path or a radius that is none.
         """
         return blocked(self.beliefs, path, robot_radius)
+
+    def occupied(self, area: ArrayLike, robot_radius: float | None = None) -> Occupancy:
+        """How probably something stands in an area, known to the building or not.
+
+        An area is a polygon (n, 2) m or, with a ``robot_radius``, a path of a round robot. What drives with
+        ``--grid`` saw ages: ``known`` is the share of the area of which anything still is. Walls don't
+        count. Raises WorldError for an area that is none.
+        """
+        return occupied(self.beliefs, self.world.floors, area, robot_radius, self.stamp_ns)
