@@ -14,10 +14,10 @@ from objstate.recording.batches import (
     BatchLog,
     Outcome,
     read_logs,
-    read_outcome,
     read_summary_table,
     result_of,
 )
+from objstate.recording.index import read_outcomes
 from objstate.recording.summary import read_summary
 from objstate.recording.tables import read_states, read_truth
 from objstate.recording.tum import TRAJECTORY, read_tum
@@ -62,7 +62,8 @@ def read_batch(
     """
     folder, doubts = Path(folder), list[str]()
     logs = read_logs(folder)
-    outcomes = [read_outcome(folder, log.name) for log in logs]
+    known = read_outcomes(folder, logs)
+    outcomes = [known[log.name] for log in logs]
     finished = [
         log for log, outcome in zip(logs, outcomes, strict=True) if outcome.status == "done"
     ]

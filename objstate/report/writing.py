@@ -7,7 +7,8 @@ from pathlib import Path
 
 from objstate.errors import ResultError
 from objstate.outputs import write_text
-from objstate.recording.batches import is_batch, read_logs, read_outcome, result_of
+from objstate.recording.batches import is_batch, read_logs, result_of
+from objstate.recording.index import read_outcomes
 from objstate.report.batch_material import BatchMaterial, read_batch
 from objstate.report.batch_page import batch_page
 from objstate.report.material import read_material
@@ -75,8 +76,10 @@ def _write_each(
     robot_radius: float | None,
     filtered: bool,
 ) -> None:
-    for log in read_logs(folder):
-        if read_outcome(folder, log.name).status == "done":
+    logs = read_logs(folder)
+    outcomes = read_outcomes(folder, logs)
+    for log in logs:
+        if outcomes[log.name].status == "done":
             result = result_of(folder, log.name)
             write_report(
                 result,
