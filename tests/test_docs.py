@@ -197,3 +197,19 @@ def test_what_stands_about_is_listed() -> None:
 def test_links_lead_somewhere(page: Path) -> None:
     links = re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8"))
     assert [link for link in links if not (page.parent / link).exists()] == []
+
+
+@pytest.mark.parametrize("page", sorted((ROOT / "docs").glob("*.md")), ids=lambda page: page.name)
+def test_code_that_is_named_exists(page: Path) -> None:
+    named = re.findall(r"`(\w+/[\w/]+\.py)(?:: (\w+))?[\w.]*`", page.read_text(encoding="utf-8"))
+    files = [
+        (next((f for f in (ROOT / "objstate" / p, ROOT / p) if f.is_file()), None), p, name)
+        for p, name in named
+    ]
+    assert [path for file, path, _ in files if file is None] == []
+    missing = [
+        (path, name)
+        for file, path, name in files
+        if file is not None and name and not re.search(rf"\b{name}\b", file.read_text())
+    ]
+    assert missing == []
