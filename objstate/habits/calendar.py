@@ -19,9 +19,9 @@ from objstate.geometry import IntArray
 CELL_S = 900
 PER_DAY = 86400 // CELL_S  # cells of a day on which no clock is changed
 NANOSECONDS = 10**9
-HOLIDAY = 7  # kinds of days: those of the week from 0, Monday, and holidays
-FREE = (5, 6, HOLIDAY)  # kinds on which nobody is expected to work
-KINDS = 8
+WEEKEND = (5, 6)  # of the days of the week from 0, Monday
+WORKING, FREE = 0, 1  # kinds of days: on free ones, weekends and holidays, few are expected
+KINDS = 2
 
 
 @dataclass(frozen=True)
@@ -32,8 +32,8 @@ class Calendar:
     holidays: frozenset[date] = field(default=frozenset())
 
     def kind(self, day: date) -> int:
-        """Of a date: 0 for Monday to 6 for Sunday, or HOLIDAY."""
-        return HOLIDAY if day in self.holidays else day.weekday()
+        """WORKING or FREE."""
+        return FREE if day.weekday() in WEEKEND or day in self.holidays else WORKING
 
     def keys(self, first: int, last: int) -> IntArray:
         """(last - first,) the key of each cell, ``kind * PER_DAY + quarter``.

@@ -23,13 +23,16 @@ from objstate.lazy import lazy
 # region, and in others; then log odds of the third region and further ones against the second.
 SETTLED, AWAY, BRIEF, BRIEF_FIRST, BRIEF_OTHER, LOCAL = range(6)
 CONSTANTS = {  # of these: prior mean and deviation
-    BRIEF: (np.log(20.0), 0.4),
-    BRIEF_FIRST: (0.0, 1.0),
-    BRIEF_OTHER: (0.0, 1.0),
+    BRIEF: (np.log(60.0), 1.0),
+    BRIEF_FIRST: (0.0, 1.5),
+    BRIEF_OTHER: (0.0, 1.5),
 }
 MEANS = {SETTLED: np.log(0.7), AWAY: -0.7}
 SLOW_H, QUICK_H = 4.0, 0.5  # over which functions of the time of day stay similar
 LEAST_STD = 0.03  # of a single value
+# Of what is added while a building is empty, at night and on free days: prior mean and deviation.
+EMPTY = {SETTLED: (-1.5, 1.5), AWAY: (-7.0, 5.0)}
+WAKES, FILLED, LEAVES, EMPTIED = 7.0, 8.0, 18.0, 19.0  # h, between which it fills, and empties
 REGION_STD = 1.0  # of the log odds among the further regions
 
 
@@ -47,9 +50,9 @@ class Block(NamedTuple):
 DAYS = tuple(range(KINDS))
 BLOCKS = (
     Block(SETTLED, DAYS, 48, 1.5, 1.5, 0.7),
-    Block(SETTLED, FREE, 12, 1.5, 1.0, 0.0),
-    Block(AWAY, DAYS, 96, 1.5, 3.0, 1.0),
-    Block(AWAY, FREE, 12, 3.0, 2.0, 0.0),
+    Block(SETTLED, (FREE,), 12, 0.7, 0.7, 0.0),
+    Block(AWAY, DAYS, 96, 1.5, 2.0, 1.0),
+    Block(AWAY, (FREE,), 12, 1.5, 1.0, 0.0),
 )
 FIRST = tuple(
     itertools.accumulate((block.knots for block in BLOCKS), initial=0)
@@ -75,7 +78,12 @@ class Design:
     @lazy
     def parameters(self) -> int:
         """Length of ``theta``."""
-        return FIRST[-1] + self.locals - 2
+        return self._constants + self.locals - 2
+
+    @property
+    def _constants(self) -> int:
+        """Where the constants begin."""
+        return FIRST[-1] + len(EMPTY)
 
     @lazy
     def active(self) -> tuple[IntArray, IntArray, FloatArray]:
@@ -83,7 +91,9 @@ class Design:
         keys: list[list[tuple[int, int, float]]] = []
         for kind in range(KINDS):
             for cell in range(PER_DAY):
-                rows = [(FIRST[-1] + k, AWAY + 1 + k, 1.0) for k in range(self.locals - 2)]
+                rows = [(self._constants + k, AWAY + 1 + k, 1.0) for k in range(self.locals - 2)]
+                empty = _empty(kind, 24.0 * (cell + 0.5) / PER_DAY)
+                rows += [(FIRST[-1] + k, local, empty) for k, local in enumerate(EMPTY)]
                 for first, block in zip(FIRST, BLOCKS, strict=False):
                     if kind in block.kinds:
                         at = (cell + 0.5) * block.knots / PER_DAY - 0.5
@@ -110,7 +120,8 @@ class Design:
         for first, block in zip(FIRST, BLOCKS, strict=False):
             if block.kinds == DAYS:
                 out[first : first + block.knots] = MEANS[block.local]
-        out[FIRST[-1] : FIRST[-1] + 3] = [mean for mean, _ in CONSTANTS.values()]
+        means = [mean for mean, _ in (*EMPTY.values(), *CONSTANTS.values())]
+        out[FIRST[-1] : FIRST[-1] + len(means)] = means
         return out
 
     @lazy
@@ -120,10 +131,20 @@ class Design:
         for first, block in zip(FIRST, BLOCKS, strict=False):
             at = slice(first, first + block.knots)
             out[at, at] = _similarity(block)
-        stds = [std for _, std in CONSTANTS.values()] + [REGION_STD] * (self.regions - 2)
+        stds = [std for _, std in (*EMPTY.values(), *CONSTANTS.values())]
+        stds += [REGION_STD] * (self.regions - 2)
         for k, std in enumerate(stds, start=FIRST[-1]):
             out[k, k] = std**2
         return out
+
+
+def _empty(kind: int, hour: float) -> float:
+    """How empty a building is, 0 to 1."""
+    return (
+        1.0
+        if kind == FREE
+        else float(np.interp(hour, [WAKES, FILLED, LEAVES, EMPTIED], [1.0, 0.0, 0.0, 1.0]))
+    )
 
 
 def _similarity(block: Block) -> FloatArray:

@@ -16,6 +16,7 @@ from objstate.lazy import lazy
 
 DRAWS = 16  # of the parameters
 FORGOTTEN_CELLS = 28 * PER_DAY  # after which the state is taken to depend on the hour alone
+LEAST = 1e-12  # probability
 MOST_KEPT = 10_000  # marginals of cells that are remembered
 
 
@@ -67,6 +68,29 @@ class Forecast:
         total = out.sum(axis=-1, keepdims=True)
         return np.asarray(np.where(total > 0.0, out / np.where(total > 0.0, total, 1.0), state))
 
+    def with_shares(self, state: FloatArray, shares: FloatArray) -> FloatArray:
+        """(d, s) with probabilities (r,) of the regions, settled or brief in each as in ``state``."""
+        known = state[:, 0::2] + state[:, 1::2]
+        settled = state[:, 0::2] / np.maximum(known, LEAST)
+        out = np.stack([shares * settled, shares * (1.0 - settled)], axis=-1)
+        return np.asarray(out.reshape(state.shape))
+
+    def kept(self, begin_ns: int, end_ns: int) -> FloatArray:
+        """(d, s) probability that a door doesn't leave its region from one moment to another."""
+        first, last = begin_ns // CELL_NS, end_ns // CELL_NS
+        keys = self.calendar.keys(first, last + 1)
+        ends = np.arange(first, last + 2) * CELL_NS
+        seconds = np.diff(np.clip(ends, begin_ns, end_ns)) / NANOSECONDS
+        of_key = np.bincount(keys, weights=seconds, minlength=self.process.leaves.shape[1])
+        return np.asarray(np.exp(-np.einsum("dks,k->ds", self.leaving, of_key)))
+
+    @lazy
+    def leaving(self) -> FloatArray:
+        """(d, k, s) 1/s, rates out of a state's region."""
+        region = np.arange(self.design.states) // 2
+        apart = (region[:, None] != region).astype(float)
+        return np.asarray(self.process.leaves * (self.process.arrives @ apart))
+
     def later(self, state: FloatArray, begin_ns: int, end_ns: int) -> FloatArray:
         """(d, s) at ``end_ns``, of a state (d, s) at ``begin_ns``."""
         first, last = begin_ns // CELL_NS, end_ns // CELL_NS
@@ -80,6 +104,10 @@ class Forecast:
     def regions(self, state: FloatArray) -> FloatArray:
         """(r,) probabilities of the regions, averaged over the draws."""
         return np.asarray((state[:, 0::2] + state[:, 1::2]).mean(axis=0))
+
+    def over_cell(self, key: int) -> FloatArray:
+        """(d, s, s) transition probabilities over a whole cell."""
+        return np.asarray(self._cells[:, key])
 
     def _within(self, state: FloatArray, cell: int, seconds: float) -> FloatArray:
         if seconds <= 0.0:

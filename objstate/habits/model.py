@@ -56,18 +56,35 @@ class Evidence:
     state: FloatArray = field(repr=False)  # (s,) after the last look
 
 
+@dataclass(frozen=True, eq=False)
+class Known:
+    """The state at a moment, from which on looks are taken in."""
+
+    stamp_ns: int
+    state: FloatArray  # (s,)
+
+
 def prior(design: Design) -> Gaussian:
     """What is assumed of a door that nobody has looked at."""
     return Gaussian(design.mean, design.covariance)
 
 
-def evidence(design: Design, calendar: Calendar, looks: RegionLooks, theta: FloatArray) -> Evidence:
-    """Log-likelihood of looks, at least one, with its derivatives at ``theta``."""
+def evidence(
+    design: Design,
+    calendar: Calendar,
+    looks: RegionLooks,
+    theta: FloatArray,
+    after: Known | None = None,
+) -> Evidence:
+    """Log-likelihood of looks, at least one, with its derivatives at ``theta``.
+
+    The door is known at a moment before them, or else whatever it is at such a time.
+    """
     u = design.matrix @ theta
     of = chain(u)
-    begin = int(looks.stamps_ns[0]) - BURN_IN_NS
+    begin = int(looks.stamps_ns[0]) - BURN_IN_NS if after is None else after.stamp_ns
     cut = steps(calendar, begin, looks.stamps_ns)
-    state = of.settled[cut.keys[0]].copy()
+    state = of.settled[cut.keys[0]].copy() if after is None else after.state.copy()
     slope = np.zeros((design.parameters, design.states))
     score = np.zeros(design.parameters)
     information = np.zeros((design.parameters, design.parameters))

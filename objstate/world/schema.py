@@ -58,13 +58,28 @@ BELIEFS = Table(
     Column("last_observed_ns", BigInteger),
     Column("belief", LargeBinary, nullable=False),  # codec.pack_belief
 )
+# What is known of each door's habits (habit_rows); it follows from the beliefs.
+HABITS = Table(
+    "habit",
+    METADATA,
+    Column("object", ForeignKey("world_object.name"), primary_key=True),
+    Column("calendar", Text, nullable=False),  # by which they were learnt, JSON
+    Column("site", LargeBinary, nullable=False),  # habit_rows.pack_site
+)
 
 
 def _first(connection: Connection) -> None:
     METADATA.create_all(connection, [WORLD, OBJECTS, DRIVES, BELIEFS])
 
 
-MIGRATIONS: tuple[Callable[[Connection], None], ...] = (_first,)  # in order; only ever appended
+def _habits(connection: Connection) -> None:
+    METADATA.create_all(connection, [HABITS])
+
+
+MIGRATIONS: tuple[Callable[[Connection], None], ...] = (
+    _first,
+    _habits,
+)  # in order; only ever appended
 
 
 def form_of(connection: Connection, location: Location) -> int:

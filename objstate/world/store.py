@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib.metadata import version
 from itertools import islice
 from pathlib import Path
@@ -17,11 +17,14 @@ from objstate.building.model import Building, MovableObject
 from objstate.config import Settings, parse_strict
 from objstate.errors import SettingsError, WorldError
 from objstate.objects import ObjectBelief
+from objstate.objects.doors import LatticeFilter
 from objstate.world.codec import pack_belief, pack_object, unpack_belief, unpack_object
 from objstate.world.database import WAIT_S, Database
+from objstate.world.habit_rows import learn, read_habits, refit
+from objstate.world.habitual import has_habits
 from objstate.world.location import parse_location
 from objstate.world.schema import BELIEFS, DRIVES, MIGRATIONS, OBJECTS, WORLD, form_of, migrate
-from objstate.world.world import World
+from objstate.world.world import World, filters_of
 
 ROWS_AT_ONCE = 100  # beliefs sent to the database in one go
 
@@ -87,11 +90,12 @@ class WorldStore:
             items = objects or dict(_objects(connection))
             chosen = settings or _latest_settings(connection, self.location)
             rows = connection.execute(_beliefs(since_ns, until_ns, without)).all()
+            habits = read_habits(connection, chosen, filters_of(items, chosen))
         beliefs = (
             unpack_belief(packed, items[name], stamp_ns, last_observed_ns)
             for name, stamp_ns, last_observed_ns, packed in rows
         )
-        return World.of(items, chosen, beliefs)
+        return replace(World.of(items, chosen, beliefs), habits=habits)
 
     def drives(self) -> list[DriveEntry]:
         """The drives that it has learnt from, in time order. Raises WorldError."""
@@ -118,10 +122,30 @@ class WorldStore:
                 version=version("objstate"),
             )
             identity = connection.execute(new.returning(DRIVES.c.id)).scalar_one()
-            rows = (_row(belief, identity) for belief in beliefs)
+            taught = list(beliefs)
+            rows = (_row(belief, identity) for belief in taught)
             while some := list(islice(rows, ROWS_AT_ONCE)):
                 connection.execute(insert(BELIEFS), some)
+            filters = filters_of(dict(_objects(connection)), drive.settings)
+            due = learn(connection, drive.settings, filters, taught)
+        self.fit_habits(drive.settings, due)
         return True
+
+    def fit_habits(
+        self, settings: Settings | None = None, names: Iterable[str] | None = None
+    ) -> None:
+        """Fit the habits of some doors, by default all, to everything that was seen of them.
+
+        ``add`` takes each drive in by itself, and does this for a door when it knows twice as many looks
+        as the last time; some seconds each. Raises WorldError.
+        """
+        world = self.load(settings)
+        chosen = list(world.objects) if names is None else list(names)
+        for name in chosen:
+            filter_, history = world.filter_of(name), world.history(name)
+            if history and isinstance(filter_, LatticeFilter) and has_habits(filter_):
+                with self._database.writing() as connection:
+                    refit(connection, world.settings, filter_, history)
 
     def adopt(self, before: Building, grown: Building, belief: ObjectBelief) -> None:
         """Take a new object in: the world of ``before`` becomes one of ``grown``, whole or not at all.
