@@ -52,6 +52,10 @@ class Calendar:
         """The key of one cell."""
         return int(_keys_of_day(self, cell // PER_DAY)[cell % PER_DAY])
 
+    def key_at(self, stamp_ns: int) -> int:
+        """The key of the cell of a moment."""
+        return self.key(stamp_ns // (CELL_S * NANOSECONDS))
+
     def local(self, stamp_ns: int) -> datetime:
         """A moment by the clock."""
         return datetime.fromtimestamp(stamp_ns / NANOSECONDS, self.zone)

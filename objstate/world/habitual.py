@@ -88,7 +88,7 @@ def carried(
     site, forecast = habits.sites[name], habits.forecast(name)
     region = region_of(filter_.distances, site.bounds)
     shares = _shares(belief.weights.values, region, site.bounds)
-    state = forecast.with_shares(forecast.marginal(begin_ns), shares)
+    state = state_of(habits, filter_, belief, begin_ns)
     stays = state * forecast.kept(begin_ns, end_ns)
     stays = (stays[:, 0::2] + stays[:, 1::2]).mean(axis=0)
     later = forecast.regions(forecast.later(state, begin_ns, end_ns))
@@ -99,6 +99,16 @@ def carried(
     rest = places * (came / np.maximum(within, LEAST))[region]
     seconds = (end_ns - begin_ns) / NANOSECONDS
     return filter_.carried(belief, kept[region], rest / rest.sum(), seconds)
+
+
+def state_of(
+    habits: Habits, filter_: LatticeFilter, belief: ObjectBelief, stamp_ns: int
+) -> FloatArray:
+    """(d, s) the state of a door's habits where this is believed of it."""
+    site, forecast = habits.sites[filter_.item.name], habits.forecast(filter_.item.name)
+    region = region_of(filter_.distances, site.bounds)
+    shares = _shares(belief.weights.values, region, site.bounds)
+    return forecast.with_shares(forecast.marginal(stamp_ns), shares)
 
 
 def _places(filter_: LatticeFilter, site: Site) -> FloatArray:
