@@ -17,9 +17,12 @@ from objstate.building.model import Building, MovableObject
 from objstate.config import Settings, parse_strict
 from objstate.errors import SettingsError, WorldError
 from objstate.objects import ObjectBelief
+from objstate.objects.doors import LatticeFilter
 from objstate.world.codec import pack_belief, pack_object, unpack_belief, unpack_object
 from objstate.world.database import WAIT_S, Database
 from objstate.world.floor import FloorMemory, KeptFloor
+from objstate.world.habit_rows import learn, read_habits, refit
+from objstate.world.habitual import has_habits
 from objstate.world.location import parse_location
 from objstate.world.schema import (
     BELIEFS,
@@ -31,7 +34,7 @@ from objstate.world.schema import (
     form_of,
     migrate,
 )
-from objstate.world.world import World
+from objstate.world.world import World, filters_of
 
 ROWS_AT_ONCE = 100  # beliefs sent to the database in one go
 
@@ -98,12 +101,13 @@ class WorldStore:
             chosen = settings or _latest_settings(connection, self.location)
             rows = connection.execute(_beliefs(since_ns, until_ns, without)).all()
             left = connection.execute(_floors(since_ns, until_ns, without)).all()
+            habits = read_habits(connection, chosen, filters_of(items, chosen))
         beliefs = (
             unpack_belief(packed, items[name], stamp_ns, last_observed_ns)
             for name, stamp_ns, last_observed_ns, packed in rows
         )
         floors = tuple(KeptFloor(*row) for row in left)
-        return replace(World.of(items, chosen, beliefs), floors=floors)
+        return replace(World.of(items, chosen, beliefs), floors=floors, habits=habits)
 
     def drives(self) -> list[DriveEntry]:
         """The drives that it has learnt from, in time order. Raises WorldError."""
@@ -134,7 +138,8 @@ class WorldStore:
                 version=version("objstate"),
             )
             identity = connection.execute(new.returning(DRIVES.c.id)).scalar_one()
-            rows = (_row(belief, identity) for belief in beliefs)
+            taught = list(beliefs)
+            rows = (_row(belief, identity) for belief in taught)
             while some := list(islice(rows, ROWS_AT_ONCE)):
                 connection.execute(insert(BELIEFS), some)
             if floor is not None:
@@ -142,7 +147,26 @@ class WorldStore:
                 row = {"drive": identity, "floor": kept.packed}
                 row |= {"stamp_ns": kept.stamp_ns, "forgotten_ns": kept.forgotten_ns}
                 connection.execute(insert(FLOORS), [row])
+            filters = filters_of(dict(_objects(connection)), drive.settings)
+            due = learn(connection, drive.settings, filters, taught)
+        self.fit_habits(drive.settings, due)
         return True
+
+    def fit_habits(
+        self, settings: Settings | None = None, names: Iterable[str] | None = None
+    ) -> None:
+        """Fit the habits of some doors, by default all, to everything that was seen of them.
+
+        ``add`` takes each drive in by itself, and does this for a door when it knows twice as many looks
+        as the last time; some seconds each. Raises WorldError.
+        """
+        world = self.load(settings)
+        chosen = list(world.objects) if names is None else list(names)
+        for name in chosen:
+            filter_, history = world.filter_of(name), world.history(name)
+            if history and isinstance(filter_, LatticeFilter) and has_habits(filter_):
+                with self._database.writing() as connection:
+                    refit(connection, world.settings, filter_, history)
 
     def adopt(self, before: Building, grown: Building, belief: ObjectBelief) -> None:
         """Take a new object in: the world of ``before`` becomes one of ``grown``, whole or not at all.
