@@ -16,6 +16,7 @@ from objstate.service.parts import Parts
 from objstate.service.tokens import Role
 
 FIRST = "first"  # the name of the token that is made at the first start
+WAITING = 2048  # connections that may wait to be accepted
 PATIENCE_S = 3  # for listeners to leave at the end
 
 
@@ -50,6 +51,7 @@ def _listening(options: ServiceOptions) -> socket.socket:
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         listening.bind((options.host, options.port))
+        listening.listen(WAITING)
     except (OSError, OverflowError) as error:
         listening.close()
         where = f"{options.host}, port {options.port}"
