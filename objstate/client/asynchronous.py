@@ -25,7 +25,7 @@ from objstate.client.answers import (
 )
 from objstate.client.questions import Answered, Moment, Question
 from objstate.client.streams import Assembly
-from objstate.errors import OutageError
+from objstate.errors import OutageError, ServiceError
 
 POLLED_EVERY_S = 0.5  # a drive that is waited for
 
@@ -155,18 +155,21 @@ class AsyncClient:
 
     async def stream(self, after: str | None = None) -> AsyncIterator[Event]:
         """What happens, from now on or after an event; a broken stream is resumed without a gap."""
+        assembly = Assembly(after)
         while True:
             try:
-                async for event in self._streamed(after):
-                    after = event.id
+                async for event in self._streamed(assembly):
                     yield event
             except httpx.TransportError:
                 pass
+            except ServiceError as error:
+                if error.status not in transport.PASSING:
+                    raise
             await asyncio.sleep(transport.PAUSE_S)
 
-    async def _streamed(self, after: str | None) -> AsyncIterator[Event]:
-        headers = {} if after is None else {transport.RESUME: after}
-        assembly = Assembly()
+    async def _streamed(self, assembly: Assembly) -> AsyncIterator[Event]:
+        assembly.begin()
+        headers = {} if assembly.last is None else {transport.RESUME: assembly.last}
         async with self._http.stream(
             "GET", "/v1/stream", headers=headers, timeout=transport.SILENCE_S
         ) as response:

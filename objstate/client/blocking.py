@@ -23,7 +23,7 @@ from objstate.client.answers import (
 )
 from objstate.client.questions import Answered, Moment, Question
 from objstate.client.streams import Assembly
-from objstate.errors import OutageError
+from objstate.errors import OutageError, ServiceError
 
 POLLED_EVERY_S = 0.5  # a drive that is waited for
 
@@ -151,18 +151,20 @@ class Client:
 
     def stream(self, after: str | None = None) -> Iterator[Event]:
         """What happens, from now on or after an event; a broken stream is resumed without a gap."""
+        assembly = Assembly(after)
         while True:
             try:
-                for event in self._streamed(after):
-                    after = event.id
-                    yield event
+                yield from self._streamed(assembly)
             except httpx.TransportError:
                 pass
+            except ServiceError as error:
+                if error.status not in transport.PASSING:
+                    raise
             time.sleep(transport.PAUSE_S)
 
-    def _streamed(self, after: str | None) -> Iterator[Event]:
-        headers = {} if after is None else {transport.RESUME: after}
-        assembly = Assembly()
+    def _streamed(self, assembly: Assembly) -> Iterator[Event]:
+        assembly.begin()
+        headers = {} if assembly.last is None else {transport.RESUME: assembly.last}
         with self._http.stream(
             "GET", "/v1/stream", headers=headers, timeout=transport.SILENCE_S
         ) as response:

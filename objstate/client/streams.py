@@ -8,11 +8,16 @@ from objstate.client.answers import Event
 
 
 class Assembly:
-    """Puts events together from the lines of a stream."""
+    """Puts events together from the lines of a stream, over several connections."""
 
-    def __init__(self) -> None:
+    def __init__(self, last: str | None = None) -> None:
+        self.last = last  # identity to resume after; also of a block that holds no event
+        self.begin()
+
+    def begin(self) -> None:
+        """A new connection: what an earlier one left unfinished will be sent again."""
+        self._identity = self.last
         self._kind, self._data = "message", list[str]()
-        self._id = ""
 
     def feed(self, line: str) -> Event | None:
         """The event that a line ends; None where it ends none."""
@@ -25,10 +30,11 @@ class Assembly:
         elif name == "event":
             self._kind = value
         elif name == "id":
-            self._id = value
+            self._identity = value
         return None
 
     def _ended(self) -> Event | None:
-        kind, data = self._kind, self._data
-        self._kind, self._data = "message", []
-        return Event(id=self._id, kind=kind, data=json.loads("\n".join(data))) if data else None
+        self.last = self._identity
+        kind, text = self._kind, "\n".join(self._data)
+        self.begin()
+        return Event(id=self.last or "", kind=kind, data=json.loads(text)) if text else None

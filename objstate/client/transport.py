@@ -19,6 +19,7 @@ TIMEOUT_S = 30.0  # for an answer
 SILENCE_S = 60.0  # after which a stream counts as broken; a service says something every 15 s
 PAUSE_S = 1.0  # before a broken stream, or a service that is gone, is tried again
 CHUNK = 2**20  # bytes of a log that are sent at once
+PASSING = (429, 503)  # statuses after which a stream is asked for again
 DIGEST = "X-SHA256"  # header: of the log
 RESUME = "Last-Event-ID"
 
