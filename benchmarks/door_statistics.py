@@ -31,13 +31,13 @@ def simulated(seed: int) -> dict[str, float]:
         visits = np.sort(rng.uniform(0, DAYS * DAY, VISITS))
         times = np.sort((visits[:, None] + np.arange(LOOKS) * 2.0).ravel())
         looks = Looks((times * 1e9).astype(np.int64), states(share, rate, times, rng))
-        door = memory(looks, rng)
+        door = memory(looks.summed(), rng)
         for name, interval, true in (
             ("share", door.share_open, share),
             ("open spell", door.open_spell, 1 / (rate * (1 - share))),
             ("closed spell", door.closed_spell, 1 / (rate * share)),
             ("moves a day", door.moves_per_day, 2 * DAY * rate * share * (1 - share)),
-            ("share of an hour", share_open(0, looks, door).share, share),
+            ("share of an hour", share_open(0, looks.summed(), door).share, share),
         ):
             held.setdefault(name, []).append(holds(interval, true))
     return {name: float(np.mean(each)) for name, each in held.items()}
@@ -64,10 +64,10 @@ def recorded(per_day: int) -> dict[str, float]:
         rng = np.random.default_rng(seed)
         picked = np.sort(rng.choice(len(stamps), int(per_day * days), replace=False))
         looks = Looks(stamps[picked] * 10**9, open_[picked])
-        door = memory(looks, np.random.default_rng(0))
+        door = memory(looks.summed(), np.random.default_rng(0))
         held["share"].append(holds(door.share_open, share))
         held["moves a day"].append(holds(door.moves_per_day, moves))
-        for cell in shares_by(looks, door, lambda time: time.hour, UTC):
+        for cell in shares_by(looks.summed(), door, lambda time: time.hour, UTC):
             true = float(open_[(stamps // 3600) % 24 == cell.key].mean())
             held["share of an hour"].append(holds(cell.share, true))
     return {name: float(np.mean(each)) for name, each in held.items()}

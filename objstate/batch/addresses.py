@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import stat
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -92,10 +93,11 @@ def size_of(address: str) -> int:
         with _told(f"Can't reach {address}"):
             info = files.info(place)  # raises where ``du`` would say that there is nothing
             return int(files.du(place) if info["type"] == "directory" else info["size"])
-    path = Path(address)
-    parts = path.iterdir() if path.is_dir() else [path]
     try:
-        return sum(part.stat().st_size for part in parts if part.is_file())
+        state = os.stat(address)
+        if not stat.S_ISDIR(state.st_mode):
+            return state.st_size
+        return sum(part.stat().st_size for part in Path(address).iterdir() if part.is_file())
     except OSError as error:
         raise LogError(f"Can't read {address}: {error.strerror}.") from error
 
@@ -122,9 +124,16 @@ def _logs_in(path: Path, above: frozenset[str] = frozenset()) -> list[str]:
     here = os.path.realpath(path)
     if here in above:
         return []
-    inner = [each for each in sorted(path.iterdir()) if not each.name.startswith(".")]
-    logs = [each for each in inner if each.is_dir() or is_log(each)]
-    return [log for each in logs for log in _logs_in(each, above | {here})]
+    home = absolute(str(path))
+    with os.scandir(path) as listed:
+        inner = sorted((e for e in listed if not e.name.startswith(".")), key=lambda e: e.name)
+    found: list[str] = []
+    for each in inner:
+        if not each.is_symlink() and each.is_file() and SURE.search(each.name):
+            found.append(os.path.join(home, each.name))
+        elif Path(each.path).is_dir() or is_log(Path(each.path)):
+            found += _logs_in(Path(each.path), above | {here})
+    return found
 
 
 def _remote_logs(source: str) -> list[str]:

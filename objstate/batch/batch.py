@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import fcntl
+import shutil
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
@@ -22,12 +23,11 @@ from objstate.recording.batches import (
     LOGS,
     OUTCOMES,
     Outcome,
-    forget,
     is_batch,
     read_logs,
     write_logs,
-    write_outcome,
 )
+from objstate.recording.index import open_index, settled
 
 LOCK = ".lock"  # held while a batch runs
 
@@ -39,6 +39,7 @@ class BatchResult:
     folder: Path
     outcomes: tuple[Outcome, ...]  # of every log that was begun, by name
     ran: tuple[str, ...]  # the logs that this start ran to their end
+    has_changed: bool  # the combined tables aren't those of the start before
 
     @property
     def failed(self) -> list[Outcome]:
@@ -64,12 +65,16 @@ def run_batch(
     """
     options = options or BatchOptions()
     folder = Path(out)
-    with _opened(folder):
-        known = read_logs(folder) if is_batch(folder) else []
-        wanted = named(requested, known)
-        leftover = plan(wanted, folder, options)
-        write_logs(folder, {log.log: log for log in (*known, *(w.log for w in wanted))}.values())
-        forget(folder, [job.name for job in leftover.jobs])
+    with _opened(folder), open_index(folder) as index:
+        known = {log.log: log for log in read_logs(folder)} if is_batch(folder) else {}
+        wanted = named(requested, known.values())
+        logs = known | {each.log.log: each.log for each in wanted}
+        entries = settled(index, folder, logs.values())
+        leftover = plan(wanted, folder, entries, options)
+        if logs != known:
+            write_logs(folder, logs.values())
+        _drop_old_notes(folder)
+        index.forget([job.name for job in leftover.jobs])
         if on_start is not None:
             on_start(leftover)
         ran: list[str] = []
@@ -77,22 +82,28 @@ def run_batch(
             with closing(_events(leftover, options)) as events:
                 for event in events:
                     if isinstance(event, Ended):
-                        write_outcome(folder, event.outcome)
+                        index.note([event.outcome])
                         ran.append(event.outcome.name)
                     if on_event is not None:
                         on_event(event)
         except OutageError as error:
             _sweep(folder)
             with suppress(OutageError):  # the same again, most likely
-                combine(folder)
+                combine(folder, logs.values())
             count = len(leftover.jobs) - len(ran)
             raise type(error)(f"{error} The batch has stopped; {_told(count)}") from error
         except BaseException:
             _sweep(folder)
-            combine(folder)
+            combine(folder, logs.values())
             raise
         _sweep(folder)
-        return BatchResult(folder, combine(folder), tuple(ran))
+        combined = combine(folder, logs.values())
+        return BatchResult(folder, combined.outcomes, tuple(ran), combined.has_changed)
+
+
+def _drop_old_notes(folder: Path) -> None:
+    """The index has taken up what batches of earlier versions noted in a file for each log."""
+    shutil.rmtree(folder / OUTCOMES, ignore_errors=True)
 
 
 def _told(count: int) -> str:
@@ -140,5 +151,5 @@ def _is_bare(folder: Path) -> bool:
 
 def _sweep(folder: Path) -> None:
     """Remove what processes left half done when they were killed."""
-    for each in (folder, folder / LOGS, folder / OUTCOMES):
+    for each in (folder, folder / LOGS):
         sweep(each)

@@ -8,10 +8,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from objstate.batch.addresses import fetched, is_remote
+from objstate.batch.beside import write_parts
 from objstate.batch.delivery import pack, unpack
 from objstate.batch.process import Report
+from objstate.building.model import Building
+from objstate.recording.batches import BatchLog
 from objstate.recording.summary import read_summary, write_summary
-from objstate.run import BuildingInput, RunOptions, estimate_log
+from objstate.run import BuildingInput, RunOptions, RunResult, estimate_log
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,18 +34,36 @@ class Job:
     building: str  # of the context
     options: int  # of the context
     out: str
+    truth: str | None = None
+    path: str | None = None  # the robot's true path
 
 
 def run_job(context: Context, job: Job, report: Report) -> None:
     """Estimate one log. Raises what ``estimate_log`` raises, and LogError for a log out of reach."""
     building, options = context.buildings[job.building], context.options[job.options]
+    log = BatchLog(job.name, job.log, job.building, job.truth, job.path)
+
+    def estimate(read_from: Path, out: str | Path) -> None:
+        def finish(folder: Path, model: Building, result: RunResult) -> None:
+            write_parts(folder, log, read_from, model)
+
+        estimate_log(
+            [read_from],
+            building,
+            out,
+            options,
+            overwrite=True,
+            on_progress=report,
+            on_finish=finish,
+        )
+
     if not is_remote(job.log):
-        estimate_log([job.log], building, job.out, options, overwrite=True, on_progress=report)
+        estimate(Path(job.log), job.out)
         return
     with tempfile.TemporaryDirectory() as here:
-        log, made = fetched(job.log, Path(here)), Path(here) / "result"
-        estimate_log([log], building, made, options, on_progress=report)
-        _name_the_source(made, log, job.log)
+        read_from, made = fetched(job.log, Path(here)), Path(here) / "result"
+        estimate(read_from, made)
+        _name_the_source(made, read_from, job.log)
         unpack(pack(made), Path(job.out))
 
 

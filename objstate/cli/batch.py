@@ -32,7 +32,7 @@ Examples:
   objstate batch manifest.csv --out out/all --scheduler tcp://10.0.0.1:8786
 \b
 A manifest has a log per row, and these columns, of which only the first must be there:
-  log, name, building, truth, path, settings, initial_pose, global, seed
+  log, name, building, truth, path, settings, initial_pose, global, seed, robot
 \b
 DIR gets:
   logs/NAME/            each log's result, as estimate writes it
@@ -101,7 +101,7 @@ def batch(
     from objstate.batch.options import DEFAULT_TIME_LIMIT
     from objstate.config import load_settings
     from objstate.recording.batches import read_summary_table
-    from objstate.report import write_batch_report
+    from objstate.report import REPORT, write_batch_report
     from objstate.run import RunOptions
 
     options = RunOptions(
@@ -132,7 +132,8 @@ def batch(
             on_event,
         )
     summary = read_summary_table(out)
-    if any(outcome.status == "done" for outcome in result.outcomes):
+    has_report = not result.has_changed and (out / REPORT).is_file()
+    if not has_report and any(outcome.status == "done" for outcome in result.outcomes):
         write_batch_report(out)
     print_warnings(_warnings(summary), quiet)
     _print(result, summary)

@@ -14,7 +14,8 @@ from objstate.geometry import FloatArray
 from objstate.lazy import Later, altered
 from objstate.localization import Vantage
 from objstate.objects import ObjectBelief
-from objstate.objects.mixture import NEVER, DoorMixture, Doorway, Statics
+from objstate.objects.door_posterior import DoorPosterior
+from objstate.objects.mixture import NEVER, Doorway, Statics
 from objstate.objects.shape import shape_of
 from objstate.particles import Weights
 from objstate.sensing import Sensing
@@ -32,6 +33,7 @@ PARTS = 3  # of the deviations of bearings, under which doors are read off by tu
 WIDEST_M, WIDEST_DEG = 0.03, 3.0  # deviations of hinges and bearings that doors are filtered with
 GRID, LEAST = 15, 0.1  # deviations tried, from this share of the first guess on
 FACTOR = 1.0  # standard deviation of the logarithm of a deviation, before any scan
+USUAL = 2.0  # deviations of that logarithm, up to which a deviation is a usual one
 EDGE_SHARE = 0.1  # of the beams beside an edge, that the surface next to it stops
 LEAST_DENSITY = 1e-9  # 1/m, of a range that nothing explains
 
@@ -43,7 +45,7 @@ class Doors:
         self._building, self._settings, self._sensing = building, settings, sensing
         self._shapes: dict[tuple[str, float], kernels.Shape] = {}
         error = settings.building_error
-        self._hinge = Deviation(error.hinge_std_m, WIDEST_M, 1)
+        self._hinge = Deviation(error.hinge_std_m, WIDEST_M)
         self._bearing = Deviation(
             math.radians(error.bearing_std_deg), math.radians(WIDEST_DEG), PARTS
         )
@@ -57,9 +59,9 @@ class Doors:
         return Statics(self._hinge.variance, self._bearing.variance)
 
     @property
-    def _widest(self) -> Statics:
-        """By how much they may be off at most; doors are filtered with it, and read off with what is learnt."""
-        return Statics(self._hinge.variances[-1], self._bearing.variances[-1])
+    def _priors(self) -> list[Statics]:
+        """The priors that doors are filtered with; they are read off with what is learnt."""
+        return [Statics(self._hinge.variances[-1], bearing) for bearing in self._bearing.bounds]
 
     def observe(
         self, belief: ObjectBelief, exposure: Exposure, rng: np.random.Generator
@@ -74,21 +76,22 @@ class Doors:
         if len(beams) == 0:
             return None
         before = belief.joint
-        if not isinstance(before, DoorMixture):
-            before = DoorMixture.of(self._doorway(belief), belief, self._widest)
-        mixture = before.later(exposure.seconds_since(before.stamp_ns), *exposure.carried())
+        if not isinstance(before, DoorPosterior):
+            before = DoorPosterior.of(self._doorway(belief), belief, self._priors)
+        posterior = before.later(exposure.seconds_since(before.stamp_ns), *exposure.carried())
         noise = beam_noise(self._settings.beam_model, vantage, scan.range_max)
         shape = self._shape(before.door, exposure.sight.height)
-        mixture, reached = mixture.given(exposure.beams(beams), noise, shape)
-        mixture = mixture.at(scan.stamp_ns)
-        self._learn(exposure.name, mixture)
-        return Seen(self._read_off(mixture, belief), beams, reached > 0)
+        posterior, reached = posterior.given(exposure.beams(beams), noise, shape)
+        posterior = posterior.at(scan.stamp_ns)
+        self._learn(exposure.name, posterior)
+        return Seen(self._read_off(posterior, belief), beams, reached > 0)
 
     def elsewhere(self, belief: ObjectBelief) -> FloatArray | None:
         """(2,) m by which a door's hinge surely is off its place in the model; None where it isn't."""
-        if not isinstance(belief.joint, DoorMixture):
+        if not isinstance(belief.joint, DoorPosterior):
             return None
-        offset, covariance = belief.joint.hinge
+        likeliest = belief.joint.among(max(self.cases(belief.joint.door))[1].bearing)
+        offset, covariance = belief.joint.mixtures[likeliest].hinge
         offset = offset + belief.item.hinge - self._building.objects[belief.item.name].hinge
         away = float(np.hypot(*offset))
         if away < ELSEWHERE_M:
@@ -96,21 +99,24 @@ class Doors:
         std = math.sqrt(float(offset @ covariance @ offset)) / away
         return offset if away > ELSEWHERE_SIGMAS * std else None
 
-    def cases(self, mixture: DoorMixture) -> list[tuple[float, Statics]]:
+    def cases(self, door: Doorway) -> list[tuple[float, Statics]]:
         """Deviations that a door's hinge and bearing may be off by, with probabilities."""
-        name, cases = mixture.door.item.name, [(1.0, self.statics)]
-        for error, deviation in self._deviations(mixture.door).items():
-            cases = [
-                (share * probability, statics._replace(**{error: variance}))
-                for share, statics in cases
-                for probability, variance in deviation.cases(name)
-            ]
-        return cases
+        name, bearings = door.item.name, self._bearings(door)
+        return [
+            (share * probability, Statics(hinge, bearing))
+            for share, hinge in self._hinge.cases(name)
+            for probability, bearing in bearings
+        ]
 
-    def _read_off(self, mixture: DoorMixture, belief: ObjectBelief) -> ObjectBelief:
+    def _bearings(self, door: Doorway) -> list[tuple[float, float]]:
+        """Probabilities of variances that a door's bearing may have."""
+        return self._bearing.cases(door.item.name) if door.turn else [(1.0, 0.0)]
+
+    def _read_off(self, posterior: DoorPosterior, belief: ObjectBelief) -> ObjectBelief:
         """The posterior of a door's state, over how far off its hinge and bearing may be."""
-        shares, statics = zip(*self.cases(mixture), strict=True)
-        weights, swung = mixture.door.on_lattice(mixture.under(statics), belief)
+        door = posterior.door
+        shares, statics = zip(*self.cases(door), strict=True)
+        weights, swung = door.on_lattice(posterior.under(statics), belief)
         swung = np.array(shares) @ (weights * swung)
         weights = np.array(shares) @ weights
         swung = np.minimum(swung / np.maximum(weights, NEVER), 1.0)
@@ -118,18 +124,16 @@ class Doors:
             belief,
             weights=Weights(weights),
             swung=swung,
-            stamp_ns=mixture.stamp_ns,
-            joint=mixture,
+            stamp_ns=posterior.stamp_ns,
+            joint=posterior,
         )
 
-    def _deviations(self, door: Doorway) -> dict[str, Deviation]:
-        """What is learnt over all doors, and applies to this one."""
-        return {"hinge": self._hinge} | ({"bearing": self._bearing} if door.turn else {})
-
-    def _learn(self, name: str, mixture: DoorMixture) -> None:
+    def _learn(self, name: str, posterior: DoorPosterior) -> None:
         """Take in what a door tells of how far hinges and bearings are off."""
-        for error, deviation in self._deviations(mixture.door).items():
-            deviation.told(name, mixture.log_evidence(error, deviation.variances))
+        if posterior.door.turn:
+            self._bearing.told(name, posterior.of_bearing(self._bearing.variances))
+        bearings = self._bearings(posterior.door)
+        self._hinge.told(name, posterior.of_hinge(self._hinge.variances, bearings))
 
     def _doorway(self, belief: ObjectBelief) -> Doorway:
         chosen = self._settings.for_object(belief.item.name, "door")
@@ -149,18 +153,27 @@ class Deviation:
 
     Each door tells the likelihood of its readings, with its own error summed over. The prior is
     lognormal about a first guess. Some doors are outliers, whose errors are as wide as the widest
-    deviation. Doors are read off under the mean of each of so many ``parts`` of the grid.
+    deviation. Doors are read off under the mean of each of so many ``parts`` of the usual
+    deviations, and that of the others.
     """
 
-    def __init__(self, first: float, widest: float, parts: int) -> None:
+    def __init__(self, first: float, widest: float, parts: int = 1) -> None:
         deviations = np.geomspace(LEAST * first, max(widest, 2.0 * first), GRID)
         self.variances = deviations**2  # (k,)
-        self._parts = np.array_split(np.arange(GRID), parts)
+        usual = deviations <= first * math.exp(USUAL * FACTOR)
+        self._parts = np.array_split(np.flatnonzero(usual), parts)
+        if not usual.all():
+            self._parts.append(np.flatnonzero(~usual))
         log_prior = -0.5 * (np.log(deviations / first) / FACTOR) ** 2
         self._log_prior = np.asarray(log_prior)
         self._doors: dict[str, FloatArray] = {}  # (k,) log-likelihood by each
         self._outliers: dict[str, FloatArray] = {}  # (k,) probability that a door is one
         self._weights = _normalized(log_prior)
+
+    @property
+    def bounds(self) -> FloatArray:
+        """(1,) or (2,) the largest variance of usual deviations, and of all."""
+        return np.unique(self.variances[[part[-1] for part in self._parts[-2:]]])
 
     @property
     def variance(self) -> float:

@@ -65,10 +65,9 @@ def smoothed_door(history: DoorHistory, also_ns: Iterable[int] = ()) -> Smoothed
     moments = moments_of(history.steps, sorted(set(also_ns)))
     shape = len(moments), len(history.belief.states)
     weights, moved = np.zeros(shape), np.zeros(shape)
-    blank, chains = history.steps[0].blank, list[tuple[float, Chain]]()
-    door, mixtures = blank.door, [step.mixture(blank) for step in history.steps]
-    under = [mixture.under([statics for _, statics in history.cases]) for mixture in mixtures]
-    by_stamp = {mixture.stamp_ns: each for mixture, each in zip(mixtures, under, strict=True)}
+    door, blank = history.steps[0].door, history.steps[0].blank
+    priors, chains = [statics for _, statics in history.cases], list[tuple[float, Chain]]()
+    by_stamp = {step.stamp_ns: step.posterior(blank).under(priors) for step in history.steps}
     for case, (share, _) in enumerate(history.cases):
         filtered = _filtered(door, by_stamp, case, moments)
         chain = smoothed_chain(door, filtered.stamps_ns, filtered.resting, filtered.moving)
@@ -104,7 +103,7 @@ def moments_of(steps: Sequence[Step], also_ns: Sequence[int]) -> list[int]:
 
 
 def _filtered(
-    door: Doorway, by_stamp: Mapping[int | None, States], case: int, moments: Sequence[int]
+    door: Doorway, by_stamp: Mapping[int, States], case: int, moments: Sequence[int]
 ) -> _Filtered:
     """The filtered posterior at moments (n,) in one case, predicted where no step is."""
     shape = len(moments), len(door.states)
