@@ -22,11 +22,11 @@ from objstate.batch.combine import combine
 from objstate.evaluation import batch as evaluation
 from objstate.evaluation import evaluate_batch
 from objstate.packing import pack, unpack
-from objstate.recording.batches import BatchLog, result_of, write_logs
+from objstate.recording.batches import SUMMARY_TABLE, BatchLog, result_of, write_logs
 from objstate.recording.index import Entry, open_index
 from objstate.recording.parts import truth_state
 from objstate.recording.results import MARK
-from objstate.report import REPORT, write_batch_report
+from objstate.report import REPORT, batch_part, write_batch_report
 from objstate.statistics import OpenAbove, door_statistics, looks
 
 CORRIDOR = Path(__file__).parents[1] / "models" / "corridor" / "corridor.urdf"
@@ -39,6 +39,10 @@ def main(result: Path, log: Path, home: Path, count: int) -> None:
     if not batch.exists():
         make(result, log, drives, batch, count)
     given = ("--building", str(CORRIDOR), "--truth", str(drives))
+    (batch / SUMMARY_TABLE).unlink(
+        missing_ok=True
+    )  # as after a change: it is written, and the report
+    measure("batch", str(drives), *given, "--out", str(batch), "--quiet")
     measure("batch", str(drives), *given, "--out", str(batch), "--quiet")
     measure("evaluate", str(batch), "--quiet")
     measure("statistics", str(batch))
@@ -118,17 +122,24 @@ def as_if(entry: Entry, batch: Path, log: BatchLog) -> Entry:
 
 def shifted(kind: str, content: bytes, hours: int) -> bytes:
     """What was kept of a log, as if it had been driven so many hours later."""
+    words, arrays = unpack(content, kind)
+    later_ns = hours * 3600 * 10**9
+    if kind == REPORT_PART:
+        latest = [[row[0] + later_ns, *row[1:]] for row in words["latest"]]
+        words |= {"begin_ns": words["begin_ns"] + later_ns, "latest": latest}
+        return pack(words, arrays | {"stamps": arrays["stamps"] + later_ns})
     if kind != LOOKS:
         return content
-    words, arrays = unpack(content, kind)
-    later = {name: arrays[name] + hours * 3600 * 10**9 for name in ("first_ns", "last_ns")}
+    later = {name: arrays[name] + later_ns for name in ("first_ns", "last_ns")}
     return pack(words, arrays | later | {"minutes": arrays["minutes"] + 60 * hours})
 
 
 LOOKS = looks.kind_of(OpenAbove(), filtered=False)
+REPORT_PART = batch_part.kind_of(filtered=False)
 KINDS = {
     evaluation.kind_of(filtered=False): lambda result, log: evaluation.stamp_of(result, log, False),
     LOOKS: lambda result, log: looks.stamp_of(result, False),
+    REPORT_PART: lambda result, log: batch_part.part_of(result, log, False).stamp,
 }
 
 

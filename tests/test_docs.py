@@ -32,6 +32,7 @@ GROUPS = {
     "`object_updates`": config.ObjectUpdateSettings,
     "`building_error`": config.BuildingErrorSettings,
     "`grid`": config.GridSettings,
+    "`calendar`": config.CalendarSettings,
     "scene": scene.Scene,
     "scene: `route`": scene.Route,
     "scene: `odometry`": scene.OdometryNoise,

@@ -12,6 +12,7 @@ from objstate.evaluation import batch as evaluation
 from objstate.evaluation.sums import packed
 from objstate.recording.batches import BatchLog
 from objstate.recording.parts import write_beside
+from objstate.report import batch_part
 from objstate.statistics import looks
 from objstate.statistics.looks import OpenAbove
 
@@ -33,4 +34,8 @@ def write_parts(result: Path, log: BatchLog, read_from: Path, building: Building
             sums = evaluation.judged_sums(result, replace(log, log=str(read_from)), building)
             stamp = evaluation.stamp_of(result, log, filtered=False)
             made[evaluation.kind_of(filtered=False)] = (stamp, packed(sums))
+    with suppress(ObjstateError):
+        done = batch_part.read_done(result, log, filtered=False)
+        stamp = batch_part.part_of(result, log, filtered=False).stamp
+        made[batch_part.kind_of(filtered=False)] = (stamp, batch_part.packed(done))
     write_beside(result, made)

@@ -107,13 +107,13 @@ def _write_tables(folder: Path, logs: Sequence[BatchLog], entries: Mapping[str, 
 
     rows = [_row(entries[log.name].summary, log) for log in logs]
     _write(pl.DataFrame(rows, schema=summary_schema()), folder / SUMMARY_TABLE)
-    times = [json.loads(entries[log.name].times or "null") for log in logs]
+    times = [json.loads(entries[log.name].times or "{}") | {"log": log.name} for log in logs]
     _write(pl.DataFrame(times, schema=timings_schema()), folder / TIMINGS_TABLE)
 
 
 def _row(noted: str | None, log: BatchLog) -> dict[str, Any]:
     row: dict[str, Any] = json.loads(noted or "{}")
-    return row | {"source": log.log, "building": log.building}
+    return row | {"log": log.name, "source": log.log, "building": log.building}
 
 
 def _summary(folder: Path, log: BatchLog, outcome: Outcome) -> dict[str, Any]:

@@ -20,7 +20,9 @@ from objstate.run import RunOptions
 if TYPE_CHECKING:
     import polars as pl
 
-COLUMNS = ("log", "name", "building", "truth", "path", "settings", "initial_pose", "global", "seed")
+COLUMNS = (
+    "log", "name", "building", "truth", "path", "settings", "initial_pose", "global", "seed", "robot",
+)  # fmt: skip
 ENDINGS = (".csv", ".parquet")
 POSE = "x,y,yaw in metres and radians, or yaw in degrees as in '3.2,-1,90deg'"
 NAME = re.compile(r"[\w-][\w.-]*")
@@ -118,6 +120,7 @@ def _row(
         building=addresses.get("building") or local(building or "", "--building"),
         truth=addresses.get("truth"),
         path=addresses.get("path"),
+        robot=row.get("robot"),
     )
     return log, replace(options, **_special(row, addresses.get("settings"), where))
 

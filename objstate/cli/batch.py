@@ -32,7 +32,7 @@ Examples:
   objstate batch manifest.csv --out out/all --scheduler tcp://10.0.0.1:8786
 \b
 A manifest has a log per row, and these columns, of which only the first must be there:
-  log, name, building, truth, path, settings, initial_pose, global, seed
+  log, name, building, truth, path, settings, initial_pose, global, seed, robot
 \b
 DIR gets:
   logs/NAME/            each log's result, as estimate writes it

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 STEP = math.log(1.005)  # in the logarithm of an absolute error: the width of the histogram's bins
 SMALLEST, LARGEST = 1e-9, 1e4  # rad or m; where the bins begin and end
 BINS = 1 + math.ceil(math.log(LARGEST / SMALLEST) / STEP)
+JOINED = 1000  # logs after which their final estimates become one
 MOMENTS = 7  # count, sums of error, its absolute value and its square; near, far, inside
 FINAL = ("period", "error", "inside", "std", "lower", "upper")  # of a final estimate
 
@@ -162,6 +163,8 @@ class Finals:
             self.columns.setdefault(column, []).append(numbers[sums.finals[column]])
         for column in FINAL:
             self.columns.setdefault(column, []).append(sums.finals[column])
+        if len(self.logs) % JOINED == 0:  # thousands of small arrays take more than what they hold
+            self.columns = {n: [np.concatenate(parts)] for n, parts in self.columns.items()}
 
     def table(self) -> pl.DataFrame:
         """All of them."""

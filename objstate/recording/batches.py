@@ -41,6 +41,7 @@ class BatchLog:
     building: str
     truth: str | None = None  # CSV of true states
     path: str | None = None  # TUM, the robot's true path
+    robot: str | None = None  # which one drove it, where that was said
 
 
 @dataclass(frozen=True)

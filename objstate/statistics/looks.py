@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 FORM = 1  # of the looks that are kept
 PAIRS = ("steps", "pairs")
+CELL_OWNER, PAIR_OWNER = "cell owner", "pair owner"  # numbers of doors
+JOINED = 1000  # logs after which their columns become one
 
 # From where on a door counts as open: about where somebody would say so.
 OPEN_ABOVE_RAD, OPEN_ABOVE_M = math.radians(10.0), 0.1
@@ -108,30 +110,50 @@ def looks_of(result: Path, above: OpenAbove, *, filtered: bool = False) -> bytes
 
 
 class Found:
-    """The looks of many logs, by door."""
+    """The looks of many logs, by door: columns of all logs, and whose door each row is of."""
 
     def __init__(self) -> None:
-        self._parts: dict[tuple[str, str], list[Summed]] = {}
-        self._undecided: Counter[tuple[str, str]] = Counter()
+        self._doors: dict[tuple[str, str], int] = {}
+        self._undecided: Counter[int] = Counter()
+        self._logs: Counter[int] = Counter()
+        self._columns: dict[str, list[np.ndarray]] = {}
+        self._count = 0
 
     def add(self, content: bytes, what: str) -> None:
         """Add those of a log. Raises WorldError for damage."""
         words, arrays = unpack(content, what)
-        cell = pair = 0
-        for door, coordinate, undecided, cells, pairs in words["doors"]:
-            columns = {name: arrays[name][cell : cell + cells] for name in CELLS}
-            columns |= {name: arrays[name][pair : pair + pairs] for name in PAIRS}
-            known = self._parts.setdefault((door, coordinate), [])
-            known.append(Summed(**columns))
-            self._undecided[door, coordinate] += undecided
-            cell, pair = cell + cells, pair + pairs
+        if not words["doors"]:
+            return
+        numbers, cells, pairs = [], [], []
+        for door, coordinate, undecided, own_cells, own_pairs in words["doors"]:
+            number = self._doors.setdefault((door, coordinate), len(self._doors))
+            self._undecided[number] += undecided
+            self._logs[number] += 1
+            numbers.append(number)
+            cells.append(own_cells)
+            pairs.append(own_pairs)
+        owners = {CELL_OWNER: np.repeat(numbers, cells), PAIR_OWNER: np.repeat(numbers, pairs)}
+        for name, values in (owners | arrays).items():
+            self._columns.setdefault(name, []).append(values)
+        self._count += 1
+        if self._count % JOINED == 0:  # thousands of small arrays take more than what they hold
+            self._join()
 
     def doors(self) -> list[DoorLooks]:
         """The looks at each door, by name."""
-        return [
-            DoorLooks(key[0], Summed.joined(found), self._undecided[key], len(found))
-            for key, found in sorted(self._parts.items(), key=lambda each: natural_key(each[0][0]))
-        ]
+        self._join()
+        columns = {name: whole for name, (whole,) in self._columns.items()}
+        found = []
+        for key, number in sorted(self._doors.items(), key=lambda each: natural_key(each[0][0])):
+            cells, pairs = (columns[each] == number for each in (CELL_OWNER, PAIR_OWNER))
+            own = {name: columns[name][cells] for name in CELLS}
+            own |= {name: columns[name][pairs] for name in PAIRS}
+            looks = Summed.joined([Summed(**own)])
+            found.append(DoorLooks(key[0], looks, self._undecided[number], self._logs[number]))
+        return found
+
+    def _join(self) -> None:
+        self._columns = {name: [np.concatenate(own)] for name, own in self._columns.items()}
 
 
 def _looks(rows: pl.DataFrame, bound: float) -> tuple[Summed, int]:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from datetime import datetime, tzinfo
+from datetime import date, datetime, tzinfo
 
 import numpy as np
 
-from objstate.geometry import FloatArray
+from objstate.geometry import FloatArray, IntArray
 from objstate.statistics.summed import Summed
 from objstate.statistics.two_state import LEVEL, Interval, Memory
 
@@ -55,10 +55,23 @@ def shares_by(
 
     Clocks are set by whole quarters of an hour, so that all of a quarter has one key.
     """
+    keys = _keys(looks, key_of, zone)
+    return tuple(share_open(int(key), looks.chosen(keys == key), door) for key in np.unique(keys))
+
+
+def shares_by_day(looks: Summed, zone: tzinfo) -> tuple[list[date], FloatArray]:
+    """The days (d,) on which a door was looked at, and how many of each day's looks saw it open."""
+    ordinals, place = np.unique(_keys(looks, datetime.toordinal, zone), return_inverse=True)
+    open_, count = (np.bincount(place, weights=each) for each in (looks.open, looks.counts))
+    return [date.fromordinal(int(each)) for each in ordinals], open_ / np.maximum(count, 1)
+
+
+def _keys(looks: Summed, key_of: Callable[[datetime], int], zone: tzinfo) -> IntArray:
+    """(m,) the key of each minute."""
     quarters, place = np.unique(looks.minutes // QUARTER, return_inverse=True)
     begins = (60 * QUARTER * quarters).tolist()
-    keys = np.array([key_of(datetime.fromtimestamp(begin, zone)) for begin in begins])[place]
-    return tuple(share_open(int(key), looks.chosen(keys == key), door) for key in np.unique(keys))
+    keys = [key_of(datetime.fromtimestamp(begin, zone)) for begin in begins]
+    return np.array(keys, dtype=np.int64)[place]
 
 
 def _blocks(looks: Summed) -> tuple[FloatArray, FloatArray]:

@@ -23,7 +23,7 @@ from objstate.geometry import BoolArray, FloatArray, IntArray, rotation_about, w
 from objstate.grid import Camera, Percepts
 
 NO_OBSTACLE = -1
-HORIZON = math.radians(3.0)  # rad below which a scan line has to begin to show any floor
+HORIZON = math.radians(3.0)  # rad below which the floor is told from what is beyond it
 
 
 @dataclass(frozen=True)
@@ -81,8 +81,10 @@ def take(scene: Scene, pose: FloatArray, aim: Aim) -> IntArray:
     yaw = rotation_about([0.0, 0.0, 1.0], pose[2])
     rays = RAYS @ (yaw @ aim.rotation()).T
     hit = np.zeros(rays.shape[:2], dtype=bool)
-    for pole in scene.poles:
-        hit |= _meets_pole(rays, pole - pose[:2])
+    for pole in scene.poles - pose[:2]:
+        bearing = math.atan2(pole[1], pole[0]) - pose[2] - aim.pan
+        if abs(wrapped(bearing)) < OPTICS.wide:  # else it can't show
+            hit |= _meets_pole(rays, pole)
     for box in scene.boxes:
         hit |= _meets_box(rays, box - pose[:2])
     return np.where(hit.any(axis=1), hit.argmax(axis=1), NO_OBSTACLE)
@@ -94,23 +96,15 @@ def lines(rows: IntArray, aim: Aim, reach: float) -> Lines:
     Scan lines whose lowest pixel shows an obstacle have no base and are left out, as are obstacles
     beyond the reach, m. Free ones end at the upper edge, or at the reach.
     """
-    rays = RAYS @ aim.rotation().T
-    away = np.hypot(rays[..., 0], rays[..., 1])
-    down = -rays[..., 2] / away
-    with np.errstate(divide="ignore"):
-        distance = np.where(down > 0.0, OPTICS.height / down, np.inf)
-    flat = rays[..., :2] / away[..., None]
     column = np.arange(len(rows))
     obstacle = rows != NO_OBSTACLE
-    ends = np.where(obstacle, distance[column, rows], np.minimum(distance[:, -1], reach))
-    usable = (
-        (down[:, 0] > math.tan(HORIZON)) & (distance[:, 0] < ends) & (rows != 0) & (ends <= reach)
-    )
-    far = np.where(obstacle, rows, -1)
+    turn = aim.rotation().T
+    begins, first = _on_floor(RAYS[:, 0] @ turn)
+    reached, courses = _on_floor(RAYS[column, np.where(obstacle, rows, -1)] @ turn)
+    ends = np.where(obstacle, reached, np.minimum(reached, reach))
+    usable = np.isfinite(begins) & (begins < ends) & (rows != 0) & (ends <= reach)
     return Lines(
-        (distance[:, 0, None] * flat[:, 0])[usable],
-        (np.where(usable, ends, 0.0)[:, None] * flat[column, far])[usable],
-        obstacle[usable],
+        begins[usable, None] * first[usable], ends[usable, None] * courses[usable], obstacle[usable]
     )
 
 
@@ -128,6 +122,15 @@ def shows(pose: FloatArray, aim: Aim, place: FloatArray, scene: Scene, reach: fl
         return False
     way = pose[:2] + np.linspace(0.0, 1.0, 1 + math.ceil(away / 0.02))[:-1, None] * off
     return bool((scene.distances(way) > 0.0).all())
+
+
+def _on_floor(rays: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Where rays (n, 3) meet the floor: distances (n,), infinite at the horizon, and directions (n, 2)."""
+    away = np.hypot(rays[:, 0], rays[:, 1])
+    down = -rays[:, 2] / away
+    below = down > math.tan(HORIZON)
+    distance = np.where(below, OPTICS.height / np.where(below, down, 1.0), np.inf)
+    return distance, rays[:, :2] / away[:, None]
 
 
 def _meets_pole(rays: FloatArray, pole: FloatArray) -> BoolArray:
