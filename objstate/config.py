@@ -10,11 +10,21 @@ known one.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from datetime import date, tzinfo
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, TypeVar
+from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationError,
+    field_validator,
+    model_validator,
+)
 
 from objstate.errors import SettingsError
 from objstate.faults import faults
@@ -347,6 +357,29 @@ CONSTANTS = {  # by group, settings that were
 REPLACED |= {(group, key): f"it is {CONSTANT}" for group, keys in CONSTANTS.items() for key in keys}
 
 
+class CalendarSettings(Strict):
+    """By which clock the people in the building live."""
+
+    timezone: str = "UTC"  # such as Europe/Berlin
+    holidays: tuple[date, ...] = ()  # days off beside weekends
+
+    @field_validator("timezone")
+    @classmethod
+    def _known(cls, given: str) -> str:
+        try:
+            ZoneInfo(given)
+        except (ZoneInfoNotFoundError, ValueError, OSError) as error:
+            raise ValueError(
+                f"'{given}' is no time zone; give one such as Europe/Berlin"
+            ) from error
+        return given
+
+    @property
+    def zone(self) -> tzinfo:
+        """The time zone."""
+        return ZoneInfo(self.timezone)
+
+
 class Settings(Strict):
     """All settings of one run."""
 
@@ -358,6 +391,7 @@ class Settings(Strict):
     object_updates: ObjectUpdateSettings = ObjectUpdateSettings()
     building_error: BuildingErrorSettings = BuildingErrorSettings()
     grid: GridSettings = GridSettings()
+    calendar: CalendarSettings = CalendarSettings()
     objects: tuple[ObjectRule, ...] = ()
 
     @model_validator(mode="before")

@@ -56,3 +56,16 @@ class WorldError(ObjstateError):
 
 class GridError(ObjstateError):
     """An occupancy grid can't be laid out, drawn into or merged as asked."""
+
+
+class ServiceError(ObjstateError):
+    """A service refused a request: what, and the cure, as its problem document says."""
+
+    def __init__(self, message: str, status: int, detail: str = "", cure: str = "") -> None:
+        super().__init__(message)
+        self.status = status  # of HTTP
+        self.detail = detail
+        self.cure = cure
+
+    def __reduce__(self) -> tuple[type[ServiceError], tuple[str, int, str, str]]:
+        return type(self), (str(self), self.status, self.detail, self.cure)

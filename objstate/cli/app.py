@@ -18,6 +18,7 @@ from objstate.cli import (
     next,  # noqa: A004 - the module of a command
     report,
     reproduce,
+    serve,
     simulate,
     statistics,
     world,
@@ -83,5 +84,6 @@ app.command("compile", epilog=compile.EXAMPLES)(compile.compile_)
 app.add_typer(building.app, name="building")
 app.command("next", epilog=next.EXAMPLES)(next.next_)
 app.add_typer(world.app, name="world")
+app.add_typer(serve.app, name="serve")
 app.add_typer(reproduce.app, name="reproduce")
 refuse_urls(app)

@@ -40,7 +40,7 @@ Examples:
       --sensor front:range=8,view=180 --sensor back:range=4,view=90,yaw=180 --json
   objstate next --world world.db --building office.urdf --at 2,0,0 --task tasks.yaml
   objstate next --world world.db --building office.urdf --at 2,0,0 \\
-      --head camera:view=60,turn=120,speed=90 --grid out/drive/grid.yaml
+      --head camera:view=60,turn=120,speed=90 --grid out/drive/grid.yaml --way "3,0;3,2"
 """
 
 
@@ -86,7 +86,14 @@ def next_(
         Path | None,
         typer.Option(
             metavar="YAML",
-            help="With --head: what is occupied, as `estimate --grid` wrote it. Default: unknown.",
+            help="With --head: what is occupied, as `estimate --grid` wrote it. Default: what the "
+            "world knows.",
+        ),
+    ] = None,
+    way: Annotated[
+        str | None,
+        typer.Option(
+            metavar="X,Y;X,Y", help="With --head: where the robot is about to drive, watched most."
         ),
     ] = None,
     position_std: Annotated[
@@ -131,7 +138,7 @@ def next_(
     known = store.load(objects=model.objects, since_ns=stamp_ns, until_ns=stamp_ns)
     moment = known.at(stamp_ns)
     if head is not None:
-        show_gazes(model, moment, pose, head, grid, position_std, top, as_json=as_json)
+        show_gazes(model, moment, pose, head, grid, way, position_std, top, as_json=as_json)
         return
     coordinator = Coordinator(model, robot, settings, known.settings)
     ranked = coordinator.actions(moment.beliefs, pose, may_drive=not stay)

@@ -1,4 +1,4 @@
-"""``objstate world show | at | history | export | adopt``"""
+"""``objstate world show | at | history | export | habits | when | adopt``"""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import typer
 from objstate.cli.console import print_table, print_text
 from objstate.cli.options import AsJson, Overwrite, help_when_alone
 from objstate.cli.parsing import TIME, parse_time
+from objstate.cli.world_habits import HABITS, WHEN, habits, when
 from objstate.cli.world_tables import history_table, moment, world_table
 
 if TYPE_CHECKING:
@@ -159,6 +160,10 @@ def adopt(
     x, y, _ = grown[name].home.tolist()
     print_text(f"'{name}' stands at {x:.2f}, {y:.2f} m; {world} knows it, and is of {out} now.")
     print_text(f"Written: {out}")
+
+
+app.command(epilog=HABITS)(habits)
+app.command(epilog=WHEN)(when)
 
 
 def _settings(config: Path | None) -> Settings | None:

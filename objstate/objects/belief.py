@@ -22,8 +22,8 @@ from objstate.sensing import UncertainObject
 
 if TYPE_CHECKING:
     from objstate.objects import kernels, sampling
+    from objstate.objects.door_posterior import DoorPosterior
     from objstate.objects.furniture_mixture import FurnitureMixture
-    from objstate.objects.mixture import DoorMixture
     from objstate.objects.steps import Past
 else:
     kernels = Later("objstate.objects.kernels")
@@ -82,7 +82,7 @@ class ObjectBelief:
     swung: FloatArray = field(  # (n,) or (1,), how probably a door is being moved there
         default_factory=partial(np.zeros, 1)
     )
-    joint: DoorMixture | FurnitureMixture | None = None  # which it was read off, if any was
+    joint: DoorPosterior | FurnitureMixture | None = None  # which it was read off, if any was
     attributes: Mapping[str, Mapping[str, float]] = field(  # such as class: {cup: 0.7, mug: 0.3}
         default_factory=dict
     )

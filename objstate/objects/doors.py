@@ -118,6 +118,41 @@ class LatticeFilter:
         )
         return belief.on_lattice(weights, mean, std, swung=swung)
 
+    def carried(
+        self, belief: ObjectBelief, kept: FloatArray, rest: FloatArray, seconds: float
+    ) -> ObjectBelief:
+        """The belief after a while in which a door in each state stays there with a probability (n,).
+
+        Where it was moved it rests after ``rest`` (n,), which sums to one.
+        """
+        weights, swung = np.empty(len(belief.states)), np.empty(len(belief.states))
+        stays = belief.weights.values * kept
+        total = float(stays.sum())
+        mean, std = kernels.predict(
+            stays / total if total > 0.0 else rest,
+            np.zeros(1),
+            *belief.lattice,
+            self._cells_per_second * seconds,
+            1.0 - total,
+            seconds,
+            self._swing,
+            rest,
+            weights,
+            swung,
+        )
+        return belief.on_lattice(weights, mean, std, swung=swung)
+
+    @lazy
+    def distances(self) -> FloatArray:
+        """(n,) rad or m of each state from the closed one, along the way that the door opens."""
+        off = self._states - self.item.home[0]
+        return np.abs(wrap(off) if self.item.wraps else off)
+
+    @property
+    def rests(self) -> FloatArray:
+        """(n,) where a door comes to rest by its settings; sums to one."""
+        return self._rest_weights
+
     @lazy
     def _swing(self) -> FloatArray:
         """(3,) how the door moves while somebody moves it, as the loops take it."""

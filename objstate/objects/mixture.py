@@ -275,6 +275,7 @@ class DoorMixture:
     covariances: FloatArray  # (c, 7, 7)
     statics: Statics  # the prior that they have
     stamp_ns: int | None = None
+    total: float = 0.0  # log p(z) of all scans under that prior, up to what other priors share
 
     @staticmethod
     def unknown(door: Doorway, statics: Statics) -> DoorMixture:
@@ -326,7 +327,9 @@ class DoorMixture:
             kernels.join(moved.arriving, mean, covariance, self.door.widths, means, covariances)
             resting, moving = moved.resting, moved.moving
         kernels.renew_robot(means, covariances, transfer, added)
-        return DoorMixture(self.door, resting, moving, means, covariances, self.statics)
+        return DoorMixture(
+            self.door, resting, moving, means, covariances, self.statics, total=self.total
+        )
 
     def at(self, stamp_ns: int) -> DoorMixture:
         """The same at a moment."""
@@ -347,12 +350,19 @@ class DoorMixture:
             covariances,
             log_evidence,
         )
-        likelihood = np.exp(log_evidence - log_evidence.max())
+        largest = float(log_evidence.max())
+        likelihood = np.exp(log_evidence - largest)
         resting = np.maximum(self.resting * likelihood, NEVER)
         moving = self.moving * likelihood
-        total = resting.sum() + moving.sum()
+        share = float(resting.sum() + moving.sum())
         after = DoorMixture(
-            self.door, resting / total, moving / total, means, covariances, self.statics
+            self.door,
+            resting / share,
+            moving / share,
+            means,
+            covariances,
+            self.statics,
+            total=self.total + largest + math.log(share),
         )
         return after, int(reached)
 

@@ -586,16 +586,17 @@ def condition(
     )
     x, pull, spread = np.empty(ERRORS), np.zeros(ERRORS), np.empty((ERRORS, ERRORS))
     _told(beams, noise, work)
-    likeliest = -np.inf
+    likeliest, first = -np.inf, -np.inf  # log posteriors, after and before refinement
     for c in np.argsort(-weights):
         mean, prior, wide = means[c], covariances[c], 0.0
         for a in range(ERRORS):
             x[a] = mean[a]
-            wide += prior[a, a] if a not in (2, STATE) else 0.0
+            wide += prior[a, a] if a not in (2, STATE, ZERO) else 0.0
             for b in range(ERRORS):
                 spread[a, b] = prior[a, b]
+        wide += tied[c] * prior[ZERO, ZERO]
         looks = 1 if wide < WIDE * noise.variance else MOST_LOOKS
-        total, reach, placed = 0.0, 0, (1.0, 0.0, 0.0, 0.0)
+        total, unrefined, hopeless, reach, placed = 0.0, 0.0, False, 0, (1.0, 0.0, 0.0, 0.0)
         for look in range(looks + 1):
             if look == looks:  # the evidence is told without reckoning with errors a second time
                 for a in range(ERRORS):
@@ -604,7 +605,9 @@ def condition(
             total, reach, placed = _linearize(
                 beams, shape, noise, placements[c], tied[c], x, prior, spread, work
             )
-            if look == 0 and math.log(weights[c]) + total < likeliest - HOPELESS:
+            unrefined = total if look == 0 else unrefined
+            hopeless = look == 0 and math.log(weights[c]) + total < first - HOPELESS
+            if hopeless:
                 break
             if look < looks:
                 _posterior(prior, work)
@@ -612,9 +615,10 @@ def condition(
                 for a in range(ERRORS):
                     for b in range(ERRORS):
                         spread[a, b] = work.right[a, b]
+        first = max(first, math.log(weights[c]) + unrefined)
         most = max(most, reach)
         log_evidence[c] = total
-        if math.log(weights[c]) + total < likeliest - HOPELESS:
+        if hopeless or math.log(weights[c]) + total < likeliest - HOPELESS:
             continue
         log_evidence[c] += _settle(mean, prior, x, pull, work)
         likeliest = max(likeliest, math.log(weights[c]) + log_evidence[c])

@@ -48,6 +48,7 @@ LEGEND = (
     ("way", "robot's path"),
     ("way lost", "robot lost"),
 )
+LAYERS = ("clutter", "scan")  # paths of the plan that can be switched off; their ids
 WITH_TRUTH = ("wrong", "truth")
 SPEEDS = (1, 2, 5, 10, 20, 50, 100)  # times real time
 PLAYED_IN = 20.0  # s, about, in which a log is played if nobody says otherwise
@@ -228,17 +229,22 @@ def _shares(material: Material) -> list[tuple[float, float]]:
     ]
 
 
+def _entry(kind: str, label: str) -> str:
+    """A line of the legend; layers of it can be switched off and on."""
+    shown = element("i", class_=kind), text(label)
+    if kind not in LAYERS:
+        return element("span", *shown)
+    switch = f'<input type="checkbox" checked data-layer="{kind}">'
+    return element("span", element("label", switch, *shown))
+
+
 def _legend(material: Material) -> str:
     left_out = set() if material.truth or material.true_path else set(WITH_TRUTH)
     left_out |= set() if material.scans is not None and len(material.scans) else {"scan"}
     left_out |= set() if len(material.clutter) else {"clutter"}
     left_out |= set() if material.lost else {"way lost"}
     left_out |= set() if material.building.objects else {"leaf", "faded", "interval", "wrong"}
-    entries = (
-        element("span", element("i", class_=kind), text(label))
-        for kind, label in LEGEND
-        if kind not in left_out
-    )
+    entries = (_entry(kind, label) for kind, label in LEGEND if kind not in left_out)
     return element("p", *entries, class_="legend") + element("p", text(KEYS), class_="keys")
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +35,9 @@ from objstate.recording.grids import Clutter, ClutterWriter, write_map
 from objstate.records import Estimate, Record, Scan
 from objstate.run.candidates import found_of
 from objstate.sensing import BeamModel, Sensing
+
+if TYPE_CHECKING:
+    from objstate.world.floor import FloorMemory
 
 MARGIN = 0.5  # m about the walls
 AROUND = 25.0  # m about the robot's first pose, where the building has no walls
@@ -128,6 +132,14 @@ class Floor:
         walls = self._walls(layout)
         values[walls.where] = overwrite(values[walls.where], walls.values)
         return values.reshape(layout.shape)
+
+    def memory(self, stamp_ns: int) -> FloorMemory | None:
+        """What a world keeps of the grid; None before any pose."""
+        if self.grid is None:
+            return None
+        from objstate.world.floor import FloorMemory
+
+        return FloorMemory.of(self.grid, self._unknown_at(stamp_ns), stamp_ns)
 
     def write(self, folder: Path, stamp_ns: int, estimator: Estimator) -> None:
         """Write the candidates, and the map of the last moment as ROS has maps; none without any pose."""

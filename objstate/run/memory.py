@@ -14,6 +14,7 @@ from objstate.objects import ObjectBelief
 from objstate.records import Estimate, Record
 
 if TYPE_CHECKING:
+    from objstate.world.floor import FloorMemory
     from objstate.world.looks import Looks
     from objstate.world.store import WorldStore
 
@@ -71,11 +72,12 @@ class Memory:
         observed = {each.object: each.stamp_ns for each in estimates if each.observed}
         self.looks.note(estimator.object_at(name, observed[name]) for name in sorted(observed))
 
-    def keep(self, end_ns: int, settings: Settings) -> WorldUse:
-        """Add what the drive taught, unless the world has its log. Raises WorldError."""
+    def keep(self, end_ns: int, settings: Settings, floor: FloorMemory | None = None) -> WorldUse:
+        """Add what the drive taught, unless the world has its log, and its grid. Raises WorldError."""
         from objstate.world.store import DriveEntry
 
         beliefs = self.looks.beliefs
-        is_new = self.store.add(DriveEntry(self.digest, self.begin_ns, end_ns, settings), beliefs)
+        drive = DriveEntry(self.digest, self.begin_ns, end_ns, settings)
+        is_new = self.store.add(drive, beliefs, floor)
         added = len(beliefs) if is_new else 0
         return WorldUse(self.store.location, len(self.known), added, had_the_log=not is_new)

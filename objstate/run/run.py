@@ -160,24 +160,26 @@ def estimate_log(
         estimator = _estimator(model, options, known, history=True)
         observers = (*observers, *([] if memory is None else [memory]))
         with ExitStack() as files:
-            if mcap:
-                from objstate.run.scene.recorder import record_scene
-
-                scene = files.enter_context(record_scene(folder, model, truth, true_path))
-                observers = (*observers, scene)
             floor = None
             if grid:
                 from objstate.run.floor import Floor
 
                 floor = Floor(model, options.settings, files.enter_context(ClutterWriter(folder)))
                 observers = (*observers, floor)
+            if mcap:
+                from objstate.run.scene.recorder import record_scene
+
+                scene = record_scene(folder, model, truth, true_path, floor)
+                observers = (*observers, files.enter_context(scene))
             drive = _drive_through(log, records, estimator, folder, observers, on_progress)
         logger.info("%d scans gave %d estimates", drive.scans, drive.estimates)
         _check_robot(drive, log, options)
         write_smoothed(folder, estimator.histories)
         write_tum(folder / TRAJECTORY, drive.path)
+        left = None
         if floor is not None:
             floor.write(folder, drive.end_ns, estimator)
+            left = floor.memory(drive.end_ns)
         failed = failures(drive, estimator, options)
         result = RunResult(
             folder=Path(out),
@@ -199,7 +201,7 @@ def estimate_log(
             lost_probabilities=estimator.lost_probabilities,
             p_localized=tuple(drive.localized),
             symmetry=model.symmetries,
-            world=None if memory is None else memory.keep(drive.end_ns, options.settings),
+            world=None if memory is None else memory.keep(drive.end_ns, options.settings, left),
             laser_heights=drive.heights,
             odometry_error=estimator.odometry_error.to_dict(),
         )

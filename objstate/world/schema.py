@@ -58,13 +58,42 @@ BELIEFS = Table(
     Column("last_observed_ns", BigInteger),
     Column("belief", LargeBinary, nullable=False),  # codec.pack_belief
 )
+# What a drive with a grid left of it, at its end.
+FLOORS = Table(
+    "drive_floor",
+    METADATA,
+    Column("drive", ForeignKey("drive.id"), primary_key=True),
+    Column("stamp_ns", BigInteger, nullable=False),
+    Column("forgotten_ns", BigInteger, nullable=False),  # from when on nothing of it is known
+    Column("floor", LargeBinary, nullable=False),  # FloorMemory.pack
+)
+# What is known of each door's habits (habit_rows); it follows from the beliefs.
+HABITS = Table(
+    "habit",
+    METADATA,
+    Column("object", ForeignKey("world_object.name"), primary_key=True),
+    Column("calendar", Text, nullable=False),  # by which they were learnt, JSON
+    Column("site", LargeBinary, nullable=False),  # habit_rows.pack_site
+)
 
 
 def _first(connection: Connection) -> None:
     METADATA.create_all(connection, [WORLD, OBJECTS, DRIVES, BELIEFS])
 
 
-MIGRATIONS: tuple[Callable[[Connection], None], ...] = (_first,)  # in order; only ever appended
+def _second(connection: Connection) -> None:
+    METADATA.create_all(connection, [FLOORS])
+
+
+def _habits(connection: Connection) -> None:
+    METADATA.create_all(connection, [HABITS])
+
+
+MIGRATIONS: tuple[Callable[[Connection], None], ...] = (
+    _first,
+    _second,
+    _habits,
+)  # in order; only ever appended
 
 
 def form_of(connection: Connection, location: Location) -> int:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib.metadata import version
 from itertools import islice
 from pathlib import Path
@@ -17,11 +17,24 @@ from objstate.building.model import Building, MovableObject
 from objstate.config import Settings, parse_strict
 from objstate.errors import SettingsError, WorldError
 from objstate.objects import ObjectBelief
+from objstate.objects.doors import LatticeFilter
 from objstate.world.codec import pack_belief, pack_object, unpack_belief, unpack_object
 from objstate.world.database import WAIT_S, Database
+from objstate.world.floor import FloorMemory, KeptFloor
+from objstate.world.habit_rows import learn, read_habits, refit
+from objstate.world.habitual import has_habits
 from objstate.world.location import parse_location
-from objstate.world.schema import BELIEFS, DRIVES, MIGRATIONS, OBJECTS, WORLD, form_of, migrate
-from objstate.world.world import World
+from objstate.world.schema import (
+    BELIEFS,
+    DRIVES,
+    FLOORS,
+    MIGRATIONS,
+    OBJECTS,
+    WORLD,
+    form_of,
+    migrate,
+)
+from objstate.world.world import World, filters_of
 
 ROWS_AT_ONCE = 100  # beliefs sent to the database in one go
 
@@ -87,11 +100,14 @@ class WorldStore:
             items = objects or dict(_objects(connection))
             chosen = settings or _latest_settings(connection, self.location)
             rows = connection.execute(_beliefs(since_ns, until_ns, without)).all()
+            left = connection.execute(_floors(since_ns, until_ns, without)).all()
+            habits = read_habits(connection, chosen, filters_of(items, chosen))
         beliefs = (
             unpack_belief(packed, items[name], stamp_ns, last_observed_ns)
             for name, stamp_ns, last_observed_ns, packed in rows
         )
-        return World.of(items, chosen, beliefs)
+        floors = tuple(KeptFloor(*row) for row in left)
+        return replace(World.of(items, chosen, beliefs), floors=floors, habits=habits)
 
     def drives(self) -> list[DriveEntry]:
         """The drives that it has learnt from, in time order. Raises WorldError."""
@@ -100,8 +116,12 @@ class WorldStore:
             rows = connection.execute(query.order_by(DRIVES.c.begin_ns, DRIVES.c.id)).all()
         return [DriveEntry(*row[:3], _settings(row[3], self.location)) for row in rows]
 
-    def add(self, drive: DriveEntry, beliefs: Iterable[ObjectBelief]) -> bool:
+    def add(
+        self, drive: DriveEntry, beliefs: Iterable[ObjectBelief], floor: FloorMemory | None = None
+    ) -> bool:
         """Add what a drive taught, whole or not at all; False where the world has the drive already.
+
+        ``floor`` is what it left of its grid, where it had one.
 
         Beliefs hold from their stamps on, whichever drive was added first. Raises WorldError
         where another writer doesn't finish, and for a belief without a stamp.
@@ -118,10 +138,35 @@ class WorldStore:
                 version=version("objstate"),
             )
             identity = connection.execute(new.returning(DRIVES.c.id)).scalar_one()
-            rows = (_row(belief, identity) for belief in beliefs)
+            taught = list(beliefs)
+            rows = (_row(belief, identity) for belief in taught)
             while some := list(islice(rows, ROWS_AT_ONCE)):
                 connection.execute(insert(BELIEFS), some)
+            if floor is not None:
+                kept = floor.kept()
+                row = {"drive": identity, "floor": kept.packed}
+                row |= {"stamp_ns": kept.stamp_ns, "forgotten_ns": kept.forgotten_ns}
+                connection.execute(insert(FLOORS), [row])
+            filters = filters_of(dict(_objects(connection)), drive.settings)
+            due = learn(connection, drive.settings, filters, taught)
+        self.fit_habits(drive.settings, due)
         return True
+
+    def fit_habits(
+        self, settings: Settings | None = None, names: Iterable[str] | None = None
+    ) -> None:
+        """Fit the habits of some doors, by default all, to everything that was seen of them.
+
+        ``add`` takes each drive in by itself, and does this for a door when it knows twice as many looks
+        as the last time; some seconds each. Raises WorldError.
+        """
+        world = self.load(settings)
+        chosen = list(world.objects) if names is None else list(names)
+        for name in chosen:
+            filter_, history = world.filter_of(name), world.history(name)
+            if history and isinstance(filter_, LatticeFilter) and has_habits(filter_):
+                with self._database.writing() as connection:
+                    refit(connection, world.settings, filter_, history)
 
     def adopt(self, before: Building, grown: Building, belief: ObjectBelief) -> None:
         """Take a new object in: the world of ``before`` becomes one of ``grown``, whole or not at all.
@@ -266,6 +311,19 @@ def _beliefs(since_ns: int | None, until_ns: int | None, without: str | None) ->
             or_(b.stamp_ns > since_ns, b.stamp_ns == last.c.stamp_ns)
         )
     return query.order_by(b.object, b.stamp_ns, b.drive)
+
+
+def _floors(since_ns: int | None, until_ns: int | None, without: str | None) -> Select[Any]:
+    """What drives left of their grids, in time order; not what is forgotten by ``since_ns``."""
+    f, chosen = FLOORS.c, []
+    if since_ns is not None:
+        chosen.append(f.forgotten_ns > since_ns)
+    if until_ns is not None:
+        chosen.append(f.stamp_ns <= until_ns)
+    if without is not None:
+        chosen.append(f.drive.not_in(select(DRIVES.c.id).where(DRIVES.c.digest == without)))
+    query = select(f.stamp_ns, f.forgotten_ns, f.floor).where(*chosen)
+    return query.order_by(f.stamp_ns, f.drive)
 
 
 def _row(belief: ObjectBelief, drive: int) -> dict[str, Any]:

@@ -14,13 +14,17 @@ from numpy.typing import ArrayLike
 from objstate.building.model import Kind, MovableObject
 from objstate.config import Settings
 from objstate.errors import WorldError
+from objstate.habits.building import Habits
 from objstate.lazy import lazy
 from objstate.objects import ObjectBelief, ObjectFilter, filter_for
+from objstate.objects.doors import LatticeFilter
 from objstate.records import NANOSECONDS
 from objstate.world.allowed import Task
 from objstate.world.blocking import Blockage, blocked
 from objstate.world.due import Due, due
 from objstate.world.fitting import fitted
+from objstate.world.floor import KeptFloor, Occupancy, occupied
+from objstate.world.habitual import carried, has_habits
 
 NAMES_SHOWN = 10  # so many names tell what the others are like
 UNUSED_RNG = np.random.default_rng(0)  # for doors, whose filters draw nothing
@@ -31,12 +35,15 @@ class World:
     """The beliefs of every object over time. A value: what is learnt later makes a new one.
 
     Between two beliefs, and after the last, an object's dynamics model says how the
-    belief goes on (eq. (5) of Schulz and Burgard 2001); before the first, its prior holds.
+    belief goes on (eq. (5) of Schulz and Burgard 2001): of doors whose habits are known by these,
+    unless the settings say how often it is moved. Before the first, its prior holds.
     """
 
     objects: Mapping[str, MovableObject] = field(repr=False)
     settings: Settings = field(repr=False)
     histories: Mapping[str, tuple[ObjectBelief, ...]] = field(repr=False)  # in time order
+    floors: tuple[KeptFloor, ...] = field(default=(), repr=False)  # of drives, in time order
+    habits: Habits | None = field(default=None, repr=False)  # of doors; None: nobody learnt any
 
     @staticmethod
     def of(
@@ -71,7 +78,8 @@ class World:
     @lazy
     def latest_ns(self) -> int | None:
         """When anything was last learnt; None where nothing ever was."""
-        return max((stamps[-1] for stamps in self._stamps.values()), default=None)
+        learnt = [stamps[-1] for stamps in self._stamps.values()]
+        return max(learnt + [each.stamp_ns for each in self.floors], default=None)
 
     def at(self, stamp_ns: int | None = None) -> Snapshot:
         """What is believed at a moment, by default the latest at which anything was learnt.
@@ -93,6 +101,12 @@ class World:
     ) -> Blockage:
         """``Snapshot.blocked`` at a moment, by default the latest at which anything was learnt."""
         return self.at(stamp_ns).blocked(path, robot_radius)
+
+    def occupied(
+        self, area: ArrayLike, robot_radius: float | None = None, stamp_ns: int | None = None
+    ) -> Occupancy:
+        """``Snapshot.occupied`` at a moment, by default the latest at which anything was learnt."""
+        return self.at(stamp_ns).occupied(area, robot_radius)
 
     def due(self, task: Task, horizon_s: float, stamp_ns: int | None = None) -> tuple[Due, ...]:
         """What a task wants verified within so many seconds if nobody looks, the soonest first.
@@ -120,12 +134,28 @@ class World:
         assert last.stamp_ns is not None
         if last.stamp_ns == stamp_ns:
             return last
-        seconds = (stamp_ns - last.stamp_ns) / NANOSECONDS
-        return replace(self._filters[name].predict(last, seconds, rng), stamp_ns=stamp_ns)
+        return replace(self._later(name, last, last.stamp_ns, stamp_ns, rng), stamp_ns=stamp_ns)
+
+    def _later(
+        self, name: str, belief: ObjectBelief, begin_ns: int, end_ns: int, rng: np.random.Generator
+    ) -> ObjectBelief:
+        """A belief after a time in which nobody looked."""
+        filter_ = self._filters[name]
+        if (habits := self.habits_of(name)) is not None and isinstance(filter_, LatticeFilter):
+            return carried(habits, filter_, belief, begin_ns, end_ns)
+        return filter_.predict(belief, (end_ns - begin_ns) / NANOSECONDS, rng)
+
+    def habits_of(self, name: str) -> Habits | None:
+        """The habits by which an object is predicted; None where the settings serve.
+
+        Raises WorldError for an unknown object.
+        """
+        knows = self.habits is not None and self._known(name) in self.habits
+        return self.habits if knows and has_habits(self._filters[name]) else None
 
     @lazy
     def _filters(self) -> dict[str, ObjectFilter]:
-        return {name: filter_for(item, self.settings) for name, item in self.objects.items()}
+        return filters_of(self.objects, self.settings)
 
     @lazy
     def _stamps(self) -> dict[str, tuple[int, ...]]:
@@ -145,6 +175,11 @@ class World:
         if self.objects[name].kind is not Kind.PLANAR:
             return UNUSED_RNG
         return np.random.default_rng([abs(stamp_ns), crc32(name.encode())])
+
+
+def filters_of(objects: Mapping[str, MovableObject], settings: Settings) -> dict[str, ObjectFilter]:
+    """The filters of objects by name. Raises SettingsError as ``Settings.for_object`` does."""
+    return {name: filter_for(item, settings) for name, item in objects.items()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,3 +217,12 @@ class Snapshot:
         Raises WorldError for a path or a radius that is none.
         """
         return blocked(self.beliefs, path, robot_radius)
+
+    def occupied(self, area: ArrayLike, robot_radius: float | None = None) -> Occupancy:
+        """How probably something stands in an area, known to the building or not.
+
+        An area is a polygon (n, 2) m or, with a ``robot_radius``, a path of a round robot. What drives with
+        ``--grid`` saw ages: ``known`` is the share of the area of which anything still is. Walls don't
+        count. Raises WorldError for an area that is none.
+        """
+        return occupied(self.beliefs, self.world.floors, area, robot_radius, self.stamp_ns)
