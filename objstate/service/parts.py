@@ -6,7 +6,7 @@ from sqlalchemy import func, select
 
 from objstate.run import BuildingInput
 from objstate.service.believed import Believed
-from objstate.service.drives import DONE, Drive, Drives
+from objstate.service.drives import Drive, Drives
 from objstate.service.estimating import Context
 from objstate.service.events import Events
 from objstate.service.evidence import EvidenceDesk
@@ -44,15 +44,11 @@ class Parts:
         context = Context(
             options.building.absolute(), options.world, options.run, options.memory_limit
         )
-        self.processing = Processing(self.drives, context, options.time_limit_s, self.on_drive)
+        self.processing = Processing(
+            self.drives, context, options.time_limit_s, self.note_drive, self.refresh
+        )
         self.metrics = Metrics()
         self.listeners = 0
-
-    def on_drive(self, drive: Drive) -> None:
-        """Something became of a drive; a finished one has taught the world."""
-        self.note_drive(drive)
-        if drive.state == DONE:
-            self.refresh()
 
     def note_drive(self, drive: Drive) -> None:
         """Tell who listens of a drive."""

@@ -30,9 +30,10 @@ class Processing:
         context: Context,
         time_limit_s: float,
         on_change: Callable[[Drive], None],
+        on_taught: Callable[[], None],
     ) -> None:
         self._drives, self._context, self._time_limit_s = drives, context, time_limit_s
-        self._on_change = on_change
+        self._on_change, self._on_taught = on_change, on_taught
         self._wake, self._ended = threading.Event(), threading.Event()
         self._worker: WorkerProcess[Context, Job] | None = None
         self._running: tuple[str, float] | None = None
@@ -85,6 +86,7 @@ class Processing:
         if self._ended.is_set():
             return
         if verdict.status == "done":
+            self._on_taught()  # before anybody hears that it is done
             self._drives.end(drive, DONE, summary=json.dumps(summary_of(result)))
             return
         reason = verdict.reason or f"The process of the drive {verdict.status}."

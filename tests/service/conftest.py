@@ -13,6 +13,7 @@ import urllib.error
 import urllib.request
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from email.message import Message
 from pathlib import Path
 from typing import Any
 
@@ -51,7 +52,7 @@ class Answer:
     """What a service says."""
 
     status: int
-    headers: dict[str, str]
+    headers: Message
     content: bytes
 
     @property
@@ -102,9 +103,9 @@ class Service:
         request = urllib.request.Request(self.address + path, content, sent, method=method)
         try:
             with urllib.request.urlopen(request, timeout=30) as answer:
-                return Answer(answer.status, dict(answer.headers), answer.read())
+                return Answer(answer.status, answer.headers, answer.read())
         except urllib.error.HTTPError as error:
-            return Answer(error.code, dict(error.headers), error.read())
+            return Answer(error.code, error.headers, error.read())
 
     def until(self, identity: str, *states: str) -> dict[str, Any]:
         """A drive as soon as it is in one of some states."""
