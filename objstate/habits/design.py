@@ -103,7 +103,11 @@ class Design:
                 keys.append(rows)
         most = max(len(rows) for rows in keys)
         filled = np.array([rows + [(0, 0, 0.0)] * (most - len(rows)) for rows in keys])
-        return filled[..., 0].astype(np.int64), filled[..., 1].astype(np.int64), filled[..., 2]
+        return (
+            filled[..., 0].astype(np.int64),
+            filled[..., 1].astype(np.int64),
+            filled[..., 2].copy(),
+        )
 
     @lazy
     def matrix(self) -> FloatArray:

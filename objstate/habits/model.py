@@ -96,14 +96,25 @@ def evidence(
         cut.looks,
         looks.likelihood,
         of.rates,
-        of.right,
-        of.left,
+        np.ascontiguousarray(of.right),
+        np.ascontiguousarray(of.left),
         slopes(u, of),
         *design.active,
         score,
         information,
     )
     return Evidence(theta, float(total), score, information, state)
+
+
+def ready() -> None:
+    """Load the compiled loops, or compile them, where this must not be waited for later."""
+    design = Design(2)
+    evidence(
+        design,
+        Calendar(),
+        RegionLooks.certain(np.zeros(1, dtype=np.int64), np.zeros(1, dtype=np.int64), 2),
+        design.mean,
+    )
 
 
 def fit(
