@@ -29,6 +29,7 @@ from objstate.report.course import LOCALIZED_WELL
 from objstate.report.coverage import Coverage, pooled
 from objstate.report.judgement import Judged, Tally
 from objstate.report.judgement import kind_of as judged_kind
+from objstate.storage import building_here
 
 if TYPE_CHECKING:
     import polars as pl
@@ -197,7 +198,7 @@ def _buildings(
     found = {}
     for address in dict.fromkeys(addresses):
         try:
-            found[address] = load_building(Path(address))
+            found[address] = load_building(building_here(address))
         except ObjstateError as error:
             material.doubts.append(
                 f"{error} Its plan is left out; say with --building where it is."

@@ -22,6 +22,7 @@ from objstate.records import Path as RobotPath
 from objstate.report.course import Course
 from objstate.report.coverage import LEVELS, Coverage, coverages
 from objstate.report.judgement import Judged, judged
+from objstate.storage import here
 
 FORM = 1  # of what is kept
 MOST_POSES = 100  # of a path
@@ -118,7 +119,7 @@ def read_done(result: Path, log: BatchLog, filtered: bool) -> DoneLog:
     truth, doubts = None, list[str]()
     if log.truth is not None:
         try:
-            truth = read_truth(log.truth)
+            truth = read_truth(here(log.truth))
         except ObjstateError as error:
             doubts.append(str(error))
     begin_ns, symmetry = int(summary["begin_ns"]), dict(summary.get("symmetry", {}))

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from objstate.errors import ResultError
 from objstate.outputs import write_text
-from objstate.recording.batches import is_batch, read_logs, result_of
+from objstate.recording.batches import REPORT, is_batch, read_logs, result_of
 from objstate.recording.index import open_index, read_outcomes
 from objstate.report.batch_material import BatchMaterial, read_batch
 from objstate.report.batch_page import batch_page
@@ -17,8 +17,6 @@ from objstate.report.news import note_news
 from objstate.report.page import report_page
 from objstate.statistics.doors import statistics_of
 from objstate.statistics.looks import OpenAbove, door_looks
-
-REPORT = "report.html"  # in a result folder, or a batch
 
 
 def write_report(
