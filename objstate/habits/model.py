@@ -32,9 +32,9 @@ else:
 ROUNDS = 40  # of Fisher scoring at most
 CONVERGED = 1e-3  # squared length of a step, in posterior deviations
 HALVINGS = 12  # of a step that doesn't raise the posterior
-SPREADS, SPREAD_DRAWS = 3, 12  # rounds and draws that widen Laplace's approximation
+SPREADS, SPREAD_DRAWS = 4, 16  # rounds and draws that widen Laplace's approximation
 SEED, JITTER = 0, 1e-10  # of draws, and what is added to the diagonal of a covariance
-BURN_IN_NS = 7 * 86400 * NANOSECONDS  # before the first look, over which a start is forgotten
+BURN_IN_NS = 14 * 86400 * NANOSECONDS  # before the first look, over which a start is forgotten
 
 
 @dataclass(frozen=True, eq=False)

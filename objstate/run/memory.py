@@ -37,6 +37,7 @@ class Memory:
     begin_ns: int
     known: dict[str, ObjectBelief]  # of objects seen before, propagated to the log's start
     looks: Looks
+    settings: Settings  # those of the run, with the doors' habits at the log's start
     lost_since_ns: int | None = None  # the last time that the robot was, of those so far
 
     @staticmethod
@@ -47,6 +48,7 @@ class Memory:
 
         Raises WorldError.
         """
+        from objstate.world.driving import drive_settings
         from objstate.world.looks import Looks
         from objstate.world.store import open_store
 
@@ -60,7 +62,8 @@ class Memory:
         )
         then = world.at(begin_ns)
         known = {name: then[name] for name in world.histories}
-        return Memory(store, digest, begin_ns, known, Looks(begin_ns))
+        driving = drive_settings(world, begin_ns)
+        return Memory(store, digest, begin_ns, known, Looks(begin_ns), driving)
 
     def note(self, record: Record, estimator: Estimator, estimates: Sequence[Estimate]) -> None:
         """Note what a record taught of objects, or that it was given up as the robot is lost."""
