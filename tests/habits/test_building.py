@@ -60,8 +60,7 @@ def test_looks_one_after_the_other_tell_about_what_they_tell_together() -> None:
     looks = RegionLooks.certain(MONDAY + hours * HOUR, states, 2)
     rests, one = np.zeros(RESTS), Site.empty(BOUNDS)
     for k in range(0, len(looks), 8):
-        at = one.posterior(prior(one.design))
-        one = one.with_looks(Calendar(), looks.part(slice(k, k + 8)), rests, at)
+        one = one.with_looks(Calendar(), looks.part(slice(k, k + 8)), rests)
     all_ = fitted_site(BOUNDS, Calendar(), looks, rests)
     assert one.looks == all_.looks
     shares = [
