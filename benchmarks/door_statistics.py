@@ -32,11 +32,11 @@ def simulated(seed: int) -> dict[str, float]:
         visits = np.sort(rng.uniform(0, DAYS * DAY, VISITS))
         times = np.sort((visits[:, None] + np.arange(LOOKS) * 2.0).ravel())
         looks = Looks((times * 1e9).astype(np.int64), states(share, rate, times, rng))
-        door = memory(looks, rng)
+        door = memory(looks.summed(), rng)
         for name, interval, true in (
             ("open spell", door.open_spell, 1 / (rate * (1 - share))),
             ("closed spell", door.closed_spell, 1 / (rate * share)),
-            ("share of an hour", share_open(0, looks, door).share, share),
+            ("share of an hour", share_open(0, looks.summed(), door).share, share),
         ):
             held.setdefault(name, []).append(holds(interval, true))
     return {name: float(np.mean(each)) for name, each in held.items()}
@@ -67,14 +67,14 @@ def recorded(per_day: int, *, office: bool) -> dict[str, float]:
         count = int(per_day * days * (5 / 7 if office else 1))
         picked = np.sort(rng.choice(np.flatnonzero(seen), count, replace=False))
         looks = Looks(stamps[picked] * 10**9, open_[picked])
-        use, door = use_of(looks, UTC), memory(looks, np.random.default_rng(0))
+        use, door = use_of(looks.summed(), UTC), memory(looks.summed(), np.random.default_rng(0))
         for name, interval, true in (
             ("share of all time", use.share_open, float(open_.mean())),
             ("share of hours seen", use.share_open_seen, float(open_[seen].mean())),
             ("moves a day", use.moves_per_day, moves),
         ):
             held.setdefault(name, []).append(holds(interval, true))
-        for cell in shares_by(looks, door, lambda time: time.hour, UTC):
+        for cell in shares_by(looks.summed(), door, lambda time: time.hour, UTC):
             true = float(open_[(hour == cell.key) & seen].mean())
             held.setdefault("share of an hour", []).append(holds(cell.share, true))
     return {name: float(np.mean(each)) for name, each in held.items()}

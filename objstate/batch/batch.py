@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import fcntl
+import shutil
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import closing, contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from objstate.batch.cluster import run_on_cluster
@@ -22,12 +23,12 @@ from objstate.recording.batches import (
     LOGS,
     OUTCOMES,
     Outcome,
-    forget,
     is_batch,
     read_logs,
     write_logs,
-    write_outcome,
 )
+from objstate.recording.index import INDEX, REMOTE, open_index, settled
+from objstate.recording.mirror import Mirror, mirrored
 
 LOCK = ".lock"  # held while a batch runs
 
@@ -39,6 +40,7 @@ class BatchResult:
     folder: Path
     outcomes: tuple[Outcome, ...]  # of every log that was begun, by name
     ran: tuple[str, ...]  # the logs that this start ran to their end
+    has_changed: bool  # the combined tables aren't those of the start before
 
     @property
     def failed(self) -> list[Outcome]:
@@ -63,13 +65,29 @@ def run_batch(
     stops the batch: what isn't finished then counts as not run.
     """
     options = options or BatchOptions()
-    folder = Path(out)
-    with _opened(folder):
-        known = read_logs(folder) if is_batch(folder) else []
-        wanted = named(requested, known)
-        leftover = plan(wanted, folder, options)
-        write_logs(folder, {log.log: log for log in (*known, *(w.log for w in wanted))}.values())
-        forget(folder, [job.name for job in leftover.jobs])
+    with mirrored(out) as folder:
+        return replace(_run(requested, folder, options, on_start, on_event), folder=Path(out))
+
+
+def _run(
+    requested: Sequence[Requested],
+    folder: Path,
+    options: BatchOptions,
+    on_start: OnStart | None,
+    on_event: OnEvent | None,
+) -> BatchResult:
+    """The batch in a folder of this machine, or in a mirror of one elsewhere."""
+    mirror = Mirror.of(folder)
+    with _opened(folder), open_index(folder) as index:
+        known = {log.log: log for log in read_logs(folder)} if is_batch(folder) else {}
+        wanted = named(requested, known.values())
+        logs = known | {each.log.log: each.log for each in wanted}
+        entries = settled(index, folder, logs.values())
+        leftover = plan(wanted, folder, entries, options)
+        if logs != known:
+            write_logs(folder, logs.values())
+        _drop_old_notes(folder)
+        index.forget([job.name for job in leftover.jobs])
         if on_start is not None:
             on_start(leftover)
         ran: list[str] = []
@@ -77,22 +95,32 @@ def run_batch(
             with closing(_events(leftover, options)) as events:
                 for event in events:
                     if isinstance(event, Ended):
-                        write_outcome(folder, event.outcome)
+                        index.note([event.outcome])
+                        if mirror is not None:
+                            if event.outcome.status == "done":
+                                mirror.take_in([event.outcome.name])
+                            mirror.send_if_due(lambda: combine(folder, logs.values()))
                         ran.append(event.outcome.name)
                     if on_event is not None:
                         on_event(event)
         except OutageError as error:
             _sweep(folder)
             with suppress(OutageError):  # the same again, most likely
-                combine(folder)
+                combine(folder, logs.values())
             count = len(leftover.jobs) - len(ran)
             raise type(error)(f"{error} The batch has stopped; {_told(count)}") from error
         except BaseException:
             _sweep(folder)
-            combine(folder)
+            combine(folder, logs.values())
             raise
         _sweep(folder)
-        return BatchResult(folder, combine(folder), tuple(ran))
+        combined = combine(folder, logs.values())
+        return BatchResult(folder, combined.outcomes, tuple(ran), combined.has_changed)
+
+
+def _drop_old_notes(folder: Path) -> None:
+    """The index has taken up what batches of earlier versions noted in a file for each log."""
+    shutil.rmtree(folder / OUTCOMES, ignore_errors=True)
 
 
 def _told(count: int) -> str:
@@ -135,10 +163,10 @@ def _is_bare(folder: Path) -> bool:
     if not folder.is_dir():
         return False
     names = {each.name for each in folder.iterdir()}
-    return {name for name in names if not name.startswith(WORKSHOP)} <= {LOGS, LOCK}
+    return {name for name in names if not name.startswith(WORKSHOP)} <= {LOGS, LOCK, REMOTE, INDEX}
 
 
 def _sweep(folder: Path) -> None:
     """Remove what processes left half done when they were killed."""
-    for each in (folder, folder / LOGS, folder / OUTCOMES):
+    for each in (folder, folder / LOGS):
         sweep(each)

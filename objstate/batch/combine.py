@@ -6,134 +6,129 @@ run. Timings, which never are the same, stand in a table of their own.
 
 from __future__ import annotations
 
-import os
-import shutil
-from collections.abc import Sequence
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from objstate.errors import ObjstateError
-from objstate.evaluation import Evaluation, evaluate
+from objstate.batch.partitions import link_tables, unlink_tables
+from objstate.batch.rows import ROWS, rows_of
 from objstate.outputs import whole
 from objstate.recording.batches import (
-    PART,
-    PARTITION,
     SUMMARY_TABLE,
     TIMINGS_TABLE,
     BatchLog,
     Outcome,
     read_logs,
-    read_outcome,
     result_of,
     summary_schema,
     timings_schema,
 )
-from objstate.recording.events import EVENTS
-from objstate.recording.summary import read_summary
-from objstate.recording.tables import ESTIMATES, SMOOTHED, read_estimates
+from objstate.recording.index import BatchIndex, Entry, open_index, settled
+from objstate.recording.parts import Part, parts, truth_state
 
 if TYPE_CHECKING:
     import polars as pl
 
-
-def combine(folder: Path) -> tuple[Outcome, ...]:
-    """Write the combined tables of a batch; how each log's run ended."""
-    import polars as pl
-
-    logs = read_logs(folder)
-    outcomes = [read_outcome(folder, log.name) for log in logs]
-    done = [log for log, outcome in zip(logs, outcomes, strict=True) if outcome.status == "done"]
-    for table in (ESTIMATES, SMOOTHED, EVENTS):
-        _link_tables(folder, table, [log.name for log in done])
-    rows = [_summary(folder, *pair) for pair in zip(logs, outcomes, strict=True)]
-    _write(pl.DataFrame(rows, schema=summary_schema()), folder / SUMMARY_TABLE)
-    times = [_timing(folder, outcome) for outcome in outcomes]
-    _write(pl.DataFrame(times, schema=timings_schema()), folder / TIMINGS_TABLE)
-    return tuple(outcomes)
+AT_ONCE = 100  # logs whose rows are noted together
 
 
-def _link_tables(folder: Path, table: str, names: Sequence[str]) -> None:
-    """A table of all logs, a folder with one partition for each: the same file, not a copy.
+@dataclass(frozen=True)
+class Combined:
+    """What the tables over all logs tell of."""
 
-    Results of earlier versions have estimates alone.
+    outcomes: tuple[Outcome, ...]  # of every log, by name
+    has_changed: bool  # since they were written last
+
+
+def combine(folder: Path, known: Iterable[BatchLog] | None = None) -> Combined:
+    """Write the combined tables of a batch.
+
+    Only what changed since they were written is read. ``known`` are the batch's logs, where they
+    have been read.
     """
-    with whole(folder / table, overwrite=True, replaceable=Path.is_dir) as combined:
-        combined.mkdir()
-        for name in names:
-            source = result_of(folder, name) / table
-            if source.exists() or table == ESTIMATES:
-                partition = combined / f"{PARTITION}{name}"
-                partition.mkdir()
-                _link(source, partition / PART)
+    logs = read_logs(folder) if known is None else sorted(known, key=lambda log: log.name)
+    with open_index(folder) as index:
+        entries = settled(index, folder, logs)
+        unlisted = index.names() - entries.keys()
+        unlink_tables(folder, sorted(unlisted))
+        index.drop(sorted(unlisted))
+        has_changed = _bring_up_to_date(index, folder, logs, entries) or bool(unlisted)
+        tables = (folder / TIMINGS_TABLE, folder / SUMMARY_TABLE)
+        has_changed = has_changed or not all(table.is_file() for table in tables)
+        if has_changed:
+            _write_tables(folder, logs, entries)
+            index.compact()
+        return Combined(tuple(entries[log.name].outcome for log in logs), has_changed)
 
 
-def _link(source: Path, target: Path) -> None:
-    try:
-        os.link(source, target)
-    except OSError:  # a file system that has no links
-        shutil.copyfile(source, target)
+def _bring_up_to_date(
+    index: BatchIndex, folder: Path, logs: Sequence[BatchLog], entries: dict[str, Entry]
+) -> bool:
+    """Fill in what entries lack, here and in the index; whether any did."""
+    stale = {log.name: log for log in logs if _is_stale(log, entries[log.name])}
+    gone = [e.outcome.name for e in entries.values() if e.linked and e.outcome.status != "done"]
+    unlink_tables(folder, gone)
+    names = [*stale, *(name for name in gone if name not in stale)]
+    for begin in range(0, len(names), AT_ONCE):
+        some = names[begin : begin + AT_ONCE]
+        link_tables(folder, [n for n in some if _is_to_be_linked(entries[n])])
+        fresh = {name: entries[name] for name in some}
+        fresh |= {n: _with_rows(index, folder, stale[n], entries[n]) for n in some if n in stale}
+        fresh = {n: replace(e, linked=e.outcome.status == "done") for n, e in fresh.items()}
+        index.describe(fresh)
+        entries.update(fresh)
+    return bool(names)
 
 
-def _summary(folder: Path, log: BatchLog, outcome: Outcome) -> dict[str, Any]:
-    known = {
-        "log": log.name,
-        "status": outcome.status,
-        "reason": outcome.reason,
-        "source": log.log,
-        "building": log.building,
+def _is_to_be_linked(entry: Entry) -> bool:
+    return entry.outcome.status == "done" and not entry.linked
+
+
+def _is_stale(log: BatchLog, entry: Entry) -> bool:
+    """Whether the log's rows aren't there, or its truth is another one than they were made by."""
+    if entry.summary is None or entry.times is None or _is_to_be_linked(entry):
+        return True
+    return entry.outcome.status == "done" and entry.truth != json.dumps(truth_state(log))
+
+
+def _with_rows(index: BatchIndex, folder: Path, log: BatchLog, entry: Entry) -> Entry:
+    """The entry with its rows, those that its worker made or new ones."""
+    state = json.dumps(truth_state(log))
+    known: dict[str, Any] = {}
+    if entry.outcome.status == "done":
+        result = result_of(folder, log.name)
+        part = Part(log.name, result, state)
+        found = parts(index, ROWS, {log.name: part}, lambda _: rows_of(result, log))
+        known = json.loads(next(content for _, content in found))
+    outcome = entry.outcome
+    summary = {"status": outcome.status, "reason": outcome.reason, **known.get("summary", {})}
+    times = {
+        "attempts": outcome.attempts,
+        "peak_memory_mb": outcome.peak_memory_mb,
+        **known.get("times", {}),
     }
-    if outcome.status != "done":
-        return known
-    result = result_of(folder, log.name)
-    run = read_summary(result)
-    observed = read_estimates(result).filter("observed")
-    return (
-        known
-        | {
-            "log_seconds": run["timings"]["log_seconds"],
-            "scans": run["counts"].get("Scan", 0),
-            "estimates": run["counts"]["estimates"],
-            "objects_observed": observed["object"].n_unique(),
-            "lost_seconds": sum(found - since for since, found in run["lost_ns"]) / 1e9,
-            "warnings": run["warnings"],
-        }
-        | _errors(result, log)
+    return replace(
+        entry,
+        summary=json.dumps(summary, ensure_ascii=False),
+        times=json.dumps(times),
+        truth=state,
     )
 
 
-def _errors(result: Path, log: BatchLog) -> dict[str, Any]:
-    """A log's errors against its truth, if it has one; why not, if that is of no use."""
-    if log.truth is None:
-        return {}
-    try:
-        return _error_columns(evaluate(result, log.truth, log.path))
-    except ObjstateError as error:
-        return {"truth_problem": str(error)}
+def _write_tables(folder: Path, logs: Sequence[BatchLog], entries: Mapping[str, Entry]) -> None:
+    import polars as pl
+
+    rows = [_row(entries[log.name].summary, log) for log in logs]
+    _write(pl.DataFrame(rows, schema=summary_schema()), folder / SUMMARY_TABLE)
+    times = [json.loads(entries[log.name].times or "{}") | {"log": log.name} for log in logs]
+    _write(pl.DataFrame(times, schema=timings_schema()), folder / TIMINGS_TABLE)
 
 
-def _error_columns(evaluation: Evaluation) -> dict[str, Any]:
-    columns: dict[str, Any] = {}
-    for entry in evaluation.overall:
-        if entry.final is not None:
-            columns[f"{entry.coordinate}_count"] = entry.final.count
-            columns[f"{entry.coordinate}_error"] = entry.final.mean
-            columns[f"{entry.coordinate}_coverage"] = entry.final.coverage
-    if evaluation.robot is not None:
-        columns["robot_error"] = evaluation.robot.position.mean
-    return columns
-
-
-def _timing(folder: Path, outcome: Outcome) -> dict[str, Any]:
-    row = {
-        "log": outcome.name,
-        "attempts": outcome.attempts,
-        "peak_memory_mb": outcome.peak_memory_mb,
-    }
-    if outcome.status != "done":
-        return row
-    timings = read_summary(result_of(folder, outcome.name))["timings"]
-    elapsed = timings["elapsed_seconds"]
-    return row | {"elapsed_seconds": elapsed, "speed": timings["log_seconds"] / elapsed}
+def _row(noted: str | None, log: BatchLog) -> dict[str, Any]:
+    row: dict[str, Any] = json.loads(noted or "{}")
+    return row | {"log": log.name, "source": log.log, "building": log.building}
 
 
 def _write(frame: pl.DataFrame, path: Path) -> None:

@@ -7,11 +7,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from objstate.batch.addresses import fetched, is_remote
+from objstate.batch.addresses import fetched
+from objstate.batch.beside import write_parts
 from objstate.batch.delivery import pack, unpack
 from objstate.batch.process import Report
+from objstate.building.model import Building
+from objstate.recording.batches import BatchLog
+from objstate.recording.mirror import send_result
 from objstate.recording.summary import read_summary, write_summary
-from objstate.run import BuildingInput, RunOptions, estimate_log
+from objstate.run import BuildingInput, RunOptions, RunResult, estimate_log
+from objstate.storage import is_remote
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,19 +36,44 @@ class Job:
     building: str  # of the context
     options: int  # of the context
     out: str
+    truth: str | None = None
+    path: str | None = None  # the robot's true path
 
 
 def run_job(context: Context, job: Job, report: Report) -> None:
     """Estimate one log. Raises what ``estimate_log`` raises, and LogError for a log out of reach."""
     building, options = context.buildings[job.building], context.options[job.options]
-    if not is_remote(job.log):
-        estimate_log([job.log], building, job.out, options, overwrite=True, on_progress=report)
+    log = BatchLog(job.name, job.log, job.building, job.truth, job.path)
+
+    def estimate(read_from: Path, out: str | Path) -> None:
+        def finish(folder: Path, model: Building, result: RunResult) -> None:
+            write_parts(folder, log, read_from, model)
+
+        estimate_log(
+            [read_from],
+            building,
+            out,
+            options,
+            overwrite=True,
+            on_progress=report,
+            on_finish=finish,
+        )
+
+    if not is_remote(job.log) and not is_remote(job.out):
+        estimate(Path(job.log), job.out)
         return
     with tempfile.TemporaryDirectory() as here:
-        log, made = fetched(job.log, Path(here)), Path(here) / "result"
-        estimate_log([log], building, made, options, on_progress=report)
-        _name_the_source(made, log, job.log)
-        unpack(pack(made), Path(job.out))
+        made = Path(here) / "result"
+        if is_remote(job.log):
+            read_from = fetched(job.log, Path(here))
+            estimate(read_from, made)
+            _name_the_source(made, read_from, job.log)
+        else:
+            estimate(Path(job.log), made)
+        if is_remote(job.out):
+            send_result(made, job.out)
+        else:
+            unpack(pack(made), Path(job.out))
 
 
 def _name_the_source(folder: Path, fetched_to: Path, address: str) -> None:

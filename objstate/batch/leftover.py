@@ -13,9 +13,10 @@ from objstate.batch.jobs import Context, Job
 from objstate.batch.options import BatchOptions
 from objstate.batch.request import Requested
 from objstate.errors import LogError, OutageError, ResultError
-from objstate.recording.batches import read_outcome, result_of
-from objstate.recording.summary import read_summary
-from objstate.run import BuildingInput
+from objstate.recording.batches import result_of
+from objstate.recording.index import Entry, Making
+from objstate.recording.mirror import Mirror
+from objstate.run import BuildingInput, RunOptions
 
 NAMES_SHOWN = 5  # settings that differ
 
@@ -34,18 +35,30 @@ class Leftover:
 OnStart = Callable[[Leftover], None]
 
 
-def plan(requested: Sequence[Requested], folder: Path, options: BatchOptions) -> Leftover:
-    """What to run of ``requested``, into the batch ``folder``.
+def plan(
+    requested: Sequence[Requested],
+    folder: Path,
+    entries: Mapping[str, Entry],
+    options: BatchOptions,
+) -> Leftover:
+    """What to run of ``requested``, into the batch ``folder``, given what its index knows.
 
     Raises ResultError for a result that was made otherwise than asked now, and
     BuildingError for a building that can't be read.
     """
+    mirror = Mirror.of(folder)
+
+    def out_of(name: str) -> str:
+        return str(result_of(folder, name)) if mirror is None else mirror.address_of(name)
+
     addresses = sorted({each.log.building for each in requested})
     buildings = {address: BuildingInput.read(address) for address in addresses}
-    context, numbers = _context(requested, buildings)
+    context, numbers, texts = _context(requested, buildings)
     groups: dict[str, list[str]] = {"run": [], "finished": [], "given up": [], "anew": []}
     for each in requested:
-        groups[_state(each, buildings[each.log.building], folder, options)].append(each.log.name)
+        entry, asked = entries[each.log.name], texts[numbers[each.log.name]]
+        building = buildings[each.log.building]
+        groups[_state(each, asked, building, entry, folder, options)].append(each.log.name)
     wanted = {*groups["run"], *groups["anew"]}
     return Leftover(
         context=context,
@@ -55,7 +68,9 @@ def plan(requested: Sequence[Requested], folder: Path, options: BatchOptions) ->
                 log=each.log.log,
                 building=each.log.building,
                 options=numbers[each.log.name],
-                out=str(result_of(folder, each.log.name)),
+                out=out_of(each.log.name),
+                truth=each.log.truth,
+                path=each.log.path,
             )
             for each in requested
             if each.log.name in wanted
@@ -68,38 +83,50 @@ def plan(requested: Sequence[Requested], folder: Path, options: BatchOptions) ->
 
 def _context(
     requested: Sequence[Requested], buildings: Mapping[str, BuildingInput]
-) -> tuple[Context, dict[str, int]]:
-    """What the logs share, and the number of each log's options in it, by name."""
-    texts = {each.log.name: _canonical(each.options.to_dict()) for each in requested}
-    by_text = {texts[each.log.name]: each.options for each in requested}
-    number_of = {text: number for number, text in enumerate(by_text)}
-    context = Context(buildings, dict(enumerate(by_text.values())))
-    return context, {name: number_of[text] for name, text in texts.items()}
+) -> tuple[Context, dict[str, int], list[str]]:
+    """What the logs share; the number of each log's options in it, by name; options as JSON."""
+    texts: dict[int, str] = {}  # by identity: most logs share one object
+    number_of: dict[str, int] = {}
+    chosen: dict[int, RunOptions] = {}
+    numbers: dict[str, int] = {}
+    for each in requested:
+        text = texts.get(id(each.options))
+        if text is None:
+            text = texts[id(each.options)] = _canonical(each.options.to_dict())
+        number = number_of.setdefault(text, len(number_of))
+        chosen.setdefault(number, each.options)
+        numbers[each.log.name] = number
+    return Context(buildings, chosen), numbers, list(number_of)
 
 
-def _state(each: Requested, building: BuildingInput, folder: Path, options: BatchOptions) -> str:
-    name = each.log.name
-    outcome = read_outcome(folder, name)
-    if outcome.status == "not run":
+def _state(
+    each: Requested,
+    asked: str,
+    building: BuildingInput,
+    entry: Entry,
+    folder: Path,
+    options: BatchOptions,
+) -> str:
+    status, made = entry.outcome.status, entry.making
+    if status == "not run":
         return "run"
-    if outcome.status != "done":
+    if status != "done" or made is None:
         return "run" if options.retry_failed else "given up"
-    made = read_summary(result_of(folder, name))
-    differing = _differences(made, each, building)
+    differing = _differences(made, asked, building)
     if differing and not options.overwrite:
         raise ResultError(
-            f"{folder} holds a result of '{name}' that was made otherwise ({differing}); choose "
-            "another --out, or add --overwrite to make such results anew."
+            f"{folder} holds a result of '{each.log.name}' that was made otherwise ({differing}); "
+            "choose another --out, or add --overwrite to make such results anew."
         )
     return "anew" if differing or _changed(each.log.log, made) else "finished"
 
 
-def _differences(made: Mapping[str, Any], each: Requested, building: BuildingInput) -> str:
+def _differences(made: Making, asked: str, building: BuildingInput) -> str:
     """In words, what of a result's making differs from what is asked now; empty if nothing does."""
-    asked = json.loads(_canonical(each.options.to_dict()))
-    places = sorted(_unlike(made.get("options"), asked, ""))
-    geometry = made.get("inputs", {}).get("building", {}).get("geometry_sha256")
-    if geometry != building.description["geometry_sha256"]:
+    places: list[str] = []
+    if made.options != asked:
+        places = sorted(_unlike(json.loads(made.options), json.loads(asked), ""))
+    if made.geometry != building.description["geometry_sha256"]:
         places.insert(0, "building")
     return ", ".join([*places[:NAMES_SHOWN], *(["..."] if len(places) > NAMES_SHOWN else [])])
 
@@ -115,10 +142,10 @@ def _unlike(one: Any, other: Any, place: str) -> list[str]:
     return [] if one == other else [place]
 
 
-def _changed(log: str, made: Mapping[str, Any]) -> bool:
+def _changed(log: str, made: Making) -> bool:
     """Whether a log has another size than the one that a result was made of; False if it is gone."""
     try:
-        return size_of(log) != sum(int(file["bytes"]) for file in made["inputs"]["logs"])
+        return size_of(log) != made.bytes
     except (LogError, OutageError):
         return False
 

@@ -133,7 +133,7 @@ def compile_part(part: int, of: int, parts: int) -> None:
 
 def main(part: int, of: int, parts: int) -> None:
     """The same in a process for that alone, which ends at once when its parent does."""
-    gc.disable()  # what numba leaves isn't worth looking for in a process that ends soon
+    gc.disable()  # not worth it in a process that ends soon
     threading.Thread(target=_end_with_parent, daemon=True).start()
     compile_part(part, of, parts)
 

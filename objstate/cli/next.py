@@ -40,7 +40,7 @@ Examples:
       --sensor front:range=8,view=180 --sensor back:range=4,view=90,yaw=180 --json
   objstate next --world world.db --building office.urdf --at 2,0,0 --task tasks.yaml
   objstate next --world world.db --building office.urdf --at 2,0,0 \\
-      --head camera:view=60,turn=120,speed=90 --grid out/drive/grid.yaml
+      --head camera:view=60,turn=120,speed=90 --grid out/drive/grid.yaml --way "3,0;3,2"
 """
 
 
@@ -86,7 +86,14 @@ def next_(
         Path | None,
         typer.Option(
             metavar="YAML",
-            help="With --head: what is occupied, as `estimate --grid` wrote it. Default: unknown.",
+            help="With --head: what is occupied, as `estimate --grid` wrote it. Default: what the "
+            "world knows.",
+        ),
+    ] = None,
+    way: Annotated[
+        str | None,
+        typer.Option(
+            metavar="X,Y;X,Y", help="With --head: where the robot is about to drive, watched most."
         ),
     ] = None,
     position_std: Annotated[
@@ -101,10 +108,10 @@ def next_(
     top: Annotated[int, typer.Option(metavar="N", min=1, help="Actions to show.")] = 10,
     as_json: AsJson = False,
 ) -> None:
-    """What to look at next, from where, and why.
+    """Choose what to look at next, from where, and why.
 
-    Weighs what looks would tell of doors and furniture against the way there. First come the
-    objects with which something is about to be done, then the most useful action.
+    Weighs the expected gains of looks at doors and furniture against the way there. Required looks
+    come first, then the most useful action.
     """
     from objstate.building import load_building
     from objstate.config import load_yaml, parse_strict
@@ -131,7 +138,7 @@ def next_(
     known = store.load(objects=model.objects, since_ns=stamp_ns, until_ns=stamp_ns)
     moment = known.at(stamp_ns)
     if head is not None:
-        show_gazes(model, moment, pose, head, grid, position_std, top, as_json=as_json)
+        show_gazes(model, moment, pose, head, grid, way, position_std, top, as_json=as_json)
         return
     coordinator = Coordinator(model, robot, settings, known.settings)
     ranked = coordinator.actions(moment.beliefs, pose, may_drive=not stay)
@@ -174,7 +181,7 @@ def _tasks(coordinator: Coordinator, moment: Snapshot, tasks: list[VerificationT
 
 
 def _due(allowed: Task, wanted: Sequence[Due], now_ns: int) -> Table | str:
-    """When what is allowed will be exceeded, if nobody looks."""
+    """Times at which allowed variances will be exceeded without a look."""
     if not wanted:
         return f"'{allowed.name}' asks for no look within {duration(HORIZON)}."
     table = new_table(

@@ -34,6 +34,22 @@ def parse_pose(text: str, option: str = "--initial-pose") -> FloatArray:
         raise SettingsError(f"{option} '{text}' is not a pose: {error}; give {POSE}.") from error
 
 
+def parse_way(text: str, option: str = "--way") -> FloatArray:
+    """Points (n, 2) m, as in ``3,0;3,2``. Raises SettingsError."""
+    import numpy as np
+
+    from objstate.geometry import finite
+
+    try:
+        points = [[finite(each) for each in part.split(",")] for part in text.split(";")]
+        way = np.array(points, dtype=float)
+        if way.ndim != 2 or way.shape[1] != 2:
+            raise ValueError("each point has two numbers")
+    except ValueError as error:
+        raise SettingsError(f"{option} '{text}' is no way: {error}; give X,Y;X,Y (m).") from error
+    return way
+
+
 def parse_mounts(texts: Sequence[str]) -> dict[str, FloatArray]:
     """Transforms (4, 4), laser in ``base_link``, by frame, of all ``--mount``. Raises SettingsError."""
     return dict(_mount(text) for text in texts)
@@ -99,7 +115,7 @@ def parse_time(text: str) -> int:
 
 
 def _check_seconds(value: Fraction, what: str) -> None:
-    """Raises SettingsError for so many seconds that another unit must be meant."""
+    """Raises SettingsError for so large a number that another unit must be meant."""
     from objstate.recording.stamps import unit_of_number
 
     if abs(value) < LATEST_TIME:

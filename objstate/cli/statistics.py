@@ -37,7 +37,7 @@ LEGEND = (
 
 
 def statistics(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A batch.")],
+    folder: Annotated[str, typer.Argument(metavar="DIR", help="A batch, or its URL.")],
     open_above: Annotated[
         str, typer.Option(metavar="ANGLE", help="A hinged door counts as open beyond it.")
     ] = "10deg",
@@ -63,6 +63,8 @@ def statistics(
     Taken over all logs of a batch, also by the hour of the day and the day of the week.
     """
     from objstate.geometry import angle_from_text
+    from objstate.recording.batches import REPORT
+    from objstate.recording.mirror import mirrored
     from objstate.statistics import OpenAbove, door_statistics
 
     try:
@@ -72,7 +74,8 @@ def statistics(
             f"--open-above '{open_above}' is no angle: {error}; give radians, or degrees as in "
             "10deg."
         ) from error
-    doors = door_statistics(folder, above, parse_zone(timezone), filtered=filtered)
+    with mirrored(folder, only=(REPORT,)) as home:
+        doors = door_statistics(home, above, parse_zone(timezone), filtered=filtered)
     if json_file is not None:
         write_json(json_file, doors)
     if not doors:

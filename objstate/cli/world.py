@@ -69,7 +69,7 @@ def show(world: Place, config: Config = None, as_json: AsJson = False) -> None:
     from objstate.world.store import open_store
 
     store = open_store(world)
-    latest = store.load(_settings(config), since_ns=store.latest_ns()).at()
+    latest = store.load(_settings(config), newest=True).at()
     _print(store, latest, as_json)
 
 
@@ -149,9 +149,9 @@ def adopt(
     ],
     height: Annotated[float, typer.Option(metavar="M", help="Of the object.")] = 1.0,
 ) -> None:
-    """Keep something that stands about as an object: in a new building, and in the world.
+    """Keep an obstacle as an object: in a new building, and in the world.
 
-    The world is of the new building from then on.
+    The world then belongs to the new building.
     """
     from objstate.maintenance.adoption import adopt as kept
     from objstate.world.store import open_store

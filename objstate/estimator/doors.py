@@ -1,4 +1,4 @@
-"""What scans say of doors: each door's posterior, from where the robot is believed to stand."""
+"""Updates of doors by scans, and what is learnt over all doors."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from objstate.geometry import FloatArray
 from objstate.lazy import Later, altered
 from objstate.localization import Vantage
 from objstate.objects import ObjectBelief
-from objstate.objects.mixture import NEVER, DoorMixture, Doorway, Statics
+from objstate.objects.door_posterior import DoorPosterior
+from objstate.objects.mixture import NEVER, Doorway, Statics
 from objstate.objects.shape import shape_of
 from objstate.particles import Weights
 from objstate.sensing import Sensing
@@ -24,26 +25,28 @@ if TYPE_CHECKING:
 else:
     kernels = Later("objstate.objects.mixture_kernels")
 
-ELSEWHERE_SIGMAS = 3.0  # by which a hinge surely is off its place
-ELSEWHERE_M = 0.03  # m, and by as much at least
-OUTLIERS = 0.01  # share of doors whose hinge or bearing is off as far as may be
-NEGLIGIBLE = 5e-3  # probability of a deviation under which no door is read off
-PARTS = 3  # of the deviations of bearings, under which doors are read off by turns
-WIDEST_M, WIDEST_DEG = 0.03, 3.0  # deviations of hinges and bearings that doors are filtered with
-GRID, LEAST = 15, 0.1  # deviations tried, from this share of the first guess on
-FACTOR = 1.0  # standard deviation of the logarithm of a deviation, before any scan
-EDGE_SHARE = 0.1  # of the beams beside an edge, that the surface next to it stops
-LEAST_DENSITY = 1e-9  # 1/m, of a range that nothing explains
+ELSEWHERE_SIGMAS = 3.0  # standard deviations from which on a hinge counts as off its place
+ELSEWHERE_M = 0.03  # m, and at least this distance
+OUTLIERS = 0.01  # share of doors whose hinge or bearing has the widest deviation
+NEGLIGIBLE = 5e-3  # probability of a deviation below which it is left out
+PARTS = 3  # number of parts of the usual deviations of bearings, with a mean each
+WIDEST_M, WIDEST_DEG = 0.03, 3.0  # deviations of hinges and bearings with which doors are filtered
+# number of deviations on the grid, and the smallest in units of the first guess
+GRID, LEAST = 15, 0.1
+FACTOR = 1.0  # prior standard deviation of the logarithm of a deviation
+USUAL = 2.0  # deviations of that logarithm within which a deviation counts as usual
+EDGE_SHARE = 0.1  # of the beams beside an edge that meet the neighbouring surface
+LEAST_DENSITY = 1e-9  # 1/m, of a random range
 
 
 class Doors:
-    """The doors of a building that move in the plane, and what is learnt of all of them."""
+    """The doors of a building that move in the plane, and what is learnt over all of them."""
 
     def __init__(self, building: Building, settings: Settings, sensing: Sensing) -> None:
         self._building, self._settings, self._sensing = building, settings, sensing
         self._shapes: dict[tuple[str, float], kernels.Shape] = {}
         error = settings.building_error
-        self._hinge = Deviation(error.hinge_std_m, WIDEST_M, 1)
+        self._hinge = Deviation(error.hinge_std_m, WIDEST_M)
         self._bearing = Deviation(
             math.radians(error.bearing_std_deg), math.radians(WIDEST_DEG), PARTS
         )
@@ -53,13 +56,13 @@ class Doors:
 
     @property
     def statics(self) -> Statics:
-        """By how much hinges and bearings are off, by the doors seen so far."""
+        """Deviations of hinges and bearings, learnt from the doors seen so far."""
         return Statics(self._hinge.variance, self._bearing.variance)
 
     @property
-    def _widest(self) -> Statics:
-        """By how much they may be off at most; doors are filtered with it, and read off with what is learnt."""
-        return Statics(self._hinge.variances[-1], self._bearing.variances[-1])
+    def _priors(self) -> list[Statics]:
+        """The wide priors with which doors are filtered; they are published under learnt ones."""
+        return [Statics(self._hinge.variances[-1], bearing) for bearing in self._bearing.bounds]
 
     def observe(
         self, belief: ObjectBelief, exposure: Exposure, rng: np.random.Generator
@@ -74,21 +77,22 @@ class Doors:
         if len(beams) == 0:
             return None
         before = belief.joint
-        if not isinstance(before, DoorMixture):
-            before = DoorMixture.of(self._doorway(belief), belief, self._widest)
-        mixture = before.later(exposure.seconds_since(before.stamp_ns), *exposure.carried())
+        if not isinstance(before, DoorPosterior):
+            before = DoorPosterior.of(self._doorway(belief), belief, self._priors)
+        posterior = before.later(exposure.seconds_since(before.stamp_ns), *exposure.carried())
         noise = beam_noise(self._settings.beam_model, vantage, scan.range_max)
         shape = self._shape(before.door, exposure.sight.height)
-        mixture, reached = mixture.given(exposure.beams(beams), noise, shape)
-        mixture = mixture.at(scan.stamp_ns)
-        self._learn(exposure.name, mixture)
-        return Seen(self._read_off(mixture, belief), beams, reached > 0)
+        posterior, reached = posterior.given(exposure.beams(beams), noise, shape)
+        posterior = posterior.at(scan.stamp_ns)
+        self._learn(exposure.name, posterior)
+        return Seen(self._read_off(posterior, belief), beams, reached > 0)
 
     def elsewhere(self, belief: ObjectBelief) -> FloatArray | None:
-        """(2,) m by which a door's hinge surely is off its place in the model; None where it isn't."""
-        if not isinstance(belief.joint, DoorMixture):
+        """(2,) m, offset of a door's hinge where it is significant; None elsewhere."""
+        if not isinstance(belief.joint, DoorPosterior):
             return None
-        offset, covariance = belief.joint.hinge
+        likeliest = belief.joint.among(max(self.cases(belief.joint.door))[1].bearing)
+        offset, covariance = belief.joint.mixtures[likeliest].hinge
         offset = offset + belief.item.hinge - self._building.objects[belief.item.name].hinge
         away = float(np.hypot(*offset))
         if away < ELSEWHERE_M:
@@ -96,21 +100,24 @@ class Doors:
         std = math.sqrt(float(offset @ covariance @ offset)) / away
         return offset if away > ELSEWHERE_SIGMAS * std else None
 
-    def cases(self, mixture: DoorMixture) -> list[tuple[float, Statics]]:
-        """Deviations that a door's hinge and bearing may be off by, with probabilities."""
-        name, cases = mixture.door.item.name, [(1.0, self.statics)]
-        for error, deviation in self._deviations(mixture.door).items():
-            cases = [
-                (share * probability, statics._replace(**{error: variance}))
-                for share, statics in cases
-                for probability, variance in deviation.cases(name)
-            ]
-        return cases
+    def cases(self, door: Doorway) -> list[tuple[float, Statics]]:
+        """Deviations that a door's hinge and bearing may have, with probabilities."""
+        name, bearings = door.item.name, self._bearings(door)
+        return [
+            (share * probability, Statics(hinge, bearing))
+            for share, hinge in self._hinge.cases(name)
+            for probability, bearing in bearings
+        ]
 
-    def _read_off(self, mixture: DoorMixture, belief: ObjectBelief) -> ObjectBelief:
-        """The posterior of a door's state, over how far off its hinge and bearing may be."""
-        shares, statics = zip(*self.cases(mixture), strict=True)
-        weights, swung = mixture.door.on_lattice(mixture.under(statics), belief)
+    def _bearings(self, door: Doorway) -> list[tuple[float, float]]:
+        """Variances that a door's bearing may have, with probabilities."""
+        return self._bearing.cases(door.item.name) if door.turn else [(1.0, 0.0)]
+
+    def _read_off(self, posterior: DoorPosterior, belief: ObjectBelief) -> ObjectBelief:
+        """The posterior of a door's state, averaged over the deviations of hinge and bearing."""
+        door = posterior.door
+        shares, statics = zip(*self.cases(door), strict=True)
+        weights, swung = door.on_lattice(posterior.under(statics), belief)
         swung = np.array(shares) @ (weights * swung)
         weights = np.array(shares) @ weights
         swung = np.minimum(swung / np.maximum(weights, NEVER), 1.0)
@@ -118,18 +125,16 @@ class Doors:
             belief,
             weights=Weights(weights),
             swung=swung,
-            stamp_ns=mixture.stamp_ns,
-            joint=mixture,
+            stamp_ns=posterior.stamp_ns,
+            joint=posterior,
         )
 
-    def _deviations(self, door: Doorway) -> dict[str, Deviation]:
-        """What is learnt over all doors, and applies to this one."""
-        return {"hinge": self._hinge} | ({"bearing": self._bearing} if door.turn else {})
-
-    def _learn(self, name: str, mixture: DoorMixture) -> None:
-        """Take in what a door tells of how far hinges and bearings are off."""
-        for error, deviation in self._deviations(mixture.door).items():
-            deviation.told(name, mixture.log_evidence(error, deviation.variances))
+    def _learn(self, name: str, posterior: DoorPosterior) -> None:
+        """Update the learnt deviations by a door."""
+        if posterior.door.turn:
+            self._bearing.told(name, posterior.of_bearing(self._bearing.variances))
+        bearings = self._bearings(posterior.door)
+        self._hinge.told(name, posterior.of_hinge(self._hinge.variances, bearings))
 
     def _doorway(self, belief: ObjectBelief) -> Doorway:
         chosen = self._settings.for_object(belief.item.name, "door")
@@ -145,22 +150,31 @@ class Doors:
 
 
 class Deviation:
-    """The deviation of an error that each door has its own of: p(deviation | z) on a grid.
+    """The deviation of an error that each door has independently: p(deviation | z) on a grid.
 
-    Each door tells the likelihood of its readings, with its own error summed over. The prior is
-    lognormal about a first guess. Some doors are outliers, whose errors are as wide as the widest
-    deviation. Doors are read off under the mean of each of so many ``parts`` of the grid.
+    Each door contributes the likelihood of its readings, with its own error integrated out. The
+    prior is lognormal about a first guess. Some doors are outliers, whose errors have the widest
+    deviation. Doors are published under the mean of each of so many ``parts`` of the usual
+    deviations, and of the others.
     """
 
-    def __init__(self, first: float, widest: float, parts: int) -> None:
+    def __init__(self, first: float, widest: float, parts: int = 1) -> None:
         deviations = np.geomspace(LEAST * first, max(widest, 2.0 * first), GRID)
         self.variances = deviations**2  # (k,)
-        self._parts = np.array_split(np.arange(GRID), parts)
+        usual = deviations <= first * math.exp(USUAL * FACTOR)
+        self._parts = np.array_split(np.flatnonzero(usual), parts)
+        if not usual.all():
+            self._parts.append(np.flatnonzero(~usual))
         log_prior = -0.5 * (np.log(deviations / first) / FACTOR) ** 2
         self._log_prior = np.asarray(log_prior)
-        self._doors: dict[str, FloatArray] = {}  # (k,) log-likelihood by each
+        self._doors: dict[str, FloatArray] = {}  # (k,) log-likelihood of each deviation
         self._outliers: dict[str, FloatArray] = {}  # (k,) probability that a door is one
         self._weights = _normalized(log_prior)
+
+    @property
+    def bounds(self) -> FloatArray:
+        """(1,) or (2,) the largest usual variance, and the largest of all."""
+        return np.unique(self.variances[[part[-1] for part in self._parts[-2:]]])
 
     @property
     def variance(self) -> float:
@@ -168,7 +182,7 @@ class Deviation:
         return float(self._weights @ np.sqrt(self.variances)) ** 2
 
     def told(self, name: str, log_likelihood: FloatArray) -> None:
-        """What all readings of a door tell (k,), up to a constant, in place of what they told before."""
+        """Replace the log-likelihoods (k,), up to a constant, of all readings of a door."""
         usual = log_likelihood - log_likelihood[-1] + math.log1p(-OUTLIERS)
         both = np.logaddexp(usual, math.log(OUTLIERS))
         self._doors[name], self._outliers[name] = both, OUTLIERS * np.exp(-both)
@@ -189,7 +203,7 @@ class Deviation:
 
 
 def _normalized(log: FloatArray) -> FloatArray:
-    """Weights that sum to one, of their logarithms."""
+    """Normalized weights of logarithms."""
     weights = np.exp(log - log.max())
     return np.asarray(weights / weights.sum())
 

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from objstate.building import load_building
+from objstate.building.model import Building
 from objstate.errors import BuildingError, LogError, TruthError
-from objstate.evaluation.breakdown import Group, groups
+from objstate.evaluation.breakdown import ALL, Group, groups, parts_of
 from objstate.evaluation.calibration import Calibration, calibrations
 from objstate.evaluation.conditions import conditions, no_conditions
 from objstate.evaluation.judged import judge
@@ -18,15 +21,19 @@ from objstate.evaluation.lost import read_lost
 from objstate.evaluation.paired import Difference, differences
 from objstate.evaluation.states import true_courses
 from objstate.evaluation.summary import StateErrors, summarize_states, unit_of
-from objstate.recording.batches import BatchLog, is_batch, read_logs, read_outcome, result_of
+from objstate.evaluation.sums import Finals, Sums, Totals, packed, sums_of, unpacked
+from objstate.recording.batches import BatchLog, is_batch, read_logs, result_of
+from objstate.recording.index import BatchIndex, open_index, settled
+from objstate.recording.parts import OnLog, Part, file_state, parts, states_state, truth_state
 from objstate.recording.summary import read_summary
 from objstate.recording.tables import check_truth_times, read_states, read_truth
 from objstate.recording.tum import TRAJECTORY, read_tum
+from objstate.storage import building_here, here
 
 if TYPE_CHECKING:
     import polars as pl
 
-OnLog = Callable[[int, int], None]  # logs done, of how many
+FORM = 1  # of the sums that are kept
 
 
 @dataclass(frozen=True)
@@ -46,7 +53,7 @@ class BatchEvaluation:
     logs: int  # with a result and a truth
     without_truth: tuple[str, ...]
     without_result: tuple[str, ...]
-    notes: tuple[str, ...]  # what could not be told of which log, and why
+    notes: tuple[str, ...]  # what could not be evaluated of which log, and why
     overall: tuple[Overall, ...]
     groups: tuple[Group, ...]  # at the updates, by condition
     calibration: tuple[Calibration, ...]  # of the final estimates
@@ -71,31 +78,64 @@ def evaluate_batch(
     are those given the whole log, or with ``filtered`` those that the robot would have known then.
     Raises ResultError, and TruthError where no log has a truth.
     """
-    import polars as pl
-
     logs = _logs(folder, truth)
-    judged: list[pl.DataFrame] = []
-    notes: list[str] = []
-    left = [log for log in logs if _usable(folder, log)]
-    if not left:
-        raise TruthError(f"No log of {folder} has both a result and a truth; give --truth.")
-    for number, log in enumerate(left):
-        judged.append(_judged(folder, log, notes, filtered))
-        if on_log is not None:
-            on_log(number + 1, len(left))
-    whole = pl.concat(judged, how="diagonal")
-    if whole.is_empty():
-        raise TruthError(f"The truth tells nothing of the objects in {folder}.")
+    totals = Totals()
+    with _opened(folder) as index:
+        results = _results(folder, index, logs)
+        left = {log.name: log for log in logs if log.truth is not None and log.name in results}
+        if not left:
+            raise TruthError(f"No log of {folder} has both a result and a truth; give --truth.")
+        wanted = {n: _part(results[n], log, filtered) for n, log in left.items()}
+
+        def made(name: str) -> bytes:
+            return packed(judged_sums(results[name], left[name], filtered=filtered))
+
+        for name, content in parts(index, kind_of(filtered), wanted, made, on_log):
+            totals.add(name, unpacked(content, f"What is kept of {name}"))
+    finals = totals.finals()
+    overall = _overall(totals, finals)
+    if not overall:
+        raise TruthError(f"The truth has none of the objects in {folder}.")
     return BatchEvaluation(
         logs=len(left),
         without_truth=tuple(log.name for log in logs if log.truth is None),
-        without_result=tuple(log.name for log in logs if not _result(folder, log)),
-        notes=tuple(notes),
-        overall=_overall(whole),
-        groups=groups(whole),
-        calibration=calibrations(whole),
-        against=() if against is None else _against(whole, against, left, filtered),
+        without_result=tuple(log.name for log in logs if log.name not in results),
+        notes=tuple(sorted(totals.notes)),
+        overall=overall,
+        groups=groups(totals),
+        calibration=calibrations(finals),
+        against=() if against is None else _against(finals, against, left, filtered),
     )
+
+
+def kind_of(filtered: bool) -> str:
+    """Under which the sums of a log are kept."""
+    return "errors, filtered" if filtered else "errors"
+
+
+def _part(result: Path, log: BatchLog, filtered: bool) -> Part:
+    return Part(log.name, result, stamp_of(result, log, filtered))
+
+
+def stamp_of(result: Path, log: BatchLog, filtered: bool) -> str:
+    """What changes when the sums of a log do."""
+    made_of = [states_state(result, filtered), file_state(log.log), _building_state(log.building)]
+    return json.dumps([FORM, truth_state(log), *made_of])
+
+
+@cache
+def _building_state(address: str) -> list[object]:
+    return file_state(address)
+
+
+@contextmanager
+def _opened(folder: str | Path) -> Iterator[BatchIndex | None]:
+    """The index of a batch; None of a plain result."""
+    if not is_batch(folder):
+        yield None
+        return
+    with open_index(folder) as index:
+        yield index
 
 
 def _logs(folder: str | Path, truth: str | Path | None) -> list[BatchLog]:
@@ -110,48 +150,56 @@ def _logs(folder: str | Path, truth: str | Path | None) -> list[BatchLog]:
     ]
 
 
-def _result(folder: str | Path, log: BatchLog) -> Path | None:
-    """Where a log's result is, if it is there."""
-    if not is_batch(folder):
-        return Path(folder)
-    done = read_outcome(folder, log.name).status == "done"
-    return result_of(folder, log.name) if done else None
+def _results(
+    folder: str | Path, index: BatchIndex | None, logs: Sequence[BatchLog]
+) -> dict[str, Path]:
+    """Where the results of logs are, those that are there, by name."""
+    if index is None:
+        return {log.name: Path(folder) for log in logs}
+    entries = settled(index, Path(folder), read_logs(folder))
+    done = {name for name, entry in entries.items() if entry.outcome.status == "done"}
+    return {log.name: result_of(folder, log.name) for log in logs if log.name in done}
 
 
-def _usable(folder: str | Path, log: BatchLog) -> bool:
-    return log.truth is not None and _result(folder, log) is not None
-
-
-def _plain(folder: str | Path, log: BatchLog, filtered: bool) -> pl.DataFrame:
+def _plain(result: Path, log: BatchLog, filtered: bool) -> pl.DataFrame:
     """The judged estimates of one log, without conditions."""
     import polars as pl
 
-    result = _result(folder, log)
-    if result is None or log.truth is None:
+    if log.truth is None:
         return pl.DataFrame()
-    truth, estimates = read_truth(log.truth), read_states(result, filtered=filtered)
+    truth, estimates = read_truth(here(log.truth)), read_states(result, filtered=filtered)
     if len(estimates):
         stamps = estimates["stamp"].to_numpy()
         check_truth_times(truth, int(stamps.min()), int(stamps.max()), log.truth)
-    judged = judge(estimates, true_courses(truth), read_lost(result))
-    return judged.with_columns(log=pl.lit(log.name)) if len(judged) else judged
+    return judge(estimates, true_courses(truth), read_lost(result))
 
 
-def _judged(folder: str | Path, log: BatchLog, notes: list[str], filtered: bool) -> pl.DataFrame:
+def judged_sums(
+    result: Path, log: BatchLog, building: Building | None = None, *, filtered: bool = False
+) -> Sums:
+    """What one log adds to the errors of its batch; ``building`` is that of the log, where it was read."""
+    notes: list[str] = []
+    judged = _judged(result, log, building, notes, filtered)
+    return sums_of(parts_of(judged), judged, notes)
+
+
+def _judged(
+    result: Path, log: BatchLog, building: Building | None, notes: list[str], filtered: bool
+) -> pl.DataFrame:
     """The judged estimates of one log with the conditions they were made under."""
-    plain, result = _plain(folder, log, filtered), _result(folder, log)
-    if plain.is_empty() or result is None:
+    plain = _plain(result, log, filtered)
+    if plain.is_empty():
         return plain
     known = no_conditions()
     try:
-        building, path = _building(log.building), read_tum(result / TRAJECTORY)
+        model, path = building or _building(log.building), read_tum(result / TRAJECTORY)
         try:
-            known = conditions(plain, building, path, _reachable(log.log))
+            known = conditions(plain, model, path, _reachable(log.log))
         except LogError as error:
-            notes.append(f"{log.name}: beams aren't counted. {error}")
-            known = conditions(plain, building, path, None)
+            notes.append(f"beams aren't counted. {error}")
+            known = conditions(plain, model, path, None)
     except BuildingError as error:
-        notes.append(f"{log.name}: nothing by class, distance or incidence. {error}")
+        notes.append(f"nothing by class, distance or incidence. {error}")
     return plain.join(known, on=["stamp", "object"], how="left", maintain_order="left")
 
 
@@ -162,32 +210,37 @@ def _reachable(log: str) -> Path:
 
 
 @cache
-def _building(address: str) -> Any:
-    return load_building(Path(address))
+def _building(address: str) -> Building:
+    return load_building(building_here(address))
 
 
-def _overall(judged: pl.DataFrame) -> tuple[Overall, ...]:
-    parts = sorted(judged.partition_by("coordinate", as_dict=True).items())
-    return tuple(
-        Overall(
-            coordinate,
-            unit_of(coordinate),
-            _summary(coordinate, part.filter("observed")),
-            _summary(coordinate, part.filter("final")),
+def _overall(totals: Totals, finals: pl.DataFrame) -> tuple[Overall, ...]:
+    updates = {key[2]: errors for key, errors in totals.errors() if key[0] == ALL}
+    last = {
+        coordinate: summarize_states(
+            coordinate, part["error"].to_numpy(), part["inside"].to_numpy()
         )
-        for (coordinate,), part in parts
+        for (coordinate,), part in finals.partition_by("coordinate", as_dict=True).items()
+    }
+    return tuple(
+        Overall(name, unit_of(name), updates.get(name), last.get(name))
+        for name in sorted({*updates, *last})
     )
 
 
-def _summary(coordinate: str, part: pl.DataFrame) -> StateErrors | None:
-    return summarize_states(coordinate, part["error"].to_numpy(), part["inside"].to_numpy())
-
-
 def _against(
-    this: pl.DataFrame, other: str | Path, logs: Iterable[BatchLog], filtered: bool
+    finals: pl.DataFrame, other: str | Path, logs: Mapping[str, BatchLog], filtered: bool
 ) -> tuple[Difference, ...]:
     """Both by the truths of the first."""
-    import polars as pl
-
-    judged = [_plain(other, log, filtered) for log in logs]
-    return differences(this, pl.concat([this.clear(), *judged], how="diagonal"))
+    found = Finals()
+    with _opened(other) as index:
+        results = _results(other, index, list(logs.values()))
+        wanted = {n: _part(result, logs[n], filtered) for n, result in results.items()}
+        kept = {} if index is None else index.stamps(kind_of(filtered))
+        same = {n: part for n, part in wanted.items() if kept.get(n) == part.stamp}
+        for name, content in parts(index, kind_of(filtered), same, lambda _: b""):
+            found.add(name, unpacked(content, f"What is kept of {name}"))
+    for name in wanted.keys() - same.keys():  # not kept: their conditions weren't asked for
+        judged = _plain(results[name], logs[name], filtered)
+        found.add(name, sums_of({}, judged, ()))
+    return differences(finals, found.table())

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from objstate.evaluation.summary import StateErrors, summarize_states, unit_of
-from objstate.geometry import FloatArray
+from objstate.evaluation.summary import StateErrors, unit_of
+from objstate.evaluation.sums import Key, Totals
 from objstate.order import natural_key
 
 if TYPE_CHECKING:
@@ -42,6 +42,7 @@ BINS = (
     Bins("since_seen", "last seen before (s)", (0.0, 0.05, 1.0, 10.0, 60.0, 600.0), observed=False),
 )
 NAMED = ("object", "class")  # conditions that are names
+ALL = ""  # under which all updates that observed an object stand
 
 
 @dataclass(frozen=True)
@@ -55,27 +56,43 @@ class Group:
     errors: StateErrors
 
 
-def groups(judged: pl.DataFrame) -> tuple[Group, ...]:
+def parts_of(judged: pl.DataFrame) -> dict[Key, pl.DataFrame]:
+    """The updates that share a condition; under ALL, those that observed the object."""
+    if judged.is_empty():
+        return {}
+    whole = judged.filter("observed").partition_by("coordinate", as_dict=True)
+    every = {(ALL, "", coordinate): part for (coordinate,), part in sorted(whole.items())}
+    return every | dict(_by_name(judged)) | dict(_by_bin(judged))
+
+
+def groups(totals: Totals) -> tuple[Group, ...]:
     """The errors by each condition, in the order of its stretches; empty ones are left out."""
-    return tuple(group for each in (*_by_name(judged), *_by_bin(judged)) for group in each)
+    found = [(key, errors) for key, errors in totals.errors() if key[0] != ALL]
+    return tuple(
+        Group(*key, unit_of(key[2]), errors)
+        for key, errors in sorted(found, key=lambda each: _place(each[0]))
+    )
 
 
-def _by_name(judged: pl.DataFrame) -> Iterator[Sequence[Group]]:
+def _place(key: Key) -> tuple[object, ...]:
+    condition, label, coordinate = key
+    if condition in NAMED:
+        return (NAMED.index(condition), natural_key(label), natural_key(coordinate))
+    number, bins = next((n, each) for n, each in enumerate(BINS) if each.title == condition)
+    return (len(NAMED) + number, bins.labels().index(label), coordinate)
+
+
+def _by_name(judged: pl.DataFrame) -> Iterator[tuple[Key, pl.DataFrame]]:
     import polars as pl
 
     for column in NAMED:
         if column in judged.columns:
             seen = judged.filter(pl.col("observed") & pl.col(column).is_not_null())
-            parts = seen.partition_by(column, "coordinate", as_dict=True)
-            yield [_group(column, key, part) for key, part in _ordered(parts)]
+            for (label, coordinate), part in _parted(seen, column):
+                yield (column, str(label), str(coordinate)), part
 
 
-def _ordered(parts: Mapping[Any, pl.DataFrame]) -> list[tuple[Any, pl.DataFrame]]:
-    """Parts by the names in their keys."""
-    return sorted(parts.items(), key=lambda part: [natural_key(str(name)) for name in part[0]])
-
-
-def _by_bin(judged: pl.DataFrame) -> Iterator[Sequence[Group]]:
+def _by_bin(judged: pl.DataFrame) -> Iterator[tuple[Key, pl.DataFrame]]:
     import polars as pl
 
     for bins in BINS:
@@ -85,19 +102,13 @@ def _by_bin(judged: pl.DataFrame) -> Iterator[Sequence[Group]]:
         seen = chosen.filter("observed") if bins.observed else chosen
         values = seen[bins.column].to_numpy()
         place = np.searchsorted(np.array(bins.edges), values, side="right") - 1
-        parts = seen.with_columns(pl.Series("bin", place)).partition_by(
-            "bin", "coordinate", as_dict=True
-        )
         labels = bins.labels()
-        yield [
-            _group(bins.title, (labels[number], coordinate), part)
-            for (number, coordinate), part in sorted(parts.items())
-        ]
+        for (number, coordinate), part in _parted(
+            seen.with_columns(pl.Series("bin", place)), "bin"
+        ):
+            yield (bins.title, labels[number], str(coordinate)), part
 
 
-def _group(condition: str, key: tuple[str, ...], part: pl.DataFrame) -> Group:
-    label, coordinate = key
-    errors: FloatArray = part["error"].to_numpy()
-    summary = summarize_states(coordinate, errors, part["inside"].to_numpy())
-    assert summary is not None  # a group has rows
-    return Group(condition, label, coordinate, unit_of(coordinate), summary)
+def _parted(frame: pl.DataFrame, column: str) -> list[tuple[tuple[Any, ...], pl.DataFrame]]:
+    """Parts by a column and the coordinate."""
+    return sorted(frame.partition_by(column, "coordinate", as_dict=True).items())

@@ -1,7 +1,8 @@
-"""Whether estimates are as sure as they should be: figures for calibration plots."""
+"""Calibration of estimates: how often intervals hold the truth, and errors by stated width."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -68,24 +69,35 @@ def _calibration(coordinate: str, part: pl.DataFrame) -> Calibration:
     errors, stds = part["error"].to_numpy(), part["std"].to_numpy()
     _, logs = np.unique(part["log"].to_numpy(), return_inverse=True)
     off = np.abs(errors) / np.maximum(stds, SMALLEST)
+    inside = [part["inside"].to_numpy(), *(off <= norm.ppf((1 + level) / 2) for level in LEVELS)]
+    recorded, *levels = _levels((0.9, *LEVELS), inside, logs)
     return Calibration(
         coordinate=coordinate,
         unit=unit_of(coordinate),
         count=len(errors),
-        recorded=_level(0.9, part["inside"].to_numpy(), logs),
-        levels=tuple(_level(level, off <= norm.ppf((1 + level) / 2), logs) for level in LEVELS),
+        recorded=recorded,
+        levels=tuple(levels),
         widths=_widths(errors, stds),
     )
 
 
-def _level(level: float, inside: BoolArray, logs: IntArray) -> Level:
-    """The share and its interval: logs are drawn anew, as what one log holds errs together."""
-    held, counts = np.bincount(logs, weights=inside), np.bincount(logs)
+def _levels(levels: Sequence[float], inside: Sequence[BoolArray], logs: IntArray) -> list[Level]:
+    """The share inside of each level, and its interval.
+
+    Logs are drawn anew, as what one log holds errs together; the same ones for all levels.
+    """
+    counts = np.bincount(logs)
+    held = np.array([np.bincount(logs, weights=each) for each in inside])
     rng = np.random.default_rng(SEED)
-    drawn = rng.integers(len(counts), size=(RESAMPLED, len(counts)))
-    shares = held[drawn].sum(axis=1) / counts[drawn].sum(axis=1)
-    lower, upper = np.quantile(shares, [0.05, 0.95])
-    return Level(level, float(inside.mean()), float(lower), float(upper))
+    shares = np.empty((RESAMPLED, len(levels)))
+    for row in shares:  # one by one: thousands of drawings of all logs don't fit into memory
+        drawn = np.bincount(rng.integers(len(counts), size=len(counts)), minlength=len(counts))
+        row[:] = held @ drawn / (counts @ drawn)
+    bounds = np.quantile(shares, [0.05, 0.95], axis=0).T
+    return [
+        Level(level, float(each.mean()), float(lower), float(upper))
+        for level, each, (lower, upper) in zip(levels, inside, bounds, strict=True)
+    ]
 
 
 def _widths(errors: FloatArray, stds: FloatArray) -> tuple[Width, ...]:

@@ -1,4 +1,4 @@
-"""What an object covers of a grid under its belief: map objects (Darmstadt, section 6.1.5)."""
+"""The cells of a grid that an object covers under its belief (Darmstadt, section 6.1.5)."""
 
 from __future__ import annotations
 
@@ -12,21 +12,29 @@ from objstate.grid import Drawing, Layout, expected_occupancy
 from objstate.objects.belief import ObjectBelief
 from objstate.objects.footprint import OBJECTS_KEPT, motions, silhouette
 
-NEGLIGIBLE = 1e-4  # weight of a state that isn't drawn
+NEGLIGIBLE = 1e-4  # weight below which a state isn't drawn
 
 
-def covered(layout: Layout, belief: ObjectBelief, margin: float = 0.0) -> Drawing:
-    """The probability of each cell that an object touches it, or comes within a margin, m.
+def covered(
+    layout: Layout, belief: ObjectBelief, margin: float = 0.0, most: int | None = None
+) -> Drawing:
+    """The probability for each cell that an object touches it, or comes within a margin, m.
 
-    It is that under the posterior: over all states it may have, and less than one in sum where it
-    may be absent.
+    It is that under the posterior over all states, absence included. Of more than ``most`` states
+    that many are drawn, a systematic sample, which is faster and accurate to their share.
     """
     weights = belief.presence * belief.weights.values
-    kept = weights > NEGLIGIBLE
+    kept = np.flatnonzero(weights > NEGLIGIBLE)
+    weights = weights[kept]
+    if most is not None and len(kept) > most:
+        total = float(weights.sum())
+        evenly = (np.arange(most) + 0.5) / most * total
+        kept = kept[np.minimum(np.searchsorted(np.cumsum(weights), evenly), len(kept) - 1)]
+        weights = np.full(most, total / most)
     moved = motions(belief.item, belief.states[kept])
     outline = _outline(belief.item, margin)
     outlines = outline @ moved[:, :2, :2].swapaxes(1, 2) + moved[:, None, :2, 3]
-    drawn = expected_occupancy(layout, list(outlines), weights[kept])
+    drawn = expected_occupancy(layout, list(outlines), weights)
     return Drawing(layout, drawn.where, np.minimum(drawn.values, np.float32(1.0)))
 
 

@@ -1,6 +1,6 @@
-"""What the loop stores of each object for smoothing: its posterior after scans, in few bytes.
+"""The stored posteriors of each object after scans, for smoothing.
 
-A step holds the components of a mixture that have weight, 68 bytes each of a door and 40 of
+A step holds the components of mixtures that have weight, 68 bytes each of a door and 40 of
 furniture. Between steps at most a second apart, those that are like their neighbours are left out.
 """
 
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from objstate.geometry import FloatArray, IntArray
 from objstate.lazy import Later, altered
 from objstate.objects.belief import ObjectBelief
+from objstate.objects.door_posterior import DoorPosterior
 from objstate.objects.furniture_mixture import ABSENT, ORDER, FurnitureMixture, Piece
 from objstate.objects.mixture import NEVER, DoorMixture, Doorway, Statics
 
@@ -25,31 +26,25 @@ else:
 
 LEAST = 1e-6  # weight below which a component isn't stored
 LEAST_THERE = 1e-4  # the same of furniture, in shares of its presence
-GAP_NS = 1_000_000_000  # ns between two steps, up to which steps that are alike are left out
+GAP_NS = 1_000_000_000  # ns; largest gap left by removing steps that are alike
 HEAVY = 0.01  # weight from which a component is compared
-ALIKE = 0.01  # difference of weights, up to which two steps are alike
-ALIKE_STDS = 0.1  # deviations by which the state may differ as well, and its deviation itself
+ALIKE = 0.01  # difference of weights up to which two steps are alike
+ALIKE_STDS = 0.1  # difference of the state and of its deviation, in deviations, likewise
 
 Table = NDArray[np.float32]
-INDEX, RESTING, MOVING, MEAN = 0, 1, 2, 3  # columns of a door's; covariances follow the means
-VARIANCES = [4, 7, 9]  # of x, y, yaw, columns of a piece of furniture's
+INDEX, RESTING, MOVING, MEAN = 0, 1, 2, 3  # columns of a door's table; covariances follow the means
+VARIANCES = [4, 7, 9]  # of x, y, yaw, columns of furniture's table
 
 
-class DoorStep(NamedTuple):
-    """A door's posterior after a scan."""
+class Part(NamedTuple):
+    """A door's posterior after a scan, under one prior of its static errors."""
 
-    stamp_ns: int
-    door: Doorway
     statics: Statics
+    total: float  # log p(z) of all scans, up to a constant shared by all priors
     table: Table  # (r, 17): component, weights at rest and moving, means, covariances
 
-    @property
-    def blank(self) -> DoorMixture:
-        """What was believed before any scan."""
-        return DoorMixture.unknown(self.door, self.statics)
-
-    def mixture(self, blank: DoorMixture) -> DoorMixture:
-        """The posterior, without the robot's errors; ``blank`` as above."""
+    def mixture(self, blank: DoorMixture, stamp_ns: int) -> DoorMixture:
+        """The posterior without the robot's errors; ``blank`` is the mixture before any scan."""
         index = self.table[:, INDEX].astype(int)
         resting, moving = np.zeros(len(blank.resting)), np.zeros(len(blank.resting))
         means, covariances = blank.means.copy(), blank.covariances.copy()
@@ -59,15 +54,35 @@ class DoorStep(NamedTuple):
         means[index[:, None], errors] = self.table[:, MEAN:past]
         covariances[index[:, None], errors[rows], errors[columns]] = self.table[:, past:]
         covariances[index[:, None], errors[columns], errors[rows]] = self.table[:, past:]
-        total = resting.sum() + moving.sum()
+        share = resting.sum() + moving.sum()
         return altered(
             blank,
-            resting=resting / total,
-            moving=moving / total,
+            resting=resting / share,
+            moving=moving / share,
             means=means,
             covariances=covariances,
-            stamp_ns=self.stamp_ns,
+            stamp_ns=stamp_ns,
+            total=self.total,
         )
+
+
+class DoorStep(NamedTuple):
+    """A door's posterior after a scan."""
+
+    stamp_ns: int
+    door: Doorway
+    parts: tuple[Part, ...]
+
+    @property
+    def blank(self) -> DoorPosterior:
+        """The mixture before any scan."""
+        priors = [part.statics for part in self.parts]
+        return DoorPosterior(tuple(DoorMixture.unknown(self.door, each) for each in priors))
+
+    def posterior(self, blank: DoorPosterior) -> DoorPosterior:
+        """The posterior without the robot's errors; ``blank`` as above."""
+        pairs = zip(self.parts, blank.mixtures, strict=True)
+        return DoorPosterior(tuple(part.mixture(each, self.stamp_ns) for part, each in pairs))
 
 
 class FurnitureStep(NamedTuple):
@@ -75,8 +90,8 @@ class FurnitureStep(NamedTuple):
 
     stamp_ns: int
     piece: Piece
-    absent: float  # probability that it isn't there
-    table: Table  # (r, 10) of where it is: weight, x, y, yaw, and their covariance
+    absent: float  # probability of absence
+    table: Table  # (r, 10) given presence: weight, x, y, yaw, and their covariance
 
     @property
     def weights(self) -> FloatArray:
@@ -102,7 +117,7 @@ Step = DoorStep | FurnitureStep
 
 
 class Past(NamedTuple):
-    """A step and those before it. A belief that is taken back takes its past along."""
+    """A step and those before it. Restoring an earlier belief restores its past."""
 
     step: Step
     before: Past | None
@@ -121,26 +136,27 @@ class Past(NamedTuple):
 def remembered(belief: ObjectBelief) -> ObjectBelief:
     """The belief with its own step added to its past.
 
-    A past begins with the first mixture. Later beliefs on a lattice, or of samples, are steps as
-    well.
+    A past begins with the first mixture. Later beliefs on a lattice, or of samples, are steps, too.
     """
-    mixture, past = belief.joint, belief.past
-    if mixture is None and past is not None:
-        mixture = _again(belief, past.step)
-    return belief if mixture is None else altered(belief, past=_appended(past, step_of(mixture)))
+    posterior, past = belief.joint, belief.past
+    if posterior is None and past is not None:
+        posterior = _again(belief, past.step)
+    if posterior is None:
+        return belief
+    return altered(belief, past=_appended(past, step_of(posterior)))
 
 
-def _again(belief: ObjectBelief, step: Step) -> DoorMixture | FurnitureMixture:
-    """A belief that isn't read off a mixture, as one of the kind that it was before."""
+def _again(belief: ObjectBelief, step: Step) -> DoorPosterior | FurnitureMixture:
+    """A belief without a mixture, converted to one of the earlier kind."""
     if isinstance(step, FurnitureStep):
         return FurnitureMixture.of(step.piece, belief)
-    return _on_cells(belief, step)
+    return DoorPosterior(tuple(_on_cells(belief, step.door, part) for part in step.parts))
 
 
-def _on_cells(belief: ObjectBelief, step: DoorStep) -> DoorMixture:
-    """A door's belief on a lattice as a mixture, which has the mean and variance of each cell."""
-    door, weights, states = step.door, belief.weights.values, belief.states[:, 0]
-    mixture = DoorMixture.of(door, belief, step.statics)
+def _on_cells(belief: ObjectBelief, door: Doorway, part: Part) -> DoorMixture:
+    """A door's belief on a lattice as a mixture with the mean and variance of each cell."""
+    weights, states = belief.weights.values, belief.states[:, 0]
+    mixture = DoorMixture.of(door, belief, part.statics)
     where = np.floor((states - door.item.lower) / door.cell).astype(int).clip(0, door.cells - 1)
     total = np.bincount(where, weights, door.cells)
     known = np.flatnonzero(total > LEAST)
@@ -151,13 +167,17 @@ def _on_cells(belief: ObjectBelief, step: DoorStep) -> DoorMixture:
     squares = np.bincount(where, weights * off**2, door.cells)[known] / total[known]
     variances = squares - means[known, kernels.STATE] ** 2 + belief.cell[0] ** 2 / 12.0
     covariances[known, kernels.STATE, kernels.STATE] = variances
-    covariances[:, kernels.ZERO, kernels.ZERO] = 0.0  # the lattice's states count it already
-    return altered(mixture, means=means, covariances=covariances)
+    covariances[:, kernels.ZERO, kernels.ZERO] = 0.0  # included in the lattice's states
+    return altered(mixture, means=means, covariances=covariances, total=part.total)
 
 
-def step_of(mixture: DoorMixture | FurnitureMixture) -> Step:
-    """What is stored of a mixture after a scan."""
-    return _door_step(mixture) if isinstance(mixture, DoorMixture) else _furniture_step(mixture)
+def step_of(posterior: DoorPosterior | FurnitureMixture) -> Step:
+    """The stored form of a posterior after a scan."""
+    if isinstance(posterior, FurnitureMixture):
+        return _furniture_step(posterior)
+    assert posterior.stamp_ns is not None
+    parts = tuple(Part(each.statics, each.total, _table(each)) for each in posterior.mixtures)
+    return DoorStep(posterior.stamp_ns, posterior.door, parts)
 
 
 def _furniture_step(mixture: FurnitureMixture) -> FurnitureStep:
@@ -175,8 +195,8 @@ def _furniture_step(mixture: FurnitureMixture) -> FurnitureStep:
     return FurnitureStep(mixture.stamp_ns, mixture.piece, float(mixture.weights[ABSENT]), table)
 
 
-def _door_step(mixture: DoorMixture) -> DoorStep:
-    assert mixture.stamp_ns is not None
+def _table(mixture: DoorMixture) -> Table:
+    """The stored form of a door's components."""
     index = np.flatnonzero(mixture.weights > LEAST)
     errors, rows, columns = _errors()
     covariances = mixture.covariances[index]
@@ -187,12 +207,11 @@ def _door_step(mixture: DoorMixture) -> DoorStep:
         mixture.means[index[:, None], errors],
         covariances[:, errors[rows], errors[columns]],
     )
-    table = np.concatenate(parts, axis=1, dtype=np.float32)
-    return DoorStep(mixture.stamp_ns, mixture.door, mixture.statics, table)
+    return np.concatenate(parts, axis=1, dtype=np.float32)
 
 
 def _appended(past: Past | None, step: Step) -> Past:
-    """The past with a step; the one before it goes if it is like its neighbours."""
+    """The past with a step added; the step before is dropped if it is like its neighbours."""
     if past is not None and past.before is not None:
         kept = past.before.step
         is_near = step.stamp_ns - kept.stamp_ns <= GAP_NS
@@ -202,18 +221,19 @@ def _appended(past: Past | None, step: Step) -> Past:
 
 
 def _alike(one: Step, other: Step) -> bool:
-    """Whether an object has as good as the same posterior in two steps."""
+    """Whether an object has nearly the same posterior in two steps."""
     if isinstance(one, FurnitureStep) or isinstance(other, FurnitureStep):
         return (
             isinstance(one, FurnitureStep)
             and isinstance(other, FurnitureStep)
             and _stands(one, other)
         )
-    return _rests(one, other)
+    pairs = zip(one.parts, other.parts, strict=True)
+    return all(_rests(a.table, b.table) for a, b in pairs)
 
 
 def _stands(one: FurnitureStep, other: FurnitureStep) -> bool:
-    """Whether a piece of furniture stands where it did, if it is there."""
+    """Whether a piece of furniture has nearly the same place, given presence."""
     if len(one.table) == 0 or len(other.table) == 0:
         return len(one.table) == len(other.table) and abs(one.absent - other.absent) < ALIKE
     a, b = (step.table[int(np.argmax(step.table[:, 0]))] for step in (one, other))
@@ -223,25 +243,25 @@ def _stands(one: FurnitureStep, other: FurnitureStep) -> bool:
     return is_near and abs(a[0] - b[0]) < ALIKE and abs(one.absent - other.absent) < ALIKE
 
 
-def _rests(one: DoorStep, other: DoorStep) -> bool:
+def _rests(one: Table, other: Table) -> bool:
+    """Whether the components of a door with weight are nearly the same."""
     a, b = _heavy(one), _heavy(other)
     if len(a) != len(b) or (a[:, INDEX] != b[:, INDEX]).any():
         return False
     if (np.abs(a[:, RESTING : MOVING + 1] - b[:, RESTING : MOVING + 1]) > ALIKE).any():
         return False
-    variance = MEAN + len(_errors()[0])  # the state is the first of the errors that are stored
+    variance = MEAN + len(_errors()[0])  # the state is the first of the stored errors
     stds, others = np.sqrt(a[:, variance]), np.sqrt(b[:, variance])
     off = np.maximum(np.abs(a[:, MEAN] - b[:, MEAN]), np.abs(stds - others))
     return bool((off <= ALIKE_STDS * np.minimum(stds, others)).all())
 
 
-def _heavy(step: DoorStep) -> Table:
-    table = step.table
+def _heavy(table: Table) -> Table:
     return table[table[:, RESTING] + table[:, MOVING] > HEAVY]
 
 
 @cache
 def _errors() -> tuple[IntArray, IntArray, IntArray]:
-    """Which errors of a component are stored, and the rows and columns of their covariance."""
+    """The stored errors of a component, and the rows and columns of their covariance."""
     errors = np.arange(kernels.ROBOT, kernels.ERRORS)
     return (errors, *np.triu_indices(len(errors)))

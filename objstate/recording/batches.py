@@ -1,22 +1,21 @@
 """The folder of a batch: what lies where, and which logs it is about.
 
-``batch.json`` lists the logs; each has its result folder below ``logs``, or none yet, and
-a file below ``outcomes`` that says how its run ended.
+``batch.json`` lists the logs; each has its result folder below ``logs``, or none yet. How their
+runs ended stands in the index (``index.py``).
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from objstate.errors import ResultError
-from objstate.outputs import flush_folder, remove_file, write_text
+from objstate.outputs import write_text
 from objstate.recording.parquet import read_parquet
-from objstate.recording.results import MARK
 from objstate.recording.tables import ESTIMATES, KNOWN_COORDINATES, SMOOTHED
 
 if TYPE_CHECKING:
@@ -27,6 +26,7 @@ LOGS = "logs"
 OUTCOMES = "outcomes"
 SUMMARY_TABLE = "summary.parquet"
 TIMINGS_TABLE = "timings.parquet"
+REPORT = "report.html"  # in a result folder, or a batch
 PARTITION = "log="  # how a partition of the combined estimates begins, as Hive names them
 PART = "part.parquet"
 
@@ -42,6 +42,7 @@ class BatchLog:
     building: str
     truth: str | None = None  # CSV of true states
     path: str | None = None  # TUM, the robot's true path
+    robot: str | None = None  # which one drove it, where that was said
 
 
 @dataclass(frozen=True)
@@ -65,15 +66,11 @@ def result_of(folder: str | Path, name: str) -> Path:
     return Path(folder) / LOGS / name
 
 
-def has_result(folder: str | Path, name: str) -> bool:
-    """Whether a result of a log is there; it is whole, then."""
-    return (result_of(folder, name) / MARK).is_file()
-
-
 def write_logs(folder: str | Path, logs: Iterable[BatchLog]) -> None:
-    """Write ``batch.json``, sorted by name."""
+    """Write ``batch.json``, sorted by name, a line for each log."""
     ordered = sorted(logs, key=lambda log: log.name)
-    _write_json(Path(folder) / BATCH, {"logs": [asdict(log) for log in ordered]})
+    lines = [json.dumps(vars(log), sort_keys=True, ensure_ascii=False) for log in ordered]
+    write_text(Path(folder) / BATCH, '{"logs": [\n' + ",\n".join(lines) + "\n]}\n")
 
 
 def read_logs(folder: str | Path) -> list[BatchLog]:
@@ -81,43 +78,11 @@ def read_logs(folder: str | Path) -> list[BatchLog]:
     path = Path(folder) / BATCH
     if not path.is_file():
         raise ResultError(f"{folder} is no batch; make one with `objstate batch`.")
-    content = _read_json(path)
+    content = read_json(path)
     try:
         return [BatchLog(**row) for row in content["logs"]]
     except (KeyError, TypeError) as error:
         raise ResultError(f"{path} doesn't list logs; make the batch anew.") from error
-
-
-def write_outcome(folder: str | Path, outcome: Outcome) -> None:
-    """Note how a log's run ended."""
-    _write_json(_outcome_file(folder, outcome.name), asdict(outcome))
-
-
-def read_outcome(folder: str | Path, name: str) -> Outcome:
-    """How a log's latest run ended. Raises ResultError.
-
-    A result without a note was finished just before the batch was killed. One beside the
-    note of a run that went wrong is older than that run, and doesn't count.
-    """
-    path = _outcome_file(folder, name)
-    noted = Outcome(**_read_json(path)) if path.is_file() else None
-    if has_result(folder, name) and (noted is None or noted.status == "done"):
-        return noted or Outcome(name, "done")
-    if noted is None or noted.status == "done":
-        return Outcome(name, "not run")
-    return noted
-
-
-def forget(folder: str | Path, names: Iterable[str]) -> None:
-    """Remove what was noted of logs' runs. Their results stay until there are new ones."""
-    for name in names:
-        remove_file(_outcome_file(folder, name))
-    if (Path(folder) / OUTCOMES).is_dir():
-        flush_folder(Path(folder) / OUTCOMES)
-
-
-def _outcome_file(folder: str | Path, name: str) -> Path:
-    return Path(folder) / OUTCOMES / f"{name}.json"
 
 
 def scan_batch(folder: str | Path, *, filtered: bool = False) -> pl.LazyFrame:
@@ -175,12 +140,8 @@ def read_summary_table(folder: str | Path) -> pl.DataFrame:
     return read_parquet(Path(folder) / SUMMARY_TABLE, summary_schema(), cure)
 
 
-def _write_json(path: Path, content: Mapping[str, Any]) -> None:
-    text = json.dumps(content, indent=2, sort_keys=True, ensure_ascii=False)
-    write_text(path, text + "\n")
-
-
-def _read_json(path: Path) -> dict[str, Any]:
+def read_json(path: Path) -> dict[str, Any]:
+    """A JSON object of a batch's folder. Raises ResultError."""
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Iterator, Sequence, Sized
 from datetime import UTC, tzinfo
 from pathlib import Path
 from typing import Any
@@ -16,16 +17,20 @@ from objstate.evaluation.units import UNITS
 from objstate.order import natural_key
 from objstate.recording.batches import Outcome, result_of
 from objstate.report.accuracy import charts
-from objstate.report.batch_material import BatchMaterial, DoneLog
+from objstate.report.batch_material import MOST_LISTED, BatchMaterial, ObjectTally, rank
+from objstate.report.batch_part import DoneLog
 from objstate.report.batch_plan import draw_states
-from objstate.report.coverage import pooled
+from objstate.report.course import weak
+from objstate.report.days import days
 from objstate.report.document import page_head, section, warnings_list, whole_page
+from objstate.report.drift import drift
+from objstate.report.habits import DoneDoor, habits
 from objstate.report.judgement import Judged, fact, headline
 from objstate.report.markup import Cell, Row, element, table, text
-from objstate.report.page import LOCALIZED_WELL, share_text
+from objstate.report.news import News, news_section
+from objstate.report.page import share_text
 from objstate.report.reading import figure, moment, span
 from objstate.report.usage import usage
-from objstate.statistics import DoorStatistics
 
 EXPLAINED = (
     "Every object where it last stood in each log, the stronger the more often, and all paths; dashed "
@@ -34,64 +39,72 @@ EXPLAINED = (
 OBJECTS_EXPLAINED = (
     "The last states of each object in all logs whose truth is known, the worst first."
 )
+MOST_TROUBLES, MOST_OBJECTS, MOST_DOORS, MOST_PLANS = 100, 500, 150, 10  # on one page
 OBJECT_HEADINGS = ("object", "state", "logs", "worst", "in log", "median", "in 90 %")
 
 
 def batch_page(
     material: BatchMaterial,
-    doors: Sequence[DoorStatistics],
+    doors: Sequence[DoneDoor],
+    news: News,
     page: Path,
     report: str,
     zone: tzinfo = UTC,
 ) -> str:
     """The page of a batch, to stand at ``page``; logs' own pages are called ``report``."""
+    shown = doors[:MOST_DOORS]
     body = "".join(
         [
             _head(material, zone),
             _facts(material),
             warnings_list(_troubles(material)),
+            news_section(news, zone),
+            habits(doors, zone),
+            drift(material.lines, zone),
             _logs(material, page, report, zone),
+            days(material, zone),
             _objects(material),
             *_plans(material),
-            section("How doors are used", usage(doors, str(zone))) if doors else "",
+            section("How doors are used", _more(doors, MOST_DOORS, "doors", "objstate statistics"),
+                    usage([each.statistics for each in shown], str(zone))) if doors else "",
             _accuracy(material),
         ]
-    )
+    )  # fmt: skip
     return whole_page(f"objstate: {material.folder.name}", body)
 
 
+def _more(rows: Sized, most: int, what: str, where: str) -> str:
+    """That there is more than a table shows, and who tells it."""
+    if len(rows) <= most:
+        return ""
+    return element("p", text(f"{most} of {len(rows)} {what}; `{where}` tells all."))
+
+
 def _head(material: BatchMaterial, zone: tzinfo) -> str:
-    begins = [log.begin_ns for log in material.done]
     said = "No log is done."
-    if begins:
-        said = f"{moment(min(begins), zone)} to {moment(max(begins), zone)}"
+    if material.lines:
+        first, last = material.lines[0], material.lines[-1]
+        said = f"{moment(first.begin_ns, zone)} to {moment(last.begin_ns, zone)}"
     return page_head(material.folder.name, said)
 
 
 def _facts(material: BatchMaterial) -> str:
-    rows = list(material.rows.values())
-    seconds = sum(row["log_seconds"] or 0.0 for row in rows)
-    count, done = len(material.outcomes), len(material.done)
+    count, done = len(material.outcomes), len(material.lines)
+    seconds = sum(line.seconds for line in material.lines)
     facts = [fact(f"{done} of {count}", "logs done", "" if done == count else "wrong")]
     facts.append(fact(span(seconds), "of log"))
-    if material.done:
-        known = sum(log.course.localized * log.course.seconds for log in material.done)
-        share = known / max(sum(log.course.seconds for log in material.done), 1e-9)
-        facts.append(fact(share_text(share), "of the time localized", _weak(share)))
-    states = [
-        (f"{each.state.estimate.object} in {log.log.name}", each)
-        for log in material.done
-        for each in log.verdicts
-    ]
-    return element("div", *facts, *headline(states), class_="facts")
-
-
-def _weak(share: float) -> str:
-    return "" if share >= LOCALIZED_WELL else "wrong"
+    if material.lines:
+        known = sum(line.localized * line.seconds for line in material.lines)
+        share = known / max(seconds, 1e-9)
+        facts.append(fact(share_text(share), "of the time localized", weak(share)))
+    return element("div", *facts, *headline(material.tallies), class_="facts")
 
 
 def _troubles(material: BatchMaterial) -> list[str]:
-    told = [_trouble(each) for each in material.outcomes if each.status != "done"]
+    failed = material.failed
+    told = [_trouble(each) for each in failed[:MOST_TROUBLES]]
+    if len(failed) > MOST_TROUBLES:
+        told.append(text(f"{len(failed) - MOST_TROUBLES} more logs aren't done."))
     return told + [text(doubt) for doubt in material.doubts]
 
 
@@ -102,43 +115,51 @@ def _trouble(outcome: Outcome) -> str:
 
 def _plans(material: BatchMaterial) -> Iterator[str]:
     """A plan for each building that some log was made in."""
-    for number, (address, building) in enumerate(material.buildings.items()):
-        logs = [log for log in material.done if log.log.building == address]
+    counts = Counter(line.log.building for line in material.lines)
+    shown = list(material.buildings.items())[:MOST_PLANS]
+    for number, (address, building) in enumerate(shown):
+        logs = [log for log in material.drawn if log.log.building == address]
         if not logs:
             continue
-        title = f"{building.name}, over {len(logs)} {'log' if len(logs) == 1 else 'logs'}"
-        yield section(title, element("p", text(EXPLAINED)), draw_states(building, logs, number))
+        count = counts[address]
+        title = f"{building.name}, over {count} {'log' if count == 1 else 'logs'}"
+        said = text(EXPLAINED)
+        if len(logs) < count:
+            said += text(f" Of {count} logs, {len(logs)} are drawn, evenly spread.")
+        yield section(title, element("p", said), draw_states(building, logs, number))
 
 
 def _logs(material: BatchMaterial, page: Path, report: str, zone: tzinfo) -> str:
-    kinds = [
-        kind
-        for kind in UNITS
-        if any(row[f"{kind}_error"] is not None for row in material.rows.values())
-    ]
-    done = {log.log.name: log for log in material.done}
+    summary = material.summary
+    kinds = [kind for kind in UNITS if summary[f"{kind}_error"].null_count() < len(summary)]
+    failed = material.failed[:MOST_LISTED]
+    known = material.rows
+    ordered = sorted(material.listed.values(), key=_place)
     rows = []
-    for outcome in sorted(material.outcomes, key=lambda each: _rank(each, done.get(each.name))):
-        own = result_of(material.folder, outcome.name) / report
+    for name in (*(each.name for each in failed), *(log.log.name for log in ordered)):
+        own = result_of(material.folder, name) / report
         link = os.path.relpath(own, page.absolute().parent) if own.is_file() else None
-        row = material.rows.get(outcome.name, {})
-        rows.append(_log_row(outcome, row, done.get(outcome.name), kinds, link, zone))
+        log = material.listed.get(name)
+        outcome = material.outcomes[name]
+        rows.append(_log_row(outcome, known.get(name, {}), log, kinds, link, zone))
     errors = (f"{kind} error ({'deg' if unit_of(kind) == 'rad' else 'cm'})" for kind in kinds)
     judged = ("worst", *errors, "in 90 %") if kinds else ()
     headings = ("log", "status", "begins", "lasts", "objects seen", "localized", "warnings")
-    return section("Logs", table((*headings, *judged), rows, "sortable filterable"))
+    hidden = len(material.outcomes) - len(rows)
+    title = "Logs" if not hidden else "Logs to look at first"
+    said = ""
+    if hidden:
+        said = element(
+            "p",
+            text(f"The worst ones; {hidden} more are in summary.parquet. `objstate report "
+                 f"{material.folder.name}/logs/NAME` writes the page of one."),
+        )  # fmt: skip
+    return section(title, said, table((*headings, *judged), rows, "sortable filterable"))
 
 
-def _rank(
-    outcome: Outcome, log: DoneLog | None
-) -> tuple[bool, float, int, float, tuple[object, ...]]:
-    """The worst first: logs that aren't done, then those lost for long, then the wrong ones."""
-    if log is None:
-        return (False, 0.0, 0, 0.0, natural_key(outcome.name))
-    weak = 0.0 if log.course.localized >= LOCALIZED_WELL else log.course.localized - 1.0
-    worst = _worst(log.verdicts)
-    severity, badness = worst.rank if worst else (0, 0.0)
-    return (True, weak, -severity, -badness, natural_key(outcome.name))
+def _place(log: DoneLog) -> tuple[float, float, float, tuple[object, ...]]:
+    weak_share, severity, badness = rank(log)
+    return (-weak_share, -severity, -badness, natural_key(log.log.name))
 
 
 def _worst(verdicts: Sequence[Judged]) -> Judged | None:
@@ -161,8 +182,8 @@ def _log_row(
         name if link is None else element("a", name, href=quote(link)),
         Cell(text(outcome.status), class_=None if done else "wrong"),
         Cell(moment(log.begin_ns, zone) if log else "–", log.begin_ns if log else None),
-        Cell(span(row["log_seconds"]) if done else "–", row.get("log_seconds")),
-        text(row.get("objects_observed") if done else "–"),
+        Cell(span(log.course.seconds) if log else "–", log.course.seconds if log else None),
+        text(row.get("objects_observed", "–") if done else "–"),
         _localized(log),
         Cell(told, len(warnings)),
     ]
@@ -177,7 +198,7 @@ def _localized(log: DoneLog | None) -> Cell:
     if log is None:
         return Cell("–")
     share = log.course.localized
-    return Cell(share_text(share), round(share, 5), _weak(share) or None)
+    return Cell(share_text(share), round(share, 5), weak(share) or None)
 
 
 def _worst_cell(log: DoneLog | None) -> Cell:
@@ -204,48 +225,42 @@ def _covered(row: dict[str, Any], kinds: Sequence[str]) -> str:
 
 def _objects(material: BatchMaterial) -> str:
     """A row for each coordinate of each object: its last states in all logs, judged."""
-    found: dict[tuple[str, str, str], list[tuple[str, Judged]]] = {}
-    for log in material.done:
-        for each in log.verdicts:
-            estimate = each.state.estimate
-            key = (log.log.building, estimate.object, estimate.coordinate)
-            found.setdefault(key, []).append((log.log.name, each))
-    if not found:
+    if not material.objects:
         return ""
-    rows = sorted(found.items(), key=lambda item: _object_rank(*item))
-    cells = [_object_cells(name, kind, parts) for (_, name, kind), parts in rows]
+    rows = sorted(material.objects.items(), key=lambda item: _object_rank(*item))
+    cells = [_object_cells(name, kind, own) for (_, name, kind), own in rows[:MOST_OBJECTS]]
     return section(
         "Objects over all logs",
         element("p", text(OBJECTS_EXPLAINED)),
+        _more(rows, MOST_OBJECTS, "states", "objstate evaluate"),
         table(OBJECT_HEADINGS, cells, "sortable filterable"),
     )
 
 
 def _object_rank(
-    key: tuple[str, str, str], parts: Sequence[tuple[str, Judged]]
+    key: tuple[str, str, str], own: ObjectTally
 ) -> tuple[int, float, tuple[object, ...], str]:
-    severity, badness = max(each.rank for _, each in parts)
+    severity, badness = own.worst[1].rank if own.worst else (0, 0.0)
     return (-severity, -badness, natural_key(key[1]), key[2])
 
 
-def _object_cells(name: str, kind: str, parts: Sequence[tuple[str, Judged]]) -> list[str | Cell]:
-    log, worst = max(parts, key=lambda part: part[1].rank)
-    middle = float(np.median([each.error for _, each in parts]))
-    held = sum(each.inside for _, each in parts)
+def _object_cells(name: str, kind: str, own: ObjectTally) -> list[str | Cell]:
+    assert own.worst is not None  # it was judged once at least
+    log, worst = own.worst
+    count = len(own.tally.errors)
+    middle = float(np.median(own.tally.errors))
     return [
         text(name),
         text(kind),
-        str(len(parts)),
+        str(count),
         Cell(text(figure(kind, worst.error)), round(worst.badness, 5), worst.verdict),
         text(log),
         Cell(text(figure(kind, middle)), round(middle, 6)),
-        Cell(f"{held} of {len(parts)}", round(held / len(parts), 4)),
+        Cell(f"{own.tally.inside} of {count}", round(own.tally.inside / count, 4)),
     ]
 
 
 def _accuracy(material: BatchMaterial) -> str:
-    logs: Sequence[DoneLog] = material.done
-    found = pooled(part for log in logs for part in log.coverages)
-    if not any(part.count for part in found):
+    if not any(part.count for part in material.coverages):
         return ""
-    return section("Beside the truth, over all logs", charts(found))
+    return section("Beside the truth, over all logs", charts(material.coverages))

@@ -8,11 +8,11 @@ import numpy as np
 
 from objstate.building.model import Building, MovableObject
 from objstate.geometry import FloatArray
-from objstate.report.batch_material import DoneLog
+from objstate.report.batch_part import DoneLog
 from objstate.report.markup import element, polyline
 from objstate.report.plan import Shape, covered, framed, placement, plan_buttons, shape_of
 
-MOST_POSES = 200  # of each path
+MOST_POSES = 20_000  # of all paths together
 LEAST_OPACITY = 0.1  # of one of many states
 
 
@@ -23,8 +23,9 @@ def draw_states(building: Building, logs: Sequence[DoneLog], number: int = 0) ->
     """
     height = min(log.laser_height for log in logs)
     shapes = [shape_of(item, height) for item in building.objects.values()]
+    step = max(1, -(-sum(len(log.course.path.poses) for log in logs) // MOST_POSES))
     drawn = [
-        element("path", d="".join(polyline(_thinned(piece)) for piece in pieces), class_=kind)
+        element("path", d="".join(polyline(piece[::step]) for piece in pieces), class_=kind)
         for kind, pieces in (
             ("way", [piece for log in logs for piece in log.course.known]),
             ("way lost", [piece for log in logs for piece in log.course.doubtful]),
@@ -81,7 +82,3 @@ def last_states(
         if set(coordinates) <= means.keys():
             found.append(np.array([means[coordinate] for coordinate in coordinates]))
     return found
-
-
-def _thinned(points: FloatArray) -> FloatArray:
-    return points[:: -(-len(points) // MOST_POSES)]

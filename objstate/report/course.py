@@ -10,6 +10,13 @@ from objstate.evaluation.lost import Stretches, within
 from objstate.geometry import BoolArray, FloatArray
 from objstate.records import Path
 
+LOCALIZED_WELL = 0.9  # a smaller share of the time is marked
+
+
+def weak(share: float) -> str:
+    """How a share of the time in which a robot was localized is marked."""
+    return "" if share >= LOCALIZED_WELL else "wrong"
+
 
 @dataclass(frozen=True, eq=False)
 class Course:

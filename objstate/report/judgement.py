@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -88,27 +88,57 @@ def fact(value: object, label: str, class_: str = "") -> str:
     return element("div", element("b", text(value)), text(label), class_=class_ or None)
 
 
-def headline(states: Sequence[tuple[str, Judged]]) -> list[str]:
-    """What labelled states come to: the worst of each kind, and the share in the intervals."""
+@dataclass(eq=False)
+class Tally:
+    """What judged states of one kind come to, without the states themselves."""
+
+    errors: list[float] = field(default_factory=list)  # m or rad
+    inside: int = 0  # whose truth lies in the 90 % interval
+    wrong: int = 0
+    worst: tuple[str, Judged] | None = None  # by the error, with its label
+
+    def add(self, label: str, each: Judged) -> None:
+        """Count a state in."""
+        self.errors.append(each.error)
+        self.inside += each.inside
+        self.wrong += each.verdict == "wrong"
+        if self.worst is None or each.error > self.worst[1].error:
+            self.worst = (label, each)
+
+
+def tallied(states: Iterable[tuple[str, Judged]]) -> dict[str, Tally]:
+    """The tallies of labelled states, of angles and of places."""
+    found: dict[str, Tally] = {}
+    for label, each in states:
+        found.setdefault(kind_of(each), Tally()).add(label, each)
+    return found
+
+
+def kind_of(each: Judged) -> str:
+    """Whether a state is an angle or a place."""
+    return "angle" if each.state.estimate.coordinate in ROTATIONS else "place"
+
+
+def headline(tallies: Mapping[str, Tally]) -> list[str]:
+    """What states come to: the worst of each kind, and the share in the intervals."""
     facts = []
-    for kind, coordinates in (("angle", ROTATIONS), ("place", {"offset", "x", "y"})):
-        own = [each for each in states if each[1].state.estimate.coordinate in coordinates]
-        if not own:
+    for kind in ("angle", "place"):
+        own = tallies.get(kind)
+        if own is None or own.worst is None:
             continue
-        name, worst = max(own, key=lambda each: each[1].error)
-        wrong = sum(each.verdict == "wrong" for _, each in own)
+        name, worst = own.worst
         coordinate = worst.state.estimate.coordinate
         said = f"{kind} off at worst, {name}"
-        if len(own) > 1:
-            middle = figure(coordinate, float(np.median([each.error for _, each in own])))
+        if len(own.errors) > 1:
+            middle = figure(coordinate, float(np.median(own.errors)))
             said += f"; median {middle}"
-        if wrong:
-            said += f"; {wrong} wrong"
+        if own.wrong:
+            said += f"; {own.wrong} wrong"
         facts.append(
-            fact(figure(coordinate, worst.error), said, "wrong" if wrong else worst.verdict)
+            fact(figure(coordinate, worst.error), said, "wrong" if own.wrong else worst.verdict)
         )
-    if states:
-        held = sum(each.inside for _, each in states)
-        share = f"{held / len(states):.0%}"
-        facts.append(fact(share, f"of {len(states)} true states in 90 % intervals"))
+    count = sum(len(own.errors) for own in tallies.values())
+    if count:
+        share = f"{sum(own.inside for own in tallies.values()) / count:.0%}"
+        facts.append(fact(share, f"of {count} true states in 90 % intervals"))
     return facts

@@ -15,9 +15,10 @@ from objstate.geometry import FloatArray
 from objstate.order import natural_key
 from objstate.report.accuracy import accuracy
 from objstate.report.candidates import candidate_outlines, candidates_table
+from objstate.report.course import weak
 from objstate.report.document import page_head, section, warnings_list, whole_page
 from objstate.report.events import events_table
-from objstate.report.judgement import Judged, fact, headline, judged
+from objstate.report.judgement import Judged, fact, headline, judged, tallied
 from objstate.report.markup import element, text
 from objstate.report.material import Material
 from objstate.report.plan import Shape, draw_plan, plan_buttons, shape_of
@@ -47,11 +48,11 @@ LEGEND = (
     ("way", "robot's path"),
     ("way lost", "robot lost"),
 )
+LAYERS = ("clutter", "scan")  # paths of the plan that can be switched off; their ids
 WITH_TRUTH = ("wrong", "truth")
 SPEEDS = (1, 2, 5, 10, 20, 50, 100)  # times real time
 PLAYED_IN = 20.0  # s, about, in which a log is played if nobody says otherwise
 WIDE = 2.2  # a plan so many times as wide as high stands above the strips, others beside them
-LOCALIZED_WELL = 0.9  # a smaller share of the time is marked
 KEYS = (
     "Space plays; ← → go a second, with Shift ten; Home, End; + − 0 zoom; < > change the speed; "
     "/ filters the objects. Drag the plan to move it, Ctrl and the wheel zoom."
@@ -105,16 +106,15 @@ def _head(material: Material, zone: tzinfo) -> str:
 def _facts(material: Material, latest: Sequence[LatestState], verdicts: Sequence[Judged]) -> str:
     observed = {state.estimate.object for state in latest if state.estimate.observed}
     course = material.course
-    weak = "" if course.localized >= LOCALIZED_WELL else "wrong"
     facts = [
-        fact(share_text(course.localized), "of the time localized", weak),
+        fact(share_text(course.localized), "of the time localized", weak(course.localized)),
         fact(f"{course.driven:.0f} m", "driven while localized" if material.lost else "driven"),
         *(
             [fact(f"{len(observed)} of {len(material.building.objects)}", "objects observed")]
             if material.building.objects
             else []
         ),
-        *headline([(each.state.estimate.object, each) for each in verdicts]),
+        *headline(tallied((each.state.estimate.object, each) for each in verdicts)),
     ]
     return element("div", *facts, class_="facts")
 
@@ -229,17 +229,22 @@ def _shares(material: Material) -> list[tuple[float, float]]:
     ]
 
 
+def _entry(kind: str, label: str) -> str:
+    """A line of the legend; layers of it can be switched off and on."""
+    shown = element("i", class_=kind), text(label)
+    if kind not in LAYERS:
+        return element("span", *shown)
+    switch = f'<input type="checkbox" checked data-layer="{kind}">'
+    return element("span", element("label", switch, *shown))
+
+
 def _legend(material: Material) -> str:
     left_out = set() if material.truth or material.true_path else set(WITH_TRUTH)
     left_out |= set() if material.scans is not None and len(material.scans) else {"scan"}
     left_out |= set() if len(material.clutter) else {"clutter"}
     left_out |= set() if material.lost else {"way lost"}
     left_out |= set() if material.building.objects else {"leaf", "faded", "interval", "wrong"}
-    entries = (
-        element("span", element("i", class_=kind), text(label))
-        for kind, label in LEGEND
-        if kind not in left_out
-    )
+    entries = (_entry(kind, label) for kind, label in LEGEND if kind not in left_out)
     return element("p", *entries, class_="legend") + element("p", text(KEYS), class_="keys")
 
 

@@ -7,14 +7,16 @@ from pathlib import Path
 
 from objstate.errors import ResultError
 from objstate.outputs import write_text
-from objstate.recording.batches import is_batch, read_logs, read_outcome, result_of
+from objstate.recording.batches import REPORT, is_batch, read_logs, result_of
+from objstate.recording.index import open_index, read_outcomes
 from objstate.report.batch_material import BatchMaterial, read_batch
 from objstate.report.batch_page import batch_page
+from objstate.report.habits import DoneDoor, done_door
 from objstate.report.material import read_material
+from objstate.report.news import note_news
 from objstate.report.page import report_page
-from objstate.statistics import DoorStatistics, door_statistics
-
-REPORT = "report.html"  # in a result folder, or a batch
+from objstate.statistics.doors import statistics_of
+from objstate.statistics.looks import OpenAbove, door_looks
 
 
 def write_report(
@@ -63,8 +65,10 @@ def write_batch_report(
     if each:
         _write_each(Path(folder), building, zone, robot_radius, filtered)
     material = read_batch(folder, building, filtered=filtered)
-    page = batch_page(material, _doors(material, zone, filtered), target, REPORT, zone)
-    write_text(target, page)
+    with open_index(folder) as index:
+        news = note_news(index, material)
+    doors = _doors(material, zone, filtered)
+    write_text(target, batch_page(material, doors, news, target, REPORT, zone))
     return target
 
 
@@ -75,8 +79,10 @@ def _write_each(
     robot_radius: float | None,
     filtered: bool,
 ) -> None:
-    for log in read_logs(folder):
-        if read_outcome(folder, log.name).status == "done":
+    logs = read_logs(folder)
+    outcomes = read_outcomes(folder, logs)
+    for log in logs:
+        if outcomes[log.name].status == "done":
             result = result_of(folder, log.name)
             write_report(
                 result,
@@ -89,7 +95,9 @@ def _write_each(
             )
 
 
-def _doors(material: BatchMaterial, zone: tzinfo, filtered: bool) -> tuple[DoorStatistics, ...]:
-    if not any(log.latest for log in material.done):
-        return ()
-    return door_statistics(material.folder, zone=zone, filtered=filtered)
+def _doors(material: BatchMaterial, zone: tzinfo, filtered: bool) -> list[DoneDoor]:
+    """The doors that some look decided on, by name."""
+    if not material.lines:
+        return []
+    found = door_looks(material.folder, OpenAbove(), filtered=filtered)
+    return [done_door(each, statistics_of(each, zone), zone) for each in found if len(each.looks)]

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from datetime import datetime, tzinfo
+from datetime import date, datetime, tzinfo
 
 import numpy as np
 
-from objstate.statistics.two_state import LEVEL, SHORTEST_MEMORY, Interval, Looks, Memory
+from objstate.geometry import FloatArray, IntArray
+from objstate.statistics.summed import Summed
+from objstate.statistics.two_state import LEVEL, Interval, Memory
 
+QUARTER = 15  # minutes
 MOST_BLOCKS = 1000  # of looks, among which every pair is compared
 
 
@@ -23,7 +26,7 @@ class Share:
     share: Interval
 
 
-def share_open(key: int, looks: Looks, door: Memory) -> Share:
+def share_open(key: int, looks: Summed, door: Memory) -> Share:
     """The share of time open by looks, at least one.
 
     The mean of n looks with the correlations ``c(|t_i - t_k|)`` varies as much as that of
@@ -46,22 +49,40 @@ def share_open(key: int, looks: Looks, door: Memory) -> Share:
 
 
 def shares_by(
-    looks: Looks, door: Memory, key_of: Callable[[datetime], int], zone: tzinfo
+    looks: Summed, door: Memory, key_of: Callable[[datetime], int], zone: tzinfo
 ) -> tuple[Share, ...]:
-    """The shares of the times that ``key_of`` tells apart, those without looks left out."""
-    keys = np.array([key_of(datetime.fromtimestamp(s / 1e9, zone)) for s in looks.stamps_ns])
-    return tuple(
-        share_open(int(key), Looks(looks.stamps_ns[keys == key], looks.open[keys == key]), door)
-        for key in np.unique(keys)
-    )
+    """The shares of the times that ``key_of`` tells apart, those without looks left out.
+
+    Clocks are set by whole quarters of an hour, so that all of a quarter has one key.
+    """
+    keys = _keys(looks, key_of, zone)
+    return tuple(share_open(int(key), looks.chosen(keys == key), door) for key in np.unique(keys))
 
 
-def _blocks(looks: Looks) -> tuple[np.ndarray, np.ndarray]:
-    """Looks at about the same time as one: their times (b,) in s, and their mean (b,)."""
-    seconds = (looks.stamps_ns - looks.stamps_ns[0]) / 1e9
-    length = SHORTEST_MEMORY
-    while len(np.unique(seconds // length)) > MOST_BLOCKS:
+def shares_by_day(looks: Summed, zone: tzinfo) -> tuple[list[date], FloatArray]:
+    """The days (d,) on which a door was looked at, and how many of each day's looks saw it open."""
+    ordinals, place = np.unique(_keys(looks, datetime.toordinal, zone), return_inverse=True)
+    open_, count = (np.bincount(place, weights=each) for each in (looks.open, looks.counts))
+    return [date.fromordinal(int(each)) for each in ordinals], open_ / np.maximum(count, 1)
+
+
+def _keys(looks: Summed, key_of: Callable[[datetime], int], zone: tzinfo) -> IntArray:
+    """(m,) the key of each minute."""
+    quarters, place = np.unique(looks.minutes // QUARTER, return_inverse=True)
+    begins = (60 * QUARTER * quarters).tolist()
+    keys = [key_of(datetime.fromtimestamp(begin, zone)) for begin in begins]
+    return np.array(keys, dtype=np.int64)[place]
+
+
+def _blocks(looks: Summed) -> tuple[FloatArray, FloatArray]:
+    """Looks at about the same time as one: their times (b,) in s since the first, and their mean (b,)."""
+    length = 1  # minutes
+    while len(blocks := np.unique(looks.minutes // length)) > MOST_BLOCKS:
         length *= 2
-    _, block, count = np.unique(seconds // length, return_inverse=True, return_counts=True)
-    times, open_ = (np.bincount(block, weights=values) for values in (seconds, looks.open))
+    block = np.searchsorted(blocks, looks.minutes // length)
+    begins = 60.0 * (looks.minutes - looks.minutes[0])
+    times, open_, count = (
+        np.bincount(block, weights=values)
+        for values in (begins * looks.counts + looks.seconds, looks.open, looks.counts)
+    )
     return times / count, open_ / count

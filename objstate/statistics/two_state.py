@@ -20,12 +20,12 @@ import numpy as np
 
 from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.statistics.sampling import sample
+from objstate.statistics.summed import Summed
 
 # Times, s, after which a part of the memory may have faded: shorter than a minute nobody
 # cares, and a season is more than most robots can tell.
 SHORTEST_MEMORY, LONGEST_MEMORY = 60.0, 90 * 86400.0
 ALONE = 1 / 3  # prior probability of constant rates; else the slow part is uniform in 0..1
-GAP_STEP = 0.05  # in the logarithm: gaps between looks that differ by less count as equal
 LEAST = 1e-12  # no state is less likely than this
 LEVEL = 0.9  # of all intervals
 
@@ -48,6 +48,10 @@ class Looks:
 
     def __len__(self) -> int:
         return len(self.stamps_ns)
+
+    def summed(self) -> Summed:
+        """The same by the minute."""
+        return Summed.of(self.stamps_ns, self.open)
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,15 +87,15 @@ class Memory:
         return self.slow_part * self.slow + (1 - self.slow_part) * self.quick
 
 
-def memory(looks: Looks, rng: np.random.Generator) -> Memory:
+def memory(looks: Summed, rng: np.random.Generator) -> Memory:
     """What looks, at least one, tell of a door.
 
     The prior is Jeffreys' for the share, uniform in ``arcsin(sqrt(p))``. The slow rate is
     uniform in the logarithm between one over the longest and the shortest memory, the quick
     one between the slow one and the latter. With a chance of ALONE there is but one part.
     """
-    gaps, counts = _neighbours(looks)
-    first = bool(looks.open[0])
+    gaps, counts = looks.neighbours()
+    first = bool(looks.first_open[0])
     return _memory(sample(lambda unit: _log_likelihood(_memory(unit), first, gaps, counts), 4, rng))
 
 
@@ -105,17 +109,7 @@ def _memory(unit: FloatArray) -> Memory:
     return Memory(share, np.exp(slow), np.exp(quick), part)
 
 
-def _neighbours(looks: Looks) -> tuple[FloatArray, FloatArray]:
-    """Gaps (g,) in s, and (g, 4) how often looks so far apart saw 0-0, 0-1, 1-0 and 1-1."""
-    gaps = np.maximum(np.diff(looks.stamps_ns), 1) / 1e9
-    kinds = 2 * looks.open[:-1].astype(int) + looks.open[1:]
-    steps, place = np.unique(np.round(np.log(gaps) / GAP_STEP), return_inverse=True)
-    counts = np.zeros((len(steps), 4))
-    np.add.at(counts, (place, kinds), 1)
-    return np.exp(steps * GAP_STEP), counts
-
-
-def _log_likelihood(door: Memory, first: bool, gaps: FloatArray, counts: FloatArray) -> FloatArray:
+def _log_likelihood(door: Memory, first: bool, gaps: FloatArray, counts: IntArray) -> FloatArray:
     """(k,) of the first look and of each after its neighbour."""
     slow, quick = (np.expm1(-rate[:, None] * gaps) for rate in (door.slow, door.quick))
     faded = -(door.slow_part[:, None] * slow + (1 - door.slow_part[:, None]) * quick)  # 1 - c

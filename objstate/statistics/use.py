@@ -17,7 +17,8 @@ from objstate.habits.forecast import Forecast
 from objstate.habits.looks import RegionLooks
 from objstate.habits.model import fit
 from objstate.habits.shares import paths
-from objstate.statistics.two_state import Interval, Looks, interval_of
+from objstate.statistics.summed import Summed
+from objstate.statistics.two_state import Interval, interval_of
 
 DRAWS = 64  # of habits, with a path each
 LEAST_S = 7 * 86400.0  # s, a week from the first look on, if looks end earlier
@@ -32,10 +33,14 @@ class Use:
     moves_per_day: Interval
 
 
-def use_of(looks: Looks, zone: tzinfo) -> Use:
-    """What looks, at least one, tell of a door's use."""
+def use_of(looks: Summed, zone: tzinfo) -> Use:
+    """What looks, at least one, tell of a door's use: the first and the last of each minute."""
     design, calendar = Design(2), Calendar(zone)
-    seen = RegionLooks.certain(looks.stamps_ns, looks.open.astype(np.int64), 2)
+    later = looks.last_ns > looks.first_ns
+    stamps_ns = np.concatenate([looks.first_ns, looks.last_ns[later]])
+    open_ = np.concatenate([looks.first_open, looks.last_open[later]])
+    order = np.argsort(stamps_ns, kind="stable")
+    seen = RegionLooks.certain(stamps_ns[order], open_[order].astype(np.int64), 2)
     after, _ = fit(design, calendar, seen)
     sampled = paths(Forecast(design, calendar, after, DRAWS), seen, LEAST_S)
     every = np.ones(len(sampled.keys), dtype=bool)

@@ -4,6 +4,7 @@ from objstate.world.allowed import Allowed, Task, Tasks, load_tasks
 from objstate.world.blocking import Blockage, Blocker
 from objstate.world.door_modes import DoorMode, door_mode, door_modes
 from objstate.world.due import Due
+from objstate.world.floor import FloorMemory, Occupancy
 from objstate.world.route_graph import DynamicEdges, EdgeCost, RouteEdge, dynamic_edges
 from objstate.world.world import Snapshot, World
 
@@ -15,6 +16,8 @@ __all__ = [
     "Due",
     "DynamicEdges",
     "EdgeCost",
+    "FloorMemory",
+    "Occupancy",
     "RouteEdge",
     "Snapshot",
     "Task",

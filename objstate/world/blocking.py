@@ -59,6 +59,18 @@ def probability_on(belief: ObjectBelief, path: FloatArray, robot_radius: float) 
     return belief.presence * float(np.minimum(belief.weights.values[hit].sum(), 1.0))
 
 
+def probability_in(belief: ObjectBelief, polygon: FloatArray) -> float:
+    """The probability that an object reaches into a polygon (n, 2) m."""
+    low, high = _bounds(belief)
+    if (polygon.max(axis=0) < low).any() or (polygon.min(axis=0) > high).any():
+        return 0.0
+    import shapely
+
+    areas = shapely.polygons(_seen_from(belief, polygon))
+    hit = np.asarray(shapely.intersects(silhouette(belief.item), areas))
+    return belief.presence * float(np.minimum(belief.weights.values[hit].sum(), 1.0))
+
+
 def states_on(belief: ObjectBelief, path: FloatArray, robot_radius: float) -> BoolArray | None:
     """In which states (n,) an object reaches within ``robot_radius`` of a polyline; None: in none.
 
@@ -71,11 +83,15 @@ def states_on(belief: ObjectBelief, path: FloatArray, robot_radius: float) -> Bo
         return None
     import shapely
 
-    back = invert(motions(belief.item, belief.states))
-    seen = path @ back[:, :2, :2].swapaxes(1, 2) + back[:, None, :2, 3]
-    lines = shapely.linestrings(seen)  # the path as the object sees it: one shape for all states
+    lines = shapely.linestrings(_seen_from(belief, path))
     hit = shapely.dwithin(silhouette(belief.item), lines, robot_radius - ROUND_OFF)
     return np.asarray(hit) if hit.any() else None
+
+
+def _seen_from(belief: ObjectBelief, points: FloatArray) -> FloatArray:
+    """Points (k, 2) as the object sees them in each state, (n, k, 2): one shape for all states."""
+    back = invert(motions(belief.item, belief.states))
+    return np.asarray(points @ back[:, :2, :2].swapaxes(1, 2) + back[:, None, :2, 3])
 
 
 def _bounds(belief: ObjectBelief) -> tuple[FloatArray, FloatArray]:

@@ -9,8 +9,8 @@ import numpy as np
 from objstate.building.model import Kind, Mesh, MovableObject
 from objstate.geometry import wrap
 from objstate.objects import ObjectBelief
+from objstate.packing import pack, unpack
 from objstate.particles import Weights
-from objstate.world.packing import pack, unpack
 
 SINGLE = "<f4"  # weights and samples: a relative error of 1e-7 is far below what scans tell
 DOUBLE = "<f8"

@@ -15,6 +15,7 @@ from objstate.habits.model import Known
 from objstate.habits.site import Site, fitted_site
 from objstate.objects import ObjectBelief, ObjectFilter
 from objstate.objects.doors import LatticeFilter
+from objstate.packing import pack, unpack
 from objstate.world.habitual import (
     class_of,
     first_bounds,
@@ -22,7 +23,6 @@ from objstate.world.habitual import (
     has_habits,
     region_looks,
 )
-from objstate.world.packing import pack, unpack
 from objstate.world.schema import HABITS
 
 FIRST_FIT = 64  # looks from which on habits are fitted to all of them, again when twice as many

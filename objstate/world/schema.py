@@ -58,6 +58,15 @@ BELIEFS = Table(
     Column("last_observed_ns", BigInteger),
     Column("belief", LargeBinary, nullable=False),  # codec.pack_belief
 )
+# What a drive with a grid left of it, at its end.
+FLOORS = Table(
+    "drive_floor",
+    METADATA,
+    Column("drive", ForeignKey("drive.id"), primary_key=True),
+    Column("stamp_ns", BigInteger, nullable=False),
+    Column("forgotten_ns", BigInteger, nullable=False),  # from when on nothing of it is known
+    Column("floor", LargeBinary, nullable=False),  # FloorMemory.pack
+)
 # What is known of each door's habits (habit_rows); it follows from the beliefs.
 HABITS = Table(
     "habit",
@@ -72,12 +81,17 @@ def _first(connection: Connection) -> None:
     METADATA.create_all(connection, [WORLD, OBJECTS, DRIVES, BELIEFS])
 
 
+def _second(connection: Connection) -> None:
+    METADATA.create_all(connection, [FLOORS])
+
+
 def _habits(connection: Connection) -> None:
     METADATA.create_all(connection, [HABITS])
 
 
 MIGRATIONS: tuple[Callable[[Connection], None], ...] = (
     _first,
+    _second,
     _habits,
 )  # in order; only ever appended
 

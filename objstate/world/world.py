@@ -23,7 +23,9 @@ from objstate.world.allowed import Task
 from objstate.world.blocking import Blockage, blocked
 from objstate.world.due import Due, due
 from objstate.world.fitting import fitted
+from objstate.world.floor import KeptFloor, Occupancy, occupied
 from objstate.world.habitual import carried, has_habits, state_of
+from objstate.world.lately import Lately
 
 SECONDS_PER_HOUR = 3600.0
 NAMES_SHOWN = 10  # so many names tell what the others are like
@@ -42,6 +44,7 @@ class World:
     objects: Mapping[str, MovableObject] = field(repr=False)
     settings: Settings = field(repr=False)
     histories: Mapping[str, tuple[ObjectBelief, ...]] = field(repr=False)  # in time order
+    floors: tuple[KeptFloor, ...] = field(default=(), repr=False)  # of drives, in time order
     habits: Habits | None = field(default=None, repr=False)  # of doors; None: nobody learnt any
 
     @staticmethod
@@ -60,24 +63,32 @@ class World:
     def with_beliefs(self, beliefs: Iterable[ObjectBelief]) -> World:
         """The world that knows these beliefs too. Raises WorldError as ``of`` does."""
         known = {
-            name: dict(zip(self._stamps[name], past, strict=True))
+            name: dict(zip(self._stamps(name), past, strict=True))
             for name, past in self.histories.items()
         }
         for belief in beliefs:
             name = self._known(belief.item.name)
             if belief.stamp_ns is None:
                 raise WorldError(f"A belief of '{name}' has no stamp; say of when it is.")
-            fit = fitted(belief, self._filters[name], self._rng(name, belief.stamp_ns))
-            known.setdefault(name, {})[belief.stamp_ns] = fit
+            known.setdefault(name, {})[belief.stamp_ns] = self.fitted(belief)
         histories = {
             name: tuple(past[stamp] for stamp in sorted(past)) for name, past in known.items()
         }
         return replace(self, histories=histories)
 
+    def fitted(self, belief: ObjectBelief) -> ObjectBelief:
+        """A belief of a moment, with the states by which its object is predicted."""
+        name = self._known(belief.item.name)
+        return fitted(belief, self._filters[name], self._rng(name, belief.stamp_ns or 0))
+
     @lazy
     def latest_ns(self) -> int | None:
         """When anything was last learnt; None where nothing ever was."""
-        return max((stamps[-1] for stamps in self._stamps.values()), default=None)
+        newest = (self._newest(name) for name in self.histories)
+        learnt = [
+            each.stamp_ns for each in newest if each is not None and each.stamp_ns is not None
+        ]
+        return max(learnt + [each.stamp_ns for each in self.floors], default=None)
 
     def at(self, stamp_ns: int | None = None) -> Snapshot:
         """What is believed at a moment, by default the latest at which anything was learnt.
@@ -92,13 +103,19 @@ class World:
 
     def history_until(self, name: str, stamp_ns: int) -> tuple[ObjectBelief, ...]:
         """What of it was learnt by a moment. Raises WorldError for an unknown object."""
-        return self.history(name)[: bisect_right(self._stamps.get(name, ()), stamp_ns)]
+        return self.history(name)[: bisect_right(self._stamps(name), stamp_ns)]
 
     def blocked(
         self, path: ArrayLike, robot_radius: float, stamp_ns: int | None = None
     ) -> Blockage:
         """``Snapshot.blocked`` at a moment, by default the latest at which anything was learnt."""
         return self.at(stamp_ns).blocked(path, robot_radius)
+
+    def occupied(
+        self, area: ArrayLike, robot_radius: float | None = None, stamp_ns: int | None = None
+    ) -> Occupancy:
+        """``Snapshot.occupied`` at a moment, by default the latest at which anything was learnt."""
+        return self.at(stamp_ns).occupied(area, robot_radius)
 
     def due(self, task: Task, horizon_s: float, stamp_ns: int | None = None) -> tuple[Due, ...]:
         """What a task wants verified within so many seconds if nobody looks, the soonest first.
@@ -119,11 +136,9 @@ class World:
 
         The same world, object and moment give the same samples.
         """
-        past, rng = self.history_until(name, stamp_ns), self._rng(name, stamp_ns)
-        if not past:
+        last, rng = self._last(name, stamp_ns), self._rng(self._known(name), stamp_ns)
+        if last is None or last.stamp_ns is None:
             return replace(self._filters[name].prior(rng), stamp_ns=stamp_ns)
-        last = past[-1]
-        assert last.stamp_ns is not None
         if last.stamp_ns == stamp_ns:
             return last
         return replace(self._later(name, last, last.stamp_ns, stamp_ns, rng), stamp_ns=stamp_ns)
@@ -166,12 +181,31 @@ class World:
     def _filters(self) -> dict[str, ObjectFilter]:
         return filters_of(self.objects, self.settings)
 
+    def _last(self, name: str, stamp_ns: int) -> ObjectBelief | None:
+        """The last belief of an object by a moment; its older ones are looked at where need be."""
+        newest = self._newest(self._known(name))
+        if newest is None or (newest.stamp_ns is not None and newest.stamp_ns <= stamp_ns):
+            return newest
+        past = self.history_until(name, stamp_ns)
+        return past[-1] if past else None
+
+    def _newest(self, name: str) -> ObjectBelief | None:
+        if isinstance(self.histories, Lately):
+            return self.histories.newest(name)
+        past = self.histories.get(name)
+        return past[-1] if past else None
+
+    def _stamps(self, name: str) -> tuple[int, ...]:
+        """When what was learnt of an object was learnt, in time order."""
+        known = self._stamps_known
+        if name not in known:
+            past = self.histories.get(name, ())
+            known[name] = tuple(b.stamp_ns for b in past if b.stamp_ns is not None)
+        return known[name]
+
     @lazy
-    def _stamps(self) -> dict[str, tuple[int, ...]]:
-        return {
-            name: tuple(b.stamp_ns for b in past if b.stamp_ns is not None)
-            for name, past in self.histories.items()
-        }
+    def _stamps_known(self) -> dict[str, tuple[int, ...]]:
+        return {}
 
     def _known(self, name: str) -> str:
         if name not in self.objects:
@@ -226,3 +260,12 @@ class Snapshot:
         Raises WorldError for a path or a radius that is none.
         """
         return blocked(self.beliefs, path, robot_radius)
+
+    def occupied(self, area: ArrayLike, robot_radius: float | None = None) -> Occupancy:
+        """How probably something stands in an area, known to the building or not.
+
+        An area is a polygon (n, 2) m or, with a ``robot_radius``, a path of a round robot. What drives with
+        ``--grid`` saw ages: ``known`` is the share of the area of which anything still is. Walls don't
+        count. Raises WorldError for an area that is none.
+        """
+        return occupied(self.beliefs, self.world.floors, area, robot_radius, self.stamp_ns)

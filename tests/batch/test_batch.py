@@ -1,6 +1,8 @@
 """Whole batches: what lies in the folder, also after failures, changes and interruptions."""
 
+import shutil
 from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 
 import polars as pl
@@ -10,9 +12,14 @@ from objstate.batch import BatchOptions, Ended, Leftover, Progressed, gather, ru
 from objstate.batch.addresses import fetched, size_of
 from objstate.config import Settings
 from objstate.errors import OutageError, ResultError
+from objstate.evaluation import evaluate_batch
 from objstate.outputs import WORKSHOP
-from objstate.recording.batches import has_result, read_logs, read_outcome, scan_batch
+from objstate.recording.batches import read_logs, result_of, scan_batch
+from objstate.recording.index import INDEX, read_outcomes
+from objstate.recording.parts import BESIDE
+from objstate.recording.results import is_result
 from objstate.run import RunOptions, estimate_log
+from objstate.statistics import door_statistics
 from tests.batch.conftest import COUNT, Drives
 from tests.storage import small_files
 
@@ -129,7 +136,7 @@ def test_broken_off_it_keeps_what_is_finished_and_goes_on_from_there(
     out = tmp_path / "broken_off"
     with pytest.raises(KeyboardInterrupt):
         batch(drives, out, on_event=interrupt, workers=1)
-    finished = [log.name for log in read_logs(out) if has_result(out, log.name)]
+    finished = [log.name for log in read_logs(out) if is_result(result_of(out, log.name))]
     assert len(finished) == 1
     partial = pl.read_parquet(out / "summary.parquet")
     assert dict(partial["status"].value_counts().rows())["not run"] == COUNT - 1
@@ -172,16 +179,26 @@ def test_an_old_result_does_not_count_for_a_log_that_now_fails(
     (failed,) = run_batch(requested, tmp_path / "out").failed
     assert failed.status == "failed"
     assert pl.read_parquet(tmp_path / "out" / "summary.parquet")["scans"].to_list() == [None]
-    assert has_result(tmp_path / "out", "drive")
+    assert is_result(result_of(tmp_path / "out", "drive"))
 
 
 def test_a_full_disk_leaves_logs_to_be_run_later(drives: Drives, tmp_path: Path) -> None:
     logs = [str(log) for log in drives.logs]
     requested = gather(logs, str(drives.building), str(drives.folder), RunOptions())
     out = tmp_path / "out"
-    with small_files(3000), pytest.raises(OutageError, match=r"Can't write .*3 logs were not run"):
-        run_batch(requested, out, BatchOptions(workers=2))
-    assert [read_outcome(out, log.name).status for log in read_logs(out)] == ["not run"] * COUNT
+    with (
+        ExitStack() as disk,
+        pytest.raises(OutageError, match=r"Can't write .*3 logs were not run"),
+    ):
+        run_batch(
+            requested,
+            out,
+            BatchOptions(workers=2),
+            lambda _: disk.enter_context(small_files(3000)),
+        )
+    assert [each.status for each in read_outcomes(out, read_logs(out)).values()] == [
+        "not run"
+    ] * COUNT
     assert list((out / "logs").iterdir()) == []
     result = run_batch(requested, out, BatchOptions(workers=2))
     assert (len(result.ran), result.failed) == (COUNT, [])
@@ -222,3 +239,26 @@ def test_a_log_elsewhere_is_fetched(drives: Drives, tmp_path: Path) -> None:
     copy = fetched(address, tmp_path)
     assert copy.read_bytes() == drives.logs[0].read_bytes()
     assert size_of(address) == size_of(str(drives.logs[0])) == len(copy.read_bytes())
+
+
+def test_what_workers_left_beside_results_is_what_the_results_tell(
+    by_two: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bare = tmp_path / "bare"
+    shutil.copytree(by_two, bare)
+    for file in (bare / INDEX, *bare.glob(f"logs/*/{BESIDE}")):
+        file.unlink()
+    figures = evaluate_batch(bare), door_statistics(bare)
+
+    def fail(*_: object, **__: object) -> bytes:
+        raise AssertionError("a result was read again")
+
+    again = evaluate_batch(bare), door_statistics(bare)
+    monkeypatch.setattr("objstate.evaluation.batch.judged_sums", fail)
+    monkeypatch.setattr("objstate.statistics.looks.looks_of", fail)
+    assert (evaluate_batch(by_two), door_statistics(by_two)) == figures == again
+    assert evaluate_batch(bare, against=by_two).against[0].difference == 0.0
+    (by_two / "logs" / "drive_0" / BESIDE).write_bytes(b"damaged")
+    (by_two / INDEX).unlink()
+    with pytest.raises(AssertionError, match="read again"):
+        evaluate_batch(by_two)

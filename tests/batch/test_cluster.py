@@ -19,7 +19,8 @@ from objstate.batch.cluster import run_on_cluster
 from objstate.batch.events import Ended
 from objstate.batch.jobs import Job
 from objstate.errors import OutageError, SettingsError
-from objstate.recording.batches import read_logs, read_outcome
+from objstate.recording.batches import read_logs
+from objstate.recording.index import read_outcomes
 from objstate.recording.summary import read_summary
 from objstate.run import RunOptions
 from tests.batch.antics import play
@@ -167,7 +168,8 @@ def test_logs_are_not_run_where_the_scheduler_goes_away(drives: Drives, tmp_path
     finally:
         own.end()
     statuses = {
-        name: read_outcome(tmp_path / "out", name).status for name in names(tmp_path / "out")
+        name: outcome.status
+        for name, outcome in read_outcomes(tmp_path / "out", read_logs(tmp_path / "out")).items()
     }
     assert {statuses.pop(name) for name in ended} == {"done"}
     assert set(statuses.values()) == {"not run"}

@@ -209,6 +209,18 @@ def test_a_head_is_told_where_to_turn(place: Path, run: Run, tmp_path: Path) -> 
     best = json.loads(done.out)["gazes"][0]
     assert best["heading"] < 1.2  # the robot looks along y, at 1.57
     assert "floor" in best["parts"]
+    back = run(*asked(place, "--head", head, "--way", "0.5,-3", "--json"))
+    assert json.loads(back.out)["gazes"][0] != gazes[0]
+    for way in ("3", "3,0;x,1", "3,0,1", "inf,0"):
+        done = run(*asked(place, "--head", head, "--way", way))
+        assert done.code == 1
+        assert "is no way" in done.err
+    write_map(
+        tmp_path, values, layout.resolution, layout.origin + np.array([50.0, 0.0, 0.0]), "far"
+    )
+    done = run(*asked(place, "--head", head, "--grid", tmp_path / "far.yaml"))
+    assert done.code == 1
+    assert "not on the map" in done.err
     done = run(*asked(place, "--head", head, "--grid", tmp_path / "none.yaml"))
     assert done.code == 1
     assert "check the path" in done.err

@@ -5,12 +5,13 @@ import polars as pl
 import pytest
 
 from objstate.errors import ResultError
-from objstate.evaluation.breakdown import BINS, groups
+from objstate.evaluation.breakdown import BINS, groups, parts_of
 from objstate.evaluation.calibration import calibrations
 from objstate.evaluation.conditions import conditions
 from objstate.evaluation.judged import judge
 from objstate.evaluation.paired import differences
 from objstate.evaluation.states import TrueCourse
+from objstate.evaluation.sums import Totals, sums_of
 from objstate.records import Path as RobotPath
 from tests.rooms import building, door, enclosure, table
 
@@ -110,7 +111,9 @@ def test_every_judged_estimate_falls_into_one_stretch() -> None:
         pl.Series("beams", rng.integers(0, 90, 100)),
     )
     by = dict.fromkeys(("object", "distance (m)", "beams", "last seen before (s)"), 0)
-    for group in groups(table_):
+    totals = Totals()
+    totals.add("", sums_of(parts_of(table_), table_, ()))
+    for group in groups(totals):
         by[group.condition] += group.errors.count
     assert set(by.values()) == {100}
     assert all(len(bins.labels()) == len(bins.edges) for bins in BINS)

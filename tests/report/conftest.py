@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from objstate.batch.combine import combine
-from objstate.recording.batches import BatchLog, Outcome, result_of, write_logs, write_outcome
+from objstate.recording.batches import BatchLog, Outcome, result_of, write_logs
+from objstate.recording.index import write_outcome
 from tests.report.pages import make_result
 
 
@@ -31,7 +32,6 @@ def batch(result: Path, tmp_path: Path) -> Path:
         shutil.copytree(result, result_of(folder, name))
         (result_of(folder, name) / "report.html").unlink(missing_ok=True)
         write_outcome(folder, Outcome(name, "done", attempts=1))
-    (folder / "outcomes").mkdir(exist_ok=True)
     write_outcome(folder, Outcome("broken", "failed", "It is <no> log.", attempts=1))
     write_logs(folder, logs)
     combine(folder)

@@ -21,8 +21,8 @@ from objstate.recording.batches import (
     read_logs,
     result_of,
     write_logs,
-    write_outcome,
 )
+from objstate.recording.index import write_outcome
 from objstate.recording.tables import read_estimates
 from objstate.report import write_batch_report
 from objstate.report.coverage import Coverage, pooled
@@ -94,7 +94,6 @@ def test_a_plan_holds_furniture_wherever_it_stood(batch: Path) -> None:
 def test_links_lead_to_names_that_urls_must_quote(batch: Path) -> None:
     odd = "100 % #1?"
     (batch / "logs" / "first").rename(batch / "logs" / odd)
-    (batch / "outcomes" / "first.json").unlink()
     write_outcome(batch, Outcome(odd, "done", attempts=1))
     write_logs(batch, [replace(log, name=odd) for log in read_logs(batch) if log.name == "first"])
     combine(batch)

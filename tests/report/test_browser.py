@@ -128,6 +128,9 @@ def test_the_scan_of_the_moment_is_drawn_where_its_beams_ended(browser: Any, res
     page = opened(browser, result, 1280, "light")
     ends = re.findall(r"M([-\d.]+),([-\d.]+)h0", page.locator("#scan").get_attribute("d"))
     assert len(ends) > 30
+    assert page.locator("#scan").is_visible()
+    page.locator("[data-layer=scan]").uncheck()
+    assert not page.locator("#scan").is_visible()
     near = [
         min(abs(float(x) + 1.95), abs(float(x) - 5.95), abs(float(y) + 1.95), abs(float(y) - 1.95))
         for x, y in ends

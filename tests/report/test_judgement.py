@@ -7,7 +7,7 @@ import pytest
 
 from objstate.evaluation import LatestState
 from objstate.records import Estimate
-from objstate.report.judgement import headline, judged, verdict
+from objstate.report.judgement import headline, judged, tallied, verdict
 
 
 def state(name: str, error_deg: float, half_deg: float, coordinate: str = "angle") -> LatestState:
@@ -40,10 +40,10 @@ def test_equal_headings_count_as_one() -> None:
 
 def test_the_headline_names_the_worst_and_the_share_in_intervals() -> None:
     states = judged([state(f"door_{k}", 0.1, 1.0) for k in range(13)] + [state("bad", 25.0, 1.0)])
-    said = " ".join(headline([(each.state.estimate.object, each) for each in states]))
+    said = " ".join(headline(tallied((each.state.estimate.object, each) for each in states)))
     assert '<div class="wrong"><b>25.0°</b>angle off at worst, bad; median 0.1°; 1 wrong' in said
     assert "<b>93%</b>of 14 true states in 90 % intervals" in said
 
 
 def test_without_truth_there_is_no_headline() -> None:
-    assert headline([]) == []
+    assert headline({}) == []

@@ -171,6 +171,7 @@ def test_what_the_building_doesnt_know_is_drawn_where_the_result_has_it(moved: P
         writer.write([Clutter(begin + 10**9, places, np.array([80, 60], dtype=np.uint8))])
     page = write_report(moved).read_text(encoding="utf-8")
     assert data_of(page)["clutter"] == {"t": [10], "places": [[125, -50, 130, -50]]}
+    assert 'data-layer="clutter"' in page
     assert 'class="clutter"></i>' in page
 
 

@@ -19,6 +19,7 @@ from objstate.recording.candidates import read_candidates
 from objstate.recording.grids import CLUTTER, GRID_MAP, ClutterWriter, read_clutter
 from objstate.run import GRID_FILES, RunOptions, estimate_log
 from objstate.run.floor import Floor
+from objstate.world.store import open_store
 from tests import rooms
 
 ROOT = Path(__file__).parents[2]
@@ -178,8 +179,10 @@ def test_a_door_of_unknown_angle_is_spread_over_its_swing(writer: Any) -> None:
 def test_a_run_with_a_grid_writes_its_files_and_the_same_estimates(tmp_path: Path) -> None:
     drive = [ROOT / "logs/corridor.mcap"], ROOT / "models/corridor/corridor.urdf"
     options = RunOptions(end=6.0)
+    world = tmp_path / "world.db"
     for name, grid in (("with", True), ("without", False), ("again", True)):
-        estimate_log(*drive, tmp_path / name, options, grid=grid)
+        memory = world if name == "again" else None
+        estimate_log(*drive, tmp_path / name, options, grid=grid, world=memory)
     with_grid, without, again = (tmp_path / name for name in ("with", "without", "again"))
     assert all((with_grid / file).exists() for file in GRID_FILES)
     assert not any((without / file).exists() for file in GRID_FILES)
@@ -191,3 +194,6 @@ def test_a_run_with_a_grid_writes_its_files_and_the_same_estimates(tmp_path: Pat
     assert read_clutter(without).height == 0
     assert CLUTTER in GRID_FILES
     assert read_candidates(without) == []
+    seen = open_store(world).load().occupied([[2.0, 0.0], [4.0, 0.0]], robot_radius=0.2)
+    assert seen.known > 0.9  # of the corridor's floor ahead
+    assert seen.unlisted < 0.1

@@ -8,6 +8,7 @@ import pytest
 
 from objstate.errors import ResultError
 from objstate.recording.batches import BatchLog, write_logs
+from objstate.recording.results import MARK
 from objstate.recording.tables import EstimateWriter
 from objstate.records import Estimate
 from objstate.statistics import OpenAbove, door_statistics
@@ -20,13 +21,12 @@ def folder_of(home: Path, logs: dict[str, list[Estimate]], lost: str = "[]") -> 
     """A batch with these estimates."""
     write_logs(home, [BatchLog(name, f"/{name}.mcap", "/b.urdf") for name in logs])
     for name, estimates in logs.items():
-        part = home / "estimates.parquet" / f"log={name}"
-        part.mkdir(parents=True)
-        with EstimateWriter(part) as writer:
+        result = home / "logs" / name
+        result.mkdir(parents=True)
+        with EstimateWriter(result) as writer:
             writer.write(estimates)
-        (part / "estimates.parquet").rename(part / "part.parquet")
-        (home / "logs" / name).mkdir(parents=True)
-        (home / "logs" / name / "run.json").write_text(f'{{"lost_ns": {lost}}}')
+        (result / "run.json").write_text(f'{{"lost_ns": {lost}}}')
+        (result / MARK).touch()
     return home
 
 

@@ -36,11 +36,11 @@ def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
         share = float(np.sin(rng.uniform(0, np.pi / 2)) ** 2)
         rate = float(np.exp(rng.uniform(-np.log(LONGEST_MEMORY), -np.log(SHORTEST_MEMORY))))
         looks = history(share, rate, visits(40, 20.0, rng), rng)
-        known = memory(looks, rng)
+        known = memory(looks.summed(), rng)
         true = {
             known.open_spell: 1 / (rate * (1 - share)),
             known.closed_spell: 1 / (rate * share),
-            share_open(0, looks, known).share: share,
+            share_open(0, looks.summed(), known).share: share,
         }
         held.append([interval.lower <= value <= interval.upper for interval, value in true.items()])
     shares = np.mean(held, axis=0)
@@ -55,7 +55,8 @@ def test_more_looks_tell_more_unless_they_lie_together() -> None:
     widths = [
         interval.upper - interval.lower
         for interval in (
-            share_open(0, looks, memory(looks, rng)).share for looks in (many, few, crowded)
+            share_open(0, looks.summed(), memory(looks.summed(), rng)).share
+            for looks in (many, few, crowded)
         )
     ]
     assert widths == sorted(widths)
@@ -69,8 +70,8 @@ def test_more_looks_tell_more_unless_they_lie_together() -> None:
 )
 def test_figures_are_what_they_can_be(seconds: list[int], states: list[bool]) -> None:
     looks = Looks(np.sort(seconds) * 10**9, np.array(states[: len(seconds)]))
-    known = memory(looks, np.random.default_rng(0))
-    cell = share_open(0, looks, known)
+    known = memory(looks.summed(), np.random.default_rng(0))
+    cell = share_open(0, looks.summed(), known)
     assert 0 < known.closed_spell.lower <= known.closed_spell.upper
     assert 0 < cell.independent <= len(looks) + 1e-9
     assert 0 <= cell.share.lower <= cell.share.value <= cell.share.upper <= 1
@@ -80,11 +81,11 @@ def test_figures_are_what_they_can_be(seconds: list[int], states: list[bool]) ->
 
 def test_looks_far_apart_are_independent_and_close_ones_are_one() -> None:
     rng = np.random.default_rng(0)
-    known = memory(history(0.5, 1 / 600.0, np.arange(300) * 60.0, rng), rng)
+    known = memory(history(0.5, 1 / 600.0, np.arange(300) * 60.0, rng).summed(), rng)
     apart = Looks((np.arange(10) * 400 * DAY * 1e9).astype(np.int64), np.arange(10) < 5)
     together = Looks((np.arange(10) * 1e9).astype(np.int64), np.ones(10, dtype=bool))
-    assert share_open(0, apart, known).independent == pytest.approx(10, rel=0.01)
-    assert share_open(0, together, known).independent == pytest.approx(1, rel=0.05)
+    assert share_open(0, apart.summed(), known).independent == pytest.approx(10, rel=0.01)
+    assert share_open(0, together.summed(), known).independent == pytest.approx(1, rel=0.05)
 
 
 def test_samples_follow_a_likelihood_that_is_known() -> None:

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from objstate import packing
 from objstate.errors import WorldError
-from objstate.world import packing
 from objstate.world.codec import pack_belief, pack_object, unpack_belief, unpack_object
 from tests.rooms import door, sliding_door
 from tests.world.examples import DESK, DOOR, at_angle, desk_at

@@ -17,6 +17,8 @@ from objstate.objects.covered import covered
 
 Plane = NDArray[np.float32]  # (rows, columns)
 
+WATCHED = 5.0  # what a cell on the way counts, bits: a collision costs more than an unknown corner
+STATES = 40  # of an object that are drawn; probabilities are within 1/40
 LANDMARK_STD = 0.1  # m, of the Gaussian that stands for a landmark
 
 
@@ -32,6 +34,7 @@ class EntropyMap:
         walls: segments (k, 4) m at the sensor's height, which hide what is behind, and are known.
         landmarks: places (n, 2) m that tell the robot where it is.
         priorities: by pattern; an object that fits none has the priority 1.
+        objects: whether the cells that objects may cover have entropy; not with ``ObjectGains``.
     """
 
     def __init__(
@@ -40,10 +43,14 @@ class EntropyMap:
         walls: FloatArray,
         landmarks: FloatArray | None = None,
         priorities: Mapping[str, float] | None = None,
+        *,
+        objects: bool = True,
     ) -> None:
-        self.layout = layout
+        self.layout, self._with_objects = layout, objects
+        self.beliefs: Mapping[str, ObjectBelief] = {}  # as of the last update
         self.bits: Plane = np.ones(layout.shape, dtype=np.float32)
         self.opaque: Plane = np.zeros(layout.shape, dtype=np.float32)
+        self.watched: Plane = np.zeros(layout.shape, dtype=np.float32)
         self.landmark_weight = 0.0
         self._walls = _drawn_walls(layout, walls)
         self._landmarks = _drawn_landmarks(
@@ -78,14 +85,34 @@ class EntropyMap:
         self.bits[:] = entropy(values)
         self.opaque[:] = np.where(values > OCCUPIED, values, np.float32(0.0))
         bits, opaque = self.bits.reshape(-1), self.opaque.reshape(-1)
+        self.beliefs = dict(beliefs)
         self._draw(beliefs)
         for name, (_, covers, unsure) in self._drawn.items():
-            bits[unsure.where] += np.float32(self.priority(name)) * unsure.values
+            if self._with_objects:
+                bits[unsure.where] += np.float32(self.priority(name)) * unsure.values
             opaque[covers.where] = np.maximum(opaque[covers.where], covers.values)
         bits[self._walls.where] = 0.0
         opaque[self._walls.where] = 1.0
         self.landmark_weight = unreliability
         bits[self._landmarks.where] += np.float32(unreliability) * self._landmarks.values
+
+    def watch(self, way: FloatArray, radius: float, bits: float = WATCHED) -> None:
+        """Let cells within ``radius`` m of a way (n, 2) m, n > 1, count ``bits`` more while out of sight.
+
+        Somebody may step in the robot's way, of which what was seen there says nothing. No points: none.
+        Raises GridError for a way that is not finite.
+        """
+        if not np.isfinite(way).all() or not (np.isfinite(radius) and radius > 0.0):
+            raise GridError("A way that is watched has to be finite, with a radius above 0 m.")
+        self.watched[:] = 0.0
+        if not len(way):
+            return
+        import shapely
+
+        shape = shapely.LineString(way) if len(way) > 1 else shapely.Point(way[0])
+        outline = np.asarray(shape.buffer(radius).exterior.coords)[:-1]
+        drawn = expected_occupancy(self.layout, [outline], np.ones(1))
+        self.watched.reshape(-1)[drawn.where] = bits
 
     def priority(self, name: str) -> float:
         """By which an object counts."""
@@ -113,7 +140,7 @@ class EntropyMap:
         for name, belief in beliefs.items():
             if name in self._drawn and self._drawn[name][0] is belief:
                 continue
-            covers = covered(self.layout, belief)
+            covers = covered(self.layout, belief, most=STATES)
             unsure = Drawing(self.layout, covers.where, entropy(covers.values))
             self._drawn[name] = belief, covers, unsure
 

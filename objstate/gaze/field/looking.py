@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from objstate.config import NonNegative, Positive, Share, Strict
-from objstate.gaze.field.entropy_map import EntropyMap
+from objstate.gaze.field.entropy_map import EntropyMap, Plane
 from objstate.gaze.field.head import Head
+from objstate.gaze.field.objects import ObjectGains
 from objstate.geometry import FloatArray, wrap
 from objstate.lazy import Later
 
@@ -26,7 +27,7 @@ else:
 
 RAYS = 720  # of a whole turn
 NEVER = -1e9  # s, when a cell was last looked at that never was
-FLOOR = "floor"  # what the grid doesn't know
+FLOOR, WAY = "floor", "way"  # what the grid doesn't know, and where somebody may step
 TOLD = 0.01  # share of a view's bits from which an object is named
 
 
@@ -35,7 +36,9 @@ class GazeSettings(Strict):
 
     dwell_s: Positive = 0.5  # s that a look takes once the head has turned
     fade_s: Positive = 10.0  # s until it no longer matters that one has looked there
+    watch_s: Positive = 2.0  # s after a look, until somebody may have stepped in the way unseen
     held_back: Share = 0.5  # share of the entropy that doesn't count where one has just looked
+    thing_m: Positive = 0.4  # side of what may stand about: its cells are known or unknown together
     occlusion: bool = True  # what walls and known things hide doesn't count
     on_the_way: bool = True  # what is seen while the head turns does
     apart_deg: NonNegative = 20.0  # between the headings that are listed
@@ -58,12 +61,20 @@ class Gaze:
 
 
 class Gazer:
-    """Chooses headings, one after another, and remembers where it has looked."""
+    """Chooses headings, one after another, and remembers where it has looked.
+
+    With ``gains`` objects count by what looks are expected to tell of them, rather than by the entropy of
+    the cells that they may cover, and the floor by what may stand on it.
+    """
 
     def __init__(
-        self, entropies: EntropyMap, head: Head, settings: GazeSettings | None = None
+        self,
+        entropies: EntropyMap,
+        head: Head,
+        settings: GazeSettings | None = None,
+        gains: ObjectGains | None = None,
     ) -> None:
-        self.entropies, self.head = entropies, head
+        self.entropies, self.head, self.gains = entropies, head, gains
         self.settings = settings or GazeSettings()
         layout = entropies.layout
         self._looked = np.full(layout.size, NEVER, dtype=np.float32)
@@ -100,8 +111,16 @@ class Gazer:
         The first is the best. Each other lies ``apart_deg`` from all before it. ``at`` is a time in
         seconds, by which the memory of looks fades.
         """
-        profile = self._profile(robot, pan, at)
+        profile = self._profile(robot, pan, at, self.entropies.bits)
         pans, bits, seconds = self._candidates(robot, pan, profile)
+        objects, cells = self._of_objects(robot, pan, pans), 1.0
+        if self.gains is not None:
+            cells = max(1.0, (self.settings.thing_m / self.entropies.layout.resolution) ** 2)
+            bits = bits / cells + sum(objects.values(), np.zeros(len(pans)))
+        if self.entropies.watched.any():
+            nothing = np.zeros_like(self.entropies.bits)
+            watched = self._candidates(robot, pan, self._profile(robot, pan, at, nothing))[1]
+            objects[WAY] = watched / cells
         chosen: list[int] = []
         apart = math.radians(self.settings.apart_deg)
         for k in np.argsort(-bits / seconds, kind="stable").tolist():
@@ -115,13 +134,19 @@ class Gazer:
                 float(pans[k]),
                 float(bits[k]),
                 float(seconds[k]),
-                self._parts(robot, pan, float(pans[k]), float(bits[k])),
+                self._parts(
+                    robot,
+                    pan,
+                    float(pans[k]),
+                    float(bits[k]),
+                    {name: float(own[k]) for name, own in objects.items()},
+                ),
             )
             for k in chosen
         ]
 
-    def _profile(self, robot: FloatArray, pan: float, at: float) -> FloatArray:
-        """(rays,) bits to be seen along each."""
+    def _profile(self, robot: FloatArray, pan: float, at: float, bits: Plane) -> FloatArray:
+        """(rays,) what is to be seen along each of bits (rows, columns), and of the way."""
         pose, layout, s = self._pose(robot, pan), self.entropies.layout, self.settings
         cell = layout.to_cells(pose[:2])
         kernels.along_rays(
@@ -131,11 +156,13 @@ class Gazer:
             float(cell[1]),
             self._directions,
             2.0 * np.pi / RAYS,
-            self.entropies.bits.reshape(-1),
+            bits.reshape(-1),
             self.entropies.opaque.reshape(-1),
+            self.entropies.watched.reshape(-1),
             self._looked,
             at,
             s.fade_s,
+            s.watch_s,
             s.held_back,
             self._least,
             s.occlusion,
@@ -164,8 +191,31 @@ class Gazer:
         sums = _between(profile, now + starts, now + ends)
         return pans, sums, np.abs(turns) / head.speed + self.settings.dwell_s
 
-    def _parts(self, robot: FloatArray, pan: float, to: float, bits: float) -> dict[str, float]:
-        """Bits of a view by what they are of, the most first; inhibition left out."""
+    def _of_objects(self, robot: FloatArray, pan: float, pans: FloatArray) -> dict[str, FloatArray]:
+        """Bits (c,) by object that turning to pans (c,) is expected to tell; none without gains."""
+        if self.gains is None:
+            return {}
+        steps, found = self.gains.pans, {}
+        for name, own in self.gains.bits(self.entropies.beliefs, robot).items():
+            # of several looks at the same on the way, the best counts
+            then = np.interp(pans, steps, own)
+            if self.settings.on_the_way:
+                for step, bits in zip(steps, own, strict=True):
+                    passed = (step - pan) * (step - pans) <= 0.0
+                    then = np.maximum(then, np.where(passed, bits, 0.0))
+            found[name] = self.entropies.priority(name) * then
+        return found
+
+    def _parts(
+        self, robot: FloatArray, pan: float, to: float, bits: float, parts: dict[str, float]
+    ) -> dict[str, float]:
+        """Bits of a view by what they are of, the most first, with the parts that are known."""
+        if self.gains is not None:
+            return _sorted(parts, bits)
+        return _sorted(parts | self._drawn(robot, pan, to), bits)
+
+    def _drawn(self, robot: FloatArray, pan: float, to: float) -> dict[str, float]:
+        """Bits of what is drawn into the entropy map; inhibition left out."""
         pose, layout = self._pose(robot, pan), self.entropies.layout
         turn = to - pan
         if self.head.turns_round:
@@ -186,15 +236,19 @@ class Gazer:
                 k = np.rint(bearing[near] / (2.0 * np.pi) * RAYS).astype(np.int64) % RAYS
                 sight = self._sight[k, distance[near].astype(np.int64)]
                 parts[name] = float(sight @ drawn.values[near])
-        told = {name: each for name, each in parts.items() if each >= TOLD * max(bits, 1e-9)}
-        rest = max(0.0, bits - sum(parts.values()))
-        told[FLOOR] = rest
-        return dict(sorted(told.items(), key=lambda each: -each[1]))
+        return parts
 
     def _pose(self, robot: FloatArray, pan: float) -> FloatArray:
         """(3,) of the sensor in the building."""
         pose = self.head.sensor.poses(np.asarray(robot, dtype=float))
         return np.array([pose[0], pose[1], robot[2] + pan])
+
+
+def _sorted(parts: dict[str, float], bits: float) -> dict[str, float]:
+    """Parts of a view, the largest first, and what remains as the floor's."""
+    told = {name: each for name, each in parts.items() if each >= TOLD * max(bits, 1e-9)}
+    told[FLOOR] = max(0.0, float(bits) - sum(parts.values()))
+    return dict(sorted(told.items(), key=lambda each: -each[1]))
 
 
 def _between(profile: FloatArray, starts: FloatArray, ends: FloatArray) -> FloatArray:

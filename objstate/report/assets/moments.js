@@ -274,6 +274,15 @@
     clutterPath.setAttribute("d", dots);
   }
 
+  // --- layers that can be switched off ---------------------------------------------------
+
+  document.querySelectorAll("[data-layer]").forEach((box) => {
+    const layer = document.getElementById(box.dataset.layer);
+    const show = () => { layer.style.display = box.checked ? "" : "none"; };
+    box.addEventListener("change", show);
+    show();  // browsers remember boxes when a page is loaded again
+  });
+
   // --- all of a moment ----------------------------------------------------------------
 
   function drawTable(t) {

@@ -1,37 +1,50 @@
-"""The walls as an occupancy grid, as maps of ROS are."""
+"""The walls, and what a run mapped, as occupancy grids, as maps of ROS are."""
 
 from __future__ import annotations
 
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from objstate.building.model import Building
 from objstate.building.outline import outline
 from objstate.geometry import FloatArray
+from objstate.grid import Layout
 from objstate.recording.messages import MAP, header, make, plane_pose
 
 GRID = "nav_msgs/msg/OccupancyGrid"
 RESOLUTION = 0.05  # m, sides of a cell
 MOST_CELLS = 4_000_000  # of larger buildings, cells are larger, lest the message fill the memory
 MARGIN = 1  # cells around the outermost walls
-FREE, OCCUPIED = 0, 100
+FREE, OCCUPIED, UNKNOWN = 0, 100, -1
+NOTHING = 0.5  # the probability where nothing is known
 
 
 def map_message(stamp_ns: int, building: Building, height: float) -> Any:
     """Which cells walls pass in the plane of a laser, at a height, m. Doors and furniture aren't in it."""
     segments = outline(building.walls, height)
     corner, cells, resolution = _grid(segments)
-    rows, columns = cells.shape
-    origin = plane_pose(np.array([*corner, 0.0]))
+    return _message(stamp_ns, cells, resolution, np.array([*corner, 0.0]))
+
+
+def grid_message(stamp_ns: int, values: NDArray[np.float32], layout: Layout) -> Any:
+    """Probabilities (rows, columns) of being occupied, in percent; -1 where nothing is known."""
+    percent = np.rint(OCCUPIED * values).astype(np.int8)
+    percent[values == np.float32(NOTHING)] = UNKNOWN
+    return _message(stamp_ns, percent, layout.resolution, layout.origin)
+
+
+def _message(stamp_ns: int, cells: NDArray[np.int8], resolution: float, origin: FloatArray) -> Any:
+    """Cells (rows, columns) whose lower left corner lies at ``origin`` (3,)."""
     load_time = make("builtin_interfaces/msg/Time", sec=stamp_ns // 10**9, nanosec=stamp_ns % 10**9)
     info = make(
         "nav_msgs/msg/MapMetaData",
         map_load_time=load_time,
         resolution=resolution,
-        width=columns,
-        height=rows,
-        origin=origin,
+        width=cells.shape[1],
+        height=cells.shape[0],
+        origin=plane_pose(origin),
     )
     return make(GRID, header=header(stamp_ns, MAP), info=info, data=cells.reshape(-1))
 

@@ -29,8 +29,9 @@ from objstate.recording.tables import read_truth
 from objstate.recording.tum import read_tum
 from objstate.records import Estimate, Record, Scan
 from objstate.records import Path as RobotPath
+from objstate.run.floor import Floor
 from objstate.run.scene import LAYOUT, SCENE
-from objstate.run.scene.ground import GRID, map_message
+from objstate.run.scene.ground import GRID, grid_message, map_message
 from objstate.run.scene.hits import HitFinder
 from objstate.run.scene.layout import layout_json
 from objstate.run.scene.messages import (
@@ -58,6 +59,7 @@ from objstate.run.scene.urdf import link_of, self_contained_urdf
 STRING = "std_msgs/msg/String"
 SCAN_STEP_NS = 200_000_000  # between two scans of one laser: five a second look smooth
 BELIEFS_STEP_NS = 500_000_000  # between two moments of all objects and the particles
+FLOOR_STEP_NS = 2_000_000_000  # between two moments of the grid
 PARTICLES = 200  # of the robot's, at most
 
 
@@ -67,16 +69,18 @@ def record_scene(
     building: Building,
     truth: str | Path | None = None,
     true_path: str | Path | None = None,
+    floor: Floor | None = None,
 ) -> Iterator[SceneRecorder]:
     """An observer that writes a scene to a folder, with a layout for Foxglove beside it.
 
     What is known to be true, a CSV of states and a TUM file of the robot's path, is shown beside
-    what is believed. The files are whole when the block has ended. Raises TruthError.
+    what is believed; so is the grid of a ``floor`` that observes the run before this. The files are whole
+    when the block has ended. Raises TruthError.
     """
     true_states = Truth(() if truth is None else read_truth(truth))
     driven = None if true_path is None else read_tum(true_path)
     with open_log_writer(folder / SCENE, "mcap") as log:
-        recorder = SceneRecorder(log, building, true_states, driven)
+        recorder = SceneRecorder(log, building, true_states, driven, floor)
         yield recorder
     layout = layout_json(building, recorder.topics, "/object_states", "/diagnostics")
     (folder / LAYOUT).write_text(layout, encoding="utf-8")
@@ -86,7 +90,12 @@ class SceneRecorder:
     """Writes robot and beams at most five times a second, objects and particles twice."""
 
     def __init__(
-        self, log: LogWriter, building: Building, truth: Truth, true_path: RobotPath | None
+        self,
+        log: LogWriter,
+        building: Building,
+        truth: Truth,
+        true_path: RobotPath | None,
+        floor: Floor | None = None,
     ) -> None:
         self.topics: set[str] = set()  # that were written
         self._log = log
@@ -95,7 +104,9 @@ class SceneRecorder:
         self._true_path = true_path
         self._hits = HitFinder(building)
         self._scanned_ns: dict[str, int] = {}  # when a scan of each laser was last written
+        self._floor = floor
         self._beliefs_ns: int | None = None
+        self._floor_ns: int | None = None
         self._true_states: dict[str, tuple[float, ...]] = {}  # that were last written
 
     def note(self, record: Record, estimator: Estimator, estimates: Sequence[Estimate]) -> None:
@@ -112,6 +123,9 @@ class SceneRecorder:
             self._beliefs_ns = now
             self._write_particles(now, estimator.robot)
             self._write_objects(now, estimator.objects)
+        if self._floor is not None and _is_due(self._floor_ns, now, FLOOR_STEP_NS):
+            self._floor_ns = now
+            self._write_floor(now, self._floor, estimator)
 
     def _write(
         self, topic: str, kind: str, now: int, message: Any, definition: str | None = None
@@ -134,6 +148,11 @@ class SceneRecorder:
         place = transforms_message([robot_transform(now, MAP, robot.mean)])
         self._write("/tf", TRANSFORMS, now, place)
         self._write(f"/beams/{scan.laser.strip('/')}", CLOUD, now, beams_message(scan, hits))
+
+    def _write_floor(self, now: int, floor: Floor, estimator: Estimator) -> None:
+        values = floor.occupied(now, estimator)
+        if values is not None and floor.grid is not None:
+            self._write("/grid", GRID, now, grid_message(now, values, floor.grid.layout))
 
     def _write_particles(self, now: int, robot: PoseBelief) -> None:
         shown = robot.thinned(PARTICLES, np.random.default_rng(now))

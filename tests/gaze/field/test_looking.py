@@ -10,7 +10,14 @@ import pytest
 from objstate.config import Settings
 from objstate.errors import GridError, SettingsError
 from objstate.gaze import Sensor
-from objstate.gaze.field import EntropyMap, Gazer, GazeSettings, Head, corners
+from objstate.gaze.field import (
+    EntropyMap,
+    Gazer,
+    GazeSettings,
+    Head,
+    ObjectGains,
+    corners,
+)
 from objstate.grid import Layout
 from objstate.objects import filter_for
 from tests import rooms
@@ -156,3 +163,58 @@ def test_maps_that_cannot_be_are_refused(
 ) -> None:
     with pytest.raises(GridError, match=told):
         EntropyMap(LAYOUT, NO_WALLS).update(values, {}, unreliability)
+
+
+def test_the_way_ahead_is_looked_at_again_and_again() -> None:
+    """All is known; only whether somebody has stepped in the way isn't."""
+    made = entropies(np.zeros(LAYOUT.shape, np.float32))
+    made.watch(np.array([[0.7, 0.0], [1.5, 0.0]]), 0.2)
+    made.update(np.zeros(LAYOUT.shape, np.float32), {})
+    gazer = Gazer(made, head(), GazeSettings(on_the_way=False, watch_s=2.0))
+    robot = np.zeros(3)
+    first = gazer.rank(robot, 1.5, 0.0, 1)[0]
+    assert abs(first.heading) < 0.4
+    assert first.parts["way"] == pytest.approx(first.bits)
+    gazer.look(robot, 0.0, 0.0)
+    shown = [gazer.rank(robot, 0.0, at, 1)[0].bits for at in (0.0, 1.0, 2.0, 9.0)]
+    assert shown == pytest.approx([0.0, shown[2] / 2.0, shown[2], shown[2]], abs=1e-6)
+    made.watch(np.zeros((0, 2)), 0.3)
+    assert gazer.rank(robot, 0.0, 9.0, 1)[0].bits == 0.0
+    with pytest.raises(GridError, match="way"):
+        made.watch(np.array([[0.0, np.nan]]), 0.3)
+
+
+def test_with_gains_objects_count_by_what_looks_tell_of_them() -> None:
+    door, walls = rooms.door("door_1", 1.5, 0.0), rooms.enclosure(6.0, 5.0)
+    building = rooms.building(walls, door)
+    prior = filter_for(door, Settings()).prior(np.random.default_rng(0))
+    made = EntropyMap(LAYOUT, NO_WALLS, objects=False)
+    gains = ObjectGains(building, head())
+    known = np.zeros(LAYOUT.shape, np.float32)
+    made.update(known, {"door_1": prior})
+    assert made.bits.sum() == 0.0
+    best = Gazer(made, head(), PLAIN, gains).rank(np.zeros(3), 2.0, 0.0, 1)[0]
+    assert best.parts["door_1"] == pytest.approx(best.bits)
+    off = np.arctan2(*(np.array([1.5, 0.0]) + 0.45 * np.array([1.0, 1.0]))[::-1]) - best.pan
+    assert abs(off) < math.radians(40.0)
+    bits = gains.bits({"door_1": prior}, np.zeros(3))["door_1"]
+    assert best.bits == pytest.approx(np.interp(best.pan, gains.pans, bits))
+    assert bits[np.abs(gains.pans) > math.radians(100.0)] == pytest.approx(0.0)
+    assert 1.0 < bits.max() < 10.0
+    sure = prior.with_weights(prior.weights.of(np.eye(len(prior.states))[40] + 1e-30))
+    made.update(known, {"door_1": sure})
+    assert Gazer(made, head(), PLAIN, gains).rank(np.zeros(3), 0.0, 0.0, 1)[0].bits < 0.1
+
+
+def test_the_best_look_on_the_way_counts() -> None:
+    door = rooms.door("door_1", 1.5, 0.0)
+    building = rooms.building(rooms.enclosure(6.0, 5.0), door)
+    prior = filter_for(door, Settings()).prior(np.random.default_rng(0))
+    made = EntropyMap(LAYOUT, NO_WALLS, objects=False)
+    made.update(np.zeros(LAYOUT.shape, np.float32), {"door_1": prior})
+    gains = ObjectGains(building, head(turn=120.0))
+    gazer = Gazer(made, head(turn=120.0), GazeSettings(apart_deg=60.0), gains)
+    passing = [each for each in gazer.rank(np.zeros(3), -2.0, 0.0) if each.pan > 1.5]
+    most = gains.bits({"door_1": prior}, np.zeros(3))["door_1"].max()
+    assert [each.bits for each in passing] == pytest.approx([most] * len(passing))
+    assert passing

@@ -15,6 +15,8 @@ from mcap.reader import make_reader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from objstate.building import load_building, outline
+from objstate.building.occupancy import read_probabilities
+from objstate.recording.grids import GRID_MAP
 from objstate.recording.tables import read_estimates
 from objstate.recording.tum import read_tum
 from objstate.run import LAYOUT, SCENE, RunOptions, estimate_log
@@ -45,6 +47,7 @@ def result(tmp_path_factory: pytest.TempPathFactory) -> Path:
             truth=folder / "log" / "truth.csv",
             true_path=folder / "log" / "path.tum",
             mcap=True,
+            grid=True,
         )
     return folder / "out"
 
@@ -71,7 +74,7 @@ def decoded(schema: Any, data: bytes) -> Any:
 def test_every_topic_is_there(messages: dict[str, list[tuple[int, Any]]]) -> None:
     assert set(messages) == {
         "/robot_description", "/tf", "/beams/laser", "/particles", "/joint_states", "/intervals",
-        "/object_states", "/diagnostics", "/map", "/truth", "/true_path",
+        "/object_states", "/diagnostics", "/map", "/truth", "/true_path", "/grid",
     }  # fmt: skip
     (_, description), = messages["/robot_description"]  # fmt: skip
     robot = ElementTree.fromstring(description.data)
@@ -189,6 +192,27 @@ def test_the_map_has_walls_where_the_building_has(
     assert shapely.distance(shapely.points(occupied), lines).max() < size
     covered = shapely.union_all(shapely.points(occupied)).buffer(size)
     assert covered.covers(lines)
+
+
+def test_the_grid_is_what_was_mapped_from_moment_to_moment(
+    result: Path, messages: dict[str, list[tuple[int, Any]]]
+) -> None:
+    stamps = [stamp for stamp, _ in messages["/grid"]]
+    assert np.diff(stamps).min() >= 2 * 10**9
+    values, resolution, origin = read_probabilities(result / GRID_MAP)
+    unknown = []
+    for _, grid in messages["/grid"]:
+        assert (grid.info.height, grid.info.width) == values.shape
+        assert grid.info.resolution == pytest.approx(resolution)
+        corner = grid.info.origin.position
+        assert (corner.x, corner.y) == pytest.approx(tuple(origin[:2]))
+        cells = grid.data.reshape(values.shape)
+        assert cells.min() == -1
+        assert cells.max() == 100  # walls
+        unknown.append((cells == -1).sum())
+    assert unknown[-1] < unknown[0]
+    known = cells >= 0
+    assert np.abs(cells[known] / 100.0 - values[known]).mean() < 0.05
 
 
 def test_the_layout_shows_what_the_scene_holds(

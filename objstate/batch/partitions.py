@@ -1,0 +1,81 @@
+"""The tables over all logs: folders with a partition for each log, whose file is the result's own."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterable
+from contextlib import suppress
+from pathlib import Path
+
+from objstate.errors import StorageError
+from objstate.outages import outage_of
+from objstate.outputs import flush_folder, make_folder
+from objstate.recording.batches import PART, PARTITION, result_of
+from objstate.recording.events import EVENTS
+from objstate.recording.tables import ESTIMATES, SMOOTHED
+
+TABLES = (ESTIMATES, SMOOTHED, EVENTS)
+NEW = f".{PART}"  # a partition on its way
+
+
+def link_tables(folder: Path, names: Iterable[str]) -> None:
+    """Put the tables of some results among the combined ones, in the place of older ones.
+
+    Results of earlier versions have estimates alone. Raises StorageError.
+    """
+    chosen = list(names)
+    for table in TABLES:
+        combined = folder / table
+        if not combined.is_dir():
+            make_folder(combined)
+        try:
+            for name in chosen:
+                _place(result_of(folder, name) / table, combined / f"{PARTITION}{name}")
+            if chosen:
+                flush_folder(combined)
+        except OSError as error:
+            raise _unwritable(combined, error) from error
+
+
+def unlink_tables(folder: Path, names: Iterable[str]) -> None:
+    """Take the tables of some logs out of the combined ones. Raises StorageError."""
+    for name in names:
+        for table in TABLES:
+            _remove(folder / table / f"{PARTITION}{name}")
+
+
+def _place(source: Path, partition: Path) -> None:
+    if not source.exists():
+        _remove(partition)
+        return
+    with suppress(FileExistsError):
+        partition.mkdir()
+    new, target = partition / NEW, partition / PART
+    new.unlink(missing_ok=True)
+    try:
+        os.link(source, new)
+    except OSError:  # a file system that has no links
+        shutil.copyfile(source, new)
+        with new.open("rb") as file:
+            os.fsync(file.fileno())
+    os.replace(new, target)
+    new.unlink(missing_ok=True)  # it stays where both are links to one file
+    flush_folder(partition)
+
+
+def _remove(partition: Path) -> None:
+    try:
+        for name in (PART, NEW):
+            (partition / name).unlink(missing_ok=True)
+        with suppress(FileNotFoundError):
+            partition.rmdir()
+    except OSError as error:
+        raise _unwritable(partition, error) from error
+
+
+def _unwritable(place: Path, error: OSError) -> StorageError:
+    outage = outage_of(error)
+    return StorageError(
+        f"Can't write {place}: {error.strerror}.", outage is not None and outage.transient
+    )
