@@ -11,7 +11,7 @@ from sqlalchemy import Connection, delete, insert, select
 from objstate.config import CalendarSettings, Settings
 from objstate.habits.building import Habits
 from objstate.habits.calendar import Calendar
-from objstate.habits.model import Known, prior
+from objstate.habits.model import Known
 from objstate.habits.site import Site, fitted_site
 from objstate.objects import ObjectBelief, ObjectFilter
 from objstate.objects.doors import LatticeFilter
@@ -72,7 +72,7 @@ def learn(
             continue
         site = Site.empty(first_bounds(filter_)) if row is None else unpack_site(row[1], name)
         looks, rests = region_looks(filter_, site.bounds, seen)
-        site = site.with_looks(calendar, looks, rests, site.posterior(prior(site.design)))
+        site = site.with_looks(calendar, looks, rests)
         _write(connection, settings, name, site)
         if site.looks >= max(FIRST_FIT, 2 * site.fitted):
             due.append(name)
