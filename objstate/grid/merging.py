@@ -66,8 +66,8 @@ def merged(values: Values, update: Values, merge: Merge, ignored: float | None =
     """
     if values.shape != update.shape:
         raise GridError(
-            f"A map of {shape(update)} can't be merged into one of {shape(values)}; resample it to the "
-            "other's layout first."
+            f"A map of {shape(update)} can't be merged into one of {shape(values)}; resample it to "
+            "the other's layout first."
         )
     for each in (values, update):
         if not np.isfinite(each).all():
@@ -94,7 +94,8 @@ def resampled(values: Values, layout: Layout, onto: Layout, outside: float = 0.5
     onto.require_frame(layout.frame)
     if values.shape != layout.shape:
         raise GridError(
-            f"A map of {shape(values)} doesn't fit a layout of {layout.rows} by {layout.columns} cells."
+            f"A map of {shape(values)} doesn't fit a layout of {layout.rows} by {layout.columns} "
+            "cells."
         )
     if layout.same_cells(onto):
         return values.copy()
