@@ -24,7 +24,7 @@ SHAPE = 1.0  # of the inverse gamma distribution
 
 @dataclass(frozen=True)
 class Change:
-    """A change that there may be."""
+    """A possible change."""
 
     probability: float
     place: int  # the most probable first value after it
