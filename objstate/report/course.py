@@ -51,7 +51,7 @@ class Course:
 
     @property
     def doubtful(self) -> list[FloatArray]:
-        """Pieces (n, 2) of the path in which it was lost, without what came before it was found."""
+        """Pieces (n, 2) of the path in which it was lost, without those before it was found."""
         later = self.lost[1:] if self.searching else self.lost
         return _runs(self.path.poses[:, :2], within(self.path.stamps_ns, later))
 
