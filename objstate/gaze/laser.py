@@ -91,8 +91,8 @@ class LaserLooks:
 
         For a door it is the log-likelihoods (k, c) of the states that ``compared`` names, for the
         readings of its ``TEMPLATES``; for furniture the information (3, 3) of readings at its mean.
-        Evidence from several places adds up. ``others`` are the states (d,) of other objects that stand
-        before or behind it.
+        Evidence from several places adds up. ``others`` are the states (d,) of other objects that
+        stand before or behind it.
         """
         states = _compared_states(belief)
         alone = self._view.object(belief.item.name, states, pose[None])[0]  # (s, n)

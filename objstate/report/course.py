@@ -22,8 +22,8 @@ def weak(share: float) -> str:
 class Course:
     """A path with the stretches in which the robot was lost.
 
-    Where the robot was ``searching``, the first of these is the one before it was found: its belief was
-    all over the building, and its mean is no place.
+    Where the robot was ``searching``, the first of these is the one before it was found: its belief
+    was all over the building, and its mean is no place.
     """
 
     path: Path

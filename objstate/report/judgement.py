@@ -55,8 +55,8 @@ def tolerances(coordinate: str) -> tuple[float, float]:
 def verdict(coordinate: str, error: float, inside: bool) -> Verdict:
     """What to call an error (m or rad, not negative) of a state.
 
-    ``wrong``: not small, and its 90 % interval doesn't hold the truth. ``unsure``: large, but the interval,
-    which is wide then, does. ``outside``: small, but not in the interval.
+    ``wrong``: not small, and its 90 % interval doesn't hold the truth. ``unsure``: large, but the
+    interval, which is wide then, does. ``outside``: small, but not in the interval.
     """
     near, far = tolerances(coordinate)
     if not inside:
