@@ -84,7 +84,7 @@ def test_a_robot_that_stays_drives_nowhere(place: Path, run: Run) -> None:
         (["--for", "open office_door"], "is no plan; give one of pass, grab, go to, release"),
         (
             ["--for", "pass office_door", "--stay", "--sensor", "front:range=0.2"],
-            "can look at 'office_door' from no place",
+            "can see 'office_door' from no place",
         ),
         (["--for", "pass gate"], "there is no such object; there are office_door"),
         (["--sensor", "front:zoom=3"], "is no sensor; give NAME:range=M"),
