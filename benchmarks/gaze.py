@@ -188,6 +188,8 @@ CHOOSERS: dict[str, Chooser] = {
     "both": by_field(GazeSettings(), gaining=True),
     "both, 1 m": by_field(WIDE, gaining=True),
     "both, 1 m, way": by_field(WIDE, watching=6.0 * WATCHED, gaining=True),
+    "objects, some way": by_field(GazeSettings(thing_m=3.0), watching=27.0, gaining=True),
+    "both, 1 m, some way": by_field(WIDE, watching=3.0, gaining=True),
     "objects": by_objects,
     "sweep": sweep,
     "ahead": ahead,

@@ -3,7 +3,8 @@
 HISTORY has lines ``unix_time state``, one a minute, of which the rarer state is taken for "open". Each
 of the last weeks is foretold by models trained on all before. Prints a Markdown table: the mean
 log-likelihood per minute (nats; probabilities clipped at 0.001), given one look at the door some time
-before, or none.
+before, or none. With ``--few``, each model sees two looks a day of one week at random minutes, and foretells
+the next week, a number of times.
 """
 
 from __future__ import annotations
@@ -27,6 +28,8 @@ EVERY = 7  # minutes of a test week of which one is judged
 DEFAULT_RATE, DEFAULT_OPEN = 2.0, 0.65  # moves an hour, and the share that such a door fades to
 PERIODS = (2, 6, 10)  # of FreMEn
 CELLS = 168  # frequencies per week that FreMEn chooses from
+FEW_TRIALS, LOOKS_A_WEEK = 30, 14  # of models that see two looks a day for a week
+WHOLE_WEEKS = (0, 1, 4, 5, 6, 7, 8)  # of the history, that are followed by another one
 FEW = 30.0  # looks that the share of an hour counts for, in a histogram with memory
 
 # A model: from training times (n,) s and states to p(open) at t (m,), given states at t - h, if h > 0.
@@ -39,8 +42,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("history", type=Path)
     parser.add_argument("--weeks", type=int, default=5, help="how many of the last are foretold")
+    parser.add_argument("--few", action="store_true", help="learn from two looks a day of a week")
     chosen = parser.parse_args()
     times, states = read(chosen.history)
+    if chosen.few:
+        few(times, states)
+        return
     print(f"| | {' | '.join(HORIZONS)} |\n| --- |{' --- |' * len(HORIZONS)}")
     week = (times - times[0]) // WEEK
     for name, model in MODELS.items():
@@ -50,6 +57,30 @@ def main() -> None:
         ]
         cells = [f"{score:.3f}" for score in np.mean(scores, axis=0)]
         print(f"| {name} | {' | '.join(cells)} |", flush=True)
+
+
+def few(times: np.ndarray, states: np.ndarray) -> None:
+    """The table of models that saw little."""
+    week = (times - times[0]) // WEEK
+    scores: dict[str, list[list[float]]] = {}
+    for seed in range(FEW_TRIALS):
+        rng = np.random.default_rng(seed)
+        seen_in = int(rng.choice(WHOLE_WEEKS))
+        seen = np.sort(rng.choice(np.flatnonzero(week == seen_in), LOOKS_A_WEEK, replace=False))
+        tested = np.flatnonzero(week == seen_in + 1)[:: 4 * EVERY]
+        for name, model in FEW_MODELS.items():
+            predict, row = model(times[seen], states[seen]), []
+            for minutes in (60, 1440, 0):
+                looked = np.searchsorted(times, times[tested] - minutes * MINUTE)
+                chance = predict(times[tested], minutes, states[looked])
+                row.append(score(chance, states[tested]))
+            scores.setdefault(name, []).append(row)
+    fades = np.array(scores["fade (without habits)"])
+    print("| | 1 h | 1 day | no look | trials worse than fade |\n| --- | --- | --- | --- | --- |")
+    for name, rows in scores.items():
+        cells = [f"{score:.3f}" for score in np.mean(rows, axis=0)]
+        worse = int((np.array(rows) < fades).any(axis=1).sum())
+        print(f"| {name} | {' | '.join(cells)} | {worse} of {FEW_TRIALS} |")
 
 
 def read(path: Path) -> tuple[np.ndarray, np.ndarray]:
@@ -209,6 +240,8 @@ MODELS: dict[str, Model] = {
     "the same with memory": remembering,
     "habits": habits,
 }
+
+FEW_MODELS = {name: MODELS[name] for name in MODELS if name.startswith(("fade", "FreMEn", "h"))}
 
 if __name__ == "__main__":
     main()

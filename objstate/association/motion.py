@@ -70,7 +70,7 @@ class Tracks:
 
     @staticmethod
     def at(positions: FloatArray, std: float, motion: Motion) -> Tracks:
-        """Objects that stand about positions (..., 2), known to ``std`` m."""
+        """Objects at positions (..., 2), known to ``std`` m."""
         batch, modes = positions.shape[:-1], motion.modes
         means = np.zeros((*batch, modes, STATE))
         means[..., :COORDINATES] = positions[..., None, :]

@@ -26,7 +26,7 @@ JOINTS = {Kind.HINGED: "revolute", Kind.SLIDING: "prismatic", Kind.PLANAR: "plan
 
 
 def check_target(out: Path, overwrite: bool) -> None:
-    """Whether buildings may be written to ``out``; BuildingError if anything else is there."""
+    """Whether buildings may be written to ``out``; raises BuildingError if anything else exists."""
     if not out.exists():
         return
     if not overwrite:

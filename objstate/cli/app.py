@@ -27,7 +27,7 @@ from objstate.cli.console import print_text
 from objstate.cli.local_paths import refuse_urls
 from objstate.cli.options import help_when_alone
 
-HELP = """Which doors are open, how far, how sure are we, and where did the furniture go?
+HELP = """Estimate which doors are open, how far, and where furniture stands, with probabilities.
 
 objstate takes a robot's recorded log and a model of the building in which doors and furniture
 are movable joints, and estimates the state of every object at every moment.

@@ -30,7 +30,7 @@ Examples:
   objstate batch 'drives/2026-*/*.mcap' --building office.urdf --out out/year --workers 8
   objstate batch manifest.csv --out out/all --scheduler tcp://10.0.0.1:8786
 \b
-A manifest has a log per row, and these columns, of which only the first must be there:
+A manifest has a row for each log, and these columns, of which only the first is required:
   log, name, building, truth, path, settings, initial_pose, global, seed, robot
 \b
 DIR gets:
@@ -150,7 +150,7 @@ def _cores() -> int:
 
 
 def _warnings(summary: pl.DataFrame) -> list[str]:
-    """What made logs that are done doubtful, of the first such logs."""
+    """Warnings of logs that are done, for the first such logs."""
     from objstate.recording.batches import SUMMARY_TABLE
 
     doubtful = [

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from objstate.calibration import Calibration, LaserCorrection
 
-# of each quantity: its label, what it is multiplied by to be read, and its decimals
+# of each quantity: its label, its factor for display, and its decimals
 SHOWN = (
     ("x", "cm", 100.0),
     ("y", "cm", 100.0),

@@ -108,10 +108,10 @@ def next_(
     top: Annotated[int, typer.Option(metavar="N", min=1, help="Actions to show.")] = 10,
     as_json: AsJson = False,
 ) -> None:
-    """What to look at next, from where, and why.
+    """Choose what to look at next, from where, and why.
 
-    Weighs what looks would tell of doors and furniture against the way there. First come the
-    objects with which something is about to be done, then the most useful action.
+    Weighs the expected gains of looks at doors and furniture against the way there. Required looks
+    come first, then the most useful action.
     """
     from objstate.building import load_building
     from objstate.config import load_yaml, parse_strict
@@ -181,7 +181,7 @@ def _tasks(coordinator: Coordinator, moment: Snapshot, tasks: list[VerificationT
 
 
 def _due(allowed: Task, wanted: Sequence[Due], now_ns: int) -> Table | str:
-    """When what is allowed will be exceeded, if nobody looks."""
+    """Times at which allowed variances will be exceeded without a look."""
     if not wanted:
         return f"'{allowed.name}' asks for no look within {duration(HORIZON)}."
     table = new_table(

@@ -29,8 +29,10 @@ Examples:
 """
 
 LEGEND = (
-    "Medians, with 90 % intervals; the fewer looks, and the closer together, the wider. Spells are\n"
-    "how long the door stays as it is. Hours and days without a look are left out."
+    "Medians, with 90 % intervals; the fewer looks, and the closer together, the wider. Open is the share\n"
+    "of all time, nights and free days too; when seen, that of the hours of working and of free days\n"
+    "with a look. Spells are how long the door stays as it is. In the tables by hour and by day those\n"
+    "without a look are left out."
 )
 
 
@@ -91,6 +93,7 @@ def _doors_table(doors: tuple[DoorStatistics, ...]) -> Table:
         "looks",
         "undecided",
         "open (%)",
+        "when seen (%)",
         "open spell",
         "closed spell",
         "moves a day",
@@ -103,6 +106,7 @@ def _doors_table(doors: tuple[DoorStatistics, ...]) -> Table:
             str(door.looks),
             str(door.undecided),
             _share(door.share_open),
+            _share(door.share_open_seen),
             _spell(door.open_spell),
             _spell(door.closed_spell),
             _moves(door.moves_per_day),

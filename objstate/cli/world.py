@@ -149,9 +149,9 @@ def adopt(
     ],
     height: Annotated[float, typer.Option(metavar="M", help="Of the object.")] = 1.0,
 ) -> None:
-    """Keep something that stands about as an object: in a new building, and in the world.
+    """Keep an obstacle as an object: in a new building, and in the world.
 
-    The world is of the new building from then on.
+    The world then belongs to the new building.
     """
     from objstate.maintenance.adoption import adopt as kept
     from objstate.world.store import open_store

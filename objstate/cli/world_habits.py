@@ -169,7 +169,7 @@ def _table(world: World, words: dict[str, dict[str, object]]) -> Table:
     from objstate.world.habit_words import week_of
 
     table = new_table(
-        "Habits", ("door",), ("looks", "closed (%)", "working hours (%)", "moves a day")
+        "Habits", ("door",), ("looks", "closed (%)", "in office hours (%)", "moves a day")
     )
     for name, each in words.items():
         week = week_of(world, name)

@@ -74,7 +74,7 @@ def _row(row: DoorRow) -> dict[str, Any]:
 
 
 def _ordered(rows: list[DoorRow]) -> list[DoorRow]:
-    """Candidates nobody decided on first, the most probable at the top; others as they come."""
+    """Undecided candidates first, the most probable at the top; others in their order."""
     return sorted(
         rows, key=lambda row: -(row.probability or 0.0) if row.decision == "open" else 1.0
     )
@@ -120,7 +120,7 @@ def _buttons() -> str:
 
 
 def _form() -> str:
-    """What is told of the door that is chosen, and changed there."""
+    """The fields of the selected door."""
     fields = (
         ("name", "name", "text", ""),
         ("x", "hinge x, m", "number", "0.01"),

@@ -93,7 +93,7 @@ class Monitor:
         """The largest probability of being lost in each of these intervals."""
         return self._bank.probabilities
 
-    # --- a place that somebody told -------------------------------------------------
+    # --- a given place --------------------------------------------------------------
 
     def told(self, now_ns: int, *, is_start: bool) -> None:
         """Note that a belief was given; as a start, it is probably right."""

@@ -109,7 +109,7 @@ class Robot:
         assert self.belief is not None
         return self.belief.thinned(count, self._rng)
 
-    # --- told, and carried elsewhere ------------------------------------------------
+    # --- given, or found elsewhere --------------------------------------------------
 
     def follow(self, belief: PoseBelief) -> None:
         """Follow a belief; what was learnt of robot and building stays."""

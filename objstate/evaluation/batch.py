@@ -53,7 +53,7 @@ class BatchEvaluation:
     logs: int  # with a result and a truth
     without_truth: tuple[str, ...]
     without_result: tuple[str, ...]
-    notes: tuple[str, ...]  # what could not be told of which log, and why
+    notes: tuple[str, ...]  # what could not be evaluated of which log, and why
     overall: tuple[Overall, ...]
     groups: tuple[Group, ...]  # at the updates, by condition
     calibration: tuple[Calibration, ...]  # of the final estimates
@@ -95,7 +95,7 @@ def evaluate_batch(
     finals = totals.finals()
     overall = _overall(totals, finals)
     if not overall:
-        raise TruthError(f"The truth tells nothing of the objects in {folder}.")
+        raise TruthError(f"The truth has none of the objects in {folder}.")
     return BatchEvaluation(
         logs=len(left),
         without_truth=tuple(log.name for log in logs if log.truth is None),

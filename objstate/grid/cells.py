@@ -38,7 +38,7 @@ class CellModel(Protocol):
 
     @property
     def max_age_s(self) -> float:
-        """After so many seconds without evidence a cell is as if it had never been touched."""
+        """s without evidence after which a cell is as if it had never been touched."""
 
     def empty(self, size: int) -> Fields:
         """The fields of cells (n,) that were never touched."""
@@ -140,8 +140,8 @@ class LogOddsCells(BayesCells):
 class CountCells:
     """Each cell counts how often it was seen free and occupied, eqs. (6.1) to (6.7).
 
-    Evidence of weight w (1 when it is sure) renews the reliability by w; the thesis leaves open what
-    does. So a cell seen once from far away is hardly believed, although all its counts agree.
+    Evidence of weight w (1 when certain) renews the reliability by w; the thesis leaves this open.
+    So a cell seen once from far away has little reliability, although all its counts agree.
     """
 
     max_age_s: float = 60.0

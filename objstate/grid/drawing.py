@@ -1,6 +1,6 @@
 """Shapes as cells with values (Darmstadt, section 6.1.4, algorithms 3 and 4).
 
-A drawing is a value: the cells that a shape covers and what it says of them. Any grid takes it in, by the
+A drawing is a value: the cells that a shape covers, and their values. Any grid can add it, by the
 rule of its cells or by a merge.
 """
 

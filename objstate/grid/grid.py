@@ -119,7 +119,7 @@ class Grid:
     ) -> None:
         """Merge another grid into this one, whatever its cells, origin, heading and resolution.
 
-        Where the other has the value ``ignored``, which is what it doesn't know, this one stays.
+        Where the other has the value ``ignored``, which means unknown, this one is kept.
         """
         values = resampled(other.values(stamp_ns), other.layout, self.layout).ravel()
         where = np.arange(self.layout.size, dtype=np.int32)

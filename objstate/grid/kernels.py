@@ -17,7 +17,7 @@ from objstate.geometry import BoolArray, FloatArray
 Field = NDArray[np.float32]  # (n,)
 Indices = NDArray[np.int32]  # (m,) flat, row by row
 
-UNKNOWN = 0.5  # the value of a cell of which nothing is known
+UNKNOWN = 0.5  # the value of an unknown cell
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 
@@ -289,8 +289,8 @@ def cover(
 ) -> None:
     """Add the weight of each polygon to the cells (rows, columns) that it touches.
 
-    The polygons' ``outlines`` (n, 2), column and row, lie one after the other, with so many ``corners``
-    (k,) each. ``mark`` (rows * columns,) holds -1.
+    The polygons' ``outlines`` (n, 2), column and row, are concatenated, with ``corners`` (k,) each.
+    ``mark`` (rows * columns,) holds -1.
     """
     rows, columns = plane.shape
     begin = 0

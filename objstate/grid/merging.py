@@ -19,11 +19,11 @@ from objstate.grid.layout import Layout
 Values = NDArray[np.float32]
 Merge = Callable[[Values, Values], Values]
 
-CERTAIN = 1e-6  # probabilities nearer to 0 or 1 can't be told apart from these
+CERTAIN = 1e-6  # probabilities closer to 0 or 1 count as these
 
 
 def bayes(values: Values, update: Values) -> Values:
-    """Bayes' rule with an even prior, eq. (2.10); what both are sure of to the contrary is 0.5."""
+    """Bayes' rule with an even prior, eq. (2.10); contradictory certainties give 0.5."""
     a, b = (np.clip(each.astype(float), CERTAIN, 1.0 - CERTAIN) for each in (values, update))
     occupied = a * b
     return np.asarray(occupied / (occupied + (1.0 - a) * (1.0 - b)), dtype=np.float32)

@@ -1,4 +1,4 @@
-"""What sensors say of the floor: where it is free, and where something stands, and how surely.
+"""Percepts: where a sensor finds the floor free or occupied, and with what probability.
 
 Lasers and cameras give the same kind of percepts, which a grid sweeps (Darmstadt, section 6.1.6).
 """

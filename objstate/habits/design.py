@@ -23,9 +23,9 @@ from objstate.lazy import lazy
 # region, and in others; then log odds of the third region and further ones against the second.
 SETTLED, AWAY, BRIEF, BRIEF_FIRST, BRIEF_OTHER, LOCAL = range(6)
 CONSTANTS = {  # of these: prior mean and deviation
-    BRIEF: (np.log(60.0), 1.0),
-    BRIEF_FIRST: (0.0, 1.5),
-    BRIEF_OTHER: (0.0, 1.5),
+    BRIEF: (np.log(60.0), 1.3),
+    BRIEF_FIRST: (0.0, 2.0),
+    BRIEF_OTHER: (0.0, 2.0),
 }
 MEANS = {SETTLED: np.log(0.7), AWAY: -0.7}
 SLOW_H, QUICK_H = 4.0, 0.5  # over which functions of the time of day stay similar
@@ -103,7 +103,11 @@ class Design:
                 keys.append(rows)
         most = max(len(rows) for rows in keys)
         filled = np.array([rows + [(0, 0, 0.0)] * (most - len(rows)) for rows in keys])
-        return filled[..., 0].astype(np.int64), filled[..., 1].astype(np.int64), filled[..., 2]
+        return (
+            filled[..., 0].astype(np.int64),
+            filled[..., 1].astype(np.int64),
+            filled[..., 2].copy(),
+        )
 
     @lazy
     def matrix(self) -> FloatArray:

@@ -32,9 +32,9 @@ else:
 ROUNDS = 40  # of Fisher scoring at most
 CONVERGED = 1e-3  # squared length of a step, in posterior deviations
 HALVINGS = 12  # of a step that doesn't raise the posterior
-SPREADS, SPREAD_DRAWS = 4, 16  # rounds and draws that widen Laplace's approximation
+SPREADS, SPREAD_DRAWS = 3, 12  # rounds and draws that widen Laplace's approximation
 SEED, JITTER = 0, 1e-10  # of draws, and what is added to the diagonal of a covariance
-BURN_IN_NS = 14 * 86400 * NANOSECONDS  # before the first look, over which a start is forgotten
+BURN_IN_NS = 7 * 86400 * NANOSECONDS  # before the first look, over which a start is forgotten
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,14 +96,25 @@ def evidence(
         cut.looks,
         looks.likelihood,
         of.rates,
-        of.right,
-        of.left,
+        np.ascontiguousarray(of.right),
+        np.ascontiguousarray(of.left),
         slopes(u, of),
         *design.active,
         score,
         information,
     )
     return Evidence(theta, float(total), score, information, state)
+
+
+def ready() -> None:
+    """Load the compiled loops, or compile them, where this must not be waited for later."""
+    design = Design(2)
+    evidence(
+        design,
+        Calendar(),
+        RegionLooks.certain(np.zeros(1, dtype=np.int64), np.zeros(1, dtype=np.int64), 2),
+        design.mean,
+    )
 
 
 def fit(

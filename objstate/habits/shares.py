@@ -38,10 +38,14 @@ class Paths:
         return np.asarray(rates.mean(axis=1) * 86400.0)
 
 
-def paths(forecast: Forecast, looks: RegionLooks) -> Paths:
-    """Paths from the first look to the last, by forward filtering and backward sampling."""
-    begin, end = int(looks.stamps_ns[0]), int(looks.stamps_ns[-1])
-    cut = steps(forecast.calendar, begin, looks.stamps_ns)
+def paths(forecast: Forecast, looks: RegionLooks, least_s: float = 0.0) -> Paths:
+    """Paths from the first look to the last, or over ``least_s`` if that is longer.
+
+    By forward filtering and backward sampling.
+    """
+    begin = int(looks.stamps_ns[0])
+    end = max(int(looks.stamps_ns[-1]), begin + round(least_s * NANOSECONDS))
+    cut = steps(forecast.calendar, begin, looks.stamps_ns, end)
     of = forecast.process
     filtered = _filtered(forecast, of, cut, looks, begin)
     states = _sampled(forecast, cut, filtered)

@@ -52,7 +52,7 @@ class IfcFile:
         self.path, self._notes = path, notes
         try:
             self.model = ifcopenshell.open(str(path))
-        except Exception as error:  # whatever the parser makes of a damaged file
+        except Exception as error:  # any error of the parser for a damaged file
             raise BuildingError(
                 f"{path} can't be read as IFC ({error}); export it again."
             ) from error

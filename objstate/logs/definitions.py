@@ -54,7 +54,7 @@ LONGEST_TEXT = 200_000
 MOST_FIELDS = 3_000
 # types within types; the deepest in use have some ten
 DEEPEST = 50
-# characters of what a parser says of a definition
+# characters of a parser's message about a definition
 LONGEST_REASON = 200
 # types kept ready; a log has some tens
 MOST_TYPES = 256

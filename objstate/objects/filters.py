@@ -28,7 +28,7 @@ class ObjectFilter(Protocol):
     def update(
         self, belief: ObjectBelief, evidence: ScanEvidence, rng: np.random.Generator
     ) -> Update | None:
-        """Bayes' rule, eqs. (8) and (9); None where no beam bears on the object."""
+        """Bayes' rule, eqs. (8) and (9); None where no beam reaches the object."""
 
 
 def filter_for(item: MovableObject, settings: Settings) -> ObjectFilter:

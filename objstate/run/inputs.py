@@ -1,4 +1,4 @@
-"""Digests of what a run reads, so that a result can be traced to its inputs."""
+"""Digests of a run's inputs, so that a result can be traced to them."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def describe_building(urdf: Path, building: Building) -> dict[str, Any]:
 
 
 def log_identity(files: Sequence[Mapping[str, Any]], options: RunOptions) -> str:
-    """A digest of what was read: of the files' contents, in any order, and of the part of them."""
+    """A digest of what was read: the files' contents, in any order, and the part of them."""
     part = {
         "files": sorted(file["sha256"] for file in files),
         "span": [options.start, options.end],

@@ -38,6 +38,7 @@ class Events:
         self._database = database
         self._wake = asyncio.Event()
         self._loop: asyncio.AbstractEventLoop | None = None
+        self._reads: dict[tuple[asyncio.Event, int], asyncio.Task[list[Event]]] = {}
 
     def listen_on(self, loop: asyncio.AbstractEventLoop) -> None:
         """Wake listeners on this loop."""
@@ -75,10 +76,10 @@ class Events:
     async def stream(self, after: int | None) -> AsyncIterator[str]:
         """All events after a number, or from now on, in the words of Server-Sent Events."""
         seen = await asyncio.to_thread(self.last) if after is None else after
-        yield ": listening\n\n"
+        yield f"id: {seen}\n\n"  # where to resume a stream that breaks before its first event
         while True:
             wake = self._wake
-            new = await asyncio.to_thread(self.after, seen)
+            new = await self._shared(wake, seen)
             for event in new:
                 yield event.text()
                 seen = event.id
@@ -88,3 +89,14 @@ class Events:
                 await asyncio.wait_for(wake.wait(), CHECKED_EVERY_S)
             except TimeoutError:
                 yield ": still here\n\n"
+
+    async def _shared(self, wake: asyncio.Event, seen: int) -> list[Event]:
+        """The next events after a number, read once for all who wait for them.
+
+        Who is woken by ``wake`` may share only a read that began after the wake before.
+        """
+        key = wake, seen
+        if key not in self._reads:
+            self._reads[key] = asyncio.create_task(asyncio.to_thread(self.after, seen))
+            self._reads[key].add_done_callback(lambda _: self._reads.pop(key))
+        return await asyncio.shield(self._reads[key])

@@ -12,6 +12,7 @@ import numpy as np
 from objstate.statistics.looks import DoorLooks, OpenAbove, door_looks
 from objstate.statistics.shares import Share, shares_by
 from objstate.statistics.two_state import Interval, memory
+from objstate.statistics.use import use_of
 
 SEED = 0  # of the samples of a posterior, so that the same looks give the same figures
 
@@ -27,7 +28,8 @@ class DoorStatistics:
     first_ns: int  # of the looks that told
     last_ns: int
     moves_seen: int  # neighbouring looks of which one saw it open and one closed
-    share_open: Interval  # of time
+    share_open: Interval  # of all time
+    share_open_seen: Interval  # of the hours of working and of free days with looks
     open_spell: Interval  # s that it stays open
     closed_spell: Interval  # s that it stays closed
     moves_per_day: Interval  # openings and closings
@@ -61,6 +63,7 @@ def statistics_of(seen: DoorLooks, zone: tzinfo = UTC) -> DoorStatistics:
     """What the looks at one door, at least one that decided, tell of it."""
     looks = seen.looks
     known = memory(looks, np.random.default_rng(SEED))
+    use = use_of(looks, zone)
     return DoorStatistics(
         door=seen.door,
         logs=seen.logs,
@@ -69,10 +72,11 @@ def statistics_of(seen: DoorLooks, zone: tzinfo = UTC) -> DoorStatistics:
         first_ns=int(looks.first_ns[0]),
         last_ns=int(looks.last_ns.max()),
         moves_seen=looks.moves_seen,
-        share_open=known.share_open,
+        share_open=use.share_open,
+        share_open_seen=use.share_open_seen,
         open_spell=known.open_spell,
         closed_spell=known.closed_spell,
-        moves_per_day=known.moves_per_day,
+        moves_per_day=use.moves_per_day,
         by_hour=shares_by(looks, known, _hour, zone),
         by_weekday=shares_by(looks, known, datetime.weekday, zone),
     )

@@ -64,24 +64,14 @@ class Memory:
     slow_part: FloatArray  # (k,) 0..1
 
     @property
-    def share_open(self) -> Interval:
-        """The share of time open."""
-        return _interval(self.share)
-
-    @property
     def open_spell(self) -> Interval:
         """Seconds that the door stays open, in the mean."""
-        return _interval(1 / (self._fading * (1 - self.share)))
+        return interval_of(1 / (self._fading * (1 - self.share)))
 
     @property
     def closed_spell(self) -> Interval:
         """Seconds that the door stays closed, in the mean."""
-        return _interval(1 / (self._fading * self.share))
-
-    @property
-    def moves_per_day(self) -> Interval:
-        """How often the door is opened or closed."""
-        return _interval(2 * 86400 * self._fading * self.share * (1 - self.share))
+        return interval_of(1 / (self._fading * self.share))
 
     def after(self, seconds: FloatArray) -> FloatArray:
         """(...) c(t), the mean over the samples."""
@@ -131,7 +121,8 @@ def _log_likelihood(door: Memory, first: bool, gaps: FloatArray, counts: IntArra
     return np.asarray(total)
 
 
-def _interval(values: FloatArray) -> Interval:
+def interval_of(values: FloatArray) -> Interval:
+    """The median and the central 90 % of samples (k,)."""
     tail = (1 - LEVEL) / 2
     lower, median, upper = np.quantile(values, [tail, 0.5, 1 - tail])
     return Interval(float(median), float(lower), float(upper))

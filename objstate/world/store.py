@@ -16,6 +16,7 @@ from objstate.building.digest import model_digest
 from objstate.building.model import Building, MovableObject
 from objstate.config import Settings, parse_strict
 from objstate.errors import SettingsError, WorldError
+from objstate.habits.model import ready
 from objstate.objects import ObjectBelief
 from objstate.objects.doors import LatticeFilter
 from objstate.world.codec import pack_belief, pack_object, unpack_belief, unpack_object
@@ -176,6 +177,7 @@ class WorldStore:
         Beliefs hold from their stamps on, whichever drive was added first. Raises WorldError
         where another writer doesn't finish, and for a belief without a stamp.
         """
+        ready()  # before others wait for the transaction
         with self._database.writing() as connection:
             known = select(DRIVES.c.id).where(DRIVES.c.digest == drive.digest)
             if connection.execute(known).first() is not None:

@@ -95,3 +95,23 @@ def test_strategies_are_compared_and_what_is_saved_is_said(
     rows = [line.split() for line in outcome.out.splitlines() if line.startswith(" total entropy")]
     assert rows == [["total", "entropy", "greedy", "nearest", "1", "120", "200", "40"]]
     assert (out / "trials.csv").is_file()
+
+
+def test_the_grid_of_the_dribblers_is_shown_beside_the_thesis(
+    run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from objstate.experiments.darmstadt import reproduction
+
+    monkeypatch.setattr(reproduction, "ACCURACY_S", 5.6)
+    out = tmp_path / "out"
+    asked = ("reproduce", "darmstadt", "--only", "accuracy", "--seeds", 1, "--processes", 1)
+    done = run(*asked, "--out", out)
+    assert (done.code, done.err) == (0, "")
+    assert "383" in done.out  # the thesis' sector model, third place
+    assert {path.name for path in out.iterdir()} == {
+        "tables.md", "fig7_2_models.png", ".objstate",
+    }  # fmt: skip
+    refused = run("reproduce", "darmstadt", "--only", "tea", "--out", tmp_path / "none")
+    assert refused.code == 1
+    assert "accuracy" in refused.err
+    assert not (tmp_path / "none").exists()

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from objstate.errors import SettingsError
 from objstate.experiments.darmstadt import accuracy, coverage, reproduce
 from objstate.experiments.darmstadt.behaviours import bearing_of
 from objstate.experiments.darmstadt.camera import NO_OBSTACLE, Aim, lines, shows, take
@@ -136,9 +135,3 @@ def test_same_seeds_same_bytes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
         one, other = ((tmp_path / each / name).read_bytes() for each in "ab")
         assert one == other
     assert "table 7.5" in (tmp_path / "a" / "tables.md").read_text()
-
-
-def test_unknown_experiments_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(SettingsError, match="no experiment 'tea'"):
-        reproduce([0], out=tmp_path / "out", only=["tea"])
-    assert not (tmp_path / "out").exists()

@@ -38,17 +38,19 @@ STARED, AGO_S = math.radians(10.0), 2.0  # near to where it looked so long ago, 
 ACTIVE, SWEEP, TRACKING = "active gaze control", "localization", "ball tracking"
 LOOKING = "look at ball"
 CELLWISE, EXACT = "without view entropy", "best of all views"
+INHIBITED = "active, inhibition of return"
 
 BEHAVIOURS: Mapping[str, Callable[[int], Behaviour]] = {
     ACTIVE: gazing.with_views,
     SWEEP: lambda _: Sweep(),
     TRACKING: lambda _: BallTracking(),
     LOOKING: lambda _: LookAtBall(),
+    INHIBITED: gazing.with_inhibition,
     CELLWISE: gazing.without_views,
     EXACT: gazing.best_of_all,
 }
-STANDS = (ACTIVE, SWEEP, TRACKING, CELLWISE, EXACT)
-WALKS = (ACTIVE, LOOKING, CELLWISE, EXACT)
+STANDS = (ACTIVE, SWEEP, TRACKING, INHIBITED, CELLWISE, EXACT)
+WALKS = (ACTIVE, LOOKING, INHIBITED, CELLWISE, EXACT)
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +69,7 @@ class Coverage:
 
 
 def cover(walking: bool, seeds: Sequence[int], processes: int) -> Iterator[Coverage]:
-    """Every behaviour of table 7.6, or 7.7, and two more, one after another."""
+    """Every behaviour of table 7.6, or 7.7, and three more, one after another."""
     names = WALKS if walking else STANDS
     yield from in_order(
         _covered, [(name, walking, seed) for name in names for seed in seeds], processes

@@ -27,6 +27,7 @@ CAMERA = PanTilt(
 )
 PARTICLES, APART = 10, 0.4  # m
 BALL_STD, MARK_STD = 0.3, 0.2  # m, of the Gaussians that stand for their entropies
+FADE_S, LOOKED_STD = 4.0, 0.5  # s and m, of where it has looked, with inhibition
 PATIENCE_S = 1.0  # after which a gaze that wasn't reached is given up
 AHEAD = np.array([0.6, 0.0, 0.0])  # m, the place before the robot that is always a candidate
 
@@ -36,9 +37,10 @@ Choice = Callable[[FocusGazer, Values, FloatArray, FloatArray, list[FloatArray]]
 class ActiveGaze:
     """Looks where the entropy is; chooses anew when it has arrived."""
 
-    def __init__(self, choose: Choice) -> None:
+    def __init__(self, choose: Choice, *, inhibited: bool = False) -> None:
         self._gazer = FocusGazer(LAYOUT, CAMERA, PARTICLES, APART)
-        self._choose = choose
+        self._choose, self._inhibited = choose, inhibited
+        self._looked: list[tuple[float, FloatArray]] = []  # when, and at which places (2,)
         self._focus: Focus | None = None
         self._since = 0.0
         spread = np.eye(2) * MARK_STD**2
@@ -53,8 +55,12 @@ class ActiveGaze:
             seeds = [compose(pose, AHEAD)[:2]]
             if robot.ball is not None:
                 seeds.insert(0, robot.ball)
-            self._focus = last = self._choose(self._gazer, self.bits(robot), pose, at, seeds)
+            bits = self.bits(robot)
+            if self._inhibited:
+                self._inhibit(bits, robot.time)
+            self._focus = last = self._choose(self._gazer, bits, pose, at, seeds)
             self._since = robot.time
+            self._looked.append((robot.time, last.place))
         return last.pan, last.tilt
 
     def bits(self, robot: Robot, method: Method = "table") -> Values:
@@ -72,10 +78,23 @@ class ActiveGaze:
             ball = gaussian(LAYOUT, robot.ball, spread, 1.0, about=0.0)
             _add(bits, ball, 1.0 - robot.ball_validity)
 
+    def _inhibit(self, bits: Values, time: float) -> None:
+        """Take bits off where it has looked, the less the longer ago: section 6.3.4's proposal."""
+        self._looked = [(at, place) for at, place in self._looked if time - at < FADE_S]
+        for at, place in self._looked:
+            drawn = gaussian(LAYOUT, place, np.eye(2) * LOOKED_STD**2, 1.0, about=0.0)
+            _add(bits, drawn, (time - at) / FADE_S - 1.0)
+        np.maximum(bits, 0.0, out=bits)
+
 
 def with_views(seed: int) -> ActiveGaze:
     """Particles, ranked by the entropy of the field of view."""
     return _by_particles(seed, views=True)
+
+
+def with_inhibition(seed: int) -> ActiveGaze:
+    """The same, with less entropy where it has just looked."""
+    return _by_particles(seed, views=True, inhibited=True)
 
 
 def without_views(seed: int) -> ActiveGaze:
@@ -88,7 +107,7 @@ def best_of_all(seed: int) -> ActiveGaze:
     return ActiveGaze(lambda gazer, bits, pose, at, seeds: gazer.by_windows(bits, pose, at)[0])
 
 
-def _by_particles(seed: int, *, views: bool) -> ActiveGaze:
+def _by_particles(seed: int, *, views: bool, inhibited: bool = False) -> ActiveGaze:
     rng = np.random.default_rng([seed, 1])
 
     def choose(
@@ -96,7 +115,7 @@ def _by_particles(seed: int, *, views: bool) -> ActiveGaze:
     ) -> Focus:
         return gazer.by_particles(bits, pose, at, rng, seeds, views=views)[0]
 
-    return ActiveGaze(choose)
+    return ActiveGaze(choose, inhibited=inhibited)
 
 
 def _add(bits: Values, drawing: Drawing, weight: float) -> None:

@@ -9,6 +9,7 @@ from objstate.experiments.darmstadt.coverage import (
     ACTIVE,
     CELLWISE,
     EXACT,
+    INHIBITED,
     LOOKING,
     SWEEP,
     TRACKING,
@@ -54,7 +55,7 @@ def coverage_table(found: Sequence[Coverage], walking: bool) -> Table:
 def staring_table(found: Sequence[Coverage]) -> Table:
     """Section 7.5; the thesis has pictures."""
     rows = []
-    for name in (SWEEP, TRACKING, LOOKING, CELLWISE, ACTIVE, EXACT):
+    for name in (SWEEP, TRACKING, LOOKING, CELLWISE, ACTIVE, INHIBITED, EXACT):
         cells = [name]
         for walking in (False, True):
             own = [one for one in found if one.behaviour == name and one.walking is walking]

@@ -17,7 +17,7 @@ from objstate.objects.covered import covered
 
 Plane = NDArray[np.float32]  # (rows, columns)
 
-WATCHED = 5.0  # bits of a cell on the way: whether somebody has stepped there
+WATCHED = 5.0  # what a cell on the way counts, bits: a collision costs more than an unknown corner
 STATES = 40  # of an object that are drawn; probabilities are within 1/40
 LANDMARK_STD = 0.1  # m, of the Gaussian that stands for a landmark
 

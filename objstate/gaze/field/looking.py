@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from objstate.config import NonNegative, Positive, Share, Strict
-from objstate.gaze.field.entropy_map import EntropyMap
+from objstate.gaze.field.entropy_map import EntropyMap, Plane
 from objstate.gaze.field.head import Head
 from objstate.gaze.field.objects import ObjectGains
 from objstate.geometry import FloatArray, wrap
@@ -27,7 +27,7 @@ else:
 
 RAYS = 720  # of a whole turn
 NEVER = -1e9  # s, when a cell was last looked at that never was
-FLOOR = "floor"  # what the grid doesn't know
+FLOOR, WAY = "floor", "way"  # what the grid doesn't know, and where somebody may step
 TOLD = 0.01  # share of a view's bits from which an object is named
 
 
@@ -111,12 +111,16 @@ class Gazer:
         The first is the best. Each other lies ``apart_deg`` from all before it. ``at`` is a time in
         seconds, by which the memory of looks fades.
         """
-        profile = self._profile(robot, pan, at)
+        profile = self._profile(robot, pan, at, self.entropies.bits)
         pans, bits, seconds = self._candidates(robot, pan, profile)
-        objects = self._of_objects(robot, pan, pans)
+        objects, cells = self._of_objects(robot, pan, pans), 1.0
         if self.gains is not None:
-            thing = self.settings.thing_m / self.entropies.layout.resolution
-            bits = bits / max(1.0, thing**2) + sum(objects.values(), np.zeros(len(pans)))
+            cells = max(1.0, (self.settings.thing_m / self.entropies.layout.resolution) ** 2)
+            bits = bits / cells + sum(objects.values(), np.zeros(len(pans)))
+        if self.entropies.watched.any():
+            nothing = np.zeros_like(self.entropies.bits)
+            watched = self._candidates(robot, pan, self._profile(robot, pan, at, nothing))[1]
+            objects[WAY] = watched / cells
         chosen: list[int] = []
         apart = math.radians(self.settings.apart_deg)
         for k in np.argsort(-bits / seconds, kind="stable").tolist():
@@ -130,15 +134,19 @@ class Gazer:
                 float(pans[k]),
                 float(bits[k]),
                 float(seconds[k]),
-                self._parts(robot, pan, float(pans[k]), float(bits[k]))
-                if self.gains is None
-                else _sorted({name: float(own[k]) for name, own in objects.items()}, bits[k]),
+                self._parts(
+                    robot,
+                    pan,
+                    float(pans[k]),
+                    float(bits[k]),
+                    {name: float(own[k]) for name, own in objects.items()},
+                ),
             )
             for k in chosen
         ]
 
-    def _profile(self, robot: FloatArray, pan: float, at: float) -> FloatArray:
-        """(rays,) bits to be seen along each."""
+    def _profile(self, robot: FloatArray, pan: float, at: float, bits: Plane) -> FloatArray:
+        """(rays,) what is to be seen along each of bits (rows, columns), and of the way."""
         pose, layout, s = self._pose(robot, pan), self.entropies.layout, self.settings
         cell = layout.to_cells(pose[:2])
         kernels.along_rays(
@@ -148,7 +156,7 @@ class Gazer:
             float(cell[1]),
             self._directions,
             2.0 * np.pi / RAYS,
-            self.entropies.bits.reshape(-1),
+            bits.reshape(-1),
             self.entropies.opaque.reshape(-1),
             self.entropies.watched.reshape(-1),
             self._looked,
@@ -198,8 +206,16 @@ class Gazer:
             found[name] = self.entropies.priority(name) * then
         return found
 
-    def _parts(self, robot: FloatArray, pan: float, to: float, bits: float) -> dict[str, float]:
-        """Bits of a view by what they are of, the most first; inhibition left out."""
+    def _parts(
+        self, robot: FloatArray, pan: float, to: float, bits: float, parts: dict[str, float]
+    ) -> dict[str, float]:
+        """Bits of a view by what they are of, the most first, with the parts that are known."""
+        if self.gains is not None:
+            return _sorted(parts, bits)
+        return _sorted(parts | self._drawn(robot, pan, to), bits)
+
+    def _drawn(self, robot: FloatArray, pan: float, to: float) -> dict[str, float]:
+        """Bits of what is drawn into the entropy map; inhibition left out."""
         pose, layout = self._pose(robot, pan), self.entropies.layout
         turn = to - pan
         if self.head.turns_round:
@@ -220,7 +236,7 @@ class Gazer:
                 k = np.rint(bearing[near] / (2.0 * np.pi) * RAYS).astype(np.int64) % RAYS
                 sight = self._sight[k, distance[near].astype(np.int64)]
                 parts[name] = float(sight @ drawn.values[near])
-        return _sorted(parts, bits)
+        return parts
 
     def _pose(self, robot: FloatArray, pan: float) -> FloatArray:
         """(3,) of the sensor in the building."""

@@ -174,6 +174,7 @@ def test_the_way_ahead_is_looked_at_again_and_again() -> None:
     robot = np.zeros(3)
     first = gazer.rank(robot, 1.5, 0.0, 1)[0]
     assert abs(first.heading) < 0.4
+    assert first.parts["way"] == pytest.approx(first.bits)
     gazer.look(robot, 0.0, 0.0)
     shown = [gazer.rank(robot, 0.0, at, 1)[0].bits for at in (0.0, 1.0, 2.0, 9.0)]
     assert shown == pytest.approx([0.0, shown[2] / 2.0, shown[2], shown[2]], abs=1e-6)
