@@ -36,7 +36,7 @@ from objstate.maintenance.triggers import (
     passage_in_doubt,
     unless,
 )
-from objstate.maintenance.waiting import probability_moved, seconds_until_worthwhile
+from objstate.maintenance.waiting import seconds_until_worthwhile
 
 __all__ = [
     "TABLE_1",
@@ -72,7 +72,6 @@ __all__ = [
     "older_than",
     "outcome",
     "passage_in_doubt",
-    "probability_moved",
     "scattered",
     "seconds_until_worthwhile",
     "seen_together",

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
-from objstate.building.model import Kind
 from objstate.geometry import FloatArray
 from objstate.maintenance.coordinator import Coordinator
 from objstate.records import NANOSECONDS
@@ -46,11 +43,3 @@ def seconds_until_worthwhile(
         middle = (early + late) / 2.0
         early, late = (early, middle) if is_worthwhile(middle) else (middle, late)
     return late
-
-
-def probability_moved(coordinator: Coordinator, name: str, seconds: float) -> float:
-    """The probability that an object is moved within some seconds."""
-    is_door = coordinator.building.objects[name].kind is not Kind.PLANAR
-    settings = coordinator.estimation.for_object(name, "door" if is_door else "furniture")
-    rate = settings.dynamics.moves_per_hour
-    return -math.expm1(-rate * seconds / 3600.0)

@@ -135,26 +135,27 @@ class WorldStore:
         world = World(items, settings, {})
         drives = connection.execute(select(func.max(DRIVES.c.id))).scalar()
         found = {name: connection.execute(_of(name, drives).limit(1)).first() for name in items}
-        last = {
-            name: world.fitted(unpack_belief(row[2], items[name], row[0], row[1]))
-            for name, row in found.items()
-            if row is not None
-        }
+        rows = {name: row for name, row in found.items() if row is not None}
+        stamps = {name: int(row[0]) for name, row in rows.items()}
+
+        def last(name: str) -> ObjectBelief:
+            stamp_ns, last_observed_ns, packed = rows[name]
+            return world.fitted(unpack_belief(packed, items[name], stamp_ns, last_observed_ns))
 
         def read(name: str) -> History:
             with self._database.reading() as later:
-                rows = later.execute(_of(name, drives)).all()
-            known = {row[0]: row for row in reversed(rows)}  # of one stamp the last drive counts
+                past = later.execute(_of(name, drives)).all()
+            known = {row[0]: row for row in reversed(past)}  # of one stamp the last drive counts
             return tuple(
                 world.fitted(unpack_belief(row[2], items[name], row[0], row[1]))
                 for row in known.values()
             )
 
-        latest = max((each.stamp_ns or 0 for each in last.values()), default=None)
+        latest = max(stamps.values(), default=None)
         left = connection.execute(_floors(latest, None, None)).all()
         return replace(
             world,
-            histories=Lately(last, read),
+            histories=Lately(stamps, last, read),
             floors=tuple(KeptFloor(*row) for row in left),
             habits=read_habits(connection, settings, filters_of(items, settings)),
         )

@@ -24,9 +24,10 @@ from objstate.world.blocking import Blockage, blocked
 from objstate.world.due import Due, due
 from objstate.world.fitting import fitted
 from objstate.world.floor import KeptFloor, Occupancy, occupied
-from objstate.world.habitual import carried, has_habits
+from objstate.world.habitual import carried, has_habits, state_of
 from objstate.world.lately import Lately
 
+SECONDS_PER_HOUR = 3600.0
 NAMES_SHOWN = 10  # so many names tell what the others are like
 UNUSED_RNG = np.random.default_rng(0)  # for doors, whose filters draw nothing
 
@@ -83,10 +84,10 @@ class World:
     @lazy
     def latest_ns(self) -> int | None:
         """When anything was last learnt; None where nothing ever was."""
-        newest = (self._newest(name) for name in self.histories)
-        learnt = [
-            each.stamp_ns for each in newest if each is not None and each.stamp_ns is not None
-        ]
+        if isinstance(self.histories, Lately):
+            learnt = list(self.histories.stamps.values())
+        else:
+            learnt = [self._stamps(name)[-1] for name in self.histories]
         return max(learnt + [each.stamp_ns for each in self.floors], default=None)
 
     def at(self, stamp_ns: int | None = None) -> Snapshot:
@@ -150,6 +151,23 @@ class World:
         if (habits := self.habits_of(name)) is not None and isinstance(filter_, LatticeFilter):
             return carried(habits, filter_, belief, begin_ns, end_ns)
         return filter_.predict(belief, (end_ns - begin_ns) / NANOSECONDS, rng)
+
+    def probability_moved(self, name: str, stamp_ns: int) -> float | None:
+        """How probably somebody has moved an object since it was last seen; None where it never was.
+
+        Raises WorldError for an unknown object.
+        """
+        past = self.history_until(name, stamp_ns)
+        if not past or past[-1].last_observed_ns is None:
+            return None
+        begin_ns, filter_ = past[-1].last_observed_ns, self._filters[name]
+        if (habits := self.habits_of(name)) is not None and isinstance(filter_, LatticeFilter):
+            stays = state_of(habits, filter_, past[-1], begin_ns)
+            return 1.0 - float(
+                (stays * habits.forecast(name).kept(begin_ns, stamp_ns)).sum(1).mean()
+            )
+        hours = (stamp_ns - begin_ns) / NANOSECONDS / SECONDS_PER_HOUR
+        return -math.expm1(-filter_.settings.dynamics.moves_per_hour * hours)
 
     def habits_of(self, name: str) -> Habits | None:
         """The habits by which an object is predicted; None where the settings serve.
