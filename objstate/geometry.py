@@ -79,7 +79,7 @@ def square_root(covariance: FloatArray) -> FloatArray:
 
 
 def rotation_about(axis: ArrayLike, angles: ArrayLike) -> FloatArray:
-    """Rotation matrices (..., 3, 3) by ``angles`` (...) about one unit ``axis`` (3,) (Rodrigues)."""
+    """Rotation matrices (..., 3, 3) by ``angles`` (...) about a unit ``axis`` (3,) (Rodrigues)."""
     x, y, z = np.asarray(axis, dtype=float)
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     angle = np.asarray(angles, dtype=float)[..., None, None]

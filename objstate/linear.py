@@ -13,7 +13,7 @@ _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
 
 @_inner
 def solve(matrix: FloatArray, right: FloatArray) -> Any:
-    """``right`` (n, m) becomes matrix^-1 right; the log of |determinant|. The matrix is overwritten."""
+    """Set ``right`` (n, m) to matrix^-1 right; log |determinant|. The matrix is overwritten."""
     log_determinant = 0.0
     size = matrix.shape[0]
     for k in range(size):

@@ -20,7 +20,10 @@ class YamlError(Exception):
 
 
 def read_yaml(path: Path) -> Any:
-    """The plain value in a YAML file in UTF-8; None for an empty one. Raises OSError and YamlError."""
+    """The plain value in a YAML file in UTF-8; None for an empty one.
+
+    Raises OSError and YamlError.
+    """
     with path.open("rb") as file:
         content = file.read(LONGEST + 1)
     if len(content) > LONGEST:

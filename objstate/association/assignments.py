@@ -1,4 +1,4 @@
-"""Ways to give readings to objects: each reading to one object at most, each object one reading or none."""
+"""Assignments of readings to objects, where each has one of the other at most."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def assignments(
 
 
 def marginals(scores: FloatArray) -> tuple[FloatArray, float]:
-    """How probably each object gave each reading: (k, m + 1), rows sum to one; and the best way's probability.
+    """Assignment probabilities (k, m + 1), rows sum to one; and that of the best assignment.
 
     Joint probabilistic data association (Fortmann, Bar-Shalom and Scheffe 1983), by scores (k, m +
     1).

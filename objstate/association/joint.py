@@ -65,7 +65,7 @@ class Joint:
         return replace(self, tracks=self.tracks.predicted(step))
 
     def updated(self, readings: Readings, seen: FloatArray) -> Joint:
-        """After readings, of objects that the modes of each hypothesis expect to see with probability (h, k, m).
+        """Update by readings; (h, k, m) are probabilities of detection, by hypothesis and mode.
 
         A reading is of one object or of nothing; an object gives one reading or none. One that
         wasn't read the last time may have been carried anywhere.
@@ -92,7 +92,7 @@ class Joint:
         return _reduced(replace(self, tracks=after, unseen=unseen), logs + self._apart(after))
 
     def identities(self) -> FloatArray:
-        """(k, k): probability that the object of a row is where the best hypothesis has that of a column."""
+        """(k, k) probability that a row's object is at the best hypothesis's place of a column's."""
         places = self.best.positions
         found = np.zeros((len(places), len(places)))
         for weight, positions in zip(self.weights, self.tracks.positions, strict=True):

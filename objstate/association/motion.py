@@ -62,7 +62,7 @@ class Motion:
 
 @dataclass(frozen=True, eq=False)
 class Tracks:
-    """What is known of where objects are and how they move: a mixture of Gaussians, one of each mode."""
+    """Places and motions of objects: a mixture of Gaussians, one for each mode."""
 
     motion: Motion
     chances: FloatArray = field(repr=False)  # (..., m), which sum to one
@@ -123,7 +123,7 @@ class Tracks:
         )
 
     def _mixed(self, switches: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Chances, means and covariances with which each mode is predicted: of what was in any before."""
+        """Probabilities, means and covariances that each mode is predicted from, mixed."""
         if self.motion.modes == 1:
             return self.chances, self.means, self.covariances
         joint = self.chances[..., :, None] * switches  # from, to
@@ -135,7 +135,7 @@ class Tracks:
         return chances, means, covariances
 
     def corners(self) -> FloatArray:
-        """(..., m, 5, 2) positions that stand for each mode's: its mean, and what lies about it evenly."""
+        """(..., m, 5, 2) sigma points of each mode's position."""
         root = np.linalg.cholesky(self.covariances[..., :COORDINATES, :COORDINATES])
         steps = np.sqrt(COORDINATES + 0.5) * np.concatenate([root, -root], axis=-1)
         middle = self.means[..., None, :COORDINATES]
@@ -151,7 +151,7 @@ class Tracks:
     def updated(
         self, position: FloatArray, noise: FloatArray, seen: FloatArray | float = 1.0
     ) -> tuple[Tracks, FloatArray]:
-        """After positions (..., 2) were read with covariances (..., 2, 2), and their log-likelihoods (...).
+        """The update by positions (..., 2) of covariances (..., 2, 2), and log-likelihoods (...).
 
         ``seen`` (..., m) is the probability with which each mode expects a reading at all.
         """

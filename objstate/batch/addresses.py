@@ -1,4 +1,4 @@
-"""Where logs lie: paths of this machine, or anything that fsspec knows, such as ``s3://bucket/a.mcap``."""
+"""Addresses of logs: local paths, or any URL of fsspec, such as ``s3://bucket/a.mcap``."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def fetched(address: str, folder: Path) -> Path:
 
 
 def refuse_many(address: str, path: Path) -> None:
-    """Raise LogError for a folder that isn't one log: its logs would be read as parts of one drive."""
+    """Raise LogError for a folder of several logs, which would be read as one drive."""
     if path.is_dir() and not is_log(path):
         raise LogError(
             f"{address} is a folder, but no bag with a {METADATA}; name each log in it, or give the "
@@ -87,7 +87,7 @@ def _local_logs(source: str) -> list[str]:
 
 
 def _logs_in(path: Path, above: frozenset[str] = frozenset()) -> list[str]:
-    """A file as it is; of a folder every log in it, at any depth, links back to those ``above`` apart."""
+    """A file, or every log in a folder at any depth; links back to ``above`` are skipped."""
     if not path.is_dir():
         return [absolute(str(path))] if path.exists() else []
     if is_log(path):
@@ -132,7 +132,7 @@ def _remote_logs_in(files: Any, path: str) -> list[str]:
 
 
 def _is_folder(files: Any, path: str) -> bool:
-    """Whether it holds files; over HTTP, where there are no folders, whether it is a page of links."""
+    """Whether it holds files; over HTTP, whether it is a page of links."""
     info = files.info(path)
     return info["type"] == "directory" or "html" in str(info.get("mimetype"))
 

@@ -1,4 +1,4 @@
-"""What the worker that ran a log leaves beside its result, so that nobody has to read that again."""
+"""Data that a worker leaves beside a log's result, so that it needn't be read again."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ class Job:
 
 
 def run_job(context: Context, job: Job, report: Report) -> None:
-    """Estimate one log. Raises what ``estimate_log`` raises, and LogError for a log out of reach."""
+    """Estimate one log. Raises as ``estimate_log``, and LogError for an unreachable log."""
     building, options = context.buildings[job.building], context.options[job.options]
     log = BatchLog(job.name, job.log, job.building, job.truth, job.path)
 

@@ -143,7 +143,7 @@ def _unlike(one: Any, other: Any, place: str) -> list[str]:
 
 
 def _changed(log: str, made: Making) -> bool:
-    """Whether a log has another size than the one that a result was made of; False if it is gone."""
+    """Whether a log's size differs from that of a result's log; False if it is gone."""
     try:
         return size_of(log) != made.bytes
     except (LogError, OutageError):

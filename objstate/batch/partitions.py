@@ -1,4 +1,4 @@
-"""The tables over all logs: folders with a partition for each log, whose file is the result's own."""
+"""The tables over all logs: folders with a partition for each log, the result's own file."""
 
 from __future__ import annotations
 

@@ -109,7 +109,7 @@ def _refuse_twice(requested: Sequence[Requested]) -> None:
 
 
 def _refuse_missing(requested: Sequence[Requested]) -> None:
-    """What says what is true must be there: hours later it would be too late to say that it isn't."""
+    """Raise for a truth that is missing, before hours of work."""
     for each in requested:
         for file in (each.log.truth, each.log.path):
             if file is not None and not _is_there(file):
@@ -119,7 +119,7 @@ def _refuse_missing(requested: Sequence[Requested]) -> None:
 
 
 def _short_names(addresses: Sequence[str], taken: set[str]) -> Mapping[str, str]:
-    """The file's name without its ending; folders' names before or instead of it where that is not enough."""
+    """The file's stem, with folders' names before or instead of it where that isn't unique."""
     names: dict[str, str] = {}
     left = list(addresses)
     for candidate in (_stem, _folder, _folder_and_stem):

@@ -47,7 +47,7 @@ def border_loops(occupied: BoolArray) -> list[FloatArray]:
 
 
 def _following(heading: IntArray, start: IntArray, shape: tuple[int, ...]) -> IntArray:
-    """(n,) the side after each; at a corner that two cells share, the right turn keeps them joined."""
+    """(n,) the side after each; where two cells share a corner, the right turn joins them."""
     end = start + HEADINGS[heading]
     known = np.ravel_multi_index((heading, start[:, 1], start[:, 0]), shape)
     following = np.full(len(heading), -1)

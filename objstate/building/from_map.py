@@ -92,7 +92,7 @@ def _inset(surface: str) -> float:
 
 
 def extrude(polygons: list[FloatArray], height: float) -> Mesh:
-    """Vertical faces from z = 0 to ``height`` on the edges of closed polygons (m, 2), each edge once.
+    """Vertical faces up to ``height`` on the edges of closed polygons (m, 2), each edge once.
 
     There are no caps: a level laser never meets them.
     """

@@ -31,7 +31,7 @@ def hinged(door: Door, thickness: float, height: float) -> MovableObject:
 def sliding(
     name: str, start: FloatArray, end: FloatArray, thickness: float, height: float
 ) -> MovableObject:
-    """A leaf that closes from ``start`` to ``end``, (2,) m each, and opens beyond ``end`` by its width."""
+    """A leaf that is closed from ``start`` to ``end``, (2,) m, and slides beyond ``end``."""
     way = end - start
     width = float(np.hypot(*way))
     return MovableObject(

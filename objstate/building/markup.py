@@ -51,7 +51,7 @@ class Element:
         return value
 
     def numbers(self, name: str, default: tuple[float, ...]) -> tuple[float, ...]:
-        """As many numbers in a building's range as ``default`` has, separated by blanks; ``default`` if absent."""
+        """Numbers in a building's range, as many as ``default`` has; ``default`` if absent."""
         if name not in self.attributes:
             return default
         values = numbers_in(self.attributes[name])

@@ -30,7 +30,7 @@ DEFAULT_UP = "Y_UP"  # of a COLLADA file that states none
 
 
 def resolve(name: str, urdf: Path, where: str) -> Path:
-    """The file that ``name`` means in a URDF: a path relative to it, absolute, file:// or package://.
+    """The file of a ``name`` in a URDF: relative to it, absolute, file:// or package://.
 
     Raises BuildingError, naming the places looked in, if there is no such file.
     """

@@ -66,7 +66,7 @@ class OccupancyMap:
         return OccupancyMap(occupied, resolution, origin, name)
 
     def to_building(self, cells: FloatArray) -> FloatArray:
-        """Points (n, 2) m in the building from points (n, 2) in cells: column, row; corners whole."""
+        """Points (n, 2) m in the building from points (n, 2) in cells: column, row."""
         flat = np.column_stack([cells * self.resolution, np.zeros(len(cells))])
         return compose(self.origin, flat)[:, :2]
 
@@ -84,7 +84,7 @@ def read_map(path: Path) -> OccupancyMap:
 
 
 def read_probabilities(path: Path) -> tuple[NDArray[np.float32], float, FloatArray]:
-    """Of a ROS occupancy map: P(occupied) of each cell (rows, columns), m of a cell's side, and its origin (3,).
+    """A ROS occupancy map: P(occupied) (rows, columns), a cell's side in m, and origin (3,).
 
     Rows count from the lower left corner, which lies at the origin. Cells that are not opaque, or
     unknown in mode raw, have 0.5. Raises BuildingError if the YAML or the image can't be used.

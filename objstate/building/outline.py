@@ -85,7 +85,7 @@ def _lines(segments: FloatArray, along: FloatArray) -> tuple[IntArray, FloatArra
 
 
 def _split_at_gaps(group: IntArray, values: FloatArray, gap: float) -> IntArray:
-    """The groups (k,) split wherever, sorted by ``values`` (k,), neighbours differ by more than ``gap``."""
+    """The groups (k,), split where sorted ``values`` (k,) differ by more than ``gap``."""
     order = np.lexsort((values, group))
     split = (np.diff(group[order]) > 0) | (np.diff(values[order]) > gap)
     out = np.empty_like(group)

@@ -195,7 +195,7 @@ def _limit_problems(item: MovableObject) -> list[str]:
 
 
 def _doorway_problem(name: str, leaf: Leaf, around: Surroundings) -> str | None:
-    """Why a closed leaf doesn't stand in a doorway: its hinge at a wall, free on its length, its edge at a frame."""
+    """Why a closed leaf doesn't fit a doorway: by its hinge, its length, or its free edge."""
     walls = around.walls
     along, middle = leaf.along, leaf.hinge + leaf.length / 2 * leaf.along
     aside = np.array([-along[1], along[0]])
@@ -270,7 +270,7 @@ def _what_would_fit(leaf: Leaf, around: Surroundings) -> str:
 
 
 def _range(origin: FloatArray, direction: FloatArray, walls: FloatArray) -> float:
-    """How far it is from a point (2,) in a direction (2,) to the nearest segment (k, 2, 2), or inf."""
+    """Distance from a point (2,) in a direction (2,) to the nearest segment (k, 2, 2), or inf."""
     edge, gap = walls[:, 1] - walls[:, 0], walls[:, 0] - origin
     with np.errstate(divide="ignore", invalid="ignore"):
         cross = _cross(direction, edge)

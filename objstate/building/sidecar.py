@@ -37,7 +37,7 @@ def sidecar_text(urdf: Path) -> str | None:
 
 
 def sidecar_of_map(resolution: float) -> str:
-    """The file for a building that was made of a map with cells of a size, m, and a table of doors."""
+    """The file for a building made of a map, with cells of some m, and a table of doors."""
     error = {
         "wall_std_m": round(ROUGHNESS * resolution, 4),
         "hinge_std_m": 0.05,  # read off the map by eye

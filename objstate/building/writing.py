@@ -1,4 +1,4 @@
-"""Writing buildings: a URDF, with the walls' mesh and those of objects that are no boxes beside it."""
+"""Writing buildings: a URDF, and beside it the meshes of walls and objects."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def check_target(out: Path, overwrite: bool) -> None:
 
 
 def is_replaceable(folder: Path) -> bool:
-    """Whether a path is a folder that is empty, or holds nothing but buildings that were written."""
+    """Whether a path is a folder that is empty, or holds only buildings written before."""
     if not folder.is_dir():
         return False
     files = list(folder.iterdir())
@@ -68,7 +68,7 @@ def write_building(
     height: float,
     sidecar: str | None = None,
 ) -> Path:
-    """Write ``name``.urdf with its walls and its sidecar to the folder ``out``, whole or not at all.
+    """Write ``name``.urdf, its walls and its sidecar to the folder ``out``, or nothing.
 
     The doors' leaves are boxes of ``thickness`` and ``height``, m. What ``out`` held
     is replaced; ask ``check_target`` before. Raises ResultError if it can't be written.
@@ -139,7 +139,7 @@ class _Shapes:
 
 
 def box_corners(mesh: Mesh) -> tuple[FloatArray, FloatArray] | None:
-    """The lowest and the highest corner (3,) m of a mesh that is a box along its axes; else None."""
+    """The lowest and highest corner (3,) m of a mesh that is a box along its axes; else None."""
     if len(mesh.vertices) == 0:
         return None
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)

@@ -1,4 +1,4 @@
-"""The adjustment: the robot's path, the walls, odometry's errors and every laser's corrections, at once.
+"""The joint adjustment of path, walls, errors of odometry and corrections of lasers.
 
 Unknowns are the robot's pose at each scan (3 each), the odometry's systematic errors
 (2), for each laser a correction of its mounting and clock (4 each: x, y, yaw in
@@ -118,7 +118,7 @@ class Adjustment:
     def _round(
         self, unknowns: Unknowns, walls: Walls, spread: float
     ) -> tuple[Unknowns, Walls, FloatArray, FloatArray]:
-        """Better unknowns, and the covariance of the others; how far readings (n,) are from walls."""
+        """Improved unknowns, the covariance of those but poses, and distances (n,) from walls."""
         readings = self._read(unknowns)
         pieces = readings.pieces(self._options.place)
         off = readings.distances - walls.behind(pieces)
@@ -165,7 +165,7 @@ class Adjustment:
         )
 
     def _casting_poses(self, poses: FloatArray, lasers: FloatArray) -> FloatArray:
-        """Where to cast the beams as recorded from, so that they go where the corrected laser sends them.
+        """Poses from which the recorded beams coincide with those of the corrected laser.
 
         ``poses`` (n, 3) of the robot at each scan's stamp, ``lasers`` (n, 4) each scan's; (n, 3).
         """
@@ -232,7 +232,7 @@ def prior_deviations(options: CalibrationOptions, lasers: int) -> FloatArray:
 
 
 def about_laser(mounts: FloatArray, corrections: FloatArray) -> FloatArray:
-    """Motions (n, 3) of ``base_link`` that shift and turn a laser at ``mounts`` (n, 2) by corrections (n, 3)."""
+    """Motions (n, 3) of ``base_link`` for corrections (n, 3) of lasers at ``mounts`` (n, 2)."""
     turned = compose(
         np.column_stack([np.zeros((len(mounts), 2)), corrections[:, 2]]),
         np.column_stack([mounts, np.zeros(len(mounts))]),
@@ -252,7 +252,7 @@ def _spread(off: FloatArray, widest: float) -> float:
 
 
 def _derivative(function: Callable[[FloatArray], FloatArray], slight: FloatArray) -> FloatArray:
-    """(n, 3, c) central differences of ``function`` (c,) -> (n, 3) about zero; yaws the short way."""
+    """(n, 3, c) central differences of ``function`` (c,) -> (n, 3) at zero; yaws wrapped."""
     columns = []
     for k, step in enumerate(slight):
         off = np.zeros(len(slight))

@@ -74,7 +74,7 @@ class Calibration:
 
     @property
     def mounts(self) -> dict[str, FloatArray]:
-        """Corrected mountings (4, 4) of all lasers by frame, as ``RunOptions.mounts`` takes them."""
+        """Corrected mountings (4, 4) of all lasers by frame, for ``RunOptions.mounts``."""
         return {laser.frame: laser.corrected_mount for laser in self.lasers}
 
     @property

@@ -17,7 +17,7 @@ from objstate.geometry import FloatArray
 
 
 def birge_ratios(whole: Adjusted, parts: Sequence[Adjusted]) -> FloatArray:
-    """(2 + 4l,) by how much more than expected parts differ, at least 1, of odometry's errors and lasers.
+    """(2 + 4l,) Birge ratios, at least 1, of the odometry's errors and the lasers' corrections.
 
     A part counts for the lasers that it has scans of.
     """

@@ -55,14 +55,14 @@ class Links:
     whitening: FloatArray  # (m, 3, 3) turns a step's error into unit deviations
 
     def residuals(self, begin: FloatArray, end: FloatArray, errors: FloatArray) -> FloatArray:
-        """Whitened errors (m, 3) of the steps between robot poses (m, 3) under systematic errors (2,)."""
+        """Whitened errors (m, 3) of steps between poses (m, 3), given systematic errors (2,)."""
         off = self.steps - counted_steps(between(begin, end), errors)
         off[:, 2] = wrap(off[:, 2])
         return np.asarray(np.einsum("mij,mj->mi", self.whitening, off))
 
 
 def counted_steps(steps: FloatArray, errors: FloatArray) -> FloatArray:
-    """True steps (..., 3) as odometry counts them that errs by a share of ways, and by a drift in rad/m."""
+    """Steps (..., 3) as an odometry measures them with a scale error and a drift in rad/m."""
     share, drift = errors
     way = np.hypot(steps[..., 0], steps[..., 1])
     turn = steps[..., 2] + drift * way

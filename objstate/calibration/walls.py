@@ -85,7 +85,7 @@ class WallReader:
         return chosen
 
     def fits(self, scan: Scan, pose: FloatArray) -> bool:
-        """Whether a robot at about a pose (3,) would read most of the walls about where the scan does."""
+        """Whether most readings of a scan from a pose (3,) lie near walls."""
         beams = self.beams_on_walls(scan, pose)
         if not beams.any():
             return False
@@ -94,7 +94,7 @@ class WallReader:
         return bool(near.mean() >= MOST)
 
     def read(self, scan: Scan, beams: BoolArray, pose: FloatArray) -> WallReadings:
-        """The readings of ``beams`` (n,) about a robot pose (3,); edges and grazed walls left out."""
+        """The readings of ``beams`` (n,) near a robot pose (3,), without edges and grazed walls."""
         steps = np.vstack([np.zeros(3), np.diag(STEP), -np.diag(STEP)])
         walls = self._sensing.view(scan, beams).walls(pose + steps)
         expected, ahead, back = walls[0], walls[1:4], walls[4:7]

@@ -67,7 +67,7 @@ def print_list(title: str, lines: Sequence[str]) -> None:
 
 
 def _write(text: str) -> None:
-    """To stdout; a reader that has seen enough, as in ``objstate inspect LOG | head``, is no error."""
+    """Write to stdout; a closed pipe, as in ``objstate inspect LOG | head``, is no error."""
     encoding = sys.stdout.encoding or "utf-8"
     try:
         sys.stdout.write(text.encode(encoding, "backslashreplace").decode(encoding))

@@ -1,4 +1,4 @@
-"""Files that commands read and write lie on this machine: URLs are refused before anything is done."""
+"""Refusal of URLs for files that commands read and write on this machine."""
 
 from __future__ import annotations
 

@@ -127,7 +127,7 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
 
 
 def compile_part(part: int, of: int, parts: int) -> None:
-    """Of the first ``parts``, compile every ``of``-th from one on, but for loops that were compiled before."""
+    """Compile every ``of``-th of the first ``parts``, except those compiled before."""
     for loop, signature in chain(*PARTS[part:parts:of]):
         loop.compile(_types(signature))
 

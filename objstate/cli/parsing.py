@@ -51,12 +51,18 @@ def parse_way(text: str, option: str = "--way") -> FloatArray:
 
 
 def parse_mounts(texts: Sequence[str]) -> dict[str, FloatArray]:
-    """Transforms (4, 4), laser in ``base_link``, by frame, of all ``--mount``. Raises SettingsError."""
+    """Transforms (4, 4) of lasers in ``base_link`` by frame, of all ``--mount``.
+
+    Raises SettingsError.
+    """
     return dict(_mount(text) for text in texts)
 
 
 def parse_clock_offsets(texts: Sequence[str]) -> dict[str, float]:
-    """Seconds by which lasers' clocks are ahead, by frame, of all ``--clock-offset``. Raises SettingsError."""
+    """Seconds by which lasers' clocks are ahead, by frame, of all ``--clock-offset``.
+
+    Raises SettingsError.
+    """
     return dict(_clock_offset(text) for text in texts)
 
 
@@ -73,7 +79,7 @@ def parse_zone(name: str) -> tzinfo:
 
 
 def check_span(start: float | None, end: float | None) -> None:
-    """Raises SettingsError unless ``--from`` and ``--to``, where given, leave something between them."""
+    """Raises SettingsError unless ``--from`` is before ``--to``, where both are given."""
     from objstate.logs.log import EPOCH_FROM
 
     for option, value in (("--from", start), ("--to", end)):

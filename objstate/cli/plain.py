@@ -1,4 +1,4 @@
-"""Text from outside (names of topics, files and objects, messages of errors), made safe to print."""
+"""Making text from outside (names, messages of errors) safe to print."""
 
 from __future__ import annotations
 

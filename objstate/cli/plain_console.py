@@ -12,7 +12,7 @@ from objstate.cli.plain import plain
 
 
 class PlainConsole(Console):
-    """Prints strings without markup, emoji or control characters; styles come from the program alone."""
+    """Prints strings without markup, emoji or control characters."""
 
     def __init__(self, file: IO[str] | None = None, width: int | None = None) -> None:
         super().__init__(

@@ -14,7 +14,7 @@ PATIENCE = 120.0  # s that are waited for them
 
 @cache
 def share_out_compiling() -> None:
-    """As soon as a loop has to be compiled, let all that a run needs be, by a process for each core.
+    """Once a loop has to be compiled, compile all of a run, by a process for each core.
 
     Loops that other processes don't bring about, whatever the reason, are compiled where they are
     needed.
@@ -35,7 +35,7 @@ def _compile_for_a_run() -> None:
 
 
 def compile_shared(parts: int) -> None:
-    """Compile the first ``parts`` of the loops, by a process for each core, but for what was compiled before."""
+    """Compile the first ``parts`` of the loops that aren't yet, by a process for each core."""
     from objstate.cli.loops import compile_part
     from objstate.experiments.processes import default_workers
 

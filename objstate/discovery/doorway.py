@@ -20,7 +20,8 @@ PARALLEL = np.radians(20.0)
 NEAR = 6.0  # m from the robot: farther beams lie too far apart
 REST_S = 20.0  # s without a look after which the door may have been moved
 MOST_SCANS = 20  # of one look
-TOLD = 150.0  # beams of a look that tell something of their own: all share the robot's and the map's error
+# beams of a look that tell something of their own: all share the robot's and the map's error
+TOLD = 150.0
 ROUGH = 250  # beams of a look for a first search
 MARGIN = 0.3  # m about all places of a leaf that count
 TOLERANCE, INSET = 0.75, 0.5  # cells, as `building from-map` straightens walls

@@ -77,8 +77,8 @@ def leaf_gain(
 ) -> None:
     """By how much a leaf makes the beams of each group likelier: ``out`` (leaves, groups), to be zero.
 
-    ``leaves`` (m, 4) are its hinge, bearing and width; it is ``half`` m thick to either side. Without
-    it (n,) is ``expected``.
+    ``leaves`` (m, 4) are its hinge, bearing and width; it is ``half`` m thick to either side.
+    Without it (n,) is ``expected``.
     """
     for j in range(beams.shape[1]):
         ox, oy = beams[ORIGIN_X, j], beams[ORIGIN_Y, j]

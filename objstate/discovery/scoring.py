@@ -1,9 +1,9 @@
 """How probable it is that a doorway holds a leaf: explanations that compete by their evidence.
 
-A leaf has a hinge, a bearing and a width that hold for all looks, and in each look an angle, which is
-summed over. Without one, the map is right in a look, or the doorway is open. Either way, things may
-stand about that nobody drew; each costs its prior, so that an explanation that needs them has to
-gain more than that.
+A leaf has a hinge, a bearing and a width that hold for all looks, and in each look an angle, which
+is summed over. Without one, the map is right in a look, or the doorway is open. Either way, things
+may stand about that nobody drew; each costs its prior, so that an explanation that needs them has
+to gain more than that.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Where the beams of drives ended, as a picture over the plan: this shows whether a hinge is right."""
+"""Ends of drives' beams as a picture over the plan, to check hinges by."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def _placed(pose: FloatArray, ends: FloatArray) -> FloatArray:
 
 
 def picture(points: FloatArray, low: FloatArray, high: FloatArray) -> Picture | None:
-    """The points between two corners (2,) m, darker where there are many; None where there are none."""
+    """The points between two corners (2,) m, darker where there are many; None without any."""
     from PIL import Image
 
     points = points[((points >= low) & (points < high)).all(axis=1)]

@@ -1,4 +1,4 @@
-"""Doors as the page has them: hinge, bearing, width and limit, and what a person decided of each."""
+"""Doors as the page has them: hinge, bearing, width and limit, and the decision."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is edited: a building, or a map without one, with candidates for doors and earlier decisions."""
+"""The edited building, or map, with candidates for doors and earlier decisions."""
 
 from __future__ import annotations
 
@@ -125,7 +125,7 @@ def _candidates(path: Path) -> list[DoorRow]:
 def _merged(
     doors: list[DoorRow], decided: list[DoorRow], candidates: list[DoorRow]
 ) -> list[DoorRow]:
-    """Each door once, by name: as a person decided, else as a candidate, else as the building has it."""
+    """Each door once, by name: as decided, else as a candidate, else as in the building."""
     rows = {row.name: row for row in doors}
     rows |= {row.name: row for row in decided if row.decision == "open"}
     rows |= {row.name: row for row in candidates}

@@ -180,7 +180,7 @@ class Estimator:
         return rows(self._believed.marginals, fits)
 
     def _update_by_turns(self, sight: Sight) -> list[Estimate]:
-        """p(l | o_k) and p(s_i | o_k) as marginals, each from its share of the beams (section 2.2)."""
+        """p(l | o_k) and p(s_i | o_k) as marginals, each by its share of beams (section 2.2)."""
         robot, (localizing, observing) = self._robot, self._schedule.share_out(sight.scan)
         if robot.is_filtered or not robot.localizes:
             localizing, observing = np.zeros_like(localizing), sight.valid

@@ -142,7 +142,7 @@ class Robot:
     # --- predict --------------------------------------------------------------------
 
     def drive(self, pose: FloatArray, stamp_ns: int) -> None:
-        """p(l) <- integral of p(l | a, l') p(l'), for a new odometry reading a, the ``pose`` (3,)."""
+        """p(l) <- integral of p(l | a, l') p(l'), for an odometry reading a, the ``pose`` (3,)."""
         if self.odometry is not None:
             step = between(self.odometry, pose)
             self._driven_m += math.hypot(step[0], step[1])

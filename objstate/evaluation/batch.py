@@ -177,7 +177,7 @@ def _plain(result: Path, log: BatchLog, filtered: bool) -> pl.DataFrame:
 def judged_sums(
     result: Path, log: BatchLog, building: Building | None = None, *, filtered: bool = False
 ) -> Sums:
-    """What one log adds to the errors of its batch; ``building`` is that of the log, where it was read."""
+    """One log's part of its batch's errors; ``building`` is that of the log, where known."""
     notes: list[str] = []
     judged = _judged(result, log, building, notes, filtered)
     return sums_of(parts_of(judged), judged, notes)

@@ -138,7 +138,7 @@ def compare(
 def error(
     coordinate: str, estimate: FloatArray, truth: FloatArray, symmetry: int = 1
 ) -> FloatArray:
-    """Estimate minus truth; rotations the short way round, to the nearest of ``symmetry`` equal ones."""
+    """Estimate minus truth; rotations wrapped, to the nearest of ``symmetry`` equal ones."""
     off = estimate - truth
     return wrap(symmetry * off) / symmetry if coordinate in ROTATIONS else off
 

@@ -58,7 +58,7 @@ class Final:
 
 @dataclass(frozen=True)
 class Average:
-    """All observed estimates of one coordinate together, as Figs. 5 and 7 of the paper have them."""
+    """All observed estimates of one coordinate, as in Figs. 5 and 7 of the paper."""
 
     object: str
     coordinate: str

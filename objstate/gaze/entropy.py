@@ -22,7 +22,10 @@ TransitionDensity = Callable[[FloatArray, FloatArray], FloatArray]
 
 
 def gaussian_entropy(covariance: FloatArray) -> FloatArray:
-    """Eq. (3): of Gaussians with covariances (..., d, d), nats (...). Raises ValueError if singular."""
+    """Eq. (3): nats (...) of Gaussians with covariances (..., d, d).
+
+    Raises ValueError for singular ones.
+    """
     sign, log_determinant = np.linalg.slogdet(covariance)
     if (sign <= 0).any():
         raise ValueError("a covariance must be positive definite to have an entropy")

@@ -1,4 +1,4 @@
-"""Where a robot can drive: the free space at floor level as a grid, and shortest ways through it."""
+"""The free space at floor level as a grid, and shortest ways through it."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ class Floor:
 
     @lazy
     def _adjacency(self) -> tuple[IntArray, IntArray, IntArray]:
-        """Numbers (2 e,) of the edges that leave each cell, cell by cell, and to where; where each begins."""
+        """Numbers (2 e,) of the edges that leave each cell, their targets, and each cell's first."""
         both = np.concatenate([self._edges, self._edges[:, ::-1]])
         order = np.lexsort(both.T[::-1])
         starts = np.searchsorted(both[order, 0], np.arange(self.free.size + 1))
@@ -153,7 +153,10 @@ class Floor:
         return Ways(self, start, cost, before.astype(np.int64))
 
     def nearest(self, place: FloatArray) -> int:
-        """Number of the free cell nearest to a place (2,). Raises SettingsError where none is near."""
+        """Number of the free cell nearest to a place (2,).
+
+        Raises SettingsError where none is near.
+        """
         off = np.linalg.norm(self.places - place, axis=1)
         off[~self.free.reshape(-1)] = np.inf
         cell = int(off.argmin())
@@ -203,7 +206,7 @@ class Ways:
     before: IntArray = field(repr=False)  # (cells,) the cell before each on its way
 
     def to(self, cell: int) -> IntArray | None:
-        """Cells (k,) of the way from the start to a cell, both included; None where there is none."""
+        """Cells (k,) of the way from the start to a cell, inclusive; None where there is none."""
         if not np.isfinite(self.costs[cell]):
             return None
         cells = [cell]
@@ -256,7 +259,7 @@ def _points_on(segments: FloatArray, spacing: float) -> FloatArray:
 
 
 def _shifted(numbers: IntArray, down: int, right: int) -> tuple[IntArray, IntArray]:
-    """Numbers (n,) of cells that have a neighbour so far down and right, and of these neighbours."""
+    """Numbers (n,) of cells with a neighbour at an offset down and right, and of these."""
     rows, columns = numbers.shape
     if right < 0:
         return numbers[: rows - down, -right:].reshape(-1), numbers[down:, :right].reshape(-1)

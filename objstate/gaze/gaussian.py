@@ -38,7 +38,7 @@ class PointBeliefs:
         return replace(self, variances=self.variances + self.drift[:, None])
 
     def updated(self, measured: BoolArray, positions: FloatArray, noise: float) -> PointBeliefs:
-        """After measuring some objects (n,) at ``positions`` (n, d), each with variance ``noise``."""
+        """The update by ``positions`` (n, d) of some objects (n,), each with variance ``noise``."""
         share = np.where(measured[:, None], self.variances / (self.variances + noise), 0.0)
         means = self.means + share * (positions - self.means)
         return replace(self, means=means, variances=(1.0 - share) * self.variances)
@@ -88,7 +88,7 @@ def gains_along(
 def straight_ways(
     start: FloatArray, goals: FloatArray, stride: float
 ) -> tuple[FloatArray, IntArray]:
-    """Poses (a, k, 3), one a time step, straight from ``start`` (2,) to goals (a, 2); how many (a,).
+    """Poses (a, k, 3) per time step, straight from ``start`` (2,) to goals (a, 2); counts (a,).
 
     ``stride`` m is driven in a time step; a way ends in the goal and has at least one pose.
     """

@@ -135,12 +135,12 @@ class LaserLooks:
         return out
 
     def _shift(self, state: FloatArray, pose: FloatArray) -> FloatArray:
-        """Covariance (3, 3) of where furniture at a state (3,) seems to be from an uncertain pose."""
+        """Covariance (3, 3) of the apparent place of furniture (3,) from an uncertain pose."""
         seems = self._seems(float(np.hypot(*(state[:2] - pose[:2]))))
         return np.diag([seems, seems, float(self._robot_std[1])]) ** 2
 
     def _smear(self, belief: ObjectBelief, pose: FloatArray) -> float:
-        """Standard deviation, rad or m, of what a door's state seems to be from an uncertain pose."""
+        """Standard deviation, rad or m, of a door's apparent state from an uncertain pose."""
         near, far = leaf_ends(belief.item)
         seems = self._seems(float(np.hypot(*((near + far) / 2.0 - pose[:2]))))
         if belief.item.kind is Kind.HINGED:
@@ -177,7 +177,7 @@ def compared(states: int) -> IntArray:
 
 @cache
 def evenly(count: int, chosen: int) -> IntArray:
-    """Numbers (k,) of no more than ``chosen`` of ``count`` things, evenly spread, both ends included."""
+    """At most ``chosen`` indices (k,) of ``count`` things, evenly spread, ends included."""
     return np.unique(np.linspace(0, count - 1, chosen).round().astype(np.int64))
 
 
@@ -208,7 +208,7 @@ def _information(told: FloatArray) -> FloatArray:
 
 
 def _shared(information: FloatArray, shift: FloatArray) -> FloatArray:
-    """What information (3, 3) is left of, when an error of covariance ``shift`` (3, 3) is in all of it.
+    """The information (3, 3) that remains under a common error of covariance ``shift`` (3, 3).
 
     Scans from one place share the robot's error: no number of them makes up for it.
     """

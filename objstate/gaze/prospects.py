@@ -69,7 +69,7 @@ class LookLibrary:
         return self._known[key]
 
     def circles(self, beliefs: Mapping[str, ObjectBelief]) -> FloatArray:
-        """(o, 3) x, y and radius, m, that hold objects in all states of a door, or furniture at its mean."""
+        """(o, 3) x, y and radius, m, of circles around doors' states and furniture's means."""
         circles = self._surroundings.circles(list(beliefs))
         for circle, belief in zip(circles, beliefs.values(), strict=True):
             if belief.item.kind is Kind.PLANAR:

@@ -60,7 +60,7 @@ class Candidate:
         return np.asarray(shapely.get_coordinates(shapely.orient_polygons(hull))[:-1])
 
     def box(self, layout: Layout) -> tuple[FloatArray, tuple[float, float]]:
-        """Pose (3,) of the middle, the longer side along x, and the sides in m of the least box about it."""
+        """Pose (3,) and sides in m of the smallest box around it, the longer along x."""
         import shapely
 
         corners = shapely.get_coordinates(shapely.minimum_rotated_rectangle(self._hull(layout)))
@@ -150,5 +150,5 @@ def _looked_again(
 
 
 def _still(gap: float, mean: float) -> float:
-    """Probability that something is seen where it was seen before, given how long such things stand."""
+    """Probability of seeing a thing again, given its mean duration of standing."""
     return MISSED + (1.0 - 2.0 * MISSED) * exp(-gap / mean)

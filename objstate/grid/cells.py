@@ -1,4 +1,4 @@
-"""What a cell holds, how it takes evidence in, and how it ages (Darmstadt, sections 2.4.1 and 6.1.2).
+"""Models of cells: content, update and ageing (Darmstadt, sections 2.4.1 and 6.1.2).
 
 A model serves all cells of a grid. Its fields are arrays, so that reading a map of a million cells
 is one pass over memory. Evidence lies between 0 (free) and 1 (occupied); 0.5 says nothing.

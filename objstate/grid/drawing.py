@@ -37,7 +37,7 @@ class Drawing:
     values: NDArray[np.float32] = field(repr=False)  # (m,)
 
     def scaled(self, share: float, about: float = UNKNOWN) -> Drawing:
-        """Values that say only a share of the same, ValueScaling; ``about`` is what says nothing."""
+        """Values scaled about the neutral value ``about`` (ValueScaling)."""
         return Drawing(self.layout, self.where, about + np.float32(share) * (self.values - about))
 
     def plane(self, elsewhere: float = UNKNOWN) -> NDArray[np.float32]:
@@ -79,7 +79,7 @@ def ellipse(
     yaw: float,
     value: float,
 ) -> Drawing:
-    """The cells of a filled ellipse about a point (2,) m with semiaxes, m, the first of them at ``yaw``.
+    """The cells of a filled ellipse at a point (2,) m with semiaxes, m, the first at ``yaw``.
 
     Algorithm 3 with eqs. (6.10) to (6.17): a cell belongs to it if its distance, turned by ``-yaw``
     and divided by the semiaxes, is 1 at most. Eq. (6.14) and (6.17) leave a square out, and the box
@@ -121,7 +121,7 @@ def gaussian(
 
 
 def spread_of(semiaxes: tuple[float, float], yaw: float) -> FloatArray:
-    """The covariance (2, 2) whose ellipse of one deviation has semiaxes, m, the first of them at ``yaw``.
+    """The covariance (2, 2) whose 1-sigma ellipse has semiaxes, m, the first at ``yaw``.
 
     Eqs. (6.22) to (6.24); as printed, (6.24) turns one side of the matrix only, which leaves it
     unsymmetric.
@@ -133,7 +133,7 @@ def spread_of(semiaxes: tuple[float, float], yaw: float) -> FloatArray:
 def rectangle(
     layout: Layout, centre: FloatArray, size: tuple[float, float], yaw: float, value: float
 ) -> Drawing:
-    """The cells that a rectangle of a length and a width, m, touches; the length lies at ``yaw``."""
+    """The cells that a rectangle touches, of a length at ``yaw`` and a width, m."""
     for each in size:
         _positive(each, "side of a rectangle, m")
     halves = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * np.asarray(size) / 2.0
@@ -177,7 +177,7 @@ def expected_occupancy(
 def _within(
     layout: Layout, centre: FloatArray, covariance: FloatArray, quantile: float
 ) -> tuple[NDArray[np.int64], FloatArray]:
-    """Cells (m, 2) up to a squared Mahalanobis distance from that of a point, and their distances (m,)."""
+    """Cells (m, 2) within a squared Mahalanobis distance of a point, and distances (m,)."""
     middle = np.floor(layout.to_cells(_points(np.asarray(centre, dtype=float)))).astype(np.int64)
     cos, sin = math.cos(layout.origin[2]), math.sin(layout.origin[2])
     to_cells = np.array([[cos, sin], [-sin, cos]]) / layout.resolution

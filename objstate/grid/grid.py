@@ -60,7 +60,7 @@ class Grid:
         return entropy(self.values(stamp_ns), method)
 
     def ages(self, stamp_ns: int) -> NDArray[np.float32]:
-        """(rows, columns) the share of its reliability that each cell has lost: 0 new, 1 unknown."""
+        """(rows, columns) the lost share of each cell's reliability: 0 new, 1 unknown."""
         left = (self._fields[-1] - np.float32(self._at(stamp_ns))) / np.float32(
             self.cells.max_age_s
         )

@@ -33,7 +33,7 @@ def update_bayes(
     trust: float,
     most: float,
 ) -> None:
-    """Bayes' rule with an even prior, eq. (2.10). Beliefs stay between ``1 - most`` and ``most``."""
+    """Bayes' rule with an even prior, eq. (2.10), limited to ``1 - most`` to ``most``."""
     for j in range(where.shape[0]):
         if evidence[j] != UNKNOWN:  # which would have no effect, eqs. (2.15) to (2.18)
             k = where[j]
@@ -186,7 +186,7 @@ def draw_obstacles(
     where: Indices,
     evidence: Field,
 ) -> Any:
-    """Draw what ends beams from ``starts`` to ``ends`` (n, 2), column and row; the number of cells touched.
+    """Draw ends of beams from ``starts`` to ``ends`` (n, 2), column and row; count cells.
 
     The end of an ``obstacle`` (n,) is a Gaussian with covariance ``spreads`` (n, 3: xx, xy, yy)
     cells^2 up to a squared Mahalanobis distance ``quantile``, eq. (2.25). It counts less with the
@@ -241,7 +241,7 @@ def draw_beams(
     where: Indices,
     evidence: Field,
 ) -> Any:
-    """Draw free beams from ``starts`` to ``ends`` (n, 2), column and row; the number of cells touched.
+    """Draw free beams from ``starts`` to ``ends`` (n, 2), column and row; count cells.
 
     Cells are those of algorithm 4, from the robot on, up to the first that this sweep found
     occupied: those are the first ``occupied`` of its list. They count less with the distance, as

@@ -17,7 +17,7 @@ from objstate.records import Scan
 
 @dataclass(frozen=True, eq=False)
 class Percepts:
-    """Rays over the floor in ``frame``. Each ends at an obstacle, or where nothing was found so far."""
+    """Rays over the floor in ``frame``, each to an obstacle or to the end of what is free."""
 
     starts: FloatArray = field(repr=False)  # (n, 2) m
     ends: FloatArray = field(repr=False)  # (n, 2) m

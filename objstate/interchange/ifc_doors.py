@@ -74,7 +74,7 @@ class DoorShape:
 
 
 def panels_of(door: DoorShape, operation: str) -> tuple[list[MovableObject], Mesh]:
-    """The panels of a door of an operation in ``OPERATIONS``, and what of its frame stands still."""
+    """The panels of a door of an operation in ``OPERATIONS``, and its fixed frame."""
     panels = OPERATIONS[operation]
     if len(panels) == 2:
         panels = tuple(

@@ -1,4 +1,4 @@
-"""Where the drawings of an Open-RMF building lie: metres, y to the left of x, levels one above another.
+"""The frames of an Open-RMF building's drawings, in metres, y to the left of x.
 
 As rmf_building_map_tools has it, so that the result lies where its Gazebo world lies.
 """
@@ -134,7 +134,7 @@ def _beside(
 
 
 def _aligned(pairs: list[tuple[complex, complex]], scale: float) -> Frame:
-    """The frame that lays the second points over the first, in whose drawing a unit is ``scale`` m."""
+    """The frame that fits the second points to the first, whose unit is ``scale`` m."""
     sides = [
         (a1 - a0, b1 - b0) for (a0, b0), (a1, b1) in combinations(pairs, 2) if a0 != a1 and b0 != b1
     ]

@@ -1,4 +1,4 @@
-"""Lifts of an Open-RMF building: on each level that they serve, sliding doors, and the cabin behind.
+"""Lifts of an Open-RMF building: sliding doors on each level, and the cabin behind.
 
 The cabin is a fixed part of each level: its walls are in sight only while the doors are open, and
 then it is there. Source: rmf_building_map_tools (Lift, LiftDoor).

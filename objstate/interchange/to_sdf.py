@@ -1,4 +1,4 @@
-"""A building as an SDF world: walls as a static model, and a model for each object with its joint."""
+"""A building as an SDF world: walls as a static model, each object as one with a joint."""
 
 from __future__ import annotations
 

@@ -194,7 +194,7 @@ def _standard_types(wire: str) -> Typesdict:
 
 
 def _closure(message_type: MessageType, own: Typesdict) -> Typesdict:
-    """The type and all that it depends on, of the log's ``own`` types or else of the standard ones."""
+    """The type and all that it depends on, from the log's ``own`` types or standard ones."""
     needed: Typesdict = {}
     waiting = [message_type.name]
     while waiting:
@@ -257,7 +257,7 @@ def _check_fields(message_type: MessageType, types: Typesdict) -> None:
 
 
 def _parts(field: Any) -> tuple[int, str | None, bool]:
-    """How often a field has its part at least, the part's type if it is a message, whether it is a list.
+    """A field's least count, its type if it is a message, and whether it is a list.
 
     Arrays of numbers are read as a whole, and count once.
     """

@@ -90,7 +90,7 @@ class FrameTree:
         return self._way(a, b) is not None
 
     def path(self, frame: str, reference: str) -> Path:
-        """The edges up from a frame, and up from another, to where they meet; they must be connected."""
+        """The edges up from two connected frames to their common ancestor."""
         way = self._way(frame, reference)
         assert way is not None
         up, up_reference = way

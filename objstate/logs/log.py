@@ -128,7 +128,7 @@ def open_log(
 
 
 def _ahead(records: Iterable[Record]) -> Iterator[Record]:
-    """The records, read several at a time: what is used between them displaces the reader's memory."""
+    """The records, read several at a time, which uses the processor's caches better."""
     records = iter(records)
     while block := list(islice(records, READ_AHEAD)):
         yield from block

@@ -38,7 +38,7 @@ class Roles:
     types: Mapping[str, str]  # of the topics, by name
 
     def decoded(self, message: Message) -> Any:
-        """A message's content. Raises LogError where it is damaged, or of another type than its topic."""
+        """A message's content. Raises LogError for damage, or another type than its topic's."""
         expected = self.types[message.topic]
         if message.type != expected:
             raise LogError(f"it is of type {message.type}, and others there are of {expected}")

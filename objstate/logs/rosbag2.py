@@ -89,7 +89,7 @@ def _relative_file_paths(content: Any) -> list[str]:
 
 
 class ZstdFile:
-    """A storage file that the recorder compressed as a whole; unpacked beside other temporary files."""
+    """A storage file that was compressed as a whole, unpacked to a temporary file."""
 
     def __init__(self, path: Path, notices: Notices, open_file: OpenFile) -> None:
         self.path = path

@@ -49,7 +49,7 @@ class Sweep(NamedTuple):
         return np.asarray(self.stamp_ns + since_ns.astype(np.int64))
 
     def scan(self, pose: FloatArray) -> Scan:
-        """The scan when odometry was at ``pose`` (3,) at its stamp and all beams were taken then."""
+        """The scan, with all beams taken at its stamp, with odometry at ``pose`` (3,)."""
         return self._with(self.rays, pose)
 
     def swept(self, poses: FloatArray) -> Scan:

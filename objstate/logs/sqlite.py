@@ -75,7 +75,7 @@ class SqliteFile:
     def _readable_rows(
         self, database: sqlite3.Connection, known: Collection[int]
     ) -> Iterator[tuple[int, int, bytes]]:
-        """All rows of the messages' table; where reading fails, on from the next that can be read."""
+        """All readable rows of the messages' table."""
         patience = Patience(database)
         # a damaged row, of no topic that is known, may have the number of a whole one
         seen = {True: Seen(), False: Seen()}
@@ -152,7 +152,7 @@ class SqliteFile:
         return topics
 
     def _check_tables(self, database: sqlite3.Connection) -> None:
-        """Raises LogError where what should be tables would compute their rows, perhaps without end."""
+        """Raises LogError for views in place of tables, whose rows may be endless."""
         names = ", ".join(f"'{name}'" for name in TABLES)
         for name, kind, sql in database.execute(
             f"SELECT name, type, sql FROM sqlite_master WHERE lower(name) IN ({names})"

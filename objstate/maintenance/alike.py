@@ -81,7 +81,7 @@ def _scores(
     in_sight: float,
     new_per_m2: float,
 ) -> FloatArray:
-    """(m + 1,) of each detection's being of an object rather than new or clutter; the last: not seen."""
+    """(m + 1,) of each detection's being of an object, not new or clutter; last: not seen."""
     there = densities @ belief.weights.values  # (m,)
     clutter = np.array([each.clutter for each in seen])
     others = new_per_m2 / (2.0 * np.pi) / np.maximum(1.0 - clutter, TINY)

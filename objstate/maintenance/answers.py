@@ -142,7 +142,7 @@ def as_object(name: str, detection: Detection, count: int = 400, seed: int = 0) 
 
 
 def combined(known: Discrete, measured: Discrete) -> dict[str, float]:
-    """Bayes' rule for an attribute: the product of two distributions, over the values that either names."""
+    """Bayes' rule for an attribute: the product of two distributions, over all their values."""
     names = dict.fromkeys((*known, *measured))
     product = {n: known.get(n, UNHEARD) * measured.get(n, UNHEARD) for n in names}
     total = sum(product.values())

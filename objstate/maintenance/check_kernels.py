@@ -29,7 +29,7 @@ def sector(
     yaw_std: float,  # rad
     out: FloatArray,  # (4,) lowest and highest bearing, rad from the laser's heading; near, far, m
 ) -> None:
-    """In which bearings and ranges a region lies, widened by two deviations of the robot's error."""
+    """Bearings and ranges of a region, widened by two deviations of the robot's error."""
     _sector(laser, corners, std, yaw_std, out)
 
 

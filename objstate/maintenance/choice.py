@@ -28,7 +28,7 @@ def costs(distances: FloatArray, settings: ChoiceSettings) -> FloatArray:
 
 
 def utilities(worths: FloatArray, costs: FloatArray, settings: ChoiceSettings) -> FloatArray:
-    """Eq. (9), of what actions are expected to gain (a,), as the settings count it, and costs (a,)."""
+    """Eq. (9), from expected gains (a,), as the settings count them, and costs (a,)."""
     return np.asarray(worths / settings.gain_norm - settings.cost_weight * costs)
 
 

@@ -163,7 +163,7 @@ class Coordinator:
         return next((each for each in useful if each.gain > s.gain_threshold), None)
 
     def choose(self, beliefs: Mapping[str, ObjectBelief], at: FloatArray) -> Action | None:
-        """The best of all ``actions`` of a robot at (3,), found without weighing those that can't be.
+        """The best of all ``actions`` of a robot at (3,), without evaluating hopeless ones.
 
         Raises SettingsError for a place that is not on the free floor.
         """
@@ -354,7 +354,7 @@ class Coordinator:
         return np.array([self._worth(name, nats, nats - LEAST) for name, nats in known])
 
     def _most(self, full: FloatArray, candidates: Sequence[_Candidate]) -> FloatArray:
-        """Utilities (a,) that no action exceeds: those of seeing all within reach as well as can be."""
+        """Upper bounds (a,) of utilities: those of complete information about all in reach."""
         near = np.array([each.near.any(axis=0) for each in candidates]).reshape(-1, len(full))
         cost = costs(np.array([each.distance for each in candidates]), self.settings.choice)
         return utilities(near @ full, cost, self.settings.choice)

@@ -75,7 +75,7 @@ class Checked:
         return sum(self.hidden_by.values()) / self.bearing if self.bearing else 1.0
 
     def posterior(self, presence: float, moved: float) -> tuple[float, float, float]:
-        """Probabilities of the hypotheses, by those that it is there at all, and was moved if so."""
+        """Posterior of the hypotheses, by prior probabilities of presence and of a move."""
         prior = np.array([presence * (1.0 - moved), presence * moved, 1.0 - presence])
         log = np.array([self.believed, self.elsewhere, self.absent])
         weights = prior * np.exp(log - log.max())
@@ -188,7 +188,7 @@ class LightCheck:
         return Checked(self.belief.item.name, believed, near, absent, beams, bearing, by)
 
     def verdict(self, checked: Checked, moved: float) -> Verdict:
-        """Confirmed, moved, absent or hidden, for an object that was moved so probably since it was seen.
+        """The outcome, for an object that was moved since it was seen with a probability.
 
         Hidden is what most beams can't reach, unless another hypothesis explains the readings
         better than what was believed by more than a nat. Nothing is falsified by that.
@@ -203,7 +203,7 @@ class LightCheck:
         return Verdict(found, chances[found])
 
     def updated(self, checked: Checked, moved: float) -> ObjectBelief:
-        """The belief after a check: its share as before, the share that is elsewhere spread near by.
+        """The belief after a check: a part as before, and the rest spread near by.
 
         Its presence follows Bayes' rule, so that what is hidden stays as probable as it was.
         """
@@ -229,7 +229,7 @@ class LightCheck:
         return Falsification(checked.object, checked.absent - float(there))
 
     def probability_hidden(self, pose: FloatArray, others: Mapping[str, ObjectBelief]) -> float:
-        """How probably a beam to the object is stopped before it, by what is believed of walls and others.
+        """Probability that a beam to the object is stopped before it by walls and other objects.
 
         The mean over the beams from a robot at ``pose`` (3,) that would meet it, others
         independent of each other; 1 if no beam would.
@@ -271,7 +271,7 @@ class LightCheck:
 
 
 def _level(rays: Rays) -> tuple[tuple[float, float], FloatArray]:
-    """Where a level laser is mounted, m, and the bearings (n,) of its beams from the robot's heading."""
+    """The place, m, of a level laser, and the bearings (n,) of its beams on the robot."""
     is_level = np.abs(rays.directions[:, 2]).max() <= LEVEL
     if not is_level or np.ptp(rays.origins, axis=0).max() > LEVEL:
         raise SettingsError(
@@ -320,7 +320,7 @@ def _believed(belief: ObjectBelief) -> FloatArray:
 
 
 def _elsewhere(belief: ObjectBelief, settings: Settings) -> tuple[FloatArray, float]:
-    """States (s, d) in which the object is there, but not as believed, and how coarse they are, m."""
+    """States (s, d) of the object near by, and their spacing, m."""
     item, std = belief.item, belief.std
     if item.kind is not Kind.PLANAR:
         states = np.linspace(item.lower, item.upper, NEAR_STATES, endpoint=not item.wraps)
@@ -341,7 +341,7 @@ def _elsewhere(belief: ObjectBelief, settings: Settings) -> tuple[FloatArray, fl
 
 
 def _spread_over(states: FloatArray, chosen: FloatArray) -> FloatArray:
-    """(n,) weights that sum to one, spread evenly over those of the states nearest to the chosen."""
+    """(n,) normalized weights, spread evenly over the states nearest to the chosen."""
     step = float(np.diff(chosen).min(initial=np.inf)) if len(chosen) > 1 else np.inf
     weights = (np.abs(states[:, None] - chosen).min(axis=1) <= step / 2.0).astype(float)
     return np.asarray(weights / weights.sum())

@@ -1,4 +1,4 @@
-"""When an object is verified whatever its utility: predicates that combine (section 5.4, Table 1)."""
+"""Triggers of verification: predicates that combine (section 5.4, Table 1)."""
 
 from __future__ import annotations
 

@@ -120,7 +120,7 @@ class LatticeFilter:
     def carried(
         self, belief: ObjectBelief, kept: FloatArray, rest: FloatArray, seconds: float
     ) -> ObjectBelief:
-        """The belief after a while in which a door in each state stays there with a probability (n,).
+        """The belief after some time, given the probability (n,) of staying in each state.
 
         Where it was moved it rests after ``rest`` (n,), which sums to one.
         """

@@ -81,7 +81,7 @@ def _effective(log_weights: FloatArray) -> Any:
 def largest_step(
     log_weights: FloatArray, log_likelihood: FloatArray, most: float, least_effective: float
 ) -> Any:
-    """The largest exponent up to ``most`` on a likelihood (n,) that leaves enough effective samples."""
+    """The largest exponent up to ``most`` of a likelihood (n,) with enough effective samples."""
     needed, top = min(least_effective, _effective(log_weights)), -np.inf
     for j in range(log_likelihood.shape[0]):
         top = max(top, log_likelihood[j])

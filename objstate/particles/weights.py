@@ -99,7 +99,7 @@ def _impossible() -> ImpossibleEvidenceError:
 def largest_step(
     weights: Weights, log_likelihood: FloatArray, most: float, least_effective: float
 ) -> float:
-    """The largest exponent up to ``most`` on a likelihood (n,) that leaves enough effective samples.
+    """The largest exponent up to ``most`` of a likelihood (n,) with enough effective samples.
 
     Enough are ``least_effective`` (of samples, or of what is effective already, if
     fewer). It is always above zero, so that repeated steps come to an end.

@@ -31,7 +31,7 @@ def write_map(
     origin: FloatArray,
     name: str = GRID,
 ) -> None:
-    """Write probabilities (rows, columns) of being occupied as a ROS map: ``NAME.yaml``, ``NAME.pgm``.
+    """Write P(occupied) (rows, columns) as a ROS map: ``NAME.yaml``, ``NAME.pgm``.
 
     Rows count from the lower left corner, which lies at ``origin`` (3,). Grey values keep the
     probabilities; map_server and Nav2's static layer take them by the thresholds.

@@ -76,7 +76,7 @@ def _lines(path: Path) -> list[str]:
 
 
 def _nanoseconds(stamp: Decimal) -> int:
-    """Raises ValueError for what is none in 64 bits; rounding a larger number could take for ever."""
+    """Raises ValueError for stamps beyond 64 bits; rounding larger ones could take for ever."""
     if not stamp.is_finite() or stamp.adjusted() >= LONGEST_STAMP:
         raise ValueError(f"{stamp} is no time")
     return round(stamp * 10**9)

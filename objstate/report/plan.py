@@ -106,7 +106,7 @@ def framed(
     drawn: list[str],
     name: str | None = None,
 ) -> str:
-    """Walls, what is ``drawn`` over them and the objects' names, large enough for points (n, 2) too."""
+    """Walls, ``drawn`` markup over them and objects' names, with points (n, 2) in view."""
     walls = outline(building.walls, height)
     solid = solid_areas(building.walls, height)
     low, high = _bounds(walls, points, shapes)
@@ -224,7 +224,7 @@ def _motion(item: MovableObject) -> dict[str, Any]:
 
 
 def _silhouette(mesh: Mesh) -> list[FloatArray]:
-    """Rings (k, 2) around what a mesh covers seen from above; of an intricate one its convex outline."""
+    """Rings (k, 2) around a mesh seen from above; of a complex one its convex outline."""
     import shapely
 
     corners = mesh.vertices[:, :2]

@@ -28,7 +28,7 @@ def states_table(
     verdicts: Sequence[Judged],
     numbers: Mapping[str, int],
 ) -> str:
-    """Every object's last look, the worst first: by the truth where it is known, else the vaguest."""
+    """Every object's last state, the worst first: by the truth where known, else by width."""
     by_state = {
         (each.state.estimate.object, each.state.estimate.coordinate): each for each in verdicts
     }

@@ -1,4 +1,4 @@
-"""The posterior of one coordinate over time, as a strip: a heat map, what is true, when it was seen."""
+"""The posterior of one coordinate over time, as a heat map with truth and observations."""
 
 from __future__ import annotations
 

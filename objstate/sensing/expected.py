@@ -59,6 +59,6 @@ def _caster_of(item: MovableObject) -> Caster:
 
 
 def cast_from(base: FloatArray, rays: Rays) -> tuple[FloatArray, FloatArray]:
-    """Origins and directions (..., n, 3) of ``rays`` when ``base_link`` stands at transforms (..., 4, 4)."""
+    """Origins and directions (..., n, 3) of ``rays`` for ``base_link`` at (..., 4, 4)."""
     rotation = np.swapaxes(base[..., :3, :3], -1, -2)
     return rays.origins @ rotation + base[..., None, :3, 3], rays.directions @ rotation

@@ -220,14 +220,14 @@ def _is_aside(
 
 @_inner
 def _is_behind(segment: FloatArray, margin: float) -> Any:
-    """Whether all within a margin of the origin is on the right, inner, side of a rim's segment (4,)."""
+    """Whether a margin around the origin is on the right, inner, side of a rim's segment (4,)."""
     ex, ey = segment[2] - segment[0], segment[3] - segment[1]
     return segment[0] * ey - segment[1] * ex <= -margin * np.sqrt(ex * ex + ey * ey)
 
 
 @_inner
 def _is_outside(seen: FloatArray, rim: int, margin: float) -> Any:
-    """Whether all within a margin of the origin is outside of the closed loops ``seen[:rim]`` (k, 4)."""
+    """Whether a margin around the origin is outside of the closed loops ``seen[:rim]`` (k, 4)."""
     turns = 0  # winding number of the loops about the origin
     for j in range(rim):
         if _gap(seen[j]) <= margin:

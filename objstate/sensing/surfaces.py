@@ -47,7 +47,7 @@ class Surfaces:
     def meet(
         self, origins: FloatArray, directions: FloatArray, reach: float
     ) -> tuple[FloatArray, IntArray]:
-        """Ranges (n,) m of beams to the nearest piece, inf where there is none, and its number (n,).
+        """Ranges (n,) m to the nearest piece, inf where there is none, and its number (n,).
 
         ``origins`` (n, 2) m lie close together; ``directions`` (n, 2) are unit vectors. Beams that
         meet nothing within ``reach`` m have the number -1.

@@ -44,7 +44,7 @@ class World:
         }
 
     def near(self, time: float, robot: FloatArray, reach: float) -> dict[str, FloatArray]:
-        """States (d,) of the objects of which a part may be within ``reach`` m of the robot at (3,)."""
+        """States (d,) of the objects that may be partly within ``reach`` m of the robot at (3,)."""
         states = {name: item.at(time) for name, item in self._history.items()}
         return {n: state for n, state in states.items() if self._gap(n, state, robot) < reach}
 

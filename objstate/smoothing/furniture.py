@@ -133,7 +133,7 @@ def _stays(step: FurnitureStep, after: Places, seconds: float) -> FloatArray:
 def _densities(
     piece: Piece, weights: FloatArray, places: FloatArray, covariances: FloatArray, at: Places
 ) -> FloatArray:
-    """(c - 1,) densities of a mixture, blurred by ``SAME``, at the places where an object is there."""
+    """(c - 1,) densities of a mixture, blurred by ``SAME``, at the places of its presence."""
     out, symmetry = np.zeros((len(at.weights) - 1, 1)), piece.item.symmetry
     spread = np.ix_(range(len(weights)), ORDER, ORDER)
     wide = np.zeros((len(weights), kernels.ERRORS, kernels.ERRORS))

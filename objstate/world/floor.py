@@ -1,7 +1,7 @@
 """What a drive left of its grid: where things stood that the building doesn't know, and how it ages.
 
-A cell keeps how probably it was occupied and when it is forgotten (Darmstadt, eqs. 6.2 to 6.4): the longer
-ago it was seen, the nearer its value is to 0.5, until nothing is known of it.
+A cell keeps how probably it was occupied and when it is forgotten (Darmstadt, eqs. 6.2 to 6.4): the
+longer ago it was seen, the nearer its value is to 0.5, until nothing is known of it.
 """
 
 from __future__ import annotations
@@ -120,7 +120,8 @@ class Occupancy:
         float  # something of the building's objects, or something seen that it doesn't know
     )
     blockers: tuple[Blocker, ...]  # of the building's objects, the most probable first
-    unlisted: float  # P(occupied) of the surest cell, of what the building doesn't know; 0 where none is known
+    # P(occupied) of the surest cell, of what the building doesn't know; 0 where none is known
+    unlisted: float
     known: float  # share of the area's cells of which the grids know anything now
     seen_ns: int | None  # the last moment of the newest grid that knows any of them
 
@@ -134,8 +135,8 @@ def occupied(
 ) -> Occupancy:
     """How probably an area is occupied at a moment: a polygon (n, 2) m, or a path of a robot's disc.
 
-    ``floors`` are in time order; the newest that knows a cell counts for it. Raises WorldError for an
-    area that is none.
+    ``floors`` are in time order; the newest that knows a cell counts for it. Raises WorldError for
+    an area that is none.
     """
     polygon = _polygon(area, robot_radius)
     blockers = [

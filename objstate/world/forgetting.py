@@ -1,9 +1,10 @@
 """The rule by which a world's history is thinned as it ages.
 
-Of a history that is younger than ``all_days`` every belief is kept, of an older one up to ``hourly_days``
-the last of each hour of an object, and of what is older still the last of each day. The newest belief
-of an object is always kept, however old. So answers about the present and about any kept moment stay
-the same, and an older moment is answered by a belief that is at most an hour, or a day, older.
+Of a history that is younger than ``all_days`` every belief is kept, of an older one up to
+``hourly_days`` the last of each hour of an object, and of what is older still the last of each day.
+The newest belief of an object is always kept, however old. So answers about the present and about
+any kept moment stay the same, and an older moment is answered by a belief that is at most an hour,
+or a day, older.
 """
 
 from __future__ import annotations

@@ -218,8 +218,8 @@ class WorldStore:
     ) -> None:
         """Fit the habits of some doors, by default all, to everything that was seen of them.
 
-        ``add`` takes each drive in by itself, and does this for a door when it knows twice as many looks
-        as the last time; some seconds each. Raises WorldError.
+        ``add`` takes each drive in by itself, and does this for a door when it knows twice as many
+        looks as the last time; some seconds each. Raises WorldError.
         """
         world = self.load(settings)
         chosen = list(world.objects) if names is None else list(names)

@@ -264,8 +264,8 @@ class Snapshot:
     def occupied(self, area: ArrayLike, robot_radius: float | None = None) -> Occupancy:
         """How probably something stands in an area, known to the building or not.
 
-        An area is a polygon (n, 2) m or, with a ``robot_radius``, a path of a round robot. What drives with
-        ``--grid`` saw ages: ``known`` is the share of the area of which anything still is. Walls don't
-        count. Raises WorldError for an area that is none.
+        An area is a polygon (n, 2) m or, with a ``robot_radius``, a path of a round robot. What
+        drives with ``--grid`` saw ages: ``known`` is the share of the area of which anything still
+        is. Walls don't count. Raises WorldError for an area that is none.
         """
         return occupied(self.beliefs, self.world.floors, area, robot_radius, self.stamp_ns)

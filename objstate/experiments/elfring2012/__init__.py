@@ -1,4 +1,4 @@
-"""Section IV of Elfring et al. 2012: a table verified as well as the task asks, and the game of cups."""
+"""Section IV of Elfring et al. 2012: verification of a table, and the game of cups."""
 
 from objstate.experiments.elfring2012.exploration import Exploration, explore
 from objstate.experiments.elfring2012.falsifying import Case, Falsified, falsify

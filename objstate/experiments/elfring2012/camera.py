@@ -59,7 +59,7 @@ class Camera:
         self._table = setup.height / np.maximum(-self.rays[..., 2], NEAREST)
 
     def pixels(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Where points (..., 3) are in the picture: column and row (..., 2), and their depth (...)."""
+        """Columns and rows (..., 2) of points (..., 3) in the picture, and their depths (...)."""
         right, down, depth = np.moveaxis((points - self.origin) @ self._axes.T, -1, 0)
         depth = np.maximum(depth, NEAREST)
         scale = self.setup.focal / depth

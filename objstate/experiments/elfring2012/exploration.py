@@ -1,4 +1,4 @@
-"""Section IV of Elfring et al. 2012: a table is explored with an outdated model, then cups are shuffled."""
+"""Section IV of Elfring et al. 2012: exploration with an outdated model, then a shuffle."""
 
 from __future__ import annotations
 
@@ -200,7 +200,7 @@ def _book() -> FloatArray:
 def _checked(
     known: _Known, camera: Camera, picture: Picture, time: float, found: list[Verification]
 ) -> _Known:
-    """A frame later: predicted, and verified where the task wants that. What was checked is noted."""
+    """Predict to the next frame, and verify where the task requires it. Checks are recorded."""
     tracker = known.tracker.predicted(1.0 / FRAMES_PER_SECOND)
     allowed = PLAYING if known.colour == GREEN and time >= TASK_SWITCHES else EXPLORING
     spread = tracker.tracks.position_covariance

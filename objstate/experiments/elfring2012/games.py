@@ -85,7 +85,7 @@ class Tally:
 
 
 def stages_at(speeds: Sequence[float]) -> dict[Stage, tuple[float, ...]]:
-    """Both stages, with the speeds in m/s at which cups are shuffled, and bins by as much faster."""
+    """Both stages, with the speeds in m/s of cups, and those of bins in proportion."""
     return {
         ON_THE_TABLE: tuple(speeds),
         ON_THE_FLOOR: tuple(FLOOR_SPEEDS * speed for speed in speeds),

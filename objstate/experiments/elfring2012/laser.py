@@ -79,7 +79,7 @@ class LaserLook:
 
     @cached_property
     def _runs(self) -> tuple[FloatArray, IntArray]:
-        """Points (n, 2) and the runs (n,) that they are in, without single beams that stand out, and none."""
+        """Points (n, 2) and their runs (n,), without isolated beams."""
         wide = np.pad(self.ranges, 1, mode="edge")
         middle = np.median(np.stack([wide[:-2], wide[1:-1], wide[2:]]), axis=0)
         runs = np.cumsum(np.abs(np.diff(middle, prepend=middle[0])) > JUMP).astype(np.int64)

@@ -1,4 +1,4 @@
-"""What light checks take from a sensor: readings of one colour within regions, and what is hidden."""
+"""A sensor's data for light checks: readings of one colour in regions, and occlusion."""
 
 from __future__ import annotations
 
@@ -74,17 +74,17 @@ class Look(Protocol):
         ...
 
     def coded(self, positions: FloatArray) -> FloatArray:
-        """(k, q) where the middles of objects at positions (k, 2) are in the sensor's own coordinates."""
+        """(k, q) centres of objects at positions (k, 2), in the sensor's own coordinates."""
         ...
 
     def hidden(self, positions: FloatArray) -> FloatArray:
-        """(...) share of what could be seen of objects at positions (..., 2) that something is before."""
+        """(...) occluded share of objects at positions (..., 2)."""
         ...
 
 
 @dataclass(frozen=True, eq=False)
 class CameraLook:
-    """Things of one colour in a picture: round ones, or with ``round`` false those seen from above."""
+    """Things of one colour in a picture: round, or with ``round`` false seen from above."""
 
     camera: Camera
     picture: Picture
@@ -97,7 +97,7 @@ class CameraLook:
 
     @property
     def setback(self) -> float:
-        """Readings even over the width of a round thing are pi / 4 of its radius before its middle."""
+        """Readings spread evenly over a round thing's width lie pi / 4 radii before its centre."""
         return pi / 4.0 * self.radius if self.round else 0.0
 
     @property
@@ -110,7 +110,7 @@ class CameraLook:
         return DEPTH * 1.3**2
 
     def seen(self, positions: FloatArray, reaches: FloatArray) -> Seen:
-        """Both the two-dimensional and the three-dimensional region of section III-D hold a reading."""
+        """Whether the 2-D and the 3-D region of section III-D hold a reading."""
         rows, columns = self._window(positions, reaches)
         v, u = np.nonzero(self.picture.colours[rows, columns] == self.colour)
         v, u = v + rows.start, u + columns.start

@@ -24,7 +24,7 @@ CUPS = ("#0b7a75", "#c8553d", "#6a4c93")
 
 
 def draw_variances(found: Exploration) -> Figure:
-    """Fig. 3 and 4: what the camera sees first with what is believed, and variances in x over time."""
+    """Figs. 3 and 4: the first view with the beliefs, and variances in x over time."""
     figure = new_figure(9.0, 5.6)
     view, axes = figure.subplots(2, 1, gridspec_kw={"height_ratios": [1.1, 1.0]})
     view.imshow(PALETTE[found.picture.colours[:170]] / 255.0)

@@ -150,7 +150,7 @@ def play(game: Game, rng: np.random.Generator) -> Course:
 def _shuffle(
     game: Game, pair: tuple[int, int], back: bool, rng: np.random.Generator
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Ways (f, 2, 2) of two cups that change places or turn back, hands (f, 2, 2) and the screen (2,)."""
+    """Ways (f, 2, 2) of two cups that exchange or turn back, hands (f, 2, 2), screen (2,)."""
     first, second = PLACES[list(pair)]
     middle, half = (first + second) / 2.0, float(second[0] - first[0]) / 2.0
     wide = 0.12 if game.hiding is Hiding.OPEN else rng.uniform(0.05, 0.09)

@@ -184,7 +184,7 @@ def _overlapping(fits: list[Located], radius: float) -> tuple[int, int] | None:
 
 
 def _explained(tracks: Tracks, look: Look) -> bool:
-    """Whether an object (no batch axes) may be hidden anywhere in its region: most of it, by something before."""
+    """Whether most of an object (no batch axes) may be hidden anywhere in its region."""
     ring = SIGMAS * _widest(tracks) * RING
     places = tracks.positions + np.concatenate([ring, ring / 2.0, np.zeros((1, 2))])
     return bool((look.hidden(places) >= HIDDEN).any())

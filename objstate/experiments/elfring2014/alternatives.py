@@ -1,4 +1,4 @@
-"""Other answers to what section 7 leaves open, one at a time, and those that change most together."""
+"""Alternative assumptions for section 7, one at a time, and the main ones together."""
 
 from __future__ import annotations
 

@@ -55,7 +55,7 @@ def coordinated(coordinator: Coordinator) -> Choose:
 
 
 def fixed_round(coordinator: Coordinator, pause: float) -> Choose:
-    """All objects in the order of a short round trip; a round begins ``pause`` s after the last did.
+    """All objects in the order of a short tour; a round starts ``pause`` s after the last.
 
     What has been seen in passing since the round began is passed over.
     """

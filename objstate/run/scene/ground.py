@@ -22,7 +22,7 @@ NOTHING = 0.5  # the probability where nothing is known
 
 
 def map_message(stamp_ns: int, building: Building, height: float) -> Any:
-    """Which cells walls pass in the plane of a laser, at a height, m. Doors and furniture aren't in it."""
+    """The cells that walls pass in a laser's plane at a height, m, without movable objects."""
     segments = outline(building.walls, height)
     corner, cells, resolution = _grid(segments)
     return _message(stamp_ns, cells, resolution, np.array([*corner, 0.0]))

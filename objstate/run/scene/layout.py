@@ -1,4 +1,4 @@
-"""A Foxglove layout for a scene: the building, the posterior of one object over time, and all objects.
+"""A Foxglove layout: the building, one object's posterior over time, and all objects.
 
 A layout is JSON: ``configById`` holds the settings of each panel by TYPE!NAME, and
 ``layout`` halves the window into panels again and again.
@@ -31,7 +31,7 @@ LEAST_VIEW = 5.0  # m
 
 
 def layout_json(building: Building, topics: Collection[str], states: str, diagnostics: str) -> str:
-    """The layout of a scene that has ``topics``, of which these two hold the states in numbers and in words."""
+    """The layout of a scene with ``topics``; the two others hold states in numbers and words."""
     configs = {
         SCENE_PANEL: _scene(building, sorted(topics)),
         PLOT: _plot(states),

@@ -198,7 +198,7 @@ def _marker(
     colour: tuple[float, float, float] = GHOST,
     text: str = "",
 ) -> Any:
-    """One marker in ``map`` that stays until the next of its number; a ``TEXT`` at its point goes by itself."""
+    """One marker in ``map`` that stays until the next of its number."""
     duration = make("builtin_interfaces/msg/Duration", sec=1 if kind == TEXT else 0, nanosec=0)
     scale, place = SCALES[kind], np.eye(4)
     if kind == TEXT:

@@ -134,7 +134,7 @@ class SceneRecorder:
         self._log.write(topic, kind, now, message, definition)
 
     def _write_standing(self, scan: Scan) -> None:
-        """What doesn't change: the building, its map in the plane of the first scan, the true path."""
+        """The constant messages: the building, its map at the first scan's height, the true path."""
         now, heights = scan.stamp_ns, scan.rays.origins[:, 2]
         description = make(STRING, data=self_contained_urdf(self._building))
         self._write("/robot_description", STRING, now, description)
