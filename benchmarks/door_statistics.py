@@ -14,11 +14,12 @@ import numpy as np
 
 from objstate.statistics.shares import share_open, shares_by
 from objstate.statistics.two_state import LONGEST_MEMORY, SHORTEST_MEMORY, Interval, Looks, memory
+from objstate.statistics.use import use_of
 
 DAY = 86400.0
 DOORS, DAYS, VISITS, LOOKS = 200, 30, 60, 5  # doors of each seed; looks of each visit, 2 s apart
 RECORDED = Path(__file__).parents[2] / "shared/data/door-history/training_data.txt"
-PER_DAY, PICKS = (2, 4, 8, 24, 96), 20  # looks a day at the recorded door, each picked so often
+PER_DAY, PICKS = (2, 4, 8, 24), 20  # looks a day at the recorded door, each picked so often
 
 
 def simulated(seed: int) -> dict[str, float]:
@@ -33,10 +34,8 @@ def simulated(seed: int) -> dict[str, float]:
         looks = Looks((times * 1e9).astype(np.int64), states(share, rate, times, rng))
         door = memory(looks.summed(), rng)
         for name, interval, true in (
-            ("share", door.share_open, share),
             ("open spell", door.open_spell, 1 / (rate * (1 - share))),
             ("closed spell", door.closed_spell, 1 / (rate * share)),
-            ("moves a day", door.moves_per_day, 2 * DAY * rate * share * (1 - share)),
             ("share of an hour", share_open(0, looks.summed(), door).share, share),
         ):
             held.setdefault(name, []).append(holds(interval, true))
@@ -53,23 +52,31 @@ def states(share: float, rate: float, times: np.ndarray, rng: np.random.Generato
     return np.array(seen)
 
 
-def recorded(per_day: int) -> dict[str, float]:
-    """The same of the recorded door, seen ``per_day`` times a day."""
+def recorded(per_day: int, *, office: bool) -> dict[str, float]:
+    """The same of the recorded door, seen ``per_day`` times a day, or on working days from 8 to 18 h."""
     stamps, values = np.loadtxt(RECORDED, dtype=np.int64).T
-    open_ = values.astype(bool)
+    open_, hour = values.astype(bool), (stamps // 3600) % 24
     days = len(stamps) * 60 / DAY
-    share, moves = float(open_.mean()), float(np.count_nonzero(np.diff(values)) / days)
-    held: dict[str, list[bool]] = {"share": [], "moves a day": [], "share of an hour": []}
+    seen = np.ones(len(stamps), dtype=bool)
+    if office:
+        seen = (hour >= 8) & (hour < 18) & ((stamps // 86400 + 3) % 7 < 5)
+    moves = float(np.count_nonzero(np.diff(values)) / days)
+    held: dict[str, list[bool]] = {}
     for seed in range(PICKS):
         rng = np.random.default_rng(seed)
-        picked = np.sort(rng.choice(len(stamps), int(per_day * days), replace=False))
+        count = int(per_day * days * (5 / 7 if office else 1))
+        picked = np.sort(rng.choice(np.flatnonzero(seen), count, replace=False))
         looks = Looks(stamps[picked] * 10**9, open_[picked])
-        door = memory(looks.summed(), np.random.default_rng(0))
-        held["share"].append(holds(door.share_open, share))
-        held["moves a day"].append(holds(door.moves_per_day, moves))
+        use, door = use_of(looks.summed(), UTC), memory(looks.summed(), np.random.default_rng(0))
+        for name, interval, true in (
+            ("share of all time", use.share_open, float(open_.mean())),
+            ("share of hours seen", use.share_open_seen, float(open_[seen].mean())),
+            ("moves a day", use.moves_per_day, moves),
+        ):
+            held.setdefault(name, []).append(holds(interval, true))
         for cell in shares_by(looks.summed(), door, lambda time: time.hour, UTC):
-            true = float(open_[(stamps // 3600) % 24 == cell.key].mean())
-            held["share of an hour"].append(holds(cell.share, true))
+            true = float(open_[(hour == cell.key) & seen].mean())
+            held.setdefault("share of an hour", []).append(holds(cell.share, true))
     return {name: float(np.mean(each)) for name, each in held.items()}
 
 
@@ -88,6 +95,8 @@ if __name__ == "__main__":
         told(f"simulated, seed {argument}", simulated(int(argument)))
     if RECORDED.exists():
         for looks_a_day in PER_DAY:
-            told(f"recorded, {looks_a_day} looks a day", recorded(looks_a_day))
+            for office, when in ((False, "at any hour"), (True, "on working days from 8 to 18 h")):
+                label = f"recorded, {looks_a_day} looks a day {when}"
+                told(label, recorded(looks_a_day, office=office))
     else:
         print(f"skipped: {RECORDED} is missing")

@@ -1,7 +1,7 @@
-"""Which doors are open, how far, how sure are we, and where did the furniture go?
+"""Estimate which doors are open, how far, and where furniture stands, with probabilities.
 
-The names below are the library: a building, a stream of records, and an estimator
-that takes the one through the other.
+The names below are the library: a building, a stream of records, and an estimator that is fed with
+the records.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ __all__ = [  # noqa: RUF022 - what is used first comes first
 
 
 def __getattr__(name: str) -> Any:
-    """Import a name when it is first asked for, so that importing objstate costs nothing."""
+    """Import a name on first use, so that importing objstate costs nothing."""
     if name not in _HOMES:
         raise AttributeError(f"module 'objstate' has no attribute '{name}'")
     return getattr(import_module(_HOMES[name]), name)

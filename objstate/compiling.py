@@ -1,4 +1,4 @@
-"""numba's ``njit``, for machines that have no place to keep what it compiles."""
+"""numba's ``njit``, also for machines without a writable cache."""
 
 from __future__ import annotations
 
@@ -18,8 +18,7 @@ def njit(**options: Any) -> Callable[[F], F]:
     """``numba.njit(cache=True, **options)``, or without the cache where none can be written.
 
     numba keeps compiled loops beside their source, else in the user's cache folder, and refuses to
-    compile where it may write to neither, as in a container with a read-only file system. Loops are
-    called from Python, so that they need no other way in.
+    compile where neither can be written, as in a container with a read-only file system.
     """
     import numba
 
@@ -36,10 +35,11 @@ def njit(**options: Any) -> Callable[[F], F]:
 
 
 def inner(**options: Any) -> Callable[[F], F]:
-    """``numba.njit(**options)`` for what only compiled loops call.
+    """``numba.njit(**options)`` for functions that only compiled loops call.
 
-    It becomes a part of each of those. Were there a function of its own, several loops would hold copies
-    of it, rounded differently, and which of them runs would depend on what was compiled or loaded before.
+    They are inlined into each of those. As functions of their own, several loops would hold copies
+    of them, rounded differently, and which of these runs would depend on what was compiled or
+    loaded before.
     """
     import numba
 
@@ -50,8 +50,8 @@ def inner(**options: Any) -> Callable[[F], F]:
 def when_compiling(tell: Callable[[], None], after: float = 0.0) -> None:
     """Call ``tell`` once, when loops are compiled in this process rather than loaded.
 
-    Without ``after``, that is before the first is compiled, and ``tell`` may compile others; else as soon
-    as compiling has taken so many seconds in all, from another thread.
+    Without ``after``, that is before the first is compiled, and ``tell`` may compile others; else
+    as soon as compiling has taken that many seconds in all, from another thread.
     """
     from numba.core import event
 
@@ -68,7 +68,7 @@ def when_compiling(tell: Callable[[], None], after: float = 0.0) -> None:
 
 
 class _Watch:
-    """Counts the time that loops take to compile; they may be compiled one inside another."""
+    """Counts the time of compiling; loops may be compiled one inside another."""
 
     def __init__(self, tell: Callable[[], None], after: float) -> None:
         self._tell: Callable[[], None] | None = tell
@@ -78,7 +78,7 @@ class _Watch:
         self._timer: threading.Timer | None = None
 
     def start(self) -> None:
-        """A loop begins to be compiled."""
+        """Compiling of a loop begins."""
         self._depth += 1
         if self._depth > 1 or self._tell is None:
             return
@@ -91,7 +91,7 @@ class _Watch:
         self._timer.start()
 
     def end(self) -> None:
-        """It is compiled."""
+        """Compiling of a loop ends."""
         self._depth -= 1
         if self._depth or self._timer is None:
             return

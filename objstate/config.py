@@ -1,20 +1,29 @@
 """Settings: every constant of the estimator, with a default that serves without a file.
 
-Fields are what a user may set. Class variables are constants: nobody had a reason to set them.
+Fields are settings that a user may change. Class variables are constants of the method.
 
-Parameters that Nav2's AMCL has carry its names and meanings. Files are checked
-strictly where they come in; an unknown key is an error that names the nearest
-known one.
+Parameters that Nav2's AMCL has carry its names and meanings. Files are checked strictly when they
+are read; an unknown key is an error that names the nearest known one.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from datetime import date, tzinfo
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, TypeVar
+from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationError,
+    field_validator,
+    model_validator,
+)
 
 from objstate.errors import SettingsError
 from objstate.faults import faults
@@ -31,7 +40,7 @@ Share = Annotated[float, Field(ge=0, le=1)]
 Probability = Annotated[float, Field(gt=0, le=1)]
 Exponent = Annotated[float, Field(gt=0, le=1)]
 Count = Annotated[int, Field(ge=1)]
-Samples = Annotated[int, Field(ge=10)]  # with fewer, deviations aren't to be told
+Samples = Annotated[int, Field(ge=10)]  # fewer can't represent a deviation
 ResolutionDeg = Annotated[float, Field(ge=0.01, le=30)]
 ResolutionM = Annotated[float, Field(ge=0.0001, le=0.2)]
 
@@ -45,7 +54,7 @@ class Strict(BaseModel):
 class BeamModelSettings(Strict):
     """p(d | d-hat), the likelihood of one measured range given the expected one.
 
-    The four shares are normalized to one; AMCL's names and meanings.
+    The four shares are normalized to one; names and meanings are AMCL's.
     """
 
     model: Literal["mixture", "gaussian"] = "mixture"  # gaussian: the paper's
@@ -56,14 +65,16 @@ class BeamModelSettings(Strict):
     sigma_hit: Positive = 0.06  # m
     lambda_short: NonNegative = 0.5  # 1/m
     short_run: Annotated[float, Field(ge=1)] = (
-        10.0  # beams side by side that one unexpected thing stops, on average; 1: each by itself
+        # mean number of neighbouring beams that one unexpected thing stops; 1: beams are
+        # independent
+        10.0
     )
     short_std: ClassVar[float] = 0.1  # m by which their ranges differ from beam to beam
 
     @model_validator(mode="after")
     def _some_share(self) -> BeamModelSettings:
         if self.z_hit <= 0:
-            raise ValueError("z_hit must be above 0: without it no range tells anything")
+            raise ValueError("z_hit must be above 0: without it no range carries information")
         for key, readings in (("z_max", "missing returns"), ("z_rand", "some ranges")):
             if self.model == "mixture" and getattr(self, key) <= 0:
                 raise ValueError(
@@ -74,47 +85,47 @@ class BeamModelSettings(Strict):
 
 
 class ScanSettings(Strict):
-    """What is taken of lasers that read more than can be told apart."""
+    """Which scans and beams of dense or fast lasers are used."""
 
-    least_gap_s: NonNegative = (
-        0.08  # s; a scan of the same laser that follows sooner is passed over
-    )
-    beam_spacing_deg: NonNegative = 1.0  # up to which beams are left out; 0: none are
+    least_gap_s: NonNegative = 0.08  # s; a scan of the same laser that follows sooner is skipped
+    beam_spacing_deg: NonNegative = 1.0  # least angle between used beams; 0: all are used
 
 
 class LocalizationSettings(Strict):
-    """Monte Carlo localization: where is the robot?"""
+    """Monte Carlo localization."""
 
     min_particles: Count = 104  # whole vectors of eight
     max_particles: Count = 2000
     pf_err: ClassVar[float] = 0.05  # largest error between true and estimated distribution (KLD)
-    pf_z: ClassVar[float] = 2.33  # upper standard normal quantile of holding pf_err: 2.33 is 0.99
-    bin_xy: ClassVar[float] = 0.10  # m, cells in which KLD sampling counts
+    # standard normal quantile of the probability of keeping pf_err; 2.33 is 0.99
+    pf_z: ClassVar[float] = 2.33
+    bin_xy: ClassVar[float] = 0.10  # m, cells of KLD sampling
     bin_yaw_deg: ClassVar[float] = 5.0
     resample_below: ClassVar[float] = (
-        0.5  # of the samples; resample when the effective number falls below
+        0.5  # share of samples; resample when the effective number falls below
     )
     least_effective: ClassVar[float] = (
-        0.1  # of the samples; the exponent falls until so many stay effective
+        0.1  # share of samples that stays effective; the exponent is lowered for it
     )
     kernel_width: ClassVar[float] = (
-        0.5  # of the kernel that spreads resampled copies; 1 is optimal for a Gaussian
+        0.5  # width of the kernel of resampled copies; 1 is optimal for a Gaussian
     )
     alpha1: NonNegative = 0.02  # rotation noise from rotation
     alpha2: NonNegative = 0.02  # rotation noise from translation, rad^2 per m^2
     alpha3: NonNegative = 0.02  # translation noise from translation
     alpha4: NonNegative = 0.02  # translation noise from rotation, m^2 per rad^2
-    update_min_d: ClassVar[float] = 0.25  # m; the alphas are meant for steps of this length
-    update_min_a: ClassVar[float] = 0.2  # rad; or for turns of this angle
+    update_min_d: ClassVar[float] = 0.25  # m; step length for which the alphas hold
+    update_min_a: ClassVar[float] = 0.2  # rad; or turn
     max_beams: ClassVar[int] = 48  # of one scan, evenly spread
     tempering: ClassVar[float] = 0.1  # exponent on the likelihood of a scan
-    initial_xy_std: ClassVar[float] = 0.3  # m, of a start pose given without deviations
+    initial_xy_std: ClassVar[float] = 0.3  # m, of a start pose given without a covariance
     initial_yaw_std_deg: ClassVar[float] = 10.0
-    kidnaps_per_hour: Positive = 0.1  # the robot is carried elsewhere
+    kidnaps_per_hour: Positive = 0.1  # rate at which the robot is carried elsewhere
     slips_per_hour: ClassVar[float] = (
-        1.0  # it comes off its way by half a metre or so, unseen by odometry
+        1.0  # rate at which it is displaced by about half a metre, unnoticed by odometry
     )
-    object_states: ClassVar[int] = 5  # of each uncertain object that a beam is averaged over
+    # states of each uncertain object over which a beam is averaged
+    object_states: ClassVar[int] = 5
 
     @model_validator(mode="after")
     def _ordered(self) -> LocalizationSettings:
@@ -127,39 +138,37 @@ class LocalizationSettings(Strict):
 
 
 class OdometryErrorSettings(Strict):
-    """How the log corrects the alphas: by how much scans correct the odometry."""
+    """How the log corrects the alphas."""
 
-    wheel_slips_per_hour: NonNegative = 30.0  # that wheels slip for a while
+    wheel_slips_per_hour: NonNegative = 30.0  # rate at which wheels begin to slip
     weight: ClassVar[float] = 1.0  # of the alphas, in stretches
-    none_systematic: ClassVar[float] = 3.0  # weight of nothing being systematic, in stretches
-    stretch_m: ClassVar[float] = 1.0  # m of driving whose corrections add up
+    none_systematic: ClassVar[float] = 3.0  # weight of having no systematic error, in stretches
+    stretch_m: ClassVar[float] = 1.0  # m of driving over which corrections are summed
     stretch_deg: ClassVar[float] = 60.0  # deg; or of turning
-    least: ClassVar[float] = 0.05  # factor on a variance
+    least: ClassVar[float] = 0.05  # smallest factor on a variance
     most: ClassVar[float] = 4.0
 
 
 class SearchSettings(Strict):
-    """Where in the building is a robot that is lost?"""
+    """The search of the building for the robot."""
 
     spacing: ClassVar[float] = 0.25  # m between the free places that are tried
     max_places: ClassVar[int] = 20_000  # in larger buildings, places lie farther apart
-    max_beams: ClassVar[int] = 40  # of one scan, in trying places
-    looks: ClassVar[int] = 6  # scans of each laser that are remembered
-    min_d: ClassVar[float] = 0.4  # m driven between them
+    max_beams: ClassVar[int] = 40  # of one scan, for testing places
+    looks: ClassVar[int] = 6  # number of keyframes of each laser
+    min_d: ClassVar[float] = 0.4  # m driven between keyframes
     min_a: ClassVar[float] = 0.35  # rad; or turned
     every_s: ClassVar[float] = 1.0  # s between searches
 
 
 class ObjectUpdateSettings(Strict):
-    """When and with what readings the objects' beliefs are updated."""
+    """When, and with which readings, the objects' beliefs are updated."""
 
     inference: Literal["joint", "marginal"] = "joint"  # marginal: the paper's
     max_distance: Positive = 3.5  # m from the robot (section 4.1 of the paper)
-    robot_samples: ClassVar[int] = 20  # of the robot belief, drawn for each update
+    robot_samples: ClassVar[int] = 20  # drawn from the robot belief for each update
     tempering: ClassVar[float] = 0.2  # exponent on the likelihood of a scan
-    max_position_std: ClassVar[float] = (
-        0.5  # m; with a robot belief wider than this no object is updated
-    )
+    max_position_std: ClassVar[float] = 0.5  # m; with a wider robot belief no object is updated
     schedule: Literal["beams", "alternate", "lasers"] = "beams"
     localization_lasers: tuple[str, ...] = ()  # for schedule lasers: frames that localize
 
@@ -171,38 +180,37 @@ class ObjectUpdateSettings(Strict):
 
 
 class BuildingErrorSettings(Strict):
-    """How far a building, and the lasers on the robot, are off their model, before any scan.
+    """Prior standard deviations of errors of the building and of the lasers' mountings.
 
-    Deviations are those of a normal distribution. What a log tells of them is learnt.
+    They are updated by the log.
     """
 
-    wall_std_m: Positive = 0.005  # by which a piece of wall stands aside of its place
-    wall_length_m: ClassVar[float] = 5.0  # way after which other parts of a wall are met
+    wall_std_m: Positive = 0.005  # offset of a piece of wall along its normal
+    wall_length_m: ClassVar[float] = 5.0  # distance over which offsets of walls decorrelate
     hinge_std_m: Positive = 0.01  # of a hinge's place, in each direction
     bearing_std_deg: Positive = 0.1  # of the bearing of a closed leaf
     laser_std_m: ClassVar[float] = 0.005  # of a laser's place on the robot
     laser_yaw_std_deg: Positive = 0.3
-    range_bias_std_m: ClassVar[float] = 0.005  # by which all of a laser's ranges are too long
-    clock_std_s: Positive = 0.02  # by which a laser's stamps are off the odometry's
-    range_std_m: ClassVar[float] = 0.03  # of a range
-    robot_length_m: Positive = 0.5  # way after which a recorded belief's error is another
+    range_bias_std_m: ClassVar[float] = 0.005  # common offset of all ranges of a laser
+    clock_std_s: Positive = 0.02  # offset of a laser's stamps from the odometry's
+    range_std_m: ClassVar[float] = 0.03  # noise of a range
+    robot_length_m: Positive = 0.5  # distance over which a recorded belief's error decorrelates
 
 
 class GridSettings(Strict):
-    """The occupancy grid of what the building doesn't explain."""
+    """The occupancy grid of obstacles that are not in the building."""
 
     resolution_m: Annotated[float, Field(ge=0.01, le=1)] = 0.05  # side of a cell
-    max_age_s: Annotated[float, Field(gt=0, le=1e9)] = 300.0  # until a cell is forgotten
-    reach_m: ClassVar[float] = (
-        10.0  # m; readings count less with the distance, and nothing beyond this
-    )
+    # time after which a cell is unknown again
+    max_age_s: Annotated[float, Field(gt=0, le=1e9)] = 300.0
+    reach_m: ClassVar[float] = 10.0  # m; weights of readings decrease with distance to zero here
     max_position_std: ClassVar[float] = (
-        0.1  # m; so wide a robot belief, or a wider one, counts nothing
+        0.1  # m; the weight of scans decreases with the robot's deviation to zero here
     )
 
 
 class Dynamics(Strict):
-    """p(s | t, s'): an object stays, drifts a little, and is now and then moved by somebody."""
+    """p(s | t, s'): an object stays, drifts a little, and is now and then moved."""
 
     moves_per_hour: NonNegative = 1.0
     drift_deg: NonNegative = 0.0  # standard deviation after one second, grows with sqrt(t)
@@ -210,20 +218,20 @@ class Dynamics(Strict):
 
 
 class Rest(Strict):
-    """Where a door comes to rest that somebody has moved; the shares are normalized to one."""
+    """Where a door comes to rest after a move; the shares are normalized to one."""
 
     closed: NonNegative = 0.3  # as the model shows it
     open: NonNegative = 0.2  # at the limit farthest from that
     anywhere: Positive = 0.5  # between them
-    std_deg: ClassVar[float] = 5.0  # hinged: how far from a limit a door counts as resting there
+    std_deg: ClassVar[float] = 5.0  # hinged: distance from a limit that counts as resting there
     std_m: ClassVar[float] = 0.03  # sliding
 
 
 class Swing(Strict):
-    """How a door moves while somebody moves it."""
+    """How a door moves while it is being moved."""
 
-    seconds: ClassVar[float] = 2.0  # for which it does, on average
-    near_s: ClassVar[float] = 0.5  # after which it may be wherever doors come to rest, on average
+    seconds: ClassVar[float] = 2.0  # mean duration
+    near_s: ClassVar[float] = 0.5  # mean time until it may be wherever doors come to rest
     most_deg_per_s: ClassVar[float] = 90.0  # hinged
     most_m_per_s: ClassVar[float] = 1.0  # sliding
 
@@ -232,7 +240,7 @@ class DoorSettings(Strict):
     """A hinged or sliding door: one degree of freedom between limits."""
 
     prior: Literal["uniform", "gaussian"] = "uniform"
-    prior_mean_deg: float | None = None  # hinged; default: as the model shows it
+    prior_mean_deg: float | None = None  # hinged; default: the modelled state
     prior_mean_m: float | None = None  # sliding
     prior_std_deg: Positive = 10.0
     prior_std_m: Positive = 0.1
@@ -244,26 +252,26 @@ class DoorSettings(Strict):
 
 
 class FurnitureSettings(Strict):
-    """Something that stands on the floor: three degrees of freedom around a place."""
+    """Something that stands on the floor: three degrees of freedom."""
 
     prior: Literal["gaussian", "uniform"] = "gaussian"
     prior_std_m: Positive = 0.2  # gaussian: deviation; uniform: half the width
     prior_std_deg: Positive = 15.0
     dynamics: Dynamics = Dynamics(moves_per_hour=1.0, drift_deg=0.1, drift_m=0.001)
-    presence: Annotated[float, Field(gt=0, lt=1)] = 0.95  # probability that it is there at all
-    samples: Samples = 400  # where the robot's pose isn't followed precisely
-    nudge_m: Positive = 0.1  # how far it is pushed, as often as it is moved to where the prior says
+    presence: Annotated[float, Field(gt=0, lt=1)] = 0.95  # probability that it is there
+    samples: Samples = 400  # in marginal inference
+    nudge_m: Positive = 0.1  # deviation of small moves, which are as frequent as moves to the prior
     nudge_deg: Positive = 20.0
 
 
 ObjectSettings = DoorSettings | FurnitureSettings
 
 
-CONSTANT = "a constant of the method by now"
-REPLACED_OF_OBJECTS = {  # keys of rules that were, and what serves instead
+CONSTANT = "now a constant of the method"
+REPLACED_OF_OBJECTS = {  # keys of earlier versions, and what replaced them
     **dict.fromkeys(
         ("least_samples", "first_samples", "scouts", "scout_weight", "samples"),
-        "furniture is followed by Gaussians",
+        "furniture is represented by Gaussians",
     ),
     **dict.fromkeys(
         ("swing", "resolution_deg", "resolution_m", "nudge_m", "nudge_deg"), f"it is {CONSTANT}"
@@ -289,31 +297,36 @@ class ObjectRule(Strict):
     @model_validator(mode="before")
     @classmethod
     def _none_replaced(cls, given: Any) -> Any:
-        """Who has an earlier version's file hears what serves instead."""
+        """Refuse keys of earlier versions, naming what replaced them."""
         if not isinstance(given, Mapping):
             return given
         replaced = {key: cure for key, cure in REPLACED_OF_OBJECTS.items() if given.get(key)}
         if isinstance(given.get("dynamics"), Mapping):
             replaced |= {key: f"it is {CONSTANT}" for key in DRIFTS if key in given["dynamics"]}
         for key, cure in replaced.items():
-            raise ValueError(f"'{key}' is a setting no longer: {cure}; remove it")
+            raise ValueError(f"'{key}' is no longer a setting: {cure}; remove it")
         return given
 
 
-REPLACED: dict[tuple[str, ...], str] = {  # settings that were, and what serves instead
-    ("map_error",): "building_error.wall_std_m is how far walls are off before any scan",
-    ("hinges",): "building_error.hinge_std_m is how far hinges are off before any scan",
-    ("object_updates", "joint_samples"): "doors are inferred jointly once the pose is known well",
-    ("consistency",): "the errors that readings share are learnt",
+REPLACED: dict[tuple[str, ...], str] = {  # settings of earlier versions, and what replaced them
+    ("map_error",): "building_error.wall_std_m is the prior deviation of walls",
+    ("hinges",): "building_error.hinge_std_m is the prior deviation of hinges",
+    (
+        "object_updates",
+        "joint_samples",
+    ): "doors are inferred jointly once the pose is known to centimetres",
+    ("consistency",): "errors shared by readings are learnt",
     (
         "object_updates",
         "correlation_m",
-    ): "building_error.robot_length_m is how far the robot's error lasts",
+    ): "building_error.robot_length_m is the length over which the robot's error decorrelates",
     ("localization", "min_particles_by_furniture"): "furniture no longer needs robot samples",
 }
 REPLACED |= {
-    ("localization", key): "kidnaps_per_hour and slips_per_hour say how often a robot is lost, and "
-    "scans how probably it is where it was followed to"
+    (
+        "localization",
+        key,
+    ): "being lost is a probability, with kidnaps_per_hour as the rate in its prior"
     for key in (
         "doubt_above",
         "doubt_margin",
@@ -325,13 +338,13 @@ REPLACED |= {
     )
 }
 REPLACED |= {
-    ("search", key): "what a search finds competes by its probability, with "
-    "localization.kidnaps_per_hour and slips_per_hour in its prior"
+    ("search", key): "places found by a search compete by their probability, with "
+    "localization.kidnaps_per_hour in the prior"
     for key in ("sure", "confirmed", "track_odds")
 }
 
 
-CONSTANTS = {  # by group, settings that were
+CONSTANTS = {  # by group, settings of earlier versions
     "beam_model": ("short_std",),
     "localization": (
         *("pf_err", "pf_z", "bin_xy", "bin_yaw_deg", "resample_below", "least_effective"),
@@ -347,6 +360,29 @@ CONSTANTS = {  # by group, settings that were
 REPLACED |= {(group, key): f"it is {CONSTANT}" for group, keys in CONSTANTS.items() for key in keys}
 
 
+class CalendarSettings(Strict):
+    """By which clock the people in the building live."""
+
+    timezone: str = "UTC"  # such as Europe/Berlin
+    holidays: tuple[date, ...] = ()  # days off beside weekends
+
+    @field_validator("timezone")
+    @classmethod
+    def _known(cls, given: str) -> str:
+        try:
+            ZoneInfo(given)
+        except (ZoneInfoNotFoundError, ValueError, OSError) as error:
+            raise ValueError(
+                f"'{given}' is no time zone; give one such as Europe/Berlin"
+            ) from error
+        return given
+
+    @property
+    def zone(self) -> tzinfo:
+        """The time zone."""
+        return ZoneInfo(self.timezone)
+
+
 class Settings(Strict):
     """All settings of one run."""
 
@@ -358,22 +394,23 @@ class Settings(Strict):
     object_updates: ObjectUpdateSettings = ObjectUpdateSettings()
     building_error: BuildingErrorSettings = BuildingErrorSettings()
     grid: GridSettings = GridSettings()
+    calendar: CalendarSettings = CalendarSettings()
     objects: tuple[ObjectRule, ...] = ()
 
     @model_validator(mode="before")
     @classmethod
     def _none_replaced(cls, given: Any) -> Any:
-        """Who has an earlier version's file hears what serves instead."""
+        """Refuse settings of earlier versions, naming what replaced them."""
         for path, cure in REPLACED.items():
             here = given
             for key in path:
                 here = here.get(key) if isinstance(here, Mapping) else None
             if here is not None:
-                raise ValueError(f"'{'.'.join(path)}' is a setting no longer: {cure}; remove it")
+                raise ValueError(f"'{'.'.join(path)}' is no longer a setting: {cure}; remove it")
         return given
 
     def in_building(self, error: BuildingErrorSettings | None) -> Settings:
-        """The same settings with what a building says of its error, but for what was set explicitly."""
+        """The settings with a building's errors, except those that were set explicitly."""
         if error is None:
             return self
         own = self.building_error
@@ -390,7 +427,7 @@ class Settings(Strict):
     def for_object(self, name: str, default_class: Literal["door", "furniture"]) -> ObjectSettings:
         """The settings of one object: its class's defaults under the rules that match its name.
 
-        Raises SettingsError where a rule sets what the object's class doesn't have.
+        Raises SettingsError where a rule sets a key that the object's class doesn't have.
         """
         chosen: dict[str, Any] = {}
         for rule in self.objects:

@@ -1,4 +1,4 @@
-"""From one log format to another: every message that the new one can hold."""
+"""Conversion of a log: every message that the new format can hold."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from objstate.recording.logs import LogWriter, open_log_writer
 
 @dataclass(frozen=True)
 class ConversionResult:
-    """What came over, and what did not."""
+    """The outcome of a conversion."""
 
     counts: Mapping[str, int]  # messages that the new log holds, by topic
     warnings: tuple[str, ...]
@@ -39,11 +39,11 @@ def convert(
     format: str | None = None,  # noqa: A002
     overwrite: bool = False,
 ) -> ConversionResult:
-    """Write the log ``source`` (any format that is read) as ``target``.
+    """Write the log ``source`` (any readable format) as ``target``.
 
-    ``format`` is a name in ``objstate.recording.logs.FORMATS``, or follows from the
-    ending of ``target``. Raises LogError and ResultError; messages that the format
-    can't hold, or that are damaged, are named in the warnings.
+    ``format`` is a name in ``objstate.recording.logs.FORMATS``, or follows from the ending of
+    ``target``. Raises LogError and ResultError. Messages that the format can't hold, or that are
+    damaged, are named in the warnings.
     """
     left_out: Counter[str] = Counter()
     messages = open_messages(source)
@@ -61,7 +61,7 @@ def convert(
 def _pass_on(message: Message, writer: LogWriter) -> None:
     """Write one message.
 
-    Raises LogError where it is damaged, of unknown type, or of a type without a word.
+    Raises LogError where it is damaged or of an unknown type.
     """
     definition = message.definition
     refusal = writer.refusal(message.type, definition)

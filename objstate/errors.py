@@ -1,14 +1,14 @@
-"""The exception tree: every error a user can cause, in one place.
+"""The exception tree: every error that a user can cause, in one place.
 
-A message says what is wrong, where, and what cures it. Only the command line
-turns an error into an exit code.
+A message says what is wrong, where, and what cures it. Only the command line turns an error into an
+exit code.
 """
 
 from __future__ import annotations
 
 
 class ObjstateError(Exception):
-    """Anything that the input or the settings caused, told in full by its message."""
+    """Any error caused by the input or the settings, described in full by its message."""
 
 
 class LogError(ObjstateError):
@@ -32,27 +32,40 @@ class ResultError(ObjstateError):
 
 
 class OutageError(ObjstateError):
-    """Something failed that the input has no part in, such as a full disk; later the same may work."""
+    """A failure independent of the input, such as a full disk; the same may work later."""
 
     def __init__(self, message: str, transient: bool = False) -> None:
         super().__init__(message)
-        self.transient = transient  # it may pass within seconds, so that trying again is worthwhile
+        self.transient = transient  # it may pass within seconds, so that retrying is worthwhile
 
     def __reduce__(self) -> tuple[type[OutageError], tuple[str, bool]]:
         return type(self), (str(self), self.transient)
 
 
 class StorageError(ResultError, OutageError):
-    """A result can't be written where it is to lie."""
+    """A result can't be written to its place."""
 
 
 class PlatformError(ObjstateError):
-    """The machine lacks what is needed; on another it would work."""
+    """The machine lacks something that is needed."""
 
 
 class WorldError(ObjstateError):
-    """A world can't be opened or written, is of another building, or knows no such object."""
+    """A world can't be opened or written, is of another building, or has no such object."""
 
 
 class GridError(ObjstateError):
     """An occupancy grid can't be laid out, drawn into or merged as asked."""
+
+
+class ServiceError(ObjstateError):
+    """A service refused a request: what, and the cure, as its problem document says."""
+
+    def __init__(self, message: str, status: int, detail: str = "", cure: str = "") -> None:
+        super().__init__(message)
+        self.status = status  # of HTTP
+        self.detail = detail
+        self.cure = cure
+
+    def __reduce__(self) -> tuple[type[ServiceError], tuple[str, int, str, str]]:
+        return type(self), (str(self), self.status, self.detail, self.cure)

@@ -1,4 +1,4 @@
-"""What is wrong with data from a file, in words of YAML, where pydantic has words of Python."""
+"""Faults of data from a file, in words of YAML instead of pydantic's words of Python."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
-SHAPES = {  # what YAML calls the shapes that pydantic names by Python's types
+SHAPES = {  # YAML's names of the shapes that pydantic names by Python's types
     "model_type": "must be a group of keys, as in 'key: value'",
     "model_attributes_type": "must be a group of keys, as in 'key: value'",
     "dict_type": "must be a group of keys, as in 'key: value'",
@@ -25,25 +25,26 @@ LONGEST_VALUE = 40  # characters of a value that a message repeats
 
 @dataclass(frozen=True)
 class Fault:
-    """One fault: where it is in the data, by which kinds of value it was taken there, and what it is."""
+    """One fault: its place in the data, the kinds of value that were tried, and what it is."""
 
     path: tuple[str | int, ...]  # keys and numbers of entries, as the data has them
-    kinds: tuple[tuple[int, str], ...]  # where a value may be of several: depth, and the kind tried
-    item: Mapping[str, Any]  # as pydantic tells it
+    # where several kinds of value are possible: depth, and the kind tried
+    kinds: tuple[tuple[int, str], ...]
+    item: Mapping[str, Any]  # as pydantic describes it
 
 
 def faults(model: type[BaseModel], error: ValidationError, data: Any) -> list[str]:
-    """A sentence for each fault of ``data`` that is no ``model``, with its place.
+    """A sentence for each fault of ``data`` as a ``model``, with its place.
 
-    Where a value may be of several kinds, those that it has the shape of are told of; if it has
-    that of none, what it may be is told once.
+    Where a value may be of several kinds, faults of those with its shape are named; if no kind has
+    its shape, the possible kinds are named once.
     """
     found = [_located(dict(item), data) for item in error.errors()]
     return [_told(model, fault, others) for fault, others in _chosen(found)]
 
 
 def _located(item: dict[str, Any], data: Any) -> Fault:
-    """A fault by its place in the data, without the names of kinds that pydantic puts between."""
+    """A fault by its place in the data, without the names of kinds that pydantic inserts."""
     path: list[str | int] = []
     kinds: list[tuple[int, str]] = []
     here, last = data, len(item["loc"]) - 1
@@ -63,7 +64,7 @@ def _located(item: dict[str, Any], data: Any) -> Fault:
 
 
 def _chosen(found: Sequence[Fault]) -> Iterator[tuple[Fault, list[Fault]]]:
-    """Each fault to tell, with others of the same value, tried as other kinds, to tell with it."""
+    """Each fault to name, with faults of the same value tried as other kinds."""
     groups: dict[tuple[str | int, ...], list[Fault]] = defaultdict(list)
     for fault in found:
         depth = fault.kinds[0][0] if fault.kinds else len(fault.path)
@@ -73,7 +74,7 @@ def _chosen(found: Sequence[Fault]) -> Iterator[tuple[Fault, list[Fault]]]:
             yield tried[0], []
             continue
         fitting = [fault for fault in tried if len(fault.path) > len(place)]
-        if fitting:  # of the right shape, and wrong within
+        if fitting:  # of the right shape, with faults inside
             yield from ((fault, []) for fault in fitting)
         else:
             yield tried[0], list(tried[1:])
@@ -110,7 +111,7 @@ def _message(item: Mapping[str, Any], repeat: bool) -> str:
 
 
 def _not_this(item: Mapping[str, Any]) -> str:
-    """The value that was given instead, where it is short."""
+    """The given value, where it is short."""
     value = item.get("input")
     text = repr(value)
     return (
@@ -127,7 +128,7 @@ def _place(path: Sequence[str | int]) -> str:
 
 
 def _keys_at(model: type[BaseModel], path: Sequence[str | int]) -> list[str]:
-    """The keys that the group at ``path`` inside ``model`` knows."""
+    """The known keys of the group at ``path`` inside ``model``."""
     groups = [model]
     for part in path:
         fields = [

@@ -16,7 +16,7 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
 
-WHOLE_TURN = 6.29  # rad, with room for rounding; what a person gives beyond it was meant in degrees
+WHOLE_TURN = 6.29  # rad, with room for rounding; a larger angle was probably meant in degrees
 
 
 def wrap(angle: ArrayLike) -> FloatArray:
@@ -58,7 +58,10 @@ def between(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def interpolate_pose(a: FloatArray, b: FloatArray, share: ArrayLike) -> FloatArray:
-    """The pose at ``share`` of the way from ``a`` to ``b`` (0 gives a, 1 gives b; the short way round)."""
+    """The pose at a ``share`` of the motion from ``a`` to ``b``.
+
+    0 gives a, 1 gives b; the heading turns the shorter way round.
+    """
     if isinstance(share, float) and a.ndim == b.ndim == 1:  # the most frequent case, as above
         (ax, ay, heading), (bx, by, towards) = a.tolist(), b.tolist()
         yaw = wrapped(heading + share * wrapped(towards - heading))
@@ -107,9 +110,7 @@ def rotation_from_quaternion(x: float, y: float, z: float, w: float) -> FloatArr
     Raises ValueError for a quaternion of length zero.
     """
     q = np.array([x, y, z, w], dtype=float)
-    with np.errstate(
-        over="ignore", invalid="ignore"
-    ):  # numbers that overflow are none of a direction
+    with np.errstate(over="ignore", invalid="ignore"):  # numbers that overflow are no direction
         norm = float(q @ q)
     if not np.isfinite(norm) or norm < 1e-12:
         raise ValueError(f"quaternion ({x}, {y}, {z}, {w}) has no direction")
@@ -162,7 +163,7 @@ def transform_from_pose(pose: ArrayLike, z: ArrayLike = 0.0) -> FloatArray:
 
 
 def pose_from_transform(matrix: FloatArray) -> FloatArray:
-    """The plane pose (..., 3) of transforms (..., 4, 4): position on the floor and heading of the x axis."""
+    """The plane pose (..., 3) of transforms (..., 4, 4): position and heading of the x axis."""
     yaw = np.arctan2(matrix[..., 1, 0], matrix[..., 0, 0])
     return np.stack([matrix[..., 0, 3], matrix[..., 1, 3], yaw], axis=-1)
 
@@ -178,7 +179,7 @@ def is_rigid(matrix: Any) -> bool:
 
 
 def pose_from_text(text: str) -> FloatArray:
-    """The pose (3,) written as ``x,y,yaw``. Raises ValueError, which says what is wrong."""
+    """The pose (3,) written as ``x,y,yaw``. Raises ValueError with the fault."""
     parts = text.split(",")
     if len(parts) != 3:
         raise ValueError(f"it has {len(parts)} parts, not 3")
@@ -187,7 +188,7 @@ def pose_from_text(text: str) -> FloatArray:
 
 
 def angle_from_text(text: str) -> float:
-    """Radians, or degrees where the text ends in ``deg``. Raises ValueError, which says what is wrong.
+    """Radians, or degrees where the text ends in ``deg``. Raises ValueError with the fault.
 
     Radians beyond a whole turn are refused.
     """
@@ -199,7 +200,7 @@ def angle_from_text(text: str) -> float:
 
 
 def checked_angle(value: float, in_degrees: str | None = None) -> float:
-    """An angle in radians that a person gave. Raises ValueError for more than a whole turn.
+    """An angle in radians from a user. Raises ValueError for more than a whole turn.
 
     ``in_degrees`` is how to write the same number of degrees, where not as radians.
     """

@@ -1,4 +1,4 @@
-"""What a file is, by its content, so that an error can name the mistake of giving it."""
+"""The kind of a file by its content, so that an error can name the likely mistake."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import re
 from collections.abc import Collection
 from pathlib import Path
 
-HEAD = 4096  # bytes that tell what a file is
+HEAD = 4096  # bytes read to recognize a file
 
 LOG, BUILDING, MAP, IMAGE = "a log", "a building (URDF)", "a map (YAML)", "an image"
 TRUTH, DOORS, PATH = "a table of true states", "a table of doors", "a path (TUM)"
@@ -24,7 +24,7 @@ MAGIC = {
 FOLDERS = {"run.json": RESULT, "batch.json": BATCH, "metadata.yaml": f"{LOG} (rosbag2)"}
 CARMEN = re.compile(rb"^(FLASER|RLASER|ROBOTLASER\d|ODOM|PARAM) ", re.MULTILINE)
 TUM = re.compile(rb"^(?:#[^\n]*\n|\s*\n)*(?:[-+.\deE]+[ \t]+){7}[-+.\deE]+[ \t]*$", re.MULTILINE)
-KEYS = {  # of YAML, at the start of lines; all of them
+KEYS = {  # of YAML, at the start of lines; all are required
     MAP: (rb"image:",),
     SCENE: (rb"building:",),
     "a calibration": (rb"lasers:", rb"\s+mount:"),
@@ -34,7 +34,7 @@ SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars"}
 
 
 def kind_of(path: str | Path) -> str | None:
-    """What a file or folder is, in words; None where its content doesn't tell."""
+    """What a file or folder is, in words; None where it isn't recognized."""
     path = Path(path)
     try:
         if path.is_dir():
@@ -53,7 +53,7 @@ def kind_of(path: str | Path) -> str | None:
 
 
 def instead(path: str | Path, wanted: str) -> str | None:
-    """A sentence that says what a file is, where that is known and something else than wanted."""
+    """A sentence that says what a file is, if that is known and not what was wanted."""
     kind = kind_of(path)
     if kind is None or kind == wanted or kind.startswith(f"{wanted} ("):
         return None
@@ -61,7 +61,7 @@ def instead(path: str | Path, wanted: str) -> str | None:
 
 
 def other_separator(header: str, columns: Collection[str]) -> str | None:
-    """What parts the columns of a table, in words, where it isn't commas."""
+    """The separator of a table's columns, in words, where it isn't the comma."""
     for separator, called in SEPARATORS.items():
         names = {name.strip().strip('"') for name in header.split(separator)}
         if len(names) > 1 and names & set(columns):

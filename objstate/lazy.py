@@ -1,4 +1,4 @@
-"""What a value works out when it is first asked for, and remembers."""
+"""Cached properties, modules that are imported on first use, and fast copies of values."""
 
 from __future__ import annotations
 
@@ -40,9 +40,9 @@ class lazy(Generic[T]):  # noqa: N801 - a decorator
 
 
 class Later:
-    """A module that is loaded when something of it is first asked for, as compiled loops are, which need numba.
+    """A module that is imported on first use, such as compiled loops, which need numba.
 
-    An import within a function does so too, and looks the module up again at each call. Let type checkers
+    An import within a function does so too, but looks the module up at each call. Let type checkers
     import it in the usual way (``TYPE_CHECKING``).
     """
 
@@ -57,7 +57,7 @@ class Later:
 def altered(value: D, **fields: Any) -> D:
     """``dataclasses.replace`` for values that need no checks, at a fraction of its cost.
 
-    What the value has worked out isn't remembered, as it may be otherwise now.
+    Cached properties are dropped.
     """
     other: D = object.__new__(type(value))
     known, to = value.__dict__, other.__dict__

@@ -1,4 +1,4 @@
-"""Failures that the input has no part in: which errors are such, and what cures them."""
+"""Failures independent of the input: which errors are such, and what cures them."""
 
 from __future__ import annotations
 
@@ -40,11 +40,11 @@ OF_SQLITE = {
     sqlite3.SQLITE_IOERR_TRUNCATE: errno.EIO,
 }
 
-NUMBER = re.compile(r"\(os error (\d+)\)")  # how polars, which is written in Rust, tells it
+NUMBER = re.compile(r"\(os error (\d+)\)")  # as polars, which is written in Rust, reports it
 
 
 def outage_of(error: BaseException) -> OutageError | None:
-    """What an error, or one that caused it, says of a failure outside the input; None if nothing."""
+    """The outage that an error or one of its causes reports; None if there is none."""
     for each in causes(error):
         if isinstance(each, OutageError):
             return each
@@ -64,7 +64,7 @@ def _told(error: BaseException, origin: BaseException, code: int) -> str:
 
 
 def code_of(error: BaseException) -> int | None:
-    """The number that the system gave an error; None where it gave none."""
+    """The system's error number; None where there is none."""
     if isinstance(error, OSError) and error.errno is not None:
         return error.errno
     if isinstance(error, sqlite3.Error):

@@ -1,11 +1,11 @@
-"""Outputs are written whole or not at all, and last once they are there.
+"""Outputs are written whole or not at all, and durably.
 
-Whatever is written is made in a hidden workshop beside its target, handed to the disk, and moved
-into place in one step at the very end. So a crash, a full disk or Ctrl-C leaves neither half an
-output nor a damaged old one. Nothing else in objstate renames, replaces or removes what users keep.
+Every output is made in a hidden workshop beside its target, flushed to the disk, and moved into
+place in one step at the very end. So a crash, a full disk or Ctrl-C leaves neither half an output
+nor a damaged old one. Nothing else in objstate renames, replaces or removes users' files.
 
-A workshop is locked as long as its process lives. One that is left behind by a process that was
-killed is removed by the next output beside it.
+A workshop is locked as long as its process lives. One left behind by a killed process is removed by
+the next output beside it.
 """
 
 from __future__ import annotations
@@ -25,17 +25,18 @@ from pathlib import Path
 from objstate.errors import ObjstateError, ResultError, StorageError
 from objstate.outages import CURES, ELSEWHERE, TRANSIENT, causes, code_of, outage_of
 
-WORKSHOP = ".objstate-"  # how the names of workshops begin
-LOCK, NEW, OLD = "lock", "new", "old"  # in a workshop: what is made, and what is being replaced
+WORKSHOP = ".objstate-"  # prefix of workshops' names
+# in a workshop: what is being made, and what is being replaced
+LOCK, NEW, OLD = "lock", "new", "old"
 
-PROBE, PROBE_SIZE = "probe", 2**20  # bytes; a disk that lacks them counts as full
+PROBE, PROBE_SIZE = "probe", 2**20  # bytes; a disk without this much space counts as full
 
-URL = re.compile(r"[a-z][a-z0-9+.-]+:/", re.IGNORECASE)  # also one that a Path took a slash from
+URL = re.compile(r"[a-z][a-z0-9+.-]+:/", re.IGNORECASE)  # also one from which Path removed a slash
 
-AT_FDCWD, RENAME_EXCHANGE = -100, 2  # of Linux
-# errors of storages that don't offer it
+AT_FDCWD, RENAME_EXCHANGE = -100, 2  # constants of Linux
+# errors of file systems that don't support it
 NO_EXCHANGE = {errno.EINVAL, errno.ENOSYS, errno.ENOTSUP, errno.EPERM, errno.EXDEV}
-WRITING = {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG}  # no reader meets them
+WRITING = {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG}  # only writers meet these
 NO_FSYNC = {errno.EINVAL, errno.ENOTSUP, errno.EBADF, errno.EACCES}  # of folders, on some storages
 
 
@@ -45,7 +46,7 @@ def is_url(path: str | os.PathLike[str]) -> bool:
 
 
 def as_url(path: str | os.PathLike[str]) -> str:
-    """A URL with both slashes, of which ``Path`` takes one."""
+    """A URL with both slashes, of which ``Path`` removes one."""
     return re.sub(r"^([^/:]+):/+", r"\1://", str(path))
 
 
@@ -53,11 +54,11 @@ def as_url(path: str | os.PathLike[str]) -> str:
 def whole(
     path: str | Path, *, overwrite: bool = False, replaceable: Callable[[Path], bool] = Path.is_file
 ) -> Iterator[Path]:
-    """A path of the same name in a workshop; what is made there becomes ``path`` at the end.
+    """A path of the same name in a workshop; its content becomes ``path`` at the end.
 
-    Serves for a file as for a folder. ``replaceable`` says whether something that
-    exists may be replaced when ``overwrite`` is set; it stays until the new one is
-    complete. Raises ResultError, and StorageError for a full disk and the like.
+    For a file or a folder. ``replaceable`` says whether an existing target may be replaced when
+    ``overwrite`` is set; it stays until the new one is complete. Raises ResultError, and
+    StorageError for a full disk and the like.
     """
     refuse_url(path)
     target = Path(path).absolute()
@@ -65,7 +66,7 @@ def whole(
     with _open_workshop(target.parent) as workshop:
         try:
             yield workshop / NEW / target.name
-            _refuse_what_exists(target, overwrite, replaceable)  # it may have come meanwhile
+            _refuse_what_exists(target, overwrite, replaceable)  # it may have appeared meanwhile
             _flush(workshop / NEW)
             _replace(workshop / NEW / target.name, target, aside=workshop / OLD)
             flush_folder(target.parent)
@@ -77,9 +78,9 @@ def whole(
 
 
 def write_text(path: str | Path, text: str) -> None:
-    """Write a file whole, in the place of an older one. Raises ResultError.
+    """Write a file whole, replacing an older one. Raises ResultError.
 
-    A link, a pipe or a device, such as ``/dev/stdout``, is written to as it is.
+    A link, a pipe or a device, such as ``/dev/stdout``, is written to directly.
     """
     target = Path(path)
     if target.is_symlink() or (target.exists() and not target.is_file()):
@@ -93,7 +94,7 @@ def write_text(path: str | Path, text: str) -> None:
 
 
 def make_folder(path: Path) -> None:
-    """Make a folder, and those above it, to last. Raises StorageError."""
+    """Make a folder and its parents durably. Raises StorageError."""
     refuse_url(path)
     missing = [each for each in (path, *path.parents) if not each.exists()]
     try:
@@ -113,9 +114,9 @@ def remove_file(path: Path) -> None:
 
 
 def sweep(folder: Path) -> None:
-    """Remove the workshops in a folder whose processes are gone; what they were replacing is put back."""
+    """Remove the workshops in a folder whose processes are gone; restore what they replaced."""
     for workshop in folder.glob(f"{WORKSHOP}*"):
-        with suppress(OSError):  # somebody else is at it, or this storage has no locks
+        with suppress(OSError):  # it is in use, or this file system has no locks
             descriptor = _locked(workshop, os.O_RDWR)
             try:
                 for old in (workshop / OLD).glob("*"):
@@ -127,16 +128,16 @@ def sweep(folder: Path) -> None:
 
 
 def refuse_url(path: str | Path) -> None:
-    """Raise ResultError for an output that is to lie at a URL."""
+    """Raise ResultError for an output at a URL."""
     if is_url(path):
         raise ResultError(
-            f"{as_url(path)} is a URL, and results are written to folders of this machine only; give a "
-            "folder, and copy it there afterwards, or mount the storage."
+            f"{as_url(path)} is a URL, and results are written to folders of this machine only; "
+            "give a folder, and copy it there afterwards, or mount the storage."
         )
 
 
 def flush_folder(folder: Path) -> None:
-    """Have the disk keep what a folder lists."""
+    """Flush a folder's list of files to the disk."""
     try:
         _flush_one(folder, os.O_RDONLY | os.O_DIRECTORY)
     except OSError as error:
@@ -158,7 +159,7 @@ def _refuse_what_exists(target: Path, overwrite: bool, replaceable: Callable[[Pa
 
 @contextmanager
 def _open_workshop(parent: Path) -> Iterator[Path]:
-    """A new workshop in a folder, which is made where it is missing. Raises StorageError."""
+    """A new workshop in a folder, which is created if missing. Raises StorageError."""
     make_folder(parent)
     sweep(parent)
     try:
@@ -180,7 +181,8 @@ def _new_workshop(parent: Path) -> tuple[Path, int]:
             workshop.mkdir()
             descriptor = _locked(workshop, os.O_RDWR | os.O_CREAT)
             (workshop / NEW).mkdir()
-        except (BlockingIOError, FileNotFoundError):  # swept before it was locked
+        # removed by another process before it was locked
+        except (BlockingIOError, FileNotFoundError):
             if not parent.is_dir():
                 raise
         except BaseException:
@@ -191,7 +193,7 @@ def _new_workshop(parent: Path) -> tuple[Path, int]:
 
 
 def _clear(workshop: Path) -> None:
-    """Remove a workshop as far as possible; its lock goes last, so that what stays can be swept."""
+    """Remove a workshop as far as possible; its lock goes last, so that the rest can be swept."""
     for part in (NEW, OLD):
         shutil.rmtree(workshop / part, ignore_errors=True)
     with suppress(OSError):
@@ -210,9 +212,9 @@ def _locked(workshop: Path, flags: int) -> int:
         raise
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        os.stat(workshop / LOCK)  # swept meanwhile?
+        os.stat(workshop / LOCK)  # removed meanwhile?
     except OSError as error:
-        # where there are no locks, a workshop is made, but never swept
+        # where there are no locks, a workshop is made but never swept
         if isinstance(error, BlockingIOError | FileNotFoundError) or not flags & os.O_CREAT:
             os.close(descriptor)
             raise
@@ -220,7 +222,7 @@ def _locked(workshop: Path, flags: int) -> int:
 
 
 def _flush(path: Path) -> None:
-    """Have the disk keep a file, or a folder with all that is in it."""
+    """Flush a file, or a folder with its content, to the disk."""
     for folder, _, names in os.walk(path):
         for name in names:
             _flush_one(Path(folder, name), os.O_RDONLY)
@@ -238,12 +240,12 @@ def _flush_one(path: Path, flags: int) -> None:
 
 
 def _replace(made: Path, target: Path, aside: Path) -> None:
-    """``made`` in the place of ``target``, in one step wherever the storage can do so."""
+    """Put ``made`` in the place of ``target``, in one step wherever the file system can."""
     if not (target.is_dir() or (made.is_dir() and target.exists())):
         os.replace(made, target)
     elif not _exchange(made, target):
         aside.mkdir()
-        target.rename(aside / target.name)  # killed after this, the next sweep puts it back
+        target.rename(aside / target.name)  # if killed after this, the next sweep restores it
         try:
             made.rename(target)
         except OSError:
@@ -252,7 +254,7 @@ def _replace(made: Path, target: Path, aside: Path) -> None:
 
 
 def _exchange(one: Path, other: Path) -> bool:
-    """Swap two folders in one step; False where the system or the storage has no word for it."""
+    """Swap two folders in one step; False where the system or the file system can't."""
     try:
         rename = ctypes.CDLL(None, use_errno=True).renameat2
     except (AttributeError, OSError):
@@ -267,7 +269,7 @@ def _exchange(one: Path, other: Path) -> bool:
 
 
 def _trouble(error: Exception, workshop: Path, target: Path) -> Exception:
-    """What to raise: the outage, if it was one, that kept ``target`` from being made."""
+    """The exception to raise: the outage that prevented ``target``, if it was one."""
     outage = outage_of(error)
     if isinstance(error, ObjstateError) and str(workshop) not in str(error):
         return outage or error
@@ -280,7 +282,7 @@ def _trouble(error: Exception, workshop: Path, target: Path) -> Exception:
 
 
 def _refusal(error: Exception, workshop: Path) -> int | None:
-    """What the disk says where polars doesn't pass it on, as when a footer can't be written."""
+    """The system's error where polars doesn't report it, as when a footer can't be written."""
     if not type(error).__module__.startswith("polars"):
         return None
     try:
@@ -292,7 +294,7 @@ def _refusal(error: Exception, workshop: Path) -> int | None:
 
 
 def _is_writing(error: BaseException, code: int) -> bool:
-    """Whether an error is of writing, and doesn't say where: then it was here."""
+    """Whether an error without a place is one of writing, which must have happened here."""
     is_unplaced = getattr(error, "filename", None) is None
     return is_unplaced and (code in WRITING or isinstance(error, sqlite3.Error))
 

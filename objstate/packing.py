@@ -1,4 +1,4 @@
-"""Arrays and a few words about them as one short string of bytes, checked when it is read."""
+"""Arrays and their description as one string of bytes with a checksum."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Arrays = Mapping[str, np.ndarray]
 
 
 def pack(words: Mapping[str, Any], arrays: Arrays) -> bytes:
-    """Words that JSON has, and arrays of any type and shape."""
+    """Pack a JSON description, and arrays of any type and shape."""
     layout = {name: [a.dtype.str, list(a.shape)] for name, a in arrays.items()}
     text = json.dumps({"words": words, "arrays": layout}).encode()
     content = [WORDS.pack(len(text)), text, *(a.tobytes() for a in arrays.values())]
@@ -31,7 +31,10 @@ def pack(words: Mapping[str, Any], arrays: Arrays) -> bytes:
 
 
 def unpack(packed: bytes, what: str) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-    """What ``pack`` was given. Raises WorldError, which names ``what``, for damage or a newer version."""
+    """The arguments of ``pack``. Raises WorldError for damage or a newer version.
+
+    ``what`` is named in the message.
+    """
     if len(packed) < HEAD.size:
         raise _damaged(what)
     magic, version, checksum = HEAD.unpack_from(packed)

@@ -1,7 +1,7 @@
-"""What flows through objstate: frozen, batched records with integer nanoseconds.
+"""Records: frozen, batched values with integer nanoseconds.
 
-Frames follow REP-103 and REP-105, ranges REP-117. The robot drives on a level
-floor: its pose is ``(x, y, yaw)`` of ``base_link``, with the base on z = 0.
+Frames follow REP-103 and REP-105, ranges REP-117. The robot drives on a level floor: its pose is
+``(x, y, yaw)`` of ``base_link``, with the base on z = 0.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ STEEP = 1e-9  # cosine of a beam's slope that counts as upright
 
 @dataclass(frozen=True, eq=False)
 class Odometry:
-    """Where dead reckoning says the robot is."""
+    """The robot's pose by dead reckoning."""
 
     stamp_ns: int
     pose: FloatArray  # (3,) x m, y m, yaw rad: base_link in odom
@@ -45,9 +45,9 @@ class Rays:
 
     @lazy
     def courses(self) -> tuple[FloatArray, FloatArray]:
-        """Seen from above: unit directions (n, 2), and the shares (n,) of their ranges that beams cover.
+        """Seen from above: unit directions (n, 2), and horizontal shares (n,) of ranges.
 
-        Beams that point straight up or down have no direction.
+        Vertical beams have no direction.
         """
         level = np.hypot(self.directions[:, 0], self.directions[:, 1]).clip(min=STEEP)
         return self.directions[:, :2] / level[:, None], level
@@ -57,8 +57,8 @@ class Rays:
 class Scan:
     """One sweep of one laser.
 
-    Of the ranges, a finite one is a return; ``+inf`` is nothing up to ``range_max``;
-    ``nan`` was discarded (erroneous, or outside [range_min, range_max]).
+    A finite range is a return; ``+inf`` means nothing up to ``range_max``; ``nan`` was discarded
+    (erroneous, or outside [range_min, range_max]).
     """
 
     stamp_ns: int  # of the first beam
@@ -74,13 +74,13 @@ class Scan:
 
     @lazy
     def valid(self) -> BoolArray:
-        """(n,) the beams that say anything: a return, or none up to range_max."""
+        """(n,) the valid beams: those with a return, or with none up to range_max."""
         return ~np.isnan(self.ranges)
 
 
 @dataclass(frozen=True, eq=False)
 class InitialPose:
-    """Where somebody says that the robot is, e.g. on ``/initialpose``."""
+    """A given pose of the robot, for example on ``/initialpose``."""
 
     stamp_ns: int
     mean: FloatArray  # (3,) x, y, yaw in map
@@ -119,12 +119,12 @@ class Estimate:
     std: float
     lower: float  # central 90 % of the posterior
     upper: float
-    observed: bool  # at least one beam of this scan bore on the object
-    fit: float = math.nan  # share of those beams that read what the best state explains
-    presence: float = 1.0  # probability that a piece of furniture is there at all
-    lost: bool = False  # the robot was probably not where it was published; the state is carried on
+    observed: bool  # at least one beam of this scan reached the object
+    fit: float = math.nan  # share of those beams that the most probable state explains
+    presence: float = 1.0  # probability that a piece of furniture is there
+    lost: bool = False  # the robot was probably lost; the state is only predicted
     p_closed: float | None = None  # probability that a door stands exactly closed
-    p_localized: float = 1.0  # probability that the robot was where it was published to be
+    p_localized: float = 1.0  # probability of the robot's published pose
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""YAML as objstate reads it: plain values, bounded, and one error for whatever is wrong with the text."""
+"""YAML as objstate reads it: plain values of bounded size, and one error for all faults."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from typing import Any
 
 import yaml
 
-# bytes; the YAML files of robots have some thousand, a bag's list of a thousand parts half a million
+# bytes; a robot's YAML files have thousands, a bag's list of a thousand parts half a million
 LONGEST = 4 * 2**20
-# values, those of aliases counted wherever they stand: a few lines of aliases can mean billions
+# values, counting aliases wherever they are used: a few lines can mean billions
 MOST_VALUES = 200_000
-# groups within groups; more than any reader of the content follows
+# depth of groups; more than any reader of the content needs
 DEEPEST = 50
 
 
 class YamlError(Exception):
-    """A text is no YAML that can be used; the message says why, in one line."""
+    """A text is no usable YAML; the message says why, in one line."""
 
 
 def read_yaml(path: Path) -> Any:
@@ -34,18 +34,18 @@ def read_yaml(path: Path) -> Any:
     except yaml.YAMLError as error:
         raise YamlError(" ".join(str(error).split())) from error
     except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError) as error:
-        # what PyYAML raises for a date that isn't one, a number too long, a tag on the wrong value
+        # what PyYAML raises for invalid dates, too long numbers, and tags on wrong values
         raise YamlError(f"a value can't be read: {error}") from error
 
 
 class _Loader(yaml.SafeLoader):
-    """Refuses a text that means far more than it says, before any value is made of it."""
+    """Refuses a text that expands far beyond its size, before any value is made of it."""
 
     def __init__(self, text: str) -> None:
         super().__init__(text)
         self._depth = 0
         self._count = 0
-        self._counts: dict[yaml.Node, int] = {}  # values in a node
+        self._counts: dict[yaml.Node, int] = {}  # number of values in a node
 
     def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
         mark = self.peek_event().start_mark  # type: ignore[no-untyped-call]

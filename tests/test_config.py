@@ -237,7 +237,7 @@ def test_another_inference_changes_nothing_else() -> None:
         ({"consistency": {"stretch": 0.3}}, "are learnt"),
         ({"object_updates": {"correlation_m": 0.1}}, "building_error.robot_length_m"),
         ({"localization": {"min_particles_by_furniture": 9}}, "no longer needs robot samples"),
-        ({"objects": [{"match": "desk", "scouts": 80}]}, "followed by Gaussians"),
+        ({"objects": [{"match": "desk", "scouts": 80}]}, "represented by Gaussians"),
         ({"objects": [{"match": "d", "class": "door"}]}, "the type of its joint"),
         ({"objects": [{"match": "d", "dynamics": {"drift_deg": 1}}]}, "'drift_deg' .* constant"),
         ({"localization": {"tempering": 0.2}}, "'localization.tempering' .* constant"),
@@ -254,6 +254,6 @@ def test_a_setting_that_was_replaced_is_an_error_that_says_by_what(
 @pytest.mark.parametrize("key", ["lost_below", "doubt_above", "fit_after"])
 def test_thresholds_of_being_lost_are_replaced_by_rates(tmp_path: Path, key: str) -> None:
     message = refused(tmp_path, f"{{localization: {{{key}: 0.5}}}}")
-    assert f"'localization.{key}' is a setting no longer" in message
+    assert f"'localization.{key}' is no longer a setting" in message
     assert "kidnaps_per_hour" in message
     assert "kidnaps_per_hour" in refused(tmp_path, "{search: {track_odds: 10}}")

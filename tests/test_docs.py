@@ -1,4 +1,4 @@
-"""docs/files.md lists exactly the keys that settings and scenes have, with their defaults."""
+"""The pages under docs/files list exactly the keys, columns and defaults that the code has."""
 
 import re
 from pathlib import Path
@@ -12,14 +12,17 @@ from objstate import config
 from objstate.batch.manifest import COLUMNS as MANIFEST_COLUMNS
 from objstate.building.door_table import COLUMNS as DOOR_COLUMNS
 from objstate.recording.batches import summary_schema, timings_schema
+from objstate.recording.candidates import Found
 from objstate.recording.events import event_schema
+from objstate.recording.grids import clutter_schema
 from objstate.recording.posteriors import posterior_schema
 from objstate.recording.scans import scan_schema
 from objstate.recording.tables import COLUMNS as ESTIMATE_COLUMNS
+from objstate.run import RunResult
 from objstate.simulation import scene
 
 ROOT = Path(__file__).parents[1]
-FILES = ROOT / "docs" / "files.md"
+FILES = ROOT / "docs" / "files"
 
 GROUPS = {
     "`scans`": config.ScanSettings,
@@ -29,6 +32,7 @@ GROUPS = {
     "`object_updates`": config.ObjectUpdateSettings,
     "`building_error`": config.BuildingErrorSettings,
     "`grid`": config.GridSettings,
+    "`calendar`": config.CalendarSettings,
     "scene": scene.Scene,
     "scene: `route`": scene.Route,
     "scene: `odometry`": scene.OdometryNoise,
@@ -42,9 +46,14 @@ GROUPS = {
 }
 
 
+def page(name: str) -> str:
+    """The text of a page about files."""
+    return (FILES / f"{name}.md").read_text(encoding="utf-8")
+
+
 def rows(heading: str) -> list[list[str]]:
     """The cells of all table rows below a heading, without the tables' own headings."""
-    text = FILES.read_text(encoding="utf-8")
+    text = "\n".join(file.read_text(encoding="utf-8") for file in sorted(FILES.glob("*.md")))
     found = re.search(rf"^#+ {re.escape(heading)}$(.*?)(?=^#|\Z)", text, re.M | re.S)
     assert found, f"no heading '{heading}' in {FILES}"
     lines = [line for line in found[1].splitlines() if line.startswith("| `")]
@@ -123,7 +132,7 @@ def test_every_key_of_a_rule_is_listed() -> None:
 
 
 def test_the_example_is_understood() -> None:
-    (example,) = re.findall(r"```yaml\n(.*?)```", FILES.read_text(encoding="utf-8"), re.S)
+    (example,) = re.findall(r"```yaml\n(.*?)```", page("settings"), re.S)
     settings = config.parse_strict(config.Settings, yaml.safe_load(example), "the example")
     assert settings.localization.alpha1 != config.Settings().localization.alpha1
     assert settings.for_object("desk_1", "furniture").prior_std_m == 0.5
@@ -131,7 +140,7 @@ def test_the_example_is_understood() -> None:
 
 def test_the_columns_of_tables_are_listed() -> None:
     doors = " ".join(row[0] for row in rows("Door table: doors.csv"))
-    estimates = " ".join(row[0] for row in rows("Result folder"))
+    estimates = " ".join(row[0] for row in rows("States: estimates.parquet"))
     assert set(re.findall(r"`(\w+)`", doors)) == set(DOOR_COLUMNS)
     assert set(re.findall(r"`(\w+)`", estimates)) == set(ESTIMATE_COLUMNS)
     events = " ".join(row[0] for row in rows("Events: events.parquet"))
@@ -142,13 +151,43 @@ def test_the_columns_of_tables_are_listed() -> None:
 
 
 def test_the_columns_of_a_batch_are_listed() -> None:
-    text = FILES.read_text(encoding="utf-8")
+    text = page("batch")
     for column in (*summary_schema(), *timings_schema()):
         coordinate, _, what = column.partition("_")
-        told = f"{coordinate}_" if what in ("count", "error", "coverage") else column
-        assert f"`{column}`" in text or f"`{told}`" in text, column
+        short = f"{coordinate}_" if what in ("count", "error", "coverage") else column
+        assert f"`{column}`" in text or f"`{short}`" in text, column
     manifest = (ROOT / "docs" / "batch.md").read_text(encoding="utf-8")
     assert all(f"`{column}`" in manifest for column in MANIFEST_COLUMNS)
+
+
+def test_the_primary_settings_exist() -> None:
+    groups = {name: set(group.model_fields) for name, group in groups_of_settings().items()}
+    objects = set(config.DoorSettings.model_fields) | set(config.FurnitureSettings.model_fields)
+    for row in rows("Primary settings"):
+        for path in re.findall(r"`([a-z_.]+)`", row[0]):
+            group, _, key = path.rpartition(".")
+            known = {"": objects, "dynamics": set(config.Dynamics.model_fields)} | groups
+            assert key in known[group], path
+
+
+def groups_of_settings() -> dict[str, type[BaseModel]]:
+    """The groups of settings that have one table each, by their keys."""
+    return {key.strip("`"): group for key, group in GROUPS.items() if not key.startswith("scene")}
+
+
+def test_the_keys_of_the_summary_are_listed() -> None:
+    summary = RunResult(Path(), (), 0, 1.0, 1.0, {}, ()).to_dict()
+    assert set(listed("`run.json`")) >= summary.keys()
+    keys = re.findall(r"`(\w+)`", " ".join(row[0] for row in rows("`run.json`")))
+    assert set(keys) == summary.keys() | {"options", "inputs"}
+
+
+def test_what_stands_about_is_listed() -> None:
+    found = [
+        re.findall(r"`(\w+)`", row[0]) for row in rows("Obstacles that are not in the building")
+    ]
+    names = {name for each in found for name in each}
+    assert names == set(clutter_schema()) | set(Found.__annotations__)
 
 
 @pytest.mark.parametrize(
@@ -159,3 +198,19 @@ def test_the_columns_of_a_batch_are_listed() -> None:
 def test_links_lead_somewhere(page: Path) -> None:
     links = re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8"))
     assert [link for link in links if not (page.parent / link).exists()] == []
+
+
+@pytest.mark.parametrize("page", sorted((ROOT / "docs").glob("*.md")), ids=lambda page: page.name)
+def test_code_that_is_named_exists(page: Path) -> None:
+    named = re.findall(r"`(\w+/[\w/]+\.py)(?:: (\w+))?[\w.]*`", page.read_text(encoding="utf-8"))
+    files = [
+        (next((f for f in (ROOT / "objstate" / p, ROOT / p) if f.is_file()), None), p, name)
+        for p, name in named
+    ]
+    assert [path for file, path, _ in files if file is None] == []
+    missing = [
+        (path, name)
+        for file, path, name in files
+        if file is not None and name and not re.search(rf"\b{name}\b", file.read_text())
+    ]
+    assert missing == []

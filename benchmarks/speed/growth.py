@@ -1,4 +1,4 @@
-"""How the cost of a scan grows with what there is to reckon with."""
+"""How the cost of a scan grows with samples, states, beams and objects."""
 
 from __future__ import annotations
 
@@ -83,9 +83,10 @@ def growth(effort: Effort) -> list[Table]:
             ("with", "number", "one scan", "of the first row's"),
             rows,
             (
-                f"A corridor of an office with doors on both sides, passed at 0.7 m/s, default settings but for "
-                f"what grows, {BEAMS} beams at 5 scans a second, reading and writing excluded; the mean of the cheaper nine tenths of the scans, as in the dearest the whole building is searched. The robot's own "
-                "belief of 100 samples, doors of 181 states, three or four of them in reach. Objects in view: doors on both sides of a short corridor, beams all round.",
+                f"A drive at 0.7 m/s along an office corridor with doors on both sides, three or four of them in "
+                f"reach. {BEAMS} beams, 5 scans a second; by default 100 robot samples and 181 states of a door. "
+                "Mean of the cheaper nine tenths of all scans, since in the dearest the whole building is "
+                "searched; reading and writing excluded. Objects in view: a short corridor, 360° of beams.",
             ),
         ),
         objects_in_the_building(effort),
@@ -116,9 +117,9 @@ def objects_in_the_building(effort: Effort) -> Table:
             for size, cost in costs.items()
         ],
         (
-            "The same drive past the same doors, with ever more corridors beside. The first scan cuts the walls "
-            "at the laser's height; in the dearest of the others the start is held against all places of the building. "
-            "One scan is the mean of the cheaper nine tenths of the rest.",
+            "The same drive past the same doors, with more and more corridors elsewhere in the building. The "
+            "first scan includes cutting the walls at the laser's height, the dearest a search of the whole "
+            "building. One scan is the mean of the cheaper nine tenths of the rest.",
         ),
     )
 

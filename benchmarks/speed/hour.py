@@ -59,9 +59,9 @@ def memory_over(log: Path) -> Table:
         ("minutes of log", "MB in memory", "MB at most so far", "s of processor time"),
         rows,
         (
-            f"To and fro in the corridor with fourteen doors, 180 beams, default settings: "
+            f"Up and down the corridor with fourteen doors, 180 beams, default settings: "
             f"{number(last['log_s'] / last['processor_s'])} times real time, start-up, reading and "
-            "writing included. The first row is before the first scan.",
+            "writing included. The first row was taken before the first scan.",
         ),
     )
 

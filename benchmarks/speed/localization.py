@@ -71,9 +71,9 @@ def updates(effort: Effort) -> list[Table]:
             ("robot belief", "update"),
             [(name, milliseconds(seconds)) for name, seconds in taken.items()],
             (
-                f"{SAMPLES:,} samples, {BEAMS} beams, beam model, prediction and resampling included, in the "
-                f"office of {segments(building.walls):,} segments. Beluga publishes about 47 ms for these "
-                "numbers, sequential, on an i9-9900 and an occupancy grid: another machine and another map.",
+                f"Monte Carlo localization with {SAMPLES:,} samples and {BEAMS} beams in an office of "
+                f"{segments(building.walls):,} segments: prediction, beam model and resampling. Beluga publishes "
+                "about 47 ms for these numbers (sequential, i9-9900, occupancy grid).",
             ),
         )
     ]

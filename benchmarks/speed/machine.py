@@ -18,8 +18,8 @@ def circumstances() -> str:
     return (
         f"Measured on {datetime.now(UTC):%Y-%m-%d} at commit {_commit()} on {os.cpu_count()} cores of "
         f"{_processor()}, no GPU, {_memory()} GB of memory, {platform.system()}, Python "
-        f"{platform.python_version()}, {libraries}. As it began, {os.getloadavg()[0]:.1f} processes were running "
-        "or waiting on the machine."
+        f"{platform.python_version()}, {libraries}. The load at the start was "
+        f"{os.getloadavg()[0]:.1f} processes."
     )
 
 

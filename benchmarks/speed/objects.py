@@ -147,14 +147,12 @@ def estimates(effort: Effort) -> list[Table]:
             ),
             [_row(Estimate(case), effort) for case in cases],
             (
-                f"From a scan of {BEAMS} beams and {SAMPLES} samples of the robot belief to the posterior: the "
-                "expected ranges of the walls, those of the object, likelihoods, Bayes' rule for each robot "
-                "sample. Every triple is a robot sample, a state and a beam; embreex alone is given arrays that "
-                "are ready, brute force in all begins with the poses and ends with the log-likelihoods. Those "
-                "are of whole scans, nats; of the posterior, the largest difference of a state's probability.",
-                "Doors: of more than 50 states with weight, a comb of at most 50 is cast, and the likelihood is linear "
-                "between them. The U-shaped object's filter resamples, so that its posterior lies on other "
-                "states.",
+                f"Marginal inference, from a scan of {BEAMS} beams and {SAMPLES} robot samples to the posterior. "
+                "*embreex alone* casts every beam from every robot sample for every state, from arrays that are "
+                "ready; *brute force* adds preparing them and the log-likelihoods. The last two columns are the "
+                "largest differences to brute force, in nats of a whole scan and in probability of a state.",
+                "Where more than 50 states of a door have weight, 50 are cast and the likelihood is "
+                "interpolated. The U-shaped object's filter resamples, so that posteriors can't be compared.",
             ),
         )
     ]

@@ -81,10 +81,9 @@ def rays_per_second(effort: Effort) -> list[Table]:
             ("triangles", "caster", "rays per second", "of raw embreex"),
             rows,
             (
-                f"{SAMPLES} samples of a robot belief 3 cm and 1.5° wide, {BEAMS} level beams all round, in a "
-                "hall full of boxes. embreex is given arrays that are ready, and nothing is done with what it "
-                "reads; `ExpectedRanges` is Embree with everything around it, for any mounting; outlines are "
-                "what a level laser gets.",
+                f"{SAMPLES} robot samples with deviations of 3 cm and 1.5°, {BEAMS} level beams over 360°, in a "
+                "hall full of boxes. *embreex* is given arrays that are ready. `ExpectedRanges` serves lasers of "
+                "any mounting, *outlines* level ones.",
             ),
         )
     ]
@@ -109,11 +108,11 @@ def whole_scans(effort: Effort) -> list[Table]:
             rows,
             (
                 f"{segments(building.walls):,} wall segments, {len(building.walls.faces):,} triangles, "
-                f"{BEAMS} beams all round, reach 8 m; the mean over {SAMPLES} samples of a robot belief. "
-                f"Outlines and embreex agree up to there within {1e3 * same.max():.2g} mm; "
-                f"{len(off) - len(same)} of {each.rays:,} beams pass an edge on its other side.",
-                "The walls in sight of the belief are found once for every half metre that the robot drives. From "
-                "elsewhere is with that: the samples stand 6 m away from those before.",
+                f"{BEAMS} beams over 360°, range 8 m; mean over {SAMPLES} robot samples. Outlines and embreex "
+                f"agree within {1e3 * same.max():.2g} mm, but for {len(off) - len(same)} of {each.rays:,} beams "
+                "that pass an edge on its other side.",
+                "The walls in sight are found once for every half metre that the robot drives. *From elsewhere* "
+                "includes this: the samples stand 6 m from the previous ones.",
             ),
         )
     ]

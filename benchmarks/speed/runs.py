@@ -51,17 +51,17 @@ def sample_log(effort: Effort) -> list[Table]:
         (name, number(each.processor), times(seconds / each.processor), number(each.wall))
         for name, each in (
             ("start-up excluded", Taken.median(inside)),
-            ("as a user types it, start-up and table included", Taken.median(typed)),
+            ("as typed, start-up included", Taken.median(typed)),
         )
     ]
     return [
         Table(
             "The sample log",
-            ("", "s of processor time", "real time", "s by the clock"),
+            ("", "processor time (s)", "times real time", "elapsed (s)"),
             rows,
             (
                 f"{LOG.name}: {seconds:.0f} s, two lasers of 180 beams at 5 scans a second each, "
-                f"fourteen doors; default settings, reading and writing included.",
+                f"fourteen doors. Default settings, reading and writing included.",
             ),
         )
     ]
@@ -87,15 +87,15 @@ def start_up(effort: Effort) -> list[Table]:
     beginning = f"the first {SHORT:.0f} s of the sample log"
     named = (
         ("`objstate --help`", Taken.median(shown)),
-        ("`objstate compile`, once after an install, as `make` does", compiling),
-        (f"{beginning}, right after it", right_after),
-        ("the same later on", cached),
-        ("the same on a fresh install without it: loops are compiled", first),
+        ("`objstate compile`, once after an installation; `make` calls it", compiling),
+        (f"{beginning}, the first run after it", right_after),
+        ("the same, later runs", cached),
+        ("the same, the first run without `objstate compile`", first),
     )
     rows = [(name, number(each.processor), number(each.wall)) for name, each in named]
     held_up = first.processor - cached.processor, first.wall - cached.wall
-    rows.append(("what that holds it up by", *map(number, held_up)))
-    return [Table("Start-up", ("", "s of processor time", "s by the clock"), rows)]
+    rows.append(("of this, compiling", *map(number, held_up)))
+    return [Table("Start-up", ("", "processor time (s)", "elapsed (s)"), rows)]
 
 
 def two_cores(effort: Effort) -> list[Table]:
@@ -110,14 +110,14 @@ def two_cores(effort: Effort) -> list[Table]:
     return [
         Table(
             "Two cores",
-            ("two runs of the sample log", "s by the clock", ""),
+            ("two runs of the sample log", "elapsed (s)", "speed"),
             [
-                ("one after the other", number(alone), "1"),
-                ("at once, in two processes", number(together), times(alone / together)),
+                ("one after the other", number(alone), times(1.0)),
+                ("in two processes at once", number(together), times(alone / together)),
             ],
             (
-                f"As `objstate batch` runs logs. The processes have started and compiled before. "
-                f"{load:.1f} processes were running or waiting on this machine, ours included.",
+                f"As `objstate batch` runs logs; the processes were started and compiled before. The load was "
+                f"{load:.1f} processes, these included.",
             ),
         )
     ]

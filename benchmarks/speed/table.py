@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from textwrap import fill
+
+WIDTH = 100  # characters of a line of docs
 
 
 @dataclass(frozen=True)
@@ -19,7 +22,7 @@ class Table:
         lines = [f"### {self.title}", ""]
         lines += [_row(self.header), _row(["---"] * len(self.header)), *map(_row, self.rows)]
         for note in self.notes:
-            lines += ["", note]
+            lines += ["", wrapped(note)]
         return "\n".join(lines)
 
 
@@ -42,3 +45,8 @@ def milliseconds(seconds: float) -> str:
 
 def times(ratio: float) -> str:
     return f"{number(ratio)} ×"
+
+
+def wrapped(text: str) -> str:
+    """A paragraph in lines of at most ``WIDTH`` characters."""
+    return fill(text, WIDTH, break_long_words=False, break_on_hyphens=False)

@@ -6,53 +6,23 @@ import os
 import re
 import stat
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from glob import glob, has_magic
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from objstate.errors import LogError, ObjstateError, OutageError, SettingsError
+from objstate.errors import LogError
 from objstate.logs import is_log
-from objstate.outages import causes, outage_of
+from objstate.storage import get, is_remote, joined, opened, retried
 
 SURE = re.compile(r"\.(mcap|bag|db3)$", re.IGNORECASE)  # logs by their names
 PERHAPS = re.compile(r"(\.(log|clf|carmen|txt|gz|zstd|active))+$|^[^.]+$", re.IGNORECASE)
 HEAD = 65536  # bytes of a remote file by which its format is told
 METADATA = "metadata.yaml"  # in the folder of a ROS 2 bag
 
-# Exceptions of the packages that fsspec may use, which objstate doesn't import; by their names.
-TRANSIENT = {
-    "ClientConnectionError",
-    "ClientPayloadError",
-    "ConnectTimeoutError",
-    "EndpointConnectionError",
-    "HTTPClientError",
-    "HttpError",
-    "ServiceRequestError",
-}
-NO_CREDENTIALS = {"NoCredentialsError", "PartialCredentialsError", "DefaultCredentialsError"}
-SERVER_ERRORS = range(500, 600)  # statuses of HTTP
 
-
-def is_remote(address: str) -> bool:
-    """Whether an address is a URL rather than a path."""
-    return "://" in address
-
-
-def absolute(address: str, base: Path | None = None) -> str:
-    """The same address, good from everywhere; a path is taken relative to ``base``."""
-    return address if is_remote(address) else str((base or Path.cwd()) / address)
-
-
-def local(address: str, what: str, base: Path | None = None) -> str:
-    """The absolute path of a file that must lie on this machine. Raises SettingsError for a URL."""
-    if is_remote(address):
-        raise SettingsError(
-            f"{what} {address} is a URL, and only logs may be; copy the file, or mount the storage, "
-            "and give its path."
-        )
-    return absolute(address, base)
+def absolute(address: str, base: str | None = None) -> str:
+    """The same address, good from everywhere; a path is taken relative to the folder ``base``."""
+    return joined(base or str(Path.cwd()), address)
 
 
 def find_logs(source: str) -> list[str]:
@@ -69,10 +39,8 @@ def find_logs(source: str) -> list[str]:
 
 def fetched(address: str, folder: Path) -> Path:
     """A remote log, copied into ``folder`` under its own name. Raises LogError and OutageError."""
-    files, path = _open(address)
-    target = folder / path.rstrip("/").rsplit("/", 1)[-1]
-    with _told(f"Can't fetch {address}"):
-        files.get(path, str(target), recursive=files.isdir(path))
+    target = folder / address.rstrip("/").rsplit("/", 1)[-1]
+    get(address, target)
     refuse_many(address, target)
     return target
 
@@ -89,10 +57,7 @@ def refuse_many(address: str, path: Path) -> None:
 def size_of(address: str) -> int:
     """Bytes of a log: a file, or all files of a bag's folder. Raises LogError and OutageError."""
     if is_remote(address):
-        files, place = _open(address)
-        with _told(f"Can't reach {address}"):
-            info = files.info(place)  # raises where ``du`` would say that there is nothing
-            return int(files.du(place) if info["type"] == "directory" else info["size"])
+        return retried(lambda: _remote_size(address), f"Can't reach {address}")
     try:
         state = os.stat(address)
         if not stat.S_ISDIR(state.st_mode):
@@ -100,6 +65,12 @@ def size_of(address: str) -> int:
         return sum(part.stat().st_size for part in Path(address).iterdir() if part.is_file())
     except OSError as error:
         raise LogError(f"Can't read {address}: {error.strerror}.") from error
+
+
+def _remote_size(address: str) -> int:
+    files, place = opened(address)
+    info = files.info(place)  # raises where ``du`` would say that there is nothing
+    return int(files.du(place) if info["type"] == "directory" else info["size"])
 
 
 def _local_logs(source: str) -> list[str]:
@@ -139,11 +110,14 @@ def _logs_in(path: Path, above: frozenset[str] = frozenset()) -> list[str]:
 def _remote_logs(source: str) -> list[str]:
     if SURE.search(source) and not has_magic(source):
         return [source]  # perhaps only workers can reach it
-    files, path = _open(source)
-    with _told(f"Can't reach {source}"):
+
+    def look() -> list[str]:
+        files, path = opened(source)
         named = files.glob(path) if has_magic(source) else [path]
         logs = {log for each in named for log in _remote_logs_in(files, each)}
-    return sorted(str(files.unstrip_protocol(log)) for log in logs)
+        return sorted(str(files.unstrip_protocol(log)) for log in logs)
+
+    return retried(look, f"Can't reach {source}")
 
 
 def _remote_logs_in(files: Any, path: str) -> list[str]:
@@ -184,43 +158,3 @@ def _is_remote_log(files: Any, path: str) -> bool:
 def _as_listed(path: PurePosixPath) -> str:
     """A path as its storage lists it; of HTTP, whose paths are URLs, with both slashes."""
     return re.sub(r"^(https?):/(?!/)", r"\1://", str(path))
-
-
-@contextmanager
-def _told(what: str) -> Iterator[None]:
-    """Turn what a storage raises, each in its own way, into LogError or OutageError."""
-    try:
-        yield
-    except ObjstateError:
-        raise
-    except Exception as error:
-        chain = list(causes(error))
-        names = {kind.__name__ for each in chain for kind in type(each).__mro__}
-        outage = outage_of(error)
-        transient = (
-            bool(names & TRANSIENT)
-            or any(isinstance(each, TimeoutError | ConnectionError) for each in chain)
-            or getattr(error, "status", None) in SERVER_ERRORS
-            or (outage is not None and outage.transient)
-        )
-        is_missing = isinstance(error, FileNotFoundError) and len(chain) == 1
-        reason = "there is nothing" if is_missing else f"{type(chain[-1]).__name__}: {chain[-1]}"
-        if transient or outage is not None or names & NO_CREDENTIALS:
-            raise OutageError(f"{what}: {reason}.", transient) from error
-        raise LogError(f"{what}: {reason}.") from error
-
-
-def _open(address: str) -> tuple[Any, str]:
-    """The file system of a URL, and the path in it. Raises LogError and OutageError."""
-    try:
-        from fsspec.core import url_to_fs
-
-        files, path = url_to_fs(address)
-    except ImportError as error:
-        raise OutageError(
-            f"{address} can't be reached without a package: {error}. For fsspec itself, "
-            "pip install 'objstate[cluster]'."
-        ) from error
-    except ValueError as error:
-        raise LogError(f"{address} can't be reached: {error}.") from error
-    return files, path

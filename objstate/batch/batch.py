@@ -6,7 +6,7 @@ import fcntl
 import shutil
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import closing, contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from objstate.batch.cluster import run_on_cluster
@@ -27,7 +27,8 @@ from objstate.recording.batches import (
     read_logs,
     write_logs,
 )
-from objstate.recording.index import open_index, settled
+from objstate.recording.index import INDEX, REMOTE, open_index, settled
+from objstate.recording.mirror import Mirror, mirrored
 
 LOCK = ".lock"  # held while a batch runs
 
@@ -64,7 +65,19 @@ def run_batch(
     stops the batch: what isn't finished then counts as not run.
     """
     options = options or BatchOptions()
-    folder = Path(out)
+    with mirrored(out) as folder:
+        return replace(_run(requested, folder, options, on_start, on_event), folder=Path(out))
+
+
+def _run(
+    requested: Sequence[Requested],
+    folder: Path,
+    options: BatchOptions,
+    on_start: OnStart | None,
+    on_event: OnEvent | None,
+) -> BatchResult:
+    """The batch in a folder of this machine, or in a mirror of one elsewhere."""
+    mirror = Mirror.of(folder)
     with _opened(folder), open_index(folder) as index:
         known = {log.log: log for log in read_logs(folder)} if is_batch(folder) else {}
         wanted = named(requested, known.values())
@@ -83,6 +96,10 @@ def run_batch(
                 for event in events:
                     if isinstance(event, Ended):
                         index.note([event.outcome])
+                        if mirror is not None:
+                            if event.outcome.status == "done":
+                                mirror.take_in([event.outcome.name])
+                            mirror.send_if_due(lambda: combine(folder, logs.values()))
                         ran.append(event.outcome.name)
                     if on_event is not None:
                         on_event(event)
@@ -146,7 +163,7 @@ def _is_bare(folder: Path) -> bool:
     if not folder.is_dir():
         return False
     names = {each.name for each in folder.iterdir()}
-    return {name for name in names if not name.startswith(WORKSHOP)} <= {LOGS, LOCK}
+    return {name for name in names if not name.startswith(WORKSHOP)} <= {LOGS, LOCK, REMOTE, INDEX}
 
 
 def _sweep(folder: Path) -> None:

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import json
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
+from objstate.batch.rows import ROWS, rows_of
 from objstate.building.model import Building
 from objstate.errors import ObjstateError
 from objstate.evaluation import batch as evaluation
 from objstate.evaluation.sums import packed
 from objstate.recording.batches import BatchLog
-from objstate.recording.parts import write_beside
+from objstate.recording.parts import truth_state, write_beside
 from objstate.report import batch_part
 from objstate.statistics import looks
 from objstate.statistics.looks import OpenAbove
@@ -38,4 +40,7 @@ def write_parts(result: Path, log: BatchLog, read_from: Path, building: Building
         done = batch_part.read_done(result, log, filtered=False)
         stamp = batch_part.part_of(result, log, filtered=False).stamp
         made[batch_part.kind_of(filtered=False)] = (stamp, batch_part.packed(done))
+    rows = rows_of(result, log)
+    if "truth_problem" not in json.loads(rows)["summary"]:
+        made[ROWS] = (json.dumps(truth_state(log)), rows)
     write_beside(result, made)

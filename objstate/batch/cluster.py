@@ -26,6 +26,7 @@ from objstate.batch.process import Work
 from objstate.errors import OutageError, SettingsError
 from objstate.interrupts import heed_interrupts
 from objstate.recording.batches import Outcome
+from objstate.storage import is_remote
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -151,7 +152,8 @@ def _connected(scheduler: str) -> Iterator[Client]:
         raise SettingsError(
             f"No Dask scheduler answers at {scheduler}: {error}; start one with `dask scheduler`."
         ) from error
-    # instead of tracebacks of its attempts to connect again, errors and events tell what is the matter
+    # instead of tracebacks of its attempts to connect again, errors and events tell what is the
+    # matter
     with _silenced(logging.getLogger("distributed.client")):
         try:
             yield client
@@ -258,6 +260,6 @@ def _received(future: Future[Any], job: Job) -> Outcome:
         ) from error
     finally:
         future.release()
-    if outcome.status == "done":
+    if outcome.status == "done" and not is_remote(job.out):
         unpack(files, Path(job.out))
     return outcome

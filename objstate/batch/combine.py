@@ -13,8 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from objstate.batch.partitions import link_tables, unlink_tables
-from objstate.errors import ObjstateError
-from objstate.evaluation import Evaluation, evaluate
+from objstate.batch.rows import ROWS, rows_of
 from objstate.outputs import whole
 from objstate.recording.batches import (
     SUMMARY_TABLE,
@@ -27,9 +26,7 @@ from objstate.recording.batches import (
     timings_schema,
 )
 from objstate.recording.index import BatchIndex, Entry, open_index, settled
-from objstate.recording.parts import truth_state
-from objstate.recording.summary import read_summary
-from objstate.recording.tables import read_estimates
+from objstate.recording.parts import Part, parts, truth_state
 
 if TYPE_CHECKING:
     import polars as pl
@@ -78,7 +75,7 @@ def _bring_up_to_date(
         some = names[begin : begin + AT_ONCE]
         link_tables(folder, [n for n in some if _is_to_be_linked(entries[n])])
         fresh = {name: entries[name] for name in some}
-        fresh |= {n: _with_rows(folder, stale[n], entries[n]) for n in some if n in stale}
+        fresh |= {n: _with_rows(index, folder, stale[n], entries[n]) for n in some if n in stale}
         fresh = {n: replace(e, linked=e.outcome.status == "done") for n, e in fresh.items()}
         index.describe(fresh)
         entries.update(fresh)
@@ -96,10 +93,28 @@ def _is_stale(log: BatchLog, entry: Entry) -> bool:
     return entry.outcome.status == "done" and entry.truth != json.dumps(truth_state(log))
 
 
-def _with_rows(folder: Path, log: BatchLog, entry: Entry) -> Entry:
-    summary = json.dumps(_summary(folder, log, entry.outcome), ensure_ascii=False)
-    times = json.dumps(_timing(folder, entry.outcome))
-    return replace(entry, summary=summary, times=times, truth=json.dumps(truth_state(log)))
+def _with_rows(index: BatchIndex, folder: Path, log: BatchLog, entry: Entry) -> Entry:
+    """The entry with its rows, those that its worker made or new ones."""
+    state = json.dumps(truth_state(log))
+    known: dict[str, Any] = {}
+    if entry.outcome.status == "done":
+        result = result_of(folder, log.name)
+        part = Part(log.name, result, state)
+        found = parts(index, ROWS, {log.name: part}, lambda _: rows_of(result, log))
+        known = json.loads(next(content for _, content in found))
+    outcome = entry.outcome
+    summary = {"status": outcome.status, "reason": outcome.reason, **known.get("summary", {})}
+    times = {
+        "attempts": outcome.attempts,
+        "peak_memory_mb": outcome.peak_memory_mb,
+        **known.get("times", {}),
+    }
+    return replace(
+        entry,
+        summary=json.dumps(summary, ensure_ascii=False),
+        times=json.dumps(times),
+        truth=state,
+    )
 
 
 def _write_tables(folder: Path, logs: Sequence[BatchLog], entries: Mapping[str, Entry]) -> None:
@@ -114,62 +129,6 @@ def _write_tables(folder: Path, logs: Sequence[BatchLog], entries: Mapping[str, 
 def _row(noted: str | None, log: BatchLog) -> dict[str, Any]:
     row: dict[str, Any] = json.loads(noted or "{}")
     return row | {"log": log.name, "source": log.log, "building": log.building}
-
-
-def _summary(folder: Path, log: BatchLog, outcome: Outcome) -> dict[str, Any]:
-    known = {"log": log.name, "status": outcome.status, "reason": outcome.reason}
-    if outcome.status != "done":
-        return known
-    result = result_of(folder, log.name)
-    run = read_summary(result)
-    observed = read_estimates(result).filter("observed")
-    return (
-        known
-        | {
-            "log_seconds": run["timings"]["log_seconds"],
-            "scans": run["counts"].get("Scan", 0),
-            "estimates": run["counts"]["estimates"],
-            "objects_observed": observed["object"].n_unique(),
-            "lost_seconds": sum(found - since for since, found in run["lost_ns"]) / 1e9,
-            "warnings": run["warnings"],
-        }
-        | _errors(result, log)
-    )
-
-
-def _errors(result: Path, log: BatchLog) -> dict[str, Any]:
-    """A log's errors against its truth, if it has one; why not, if that is of no use."""
-    if log.truth is None:
-        return {}
-    try:
-        return _error_columns(evaluate(result, log.truth, log.path))
-    except ObjstateError as error:
-        return {"truth_problem": str(error)}
-
-
-def _error_columns(evaluation: Evaluation) -> dict[str, Any]:
-    columns: dict[str, Any] = {}
-    for entry in evaluation.overall:
-        if entry.final is not None:
-            columns[f"{entry.coordinate}_count"] = entry.final.count
-            columns[f"{entry.coordinate}_error"] = entry.final.mean
-            columns[f"{entry.coordinate}_coverage"] = entry.final.coverage
-    if evaluation.robot is not None:
-        columns["robot_error"] = evaluation.robot.position.mean
-    return columns
-
-
-def _timing(folder: Path, outcome: Outcome) -> dict[str, Any]:
-    row = {
-        "log": outcome.name,
-        "attempts": outcome.attempts,
-        "peak_memory_mb": outcome.peak_memory_mb,
-    }
-    if outcome.status != "done":
-        return row
-    timings = read_summary(result_of(folder, outcome.name))["timings"]
-    elapsed = timings["elapsed_seconds"]
-    return row | {"elapsed_seconds": elapsed, "speed": timings["log_seconds"] / elapsed}
 
 
 def _write(frame: pl.DataFrame, path: Path) -> None:

@@ -18,6 +18,7 @@ from objstate.batch.jobs import Context, Job
 from objstate.batch.process import Work
 from objstate.errors import ObjstateError, OutageError
 from objstate.recording.batches import Outcome
+from objstate.storage import is_remote
 
 
 class Equipment(WorkerPlugin):
@@ -80,10 +81,12 @@ def run_log(batch: str, job: Job, sent_by: str) -> tuple[Outcome, dict[str, byte
         made = Path(here) / "result"
         begin = _counting(batch, worker, equipment)
         try:
-            outcome = runner.run(job.name, replace(job, out=str(made)), begin, report)
+            sent = is_remote(job.out)  # the worker itself writes it to the store
+            own = job if sent else replace(job, out=str(made))
+            outcome = runner.run(job.name, own, begin, report)
         except OutageError as error:
             raise OutageError(f"The worker {worker.address} can't run logs: {error}") from error
-        return outcome, pack(made) if outcome.status == "done" else {}
+        return outcome, pack(made) if outcome.status == "done" and not sent else {}
 
 
 def _counting(batch: str, worker: Worker, equipment: Equipment) -> Callable[[str], int]:

@@ -7,14 +7,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from objstate.batch.addresses import fetched, is_remote
-from objstate.batch.beside import write_parts
+from objstate.batch.addresses import fetched
 from objstate.batch.delivery import pack, unpack
 from objstate.batch.process import Report
 from objstate.building.model import Building
 from objstate.recording.batches import BatchLog
+from objstate.recording.mirror import send_result
 from objstate.recording.summary import read_summary, write_summary
 from objstate.run import BuildingInput, RunOptions, RunResult, estimate_log
+from objstate.storage import is_remote
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +46,8 @@ def run_job(context: Context, job: Job, report: Report) -> None:
 
     def estimate(read_from: Path, out: str | Path) -> None:
         def finish(folder: Path, model: Building, result: RunResult) -> None:
+            from objstate.batch.beside import write_parts  # it takes half the package to load
+
             write_parts(folder, log, read_from, model)
 
         estimate_log(
@@ -57,14 +60,21 @@ def run_job(context: Context, job: Job, report: Report) -> None:
             on_finish=finish,
         )
 
-    if not is_remote(job.log):
+    if not is_remote(job.log) and not is_remote(job.out):
         estimate(Path(job.log), job.out)
         return
     with tempfile.TemporaryDirectory() as here:
-        read_from, made = fetched(job.log, Path(here)), Path(here) / "result"
-        estimate(read_from, made)
-        _name_the_source(made, read_from, job.log)
-        unpack(pack(made), Path(job.out))
+        made = Path(here) / "result"
+        if is_remote(job.log):
+            read_from = fetched(job.log, Path(here))
+            estimate(read_from, made)
+            _name_the_source(made, read_from, job.log)
+        else:
+            estimate(Path(job.log), made)
+        if is_remote(job.out):
+            send_result(made, job.out)
+        else:
+            unpack(pack(made), Path(job.out))
 
 
 def _name_the_source(folder: Path, fetched_to: Path, address: str) -> None:

@@ -15,6 +15,7 @@ from objstate.batch.request import Requested
 from objstate.errors import LogError, OutageError, ResultError
 from objstate.recording.batches import result_of
 from objstate.recording.index import Entry, Making
+from objstate.recording.mirror import Mirror
 from objstate.run import BuildingInput, RunOptions
 
 NAMES_SHOWN = 5  # settings that differ
@@ -45,6 +46,11 @@ def plan(
     Raises ResultError for a result that was made otherwise than asked now, and
     BuildingError for a building that can't be read.
     """
+    mirror = Mirror.of(folder)
+
+    def out_of(name: str) -> str:
+        return str(result_of(folder, name)) if mirror is None else mirror.address_of(name)
+
     addresses = sorted({each.log.building for each in requested})
     buildings = {address: BuildingInput.read(address) for address in addresses}
     context, numbers, texts = _context(requested, buildings)
@@ -62,7 +68,7 @@ def plan(
                 log=each.log.log,
                 building=each.log.building,
                 options=numbers[each.log.name],
-                out=str(result_of(folder, each.log.name)),
+                out=out_of(each.log.name),
                 truth=each.log.truth,
                 path=each.log.path,
             )

@@ -9,13 +9,14 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from objstate.batch.addresses import absolute, local, refuse_many
+from objstate.batch.addresses import absolute, refuse_many
 from objstate.config import load_settings
 from objstate.errors import SettingsError
 from objstate.geometry import FloatArray, pose_from_text
 from objstate.kinds import other_separator
 from objstate.recording.batches import BatchLog
 from objstate.run import RunOptions
+from objstate.storage import here, is_remote, parent
 
 if TYPE_CHECKING:
     import polars as pl
@@ -43,13 +44,16 @@ def read_manifest(
     ``building`` and ``options`` serve where a row says nothing. Raises SettingsError,
     which names the row.
     """
-    table = _read(local(source, "The manifest"))
-    _check_columns(source, table.columns)
+    copy = str(here(source))
+    table = _read(copy)
+    _check_columns(copy, table.columns)
     rows = []
     for number, row in enumerate(table.iter_rows(named=True), start=1):
         cells = {key: str(value).strip() for key, value in row.items() if value is not None}
         filled = {key: value for key, value in cells.items() if value}
-        rows.append(_row(filled, f"{source}, row {number}", Path(source).parent, building, options))
+        rows.append(
+            _row(filled, f"{source}, row {number}", parent(absolute(source)), building, options)
+        )
     return rows
 
 
@@ -82,7 +86,9 @@ def _separator(source: str) -> str | None:
 
 
 def _parted(source: str, separator: str) -> str:
-    return f"The columns of the manifest {source} are parted by {separator}; save it with commas."
+    return (
+        f"The columns of the manifest {source} are separated by {separator}; save it with commas."
+    )
 
 
 def _check_columns(source: str, columns: list[str]) -> None:
@@ -98,31 +104,32 @@ def _check_columns(source: str, columns: list[str]) -> None:
 
 
 def _row(
-    row: Mapping[str, str], where: str, home: Path, building: str | None, options: RunOptions
+    row: Mapping[str, str], where: str, base: str, building: str | None, options: RunOptions
 ) -> tuple[BatchLog, RunOptions]:
     if "log" not in row:
         raise SettingsError(f"{where} names no log; fill the column 'log' with a path or URL.")
     if any("\0" in cell for cell in row.values()):
         raise SettingsError(f"{where} holds a zero byte; write the manifest anew, as text.")
-    base = home.absolute()
     addresses = {
-        key: local(row[key], f"{where}: {key}", base)
+        key: absolute(row[key], base)
         for key in ("building", "truth", "path", "settings")
         if key in row
     }
     address = absolute(row["log"], base)
-    refuse_many(f"{where}: {address}", Path(address))
+    if not is_remote(address):
+        refuse_many(f"{where}: {address}", Path(address))
     if "building" not in addresses and building is None:
         raise SettingsError(f"{where} names no building; give one there, or --building URDF.")
     log = BatchLog(
         name=_name(row.get("name", ""), where),
         log=address,
-        building=addresses.get("building") or local(building or "", "--building"),
+        building=addresses.get("building") or absolute(building or ""),
         truth=addresses.get("truth"),
         path=addresses.get("path"),
         robot=row.get("robot"),
     )
-    return log, replace(options, **_special(row, addresses.get("settings"), where))
+    special = _special(row, addresses.get("settings"), where)
+    return log, replace(options, **special) if special else options
 
 
 def _name(text: str, where: str) -> str:
@@ -140,7 +147,7 @@ def _special(row: Mapping[str, str], settings: str | None, where: str) -> dict[s
     own: dict[str, Any] = {}
     if settings is not None:
         try:
-            own["settings"] = load_settings(Path(settings))
+            own["settings"] = load_settings(here(settings))
         except SettingsError as error:
             raise SettingsError(f"{where}: {error}") from error
     if "initial_pose" in row:

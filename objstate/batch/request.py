@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from itertools import count
-from pathlib import Path, PurePosixPath
+from pathlib import PurePosixPath
 
-from objstate.batch.addresses import find_logs, local
+from objstate.batch.addresses import absolute, find_logs
 from objstate.batch.manifest import is_manifest, read_manifest
 from objstate.errors import LogError, SettingsError, TruthError
 from objstate.recording.batches import BatchLog
 from objstate.run import RunOptions
+from objstate.storage import is_remote, joined, listed, parent
 
+TABLE = ".csv"  # how a remote table of true states ends, and a folder doesn't
 ENDINGS = re.compile(r"(\.(mcap|bag|db3|log|clf|carmen|txt|gz|zstd|active))+$", re.IGNORECASE)
 UNSAFE = re.compile(r"[^\w.-]+")  # in the names of folders and partitions
 
@@ -79,18 +83,17 @@ def with_truth(log: BatchLog, truth: str | None) -> BatchLog:
     """
     if truth is None or log.truth is not None:
         return log
-    table = Path(local(truth, "--truth"))
-    found = _truth_in(table, log.log) if table.is_dir() else table
+    table = absolute(truth)
+    found = _truth_in(table, log.log) if _is_folder(table) else table
     if found is None:
         return log
-    path = _path_beside(found)
-    return replace(log, truth=str(found), path=log.path or (None if path is None else str(path)))
+    return replace(log, truth=found, path=log.path or _path_beside(found))
 
 
 def _found(source: str, building: str | None, options: RunOptions) -> list[Requested]:
     if building is None:
         raise SettingsError(f"No building is named for {source}; give --building URDF.")
-    home = local(building, "--building")
+    home = absolute(building)
     return [Requested(BatchLog("", log, home), options) for log in find_logs(source)]
 
 
@@ -109,7 +112,7 @@ def _refuse_missing(requested: Sequence[Requested]) -> None:
     """What says what is true must be there: hours later it would be too late to say that it isn't."""
     for each in requested:
         for file in (each.log.truth, each.log.path):
-            if file is not None and not Path(file).is_file():
+            if file is not None and not _is_there(file):
                 raise TruthError(
                     f"There is no file {file}, which is to hold the truth of {each.log.log}."
                 )
@@ -151,23 +154,42 @@ def _safe(name: str) -> str:
     return UNSAFE.sub("_", name).strip("._-")
 
 
-def _truth_in(folder: Path, log: str) -> Path | None:
-    stem, home = _stem(log), PurePosixPath(log).parent
-    candidates = [
-        folder / f"{stem}.csv",
-        folder / f"{stem}.truth.csv",
-        folder / stem / "truth.csv",
-        folder / home.name / "truth.csv",
+def _is_folder(address: str) -> bool:
+    if is_remote(address):
+        return not address.lower().endswith(TABLE)
+    return os.path.isdir(address)
+
+
+def _truth_in(folder: str, log: str) -> str | None:
+    stem, home = _stem(log), parent(log)
+    names = [
+        f"{stem}.csv",
+        f"{stem}.truth.csv",
+        f"{stem}/truth.csv",
+        f"{home.rpartition('/')[2]}/truth.csv",
     ]
-    if folder == Path(home) or folder in Path(home).parents:
-        candidates.append(Path(home) / "truth.csv")
-    return next((path for path in candidates if path.is_file()), None)
+    candidates = [joined(folder, name) for name in names]
+    if f"{home}/".startswith(f"{folder.rstrip('/')}/"):
+        candidates.append(joined(home, "truth.csv"))
+    return next((address for address in candidates if _is_there(address)), None)
 
 
-def _path_beside(truth: Path) -> Path | None:
+def _path_beside(truth: str) -> str | None:
     """The true path, named after the table: ``NAME.path.tum``, or ``path.tum``."""
-    stem = truth.name.removesuffix(".csv").removesuffix("truth")
-    path = truth.with_name(
-        f"{stem}path.tum" if not stem or stem.endswith(".") else f"{stem}.path.tum"
-    )
-    return path if path.is_file() else None
+    stem = truth.rpartition("/")[2].removesuffix(".csv").removesuffix("truth")
+    name = f"{stem}path.tum" if not stem or stem.endswith(".") else f"{stem}.path.tum"
+    path = joined(parent(truth), name)
+    return path if _is_there(path) else None
+
+
+def _is_there(address: str) -> bool:
+    if not is_remote(address):
+        return os.path.isfile(address)
+    home, _, name = address.rpartition("/")
+    return name in _names_in(home)
+
+
+@cache
+def _names_in(folder: str) -> frozenset[str]:
+    """What lies in a remote folder; asked once, as there may be thousands of truths."""
+    return frozenset(listed(folder))

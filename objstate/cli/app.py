@@ -18,6 +18,7 @@ from objstate.cli import (
     next,  # noqa: A004 - the module of a command
     report,
     reproduce,
+    serve,
     simulate,
     statistics,
     world,
@@ -26,7 +27,7 @@ from objstate.cli.console import print_text
 from objstate.cli.local_paths import refuse_urls
 from objstate.cli.options import help_when_alone
 
-HELP = """Which doors are open, how far, how sure are we, and where did the furniture go?
+HELP = """Estimate which doors are open, how far, and where furniture stands, with probabilities.
 
 objstate takes a robot's recorded log and a model of the building in which doors and furniture
 are movable joints, and estimates the state of every object at every moment.
@@ -83,5 +84,6 @@ app.command("compile", epilog=compile.EXAMPLES)(compile.compile_)
 app.add_typer(building.app, name="building")
 app.command("next", epilog=next.EXAMPLES)(next.next_)
 app.add_typer(world.app, name="world")
+app.add_typer(serve.app, name="serve")
 app.add_typer(reproduce.app, name="reproduce")
 refuse_urls(app)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections import Counter
 from collections.abc import Iterator
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
@@ -31,7 +30,7 @@ Examples:
   objstate batch 'drives/2026-*/*.mcap' --building office.urdf --out out/year --workers 8
   objstate batch manifest.csv --out out/all --scheduler tcp://10.0.0.1:8786
 \b
-A manifest has a log per row, and these columns, of which only the first must be there:
+A manifest has a row for each log, and these columns, of which only the first is required:
   log, name, building, truth, path, settings, initial_pose, global, seed, robot
 \b
 DIR gets:
@@ -49,7 +48,9 @@ def batch(
         list[str],
         typer.Argument(metavar="LOGS", help="Files, folders, patterns, URLs, or a manifest."),
     ],
-    out: Annotated[Path, typer.Option(metavar="DIR", help="The folder to write, or go on with.")],
+    out: Annotated[
+        str, typer.Option(metavar="DIR", help="The folder to write, or go on with; or a URL.")
+    ],
     building: Annotated[
         str | None, typer.Option(metavar="URDF", help="The building, where no manifest names one.")
     ] = None,
@@ -101,6 +102,7 @@ def batch(
     from objstate.batch.options import DEFAULT_TIME_LIMIT
     from objstate.config import load_settings
     from objstate.recording.batches import read_summary_table
+    from objstate.recording.mirror import mirrored
     from objstate.report import REPORT, write_batch_report
     from objstate.run import RunOptions
 
@@ -117,26 +119,27 @@ def batch(
     if truth is not None:
         without = [each.log.log for each in requested if each.log.truth is None]
         print_warnings([f"{truth} holds no truth for {log}." for log in without], quiet)
-    with batch_progress(quiet) as (on_start, on_event):
-        result = run_batch(
-            requested,
-            out,
-            BatchOptions(
-                workers=workers or _cores(),
-                scheduler=scheduler,
-                time_limit=DEFAULT_TIME_LIMIT if time_limit is None else time_limit or None,
-                retry_failed=retry_failed,
-                overwrite=overwrite,
-            ),
-            on_start,
-            on_event,
-        )
-    summary = read_summary_table(out)
-    has_report = not result.has_changed and (out / REPORT).is_file()
-    if not has_report and any(outcome.status == "done" for outcome in result.outcomes):
-        write_batch_report(out)
-    print_warnings(_warnings(summary), quiet)
-    _print(result, summary)
+    with mirrored(out) as folder:
+        with batch_progress(quiet) as (on_start, on_event):
+            result = run_batch(
+                requested,
+                folder,
+                BatchOptions(
+                    workers=workers or _cores(),
+                    scheduler=scheduler,
+                    time_limit=DEFAULT_TIME_LIMIT if time_limit is None else time_limit or None,
+                    retry_failed=retry_failed,
+                    overwrite=overwrite,
+                ),
+                on_start,
+                on_event,
+            )
+        summary = read_summary_table(folder)
+        has_report = not result.has_changed and (folder / REPORT).is_file()
+        if not has_report and any(outcome.status == "done" for outcome in result.outcomes):
+            write_batch_report(folder)
+        print_warnings(_warnings(summary), quiet)
+        _print(result, summary, out)
     if result.failed:
         raise typer.Exit(NOT_ALL_WENT_WELL)
 
@@ -147,7 +150,7 @@ def _cores() -> int:
 
 
 def _warnings(summary: pl.DataFrame) -> list[str]:
-    """What made logs that are done doubtful, of the first such logs."""
+    """Warnings of logs that are done, for the first such logs."""
     from objstate.recording.batches import SUMMARY_TABLE
 
     doubtful = [
@@ -179,7 +182,7 @@ def _errors(summary: pl.DataFrame) -> Iterator[str]:
         )
 
 
-def _print(result: BatchResult, summary: pl.DataFrame) -> None:
+def _print(result: BatchResult, summary: pl.DataFrame, out: str) -> None:
     for outcome in result.failed:
         print_text(f"{outcome.name}: {outcome.status}. {outcome.reason or ''}".rstrip())
     counts = Counter(outcome.status for outcome in result.outcomes)
@@ -187,4 +190,4 @@ def _print(result: BatchResult, summary: pl.DataFrame) -> None:
     print_text(f"{len(result.outcomes)} logs: {told}.")
     for line in _errors(summary):
         print_text(line)
-    print_text(f"Written: {result.folder}")
+    print_text(f"Written: {out}")

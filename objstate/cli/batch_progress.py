@@ -68,7 +68,7 @@ class Lines:
         self._begin = time.monotonic()
 
     def start(self, leftover: Leftover) -> None:
-        """Say what is to be done."""
+        """Print what is to be done."""
         self._count = len(leftover.jobs)
         self._begin = time.monotonic()
         for line in opening(leftover):
@@ -101,7 +101,7 @@ class Bars:
         self._count = 0
 
     def start(self, leftover: Leftover) -> None:
-        """Say what is to be done."""
+        """Print what is to be done."""
         self._count = len(leftover.jobs)
         for line in opening(leftover):
             self._progress.console.print(line)

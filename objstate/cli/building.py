@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from objstate.cli import building_edit
+from objstate.cli import building_edit, building_learn
 from objstate.cli.console import print_list, print_problems, print_text
 from objstate.cli.options import Overwrite, help_when_alone
 from objstate.errors import SettingsError
@@ -115,13 +115,11 @@ def import_file(
     ] = None,
     models: Annotated[
         list[Path] | None,
-        typer.Option(metavar="DIR", help="Where model:// is looked for; may be given again."),
+        typer.Option(metavar="DIR", help="A folder to search for model://; repeatable."),
     ] = None,
     movable: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="PATTERN", help="Models that are furniture though static; may be given again."
-        ),
+        typer.Option(metavar="PATTERN", help="Static models that are furniture; repeatable."),
     ] = None,
     overwrite: Overwrite = False,
 ) -> None:
@@ -157,7 +155,7 @@ def export(
 ) -> None:
     """A building as a ROS map, a Gazebo world or an Open-RMF building.
 
-    Lists what was taken and what the format has no words for.
+    Lists what was exported and what the format can't hold.
     """
     from objstate.interchange import ExportOptions, export_building
 
@@ -173,3 +171,4 @@ def _print_notes(notes: Notes) -> None:
 
 
 app.command("edit", epilog=building_edit.EXAMPLES)(building_edit.edit)
+app.command("learn", epilog=building_learn.EXAMPLES)(building_learn.learn)

@@ -51,11 +51,11 @@ def edit(
     ] = True,
     quiet: Quiet = False,
 ) -> None:
-    """Put doors right in the browser, over the scans of drives.
+    """Edit doors in the browser, over the scans of drives.
 
     Drag hinges and free edges, flip sides, add doors by three clicks, accept or reject candidates
-    by keys. Each change is saved at once: the building, doors.csv, and what was decided. Nothing is
-    served beyond this machine.
+    by keys. Each change is saved at once: the building, doors.csv, and what was decided. The page
+    is served to this machine only.
     """
     from objstate.editing import edit_page, serve, subject_of
     from objstate.editing.drives import points_of

@@ -61,8 +61,8 @@ def calibrate(
     """Estimate from a log where its lasers are mounted, and how their clocks run.
 
     Corrections are to the mountings that the log (or --mount) gives, and to the odometry's clock.
-    What the drive doesn't tell is said, and left as it was: turns tell places and clocks, straight
-    ways tell directions.
+    Corrections that the drive doesn't determine are reported and left out: turns determine places
+    and clocks, straight lines directions.
     """
     from objstate.calibration import calibrate_log, write_calibration
     from objstate.config import load_settings

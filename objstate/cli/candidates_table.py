@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def candidates_table(found: Sequence[Found]) -> Table:
-    """What stands about that the building doesn't know, the surest first."""
+    """Obstacles that are not in the building, the most probable first."""
     numbers = ("x (m)", "y (m)", "yaw (deg)", "length (m)", "width (m)", "real %", "looks")
     table = new_table("Not in the building", ("name",), numbers)
     for each in found:

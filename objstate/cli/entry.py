@@ -33,10 +33,10 @@ CURES = {
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command that ``arguments`` (default: those of the process) ask for.
+    """Run the command with ``arguments`` (default: those of the process).
 
-    Returns the exit code: 0 fine, 1 the user's error, told on stderr; 3 for a result that
-    was written but is not to be relied on; 130 after Ctrl-C; 70 for a bug, with its traceback.
+    Returns the exit code: 0 for success, 1 for a user's error, printed on stderr; 3 for a result
+    that was written but isn't reliable; 130 after Ctrl-C; 70 for a bug, with its traceback.
     """
     gc.set_threshold(OBJECTS_BEFORE_COLLECTION)
     try:

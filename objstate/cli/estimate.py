@@ -64,17 +64,17 @@ Examples:
 \b
 DIR gets:
   estimates.parquet   every state after every update, with its 90 % interval
-  smoothed.parquet    the same states, given the whole log
+  smoothed.parquet    the same states given the whole log
   events.parquet      when objects were moved, and from where to where
-  posteriors.parquet  what was believed of every object near the robot, each second
+  posteriors.parquet  histograms of beliefs about objects near the robot, each second
   scans.parquet       a few beams of a scan each second, for pictures
   trajectory.tum      the robot's path
   run.json            settings, counts, timings, warnings
   estimates.mcap      with --mcap: the run as a scene for Foxglove and RViz, and its
                       Foxglove layout, estimates.foxglove.json
-  clutter.parquet     with --grid: what stood about that the building doesn't know,
-                      and the map in the end, grid.yaml and grid.pgm;
-                      candidates.json: what of it stays put and may be an object
+  clutter.parquet     with --grid: obstacles that are not in the building, and the map
+                      at the end, grid.yaml and grid.pgm;
+                      candidates.json: obstacles that stay and may be objects
   calibration.yaml    with --calibrate;  dynamics.yaml  with --learn-dynamics
 """
 
@@ -88,16 +88,18 @@ def estimate(
     config: Config = None,
     seed: Annotated[
         int,
-        typer.Option(metavar="N", min=0, help="Of all random numbers; same seed, same result."),
+        typer.Option(
+            metavar="N", min=0, help="Seed of all random numbers; same seed, same result."
+        ),
     ] = 0,
     belief: Annotated[
         Literal["own", "recorded"],
-        typer.Option(help="Localize the robot here, or take the belief that the log holds."),
+        typer.Option(help="Localize the robot, or use the belief that the log holds."),
     ] = "own",
     inference: Annotated[
         Literal["joint", "marginal"] | None,
         typer.Option(
-            help="Each robot sample with its own objects, or the paper's. Default: joint."
+            help="Objects with the errors of robot and building, or the paper's. Default: joint."
         ),
     ] = None,
     initial_pose: InitialPose = None,
@@ -113,7 +115,7 @@ def estimate(
     ] = None,
     calibrate: Annotated[
         bool,
-        typer.Option("--calibrate", help="Calibrate by the log first, and use what it tells."),
+        typer.Option("--calibrate", help="Calibrate by the log first, and use the result."),
     ] = False,
     learn_dynamics: Annotated[
         bool,
@@ -131,7 +133,7 @@ def estimate(
         str | None,
         typer.Option(
             metavar="WORLD",
-            help="Start from what it believes, and add what is learnt: a file, or postgresql://...",
+            help="Start from its beliefs, and add what is learnt: a file, or postgresql://...",
         ),
     ] = None,
     mcap: Annotated[
@@ -139,19 +141,19 @@ def estimate(
     ] = False,
     grid: Annotated[
         bool,
-        typer.Option("--grid", help="Also map what stands about that the building doesn't know."),
+        typer.Option("--grid", help="Also map obstacles that are not in the building."),
     ] = False,
     live: Annotated[
         bool, typer.Option("--live", help="Show the doors in view while it runs.")
     ] = False,
     overwrite: Overwrite = False,
     quiet: Quiet = False,
-    verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Tell what is done.")] = False,
+    verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Report each step.")] = False,
 ) -> None:
     """Estimate the state of every object in a building from a log.
 
     The robot's start is --initial-pose, or /initialpose in the log, or --global. The exit code is 3
-    where the result was written but is not to be relied on, as where the robot was lost most of the time.
+    if the result was written but isn't reliable, for example because the robot was lost.
     """
     from objstate.config import load_settings
     from objstate.recording.tables import read_truth
@@ -223,7 +225,7 @@ def _doubts_of_truth(result: RunResult, true_states: list[TrueState] | None) -> 
 
 
 def _told(world: WorldUse) -> str:
-    """What came of the world."""
+    """The world's part in the run."""
     knew = f"World {world.location}: knew {world.known} objects when the log began"
     if world.had_the_log:
         return f"{knew}; it has this log already, and was not changed."

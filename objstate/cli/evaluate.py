@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -45,7 +46,7 @@ Examples:
 
 def evaluate(
     folder: Annotated[
-        Path, typer.Argument(metavar="DIR", help="A result of estimate, or a batch.")
+        str, typer.Argument(metavar="DIR", help="A result of estimate, or a batch, or its URL.")
     ],
     truth: Annotated[
         Path | None,
@@ -62,7 +63,7 @@ def evaluate(
         ),
     ] = False,
     against: Annotated[
-        Path | None, typer.Option(metavar="DIR2", help="A result of the same logs, to compare.")
+        str | None, typer.Option(metavar="DIR2", help="A result of the same logs, to compare.")
     ] = None,
     bound: Annotated[
         bool,
@@ -90,18 +91,24 @@ def evaluate(
     the robot; of a batch, and with --against, by object, class, distance, incidence angle, beams
     and time since last seen. --against adds paired differences, DIR minus DIR2.
     """
-    from objstate.recording.batches import is_batch
+    from objstate.recording.batches import REPORT, is_batch
+    from objstate.recording.mirror import mirrored
 
-    if against is None and not is_batch(folder):
-        if align and path is None:
-            raise SettingsError("--align is for the robot's path; give it with --path TUM.")
-        _evaluate_result(folder, truth, path, align, json_file, bound, filtered)
-    elif path is not None or align or bound:
-        raise SettingsError(
-            "--path, --align and --bound are for one result alone; leave them out here."
+    with ExitStack() as mirrors:
+        home = mirrors.enter_context(mirrored(folder, only=(REPORT,)))
+        other = (
+            None if against is None else mirrors.enter_context(mirrored(against, only=(REPORT,)))
         )
-    else:
-        _evaluate_batch(folder, truth, against, json_file, quiet, filtered)
+        if against is None and not is_batch(home):
+            if align and path is None:
+                raise SettingsError("--align is for the robot's path; give it with --path TUM.")
+            _evaluate_result(home, truth, path, align, json_file, bound, filtered)
+        elif path is not None or align or bound:
+            raise SettingsError(
+                "--path, --align and --bound are for one result alone; leave them out here."
+            )
+        else:
+            _evaluate_batch(home, truth, other, json_file, quiet, filtered)
 
 
 def _evaluate_result(

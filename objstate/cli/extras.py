@@ -36,7 +36,7 @@ def calibration_from(
 
 @dataclass
 class Extras:
-    """What one run is asked for beside its estimates, and what came of it."""
+    """The additional outputs of one run."""
 
     calibrate: bool
     learn: bool
@@ -46,7 +46,7 @@ class Extras:
     def prepare(
         self, logs: Sequence[Path], building: Path, options: RunOptions, quiet: bool
     ) -> RunOptions:
-        """The options under which to estimate: with what the log tells of its lasers, if asked for."""
+        """The options of the run, with the calibration where it was asked for."""
         if not self.calibrate:
             return options
         from objstate.calibration import calibrate_log
@@ -80,7 +80,7 @@ class Extras:
         return tuple(self._written())
 
     def describe(self) -> Iterator[str | Table]:
-        """What came of it, in the order of reading."""
+        """The results, in the order of printing."""
         if self.calibration is not None:
             from objstate.cli.calibration_table import describe_calibration
 
@@ -88,7 +88,7 @@ class Extras:
         if self.learnt is not None:
             from objstate.learning import summary_lines
 
-            yield from (f"Learnt of each {line}" for line in summary_lines(self.learnt))
+            yield from (f"Learnt: {line}" for line in summary_lines(self.learnt))
 
     def _written(self) -> Iterator[str]:
         if self.calibration is not None:

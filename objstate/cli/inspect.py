@@ -33,7 +33,7 @@ Examples:
 
 RUN = "run.json"  # that shows a result's folder
 BUILDING_ENDINGS = (".urdf", ".xacro")
-BYTES_TO_TELL = 256  # so many from a file's start show whether it is XML
+BYTES_TO_TELL = 256  # bytes from a file's start that show whether it is XML
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 
 
@@ -53,10 +53,10 @@ def inspect(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Show what is in a log or a building, and what is wrong with it.
+    """Show the content of a log or a building, and its problems.
 
-    Which of both it is shows in the content. Problems that are found are no failure. Of a result
-    with a grid, it shows what stands about that the building doesn't know.
+    The kind is recognized by the content. Problems are no failure. Of a result with a grid, the
+    obstacles that are not in the building are listed.
     """
     if len(paths) == 1 and (paths[0] / RUN).is_file():
         _inspect_result(paths[0], as_json)
@@ -90,7 +90,7 @@ def _inspect_result(folder: Path, as_json: bool) -> None:
     from objstate.recording.candidates import read_candidates
 
     found = read_candidates(folder)
-    nothing = f"{folder}: nothing is known to stand about that the building lacks."
+    nothing = f"{folder}: no obstacles are known that are not in the building."
     if as_json:
         print_text(json.dumps(json_values({"candidates": found}), indent=2))
     else:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from objstate.records import Estimate, Record
 
 REFRESH = 8  # times a second, of the terminal's clock
-IN_VIEW_NS = 2_000_000_000  # a door is in view so long after a beam bore on it
+IN_VIEW_NS = 2_000_000_000  # ns; a door is in view for this long after a beam reached it
 BAR = 36  # characters from the lower to the upper limit
 
 

@@ -40,5 +40,5 @@ def _check(path: Path) -> None:
     if is_url(path):
         raise SettingsError(
             f"{as_url(path)} is a URL, which can't be used here; copy the file, or mount the "
-            "storage, and give its path. Only the logs of `objstate batch` may be URLs."
+            "storage, and give its path. Only what `objstate batch` reads and writes may be URLs."
         )

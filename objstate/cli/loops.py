@@ -1,7 +1,7 @@
 """The loops that runs need, compiled part by part: ``python -m objstate.cli.loops PART OF PARTS``.
 
-Signatures are those that a run calls them with: b, i and f for truth values, integers and floats, j and
-g for those of 32 bits, with the number of axes where they are arrays, and the names of records.
+Signatures are those that a run calls them with: b, i and f for truth values, integers and floats, j
+and g for those of 32 bits, with the number of axes where they are arrays, and the names of records.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ import numpy as np
 
 from objstate.estimator import kernels as sight
 from objstate.grid import kernels as grid
+from objstate.habits import kernels as habits
 from objstate.localization import kernels as robot
 from objstate.localization import pose_kernels as pose
 from objstate.localization import search_kernels as search
@@ -32,9 +33,8 @@ from objstate.sensing import kernels as scans
 
 Part = tuple[tuple[Any, str], ...]  # loops and their signatures
 
-EVERY_RUN = (
-    4  # parts that every run needs; the others are of furniture, of wide beliefs, and of grids
-)
+# parts that every run needs; the others are of furniture, of wide beliefs, of grids and of habits
+EVERY_RUN = 4
 
 PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the projection
     (
@@ -122,6 +122,7 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
         (grid.draw_beams, "j1 i i i f2 f2 i f f j1 g1"),
         (grid.cover, "j1 f2 f2 j1 f1"),
     ),
+    ((habits.forward, "f1 f2 i1 f1 i1 f2 f2 f3 f3 f4 i2 i2 f2 f1 f2"),),
 )
 
 
@@ -133,7 +134,7 @@ def compile_part(part: int, of: int, parts: int) -> None:
 
 def main(part: int, of: int, parts: int) -> None:
     """The same in a process for that alone, which ends at once when its parent does."""
-    gc.disable()  # what numba leaves isn't worth looking for in a process that ends soon
+    gc.disable()  # not worth it in a process that ends soon
     threading.Thread(target=_end_with_parent, daemon=True).start()
     compile_part(part, of, parts)
 

@@ -108,10 +108,10 @@ def next_(
     top: Annotated[int, typer.Option(metavar="N", min=1, help="Actions to show.")] = 10,
     as_json: AsJson = False,
 ) -> None:
-    """What to look at next, from where, and why.
+    """Choose what to look at next, from where, and why.
 
-    Weighs what looks would tell of doors and furniture against the way there. First come the
-    objects with which something is about to be done, then the most useful action.
+    Weighs the expected gains of looks at doors and furniture against the way there. Required looks
+    come first, then the most useful action.
     """
     from objstate.building import load_building
     from objstate.config import load_yaml, parse_strict
@@ -175,13 +175,13 @@ def _tasks(coordinator: Coordinator, moment: Snapshot, tasks: list[VerificationT
         action = task.action
         place = f"{action.pose[0]:.2f}, {action.pose[1]:.2f}, {_degrees(action.pose[2])}"
         figures = f"{action.gain:.1f}", f"{action.distance:.1f}"
-        since = _since(coordinator, moment, action.object)
+        since = _since(moment, action.object)
         table.add_row(action.object, action.sensor, task.reason, place, *figures, *since)
     return table
 
 
 def _due(allowed: Task, wanted: Sequence[Due], now_ns: int) -> Table | str:
-    """When what is allowed will be exceeded, if nobody looks."""
+    """Times at which allowed variances will be exceeded without a look."""
     if not wanted:
         return f"'{allowed.name}' asks for no look within {duration(HORIZON)}."
     table = new_table(
@@ -210,18 +210,15 @@ def _ranked(coordinator: Coordinator, moment: Snapshot, actions: list[Action]) -
         figures = (each.gain, each.worth, each.cost, each.utility)
         x, y, yaw = each.pose
         cells = [f"{x:.2f}", f"{y:.2f}", _degrees(yaw), *(f"{value:.2f}" for value in figures)]
-        table.add_row(each.object, each.sensor, *cells, *_since(coordinator, moment, each.object))
+        table.add_row(each.object, each.sensor, *cells, *_since(moment, each.object))
     return table
 
 
-def _since(coordinator: Coordinator, moment: Snapshot, name: str) -> tuple[str, str]:
+def _since(moment: Snapshot, name: str) -> tuple[str, str]:
     """How long ago an object was last seen, and how probably it was moved since."""
-    from objstate.maintenance import probability_moved
-
-    seconds = _age(moment, name)
-    if seconds is None:
+    seconds, moved = _age(moment, name), moment.world.probability_moved(name, moment.stamp_ns)
+    if seconds is None or moved is None:
         return "never", "-"
-    moved = probability_moved(coordinator, name, seconds)
     return f"{duration(seconds)} ago", f"{percent(moved)} %"
 
 
@@ -268,7 +265,7 @@ def _words(
     wait: float | None,
 ) -> dict[str, Any]:
     def words(action: Action) -> dict[str, Any]:
-        return _action_words(action) | _since_words(coordinator, moment, action.object)
+        return _action_words(action) | _since_words(moment, action.object)
 
     return {
         "tasks": [
@@ -300,9 +297,6 @@ def _action_words(action: Action) -> dict[str, Any]:
     }
 
 
-def _since_words(coordinator: Coordinator, moment: Snapshot, name: str) -> dict[str, Any]:
-    from objstate.maintenance import probability_moved
-
-    seconds = _age(moment, name)
-    moved = None if seconds is None else probability_moved(coordinator, name, seconds)
+def _since_words(moment: Snapshot, name: str) -> dict[str, Any]:
+    moved = moment.world.probability_moved(name, moment.stamp_ns)
     return {"last_observed_ns": moment[name].last_observed_ns, "p_moved_since": moved}

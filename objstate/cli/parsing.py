@@ -115,7 +115,7 @@ def parse_time(text: str) -> int:
 
 
 def _check_seconds(value: Fraction, what: str) -> None:
-    """Raises SettingsError for so many seconds that another unit must be meant."""
+    """Raises SettingsError for so large a number that another unit must be meant."""
     from objstate.recording.stamps import unit_of_number
 
     if abs(value) < LATEST_TIME:

@@ -20,7 +20,7 @@ class PlainConsole(Console):
         )
 
     def render_str(self, text: str, **options: Any) -> Text:
-        """What rich makes of every string that it is given, also in tables."""
+        """Convert strings as rich does, also in tables."""
         return super().render_str(plain(text), **options)
 
 

@@ -22,7 +22,7 @@ Report = Callable[[float, float], None]  # share done from 0 to 1, seconds of th
 
 @contextmanager
 def progress_bar(label: str, quiet: bool) -> Iterator[Report | None]:
-    """A bar to report to; None where nobody would see it: quiet, or stderr is no terminal."""
+    """A bar to report to; None where it would not be seen: quiet, or stderr is no terminal."""
     if not quiet:
         when_compiling(lambda: error_console().print(COMPILING), after=WORTH_TELLING)
     if quiet or not sys.stderr.isatty():

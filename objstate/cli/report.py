@@ -23,7 +23,7 @@ Examples:
 
 def report(
     folder: Annotated[
-        Path, typer.Argument(metavar="DIR", help="A result of estimate, or a batch.")
+        str, typer.Argument(metavar="DIR", help="A result of estimate, or a batch, or its URL.")
     ],
     out: Annotated[
         Path | None, typer.Option(metavar="HTML", help="The file. Default: DIR/report.html.")
@@ -62,7 +62,9 @@ def report(
     believed of each object over time, the errors where there is truth, warnings and settings. Of a
     batch it shows the logs, each building over all of them, and how doors are used.
     """
-    from objstate.recording.batches import is_batch
+    from objstate.outputs import as_url, is_url
+    from objstate.recording.batches import REPORT, is_batch
+    from objstate.recording.mirror import mirrored
     from objstate.report import write_batch_report, write_report
 
     zone = parse_zone(timezone)
@@ -70,31 +72,34 @@ def report(
         raise SettingsError(
             f"--robot-radius {robot_radius:g} is no robot's; give metres, as in 0.25."
         )
-    if is_batch(folder):
-        _refuse("the batch names its logs' truths", truth=truth, path=path)
-        page = write_batch_report(
-            folder,
-            out,
-            building=building,
-            each=each,
-            zone=zone,
-            robot_radius=robot_radius,
-            filtered=filtered,
-        )
-    else:
-        _refuse(f"{folder} is no batch", each=each or None)
-        page = write_report(
-            folder,
-            out,
-            building=building,
-            truth=truth,
-            true_path=path,
-            zone=zone,
-            robot_radius=robot_radius,
-            filtered=filtered,
-        )
-    print_text(f"Written: {page}")
-    if open_:
+    with mirrored(folder, only=(REPORT,)) as home:
+        if is_batch(home):
+            _refuse("the batch names its logs' truths", truth=truth, path=path)
+            page = write_batch_report(
+                home,
+                out,
+                building=building,
+                each=each,
+                zone=zone,
+                robot_radius=robot_radius,
+                filtered=filtered,
+            )
+        else:
+            _refuse(f"{folder} is no batch", each=each or None)
+            page = write_report(
+                home,
+                out,
+                building=building,
+                truth=truth,
+                true_path=path,
+                zone=zone,
+                robot_radius=robot_radius,
+                filtered=filtered,
+            )
+        if is_url(folder) and out is None:
+            page = Path(f"{folder}/{REPORT}")
+    print_text(f"Written: {as_url(page) if is_url(page) else page}")
+    if open_ and not is_url(page):
         import webbrowser
 
         webbrowser.open(page.absolute().as_uri())

@@ -73,9 +73,9 @@ def elfring2014(
 ) -> None:
     """Sections 7 and 8 of Elfring et al. 2014: when to update which object, with which sensor.
 
-    Ten objects in a room of 10 m; a coordinator weighs what an update would tell against the way
-    there, a benchmark drives a fixed path. Prints what the paper says beside what came out, then
-    the cat of section 8.1 and the choice between sensors of section 8.2.
+    Ten objects in a room of 10 m; a coordinator weighs the expected gain of an update against the
+    way there, a benchmark drives a fixed path. Prints the paper's statements beside the results,
+    then the cat of section 8.1 and the choice between sensors of section 8.2.
     """
     from objstate.experiments import elfring2014 as paper
 

@@ -33,8 +33,8 @@ def maintenance(
 ) -> None:
     """Some working hours in an office of 30 doors and 20 chests that are moved now and then.
 
-    The coordinator against a fixed round, oldest first, greedy nearest and random looks, most with
-    more and with less driving. The robot localizes by its own filter.
+    The coordinator is compared with a fixed round, oldest first, greedy nearest and random looks,
+    each with different amounts of driving. The robot localizes by its own filter.
     """
     from objstate.experiments.office_day import compare, write
 

@@ -28,8 +28,8 @@ FIELDS = {
     "yaw": "yaw",
 }
 HEAD = (
-    "NAME:view=DEG,range=M,turn=DEG (to either side),speed=DEG (per second),yaw=DEG (where it looks "
-    "now), and what else a sensor has, all but the name optional"
+    "NAME:view=DEG,range=M,turn=DEG (to either side),speed=DEG (per second),yaw=DEG (its present "
+    "direction), and all fields of a sensor, all but the name optional"
 )
 HEAD_FIELDS = {"turn": "turn", "speed": "speed"}
 ANGLES = ("view", "yaw", "turn", "speed")

@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 
 
 def state_table(states: Sequence[LatestState], begin_ns: int, with_truth: bool) -> Table:
-    """Each coordinate with its 90 % interval and when a scan last bore on it.
+    """Each coordinate with its 90 % interval and the time at which a scan last reached it.
 
-    ``begin_ns`` is the stamp from which "seen at" counts. Where there is furniture, also how
-    probably it is there at all.
+    ``begin_ns`` is the stamp from which "seen at" counts. Where there is furniture, also its
+    presence.
     """
     from objstate.building.model import COORDINATES, Kind
 

@@ -29,13 +29,15 @@ Examples:
 """
 
 LEGEND = (
-    "Medians, with 90 % intervals; the fewer looks, and the closer together, the wider. Spells are\n"
-    "how long the door stays as it is. Hours and days without a look are left out."
+    "Medians, with 90 % intervals; the fewer looks, and the closer together, the wider. Open is the share\n"
+    "of all time, nights and free days too; when seen, that of the hours of working and of free days\n"
+    "with a look. Spells are how long the door stays as it is. In the tables by hour and by day those\n"
+    "without a look are left out."
 )
 
 
 def statistics(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A batch.")],
+    folder: Annotated[str, typer.Argument(metavar="DIR", help="A batch, or its URL.")],
     open_above: Annotated[
         str, typer.Option(metavar="ANGLE", help="A hinged door counts as open beyond it.")
     ] = "10deg",
@@ -61,6 +63,8 @@ def statistics(
     Taken over all logs of a batch, also by the hour of the day and the day of the week.
     """
     from objstate.geometry import angle_from_text
+    from objstate.recording.batches import REPORT
+    from objstate.recording.mirror import mirrored
     from objstate.statistics import OpenAbove, door_statistics
 
     try:
@@ -70,7 +74,8 @@ def statistics(
             f"--open-above '{open_above}' is no angle: {error}; give radians, or degrees as in "
             "10deg."
         ) from error
-    doors = door_statistics(folder, above, parse_zone(timezone), filtered=filtered)
+    with mirrored(folder, only=(REPORT,)) as home:
+        doors = door_statistics(home, above, parse_zone(timezone), filtered=filtered)
     if json_file is not None:
         write_json(json_file, doors)
     if not doors:
@@ -88,6 +93,7 @@ def _doors_table(doors: tuple[DoorStatistics, ...]) -> Table:
         "looks",
         "undecided",
         "open (%)",
+        "when seen (%)",
         "open spell",
         "closed spell",
         "moves a day",
@@ -100,6 +106,7 @@ def _doors_table(doors: tuple[DoorStatistics, ...]) -> Table:
             str(door.looks),
             str(door.undecided),
             _share(door.share_open),
+            _share(door.share_open_seen),
             _spell(door.open_spell),
             _spell(door.closed_spell),
             _moves(door.moves_per_day),

@@ -30,7 +30,7 @@ def percent(share: float) -> str:
 
 
 def significant(value: float, digits: int) -> str:
-    """A number with so many digits that count, and without an exponent where people have a use for it."""
+    """A number with some significant digits, without an exponent where people don't expect one."""
     if value == 0 or not 1e-6 <= abs(value) < 1e9:
         return f"{value:.{digits}g}"
     decimals = digits - 1 - math.floor(math.log10(abs(value)))

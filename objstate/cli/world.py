@@ -1,4 +1,4 @@
-"""``objstate world show | at | history | export | adopt``"""
+"""``objstate world show | at | history | export | habits | when | adopt``"""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import typer
 from objstate.cli.console import print_table, print_text
 from objstate.cli.options import AsJson, Overwrite, help_when_alone
 from objstate.cli.parsing import TIME, parse_time
+from objstate.cli.world_habits import HABITS, WHEN, habits, when
 from objstate.cli.world_tables import history_table, moment, world_table
 
 if TYPE_CHECKING:
@@ -68,7 +69,7 @@ def show(world: Place, config: Config = None, as_json: AsJson = False) -> None:
     from objstate.world.store import open_store
 
     store = open_store(world)
-    latest = store.load(_settings(config), since_ns=store.latest_ns()).at()
+    latest = store.load(_settings(config), newest=True).at()
     _print(store, latest, as_json)
 
 
@@ -148,9 +149,9 @@ def adopt(
     ],
     height: Annotated[float, typer.Option(metavar="M", help="Of the object.")] = 1.0,
 ) -> None:
-    """Keep something that stands about as an object: in a new building, and in the world.
+    """Keep an obstacle as an object: in a new building, and in the world.
 
-    The world is of the new building from then on.
+    The world then belongs to the new building.
     """
     from objstate.maintenance.adoption import adopt as kept
     from objstate.world.store import open_store
@@ -159,6 +160,10 @@ def adopt(
     x, y, _ = grown[name].home.tolist()
     print_text(f"'{name}' stands at {x:.2f}, {y:.2f} m; {world} knows it, and is of {out} now.")
     print_text(f"Written: {out}")
+
+
+app.command(epilog=HABITS)(habits)
+app.command(epilog=WHEN)(when)
 
 
 def _settings(config: Path | None) -> Settings | None:

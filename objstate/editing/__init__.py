@@ -1,4 +1,4 @@
-"""Looking at a building's doors over the scans of drives, and putting them right, in a browser."""
+"""Editing a building's doors in a browser, over the scans of drives."""
 
 from objstate.editing.app import edit_app, serve
 from objstate.editing.page import edit_page

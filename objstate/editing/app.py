@@ -1,4 +1,4 @@
-"""The page served on this machine, and what it saves."""
+"""The page served on this machine, and its saving."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from starlette.responses import Response
 
 LOOPBACK = "127.0.0.1"
-NAMES = (LOOPBACK, "localhost")  # that a browser may call this machine; others are somebody's trick
+NAMES = (LOOPBACK, "localhost")  # names of this machine; requests to others are attacks
 LARGEST = 4 * 2**20  # bytes that the page may send
 TOKEN = "x-objstate-token"  # of a request to save
 
@@ -69,7 +69,7 @@ def edit_app(subject: Subject, points: FloatArray) -> Starlette:
 
 
 def serve(subject: Subject, points: FloatArray, port: int, on_ready: Callable[[str], None]) -> None:
-    """Serve the page on loopback until interrupted; ``on_ready`` is told its address.
+    """Serve the page on loopback until interrupted; ``on_ready`` receives its address.
 
     Port 0 takes a free one. Raises SettingsError where the port is taken, or the extra is missing.
     """

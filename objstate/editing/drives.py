@@ -23,7 +23,7 @@ from objstate.run.scans import ends_of
 CELL = 0.02  # m, of the picture
 MOST_CELLS = 24_000_000  # of a picture; a larger plan has larger cells
 STEP_NS = 100_000_000  # between the scans of a log that are drawn
-WELL_KNOWN = 0.15  # m: a pose less sure than this places no points
+WELL_KNOWN = 0.15  # m: largest deviation of a pose that places points
 COMMON = 0.98  # quantile of counts, from which on cells are as dark as can be
 FAINTEST = 0.15  # opacity of a cell with one point
 COLOUR = (194, 24, 122)  # as the report draws scans

@@ -20,9 +20,10 @@ from objstate.report.plan import framed, plan_buttons, shape_of
 HEIGHT = 0.3  # m above the floor, where many robots carry their laser
 MARGIN = 1.0  # m around the walls, in which scan points are drawn
 KEYS = (
-    "j k next, previous door; y n accept, reject; a add by three clicks (hinge, free edge, the side "
-    "to which it opens); f flip the hinge's side, d the direction; arrows move it by 1 cm; Ctrl+Z, Ctrl+Y "
-    "undo, redo; / search; + − 0 zoom. Drag a hinge or a free edge; with Alt nothing snaps."
+    "j k next, previous door; y n accept, reject; a add by three clicks (hinge, free edge, the "
+    "side to which it opens); f flip the hinge's side, d the direction; arrows move it by 1 cm; "
+    "Ctrl+Z, Ctrl+Y undo, redo; / search; + − 0 zoom. Drag a hinge or a free edge; with Alt "
+    "nothing snaps."
 )
 
 
@@ -40,7 +41,8 @@ def edit_page(
     shown = picture(points, low, high)
     title = f"Doors of {building.name}"
     said = (
-        f"{len(subject.rows)} doors, {shown.points if shown else 0} scan points; saved to {subject.out}"
+        f"{len(subject.rows)} doors, {shown.points if shown else 0} scan points; saved to "
+        f"{subject.out}"
         if save_token
         else f"{len(subject.rows)} doors, {shown.points if shown else 0} scan points"
     )
@@ -74,7 +76,7 @@ def _row(row: DoorRow) -> dict[str, Any]:
 
 
 def _ordered(rows: list[DoorRow]) -> list[DoorRow]:
-    """Candidates nobody decided on first, the most probable at the top; others as they come."""
+    """Undecided candidates first, the most probable at the top; others in their order."""
     return sorted(
         rows, key=lambda row: -(row.probability or 0.0) if row.decision == "open" else 1.0
     )
@@ -120,7 +122,7 @@ def _buttons() -> str:
 
 
 def _form() -> str:
-    """What is told of the door that is chosen, and changed there."""
+    """The fields of the selected door."""
     fields = (
         ("name", "name", "text", ""),
         ("x", "hinge x, m", "number", "0.01"),

@@ -13,10 +13,10 @@ from objstate.building.leaves import hinged
 from objstate.building.model import Kind, MovableObject
 from objstate.config import Strict
 
-THICKNESS, HEIGHT = 0.04, 2.0  # m, of a leaf that nobody drew
+THICKNESS, HEIGHT = 0.04, 2.0  # m, of a leaf that wasn't drawn
 UPRIGHT = 1e-6  # of a hinge's unit axis, by which it may lean
 SAME = 1e-4  # m and degrees: rounding, not editing
-PROBABLE = 0.5  # a candidate nobody decided on is taken from this probability on
+PROBABLE = 0.5  # an undecided candidate is in the building from this probability on
 
 PLAIN = r"^[^\x00-\x1f\x7f]*$"  # what XML and tables can hold on one line
 Coordinate = Annotated[float, Field(ge=-1e8, le=1e8)]  # m

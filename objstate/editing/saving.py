@@ -47,7 +47,7 @@ def _checked_table(edits: Edits) -> str:
 
 
 def _edited(building: Building, edits: Edits) -> Building:
-    """The building with the doors that are taken in the place of those that could be edited."""
+    """The building with the accepted doors in place of the editable ones."""
     others = {name: item for name, item in building.objects.items() if row_of(item) is None}
     doors: dict[str, MovableObject] = {}
     for row in edits.doors:

@@ -33,11 +33,11 @@ class Subject:
 def subject_of(
     source: str | Path, out: str | Path | None = None, candidates: str | Path | None = None
 ) -> Subject:
-    """What a folder with a building, its URDF, or a map's YAML file hold.
+    """The content of a folder with a building, of its URDF, or of a map's YAML file.
 
     ``candidates`` is a table of doors, with a column ``probability`` if they are to be decided on;
-    such a table in the building's folder is found there.
-    Without ``out`` a folder that objstate wrote is edited in place. Raises BuildingError.
+    such a table in the building's folder is found there. Without ``out`` a folder that objstate
+    wrote is edited in place. Raises BuildingError.
     """
     path = Path(source)
     is_map = path.suffix.lower() in (".yaml", ".yml")
@@ -65,8 +65,8 @@ def _target(path: Path, out: str | Path | None, is_map: bool) -> Path:
     folder = path if path.is_dir() else path.parent
     if is_map or not is_replaceable(folder):
         raise BuildingError(
-            f"{folder} wasn't written by objstate, so nothing is changed there; say with --out where the "
-            "edited building goes."
+            f"{folder} wasn't written by objstate, so nothing is changed there; say with --out "
+            "where the edited building goes."
         )
     return folder
 

@@ -1,4 +1,4 @@
-"""What a scan's beams read behind and beside an object: the walls and the other objects."""
+"""Expected ranges of a scan's beams without one object: the walls and all other objects."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from objstate.sensing import ScanView
 
 
 class Backdrop:
-    """Expected ranges (l, n) of a view from robot samples, each object left out in turn.
+    """Expected ranges (l, n) of a view from robot samples, with each object left out in turn.
 
-    Of the objects, those whose state is known stand in the scene at their mean.
+    Objects whose state is certain stand in the scene at their mean.
     """
 
     def __init__(
@@ -33,7 +33,7 @@ class Backdrop:
         }
 
     def without(self, name: str) -> tuple[FloatArray, FloatArray]:
-        """Expected ranges (l, n) m of everything but one object, and log p(o | l) (l,) given them."""
+        """Expected ranges (l, n) m without one object, and log p(o | l) (l,) given them."""
         others = (ranges for other, ranges in self._alone.items() if other != name)
         expected = reduce(np.minimum, others, self._walls)
         return expected, self.view.log_likelihood(expected)

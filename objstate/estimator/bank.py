@@ -1,9 +1,9 @@
-"""The hypotheses of where the robot is, and their probabilities.
+"""Hypotheses about the robot's place, and their probabilities.
 
 One place is followed. It competes with other places in the building that a search has found, and
-with the robot's being where the map explains nothing. What a scan says of the followed place is its
-advantage: the log-likelihood from there, less the log of the mean likelihood from places all over
-the building. A map that lacks something lowers both alike.
+with places that the map doesn't show. The advantage of the followed place for a scan is the
+log-likelihood from there, minus the log of the mean likelihood from places all over the building. A
+map that lacks something lowers both alike.
 """
 
 from __future__ import annotations
@@ -22,24 +22,25 @@ from objstate.localization.anywhere import Chance
 from objstate.records import NANOSECONDS, Scan
 
 HOUR = 3600.0  # s
-START_WRONG = 0.01  # probability that a start that was given is wrong
-UNMAPPED_PER_HOUR = 20.0  # how often a robot comes where the map lacks what the laser sees
-UNMAPPED_S = 10.0  # for how long that lasts, on average
-WORTH_SEARCHING = 0.01  # probability of other places, unsearched, from which a search is made
+START_WRONG = 0.01  # probability that a given start pose is wrong
+UNMAPPED_PER_HOUR = 20.0  # rate of coming to a part of the building that the map lacks
+UNMAPPED_S = 10.0  # mean duration of that
+# probability of other places, not searched yet, from which on they are searched
+WORTH_SEARCHING = 0.01
 REPLACED = 0.95  # probability from which another place is followed instead
 PLACES, PLACES_NEAR = 4e5, 150.0  # cells of 25 cm and 4 degrees in 300 m^2, and within a slip
-USUALLY = 20.0  # moments over which the usual advantage is averaged
+USUALLY = 20.0  # keyframes over which the usual advantage is averaged
 HALF = 0.5
-NEVER = 1e-300  # odds that stand for none
+NEVER = 1e-300  # odds that stand for zero
 
-MOMENTS = 100  # that are remembered
+MOMENTS = 100  # number that are kept
 
 Kept = TypeVar("Kept")
 
 
 @dataclass(frozen=True, eq=False)
 class Moment(Generic[Kept]):
-    """A scan that told where the robot is, and what was believed before it."""
+    """A scan that is compared with the map, and the beliefs before it."""
 
     scan: Scan
     odometry: FloatArray  # (3,)
@@ -53,12 +54,12 @@ class Moment(Generic[Kept]):
 
 
 class Bank(Generic[Kept]):
-    """Probabilities of the followed place, of other places, and of what isn't on the map.
+    """Probabilities of the followed place, of other places, and of places not on the map.
 
-    At the followed place, the map either explains an unknown share of what is seen, or for a while
-    nothing. At a wrong place, and where nothing is on the map, advantages are those of places taken
-    at random and of the best of them. The three are the states of a Markov chain. ``Kept`` is what
-    is to be restored where the robot had left the followed place some time ago.
+    At the followed place, the map either explains an unknown share of the scan, or for a while
+    nothing. At a wrong place, and where the robot is not on the map, advantages are distributed as
+    those of random places up to the best of them. These are the three states of a Markov chain.
+    ``Kept`` is what is restored if the robot had left the followed place some time ago.
     """
 
     def __init__(self, settings: Settings, now: Kept) -> None:
@@ -66,25 +67,25 @@ class Bank(Generic[Kept]):
         self._kidnaps, self._slips = s.kidnaps_per_hour / HOUR, s.slips_per_hour / HOUR
         self._wide = settings.object_updates.max_position_std
         self._past: list[tuple[int, int]] = []
-        self._probabilities: list[float] = []  # of having been lost, in each of them
-        self._p_lost = 0.0  # the largest since it has been lost
-        self.lost_since_ns: int | None = None  # since when it has been lost
+        self._probabilities: list[float] = []  # of having been lost, in each of these intervals
+        self._p_lost = 0.0  # the largest since the robot has been lost
+        self.lost_since_ns: int | None = None  # beginning of the present interval of being lost
         self._sought_ns: int | None = None  # when the last search was made
-        self.before = now  # as it was when the robot may have left the followed place
+        self.before = now  # beliefs when the robot may have left the followed place
         self.near = 1.0  # probability of the published pose, if the followed place is right
         self._usual: float | None = None  # advantage
         self.moments: deque[Moment[Kept]] = deque(maxlen=MOMENTS)
         self.start(now)
 
     def start(self, now: Kept) -> None:
-        """Follow a place that somebody gave."""
+        """Follow a given place."""
         self.before = now
         unmapped = UNMAPPED_PER_HOUR / HOUR * UNMAPPED_S
         self._states = np.array([1.0 - unmapped, unmapped, START_WRONG])
         self._others = (
-            0.0  # odds of the places that the last search found, against the followed one
+            0.0  # odds of the places that the last search found, relative to the followed one
         )
-        self._elsewhere = Odds(HALF * START_WRONG, HALF * START_WRONG)  # not searched for as yet
+        self._elsewhere = Odds(HALF * START_WRONG, HALF * START_WRONG)  # not searched for yet
         self._since_look = Odds()
 
     @property
@@ -95,16 +96,16 @@ class Bank(Generic[Kept]):
 
     @property
     def p_localized(self) -> float:
-        """Probability that the robot is where it is published to be, within 0.75 m and 20 degrees."""
+        """Probability of the published pose, within 0.75 m and 20 degrees."""
         return self.p_followed * self.near
 
     @property
     def is_lost(self) -> bool:
-        """Whether that is less likely than not."""
+        """Whether ``p_localized`` is below one half."""
         return self.p_localized < HALF
 
     def stretches(self, now_ns: int) -> tuple[tuple[int, int], ...]:
-        """(from, to) ns of each time that the robot was probably lost, the present one up to now."""
+        """(from, to) ns of each interval in which the robot was probably lost, up to now."""
         return (
             *self._past,
             *([] if self.lost_since_ns is None else [(self.lost_since_ns, now_ns)]),
@@ -112,12 +113,12 @@ class Bank(Generic[Kept]):
 
     @property
     def probabilities(self) -> tuple[float, ...]:
-        """The largest probability of being lost in each of the stretches."""
+        """The largest probability of being lost in each of these intervals."""
         now = () if self.lost_since_ns is None else (self._p_lost,)
         return (*self._probabilities, *now)
 
     def publish(self, near: float, now_ns: int) -> None:
-        """Take note of the moment, with the probability ``near`` of the pose at the followed place."""
+        """Update the intervals; ``near`` is the probability of the pose at the followed place."""
         self.near = near
         if self.is_lost and self.lost_since_ns is None:
             self.lost_since_ns = now_ns
@@ -129,7 +130,7 @@ class Bank(Generic[Kept]):
             self._p_lost = max(self._p_lost, 1.0 - self.p_localized)
 
     def take(self, moment: Moment[Kept], log_likelihood: float, chance: Chance) -> None:
-        """Take in a scan's tempered log-likelihood from the followed place."""
+        """Update by a scan's tempered log-likelihood from the followed place."""
         most = max(chance.most - chance.mean, 1.0)
         advantage = min(log_likelihood - chance.mean, most)
         since = self.moments[-1].stamp_ns if self.moments else moment.stamp_ns
@@ -157,7 +158,7 @@ class Bank(Generic[Kept]):
             self._usual += (advantage - self._usual) / USUALLY
 
     def widen(self, std: float) -> None:
-        """The belief is wide, by ``std`` m: it may narrow to a wrong place."""
+        """Note that the belief is wide, by ``std`` m, and may narrow to a wrong place."""
         wide = Odds(width=std)
         self._elsewhere, self._since_look = (
             odds.plus(wide) for odds in (self._elsewhere, self._since_look)
@@ -165,15 +166,15 @@ class Bank(Generic[Kept]):
 
     @property
     def odds(self) -> tuple[Odds, Odds]:
-        """Odds of being elsewhere at the last look already, and of having come elsewhere since."""
+        """Odds of being elsewhere at the last keyframe already, and of having left since."""
         return self._elsewhere, self._since_look
 
     def looked(self) -> None:
-        """A look was remembered."""
+        """Note that a keyframe was kept."""
         self._since_look = Odds()
 
     def may_search(self, now_ns: int, every_s: float) -> bool:
-        """Whether other places are likely enough to be searched for, and the last search isn't too new."""
+        """Whether other places are probable enough for a search, and the last one is old enough."""
         if self._sought_ns is not None and now_ns - self._sought_ns < every_s * NANOSECONDS:
             return False
         odds = self._elsewhere
@@ -182,7 +183,7 @@ class Bank(Generic[Kept]):
         return is_likely or self.p_followed < REPLACED
 
     def weigh(self, found: Hypotheses, now_ns: int) -> tuple[int, bool]:
-        """Take in what a search found; the number of the best other place, and whether to follow it."""
+        """Update by a search; the index of the best other place, and whether it wins."""
         self._sought_ns = now_ns
         odds = np.where(found.is_followed, 0.0, np.exp(np.minimum(found.log_odds, 500.0)))
         self._others = float(odds.sum())
@@ -195,11 +196,11 @@ class Bank(Generic[Kept]):
 
     @property
     def _odds_outside(self) -> float:
-        """Odds of being where the map shows nothing, against the followed place."""
+        """Odds of a place that the map doesn't show, relative to the followed place."""
         return float(self._states[2]) / max(float(self._states[:2].sum()), NEVER)
 
     def begin(self, found: Hypotheses) -> bool:
-        """Whether to follow one of the places, all of which were equally likely before any scan."""
+        """Whether one of the places, all equally probable a priori, is followed from now on."""
         odds = np.exp(np.minimum(found.log_odds, 500.0))
         if odds.max() / (odds.sum() + math.exp(found.outside)) < REPLACED:
             return False
@@ -207,7 +208,7 @@ class Bank(Generic[Kept]):
         return True
 
     def follow(self, found: Hypotheses, chosen: int, kept: Kept, since_ns: int) -> None:
-        """Follow another place that was found, to which the robot came at a stamp; what is ``kept`` is as before."""
+        """Follow another place, to which the robot came at a stamp, with the beliefs ``kept``."""
         self.lose(since_ns)
         self._turn_to(found, chosen, 1.0 + self._others, self._odds_outside)
         self.before = kept
@@ -215,7 +216,7 @@ class Bank(Generic[Kept]):
         self.moments = deque(earlier, maxlen=MOMENTS)
 
     def _turn_to(self, found: Hypotheses, chosen: int, every: float, outside: float) -> None:
-        """Follow a place that was found, by the odds of ``every`` place on the map, and outside of it."""
+        """Follow a found place, by the odds of ``every`` place on the map and ``outside`` of it."""
         odds = math.exp(min(found.log_odds[chosen], 500.0))
         outside = max(outside, math.exp(min(found.outside, 500.0))) / odds
         self._states = np.array([1.0, 0.0, outside]) / (1.0 + outside)
@@ -223,7 +224,7 @@ class Bank(Generic[Kept]):
         self._elsewhere = Odds()
 
     def lose(self, since_ns: int) -> None:
-        """The robot has probably been lost since a stamp."""
+        """Note that the robot has probably been lost since a stamp."""
         found_ns = self._past[-1][1] if self._past else 0
         since_ns = max(since_ns, found_ns)
         known = since_ns if self.lost_since_ns is None else self.lost_since_ns
@@ -231,13 +232,14 @@ class Bank(Generic[Kept]):
         self._p_lost = max(self._p_lost, 1.0 - self.p_localized)
 
     def _predict(self, seconds: float) -> None:
-        """Let the chain of states go on for some time."""
+        """Predict the states of the chain."""
         begins, ends = UNMAPPED_PER_HOUR / HOUR, 1.0 / UNMAPPED_S
         explained, unmapped, outside = self._states.tolist()
         share = (explained + unmapped) * begins / (begins + ends)
         unmapped = share + (unmapped - share) * math.exp(-(begins + ends) * seconds)
         explained = 1.0 - outside - unmapped
-        taken = -math.expm1(-self._kidnaps * seconds)  # to places outside, and back from them
+        # to places that the map doesn't show, and back
+        taken = -math.expm1(-self._kidnaps * seconds)
         kept = 1.0 - taken
         self._states = np.array(
             [

@@ -1,4 +1,4 @@
-"""What is believed of every object while a log goes by."""
+"""The beliefs about all objects while a log is read."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class Believed:
         return now
 
     def then(self, name: str, stamp_ns: int) -> ObjectBelief:
-        """An object's belief at a moment from its last update on, without a trace in the random numbers.
+        """An object's belief at a moment after its last update, without changing any state.
 
         Raises ValueError for an earlier moment.
         """
@@ -73,7 +73,7 @@ class Believed:
             self._keep(name, remembered(belief) if self._remembers else belief)
 
     def restore(self, marginals: Mapping[str, ObjectBelief]) -> None:
-        """Believe again what was believed before."""
+        """Restore earlier beliefs."""
         for name, belief in marginals.items():
             if belief is not self.marginals[name]:
                 self._keep(name, belief)
@@ -88,12 +88,12 @@ class Believed:
 
 
 def _check_samples(belief: ObjectBelief, prior: ObjectBelief) -> None:
-    """Raise SettingsError for a door's belief that isn't on such a lattice as its prior."""
+    """Raise SettingsError for a door's belief on another lattice than its prior's."""
     is_free = belief.item.kind is Kind.PLANAR
     if not is_free and not np.array_equal(belief.states, prior.states):
         raise SettingsError(
-            f"The belief given of '{belief.item.name}' has {len(belief.states)} states, where its "
-            f"settings need {len(prior.states)} between its limits; put it into a World with these "
+            f"The given belief about '{belief.item.name}' has {len(belief.states)} states, where "
+            f"its settings need {len(prior.states)} between its limits; put it into a World with these "
             "settings, and give what World.at returns."
         )
 

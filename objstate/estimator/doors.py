@@ -1,4 +1,4 @@
-"""What scans say of doors: each door's posterior, from where the robot is believed to stand."""
+"""Updates of doors by scans, and what is learnt over all doors."""
 
 from __future__ import annotations
 
@@ -25,21 +25,22 @@ if TYPE_CHECKING:
 else:
     kernels = Later("objstate.objects.mixture_kernels")
 
-ELSEWHERE_SIGMAS = 3.0  # by which a hinge surely is off its place
-ELSEWHERE_M = 0.03  # m, and by as much at least
-OUTLIERS = 0.01  # share of doors whose hinge or bearing is off as far as may be
-NEGLIGIBLE = 5e-3  # probability of a deviation under which no door is read off
-PARTS = 3  # of the deviations of bearings, under which doors are read off by turns
-WIDEST_M, WIDEST_DEG = 0.03, 3.0  # deviations of hinges and bearings that doors are filtered with
-GRID, LEAST = 15, 0.1  # deviations tried, from this share of the first guess on
-FACTOR = 1.0  # standard deviation of the logarithm of a deviation, before any scan
-USUAL = 2.0  # deviations of that logarithm, up to which a deviation is a usual one
-EDGE_SHARE = 0.1  # of the beams beside an edge, that the surface next to it stops
-LEAST_DENSITY = 1e-9  # 1/m, of a range that nothing explains
+ELSEWHERE_SIGMAS = 3.0  # standard deviations from which on a hinge counts as off its place
+ELSEWHERE_M = 0.03  # m, and at least this distance
+OUTLIERS = 0.01  # share of doors whose hinge or bearing has the widest deviation
+NEGLIGIBLE = 5e-3  # probability of a deviation below which it is left out
+PARTS = 3  # number of parts of the usual deviations of bearings, with a mean each
+WIDEST_M, WIDEST_DEG = 0.03, 3.0  # deviations of hinges and bearings with which doors are filtered
+# number of deviations on the grid, and the smallest in units of the first guess
+GRID, LEAST = 15, 0.1
+FACTOR = 1.0  # prior standard deviation of the logarithm of a deviation
+USUAL = 2.0  # deviations of that logarithm within which a deviation counts as usual
+EDGE_SHARE = 0.1  # of the beams beside an edge that meet the neighbouring surface
+LEAST_DENSITY = 1e-9  # 1/m, of a random range
 
 
 class Doors:
-    """The doors of a building that move in the plane, and what is learnt of all of them."""
+    """The doors of a building that move in the plane, and what is learnt over all of them."""
 
     def __init__(self, building: Building, settings: Settings, sensing: Sensing) -> None:
         self._building, self._settings, self._sensing = building, settings, sensing
@@ -55,12 +56,12 @@ class Doors:
 
     @property
     def statics(self) -> Statics:
-        """By how much hinges and bearings are off, by the doors seen so far."""
+        """Deviations of hinges and bearings, learnt from the doors seen so far."""
         return Statics(self._hinge.variance, self._bearing.variance)
 
     @property
     def _priors(self) -> list[Statics]:
-        """The priors that doors are filtered with; they are read off with what is learnt."""
+        """The wide priors with which doors are filtered; they are published under learnt ones."""
         return [Statics(self._hinge.variances[-1], bearing) for bearing in self._bearing.bounds]
 
     def observe(
@@ -87,7 +88,7 @@ class Doors:
         return Seen(self._read_off(posterior, belief), beams, reached > 0)
 
     def elsewhere(self, belief: ObjectBelief) -> FloatArray | None:
-        """(2,) m by which a door's hinge surely is off its place in the model; None where it isn't."""
+        """(2,) m, offset of a door's hinge where it is significant; None elsewhere."""
         if not isinstance(belief.joint, DoorPosterior):
             return None
         likeliest = belief.joint.among(max(self.cases(belief.joint.door))[1].bearing)
@@ -100,7 +101,7 @@ class Doors:
         return offset if away > ELSEWHERE_SIGMAS * std else None
 
     def cases(self, door: Doorway) -> list[tuple[float, Statics]]:
-        """Deviations that a door's hinge and bearing may be off by, with probabilities."""
+        """Deviations that a door's hinge and bearing may have, with probabilities."""
         name, bearings = door.item.name, self._bearings(door)
         return [
             (share * probability, Statics(hinge, bearing))
@@ -109,11 +110,11 @@ class Doors:
         ]
 
     def _bearings(self, door: Doorway) -> list[tuple[float, float]]:
-        """Probabilities of variances that a door's bearing may have."""
+        """Variances that a door's bearing may have, with probabilities."""
         return self._bearing.cases(door.item.name) if door.turn else [(1.0, 0.0)]
 
     def _read_off(self, posterior: DoorPosterior, belief: ObjectBelief) -> ObjectBelief:
-        """The posterior of a door's state, over how far off its hinge and bearing may be."""
+        """The posterior of a door's state, averaged over the deviations of hinge and bearing."""
         door = posterior.door
         shares, statics = zip(*self.cases(door), strict=True)
         weights, swung = door.on_lattice(posterior.under(statics), belief)
@@ -129,7 +130,7 @@ class Doors:
         )
 
     def _learn(self, name: str, posterior: DoorPosterior) -> None:
-        """Take in what a door tells of how far hinges and bearings are off."""
+        """Update the learnt deviations by a door."""
         if posterior.door.turn:
             self._bearing.told(name, posterior.of_bearing(self._bearing.variances))
         bearings = self._bearings(posterior.door)
@@ -149,12 +150,12 @@ class Doors:
 
 
 class Deviation:
-    """The deviation of an error that each door has its own of: p(deviation | z) on a grid.
+    """The deviation of an error that each door has independently: p(deviation | z) on a grid.
 
-    Each door tells the likelihood of its readings, with its own error summed over. The prior is
-    lognormal about a first guess. Some doors are outliers, whose errors are as wide as the widest
-    deviation. Doors are read off under the mean of each of so many ``parts`` of the usual
-    deviations, and that of the others.
+    Each door contributes the likelihood of its readings, with its own error integrated out. The
+    prior is lognormal about a first guess. Some doors are outliers, whose errors have the widest
+    deviation. Doors are published under the mean of each of so many ``parts`` of the usual
+    deviations, and of the others.
     """
 
     def __init__(self, first: float, widest: float, parts: int = 1) -> None:
@@ -166,13 +167,13 @@ class Deviation:
             self._parts.append(np.flatnonzero(~usual))
         log_prior = -0.5 * (np.log(deviations / first) / FACTOR) ** 2
         self._log_prior = np.asarray(log_prior)
-        self._doors: dict[str, FloatArray] = {}  # (k,) log-likelihood by each
+        self._doors: dict[str, FloatArray] = {}  # (k,) log-likelihood of each deviation
         self._outliers: dict[str, FloatArray] = {}  # (k,) probability that a door is one
         self._weights = _normalized(log_prior)
 
     @property
     def bounds(self) -> FloatArray:
-        """(1,) or (2,) the largest variance of usual deviations, and of all."""
+        """(1,) or (2,) the largest usual variance, and the largest of all."""
         return np.unique(self.variances[[part[-1] for part in self._parts[-2:]]])
 
     @property
@@ -181,7 +182,7 @@ class Deviation:
         return float(self._weights @ np.sqrt(self.variances)) ** 2
 
     def told(self, name: str, log_likelihood: FloatArray) -> None:
-        """What all readings of a door tell (k,), up to a constant, in place of what they told before."""
+        """Replace the log-likelihoods (k,), up to a constant, of all readings of a door."""
         usual = log_likelihood - log_likelihood[-1] + math.log1p(-OUTLIERS)
         both = np.logaddexp(usual, math.log(OUTLIERS))
         self._doors[name], self._outliers[name] = both, OUTLIERS * np.exp(-both)
@@ -202,7 +203,7 @@ class Deviation:
 
 
 def _normalized(log: FloatArray) -> FloatArray:
-    """Weights that sum to one, of their logarithms."""
+    """Normalized weights of logarithms."""
     weights = np.exp(log - log.max())
     return np.asarray(weights / weights.sum())
 

@@ -30,24 +30,24 @@ from objstate.smoothing import History
 
 
 class Estimator:
-    """Where is the robot, and where is each object? Fed with records, one by one, in time order.
+    """The beliefs about robot and objects, updated by records in time order.
 
     Args:
         building: the walls and the objects.
-        settings: every constant; the defaults serve.
-        seed: the same seed and the same records give the same estimates, bit by bit.
+        settings: all settings; the defaults serve.
+        seed: equal seeds and records give equal estimates, bit by bit.
         initial_pose: (3,) x m, y m, yaw rad in the building's frame, instead of the log's own.
         global_start: the robot may be anywhere in the building.
         belief: ``own`` localizes by odometry and scans; ``recorded`` takes the robot
             belief that the log holds, as in the paper's experiments.
-        beliefs: of objects known from before, by name, instead of their priors; on the
+        beliefs: known beliefs about objects, by name, in place of their priors; on the
             samples that these settings give, as ``World.at`` returns them.
         history: keep what smoothing needs, see ``histories``.
 
     Raises:
         SettingsError: settings that contradict each other, an object's joint, or the samples of
             its belief.
-        BuildingError: beliefs of an object that the building doesn't have.
+        BuildingError: beliefs about an object that the building doesn't have.
     """
 
     def __init__(
@@ -65,7 +65,7 @@ class Estimator:
         self.building = building
         self.settings = s = (settings or Settings()).in_building(building.error)
         self.scans_without_pose = 0
-        self.corrections = 0  # scans that localized the robot
+        self.corrections = 0  # number of scans that localized the robot
         self._sensing = sensing = Sensing(building, BeamModel(s.beam_model))
         self._thinned, self._schedule = Thinning(s.scans), Schedule(s.object_updates)
         self._believed = Believed(building, s, seed, beliefs or {}, history=history)
@@ -73,7 +73,7 @@ class Estimator:
         self._marginal = MarginalUpdate(s.object_updates, self._believed)
         scenery = Scenery(s, self._believed)
         self._robot = Robot(s, sensing, scenery, seed, localizes=belief == "own")
-        self.odometry_error = self._robot.odometry_error  # as learnt by now
+        self.odometry_error = self._robot.odometry_error  # as learnt so far
         self._start = Start(self._robot, initial_pose, is_global=global_start)
         self.warnings = self._start.warnings
         parts = sensing, scenery, self._robot, self._believed
@@ -83,7 +83,7 @@ class Estimator:
 
     @property
     def robot(self) -> PoseBelief | None:
-        """p(l), the robot belief; None while nothing is known of the robot's pose."""
+        """p(l), the robot belief; None while nothing is known about the robot's pose."""
         return self._robot.belief
 
     @property
@@ -100,12 +100,12 @@ class Estimator:
 
     @property
     def lost(self) -> tuple[tuple[int, int], ...]:
-        """Stretches (from, to) in ns in which the robot was probably not where it was published to be."""
+        """Intervals (from, to) in ns in which the robot was probably lost."""
         return self._monitor.stretches(self._thinned.now_ns)
 
     @property
     def is_lost(self) -> bool:
-        """Whether the robot is probably not where it is published to be, so that objects aren't updated."""
+        """Whether the robot is probably lost, so that objects aren't updated."""
         return self._monitor.is_lost
 
     @property
@@ -115,28 +115,28 @@ class Estimator:
 
     @property
     def lost_probabilities(self) -> tuple[float, ...]:
-        """Of each stretch in ``lost``, the largest probability in it that the robot was lost."""
+        """The largest probability of being lost in each interval in ``lost``."""
         return self._monitor.probabilities
 
     @property
     def map_error(self) -> float:
-        """m by which pieces of wall are off the building's model, as the log tells."""
+        """m; standard deviation of walls from the building's model, as learnt."""
         return self._robot.wall_std
 
     @property
     def hung_elsewhere(self) -> dict[str, FloatArray]:
-        """Doors that surely don't hang where the model has them, by how much (2,) m."""
+        """Offsets (2,) m of hinges that are significantly off the model, by door."""
         return self._joint.hung_elsewhere
 
     @property
     def histories(self) -> dict[str, History]:
-        """What smoothing needs of each object seen, where the estimator was made with ``history``."""
+        """The history of each observed object for smoothing, with ``history``."""
         return self._joint.histories
 
     # --- the loop -------------------------------------------------------------------
 
     def feed(self, record: Record) -> list[Estimate]:
-        """Take one record in; what it changed in the objects' beliefs comes back."""
+        """Update by one record; return the rows of the objects whose belief changed."""
         match record:
             case Odometry():
                 self._robot.drive(record.pose, record.stamp_ns)
@@ -169,7 +169,7 @@ class Estimator:
         return self._update_by_turns(sight)
 
     def _update_precisely(self, sight: Sight) -> list[Estimate]:
-        """p(l, s, d | o_k) of a pose known to centimetres: Gaussian, given each object's state."""
+        """p(l, s, d | o_k) for a pose known to centimetres: Gaussian, given each object's state."""
         near = self._near(sight, sight.valid)
         known = self._joint.known(near.pointed_at, sight)
         sight = sight.by(self._robot.correct(sight, known))
@@ -204,6 +204,6 @@ class Estimator:
         return sight.near(self.settings.object_updates.max_distance, beams)
 
     def _lost(self, sight: Sight) -> list[Estimate]:
-        """Nothing but time passes for the objects near a robot that is probably lost."""
+        """Predict the objects near a robot that is probably lost."""
         near = self._near(sight, sight.valid).names
         return lost_rows(self._believed, near, sight.scan.stamp_ns)

@@ -1,4 +1,4 @@
-"""What one scan shows of the objects near the robot, while its pose is known to centimetres."""
+"""The part of a scan that shows one object, while the pose is known to centimetres."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ if TYPE_CHECKING:
 else:
     kernels = Later("objstate.objects.mixture_kernels")
 
-ROUGH = 0.01  # m by which walls behind objects are rough
+ROUGH = 0.01  # m; standard deviation of the roughness of walls behind objects
 
 
 @dataclass(frozen=True, eq=False)
 class Exposure:
-    """A scan and what its beams (n,) read where one object doesn't stop them."""
+    """A scan and the ranges of its beams (n,) without one object."""
 
     name: str
     sight: Sight
     vantage: Vantage
     carry: Callable[[str, Vantage], Carried]
     walls: FloatArray  # (n,) m
-    background: FloatArray  # (n,) m, of the walls and all other objects whose state is known
-    blur: FloatArray  # (n,) m^2, the variance of that
+    background: FloatArray  # (n,) m, to the walls and all other objects whose state is certain
+    blur: FloatArray  # (n,) m^2, its variance
 
     @property
     def scan(self) -> Scan:
@@ -47,17 +47,17 @@ class Exposure:
         return max(past / NANOSECONDS, 0.0)
 
     def carried(self) -> Carried:
-        """What is left of the robot's error since the last scan of the object; asked for once."""
+        """How the robot's error carried over since the object's last scan; to be called once."""
         return self.carry(self.name, self.vantage)
 
     @property
     def entered(self) -> FloatArray:
-        """(n,) m at which beams enter the circle that holds the object; inf where they pass by."""
+        """(n,) m at which beams enter the circle that holds the object; inf where they miss it."""
         return self.sight.entered(self.name)
 
     @property
     def stopped(self) -> FloatArray:
-        """(k, 2) m, where beams end that something stops before the background."""
+        """(k, 2) m, ends of beams that something stopped before the background."""
         sight = self.sight
         short = sight.view(sight.valid).stopped_short(
             sight.robot.mean, self.background[sight.valid]
@@ -81,15 +81,16 @@ class Seen(NamedTuple):
     """An object's belief after a scan."""
 
     belief: ObjectBelief
-    beams: IntArray  # (k,) that may meet it
+    beams: IntArray  # (k,) indices of those that may meet it
     is_observed: bool  # whether some of them reached it
 
 
 class Exposures:
-    """The exposures of a scan; the walls are met once for all objects.
+    """The exposures of a scan; walls are cast once for all objects.
 
-    Objects whose state is ``known`` are expected at ranges (n,) m. Pieces of wall are off by
-    ``wall_std`` m. ``carry`` gives what is left of the robot's error since an object was seen last.
+    Objects whose state is certain are expected at ranges ``known`` (n,) m. Pieces of wall have the
+    deviation ``wall_std`` m. ``carry`` gives how the robot's error carried over since an object was
+    seen last.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""What scans say of furniture: each piece's posterior, from where the robot is believed to stand."""
+"""Updates of furniture by scans."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ else:
     furniture_kernels = Later("objstate.objects.furniture_kernels")
     kernels = Later("objstate.objects.mixture_kernels")
 
-TRIED = 400  # states through readings, of which some are proposed
-FEWEST = 3  # ends of beams that may show an object
-ON_OBJECT = 0.1  # m from where an object is known to stand, within which it stopped the beam
+TRIED = 400  # states that are tried, of which some are proposed
+FEWEST = 3  # least number of ends of beams that may show an object
+ON_OBJECT = 0.1  # m from a certain object within which a beam counts as stopped by it
 
 
 class Furniture:
@@ -93,7 +93,7 @@ def _through(
     mixture: FurnitureMixture,
     rng: np.random.Generator,
 ) -> FloatArray:
-    """At most ``PROPOSED`` states (p, 3) in which an outline runs through ends of beams (k, 2)."""
+    """At most ``PROPOSED`` states (p, 3) whose outline passes through ends of beams (k, 2)."""
     if len(stopped) < FEWEST:
         return np.empty((0, 3))
     states, explained = outline.states_through(stopped, TRIED, rng)

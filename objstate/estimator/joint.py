@@ -26,7 +26,7 @@ from objstate.smoothing import DoorHistory, FurnitureHistory, History
 
 
 class JointModel(Protocol):
-    """How scans update the joint posteriors of objects of one kind."""
+    """How scans update the joint posteriors of one kind of objects."""
 
     def __contains__(self, name: str) -> bool:
         """Whether an object is of this kind."""
@@ -38,7 +38,7 @@ class JointModel(Protocol):
 
 
 class JointUpdate:
-    """The update of joint posteriors, and what is learnt of all objects together."""
+    """The update of joint posteriors, and what is learnt over all objects."""
 
     def __init__(
         self, building: Building, settings: Settings, sensing: Sensing, believed: Believed
@@ -53,7 +53,7 @@ class JointUpdate:
         return self._is_wanted and self._sensing.is_level(scan)
 
     def known(self, names: Iterable[str], sight: Sight) -> dict[str, FloatArray]:
-        """Expected ranges (n,) m of each of the objects whose state is known."""
+        """Expected ranges (n,) m of each object whose state is certain."""
         out = {}
         for name in names:
             belief = self._believed.marginals[name]
@@ -67,9 +67,9 @@ class JointUpdate:
     def observe(
         self, names: Sequence[str], sight: Sight, robot: Robot, known: Mapping[str, FloatArray]
     ) -> Fits:
-        """Update the objects of these names, at which beams point; how well each is explained.
+        """Update the named objects, at which beams point; return the share explained for each.
 
-        Objects whose state is ``known`` are expected at ranges (n,) m.
+        Objects whose state is certain are expected at ranges ``known`` (n,) m.
         """
         fits = Fits()
         if not names:
@@ -86,7 +86,7 @@ class JointUpdate:
         return fits
 
     def _keep(self, seen: Seen, exposure: Exposure) -> float | None:
-        """Keep a belief after a scan; how well that explains it, where beams reached the object."""
+        """Keep a belief after a scan; return the share explained where beams reached the object."""
         belief = seen.belief
         if seen.is_observed:
             belief = altered(belief, last_observed_ns=exposure.scan.stamp_ns)
@@ -95,7 +95,7 @@ class JointUpdate:
 
     @property
     def hung_elsewhere(self) -> dict[str, FloatArray]:
-        """Doors that surely don't hang where the model has them, by how much (2,) m."""
+        """Offsets (2,) m of hinges that are significantly off the model, by door."""
         beliefs = self._believed.marginals
         off = {
             name: self._doors.elsewhere(beliefs[name]) for name in beliefs if name in self._doors
@@ -104,7 +104,7 @@ class JointUpdate:
 
     @property
     def histories(self) -> dict[str, History]:
-        """What smoothing needs of each object that was seen and whose steps were kept."""
+        """The history of each object that was seen and whose steps were kept."""
         return {
             name: self._history(belief, belief.past.steps)
             for name, belief in self._believed.marginals.items()

@@ -1,4 +1,4 @@
-"""Which beams may reach which objects, and how the walls explain what they read; compiled."""
+"""The beams that may reach objects, and how walls explain their readings; compiled."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from objstate.compiling import inner, njit
 from objstate.geometry import BoolArray, FloatArray
 
-SPREAD_SIGMAS = 3.0  # how far samples of a belief stray from its mean
+SPREAD_SIGMAS = 3.0  # standard deviations within which samples of a belief lie
 
 _compile = njit(nogil=True, error_model="numpy")
 _inner = inner(nogil=True, error_model="numpy")
@@ -31,7 +31,7 @@ def _from(
     position_std: float,
     yaw_std: float,
 ) -> Any:
-    """Middle and radius of a circle (3,) in the frame of a robot, widened by what that may be off."""
+    """Middle and radius of a circle (3,) in a robot's frame, widened by the robot's uncertainty."""
     east, north = circle[0] - pose[0], circle[1] - pose[1]
     x, y = cos * east + sin * north, cos * north - sin * east
     return x, y, circle[2] + SPREAD_SIGMAS * (position_std + yaw_std * np.hypot(x, y))
@@ -41,7 +41,7 @@ def _from(
 def _entered(
     x: float, y: float, radius: float, origin: FloatArray, direction: FloatArray, level: float
 ) -> Any:
-    """Range at which a beam enters a circle; inf where it passes by."""
+    """Range at which a beam enters a circle; inf where it misses it."""
     to_x, to_y = x - origin[0], y - origin[1]
     along = to_x * direction[0] + to_y * direction[1]
     aside = to_x * direction[1] - to_y * direction[0]
@@ -53,7 +53,7 @@ def _entered(
 
 @_compile
 def within(circles: FloatArray, x: float, y: float, distance: float) -> Any:
-    """Which of the circles (m, 3), x, y and radius, come within a distance of a place: their numbers, and they themselves."""
+    """Indices of the circles (m, 3), x, y and radius, within a distance of a place, and these."""
     found, count = np.empty(circles.shape[0], dtype=np.int64), 0
     for k in range(circles.shape[0]):
         found[count] = k
@@ -75,10 +75,11 @@ def entries(
     directions: FloatArray,
     level: FloatArray,
 ) -> Any:
-    """Range (m, n) at which each beam enters each circle (m, 3); inf where it passes by.
+    """Range (m, n) at which each beam enters each circle (m, 3); inf where it misses it.
 
-    Beams have ``origins`` (n, 3) in the frame of the robot at a ``pose`` (3,), ``directions`` (n, 2) seen from
-    above, and a share ``level`` (n,) of their ranges. The circles are widened by what the robot may be off.
+    Beams have ``origins`` (n, 3) in the frame of the robot at a ``pose`` (3,), ``directions`` (n,
+    2) seen from above, and a share ``level`` (n,) of their ranges. The circles are widened by the
+    robot's uncertainty.
     """
     out = np.empty((circles.shape[0], origins.shape[0]))
     cos, sin = np.cos(pose[2]), np.sin(pose[2])
@@ -98,9 +99,10 @@ def near(
     entered: FloatArray,
     beams: BoolArray,
 ) -> Any:
-    """Which of the circles (m, 3) come within a distance of a place, which of these are entered, and by which beams.
+    """The circles (m, 3) within a distance of a place, those entered, and the beams that enter.
 
-    The first two are numbers; of the beams (n,), those count that are chosen and enter one of the circles, at ranges (m, n).
+    Circles are given by index. Of the beams (n,), the chosen ones count that enter a circle, at
+    ranges (m, n).
     """
     found, count = np.empty((2, circles.shape[0]), dtype=np.int64), 0
     enters, some = np.zeros(beams.shape[0], dtype=np.bool_), 0
@@ -132,10 +134,10 @@ def seen(
     walls: FloatArray,
     margin: float,
 ) -> Any:
-    """Which circles (m, 3), by number, some beams enter before they are a margin, m, past the walls.
+    """Indices of circles (m, 3) that beams enter at most a margin, m, behind the walls.
 
-    Of the circles those within a ``distance``, of the beams those chosen, ``beams`` (n,); the ``walls`` (k,) are met by
-    the chosen ones. Else see ``entries``.
+    Of the circles those within a ``distance``, of the beams those chosen, ``beams`` (n,), which
+    meet the ``walls`` (k,). For other arguments see ``entries``.
     """
     found, count = np.empty(circles.shape[0], dtype=np.int64), 0
     cos, sin = np.cos(pose[2]), np.sin(pose[2])

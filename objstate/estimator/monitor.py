@@ -1,4 +1,4 @@
-"""Localization monitor: how probable the followed place is, and which other one is likelier.
+"""The localization monitor: the probability of the followed place and of others.
 
 The bank holds the probabilities; searches of the whole building propose other places.
 """
@@ -34,21 +34,21 @@ from objstate.particles import Weights
 from objstate.records import NANOSECONDS, Scan
 from objstate.sensing import Sensing
 
-MOMENT_M, MOMENT_RAD, MOMENT_S = 0.2, 0.17, 0.5  # after which a scan tells anew where the robot is
-NEAR = 0.15  # m of deviation up to which a belief surely is near its mean
+MOMENT_M, MOMENT_RAD, MOMENT_S = 0.2, 0.17, 0.5  # distance, turn and time between compared scans
+NEAR = 0.15  # m of deviation up to which a belief surely lies near its mean
 
 
 class Kept(NamedTuple):
-    """What a hypothesis of the robot's place believes beside it."""
+    """The beliefs that belong to a hypothesis about the robot's place."""
 
     beliefs: Mapping[str, ObjectBelief]
     learnt: Learnt
 
 
 class Monitor:
-    """Weighs the place at which the robot is followed against all others, and moves it there.
+    """Compares the followed place with all others, and moves the robot to one that wins.
 
-    A robot that ``is_anywhere`` has no place that is more likely than others as yet.
+    A robot that ``is_anywhere`` has no followed place yet.
     """
 
     def __init__(
@@ -69,13 +69,14 @@ class Monitor:
         self._everywhere = Anywhere(sensing, settings)
         self._search = Search(sensing, settings)
         self._bank = Bank(settings, self._kept)
-        self._moment: tuple[FloatArray, int] | None = None  # odometry (3,) and stamp of the last
+        # odometry (3,) and stamp of the last one
+        self._moment: tuple[FloatArray, int] | None = None
 
     # --- how probable the followed place is -----------------------------------------
 
     @property
     def is_lost(self) -> bool:
-        """Whether the robot is probably not where it is published to be."""
+        """Whether the robot is probably lost."""
         return self._bank.is_lost
 
     @property
@@ -84,18 +85,18 @@ class Monitor:
         return self._bank.p_localized
 
     def stretches(self, now_ns: int) -> tuple[tuple[int, int], ...]:
-        """(from, to) ns of each time that the robot was probably lost."""
+        """(from, to) ns of each interval in which the robot was probably lost."""
         return self._bank.stretches(now_ns)
 
     @property
     def probabilities(self) -> tuple[float, ...]:
-        """The largest probability of being lost in each of these."""
+        """The largest probability of being lost in each of these intervals."""
         return self._bank.probabilities
 
-    # --- a place that somebody told -------------------------------------------------
+    # --- a given place --------------------------------------------------------------
 
     def told(self, now_ns: int, *, is_start: bool) -> None:
-        """The robot's belief was told; as its start, it is probably right."""
+        """Note that a belief was given; as a start, it is probably right."""
         self._search.forget()
         if is_start:
             self._bank.start(self._kept)
@@ -104,7 +105,7 @@ class Monitor:
     # --- propose: a robot that may be anywhere --------------------------------------
 
     def propose(self, scan: Scan) -> None:
-        """Let a robot that may be anywhere be where its scans up to this one fit."""
+        """Propose places for a robot that may be anywhere, by its scans so far."""
         robot, now = self._robot, scan.stamp_ns
         beams = self._everywhere.usable(scan)
         if robot.odometry is None or not beams.any():
@@ -126,7 +127,7 @@ class Monitor:
     # --- weigh: the followed place against others -----------------------------------
 
     def weigh(self, sight: Sight) -> None:
-        """Take in what a scan says of the followed place; the robot moves to another if one wins."""
+        """Update the probability of the followed place; move the robot if another place wins."""
         robot, scan = self._robot, sight.scan
         if not robot.is_filtered:
             self._bank.widen(sight.robot.position_std)
@@ -148,7 +149,7 @@ class Monitor:
         self._bank.publish(_near_mean(self._robot.belief), now_ns)
 
     def _is_moment(self, scan: Scan, now: FloatArray) -> bool:
-        """Whether the robot, by its odometry (3,), has moved on, or time passed, since the last moment."""
+        """Whether the robot has moved, or time has passed, since the last compared scan."""
         if self._moment is not None:
             odometry, stamp_ns = self._moment
             step = between(odometry, now)
@@ -159,10 +160,10 @@ class Monitor:
         return True
 
     def _log_evidence(self, sight: Sight, beams: BoolArray) -> float:
-        """Tempered log p(o) of some beams from where the robot is followed to.
+        """Tempered log p(o) of some beams from the followed place.
 
-        With objects as they were believed before it may have left that place: what was learnt since
-        may be what makes a wrong place explain its scans.
+        Objects are taken as they were believed before the robot may have left the place, since
+        later updates may be what makes a wrong place explain its scans.
         """
         scenery, beliefs = self._scenery, self._bank.before.beliefs
         tempering = self._settings.localization.tempering
@@ -174,7 +175,7 @@ class Monitor:
     # --- search: other places -------------------------------------------------------
 
     def _look_elsewhere(self, sight: Sight) -> None:
-        """Search the whole building, if other places may be likelier; the likeliest is followed."""
+        """Search the whole building if other places are probable enough; follow one that wins."""
         bank, now = self._bank, sight.scan.stamp_ns
         if not bank.may_search(now, self._settings.search.every_s):
             return
@@ -192,12 +193,12 @@ class Monitor:
             return
         self._search.follow(best, since_ns)
         bank.follow(found, best, kept, since_ns)
-        # what was learnt since the robot came there is that of a wrong hypothesis
+        # beliefs since then belong to a wrong hypothesis
         self._believed.restore(kept.beliefs)
         self._robot.found(place, kept.learnt)
 
     def _left(self, place: FloatArray) -> tuple[Kept, int]:
-        """What was believed before scans spoke for the way that ends in a place (3,), and since when."""
+        """The beliefs from before scans favoured the way to a place (3,), and their stamp."""
         moments, gained = self._bank.moments, []
         for moment in moments:
             log_likelihood = self._explained(moment.scan)
@@ -210,11 +211,14 @@ class Monitor:
 
     @property
     def _kept(self) -> Kept:
-        """What is believed now beside the pose."""
+        """The present beliefs besides the pose."""
         return Kept(dict(self._believed.marginals), self._robot.learnt)
 
     def _explained(self, scan: Scan) -> LogLikelihood:
-        """Tempered log p(o | l) (p,) of a scan, for poses near each other, from each with its own objects."""
+        """A function giving the tempered log p(o | l) (p,) of a scan for nearby poses.
+
+        Objects are averaged over their priors.
+        """
         anywhere = PoseBelief(np.zeros((1, 3)), Weights.uniform(1))
         looked = Sight.of(scan, anywhere, self._sensing, self._believed.surroundings)
         beams, priors = self._scenery.thinned(looked.valid), self._believed.priors
@@ -224,7 +228,7 @@ class Monitor:
 
         def log_likelihood(poses: FloatArray, blur: float) -> FloatArray:
             sight = looked.by(PoseBelief(poses, Weights.uniform(len(poses))))
-            around = poses  # and their mean, from which objects are looked for
+            around = poses  # and their mean, around which objects are looked up
             if len(poses) > 1:
                 around = np.concatenate([sight.robot.mean[None], poses])
             walls = view.walls(around)

@@ -1,4 +1,4 @@
-"""What one scan says about the objects near the robot, each by itself (section 2.2 of the paper)."""
+"""The update of objects by one scan in marginal inference (section 2.2 of the paper)."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Observation:
     """The objects' beliefs after a scan."""
 
     beliefs: Mapping[str, ObjectBelief]
-    fits: Mapping[str, float]  # of the objects on which a beam bore
+    fits: Mapping[str, float]  # of the objects that a beam reached
 
 
 class MarginalUpdate:
@@ -32,7 +32,7 @@ class MarginalUpdate:
         self._settings, self._believed = settings, believed
 
     def observe(self, near: Near, sight: Sight, robot: Robot) -> Fits:
-        """Update the objects near by at which beams point; how well each is explained."""
+        """Update the near objects at which beams point; return the share explained for each."""
         s, believed = self._settings, self._believed
         samples, stamp_ns = robot.samples(s.robot_samples), sight.scan.stamp_ns
         view, names = sight.view(near.beams), near.pointed_at
@@ -50,10 +50,10 @@ def observe(
     tempering: float,
     shift_std: float,
 ) -> Observation:
-    """Predict each object's p(s) and integrate the scan into it, by all robot samples.
+    """Predict each object's p(s) and update it by the scan, averaged over robot samples.
 
-    The view is of the beams that may touch the objects of these ``names``. ``shift_std`` m is how
-    far the building is off.
+    The view is of the beams that may touch the objects of these ``names``. ``shift_std`` m is the
+    deviation of the building.
     """
     beliefs, fits = {name: believed.at(name, stamp_ns) for name in names}, {}
     backdrop = Backdrop(view, robot.poses, dict(beliefs))
@@ -72,7 +72,7 @@ def observe(
 def _fit(
     name: str, update: Update, view: ScanView, robot: PoseBelief, without: FloatArray
 ) -> float:
-    """Share of the beams that bear on an object which its best state explains.
+    """Share of the beams reaching an object that its most probable state explains.
 
     Seen from the robot sample that explains the scan best.
     """

@@ -1,4 +1,4 @@
-"""What is published of the objects after a scan."""
+"""The published rows of the objects after a scan."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from objstate.objects import ObjectBelief
 from objstate.records import Estimate
 
 Fits = dict[str, float | None]
-"""By object, the share of the beams bearing on it that its best state explains, where some do."""
+"""By object, the share of the beams reaching it that its most probable state explains."""
 
 
 def rows(beliefs: Mapping[str, ObjectBelief], fits: Fits) -> list[Estimate]:
@@ -22,13 +22,13 @@ def rows(beliefs: Mapping[str, ObjectBelief], fits: Fits) -> list[Estimate]:
 
 
 def lost_rows(believed: Believed, names: Collection[str], stamp_ns: int) -> list[Estimate]:
-    """The estimates of the objects that a lost robot thinks it is near, as of a moment."""
+    """The estimates of the objects near a lost robot's published pose, as of a moment."""
     beliefs = [believed.at(name, stamp_ns) for name in names]
     return [row for belief in beliefs for row in belief.estimates(None, lost=True)]
 
 
 def share_explained(belief: ObjectBelief, exposure: Exposure, beams: IntArray) -> float:
-    """Share of the ``beams`` (k,) that bear on an object which its best state explains."""
+    """Share of the ``beams`` (k,) reaching an object that its most probable state explains."""
     chosen = np.zeros(len(exposure.scan), dtype=bool)
     chosen[beams] = True
     every = np.ones(len(beams), dtype=bool)

@@ -34,15 +34,16 @@ from objstate.records import (
 )
 from objstate.sensing import Sensing
 
-BEFORE_OBJECTS = 0.1  # m before a known object, up to which a beam tells of walls alone
-TIGHT_M, TIGHT_RAD = 0.12, math.radians(2.5)  # deviations with which scans are linear in a pose
-FOUND_STD = np.array([0.1, 0.1, np.radians(3.0)])  # m, m, rad, of a place that was searched for
+BEFORE_OBJECTS = 0.1  # m before a certain object, up to which a beam counts for walls
+# largest deviations for which scans are linear in the pose
+TIGHT_M, TIGHT_RAD = 0.12, math.radians(2.5)
+FOUND_STD = np.array([0.1, 0.1, np.radians(3.0)])  # m, m, rad, of a place found by a search
 
 
 class Robot:
-    """Where the robot is, as one followed hypothesis has it.
+    """The belief about the robot's pose under the followed hypothesis.
 
-    ``localizes`` is whether scans tell where it is; if not, its belief is told.
+    ``localizes`` is whether scans update it; otherwise it is given.
     """
 
     def __init__(
@@ -52,15 +53,15 @@ class Robot:
         self._rng = np.random.default_rng([seed, 0])
         self.localizes = localizes
         self._belief: PoseBelief | None = (
-            None  # None while nothing is known, or only the filter knows
+            None  # None while nothing is known, or while only the filter knows
         )
-        self.odometry: FloatArray | None = None  # (3,) the last
-        self.odometry_error = OdometryError(settings.odometry_error)  # as learnt by now
+        self.odometry: FloatArray | None = None  # (3,) the last reading
+        self.odometry_error = OdometryError(settings.odometry_error)  # as learnt so far
         self._driven_m, self._driven_ns = 0.0, 0
-        self._corrected_at: FloatArray | None = None  # (3,) the odometry at the last correction
+        self._corrected_at: FloatArray | None = None  # (3,) odometry at the last correction
         self._localizer = Localizer(settings.localization)
         self._filter: PoseFilter | None = None  # while the pose is known to centimetres
-        self._learnt = NOTHING  # what such a filter knew of robot and building when it was left
+        self._learnt = NOTHING  # what the last filter had learnt of robot and building
         self._draws = _whitened(settings.localization.min_particles)
         self._decorrelation = Decorrelation(settings.building_error.robot_length_m)
 
@@ -80,25 +81,25 @@ class Robot:
 
     @property
     def is_narrow(self) -> bool:
-        """Whether its place is known well enough to tell objects by."""
+        """Whether the position is known well enough to update objects."""
         assert self.belief is not None
         return self.belief.position_std <= self._settings.object_updates.max_position_std
 
     @property
     def is_tight(self) -> bool:
-        """Whether its pose is known so well that the belief may be taken for a Gaussian."""
+        """Whether the pose is known well enough for a Gaussian belief."""
         robot = self.belief
         assert robot is not None
         return robot.position_std <= TIGHT_M and math.sqrt(robot.covariance[2, 2]) <= TIGHT_RAD
 
     @property
     def learnt(self) -> Learnt:
-        """What is known of lasers, their noise and walls."""
+        """What was learnt of lasers, their noise and walls."""
         return self._learnt if self._filter is None else self._filter.learnt
 
     @property
     def wall_std(self) -> float:
-        """m by which pieces of wall are off the building's model."""
+        """m; standard deviation of walls from the building's model."""
         if self._filter is None:
             return self._settings.building_error.wall_std_m
         return self._filter.wall_std
@@ -108,21 +109,21 @@ class Robot:
         assert self.belief is not None
         return self.belief.thinned(count, self._rng)
 
-    # --- told, and carried elsewhere ------------------------------------------------
+    # --- given, or found elsewhere --------------------------------------------------
 
     def follow(self, belief: PoseBelief) -> None:
-        """Take a belief over; what was learnt of robot and building stays."""
+        """Follow a belief; what was learnt of robot and building stays."""
         self.leave_filter()
         self.odometry_error.forget()
         self._belief, self._corrected_at = belief, None
 
     def forget(self) -> None:
-        """Nothing is known of the pose."""
+        """Forget the pose."""
         self.leave_filter()
         self._belief = None
 
     def start(self, pose: FloatArray, covariance: FloatArray | None = None) -> None:
-        """Follow a pose (3,) that was told, with its covariance (3, 3) where that was, too."""
+        """Follow a given pose (3,), with its covariance (3, 3) where there is one."""
         told = self._localizer.told_covariance if covariance is None else covariance
         self.follow(self._localizer.start(pose, told, self._rng))
 
@@ -134,7 +135,7 @@ class Robot:
             self.start(record.mean, record.covariance)
 
     def found(self, place: FloatArray, learnt: Learnt) -> None:
-        """Follow a place (3,) that a search found, with what was learnt before it was left."""
+        """Follow a place (3,) found by a search, with what was learnt before it was left."""
         self.start(place, np.diag(FOUND_STD**2))
         self._learnt = learnt
 
@@ -152,7 +153,7 @@ class Robot:
         if self._filter is not None:
             variances = motion_variances(step, self._settings.localization)
             self._filter.drive(*self.odometry_error.drive(step, variances), seconds)
-            self._belief = None  # its samples are drawn when they are asked for
+            self._belief = None  # samples are drawn on demand
         elif self._belief is not None and self.localizes:
             error = self.odometry_error
             self._belief = self._localizer.predict(self._belief, step, self._rng, error)
@@ -162,9 +163,9 @@ class Robot:
     # --- p(l | o_k) by the filter ---------------------------------------------------
 
     def follows_precisely(self, is_linear: bool) -> bool:
-        """Whether the filter takes a scan in, which ``is_linear`` if its laser is level.
+        """Whether the filter takes a scan, which ``is_linear`` if its laser is level.
 
-        The filter begins when the belief is tight, and ends when its place is no longer known.
+        The filter begins when the belief is tight, and ends when the position is no longer known.
         """
         assert self.belief is not None
         may = self.localizes and is_linear
@@ -187,7 +188,7 @@ class Robot:
     def correct(self, sight: Sight, known: Mapping[str, FloatArray]) -> PoseBelief:
         """p(l, a, w | o_k) by the beams of a scan that meet walls.
 
-        Objects whose state is ``known`` are expected at ranges (n,) m.
+        Objects whose state is certain are expected at ranges ``known`` (n,) m.
         """
         pose, scan, before = self._filter, sight.scan, self.belief
         assert pose is not None
@@ -204,7 +205,7 @@ class Robot:
         return after
 
     def _by_samples(self, sight: Sight, pose: PoseFilter) -> PoseBelief:
-        """p(l | o_k) by the samples of p(l), from beams whose errors go together."""
+        """p(l | o_k) by the samples of p(l), with dependent errors of beams."""
         robot, beams = sight.robot, sight.valid
         objects = self._scenery.objects(sight, beams)
         told = sight.view(beams).pose_log_likelihood(robot.poses, pose.wall_std, objects)
@@ -228,10 +229,10 @@ class Robot:
 
     @property
     def _has_moved(self) -> bool:
-        """Whether it has moved on since the last correction.
+        """Whether the robot has moved since the last correction.
 
-        Scans from one place repeat each other's errors, and would settle a wide belief on a wrong
-        place.
+        Scans from one place repeat each other's errors, and would make a wide belief converge to a
+        wrong place.
         """
         if self._corrected_at is None or self.odometry is None:
             return True
@@ -241,7 +242,7 @@ class Robot:
     # --- what objects need ----------------------------------------------------------
 
     def vantage(self, scan: Scan) -> Vantage:
-        """From where a scan's beams leave."""
+        """The origins and directions of a scan's beams."""
         if self._filter is not None:
             return self._filter.vantage(scan)
         assert self.belief is not None
@@ -249,7 +250,7 @@ class Robot:
         return Vantage.of(self.belief, scan, noise)
 
     def carried(self, name: str, vantage: Vantage) -> Carried:
-        """What is left of its error since an object was observed last; it is observed now."""
+        """How the error carried over since an object was last observed; it is observed now."""
         if self._filter is not None:
             return self._filter.carried(name, vantage)
         return self._decorrelation.carried(name, self._driven_m, vantage.covariance)

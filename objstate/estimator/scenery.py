@@ -1,4 +1,4 @@
-"""log p(o | l) of a scan, with the objects that it may see wherever they may be."""
+"""log p(o | l) of a scan, averaged over the states of the objects in sight."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from objstate.geometry import BoolArray, FloatArray
 from objstate.objects import ObjectBelief
 from objstate.sensing import UncertainObject
 
-KEPT = 1024  # beliefs whose samples are remembered: few change from scan to scan
+KEPT = 1024  # number of beliefs whose samples are cached
 Beliefs = Mapping[str, ObjectBelief]
 
 
 class Scenery:
-    """The likelihood of a scan from robot poses, summed over where objects may be."""
+    """The likelihood of a scan from robot poses, averaged over the states of objects."""
 
     def __init__(self, settings: Settings, believed: Believed) -> None:
         self._believed = believed
@@ -34,8 +34,8 @@ class Scenery:
     ) -> FloatArray:
         """log p(o | l) (p,) of some beams (n,) from the samples of a sight's robot belief.
 
-        Ranges are blurred by so many m. While the robot's place is known well enough, objects
-        before the walls are reckoned with, by what is believed of them now, or by other ``beliefs``.
+        Ranges are blurred by some m. While the robot's position is known well enough, objects
+        before the walls are included, by their present beliefs or by other ``beliefs``.
         """
         robot = sight.robot
         objects = self.objects(sight, beams, beliefs) if self.is_narrow(sight) else []
@@ -44,7 +44,7 @@ class Scenery:
     def log_likelihood_of_mean(
         self, sight: Sight, beams: BoolArray, blur: float, beliefs: Beliefs
     ) -> float:
-        """The same from the mean of the robot belief, from which the walls are known."""
+        """The same from the mean of the robot belief, for which the walls are known."""
         objects = self.objects(sight, beams, beliefs) if self.is_narrow(sight) else []
         mean, walls = sight.robot.mean[None], sight.walls[None, beams]
         return float(sight.view(beams).pose_log_likelihood(mean, blur, objects, walls)[0])
@@ -56,15 +56,15 @@ class Scenery:
         beliefs: Beliefs | None = None,
         walls: FloatArray | None = None,
     ) -> list[UncertainObject]:
-        """Objects that some beams (n,) may see, each where it may be; see ``Sight.seen_by``."""
+        """The objects that some beams (n,) may meet, with their states; see ``Sight.seen_by``."""
         known = self._believed.marginals if beliefs is None else beliefs
         names = sight.seen_by(beams, walls=walls)
         return [self._represented(known[name], self._states) for name in names]
 
     def is_narrow(self, sight: Sight) -> bool:
-        """Whether the robot's place is known well enough to tell objects by."""
+        """Whether the robot's position is known well enough to include objects."""
         return sight.robot.position_std <= self._widest
 
     def thinned(self, beams: BoolArray) -> BoolArray:
-        """As many of the beams (n,) as localize, evenly spread."""
+        """The beams (n,) that localize: as many as allowed, evenly spread."""
         return np.asarray(evenly_spread(beams, self._most))

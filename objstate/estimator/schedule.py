@@ -1,8 +1,7 @@
-"""Which readings localize the robot and which observe the objects.
+"""The readings that localize the robot and those that update the objects.
 
-The paper keeps the two beliefs apart as marginals, so no reading may serve both
-(section 2.2): it alternates between scans. Several lasers, or every other beam,
-can be shared out as well.
+Marginal inference keeps the two beliefs apart, so that no reading may serve both (section 2.2 of
+the paper, which alternates between scans). Lasers, or every other beam, can be shared out as well.
 """
 
 from __future__ import annotations
@@ -15,14 +14,14 @@ from objstate.records import Scan
 
 
 class Schedule:
-    """Shares a stream of scans out between localization and objects."""
+    """Shares out a stream of scans between localization and objects."""
 
     def __init__(self, settings: ObjectUpdateSettings) -> None:
         self._settings = settings
-        self._seen: dict[str, int] = {}  # scans of each laser so far: k of Table 1
+        self._seen: dict[str, int] = {}  # number of scans of each laser so far: k of Table 1
 
     def share_out(self, scan: Scan) -> tuple[BoolArray, BoolArray]:
-        """The beams (n,) that localize and those (n,) that observe objects."""
+        """The beams (n,) that localize and those (n,) that update objects."""
         k = self._seen.get(scan.laser, 0)
         self._seen[scan.laser] = k + 1
         localizes = np.zeros(len(scan), dtype=bool)

@@ -1,4 +1,4 @@
-"""What one scan may see from where the robot thinks it is: walls, and the objects before them."""
+"""The walls and objects that one scan may meet, from the robot's estimated pose."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from objstate.sensing import ScanView, Sensing
 
 
 class Near(NamedTuple):
-    """The objects near a robot, and the beams that may tell of them.
+    """The objects near a robot, and the beams that may meet them.
 
-    All other beams are the same whatever the objects do (section 3 of the paper).
+    All other beams have the same likelihood in every state of the objects (section 3 of the paper).
     """
 
     names: list[str]
@@ -32,11 +32,11 @@ class Near(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Sight:
-    """One scan from the mean of a robot belief; every object counts with the circle that holds it."""
+    """One scan from the mean of a robot belief; objects are represented by their circles."""
 
     scan: Scan
     robot: PoseBelief
-    whole: ScanView  # of all beams that say anything
+    whole: ScanView  # of all valid beams
     surroundings: Surroundings
 
     @staticmethod
@@ -45,14 +45,14 @@ class Sight:
         return Sight(scan, robot, sensing.view(scan), surroundings)
 
     def by(self, robot: PoseBelief) -> Sight:
-        """The same scan by another robot belief."""
+        """The same scan from another robot belief."""
         if robot is self.robot:
             return self
         return Sight(self.scan, robot, self.whole, self.surroundings)
 
     @lazy
     def walls(self) -> FloatArray:
-        """Range (n,) m of the walls for each beam; not a number for beams that say nothing."""
+        """Range (n,) m of the walls for each beam; NaN for invalid beams."""
         walls: FloatArray = self.whole.walls(self.robot.mean[None])[0]
         if len(walls) == len(self.scan):
             return walls
@@ -62,16 +62,16 @@ class Sight:
 
     @property
     def height(self) -> float:
-        """m of the laser above the floor."""
+        """Height of the laser above the floor, m."""
         return float(self.scan.rays.origins[0, 2])
 
     @property
     def valid(self) -> BoolArray:
-        """Which beams (n,) say anything."""
+        """Which beams (n,) are valid."""
         return self.scan.valid
 
     def view(self, beams: BoolArray) -> ScanView:
-        """The view of some of the beams (n,) that say anything."""
+        """The view of some of the valid beams (n,)."""
         return self.whole.take(beams[self.valid])
 
     @property
@@ -81,14 +81,14 @@ class Sight:
 
     @lazy
     def _in_range(self) -> tuple[list[str], FloatArray]:
-        """Those, and the circles (m, 3) in which each of them can be."""
+        """These, and the circles (m, 3) in which each of them can be."""
         return self.surroundings.within(self.robot.mean, self.scan.range_max)
 
     @lazy
     def entries(self) -> FloatArray:
-        """Range (m, n) at which each beam enters each object's circle; inf where it passes by.
+        """Range (m, n) at which each beam enters each object's circle; inf where it misses it.
 
-        The circles are widened by what the robot's own uncertainty may shift them.
+        The circles are widened by the robot's own uncertainty.
         """
         robot, rays = self.robot, self.scan.rays
         yaw_std = math.sqrt(robot.covariance[2, 2])
@@ -98,13 +98,13 @@ class Sight:
         return np.asarray(found)
 
     def entered(self, name: str) -> FloatArray:
-        """Range (n,) at which each beam enters an object's circle; inf where it passes by."""
+        """Range (n,) at which each beam enters an object's circle; inf where it misses it."""
         if name not in self.names:
             return np.full(len(self.scan), np.inf)
         return np.asarray(self.entries[self.names.index(name)])
 
     def near(self, distance: float, beams: BoolArray) -> Near:
-        """The objects within a distance, and what some of the beams (n,) tell of them."""
+        """The objects within a distance, and which of the beams (n,) may meet them."""
         (names, circles), (x, y, _) = self._in_range, self.robot.mean.tolist()
         found, pointed_at, used = kernels.near(circles, x, y, distance, self.entries, beams)
         return Near(
@@ -114,7 +114,7 @@ class Sight:
     def seen_by(
         self, beams: BoolArray, but: Collection[str] = (), walls: FloatArray | None = None
     ) -> list[str]:
-        """Objects, but those named, that some of the beams (n,) may reach before they meet a wall.
+        """Objects, except those named, that some of the beams (n,) may reach before a wall.
 
         The ``walls`` (k,) m that these beams meet are cast where they aren't given.
         """

@@ -1,4 +1,4 @@
-"""Which of the poses that a caller and a log tell are taken for the robot's."""
+"""The robot's start, from the caller or the log."""
 
 from __future__ import annotations
 

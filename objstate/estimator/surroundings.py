@@ -1,7 +1,7 @@
-"""Which objects a scan may see, and with which beams, before any ray is cast.
+"""The objects that a scan may meet, and with which beams, before any ray is cast.
 
-Every object stays within a circle about its place, whatever its state: about the
-hinge of a door, the middle of a sliding door's way, the believed place of furniture.
+Every object stays within a circle whatever its state: about the hinge of a door, the middle of a
+sliding door's range, the believed place of furniture.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from objstate.sensing.level import moves_in_plane
 
 
 class Surroundings:
-    """The circles in which a building's objects can be, kept up as beliefs move."""
+    """The circles in which a building's objects can be, updated as beliefs move."""
 
     def __init__(self, building: Building) -> None:
         self.names = tuple(building.objects)
@@ -29,14 +29,14 @@ class Surroundings:
         self._circles = np.array(circles).reshape(-1, 3)  # x, y, radius
 
     def follow(self, name: str, belief: ObjectBelief) -> None:
-        """Let a piece of furniture's circle follow its belief."""
+        """Move a piece of furniture's circle with its belief."""
         if belief.item.kind is Kind.PLANAR:
             strayed = SPREAD_SIGMAS * float(np.hypot(belief.std[0], belief.std[1]))
             radius = self._reach[name] + strayed
             self._circles[self._index[name]] = [*belief.mean[:2], radius]
 
     def rehang(self, item: MovableObject) -> None:
-        """Let an object's circle follow its hinge."""
+        """Move a door's circle with its hinge."""
         self._circles[self._index[item.name]] = _circle(item, self._reach[item.name])
 
     def circles(self, names: Sequence[str]) -> FloatArray:
@@ -45,17 +45,17 @@ class Surroundings:
 
     @property
     def all_circles(self) -> FloatArray:
-        """(m, 3) those of all objects, in the order of their names."""
+        """(m, 3) the circles of all objects, in the order of their names."""
         return self._circles
 
     def within(self, place: FloatArray, distance: float) -> tuple[list[str], FloatArray]:
-        """The objects that come within ``distance`` m of a place (2 or 3,), and x, y and radius (m, 3) of their circles."""
+        """The objects within ``distance`` m of a place (2 or 3,), and their circles (m, 3)."""
         numbers, circles = kernels.within(self._circles, place[0], place[1], distance)
         return [self.names[k] for k in numbers.tolist()], circles
 
 
 def item_states(item: MovableObject) -> FloatArray:
-    """States (k, d) between which an object moves: its limits, or where it should stand."""
+    """States (k, d) between which an object moves: its limits, or its modelled place."""
     if item.kind is Kind.PLANAR:
         return item.home[None]
     return np.array([[item.lower], [item.upper]])

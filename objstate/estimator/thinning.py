@@ -1,7 +1,8 @@
 """Fewer beams of dense lasers, fewer scans of fast ones.
 
-Neighbouring beams, and scans in quick succession, read the same surfaces with the same errors of the model:
-twice as many of them tell less than twice as much, though likelihoods take them to be independent.
+Neighbouring beams, and scans in quick succession, read the same surfaces with the same errors of
+the model. Twice as many carry less than twice the information, although likelihoods take them as
+independent.
 """
 
 from __future__ import annotations
@@ -15,12 +16,12 @@ from objstate.errors import LogError
 from objstate.lazy import altered
 from objstate.records import NANOSECONDS, Rays, Scan
 
-ROUNDING = 1e-3  # by which spacings that are meant to be equal may differ, as a share
+ROUNDING = 1e-3  # relative difference of spacings that are meant to be equal
 
 
 @dataclass(frozen=True, eq=False)
 class _Combs:
-    """Every so many of a laser's beams, of which another comb is taken each time."""
+    """A regular selection of a laser's beams, with another offset each time."""
 
     of: Rays
     every: int
@@ -38,15 +39,15 @@ class _Combs:
 
 @dataclass
 class _Laser:
-    """What has been taken of one laser's scans so far."""
+    """The scans of one laser used so far."""
 
-    combs: _Combs  # of its last rays: its scans often share them
+    combs: _Combs  # for its last rays, which its scans often share
     taken: int = 0
-    next_ns: int = 0  # from when on the next may be
+    next_ns: int = 0  # earliest stamp of the next scan to be used
 
 
 class Thinning:
-    """Passes over scans that follow too soon, and beams that lie too close, another set each time."""
+    """Skips scans that follow too soon, and beams that lie too close, others each time."""
 
     def __init__(self, settings: ScanSettings) -> None:
         self._settings = settings
@@ -54,7 +55,7 @@ class Thinning:
         self.now_ns = 0  # of the last scan
 
     def __call__(self, scan: Scan) -> Scan | None:
-        """What to take of a scan; None of one that says nothing, or follows the last of its laser too soon.
+        """The part of a scan to use; None for one that is invalid or too soon after the last one.
 
         Raises LogError for a scan that is earlier than the last one.
         """
@@ -81,7 +82,7 @@ class Thinning:
         return _Combs(rays, self._every(rays))
 
     def _every(self, rays: Rays) -> int:
-        """Of how many beams one is taken, so that the others lie no farther apart than they may."""
+        """The number of beams of which one is used, for the spacing that the settings allow."""
         if len(rays) < 2:
             return 1
         chords = np.linalg.norm(np.diff(rays.directions, axis=0), axis=1)  # about angles, rad

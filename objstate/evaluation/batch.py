@@ -28,6 +28,7 @@ from objstate.recording.parts import OnLog, Part, file_state, parts, states_stat
 from objstate.recording.summary import read_summary
 from objstate.recording.tables import check_truth_times, read_states, read_truth
 from objstate.recording.tum import TRAJECTORY, read_tum
+from objstate.storage import building_here, here
 
 if TYPE_CHECKING:
     import polars as pl
@@ -52,7 +53,7 @@ class BatchEvaluation:
     logs: int  # with a result and a truth
     without_truth: tuple[str, ...]
     without_result: tuple[str, ...]
-    notes: tuple[str, ...]  # what could not be told of which log, and why
+    notes: tuple[str, ...]  # what could not be evaluated of which log, and why
     overall: tuple[Overall, ...]
     groups: tuple[Group, ...]  # at the updates, by condition
     calibration: tuple[Calibration, ...]  # of the final estimates
@@ -94,7 +95,7 @@ def evaluate_batch(
     finals = totals.finals()
     overall = _overall(totals, finals)
     if not overall:
-        raise TruthError(f"The truth tells nothing of the objects in {folder}.")
+        raise TruthError(f"The truth has none of the objects in {folder}.")
     return BatchEvaluation(
         logs=len(left),
         without_truth=tuple(log.name for log in logs if log.truth is None),
@@ -166,7 +167,7 @@ def _plain(result: Path, log: BatchLog, filtered: bool) -> pl.DataFrame:
 
     if log.truth is None:
         return pl.DataFrame()
-    truth, estimates = read_truth(log.truth), read_states(result, filtered=filtered)
+    truth, estimates = read_truth(here(log.truth)), read_states(result, filtered=filtered)
     if len(estimates):
         stamps = estimates["stamp"].to_numpy()
         check_truth_times(truth, int(stamps.min()), int(stamps.max()), log.truth)
@@ -210,7 +211,7 @@ def _reachable(log: str) -> Path:
 
 @cache
 def _building(address: str) -> Building:
-    return load_building(Path(address))
+    return load_building(building_here(address))
 
 
 def _overall(totals: Totals, finals: pl.DataFrame) -> tuple[Overall, ...]:

@@ -1,4 +1,4 @@
-"""Whether estimates are as sure as they should be: figures for calibration plots."""
+"""Calibration of estimates: how often intervals hold the truth, and errors by stated width."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Under what conditions an object was looked at: from how far, how obliquely, with how many beams.
+"""The conditions of an observation: distance, incidence, number of beams.
 
-Told by the estimated path and states, the building and the log; a result needn't hold them.
+From the estimated path and states, the building and the log; a result needn't hold them.
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ from objstate.records import TrueState
 if TYPE_CHECKING:
     import polars as pl
 
-NAMES_SHOWN = 5  # so many names tell which building a table is about
+NAMES_SHOWN = 5  # most names in a list
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Evaluation:
     objects: tuple[CoordinateErrors, ...]
     overall: tuple[CoordinateErrors, ...]  # one for each kind of coordinate
     without_truth: tuple[str, ...]  # objects that were estimated, but whose truth is unknown
-    never_observed: tuple[str, ...]  # objects with truth and estimates, none of which saw them
+    never_observed: tuple[str, ...]  # objects with truth and estimates, but without an observation
     before_truth: tuple[str, ...]  # objects that were observed, but only before their truth begins
     never_estimated: tuple[str, ...]  # objects with truth and no estimate
     robot: RobotErrors | None
@@ -69,12 +69,12 @@ def evaluate(
 ) -> Evaluation:
     """Compare the result in ``folder`` with true states (CSV) and the true path (TUM), where given.
 
-    An object is evaluated at the updates that observed it, from the first stamp of
-    its truth on; what was taken back because the robot was lost counts among the
-    updates, but not as final. Its states are those given the whole log, where the result has them,
-    or with ``filtered`` those that the robot would have known then. ``align`` moves the estimated path onto the true one first. Raises
-    ResultError for a folder that holds no result and TruthError for a truth that can't be used or has
-    no object of the result.
+    An object is evaluated at the updates that observed it, from the first stamp of its truth on;
+    what was taken back because the robot was lost counts among the updates, but not as final. Its
+    states are those given the whole log, where the result has them, or with ``filtered`` those that
+    the robot would have known then. ``align`` moves the estimated path onto the true one first.
+    Raises ResultError for a folder that holds no result and TruthError for a truth that can't be
+    used or has no object of the result.
     """
     if truth is None:
         evaluation = Evaluation((), (), (), (), (), (), None)
@@ -114,7 +114,7 @@ def evaluate_states(
         raise ResultError("The result holds no estimates: no scan was near an object.")
     if estimated.isdisjoint(courses):
         raise TruthError(
-            f"{source} tells nothing of this result's objects: it knows {_listed(courses)}, the "
+            f"{source} has none of this result's objects: it has {_listed(courses)}, the "
             f"result has {_listed(estimated)}; use the truth of the same building."
         )
     stamps = estimates["stamp"].to_numpy()

@@ -20,7 +20,8 @@ from objstate.geometry import BoolArray, IntArray
 if TYPE_CHECKING:
     import polars as pl
 
-# Of one coordinate in one log so many estimates, evenly spread, are judged besides the final
+# Of one coordinate in one log, at most this number of estimates, evenly spread, is judged besides
+# the final
 # ones: neighbours tell next to nothing new, and thousands of logs must fit into memory.
 MOST_JUDGED = 500
 
@@ -30,10 +31,10 @@ def judge(
 ) -> pl.DataFrame:
     """The estimates whose truth is known.
 
-    Columns ``stamp, object, coordinate, mean, std, lower, upper, observed`` as estimated;
-    ``error`` and ``inside`` against the truth; ``period``, the number of the true value;
-    ``final``, whether it is the last observed one of its period that stood; ``since_seen``,
-    seconds since a beam last bore on the object, null if none did before.
+    Columns ``stamp, object, coordinate, mean, std, lower, upper, observed`` as estimated; ``error``
+    and ``inside`` relative to the truth; ``period``, the number of the true value; ``final``,
+    whether it is the last observed one of its period that wasn't withdrawn; ``since_seen``, seconds
+    since a beam last reached the object, null if none did before.
     """
     import polars as pl
 

@@ -1,4 +1,4 @@
-"""What a run knows of each object in the end."""
+"""The final estimates of a run."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class LatestState:
-    """The last estimate of one coordinate that a scan bore on, or the last of all where none did."""
+    """The last estimate of one coordinate that a scan observed, or the last of all without one."""
 
     estimate: Estimate
     truth: float | None  # at the estimate's stamp, where known

@@ -44,8 +44,8 @@ class RobotErrors:
 def compare_paths(estimated: Path, true: Path, align: bool = False) -> RobotErrors:
     """Estimated poses against the true path, interpolated at their stamps.
 
-    Both paths are in the same frame. With ``align``, the estimated one is moved and turned
-    first, so that the sum of squared distances is least (Umeyama 1991, in the plane, without scale).
+    Both paths are in the same frame. With ``align``, the estimated one is moved and turned first,
+    so that the sum of squared distances is least (Umeyama 1991, in the plane, without scale).
 
     Raises TruthError where the paths share no time, or one can't be aligned.
     """
@@ -80,14 +80,14 @@ def compare_paths(estimated: Path, true: Path, align: bool = False) -> RobotErro
 
 
 def alignment(poses: FloatArray, expected: FloatArray) -> FloatArray:
-    """The movement (3,) of poses (n, 3) after which their squared distances to others are least.
+    """The motion (3,) of poses (n, 3) that minimizes their squared distances to others.
 
-    Raises TruthError where the positions don't tell a direction.
+    Raises TruthError where the positions don't determine a direction.
     """
     middle, other = poses[:, :2].mean(axis=0), expected[:, :2].mean(axis=0)
     a, b = poses[:, :2] - middle, expected[:, :2] - other
     if min(np.hypot(*a.T).max(), np.hypot(*b.T).max()) < TINY:
-        raise TruthError("The robot stood still, which tells no direction; leave out --align.")
+        raise TruthError("The robot stood still, which determines no direction; leave out --align.")
     turn = math.atan2(np.sum(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]), np.sum(a * b))
     turned = compose(np.array([0.0, 0.0, turn]), np.array([*middle, 0.0]))
     return np.array([*(other - turned[:2]), turn])

@@ -43,7 +43,7 @@ class TrueCourse:
 
     @staticmethod
     def of(rows: Sequence[TrueState]) -> TrueCourse:
-        """The course that one coordinate's rows tell, in time order; repeated values are merged."""
+        """The course of one coordinate's rows, in time order; repeated values are merged."""
         stamps = np.array([row.stamp_ns for row in rows], dtype=np.int64)
         values = np.array([row.value for row in rows])
         changes = np.concatenate([[True], values[1:] != values[:-1]])
@@ -87,7 +87,7 @@ def observed_posteriors(estimates: pl.DataFrame) -> dict[Coordinate, Posteriors]
 
 
 def true_courses(truth: Iterable[TrueState]) -> dict[Coordinate, TrueCourse]:
-    """The course of each coordinate that true states, in time order, tell of."""
+    """The course of each coordinate in true states, which are in time order."""
     rows: dict[Coordinate, list[TrueState]] = defaultdict(list)
     for row in truth:
         rows[row.object, row.coordinate].append(row)

@@ -1,4 +1,4 @@
-"""What many errors come to: means, quantiles, shares."""
+"""Summaries of many errors: means, quantiles, shares."""
 
 from __future__ import annotations
 

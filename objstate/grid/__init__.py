@@ -1,8 +1,8 @@
-"""An occupancy grid whose cells age: what stands about that the building doesn't know.
+"""An occupancy grid whose cells age: obstacles that are not in the building.
 
 Source: the thesis on obstacle grid maps and active gaze control of the Darmstadt Dribblers (TU
-Darmstadt), cited as "Darmstadt" with its equations and algorithms; ``docs/grid.md`` says where its text
-and its printed formulas differ.
+Darmstadt), cited as "Darmstadt" with its equations and algorithms; ``docs/grid.md`` says where its
+text and its printed formulas differ.
 """
 
 from objstate.grid.candidates import Candidate, Candidates

@@ -1,8 +1,9 @@
-"""Things that stand about and stay put, which the building doesn't know: candidates for objects.
+"""Candidates for objects: obstacles that stay in place and are not in the building.
 
-Occupied cells that touch are one thing. Each look at it says whether it is still there: what stays was hardly
-ever moved meanwhile, what passes by was, the more probably the longer ago the last look (Elfring et al. 2012,
-section III-F: detections make new objects or are clutter).
+Occupied cells that touch form one thing. Each observation says whether it is still there: a
+permanent thing was hardly ever moved meanwhile, a passing one was with a probability that grows
+with the time since the last observation (Elfring et al. 2012, section III-F: detections make new
+objects or are clutter).
 """
 
 from __future__ import annotations
@@ -23,24 +24,24 @@ from objstate.records import NANOSECONDS
 PRIOR = 0.3  # probability that what is seen once stays
 STAYS_S = 3600.0  # s, for which things that stay do so, on average
 PASSES_S = 30.0  # s, for which people and what they push stand, on average
-MISSED = 0.02  # probability that a look errs
+MISSED = 0.02  # probability of a wrong observation
 GONE = 0.05  # probability of being real below which a candidate is dropped
-REAL = 0.5  # probability from which on it is told of
+REAL = 0.5  # probability from which on it is reported
 FEWEST = 3  # cells
 TOUCHING = np.ones((3, 3), bool)
-MAJORITY = 0.5  # of the cells that a look sees
+MAJORITY = 0.5  # of the cells that an observation sees
 
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """Something that may be an object."""
+    """A thing that may be an object."""
 
     name: str
     cells: IntArray = field(repr=False)  # (n,) numbers in the layout
     log_odds: float  # that it is real
     looks: int
     first_ns: int
-    seen_ns: int  # when it was last looked at
+    seen_ns: int  # of the last observation
 
     @property
     def probability(self) -> float:
@@ -91,12 +92,12 @@ class Candidates:
 
     @property
     def real(self) -> tuple[Candidate, ...]:
-        """Those that probably are objects, the surest first."""
+        """Those that probably are objects, the most probable first."""
         found = [each for each in self.known if each.probability >= REAL]
         return tuple(sorted(found, key=lambda each: -each.log_odds))
 
     def looked(self, values: NDArray[np.float32], fresh: BoolArray, stamp_ns: int) -> Candidates:
-        """After a look: probabilities (rows, columns) of being occupied, and which cells it saw."""
+        """Update by P(occupied) (rows, columns), and by which cells were seen."""
         occupied, free = values > OCCUPIED, values < FREE
         blobs, count = label(binary_dilation(occupied, TOUCHING), TOUCHING)
         blobs = np.where(occupied, blobs, 0)
@@ -124,7 +125,7 @@ def _looked_again(
     blobs: IntArray,
     stamp_ns: int,
 ) -> Candidate:
-    """A candidate after a look, by Bayes' rule; as it was where the look didn't see it."""
+    """A candidate after an observation, by Bayes' rule; unchanged where it wasn't seen."""
     flat = occupied.ravel()[each.cells], free.ravel()[each.cells], fresh.ravel()[each.cells]
     seen = int(flat[2].sum())
     if seen == 0:

@@ -19,8 +19,8 @@ from objstate.building.outline import outline
 from objstate.building.shapes import Box
 from objstate.geometry import FloatArray, transform
 
-THICKNESS = 0.04  # m, of a panel whose shape doesn't tell
-CUT = 0.3  # m above the threshold, where a panel's shape is looked at
+THICKNESS = 0.04  # m, of a panel without a known thickness
+CUT = 0.3  # m above the threshold, where a panel's shape is cut
 PARALLEL = 0.002  # m by which a face of a panel may leave the door's plane
 LEAST = 0.6  # share of its nominal width that a panel has at least
 SLIVER = 0.005  # m; linings no wider are none

@@ -1,4 +1,4 @@
-"""What an importer makes of a file: buildings, and lists of what was taken and what wasn't."""
+"""The result of an import: buildings, and lists of what was taken and what wasn't."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ from objstate.interchange.sdf import import_sdf
 class ImportOptions:
     """What some formats need beside the file."""
 
-    models: Sequence[Path] = ()  # folders in which ``model://`` is looked for
+    models: Sequence[Path] = ()  # folders that are searched for ``model://``
     movable: Sequence[str] = ()  # patterns of the names of models that are furniture
 
 

@@ -1,6 +1,6 @@
 """Open-RMF buildings as objstate's: walls, doors and lifts of each level.
 
-Sizes that the file doesn't tell are those of the world that rmf_building_map_tools makes of it.
+Sizes that the file doesn't state are those of the world that rmf_building_map_tools makes of it.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ from objstate.geometry import FloatArray
 from objstate.interchange.imported import Notes, several
 from objstate.interchange.rmf_file import Level, RmfBuilding
 
-SPREAD = 0.02  # by which the scales that measurements tell may differ before it is said
+SPREAD = 0.02  # difference of the scales of measurements from which on it is reported
 ASTRAY = 0.1  # m by which the levels' common points may miss each other before it is said
 REDRAW = "Draw a measurement there in traffic-editor, and give its length"
 
@@ -44,7 +44,7 @@ class Frame:
 
 
 def frames(building: RmfBuilding, source: str, notes: Notes) -> dict[str, Frame]:
-    """The frame of each level. Raises BuildingError where nothing tells the unit."""
+    """The frame of each level. Raises BuildingError where the unit is unknown."""
     if building.coordinate_system == "cartesian_meters":
         notes.taken.append("Unit and axes: metres, y upwards, as the file says.")
         shift = -complex(*(_parameter(building, name) for name in ("offset_x", "offset_y")))

@@ -22,14 +22,15 @@ from objstate.interchange.sdf_frames import INTO
 from objstate.interchange.sdf_shapes import Shapes
 
 UP = (0.0, 0.0, 1.0)
-SETTING = ("light", "actor", "state", "population")  # of a world, told of where they are there
+# elements of a world that are noted where they occur
+SETTING = ("light", "actor", "state", "population")
 
 
 def import_sdf(path: Path, models: Sequence[Path] = (), movable: Sequence[str] = ()) -> Imported:
     """The world, or the models, of an SDF file.
 
-    ``models`` are folders in which ``model://`` is looked for. Models whose names match a pattern
-    in ``movable`` are furniture even where the file has them static. Raises BuildingError.
+    ``models`` are folders that are searched for ``model://``. Models whose names match a pattern in
+    ``movable`` are furniture even where the file has them static. Raises BuildingError.
     """
     notes, folders = Notes(), Folders.of(models, path)
     world = read_world(path, folders, notes)
@@ -193,6 +194,6 @@ def _tell_setting(world: Model, notes: Notes) -> None:
             notes.left.append(f"{several(number, tag)}.")
     if world.element.first("state") is not None:
         notes.doubts.append(
-            "The world was saved while it ran (<state>); models stand where they began, not where they "
-            "were then."
+            "The world was saved while it ran (<state>); models stand where they began, not where "
+            "they were then."
         )

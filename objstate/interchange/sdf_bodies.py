@@ -18,8 +18,8 @@ from objstate.interchange.sdf_frames import INTO, SELF, WORLD, Frames
 from objstate.interchange.sdf_shapes import Shapes
 
 KINDS = {"revolute": Kind.HINGED, "continuous": Kind.HINGED, "prismatic": Kind.SLIDING}
-ENDLESS = 1e15  # rad or m: limits beyond are none, as the format's defaults of 1e16
-IN_JOINT = (1, 5)  # from this version on, axes are told in the joint's frame
+ENDLESS = 1e15  # rad or m: larger limits count as none, as the format's defaults of 1e16
+IN_JOINT = (1, 5)  # from this version on, axes are given in the joint's frame
 LASERS = ("ray", "gpu_ray", "lidar", "gpu_lidar")
 
 

@@ -19,14 +19,15 @@ from objstate.geometry import FloatArray, rotation_from_quaternion, rotation_fro
 from objstate.interchange.imported import Notes
 
 MODEL = "model://"
-PATHS = ("GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "GAZEBO_MODEL_PATH")  # as Gazebo looks
+# Gazebo's search paths
+PATHS = ("GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "GAZEBO_MODEL_PATH")
 DEEPEST = 30  # models within models; more include themselves
 TRUE = ("1", "true")
 
 
 @dataclass(frozen=True)
 class Folders:
-    """Where ``model://`` is looked for, in this order."""
+    """The folders that are searched for ``model://``, in this order."""
 
     roots: tuple[Path, ...]
 

@@ -1,4 +1,4 @@
-"""Where the links, joints and frames of an SDF model lie.
+"""The frames of the links, joints and frames of an SDF model.
 
 Source: the SDFormat proposal on pose frame semantics. A pose is relative to the frame that
 ``relative_to`` names; without it, a link's and a model's to the model that holds it, a joint's to
@@ -34,7 +34,8 @@ class Frames:
         if name not in self._found:
             if name in self._open:
                 raise BuildingError(
-                    f"Frame '{name}' in {where} is told relative to itself; mend its relative_to."
+                    f"Frame '{name}' in {where} is defined relative to itself; correct its "
+                    "relative_to."
                 )
             self._open.append(name)
             self._found[name] = self._find(name, where)

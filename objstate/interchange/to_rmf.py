@@ -68,7 +68,7 @@ def write_rmf(out: Path, building: Building, height: float, notes: Notes) -> Non
 
 
 def _door(item: MovableObject, vertices: _Vertices, notes: Notes) -> list[Any] | None:
-    """The edge of a door; None, and a note, for what the format has no words for."""
+    """The edge of a door; None, and a note, for doors that the format can't hold."""
     if item.kind is Kind.PLANAR:
         notes.left.append(f"'{item.name}', as furniture is a model of its own there.")
         return None

@@ -1,4 +1,4 @@
-"""How often objects are moved, and where they come to rest, from a run's own estimates."""
+"""Learning from a run's own estimates how often objects are moved, and where they come to rest."""
 
 from objstate.learning.dynamics import LearntDynamics, ObjectDynamics, learn_dynamics
 from objstate.learning.files import DYNAMICS, summary_lines, write_dynamics

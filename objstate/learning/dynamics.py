@@ -29,13 +29,13 @@ class ObjectDynamics:
 
     name: str
     rate: Rate
-    assumed: Dynamics  # what the settings say of it
+    assumed: Dynamics  # by the settings
     is_door: bool
 
 
 @dataclass(frozen=True)
 class LearntDynamics:
-    """What a run tells of how its objects move."""
+    """The learnt dynamics of a run's objects."""
 
     objects: tuple[ObjectDynamics, ...]  # all of the building
     classes: Mapping[str, Rate]  # by door and furniture

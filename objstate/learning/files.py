@@ -20,7 +20,7 @@ HEADER = """\
 
 
 def write_dynamics(path: str | Path, learnt: LearntDynamics, settings: Settings) -> None:
-    """Write ``settings`` with a rule for each object; comments tell what it rests on."""
+    """Write ``settings`` with a rule for each object; comments give what it is based on."""
     import yaml
 
     content = settings.model_dump(mode="json", by_alias=True, exclude_unset=True)
@@ -36,7 +36,7 @@ def summary_lines(learnt: LearntDynamics) -> Iterator[str]:
         yield f"{kind}: {_told(rate)}"
     if learnt.rest is not None:
         shares = ", ".join(f"{name} {share:g}" for name, share in learnt.rest.to_dict().items())
-        yield f"doors at rest: {shares} ({learnt.rest.rests} rests)"
+        yield f"doors come to rest: {shares} ({learnt.rest.rests} rests)"
 
 
 def _told(rate: Rate) -> str:

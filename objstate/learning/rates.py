@@ -1,9 +1,9 @@
-"""How often somebody moves an object: a Poisson process that is looked at now and then.
+"""How often an object is moved: a Poisson process that is observed now and then.
 
-In a wait of t hours an object is moved with probability 1 - exp(-mu t), whether seen or
-not. A wait between two looks is evidence for "stayed" and for "moved" by how likely the
-second look is either way; so a robot that looked seldom counts no fewer moves than one
-that watched, only less surely.
+In a wait of t hours an object is moved with probability 1 - exp(-mu t), whether seen or not. A wait
+between two observations is evidence for "stayed" and for "moved" by the probability of the second
+one in either case. So a robot that observed seldom counts no fewer moves than one that watched,
+only with more uncertainty.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class Waits:
     """What was seen of one object, or of several."""
 
     watched: float  # h in which it was seen to stay
-    hours: FloatArray  # (n,) h of each wait between two looks
+    hours: FloatArray  # (n,) h of each wait between two observations
     stayed: FloatArray  # (n,) density of the second look where the object stayed
     moved: FloatArray  # (n,) and where it was moved
 

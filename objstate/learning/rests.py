@@ -1,8 +1,7 @@
-"""Rests: stretches in which an object was watched and did not move.
+"""Rests: intervals in which an object was watched and did not move.
 
-Estimates of one stretch are not independent looks, and an object that is being swung
-passes through many states. So what is counted is not estimates but rests, and the
-waits between them.
+Estimates within one interval are not independent, and an object that is being moved passes through
+many states. So rests, and the waits between them, are counted instead of estimates.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ SETTLED = {"direction": np.radians(5.0), "length": 0.05}
 # rad and m by which estimates of an object that stands still differ, hinges and walls being off
 ALIKE = {"direction": np.radians(3.0), "length": 0.03}
 SIGMAS = 3.0  # deviations by which estimates may differ and still be of one state
-LEAST_PRESENCE = 0.5  # probability; furniture that is likelier gone stands nowhere
+LEAST_PRESENCE = 0.5  # probability; furniture that is less probable has no place
 LONGEST_BLINK = 5.0  # s without a sight after which a rest is taken to have ended
 SHORTEST_REST = 2.0  # s; a shorter stay that is seen to end was on the way elsewhere
 

@@ -1,4 +1,4 @@
-"""What a scan would be worth from a place taken at random: the hypothesis of a robot that may be anywhere."""
+"""The likelihood of a scan from a place chosen at random, for a robot that may be anywhere."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ from objstate.localization.places import LEVEL, TURNS, Places
 from objstate.records import Scan
 from objstate.sensing import BeamModel, Sensing
 
-PLACES = 100  # taken evenly from all over the building
-GOLDEN = 0.6180339887498949  # of a turn, by which the heading in one differs from that in the next
-BLUR = 0.1  # m; walls that are off by less are explained
-LEAST = 1e-9  # density of a reading
+PLACES = 100  # spread evenly over the building
+GOLDEN = 0.6180339887498949  # of a turn, by which headings of consecutive places differ
+BLUR = 0.1  # m; smaller offsets of walls don't count
+LEAST = 1e-9  # least density of a reading
 
 
 class Chance(NamedTuple):
     """Tempered log-likelihoods of a scan from places all over the building."""
 
-    mean: float  # log of the likelihoods' mean
-    most: float  # if all beams read just what is expected
-    usual: float  # median, less the mean
-    best: float  # largest, less the mean
+    mean: float  # log of the mean likelihood
+    most: float  # of a scan whose beams all read what is expected
+    usual: float  # median, minus ``mean``
+    best: float  # largest value, minus ``mean``
 
 
 class Anywhere:
-    """Places all over a building, from each of which a scan is held against the walls."""
+    """Places all over a building, from each of which a scan is compared with the walls."""
 
     def __init__(self, sensing: Sensing, settings: Settings) -> None:
         self._sensing = sensing
@@ -37,11 +37,11 @@ class Anywhere:
         self._ranges: dict[float, FloatArray] = {}
 
     def usable(self, scan: Scan) -> BoolArray:
-        """The beams (n,) of a scan that say something and are level."""
+        """The beams (n,) of a scan that are valid and level."""
         return np.asarray(scan.valid & (np.abs(scan.rays.directions[:, 2]) <= LEVEL))
 
     def chance(self, scan: Scan, beams: BoolArray) -> Chance:
-        """What some beams (n,) of a scan are worth from anywhere."""
+        """Tempered log-likelihoods of some beams (n,) of a scan from all places."""
         around = self._around(float(np.median(scan.rays.origins[:, 2])))
         directions, measured = scan.rays.directions[beams], scan.ranges[beams]
         bearings = np.arctan2(directions[:, 1], directions[:, 0]) / (2.0 * np.pi)
@@ -56,7 +56,10 @@ class Anywhere:
         return Chance(mean, most, float(np.median(log)) - mean, float(log.max()) - mean)
 
     def _around(self, height: float) -> FloatArray:
-        """Ranges (p, TURNS) m all round from the places; from one that sees nothing, where walls enclose none."""
+        """Ranges (p, TURNS) m in all directions from the places.
+
+        Where walls enclose no place, one place without any range.
+        """
         if height not in self._ranges:
             found = Places.some(self._sensing.walls_at(height), PLACES)
             self._ranges[height] = found if len(found) else np.full((1, TURNS), np.inf)

@@ -55,7 +55,7 @@ class PoseBelief:
         return PoseBelief(compose(self.poses, step), self.weights)
 
     def thinned(self, count: int, rng: np.random.Generator) -> PoseBelief:
-        """``count`` equally weighted samples that stand for the belief, or itself where smaller."""
+        """``count`` equally weighted samples of the belief, or itself if it has fewer."""
         if len(self.weights) <= count:
             return self
         chosen = systematic(self.weights, count, rng)

@@ -1,8 +1,8 @@
-"""What of the robot's error at one scan is still its error at a later one.
+"""How the robot's error at one scan carries over to a later scan.
 
-An object's posterior is conditioned on the error of the pose from which it was seen. Between two
-scans of it the pose is corrected by other beams, and moves: the later error is ``transfer`` times
-the former plus an independent one of covariance ``added``.
+An object's posterior is conditioned on the error of the pose from which it was observed. Between
+two scans of it the pose is corrected by other beams, and moves: the later error is ``transfer``
+times the earlier one plus an independent error of covariance ``added``.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ from objstate.geometry import FloatArray
 
 
 class Carried(NamedTuple):
-    """The later error e' of a pose, given the former e: N(transfer e, added)."""
+    """The later error e' of a pose, given the earlier one e: N(transfer e, added)."""
 
     transfer: FloatArray  # (3, 3)
     added: FloatArray  # (3, 3)
 
 
 class Decorrelation:
-    """Errors of a recorded robot belief, of which nothing is known but how wide they are.
+    """Errors of a recorded robot belief, of which only the covariance is known.
 
-    They decorrelate exponentially with the way driven.
+    They decorrelate exponentially with the distance driven.
     """
 
     def __init__(self, length_m: float) -> None:
@@ -33,7 +33,7 @@ class Decorrelation:
         self._driven: dict[str, float] = {}  # m, when an object was last observed
 
     def carried(self, name: str, driven_m: float, covariance: FloatArray) -> Carried:
-        """Since the object was last observed; the covariance (3, 3) is that of the present error."""
+        """The error since the object was last observed, for a present covariance (3, 3)."""
         way = driven_m - self._driven.get(name, -math.inf)
         self._driven[name] = driven_m
         kept = math.exp(-way / self._length_m)
@@ -41,33 +41,34 @@ class Decorrelation:
 
 
 class Clones:
-    """Errors of poses at which objects were observed, beside a filter's state (m,).
+    """Errors of poses at which objects were observed, kept beside a filter's state (m,).
 
-    Stochastic cloning (Roumeliotis and Burdick 2002): the cross covariances of former errors with
-    the present state are carried along as the state moves and is corrected.
+    Stochastic cloning (Roumeliotis and Burdick 2002): the cross covariances of earlier errors with
+    the present state are updated as the state moves and is corrected.
     """
 
     def __init__(self) -> None:
-        self._first: dict[str, int] = {}  # by object, the first of its columns
+        self._first: dict[str, int] = {}  # the first column of each object
         self._covariances: dict[str, FloatArray] = {}  # (3, 3) of the cloned errors
         self.cross = np.empty((0, 0))  # (m, 3 k)
 
     def transform(self, matrix: FloatArray) -> None:
-        """The state's error x becomes matrix (m', m) x, plus what no clone has a part in."""
+        """The state's error x becomes matrix (m', m) x, plus a part independent of all clones."""
         self.cross = matrix @ self.cross
 
     def select(self, rows: list[int]) -> None:
-        """Only some rows of the state stay."""
+        """Keep only some rows of the state."""
         self.cross = self.cross[rows]
 
     def extend(self, count: int) -> None:
-        """The state gets so many more rows, of which clones know nothing."""
+        """Append so many rows to the state, independent of all clones."""
         self.cross = np.concatenate([self.cross, np.zeros((count, self.cross.shape[1]))])
 
     def renew(self, name: str, jacobian: FloatArray, covariance: FloatArray) -> Carried:
-        """Since an object was observed last; from now on its clone is the present error.
+        """The error since an object was last observed; its clone becomes the present error.
 
-        The error of its pose is the ``jacobian`` (3, m) times the state's, whose covariance is (m, m).
+        The error of the pose is the ``jacobian`` (3, m) times the state's, whose covariance is (m,
+        m).
         """
         present = covariance @ jacobian.T
         own = jacobian @ present

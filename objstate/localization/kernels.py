@@ -1,4 +1,4 @@
-"""What Monte Carlo localization does with all samples of a belief, compiled."""
+"""Compiled operations of Monte Carlo localization on all samples of a belief."""
 
 from __future__ import annotations
 
@@ -65,9 +65,10 @@ def moved(
     noise: FloatArray,
     out: FloatArray,
 ) -> None:
-    """Poses ``out`` (n, 3) after a step of so many m towards a bearing and a turn, as ``motion`` has it.
+    """Poses ``out`` (n, 3) after a step of some m towards a bearing and a turn; see ``motion``.
 
-    ``noise`` (3, n), in standard deviations, is of the half turn before, of that after, and of the length.
+    ``noise`` (3, n), in standard deviations, is that of the half turn before, of the half turn
+    after, and of the length.
     """
     for p in range(poses.shape[0]):
         heading = poses[p, 2] + half_turn_std * noise[0, p]
@@ -79,7 +80,7 @@ def moved(
 
 @_compile
 def cells(poses: FloatArray, sides: FloatArray) -> Any:
-    """Numbers (n,) of the cells of a grid that poses (n, 3) lie in, by which cells are told apart.
+    """Numbers (n,) that identify the grid cells in which poses (n, 3) lie.
 
     The cells have the ``sides`` (3,), and the poses' mean lies in the middle of one.
     """
@@ -109,7 +110,7 @@ def cells(poses: FloatArray, sides: FloatArray) -> Any:
 
 @_inner
 def _narrow_root(root: FloatArray, width: float, sides: FloatArray) -> Any:
-    """The root (3, 3) of a covariance times a width, or less where it would reach beyond a cell of these ``sides`` (3,)."""
+    """The root (3, 3) of a covariance times a width, limited to a cell of ``sides`` (3,)."""
     out, widest = np.empty((3, 3)), 1.0
     for axis in range(3):
         reach = 0.0
@@ -134,8 +135,8 @@ def copies(
 ) -> Any:
     """Copies (m, 3) of the poses (n, 3) that are ancestors (m,), spread by a kernel.
 
-    That is as wide as a distribution whose covariance has the ``root`` (3, 3) times ``width``, but no wider than a
-    cell of these ``sides`` (3,). The noise (m, 3) is in standard deviations.
+    The kernel has the covariance's ``root`` (3, 3) times ``width``, but is no wider than a cell of
+    ``sides`` (3,). The noise (m, 3) is in standard deviations.
     """
     out, root = np.empty((ancestors.shape[0], 3)), _narrow_root(root, width, sides)
     for k in range(ancestors.shape[0]):

@@ -16,7 +16,7 @@ from objstate.localization.motion import motion_variances, sample_motion
 from objstate.localization.odometry_error import OdometryError
 from objstate.particles import Weights, kld_sample_size, largest_step, systematic
 
-LEVER = 3.0  # m; a turn of the robot moves what it sees at this distance
+LEVER = 3.0  # m; distance at which a turn of the robot is measured as a displacement
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Localizer:
 
     @property
     def told_covariance(self) -> FloatArray:
-        """(3, 3) of a start pose that comes without one."""
+        """(3, 3) of a start pose that is given without a covariance."""
         s = self.settings
         std = np.array([s.initial_xy_std, s.initial_xy_std, np.radians(s.initial_yaw_std_deg)])
         return np.diag(std**2)
@@ -35,7 +35,7 @@ class Localizer:
     def start(
         self, mean: FloatArray, covariance: FloatArray, rng: np.random.Generator
     ) -> PoseBelief:
-        """The belief of somebody who was told a pose (3,) with a covariance (3, 3)."""
+        """The belief given by a pose (3,) with a covariance (3, 3)."""
         return PoseBelief.gaussian(mean, covariance, self.settings.max_particles, rng)
 
     def predict(
@@ -47,7 +47,8 @@ class Localizer:
     ) -> PoseBelief:
         """p(l | a), eq. (7): the belief after the odometry moved by ``step`` (3,).
 
-        The noise is what the alphas say, or what was learnt of the odometry's ``error``, which hears of the step.
+        The noise is that of the alphas, or of the learnt ``error`` of the odometry, which records
+        the step.
         """
         if not any(step.tolist()):
             return belief
@@ -57,7 +58,7 @@ class Localizer:
         return PoseBelief(sample_motion(belief.poses, step, variances, rng), belief.weights)
 
     def blur(self, belief: PoseBelief) -> float:
-        """m by which ranges are blurred: each sample stands for half the way to its neighbours.
+        """m by which ranges are blurred: half the distance between neighbouring samples.
 
         It matters only while samples are sparse.
         """
@@ -66,8 +67,8 @@ class Localizer:
     def correct(self, belief: PoseBelief, log_likelihood: FloatArray) -> PoseBelief:
         """p(l | o), eq. (6), for a tempered log p(o | l) (n,).
 
-        No more of it is taken than leaves enough samples effective, which matters only
-        while samples are sparse.
+        The exponent is lowered until enough samples are effective, which matters only while samples
+        are sparse.
         """
         enough = self.settings.least_effective * len(belief.weights)
         weights, _ = belief.weights.reweight(log_likelihood)
@@ -79,9 +80,9 @@ class Localizer:
     def renew(
         self, belief: PoseBelief, rng: np.random.Generator
     ) -> tuple[PoseBelief, IntArray | None]:
-        """The belief resampled where few samples carry it, and which samples (n,) were taken.
+        """The belief, resampled where few samples are effective, and the ancestors (n,).
 
-        None where it was left as it is.
+        The ancestors are None where the belief wasn't resampled.
         """
         s = self.settings
         if belief.weights.effective_size >= s.resample_below * len(belief.weights):
@@ -91,11 +92,11 @@ class Localizer:
     def _resample(
         self, belief: PoseBelief, fewest: int, rng: np.random.Generator
     ) -> tuple[PoseBelief, IntArray]:
-        """Systematic resampling to the size that KLD sampling asks for (Fox 2003), or the ``fewest``.
+        """Systematic resampling to the size of KLD sampling (Fox 2003), or to the ``fewest``.
 
-        Copies are spread by a small kernel (regularized particle filter, Musso,
-        Oudjane and Le Gland 2001), so that a robot that stands still keeps a
-        belief rather than copies of one sample.
+        Copies are spread by a small kernel (regularized particle filter, Musso, Oudjane and Le
+        Gland 2001), so that a robot that stands still keeps a belief rather than copies of one
+        sample.
         """
         s = self.settings
         ancestors = systematic(belief.weights, len(belief.weights), rng)
@@ -115,15 +116,18 @@ class Localizer:
         return np.array([s.bin_xy, s.bin_xy, np.radians(s.bin_yaw_deg)])
 
     def _occupied(self, poses: FloatArray) -> int:
-        """How many cells of the KLD grid, the first of which has its middle in theirs, hold a sample."""
+        """The number of cells of the KLD grid that hold a sample.
+
+        The first sample lies in the middle of its cell.
+        """
         return len(set(kernels.cells(poses, self._bin).tolist()))
 
     def _spacing(self, belief: PoseBelief) -> float:
-        """Distance in m between neighbouring samples, a turn counted at ``LEVER``."""
+        """Distance in m between neighbouring samples, with a turn measured at ``LEVER``."""
         (xx, xy, xt), (_, yy, yt), (_, _, tt) = belief.covariance.tolist()
         determinant = xx * (yy * tt - yt * yt) - xy * (xy * tt - yt * xt) + xt * (xy * yt - yy * xt)
         volume = 4.0 / 3.0 * math.pi * LEVER * math.sqrt(max(determinant, 0.0))
         cell = LEVER * math.prod(self._bin.tolist())
-        if volume > cell:  # several clouds may stand far apart, with nothing between
+        if volume > cell:  # several clusters may lie far apart, with nothing between
             volume = min(volume, cell * self._occupied(belief.poses))
         return math.cbrt(volume / len(belief.weights))

@@ -1,11 +1,10 @@
 """The odometry motion model p(l | a, l'): eq. (7), with AMCL's alphas.
 
-A step of odometry is an arc: half of its turn before and half after the
-translation. Noise is that of AMCL's model (Thrun, Burgard and Fox 2005, table 5.6)
-when the step is as long as ``update_min_d`` or turns as far as ``update_min_a``, but
-that both halves of the turn share the variance that AMCL gives to each; for other steps
-the variance is in proportion to their length. So the spread after a drive doesn't
-depend on the odometry's rate.
+A step of odometry is an arc: half of its turn before and half after the translation. The noise is
+that of AMCL's model (Thrun, Burgard and Fox 2005, table 5.6) for a step of ``update_min_d`` or a
+turn of ``update_min_a``, except that both halves of the turn share the variance that AMCL gives to
+each. For other steps the variance is in proportion to their length, so that the spread after a
+drive doesn't depend on the odometry's rate.
 """
 
 from __future__ import annotations
@@ -21,18 +20,18 @@ from objstate.localization import kernels
 
 
 class Variances(NamedTuple):
-    """Of a step's length, m^2, and of its turn, rad^2; or factors on them."""
+    """Variances of a step's length, m^2, and of its turn, rad^2; or factors on them."""
 
     length: float
     turn: float
 
     def plus(self, others: Variances) -> Variances:
-        """Those of a step and of another by itself."""
+        """The sum for two independent steps."""
         return Variances(self.length + others.length, self.turn + others.turn)
 
 
 def motion_variances(step: FloatArray, settings: LocalizationSettings) -> Variances:
-    """What the alphas say of a step (3,)."""
+    """The variances that the alphas give to a step (3,)."""
     s, (ahead, left, turn) = settings, step.tolist()
     driven = math.hypot(ahead, left) * s.update_min_d  # m^2
     turned = abs(turn) * s.update_min_a  # rad^2

@@ -1,10 +1,11 @@
-"""How far the odometry is off, as the log itself tells: by how scans correct it.
+"""Errors of the odometry, learnt from how scans correct it.
 
-What scans correct in proportion to the way and its turns is systematic: wheels smaller than they are taken for, a
-gyro that counts turns short, or a laser that is mounted askew, so that the robot seems to drive aside of where it looks. The rest is random.
-The alphas of the motion model are a guess at it, the same for every robot. But what scans correct a belief's mean
-by is on average as much, squared, as what they take from its variance, and in the long run that is
-what the way has added. Where corrections are smaller, the odometry is better than the alphas say.
+Corrections in proportion to the distance and to turns are systematic: wheels smaller than assumed,
+a gyro that underestimates turns, or a laser that is mounted askew, so that the robot seems to drive
+sideways. The remaining errors are random. The alphas of the motion model are a first guess of them.
+On average, the squared correction of a belief's mean equals what scans remove from its variance,
+and in the long run that is what the odometry has added. Where corrections are smaller, the odometry
+is better than the alphas say.
 """
 
 from __future__ import annotations
@@ -22,36 +23,36 @@ from objstate.localization.belief import PoseBelief
 from objstate.localization.motion import Variances
 
 NONE = Variances(0.0, 0.0)
-SETTLING = 2.0  # by which a belief's deviation shrinks that hadn't found its place yet
+SETTLING = 2.0  # ratio of a belief's deviations from which on it was still converging
 
 
 @dataclass(eq=False)
 class _Stretch:
-    """What odometry told of some way, and how scans corrected it; in the robot's frame."""
+    """Some distance by the odometry, and how scans corrected it; in the robot's frame."""
 
-    std: float  # m, of the position, at its begin
-    driven: FloatArray = field(  # (3,) m ahead, m and rad to the left, as the odometry told it
+    std: float  # m, of the position, at its beginning
+    driven: FloatArray = field(  # (3,) m ahead, m and rad to the left, by the odometry
         default_factory=partial(np.zeros, 3)
     )
     way_m: float = 0.0
-    turned: float = 0.0  # rad, to either side
-    added: Variances = NONE  # to lengths and turns, as the alphas say
-    taken: Variances = NONE  # from them, by scans
-    corrected: FloatArray = field(  # (3,) m, m, rad, of the mean, by scans
+    turned: float = 0.0  # rad, sum of absolute turns
+    added: Variances = NONE  # to lengths and turns, by the alphas
+    taken: Variances = NONE  # removed from them by scans
+    corrected: FloatArray = field(  # (3,) m, m, rad: correction of the mean by scans
         default_factory=partial(np.zeros, 3)
     )
 
 
 class OdometryError:
-    """What the motion model should reckon with, kept up while a robot drives."""
+    """The corrections of the motion model, updated while a robot drives."""
 
     def __init__(self, settings: OdometryErrorSettings) -> None:
         self._settings = settings
-        # sums over stretches: products of what was driven, and of how far they strayed with that
+        # sums over stretches: products of the measured motions, and of the deviations with them
         self._driven = settings.none_systematic * np.eye(3)
         self._strayed = np.zeros((3, 3))
         self._systematic: FloatArray = np.zeros((3, 3))
-        # likewise: squares of corrections by what the alphas say was added, of lengths and of turns
+        # likewise: squared corrections over the variances of the alphas, of lengths and of turns
         self._corrected = np.full(2, settings.weight)
         self._expected = np.full(2, settings.weight)
         self._factors = self._found_factors()
@@ -60,15 +61,15 @@ class OdometryError:
 
     @property
     def systematic(self) -> FloatArray:
-        """(3, 3) by which m ahead, m and rad to the left the odometry is off, for each of these that it tells.
+        """(3, 3) m ahead, m and rad to the left to be added for each of these that are measured.
 
-        Least squares over all stretches, with a prior of nothing.
+        Least squares over all stretches, with a prior of no systematic error.
         """
         return self._systematic
 
     @property
     def factors(self) -> Variances:
-        """By how much the variances of lengths and of turns are larger than the alphas say."""
+        """Factors on the variances of lengths and of turns that the alphas give."""
         return self._factors
 
     def to_dict(self) -> dict[str, Any]:
@@ -81,7 +82,7 @@ class OdometryError:
         }
 
     def drive(self, step: FloatArray, variances: Variances) -> tuple[FloatArray, Variances]:
-        """What a step (3,) of the odometry was, and its variances, to which the alphas give so much."""
+        """A step (3,) of the odometry, corrected, and its variances, given those of the alphas."""
         self._is_standing = False
         stretch, (length, turn) = self._open, self._factors
         if stretch is not None:
@@ -95,9 +96,10 @@ class OdometryError:
         )
 
     def note(self, before: PoseBelief, after: PoseBelief) -> None:
-        """Take in how a scan corrected the belief.
+        """Record how a scan corrected the belief.
 
-        Scans from one place repeat each other's errors: of those from where the robot stands, the first counts.
+        Scans from one place repeat each other's errors, so that only the first counts while the
+        robot stands.
         """
         if self._is_standing:
             return
@@ -118,11 +120,11 @@ class OdometryError:
             self._open = _Stretch(after.position_std)
 
     def forget(self) -> None:
-        """Leave aside the stretch that the robot is on: it wasn't followed."""
+        """Discard the present stretch: the robot wasn't followed."""
         self._open = None
 
     def _learn(self, stretch: _Stretch) -> None:
-        """Take in a stretch, as far as scans saw what was added on it."""
+        """Learn from a stretch, as far as scans observed what was added on it."""
         factors, corrected = np.array(self.factors), stretch.corrected[[0, 2]]
         added, taken = np.array(stretch.added), np.array(stretch.taken)
         told = (added > 0.0) & (taken > 0.0)

@@ -1,6 +1,6 @@
-"""Every free place in a building, and what a laser would read all round from there.
+"""All free places in a building, and the ranges of a laser in all directions from each.
 
-The inside of something solid and large counts as free, too; no scan fits there.
+The inside of a large solid counts as free, too; no scan fits there.
 """
 
 from __future__ import annotations
@@ -24,35 +24,38 @@ if TYPE_CHECKING:
 else:
     search_kernels = Later("objstate.localization.search_kernels")
 
-TURNS = 90  # bearings at which ranges are looked up, and headings that are tried
-HEADINGS = np.linspace(0.0, 2.0 * np.pi, TURNS, endpoint=False)  # rad, those
-MOST_CELLS = 1000  # of the grid in which walls are found, along a side
+TURNS = 90  # bearings of the tabulated ranges, and headings that are tried
+HEADINGS = np.linspace(0.0, 2.0 * np.pi, TURNS, endpoint=False)  # rad
+MOST_CELLS = 1000  # largest number of cells along a side of the grid in which walls are found
 LASERS_KEPT = 4
-LEVEL = 0.1  # sine of a beam's slope up to which it reads about what a level one does
-CLEARANCE = 0.15  # m around a robot's middle that must be free
-FIRST_LOOKS = 4000  # places that tell how much of a large building is free
+LEVEL = 0.1  # sine of a beam's slope up to which it counts as level
+CLEARANCE = 0.15  # m around a robot's centre that must be free
+FIRST_LOOKS = 4000  # places from which the free share of a large building is estimated
 EVENLY = (
     0.7548776662466927,
     0.5698402909980532,
-)  # steps by which points cover a square (Roberts 2018)
-SPARE = 1.1  # by which more may be free than a first look tells
-ENCLOSED = 0.75  # of all bearings at which a place inside a building sees walls
+)  # steps of a low-discrepancy sequence (Roberts 2018)
+SPARE = 1.1  # factor by which more may be free than estimated
+ENCLOSED = 0.75  # share of bearings at which a place inside a building sees walls
 
 
 @dataclass(frozen=True, eq=False)
 class Places:
-    """Free places on a grid over the floor, and what should be read from each."""
+    """Free places on a grid over the floor, and the ranges expected from each."""
 
     spacing: float  # m
     corner: FloatArray  # (2,) of the first cell
-    cells: IntArray  # (w, h) the place in each cell, -1 where none is free
+    cells: IntArray  # (w, h) number of the place in each cell, -1 where it isn't free
     points: FloatArray  # (c, 2)
-    nearest: FloatArray  # (c, TURNS) m, of the ranges about each bearing
-    farthest: FloatArray  # (c, TURNS) m
+    nearest: FloatArray  # (c, TURNS) m, smallest range about each bearing
+    farthest: FloatArray  # (c, TURNS) m, largest
 
     @staticmethod
     def of(walls: FloatArray, settings: SearchSettings) -> Places:
-        """The free places between walls, segments (k, 4) at a laser's height; none where they enclose none."""
+        """The free places between walls, segments (k, 4) at a laser's height.
+
+        None where walls enclose nothing.
+        """
         if len(walls) == 0:
             return Places.none(settings.spacing)
         ends = walls.reshape(-1, 2)
@@ -84,7 +87,10 @@ class Places:
 
     @staticmethod
     def some(walls: FloatArray, count: int) -> FloatArray:
-        """Ranges (c, TURNS) m all round from up to ``count`` free places, evenly spread between walls (k, 4)."""
+        """Ranges (c, TURNS) m in all directions from up to ``count`` evenly spread free places.
+
+        ``walls`` are segments (k, 4).
+        """
         if len(walls) == 0:
             return np.empty((0, TURNS))
         ends = walls.reshape(-1, 2)
@@ -99,7 +105,7 @@ class Places:
 
     @staticmethod
     def none(spacing: float) -> Places:
-        """Of a building without walls."""
+        """The places of a building without walls."""
         unseen = np.empty((0, TURNS))
         return Places(spacing, np.zeros(2), np.full((1, 1), -1), np.empty((0, 2)), unseen, unseen)
 
@@ -111,7 +117,10 @@ class Places:
         poses: FloatArray,
         step: FloatArray,
     ) -> FloatArray:
-        """About log p(o | l) (p,) of a scan's walls, by look-up, for a step (3,) on from robot poses (p, 3)."""
+        """Approximate log p(o | l) (p,) of a scan's walls by look-up.
+
+        The laser stands at a ``step`` (3,) from robot poses (p, 3).
+        """
         looked_up = self._looked_up(scan, beam_model, beams, step)
         return np.asarray(search_kernels.scores(poses, *looked_up))
 
@@ -123,14 +132,14 @@ class Places:
         points: FloatArray,
         step: FloatArray,
     ) -> FloatArray:
-        """The same (c, TURNS) of robots at points (c, 2) in every heading."""
+        """The same (c, TURNS) for robots at points (c, 2) in every heading."""
         looked_up = self._looked_up(scan, beam_model, beams, step)
         return np.asarray(search_kernels.scores_all_round(points, HEADINGS, *looked_up))
 
     def _looked_up(
         self, scan: Scan, beam_model: BeamModelSettings, beams: int, step: FloatArray
     ) -> tuple[Any, ...]:
-        """What the compiled loops need to know of these places and of a scan's beams."""
+        """The arguments of the compiled loops for these places and a scan's beams."""
         chosen, bins = _by_bearing(scan, beams)
         middle = scan.rays.origins[:, :2].mean(axis=0) if len(scan) else np.zeros(2)
         model = BeamModel(beam_model, self.spacing / 2.0)
@@ -159,16 +168,16 @@ class Places:
 
     @lazy
     def _within(self) -> Callable[[float, float, float], tuple[FloatArray, FloatArray, FloatArray]]:
-        """``_between`` of these places, remembered for a few lasers."""
+        """``_between`` of these places, cached for a few lasers."""
         return lru_cache(maxsize=LASERS_KEPT)(partial(_between, self.nearest, self.farthest))
 
 
 def _between(
     nearest: FloatArray, farthest: FloatArray, reach: float, hit: float, peak: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """What a laser that sees so far should read (c, TURNS) at least and at most, and the log density between.
+    """Smallest and largest ranges (c, TURNS) of a laser of some reach, and the log density between.
 
-    ``hit`` is the probability of a hit, ``peak`` its highest density.
+    ``hit`` is the probability of a hit, ``peak`` its largest density.
     """
     near, far = (np.minimum(each, reach) for each in (nearest, farthest))
     return near, far, np.log(hit / (far - near + hit / peak))
@@ -177,9 +186,10 @@ def _between(
 def _look_round(
     ends: FloatArray, size: FloatArray
 ) -> Callable[[FloatArray], tuple[FloatArray, FloatArray, BoolArray]]:
-    """What is read at least and at most about each bearing (c, TURNS) from points (c, 2), and which are free and inside.
+    """A function of points (c, 2): ranges about each bearing (c, TURNS), and which are free.
 
-    Walls have their two ends (2 k, 2) in a rectangle of a ``size`` (2,) that begins in the origin.
+    Walls are given by their two ends (2 k, 2) in a rectangle of a ``size`` (2,) that begins at the
+    origin.
     """
     walls = ends.reshape(-1, 4)
     side = max(float(np.sqrt(np.prod(size) / len(walls))), float(size.max()) / MOST_CELLS)
@@ -197,7 +207,7 @@ def _look_round(
 
 
 def _by_bearing(scan: Scan, most: int) -> tuple[IntArray, IntArray]:
-    """Which beams (n,) of a scan to look up, evenly spread, and their bearings in steps (n,)."""
+    """At most so many beams (n,) of a scan, evenly spread, and their bearings in steps (n,)."""
     level = np.abs(scan.rays.directions[:, 2]) <= LEVEL
     usable = np.flatnonzero(scan.valid & level)
     if len(usable) > most:

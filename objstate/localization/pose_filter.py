@@ -1,10 +1,10 @@
-"""Where a robot is that is known to centimetres: an extended Kalman filter over walls that are off.
+"""An extended Kalman filter for a pose known to centimetres, with walls that are off the model.
 
-Scans of one place repeat each other's errors, since a wall that stands aside of its place does so
-for good. So the filter's state is the robot's pose, how each laser is really mounted, and how far
-each piece of wall in view stands off along its normal. Maps are bent, too: all walls of a place are
-shifted together. The offset of a piece, and the shift, count as others after some way
-(Ornstein-Uhlenbeck processes): other parts of walls are met from there.
+Scans from one place repeat each other's errors, since a wall that is off its modelled place is so
+for good. So the state holds the robot's pose, the mounting errors of each laser, and the offset of
+each piece of wall in view along its normal. Maps are bent, too: all walls of a place share a shift.
+The offset of a piece and the shift are Ornstein-Uhlenbeck processes over the distance driven, since
+other parts of walls are met from elsewhere.
 """
 
 from __future__ import annotations
@@ -30,36 +30,34 @@ else:
     kernels = Later("objstate.localization.pose_kernels")
 
 POSE = 3
-FRAME = slice(3, 5)  # how far all of the model is shifted here: x, y
+FRAME = slice(3, 5)  # local shift of the whole model: x, y
 LASER = 5  # x, y, yaw; range bias, m; clock, s
-BIAS, CLOCK = 3, 4  # of a laser's errors
-LEAST_S = 0.005  # s of a step of the odometry, from which on it tells the velocity
+BIAS, CLOCK = 3, 4  # indices among a laser's errors
+LEAST_S = 0.005  # s; least duration of an odometry step that determines the velocity
 SHIFTED = 0.5  # share of the walls' deviation that all walls of a place have in common
-SIDEWAYS = 0.25  # of the variance of a step's length, that a step has aside of it
-LEVER = 1.0  # m; a turn by a radian shows other parts of walls as a way of so many metres does
-STANDING = 0.5  # 1/m, density with which an object that may stand somewhere stops a beam
+SIDEWAYS = 0.25  # variance of a step to the side, as a share of that of its length
+LEVER = 1.0  # m; distance that decorrelates walls as a turn by a radian does
+STANDING = 0.5  # 1/m, density of ranges to an object of uncertain state
 EDGE = 0.25  # m between ranges of neighbouring beams that meet different walls
-GRAZING = 0.12  # cosine of incidence below which a range tells next to nothing of a wall's offset
-FEWEST = 3  # beams by which a piece of wall is followed
-FOLLOWED = 40  # pieces of wall at most; those out of reach are left first
-NEAR = 0.02, math.radians(0.5)  # m and rad of deviation, from which one linearization is enough
-WIDE = 0.04, math.radians(1.5)  # above which none about the mean will do
-SLIPPING = 0.3, 0.3, math.radians(20.0)  # m/s, m/s, rad/s by which odometry is off as wheels slip
-NEGLIGIBLE = 1e-3  # probability of slipping that shifts no linearization
-EVERY = 3  # beam tells of slipping
-SLIP_S = 0.5  # s for which they do, on average
+GRAZING = 0.12  # cosine of incidence below which a range has no information about a wall
+FEWEST = 3  # beams on a piece of wall from which it is followed
+FOLLOWED = 40  # most pieces of wall; those out of reach are dropped first
+NEAR = 0.02, math.radians(0.5)  # m and rad of deviation below which one linearization is enough
+WIDE = 0.04, math.radians(1.5)  # above which a linearization about the mean isn't enough
+SLIPPING = 0.3, 0.3, math.radians(20.0)  # m/s, m/s, rad/s: error of odometry while wheels slip
+NEGLIGIBLE = 1e-3  # probability of slipping below which one linearization is enough
+EVERY = 3  # of so many beams, one is used to detect slipping
+SLIP_S = 0.5  # s, mean duration of a slip
 SECONDS_PER_HOUR = 3600.0
 LEARNT_BEAMS = 4000.0  # beams over which a laser's noise is averaged
-FIRST_BEAMS = 200.0  # beams that the first guess of it counts for
-FIRST_RANGES = np.array((1.0, 5.0))  # m, at which these beams are
-LEAST_STD, MOST_GROWTH = (
-    0.001,
-    0.05,
-)  # m, and share of the range, that ranges are off at least and most
-NOISIEST = 2.0  # times the first guess of a range's deviation; beyond, walls are elsewhere
-FIRST_TOGETHER = 0.5  # correlation of errors that is reckoned with at first
-MOST_TOGETHER = 0.8  # and at most
-FARTHEST = 3.0  # deviations by which a piece counts as off at most: others are no walls
+FIRST_BEAMS = 200.0  # beams that the first guess of the noise counts for
+FIRST_RANGES = np.array((1.0, 5.0))  # m, ranges of these beams
+# m, least deviation of a range; largest growth of its variance with the range
+LEAST_STD, MOST_GROWTH = 0.001, 0.05
+NOISIEST = 2.0  # times the first guess of a range's deviation: the largest that is learnt
+FIRST_TOGETHER = 0.5  # initial correlation of errors
+MOST_TOGETHER = 0.8  # largest
+FARTHEST = 3.0  # deviations beyond which a piece isn't a wall
 FIRST_PIECES = 4.0  # pieces of wall that the first guess of their deviation counts for
 
 
@@ -74,20 +72,20 @@ class RangeNoise(NamedTuple):
 
 
 class Vantage(NamedTuple):
-    """From where a scan's beams leave, by a robot's mean pose and a laser's mean mounting."""
+    """The origins and directions of a scan's beams, at the mean pose and mounting."""
 
     place: FloatArray  # (2,) m of the robot
     origins: FloatArray  # (n, 2) m
     directions: FloatArray  # (n, 2) unit vectors
     covariance: FloatArray  # (3, 3) of the pose that the beams leave from
     noise: RangeNoise
-    independence: float = 1.0  # exponent on the likelihood of a beam, as errors go together
+    independence: float = 1.0  # exponent on the likelihood of a beam, for dependent errors
     bias: float = 0.0  # m by which ranges are too long
-    jacobian: FloatArray = NO_STATE  # (3, m) of that pose by the state of the filter that tells it
+    jacobian: FloatArray = NO_STATE  # (3, m) of that pose by the state of the filter
 
     @staticmethod
     def of(robot: PoseBelief, scan: Scan, noise: RangeNoise) -> Vantage:
-        """By a belief of the pose alone, with lasers where they are said to be."""
+        """The same for a belief about the pose alone, with lasers where they are modelled."""
         yaw = float(robot.mean[2])
         heading = np.array(((math.cos(yaw), math.sin(yaw)), (-math.sin(yaw), math.cos(yaw))))
         origins = scan.rays.origins[:, :2] @ heading + robot.mean[:2]
@@ -96,7 +94,7 @@ class Vantage(NamedTuple):
 
 
 class Learnt(NamedTuple):
-    """What a filter knows of robot and building that outlasts its pose."""
+    """What a filter has learnt of robot and building, which outlasts its pose."""
 
     lasers: dict[
         str, tuple[FloatArray, FloatArray]
@@ -104,7 +102,7 @@ class Learnt(NamedTuple):
     noise: dict[
         str, FloatArray
     ]  # by laser: sums (5,) of the least squares fit of ``RangeNoise``, and
-    # (4,) products and squares of residuals with those before, and with their neighbours'
+    # (4,) products and squares of residuals with those before and those of neighbours
     pieces: tuple[float, float]  # sums of squared offsets, m^2, and of pieces
 
 
@@ -112,7 +110,7 @@ NOTHING = Learnt({}, {}, (0.0, 0.0))
 
 
 class PoseFilter:
-    """Pose, lasers' errors and walls' offsets of a robot whose pose is known well enough to linearize."""
+    """Pose, errors of lasers and offsets of walls, for a pose known well enough to linearize."""
 
     def __init__(
         self,
@@ -127,18 +125,20 @@ class PoseFilter:
         self._mean = belief.mean.copy()  # (m,) pose, shift, errors of lasers, offsets of walls
         self._covariance = belief.covariance.copy()
         self._slip_rate = slips_per_hour / SECONDS_PER_HOUR  # 1/s
-        self._slips, self._since = 0.0, 0.0  # probability that wheels do; s since the last scan
+        self._slips, self._since = 0.0, 0.0  # probability that wheels slip; s since the last scan
         self._velocity = np.zeros(POSE)  # m/s, m/s, rad/s in the robot's frame
         self._clones = Clones()
         self._clones.extend(POSE)
-        self._lasers: dict[str, int] = {}  # by laser, the first of its columns
-        self._pieces: dict[tuple[float, int], int] = {}  # by height and number, its column
+        self._lasers: dict[str, int] = {}  # the first column of each laser
+        # the column of each piece, by height and number
+        self._pieces: dict[tuple[float, int], int] = {}
         self._tables: dict[float, IntArray] = {}  # by height: the column of each number, or -1
-        self._offsets = np.empty(0, dtype=np.int64)  # all of these columns
-        self._known_wall_std: float | None = None  # while the state is as it is
+        self._offsets = np.empty(0, dtype=np.int64)  # all columns of pieces
+        self._known_wall_std: float | None = None  # cached for the present state
         self._learnt = learnt
         self._noise = dict(learnt.noise)
-        self._known_noise: dict[str, tuple[RangeNoise, float]] = {}  # what that says
+        # noise and independence that these sums give
+        self._known_noise: dict[str, tuple[RangeNoise, float]] = {}
         self._residuals: dict[str, FloatArray] = {}  # (n,) of each laser's last scan
         self._append(np.zeros(2), (SHIFTED * self.wall_std) ** 2 * np.eye(2))
 
@@ -156,7 +156,7 @@ class PoseFilter:
 
     @property
     def wall_std(self) -> float:
-        """m by which pieces of wall stand off the model, by those seen so far."""
+        """Standard deviation in m of pieces of wall from the model, by those seen so far."""
         if self._known_wall_std is None:
             (first, known), (squares, count) = self._first_walls, self._offs_of(self._offsets)
             self._known_wall_std = math.sqrt((first + squares) / (known + count))
@@ -172,14 +172,14 @@ class PoseFilter:
         return Learnt(lasers, dict(self._noise), self._walls_with(self._offsets))
 
     def belief(self, draws: FloatArray) -> PoseBelief:
-        """The pose by samples that stand at fixed ``draws`` (n, 3) of a standard normal distribution."""
+        """Samples of the pose at fixed ``draws`` (n, 3) of a standard normal distribution."""
         root = np.linalg.cholesky(self.covariance + 1e-18 * np.eye(POSE))
         poses = self._mean[:POSE] + draws @ root.T
         poses[:, 2] = (poses[:, 2] + math.pi) % (2.0 * math.pi) - math.pi
         return PoseBelief(poses, Weights.uniform(len(poses)))
 
     def drive(self, step: FloatArray, variances: Variances, seconds: float) -> None:
-        """The odometry moved by ``step`` (3,) in the robot's frame, with ``variances``, in so many seconds."""
+        """Predict for a ``step`` (3,) of odometry in the robot's frame, with ``variances``."""
         if seconds >= LEAST_S:
             self._velocity = step / seconds
         self._since += seconds
@@ -202,7 +202,7 @@ class PoseFilter:
         self._known_wall_std = None
 
     def vantage(self, scan: Scan) -> Vantage:
-        """From where a scan's beams leave."""
+        """The origins and directions of a scan's beams."""
         origins, directions, pose, laser, moving = self._beams_of(scan)
         first, (cos, sin) = self._laser(scan.laser), _heading(pose)
         x, y = laser - pose[:2]
@@ -224,19 +224,19 @@ class PoseFilter:
         )
 
     def carried(self, name: str, vantage: Vantage) -> Carried:
-        """What is left of the error with which an object was seen last, now that it is seen from here."""
+        """How the error at the last observation of an object carries over; it is observed now."""
         return self._clones.renew(name, vantage.jacobian, self._covariance)
 
     def range_noise(self, laser: str) -> RangeNoise:
-        """How noisy a laser's ranges are, by those seen so far: weighted least squares of squared errors."""
+        """The noise of a laser's ranges: weighted least squares of squared errors so far."""
         return self._noises(laser)[0]
 
     def independence(self, laser: str) -> float:
-        """How many independent errors there are for each beam of a laser, as far as can be told.
+        """Number of independent errors for each beam of a laser.
 
-        Errors of a beam and of the same beam of the scan before, or of its neighbour, go together
-        where walls are rough, or the model has them smoother than they are. If they are chains with
-        correlations c, n of them tell as much as n (1 - c) / (1 + c) that are independent.
+        Errors of a beam are correlated with those of the same beam in the previous scan and of its
+        neighbours where walls are rough, or rougher than modelled. Of a Markov chain with
+        correlation c, n errors carry as much information as n (1 - c) / (1 + c) independent ones.
         """
         return self._noises(laser)[1]
 
@@ -256,7 +256,7 @@ class PoseFilter:
 
     @property
     def is_wide(self) -> bool:
-        """Whether scans aren't linear in the pose all over its belief."""
+        """Whether scans are not linear in the pose over the whole belief."""
         return self._is_wider(WIDE)
 
     def correct(
@@ -267,12 +267,13 @@ class PoseFilter:
         entered: FloatArray,
         about: PoseBelief | None = None,
     ) -> int:
-        """Take in how far a scan's beams, that meet walls before ``most`` (n,) m, reach; how many did.
+        """Update by the beams that meet walls before ``most`` (n,) m; return their number.
 
         Beyond the ranges at which beams are ``entered`` (n,) m, objects may stand.
 
-        Linearized about the mean of the prior, or of a better belief ``about`` the pose; while the
-        pose isn't known to centimetres, and as far as wheels have slipped, once more about the next.
+        Ranges are linearized about the mean of the prior, or of a better belief ``about`` the pose;
+        while the pose isn't known to centimetres, and as far as wheels have slipped, once more
+        about the posterior mean.
         """
         off = np.zeros(POSE)
         if about is not None:
@@ -336,7 +337,7 @@ class PoseFilter:
         return bool(max(p[0, 0], p[1, 1]) > limits[0] ** 2 or p[2, 2] > limits[1] ** 2)
 
     def _meet(self, scan: Scan, surfaces: Surfaces) -> _Met:
-        """Which walls a scan's beams meet, by the mean."""
+        """The walls that a scan's beams meet at the mean."""
         origins, directions, pose, laser, moving = self._beams_of(scan)
         ranges, numbers = surfaces.meet(origins, directions, scan.range_max)
         ranges += self._mean[self._laser(scan.laser) + BIAS]
@@ -364,10 +365,10 @@ class PoseFilter:
         prior: FloatArray,
         gate: FloatArray,
     ) -> _Taken:
-        """The ``used`` beams (n,) taken in, linearized ``off`` (m,) from the prior's mean, where they meet walls.
+        """The posterior by the ``used`` beams (n,), linearized ``off`` (m,) from the prior's mean.
 
-        The prior's covariance is (m, m). What beams say counts by the probability that they hit, if the
-        state had the covariance ``gate`` (m, m).
+        The prior's covariance is (m, m). Beams count by the probability that they hit, for a state
+        of covariance ``gate`` (m, m).
         """
         columns, offsets = self._columns(scan, seen.numbers)
         count = len(off)
@@ -396,7 +397,7 @@ class PoseFilter:
     def _densities(
         self, scan: Scan
     ) -> tuple[float, float, float, float, float, float, float, float]:
-        """Of a range, as the loops take them."""
+        """Variance and growth of a range, as the loops take them."""
         return (
             *self._shares(scan.range_max),
             STANDING,
@@ -408,7 +409,7 @@ class PoseFilter:
     # --- the state's parts ----------------------------------------------------------
 
     def _beams_of(self, scan: Scan) -> _Leaving:
-        """From where a scan's beams leave by the mean, as the model is shifted here."""
+        """The origins and directions of a scan's beams at the mean, with the local shift."""
         count, rays = len(scan), scan.rays
         out = _Leaving(
             np.empty((count, 2)), np.empty((count, 2)), np.empty(3), np.empty(2), np.empty(3)
@@ -425,7 +426,7 @@ class PoseFilter:
         return out
 
     def _laser(self, laser: str) -> int:
-        """The first column of a laser's errors, which are added when they are first asked for."""
+        """The first column of a laser's errors, which are added on first use."""
         if laser not in self._lasers:
             e = self._error
             yaw_std = math.radians(e.laser_yaw_std_deg)
@@ -445,7 +446,7 @@ class PoseFilter:
         self._known_wall_std = None
 
     def _follow(self, scan: Scan, surfaces: Surfaces, numbers: IntArray) -> None:
-        """Follow the offsets of pieces that enough beams (k,) meet; leave some where they are too many."""
+        """Follow the offsets of pieces that enough beams (k,) meet; drop some of too many."""
         height = float(scan.rays.origins[0, 2])
         if height not in self._tables:
             self._tables[height] = np.full(len(surfaces.pieces), -1, dtype=np.int64)
@@ -461,7 +462,7 @@ class PoseFilter:
             self._list_pieces()
 
     def _leave(self, pieces: list[tuple[float, int]]) -> None:
-        """Follow these pieces no longer; how far they were off stays in mind."""
+        """Stop following these pieces; their offsets still count for the learnt deviation."""
         columns = np.array([self._pieces[piece] for piece in pieces], dtype=np.int64)
         self._learnt = self._learnt._replace(pieces=self._walls_with(columns))
         gone = {self._pieces.pop(piece) for piece in pieces}
@@ -476,7 +477,7 @@ class PoseFilter:
         self._list_pieces()
 
     def _list_pieces(self) -> None:
-        """Let arrays hold the columns of the pieces that are followed."""
+        """Make arrays hold the columns of the followed pieces."""
         self._offsets = np.array(list(self._pieces.values()), dtype=np.int64)
         for table in self._tables.values():
             table.fill(-1)
@@ -484,12 +485,12 @@ class PoseFilter:
             self._tables[height][number] = column
 
     def _walls_with(self, columns: IntArray) -> tuple[float, float]:
-        """Sums of squared offsets, m^2, and of pieces, each by how much is known of it; with those left."""
+        """Sums of squared offsets, m^2, and of pieces, weighted by information; all so far."""
         (left, known), (squares, count) = self._learnt.pieces, self._offs_of(columns)
         return left + squares, known + count
 
     def _offs_of(self, columns: IntArray) -> tuple[float, float]:
-        """Such sums of the pieces of some columns (k,)."""
+        """Such sums for the pieces in some columns (k,)."""
         first, known = self._first_walls
         sums: tuple[float, float] = kernels.wall_sums(
             self._mean, self._covariance, columns, first / known, FARTHEST
@@ -498,12 +499,12 @@ class PoseFilter:
 
     @property
     def _first_walls(self) -> tuple[float, float]:
-        """Such sums of pieces that are no longer followed, and of the first guess."""
+        """Such sums for pieces that are no longer followed, and for the first guess."""
         squares, count = self._learnt.pieces
         return FIRST_PIECES * self._error.wall_std_m**2 + squares, FIRST_PIECES + count
 
     def _columns(self, scan: Scan, numbers: IntArray) -> tuple[IntArray, FloatArray]:
-        """Which of the state's columns (n, 11) tell of each beam, and the offset (n,) of the wall that it meets."""
+        """The state's columns (n, 11) that each beam depends on, and its wall's offset (n,)."""
         columns = np.empty((len(numbers), kernels.COLUMNS), dtype=np.int64)
         offsets = np.empty(len(numbers))
         table = self._tables[float(scan.rays.origins[0, 2])]
@@ -519,7 +520,7 @@ class PoseFilter:
         return s.z_hit / total, random, s.z_short / total * s.lambda_short
 
     def _learn_noise(self, laser: str, taken: _Taken) -> None:
-        """Take in how far ranges were off, and how much that goes together; what is old fades."""
+        """Update the statistics of errors and of their correlations, with fading memory."""
         found, residuals = np.concatenate([taken.sums, np.zeros(4)]), taken.residuals
         before = self._residuals.get(laser)
         if before is not None and len(before) == len(residuals):
@@ -531,34 +532,34 @@ class PoseFilter:
 
 
 class _Leaving(NamedTuple):
-    """From where beams leave, as the model is shifted."""
+    """The origins and directions of beams, with the model's local shift."""
 
     origins: FloatArray  # (n, 2) m
     directions: FloatArray  # (n, 2)
     pose: FloatArray  # (3,) of the robot
-    laser: FloatArray  # (2,) m, where it is
+    laser: FloatArray  # (2,) m, its place
     moving: FloatArray  # (3,) m/s, m/s, rad/s of the robot in the building
 
 
 class _Met(NamedTuple):
-    """Which walls beams meet."""
+    """The walls that beams meet."""
 
-    ranges: FloatArray  # (n,) m that are expected
+    ranges: FloatArray  # (n,) m, expected
     numbers: IntArray  # (n,) of the pieces
-    row: FloatArray  # (n, 11) how they change with the state's columns
+    row: FloatArray  # (n, 11) derivatives with respect to the state's columns
 
 
 class _Taken(NamedTuple):
     """The posterior of the state after a scan."""
 
-    left: FloatArray  # (m, m) what is left of the prior's errors
+    left: FloatArray  # (m, m) what remains of the prior's errors
     shift: FloatArray  # (m,) of the mean
     sums: FloatArray  # (5,) of the fit of ``RangeNoise``
-    residuals: FloatArray  # (n,) in deviations
+    residuals: FloatArray  # (n,) in standard deviations
 
 
 def _independence(sums: FloatArray) -> float:
-    """By sums (4,) of products and squares of residuals, with those before and with their neighbours'."""
+    """Correlations with the previous scan and with neighbours, from sums (4,)."""
     together = (sums[::2] + FIRST_TOGETHER * FIRST_BEAMS) / (sums[1::2] + FIRST_BEAMS)
     together = np.clip(together, 0.0, MOST_TOGETHER)
     return float(np.prod((1.0 - together) / (1.0 + together)))
@@ -570,7 +571,7 @@ def _heading(pose: FloatArray) -> tuple[float, float]:
 
 
 def _first_sums(variance: float) -> FloatArray:
-    """(5,) sums that one beam of a ``variance`` in m^2, at the ``FIRST_RANGES`` by turns, adds to the fit."""
+    """(5,) sums of one beam of a ``variance`` in m^2 at each of the ``FIRST_RANGES``."""
     squares = FIRST_RANGES**2
     sums = np.array([1.0, squares.mean(), (squares**2).mean(), variance, variance * squares.mean()])
     return np.asarray(sums / variance**2)

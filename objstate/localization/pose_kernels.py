@@ -1,4 +1,4 @@
-"""What ranges to walls say of the robot's pose, its lasers' mountings and the walls' places; compiled."""
+"""Compiled update of the robot's pose, the lasers' mountings and the walls' offsets by ranges."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from objstate.compiling import inner, njit
 from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.linear import solve
 
-# of a beam: pose x, y, yaw; the model's shift x, y; the laser's x, y, yaw, range bias and clock; the wall's offset
+# columns of a beam: pose x, y, yaw; shift x, y; laser x, y, yaw, range bias, clock; wall offset
 COLUMNS = 11
 POSE, SHIFTS = 3, 2
 OFFSET = 10
-SURELY_HIT = 3.0  # deviations by which a range may be off that tells how noisy ranges are
-CUT_OFF = 0.973  # mean square of a standard normal variable that is smaller than that
+SURELY_HIT = 3.0  # deviations within which a range counts for the noise
+CUT_OFF = 0.973  # mean square of a standard normal variable that is cut off there
 ROOT_TAU = math.sqrt(2.0 * math.pi)
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
@@ -43,7 +43,8 @@ def wall_sums(
 ) -> Any:
     """Sums of squared offsets, m^2, of the pieces of wall in some ``columns`` (k,), and of pieces.
 
-    Each counts by how much of its ``prior`` variance is known by now, its square up to ``farthest`` deviations of that.
+    Each is weighted by the share of its ``prior`` variance that has been removed. Squares are
+    limited to ``farthest`` deviations.
     """
     return _wall_sums(mean, covariance, columns, prior, farthest)
 
@@ -65,12 +66,13 @@ def drive(
     first_count: float,
     farthest: float,
 ) -> None:
-    """Predict the state (m,), its ``covariance`` (m, m) and the covariances ``cross`` (m, k) of clones for a ``step`` (3,).
+    """Predict the state (m,), its ``covariance`` (m, m) and cross covariances ``cross`` (m, k).
 
-    ``length`` and ``turn`` are the variances of the step's length and turn, and ``sideways`` the share of the former that it
-    has to its sides. The model's shift and the offsets of ``pieces`` (j,) decorrelate over a way of
-    ``wall_length``, a radian of turning counting as ``lever`` m; ``shifted`` is the shift's deviation, in that of the
-    offsets. That follows from sums of squares and of pieces to begin with, see ``wall_sums``.
+    ``length`` and ``turn`` are the variances of the ``step`` (3,), and ``sideways`` is the share of
+    the former to the sides. The model's shift and the offsets of ``pieces`` (j,) decorrelate over
+    ``wall_length`` m, a radian of turning counting as ``lever`` m; ``shifted`` is the shift's
+    deviation in units of the offsets'. That follows from sums of squares and of pieces, see
+    ``wall_sums``.
     """
     size = mean.shape[0]
     way, cos, sin = math.hypot(step[0], step[1]), math.cos(mean[2]), math.sin(mean[2])
@@ -128,11 +130,12 @@ def leave(
     laser: FloatArray,
     moving: FloatArray,
 ) -> None:
-    """Where beams of ``origins`` and ``directions`` (n, 3) in the robot's frame leave, by the state (m,).
+    """The origins of beams and their directions in the building, by the state (m,).
 
-    They begin at ``begins`` (n, 2) and lead ``towards`` (n, 2). The robot's ``pose`` (3,) then, the ``laser``'s place (2,), and how the
-    pose is ``moving`` (3,) m/s, m/s, rad/s, are told as well. The laser's errors begin with a column ``first``; the
-    ``velocity`` (3,) is in the robot's frame.
+    ``origins`` and ``directions`` (n, 3) are those in the robot's frame; ``begins`` (n, 2) and
+    ``towards`` (n, 2) are written, as are the robot's ``pose`` (3,) at that time, the ``laser``'s
+    place (2,), and the pose's ``moving`` (3,) m/s, m/s, rad/s. The laser's errors begin with a
+    column ``first``; the ``velocity`` (3,) is in the robot's frame.
     """
     count = origins.shape[0]
     cos, sin = math.cos(mean[2]), math.sin(mean[2])
@@ -170,9 +173,10 @@ def columns_of(
     columns: IntArray,
     offsets: FloatArray,
 ) -> None:
-    """Which ``columns`` (n, 11) of the state (m,) tell of beams that meet pieces of some ``numbers`` (n,), and the ``offsets`` (n,) of these.
+    """The ``columns`` (n, 11) of the state (m,) of beams, and their walls' ``offsets`` (n,).
 
-    The ``table`` has the column of each piece's offset, or -1. The laser's errors begin with a column ``first``.
+    Beams meet pieces of some ``numbers`` (n,). The ``table`` has the column of each piece's offset,
+    or -1. The laser's errors begin with a column ``first``.
     """
     frame = POSE + SHIFTS
     for i in range(numbers.shape[0]):
@@ -197,11 +201,11 @@ def rows(
     velocity: FloatArray,
     out: FloatArray,
 ) -> None:
-    """How each range changes with the robot's pose, the laser's errors and the wall's offset, ``out`` (n, 11).
+    """Derivatives ``out`` (n, 11) of each range by pose, laser errors and wall offset.
 
-    Beams from ``origins`` (n, 2), in ``directions`` (n, 2), meet walls of ``normals`` (k, 2) by their ``numbers`` (n,)
-    at ``ranges`` (n,). The robot stands at a ``pose`` (3,) that changes
-    by ``velocity`` (3,) m/s and rad/s, the laser at a place ``laser`` (2,).
+    Beams from ``origins`` (n, 2), in ``directions`` (n, 2), meet walls of ``normals`` (k, 2) by
+    their ``numbers`` (n,) at ``ranges`` (n,). The robot stands at a ``pose`` (3,) that changes by
+    ``velocity`` (3,) m/s and rad/s, the laser at a place ``laser`` (2,).
     """
     cos, sin = math.cos(pose[2]), math.sin(pose[2])
     for i in range(out.shape[0]):
@@ -248,15 +252,17 @@ def gather(
     sums: FloatArray,
     residuals: FloatArray,
 ) -> None:
-    """Add what ``used`` beams (n,) say to the ``information`` (m, m) and the ``gradient`` (m,) about the prior mean.
+    """Add ``used`` beams (n,) to ``information`` (m, m) and ``gradient`` (m,) at the prior mean.
 
-    Ranges were ``measured`` (n,) where ``ranges`` (n,) are expected at the present mean, which is ``off`` (m,) from the prior
-    mean; they change by ``row`` (n, 11) with the state's ``columns`` (n, 11), of which the last is -1 for walls whose
-    ``offsets`` (n,) aren't followed. Beyond the range at which a beam is ``entered`` (n,), an object may stop it, with a
-    density ``standing``, 1/m. The variance of a range r is ``variance`` + ``growth`` r^2. A beam counts by the probability that the wall stopped it, by the state's
-    ``covariance`` (m, m), times the ``independence`` of its error. ``sums`` (5,) are those of a weighted least squares fit
-    of squared errors to that, over beams that are off by less than ``SURELY_HIT`` deviations; ``residuals`` (n,) are
-    in deviations, not a number for other beams.
+    Ranges were ``measured`` (n,) where ``ranges`` (n,) are expected at the present mean, which is
+    ``off`` (m,) from the prior mean. Their derivatives are ``row`` (n, 11) by the state's
+    ``columns`` (n, 11), of which the last is -1 for walls whose ``offsets`` (n,) aren't followed.
+    Beyond the range at which a beam is ``entered`` (n,), an object may stop it, with a density
+    ``standing``, 1/m. The variance of a range r is ``variance`` + ``growth`` r^2. A beam counts by
+    the probability that the wall stopped it, given the state's ``covariance`` (m, m), times the
+    ``independence`` of its error. ``sums`` (5,) are those of a weighted least squares fit of
+    squared errors to that variance, over beams that are off by less than ``SURELY_HIT`` deviations;
+    ``residuals`` (n,) are in deviations, NaN for other beams.
     """
     for i in range(used.shape[0]):
         residuals[i] = np.nan
@@ -309,10 +315,11 @@ def _evidence_of_pose(  # noqa: PLR0912
     independence: float,
     prior: FloatArray,
 ) -> Any:
-    """log p(beams) of a pose with a prior covariance (3, 3), by Laplace's approximation after two linearizations.
+    """log p(beams) for a prior covariance (3, 3) of the pose, by Laplace's approximation.
 
-    ``residuals`` (n,) are those at the prior's mean, with variances ``own`` (n,); they change by ``row`` (n, 11).
-    What else stops beams has densities ``other`` (n, 2), of longer and of shorter ranges.
+    Two linearizations. ``residuals`` (n,) are those at the prior's mean, with variances ``own``
+    (n,) and derivatives ``row`` (n, 11). Other causes of a reading have densities ``other`` (n, 2),
+    of longer and of shorter ranges.
     """
     shift, gate = np.zeros(3), prior.copy()
     both, right = np.empty((3, 3)), np.empty((3, 4))
@@ -383,10 +390,11 @@ def slipped(
     slipping: FloatArray,
     slips: float,
 ) -> float:
-    """Probability that wheels slipped before a scan, which adds variances ``slipping`` (3,) to those of the pose.
+    """Probability that wheels slipped before a scan, which adds variances ``slipping`` (3,).
 
-    Before the scan it was ``slips``. Told by one of ``every`` so many beams, for a state that has only the pose: what a
-    range is off by the rest of the state is noise. Else see ``gather``.
+    The prior probability is ``slips``. One of ``every`` so many beams is used, for a state that has
+    only the pose: errors from the rest of the state count as noise. For other arguments see
+    ``gather``.
     """
     some = np.flatnonzero(used)[::every]
     own, residuals, other = np.empty(len(some)), np.empty(len(some)), np.empty((len(some), 2))
@@ -424,10 +432,10 @@ def surely_met(
     step: float,
     grazing: float,
 ) -> None:
-    """Keep of the ``used`` beams (n,) those that return, meet a wall before ``most`` (n,) m, and not beside its edge.
+    """Keep those ``used`` beams (n,) that return and meet a wall before ``most`` (n,) m.
 
-    A wall has an edge where neighbouring beams meet others, ``step`` and a tenth of their range apart. Nor does one
-    count that is met at a ``grazing`` cosine.
+    Not beside an edge: a wall has an edge where neighbouring beams meet others, ``step`` and a
+    tenth of their range apart. Not at a cosine below ``grazing``.
     """
     last = used.shape[0] - 1
     for i in range(last + 1):
@@ -444,9 +452,9 @@ def surely_met(
 
 @_compile
 def agreement(residuals: FloatArray, before: FloatArray, sums: FloatArray) -> None:
-    """Add to ``sums`` (4,) how residuals (n,) go together with those ``before`` (n,), and with their neighbours'.
+    """Add to ``sums`` (4,) the products of residuals (n,) with those ``before`` and neighbours.
 
-    Products and squares, of both in turn.
+    Products and squares, for both in turn.
     """
     for i in range(residuals.shape[0]):
         here = residuals[i]

@@ -1,4 +1,4 @@
-"""Where in the building do the last scans fit? From all free places down to a few hypotheses."""
+"""The search for a robot that may be anywhere: from all free places to a few hypotheses."""
 
 from __future__ import annotations
 
@@ -19,34 +19,34 @@ from objstate.records import Scan
 from objstate.sensing import Sensing
 
 LogLikelihood = Callable[[FloatArray, float], FloatArray]
-"""Tempered log p(o | l) (p,) of poses (p, 3), ranges blurred by so many m."""
+"""Tempered log p(o | l) (p,) of poses (p, 3), with ranges blurred by some m."""
 
-APART = np.array([0.75, 0.75, np.radians(20.0)])  # poses that differ by more are other hypotheses
-KEPT = 4000  # poses that fit one look all round best, which all other looks then sort out
-HYPOTHESES = 12  # of those, that differ, are refined
-TRIES = 24  # poses about a hypothesis, in each of the steps below
-STEPS = (2.5, 1.0, 0.35, 0.12, 0.05)  # of ``SPREAD``
-SPREAD = np.array([0.12, 0.12, np.radians(2.5)])  # how far from the truth a looked-up pose may be
-HOPELESS = (
-    15.0  # by which log-likelihoods are behind the best that further steps don't catch up with it
-)
+# poses that differ by more are different hypotheses
+APART = np.array([0.75, 0.75, np.radians(20.0)])
+KEPT = 4000  # poses that fit one keyframe best, of which the other keyframes choose
+HYPOTHESES = 12  # number of distinct ones that are refined
+TRIES = 24  # poses around a hypothesis, in each of the following steps
+STEPS = (2.5, 1.0, 0.35, 0.12, 0.05)  # in units of ``SPREAD``
+# standard deviation of a looked-up pose about the true one
+SPREAD = np.array([0.12, 0.12, np.radians(2.5)])
+HOPELESS = 15.0  # log-likelihood behind the best from which further steps are useless
 FINEST = STEPS[-1] * float(SPREAD[0]) / 2.0  # m by which ranges are blurred in the last step
-SLIP_M, SLIP_RAD = 0.5, 0.35  # how far a robot slips, half of the times
+SLIP_M, SLIP_RAD = 0.5, 0.35  # median distance and turn of a slip
 INDEPENDENCE = (
-    0.6  # exponent on looks' likelihoods: those from near each other tell partly the same
+    0.6  # exponent on the likelihoods of keyframes, since those from near places share evidence
 )
-OUTSIDE = 0.1  # of the places to which a robot is carried, the share that the map doesn't show
-NEVER = 1e-300  # odds that stand for none
-HEIGHT_STEP = 0.1  # m; lasers whose heights differ by less are looked up in one table
+OUTSIDE = 0.1  # share of kidnaps that lead to places that the map doesn't show
+NEVER = 1e-300  # odds that stand for zero
+HEIGHT_STEP = 0.1  # m; lasers whose heights differ by less share one table
 
 
 class Odds(NamedTuple):
-    """Odds that the robot isn't where it is followed, against its being there."""
+    """Odds that the robot is elsewhere, relative to its being at the followed place."""
 
     kidnapped: float = 0.0  # to anywhere in the building
-    slipped: float = 0.0  # to somewhere near by
+    slipped: float = 0.0  # to a place near by
     width: float = (
-        0.0  # m, of the followed belief where that was wide: then it may be any place within
+        0.0  # m, width of the followed belief where it was wide: the robot may be anywhere within
     )
 
     def plus(self, other: Odds) -> Odds:
@@ -58,45 +58,45 @@ class Odds(NamedTuple):
         )
 
 
-SAME = np.array([0.3, 0.3, np.radians(8.0)])  # places that differ by less are one
+SAME = np.array([0.3, 0.3, np.radians(8.0)])  # places that differ by less are the same
 NO_ODDS = Odds()
 
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """A scan that is remembered, where the odometry was, and what was believed then."""
+    """A keyframe: a scan, the odometry, and the belief at that time."""
 
     scan: Scan
     odometry: FloatArray  # (3,)
-    followed: FloatArray | None = None  # (3,) the pose that the robot was believed to have
-    before: Odds = NO_ODDS  # that it was elsewhere at the look before already
-    since: Odds = NO_ODDS  # that it came elsewhere since then
+    followed: FloatArray | None = None  # (3,) the pose at which the robot was followed
+    before: Odds = NO_ODDS  # of being elsewhere at the previous keyframe already
+    since: Odds = NO_ODDS  # of having come elsewhere since then
     chance: float = 0.0  # tempered log p(o) of the scan, averaged over places all over the building
 
 
 @dataclass(frozen=True, eq=False)
 class Hypotheses:
-    """Places that explain the last scans, the best first, and how probable each is."""
+    """Places that explain the keyframes, the best first, with their probabilities."""
 
-    odometry: FloatArray  # (3,) to which they belong
+    odometry: FloatArray  # (3,) at which they hold
     poses: FloatArray  # (h, 3)
-    log_odds: FloatArray  # (h,) against the followed place, or against any by chance where none is
-    is_followed: BoolArray  # (h,) whether it is that
-    stamp_ns: int  # of the last look
-    outside: float = 0.0  # log odds of places that the map doesn't show, likewise
+    log_odds: FloatArray  # (h,) relative to the followed place, or to chance where none is followed
+    is_followed: BoolArray  # (h,) whether it is the followed place
+    stamp_ns: int  # of the last keyframe
+    outside: float = 0.0  # log odds of places that the map doesn't show
 
     @property
     def shares(self) -> FloatArray:
-        """(h,) probabilities, if the robot is in one of them."""
+        """(h,) probabilities, given that the robot is at one of them."""
         shares = np.exp(self.log_odds - self.log_odds.max())
         return np.asarray(shares / shares.sum())
 
     def moved(self, odometry: FloatArray) -> FloatArray:
-        """The poses (h, 3) driven on to where the odometry is now."""
+        """The poses (h, 3) moved on to the present odometry."""
         return compose(self.poses, between(self.odometry, odometry))
 
     def belief(self, count: int, rng: np.random.Generator) -> PoseBelief:
-        """Samples about every hypothesis, by its share."""
+        """Samples around every hypothesis, by its probability."""
         chosen = np.sort(rng.choice(len(self.poses), count, p=self.shares))
         poses = self.poses[chosen] + rng.standard_normal((count, 3)) * SPREAD * STEPS[2]
         poses[:, 2] = wrap(poses[:, 2])
@@ -114,17 +114,17 @@ class Search:
         self._last: Hypotheses | None = None
 
     def forget(self) -> None:
-        """What was seen before came from elsewhere."""
+        """Discard all keyframes: the robot came elsewhere."""
         self._looks, self._last = {}, None
 
     @property
     def looks(self) -> list[Look]:
-        """The scans that are remembered, in the order in which they were taken."""
+        """The keyframes in time order."""
         looks = [look for each in self._looks.values() for look in each]
         return sorted(looks, key=lambda look: look.scan.stamp_ns)
 
     def note(self, look: Look) -> bool:
-        """Remember a scan if it comes from a new place; whether it was remembered."""
+        """Keep a scan as a keyframe if it comes from a new place; return whether it was kept."""
         s, looks = self._settings.search, self._looks.setdefault(look.scan.laser, [])
         if looks:
             step = between(looks[-1].odometry, look.odometry)
@@ -133,13 +133,13 @@ class Search:
             if driven < s.min_d and abs(step[2]) < s.min_a:
                 if waited < s.every_s:
                     return False
-                looks.pop()  # from the same place, in which people may have walked on
+                looks.pop()  # from the same place, where people may have moved on since
         looks.append(look)
         del looks[: -s.looks]
         return True
 
     def follow(self, chosen: int, since_ns: int) -> None:
-        """From a stamp on, the followed place is the one of this number in the last search."""
+        """Follow the hypothesis of this number in the last search, from a stamp on."""
         looks, last = self.looks, self._last
         assert last is not None
         pose, former = last.poses[chosen], looks[-1].followed
@@ -163,16 +163,16 @@ class Search:
         rng: np.random.Generator,
         within: FloatArray = SAME,
     ) -> Hypotheses:
-        """The places by which all remembered scans are ``explained`` best.
+        """The places that explain all keyframes best, by the likelihood that ``explained`` gives.
 
-        Where a pose was followed, the robot may have come elsewhere before each of the looks:
-        those before that are explained from the followed pose. With l_i(x) the log-likelihood of
-        look i from a place x, and f the followed place,
+        While a place is followed, the robot may have come elsewhere before each of the keyframes;
+        those before are explained from the followed pose. With l_i(x) the log-likelihood of
+        keyframe i from a place x, and f the followed place,
 
         log odds(x) = log sum_k odds_k(x) exp(sum_{i >= k} l_i(x) - l_i(f)).
 
-        A place that the search before found keeps its odds of then, with what looks since say. Places
-        that differ from the followed pose by no more than ``within`` (3,) m, m, rad are the followed one.
+        A place that the previous search found keeps its odds, plus the evidence of keyframes since.
+        Places within ``within`` (3,) m, m, rad of the followed pose are the followed one.
 
         Raises BuildingError where the building has no place to search.
         """
@@ -198,7 +198,7 @@ class Search:
 
         coarse, fine = (_Joint(looks, steps, tables[-1], each) for each in (looked_up, exact))
         score = coarse.log_odds(found, 0.0)
-        score[: len(known)] += score.max() - score.min()  # they aren't sorted out unrefined
+        score[: len(known)] += score.max() - score.min()  # they aren't removed before refinement
         found = _distinct(found, score, HYPOTHESES + len(known))
         poses, score = _refined(found, fine.log_odds, rng)
         poses = poses[np.argsort(-score, kind="stable")]
@@ -214,7 +214,7 @@ class Search:
         log_odds -= own
         if self._last is not None:
             gained = fine.gained(poses, FINEST, self._last.stamp_ns).sum(axis=0)
-            if is_followed.any():  # held to the odometry like the others
+            if is_followed.any():  # they follow the odometry like the others
                 gained -= gained[is_followed].max()
             carried = self._carried(self._last, poses) + gained
             log_odds = np.maximum(log_odds, carried - carried[is_followed].max(initial=0.0))
@@ -230,7 +230,7 @@ class Search:
         return self._last
 
     def _carried(self, last: Hypotheses, poses: FloatArray) -> FloatArray:
-        """Log odds (p,) that places (p, 3) had in the search before."""
+        """Log odds (p,) of places (p, 3) in the previous search."""
         former = last.moved(self.looks[-1].odometry)
         carried = np.full(len(poses), -np.inf)
         for h, pose in enumerate(poses):
@@ -239,7 +239,7 @@ class Search:
         return carried
 
     def _candidates(self, odometry: FloatArray) -> FloatArray:
-        """Poses that fit the latest scan of each laser best, of all free places and headings."""
+        """Poses that fit the latest scan of each laser best, over all free places and headings."""
         latest, s = [looks[-1] for looks in self._looks.values()], self._settings
         tables = [self._at(look) for look in latest]
         points = next((each for each in tables if len(each.points)), tables[0]).points
@@ -264,7 +264,7 @@ class Search:
         )
 
     def _at(self, look: Look) -> Places:
-        """The places as a laser at the look's height sees them."""
+        """The places as seen by a laser at a keyframe's height."""
         height = float(np.median(look.scan.rays.origins[:, 2]))
         key = round(height / HEIGHT_STEP)
         if key not in self._places:
@@ -285,13 +285,13 @@ def _off(poses: FloatArray, pose: FloatArray) -> FloatArray:
 
 
 def apart(a: FloatArray, b: FloatArray) -> FloatArray:
-    """How far poses (..., 3) are from each other, one being where they count as two."""
+    """Distances between poses (..., 3) in units of ``APART``."""
     off = np.abs(np.stack([*(a - b)[..., :2].T, wrap((a - b)[..., 2]).T], axis=-1))
     return np.asarray((off / APART).max(axis=-1))
 
 
 class _Priors:
-    """Log odds of having come elsewhere before each of several looks, from where the robot was followed."""
+    """Log odds of having come elsewhere before each of several keyframes."""
 
     def __init__(self, odds: list[Odds], followed: list[FloatArray], places: Places) -> None:
         kidnapped, slipped, width = np.array(odds).T[..., None]  # (k, 1)
@@ -302,11 +302,11 @@ class _Priors:
         self._is_wide, self._width = width > 0.0, np.where(width > 0.0, width, 1.0)
 
     def __call__(self, poses: FloatArray) -> FloatArray:
-        """(k, p) of the robot's being about poses (p, 3), each a cell of the search's grid wide.
+        """(k, p) of the robot's being at poses (p, 3), each as wide as a cell of the search's grid.
 
-        A slip is distributed about the followed pose as a Student distribution with one degree
-        of freedom, in metres and radians. A belief that was wide has narrowed to one of the places
-        within its width, as likely to this one as to the followed one.
+        A slip has a Student distribution about the followed pose with one degree of freedom, in
+        metres and radians. A wide belief has narrowed to one of the places within its width, with
+        the same probability for each of them.
         """
         off = _off(poses, self._followed)
         squared, turned = (off[..., :2] ** 2).sum(axis=2), (off[..., 2] / SLIP_RAD) ** 2
@@ -318,7 +318,7 @@ class _Priors:
 
 
 class _Joint:
-    """How much likelier places are than the followed one, by several looks together."""
+    """The odds of places relative to the followed one, by several keyframes together."""
 
     def __init__(
         self,
@@ -328,11 +328,11 @@ class _Joint:
         log_likelihood: Callable[[int, FloatArray, float], FloatArray],
     ) -> None:
         self._looks, self._steps, self._places = looks, np.array(steps), places
-        self._log_likelihood = log_likelihood  # of a look, from poses (p, 3), with a blur in m
+        self._log_likelihood = log_likelihood  # of a keyframe, from poses (p, 3), with a blur in m
         self._own: dict[tuple[int, float], float] = {}
 
     def log_odds(self, poses: FloatArray, blur: float) -> FloatArray:
-        """Log odds (p,) of poses (p, 3) at the last look."""
+        """Log odds (p,) of poses (p, 3) at the last keyframe."""
         looks, gained = self._looks, self.gained(poses, blur)
         since = gained[::-1].cumsum(axis=0)[::-1]
         if looks[-1].followed is None:
@@ -344,17 +344,18 @@ class _Joint:
     def _priors(self) -> _Priors:
         looks = self._looks
         odds = [looks[0].before.plus(looks[0].since), *(look.since for look in looks[1:])]
-        anchors = [looks[max(k - 1, 0)] for k in range(len(looks))]  # where it was when it left
+        # the last keyframe at the followed place
+        anchors = [looks[max(k - 1, 0)] for k in range(len(looks))]
         return _Priors(odds, [self._driven_on(anchor) for anchor in anchors], self._places)
 
     def refine(self, pose: FloatArray, blur: float) -> None:
-        """Hold the followed place at a pose (3,), too, that was refined as other places are."""
+        """Evaluate the followed place also at a pose (3,) that was refined as other places are."""
         for k, step in enumerate(self._steps):
             refined = float(self._log_likelihood(k, compose(pose[None], step), blur)[0])
             self._own[k, blur] = max(self._known(k, blur), refined)
 
     def outside(self, blur: float) -> float:
-        """Log odds of a place that the map doesn't show, where scans read what they do by chance."""
+        """Log odds of a place that the map doesn't show, where scans read what is usual."""
         looks = self._looks
         if looks[-1].followed is None:
             return float(np.log(OUTSIDE))
@@ -367,7 +368,7 @@ class _Joint:
         return float(np.logaddexp.reduce(prior + gained[::-1].cumsum()[::-1]))
 
     def gained(self, poses: FloatArray, blur: float, after_ns: int = -1) -> FloatArray:
-        """By how much looks after a stamp are likelier (k, p) from poses (p, 3) than from the followed one."""
+        """Log-likelihood ratios (k, p) of later keyframes: poses (p, 3) to the followed one."""
         at = compose(poses, self._steps[:, None])  # (k, p, 3)
         gained = [
             self._log_likelihood(k, at[k], blur) - self._known(k, blur)
@@ -377,13 +378,13 @@ class _Joint:
         return INDEPENDENCE * np.array(gained).reshape(-1, len(poses))
 
     def _driven_on(self, look: Look) -> FloatArray:
-        """The pose (3,) that was followed at a look, driven on to the last one."""
+        """The pose (3,) that was followed at a keyframe, moved on to the last one."""
         followed = self._looks[-1].followed if look.followed is None else look.followed
         assert followed is not None
         return compose(followed, between(look.odometry, self._looks[-1].odometry))
 
     def _known(self, k: int, blur: float) -> float:
-        """Log-likelihood of a look from the pose that was followed, or by chance where none was."""
+        """Log-likelihood of a keyframe from the followed pose, or by chance without one."""
         if (k, blur) not in self._own:
             followed = self._looks[k].followed
             self._own[k, blur] = (
@@ -395,13 +396,13 @@ class _Joint:
 
 
 def _distinct(poses: FloatArray, score: FloatArray, most: int) -> FloatArray:
-    """The best of the poses (p, 3) that lie apart from each other."""
+    """The best of the poses (p, 3) that are different hypotheses."""
     ordered = poses[np.argsort(-score, kind="stable")]
     return ordered[_distinct_indices(ordered, most)]
 
 
 def _distinct_indices(poses: FloatArray, most: int) -> list[int]:
-    """The first of the poses (p, 3), the first apart from that, and so on."""
+    """Indices of the poses (p, 3) that differ from all before them, at most so many."""
     kept: list[int] = []
     free = np.ones(len(poses), dtype=bool)
     while free.any() and len(kept) < most:
@@ -413,9 +414,9 @@ def _distinct_indices(poses: FloatArray, most: int) -> list[int]:
 def _refined(
     poses: FloatArray, joint: LogLikelihood, rng: np.random.Generator
 ) -> tuple[FloatArray, FloatArray]:
-    """The best poses near poses (h, 3), by closer and closer tries, and their log-likelihoods (h,).
+    """The best poses near poses (h, 3), by ever smaller steps, and log-likelihoods (h,).
 
-    About each the same is tried, so that none is luckier than others that look alike.
+    All are refined with the same steps, so that none has better luck than others that look alike.
     """
     poses, score = poses.copy(), np.zeros(len(poses))
     for step in STEPS:

@@ -1,4 +1,4 @@
-"""The search's inner loops, compiled: what is seen from places all over a building, and how well they explain a scan."""
+"""Compiled loops of the search: ranges around many places, and the likelihood of a scan there."""
 
 from __future__ import annotations
 
@@ -16,9 +16,10 @@ _inner = inner(nogil=True, error_model="numpy", fastmath={"contract", "nnan", "n
 
 @_compile
 def by_cell(segments: FloatArray, side: float, columns: int, rows: int) -> Any:
-    """Which segments (k, 4) pass each cell of a grid: numbers (m,), and where each cell's begin and end (w, h).
+    """The segments (k, 4) that pass each cell of a grid.
 
-    Segments are seen from the grid's corner.
+    Numbers (m,), and where those of each cell begin and end (w, h). Segments are relative to the
+    grid's corner.
     """
     first, last = np.zeros((columns, rows), np.int64), np.zeros((columns, rows), np.int64)
     numbers, reach = np.empty(0, np.int64), 0.5 * np.sqrt(2.0) * side + SLACK
@@ -58,7 +59,10 @@ def _distance(
     last: IntArray,
     side: float,
 ) -> Any:
-    """Distance along a ray from x, y, seen from the grid's corner, to the nearest segment; inf where there is none."""
+    """Distance along a ray from x, y to the nearest segment; inf where there is none.
+
+    The place is relative to the grid's corner.
+    """
     nearest, column, row = np.inf, int(np.floor(x / side)), int(np.floor(y / side))
     per_column = side / abs(dx) if dx != 0.0 else np.inf  # m along the ray
     per_row = side / abs(dy) if dy != 0.0 else np.inf
@@ -90,11 +94,11 @@ def look_round(
     clearance: float,
     enclosed: float,
 ) -> Any:
-    """The least and the largest of the ranges about each of b directions (b, 2) all round from points (c, 2).
+    """The least and the largest range about each of b directions (b, 2) from points (c, 2).
 
-    And which of these are free (c,): at least ``clearance`` m around them, and segments at a share ``enclosed`` of the
-    directions. Of those that aren't, the ranges say nothing. Points and segments (k, 4) are seen from the grid's
-    corner; ``by_cell`` gives the others.
+    Also which points (c,) are free: nothing within ``clearance`` m, and segments at a share
+    ``enclosed`` of the directions. Ranges of other points are meaningless. Points and segments (k,
+    4) are relative to the grid's corner; ``by_cell`` gives the remaining arguments.
     """
     count, turns = points.shape[0], directions.shape[0]
     nearest, farthest = np.empty((count, turns)), np.empty((count, turns))
@@ -130,9 +134,10 @@ def _score(
     twice: FloatArray,
     out: FloatArray,
 ) -> None:
-    """About log p(o | l) ``out`` (b,) of a place where so much should be read at b bearings, for as many headings.
+    """Approximate log p(o | l) ``out`` (b,) of one place for b headings.
 
-    In ``twice`` (3, 2 b) it goes round twice, so that the bearings of a beam in all headings follow each other.
+    ``twice`` (3, 2 b) holds the expected ranges of b bearings twice in a row, so that the bearings
+    of a beam in all headings are contiguous.
     """
     turns = out.shape[0]
     for t in range(turns):
@@ -156,7 +161,7 @@ def _score(
 
 @_inner
 def _nowhere(beams: FloatArray, missing: FloatArray) -> Any:
-    """The same where no place is free: every beam reads anything at all."""
+    """The same where no place is free: every range is random."""
     total = 0.0
     for i in range(beams.shape[1]):
         total += beams[1, i] if beams[0, i] < np.inf else missing[1]
@@ -165,7 +170,7 @@ def _nowhere(beams: FloatArray, missing: FloatArray) -> Any:
 
 @_inner
 def _cell(x: float, y: float, cells: IntArray, spacing: float) -> Any:
-    """The place in whose cell x, y lies, seen from the grid's corner; -1 where none is free."""
+    """The place in whose cell x, y lies, relative to the grid's corner; -1 where none is free."""
     column, row = int(np.floor(x / spacing)), int(np.floor(y / spacing))
     if 0 <= column < cells.shape[0] and 0 <= row < cells.shape[1]:
         return cells[column, row]
@@ -188,14 +193,14 @@ def scores(
     missing: FloatArray,
     per_sigma: float,
 ) -> Any:
-    """About log p(o | l) (p,) for robot poses (p, 3), by look-up.
+    """Approximate log p(o | l) (p,) for robot poses (p, 3), by look-up.
 
-    ``cells`` (w, h) gives the place of each cell, -1 where none is free; place c should read between
-    ``nearest`` and ``farthest`` (c, b) at each of b bearings, with the log density ``breadth``
-    (c, b). A beam has the bearing ``bins`` (n,) and the column of ``beams`` (3, n): its range and its
-    log density if it read anything at all, beyond what is expected and before. ``missing`` (2,) are
-    the log probabilities of no return with nothing in reach and with something. The laser stands at
-    the pose ``offset`` (3,) as seen from the robot.
+    ``cells`` (w, h) holds the number of the place in each cell, or -1. Place c expects ranges
+    between ``nearest`` and ``farthest`` (c, b) at each of b bearings, with the log density
+    ``breadth`` (c, b). A beam has the bearing ``bins`` (n,) and a column of ``beams`` (3, n): its
+    range, and its log density of a random reading beyond what is expected and before it.
+    ``missing`` (2,) are the log probabilities of no return with nothing in reach and with something
+    in reach. The laser stands at the pose ``offset`` (3,) on the robot.
     """
     turns = nearest.shape[1]
     twice = np.empty((3, 2 * turns))
@@ -245,7 +250,7 @@ def scores_all_round(
     missing: FloatArray,
     per_sigma: float,
 ) -> Any:
-    """The same (c, t) of robots at points (c, 2) in each of some headings (t,)."""
+    """The same (c, t) for robots at points (c, 2) in each of some headings (t,)."""
     turns, count = nearest.shape[1], headings.shape[0]
     table, twice = np.empty(nearest.shape), np.empty((3, 2 * turns))
     for place in range(nearest.shape[0]):

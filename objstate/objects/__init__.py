@@ -1,4 +1,4 @@
-"""Where is each object? One sample-based filter per object (section 2.1 of Schulz and Burgard 2001)."""
+"""The belief about each object, with one filter each (section 2.1 of Schulz and Burgard 2001)."""
 
 from objstate.objects.belief import Distribution, ObjectBelief
 from objstate.objects.evidence import ScanEvidence, Update

@@ -1,4 +1,4 @@
-"""The object belief p(s): weighted samples over an object's state, and what they say."""
+"""The object belief p(s): weighted samples over an object's state, and what follows from them."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ else:
     kernels = Later("objstate.objects.kernels")
     sampling = Later("objstate.objects.sampling")
 
-CENTRAL = 0.9  # the share of the posterior between lower and upper
-SETTLED_ANGLE = np.radians(5.0)  # rad; a state known better than this stands for the belief
+CENTRAL = 0.9  # probability between lower and upper
+SETTLED_ANGLE = np.radians(5.0)  # rad; a state with a smaller deviation counts as certain
 SETTLED_LENGTH = 0.05  # m
 TINY = float(np.finfo(float).tiny)
-ROUNDING = 1e-12  # by which sums of weights may miss a share
-SETTLED = {  # std of each coordinate
+ROUNDING = 1e-12  # rounding error of sums of weights
+SETTLED = {  # largest deviation of a certain state, by coordinate
     Kind.HINGED: (SETTLED_ANGLE,),
     Kind.SLIDING: (SETTLED_LENGTH,),
     Kind.PLANAR: (SETTLED_LENGTH, SETTLED_LENGTH, SETTLED_ANGLE),
@@ -57,7 +57,10 @@ class Distribution:
         return float(np.sqrt(self.weights @ (self.values - self.mean) ** 2))
 
     def interval(self, share: float = CENTRAL) -> tuple[float, float]:
-        """Lower and upper bound of the central ``share``. Raises ValueError as ``checked_share`` does."""
+        """Lower and upper bound of the central ``share``.
+
+        Raises ValueError as ``checked_share`` does.
+        """
         share = checked_share(share)
         tails = np.array([(1.0 - share) / 2.0, (1.0 + share) / 2.0])
         lower, upper = quantiles(self.values, self.weights, tails)
@@ -75,36 +78,37 @@ class ObjectBelief:
     item: MovableObject
     states: FloatArray  # (n, d)
     weights: Weights  # (n,)
-    cell: FloatArray  # (d,) width of what one sample stands for; zero for free samples
-    presence: float = 1.0  # probability that it is there at all; the states are where, if it is
-    stamp_ns: int | None = None  # the moment of the belief; None before the first
+    cell: FloatArray  # (d,) width of the cell of a sample; zero for free samples
+    presence: float = 1.0  # probability that it is there; the states are conditioned on that
+    stamp_ns: int | None = None  # None before the first update
     last_observed_ns: int | None = None
-    swung: FloatArray = field(  # (n,) or (1,), how probably a door is being moved there
+    swung: FloatArray = field(  # (n,) or (1,), probability in each state that a door is moving
         default_factory=partial(np.zeros, 1)
     )
-    joint: DoorPosterior | FurnitureMixture | None = None  # which it was read off, if any was
+    # the mixture it was computed from, if any
+    joint: DoorPosterior | FurnitureMixture | None = None
     attributes: Mapping[str, Mapping[str, float]] = field(  # such as class: {cup: 0.7, mug: 0.3}
         default_factory=dict
     )
-    past: Past | None = None  # what it was before, where the estimator keeps it for smoothing
+    past: Past | None = None  # earlier steps, where the estimator keeps them for smoothing
 
     @property
     def wraps(self) -> BoolArray:
-        """(d,) which coordinates are directions, on which -pi and pi are one."""
+        """(d,) which coordinates are directions, where -pi and pi are equal."""
         if self.item.kind is Kind.PLANAR:
             return np.array([False, False, True])
         return np.array([self.item.wraps])
 
     @lazy
     def lattice(self) -> tuple[float, float, bool]:
-        """The first of a door's states, how far they lie apart, and whether the last is beside it."""
+        """The first of a door's states, their spacing, and whether the last is beside the first."""
         return float(self.states[0, 0]), float(self.cell[0]), self.item.wraps
 
     def with_weights(self, weights: Weights) -> ObjectBelief:
         return altered(self, weights=weights)
 
     def on_lattice(self, weights: FloatArray, mean: float, std: float, **also: Any) -> ObjectBelief:
-        """A door's belief with other weights (n,), of which these are the mean and the standard deviation.
+        """A door's belief with other weights (n,), given their mean and standard deviation.
 
         ``also`` are other fields, and what else is known.
         """
@@ -116,10 +120,10 @@ class ObjectBelief:
 
     @lazy
     def mean(self) -> FloatArray:
-        """(d,) directions by circular mean.
+        """(d,) of directions the circular mean.
 
-        Of furniture that looks the same after some turns, all equal states count as the
-        one nearest to where it should stand.
+        Of furniture with several equal headings, states count as the one nearest to the modelled
+        heading.
         """
         return self._moments[0]
 
@@ -138,7 +142,7 @@ class ObjectBelief:
 
     @lazy
     def deviations(self) -> FloatArray:
-        """(n, d) samples from the mean; directions the short way round."""
+        """(n, d) samples relative to the mean; directions the shorter way round."""
         if self.item.kind is Kind.PLANAR:
             off, symmetry = np.empty_like(self.states), self.item.symmetry
             sampling.offsets(self.states, self.mean, symmetry.order, symmetry.centre, off)
@@ -146,7 +150,7 @@ class ObjectBelief:
         return self._the_short_way(self.states - self.mean)
 
     def _the_short_way(self, off: FloatArray) -> FloatArray:
-        """Differences (..., d) of states, those of directions by less than half a turn."""
+        """Differences (..., d) of states; those of directions below half a turn."""
         if self.item.kind is Kind.PLANAR:
             off[..., 2] = wrap(off[..., 2])
         elif self.item.wraps:
@@ -156,7 +160,7 @@ class ObjectBelief:
     def unfolded(self) -> ObjectBelief:
         """The same belief with all states that look alike: a square table has four equal headings.
 
-        The filters keep one of them, as no reading tells them apart.
+        The filters keep one of them, as no reading distinguishes them.
         """
         if self.item.kind is not Kind.PLANAR:
             return self
@@ -207,14 +211,14 @@ class ObjectBelief:
         width = self.cell[coordinate]
         if width == 0.0:
             return quantiles(values, weights, shares)
-        order = np.argsort(values, kind="stable")  # each cell's mass is spread over its width
+        order = np.argsort(values, kind="stable")  # the mass of each cell is spread over its width
         edges = np.append(values[order] - width / 2, values[order[-1]] + width / 2)
         filled = np.concatenate([[0.0], np.cumsum(weights[order])])
         return np.asarray(np.interp(shares, filled, edges))
 
     @lazy
     def clear_width(self) -> Distribution:
-        """The free passage that a door's leaf leaves, m. Raises BuildingError for furniture."""
+        """The passage that a door's leaf leaves free, m. Raises BuildingError for furniture."""
         return self.clear_width_for(0.0)
 
     def clear_width_for(self, length: float) -> Distribution:
@@ -245,15 +249,16 @@ class ObjectBelief:
     def footprint(self, probability: float = CENTRAL) -> FloatArray:
         """Convex polygon (k, 2) m, counter-clockwise, that holds the object with a probability.
 
-        Of furniture it is meant for the case that it is there at all (``presence``). Raises ValueError for a probability that isn't above 0 and at most 1.
+        Of furniture it is conditioned on its being there (``presence``). Raises ValueError for a
+        probability that isn't above 0 and at most 1.
         """
         return footprint(self.item, self._most_central(probability))
 
     def _most_central(self, probability: float) -> FloatArray:
         """The states (m, d) nearest to the mean that together have the probability.
 
-        Near is meant as the belief's own spread says. Of a lattice, both ends of each
-        sample's cell are given.
+        Distances are in units of the belief's covariance. Of a lattice, both ends of each sample's
+        cell are given.
         """
         probability = checked_share(probability)
         weights, off = self.weights.values, self.deviations
@@ -271,9 +276,9 @@ class ObjectBelief:
 
     @property
     def probability_closed(self) -> float | None:
-        """Probability that a door stands at the limit at which the model shows it; None for all others.
+        """Probability that a door stands at the limit at which the model shows it; else None.
 
-        The lattice's state at that limit stands for the limit itself.
+        The lattice's state at that limit represents the limit itself.
         """
         item = self.item
         if item.kind is Kind.PLANAR or item.wraps or self.cell[0] == 0.0:
@@ -285,13 +290,13 @@ class ObjectBelief:
 
     @lazy
     def settled(self) -> bool:
-        """Whether the object surely is there, and known well enough that its mean can stand in a scene."""
+        """Whether the object certainly is there, in a state certain enough for a scene."""
         if self.presence < 0.5:
             return False
         return all(map(le, self.std.tolist(), SETTLED[self.item.kind]))
 
     def represented_by(self, count: int) -> UncertainObject:
-        """A few states that stand for the belief: its mean where settled, else an even comb."""
+        """A few states that represent the belief: the mean if certain, else a systematic sample."""
         name = self.item.name
         if self.settled:
             return UncertainObject(name, self.mean[None], np.array([self.presence]))
@@ -300,16 +305,16 @@ class ObjectBelief:
 
     @property
     def best(self) -> FloatArray:
-        """(d,) the most probable state: the mean where there is one place, else the heaviest sample."""
+        """(d,) the most probable state: the mean of a unimodal belief, else the heaviest sample."""
         if self.settled:
             return self.mean
         return np.asarray(self.states[int(np.argmax(self.weights.log))])
 
     def estimates(self, fit: float | None, lost: bool = False) -> list[Estimate]:
-        """The belief as rows for people and programs, one for each coordinate.
+        """The belief as rows, one for each coordinate.
 
-        ``fit`` is the share of beams that the best state explains, None where no beam
-        bore on the object.
+        ``fit`` is the share of beams that the most probable state explains, None where no beam
+        reached the object.
         """
         if self.stamp_ns is None:
             raise ValueError("a belief without a moment has no estimates")
@@ -337,7 +342,7 @@ class ObjectBelief:
 
 
 def checked_share(share: float) -> float:
-    """A share of a posterior. Raises ValueError where it isn't above 0 and at most 1."""
+    """A probability. Raises ValueError where it isn't above 0 and at most 1."""
     if not 0.0 < share <= 1.0:
         raise ValueError(f"a probability of {share} must be above 0 and at most 1")
     return share

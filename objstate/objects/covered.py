@@ -1,4 +1,4 @@
-"""What an object covers of a grid under its belief: map objects (Darmstadt, section 6.1.5)."""
+"""The cells of a grid that an object covers under its belief (Darmstadt, section 6.1.5)."""
 
 from __future__ import annotations
 
@@ -12,17 +12,16 @@ from objstate.grid import Drawing, Layout, expected_occupancy
 from objstate.objects.belief import ObjectBelief
 from objstate.objects.footprint import OBJECTS_KEPT, motions, silhouette
 
-NEGLIGIBLE = 1e-4  # weight of a state that isn't drawn
+NEGLIGIBLE = 1e-4  # weight below which a state isn't drawn
 
 
 def covered(
     layout: Layout, belief: ObjectBelief, margin: float = 0.0, most: int | None = None
 ) -> Drawing:
-    """The probability of each cell that an object touches it, or comes within a margin, m.
+    """The probability for each cell that an object touches it, or comes within a margin, m.
 
-    It is that under the posterior: over all states it may have, and less than one in sum where it
-    may be absent. Of more than ``most`` states so many are drawn, evenly by their weights, which takes less
-    time and leaves probabilities to within their share.
+    It is that under the posterior over all states, absence included. Of more than ``most`` states
+    that many are drawn, a systematic sample, which is faster and accurate to their share.
     """
     weights = belief.presence * belief.weights.values
     kept = np.flatnonzero(weights > NEGLIGIBLE)

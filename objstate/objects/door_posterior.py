@@ -1,8 +1,8 @@
 """A door's posterior, filtered under several priors of its closed bearing side by side.
 
-A wide prior lets a box in a doorway be taken for the closed leaf of a door whose bearing is far
-off, and the components that knew better die out. A narrow one can't follow a door whose bearing
-really is off. So both are kept, with the log evidence of each.
+With a wide prior, a box in a doorway can be taken for the closed leaf of a door whose bearing is
+far off, and the right components die out. A narrow prior can't follow a door whose bearing really
+is off. So both are kept, with the log evidence of each.
 """
 
 from __future__ import annotations
@@ -21,18 +21,18 @@ from objstate.objects.mixture import DoorMixture, Doorway, States, Statics
 if TYPE_CHECKING:
     from objstate.objects.mixture_kernels import Beams, Noise, Shape
 
-ROUNDING = 1e-9  # share by which a prior may be wider than the one it is read off from
+ROUNDING = 1e-9  # relative excess of a prior over the one it is derived from, by rounding
 
 
 @dataclass(frozen=True, eq=False)
 class DoorPosterior:
     """p(mode, s, d | z) of one door. A value: updates return new ones."""
 
-    mixtures: tuple[DoorMixture, ...]  # under each prior, that of the least bearing error first
+    mixtures: tuple[DoorMixture, ...]  # under each prior, the narrowest first
 
     @staticmethod
     def of(door: Doorway, belief: ObjectBelief, priors: Sequence[Statics]) -> DoorPosterior:
-        """What a belief on a lattice says. Only doors that turn have a bearing."""
+        """The posterior of a belief on a lattice. Only doors that turn have a bearing."""
         chosen = priors if door.turn else priors[-1:]
         return DoorPosterior(tuple(DoorMixture.of(door, belief, prior) for prior in chosen))
 
@@ -46,7 +46,7 @@ class DoorPosterior:
         return self.mixtures[0].stamp_ns
 
     def later(self, seconds: float, transfer: FloatArray, added: FloatArray) -> DoorPosterior:
-        """After a while; see ``DoorMixture.later``."""
+        """The prediction over some time; see ``DoorMixture.later``."""
         return DoorPosterior(tuple(each.later(seconds, transfer, added) for each in self.mixtures))
 
     def at(self, stamp_ns: int) -> DoorPosterior:
@@ -61,7 +61,7 @@ class DoorPosterior:
         return DoorPosterior(tuple(after)), max(reached)
 
     def among(self, bearing: float) -> int:
-        """Which mixture to read off from, where the bearing has a variance in rad^2."""
+        """The mixture to use where the bearing has a variance in rad^2."""
         for index, each in enumerate(self.mixtures):
             if bearing <= each.statics.bearing * (1.0 + ROUNDING):
                 return index
@@ -76,7 +76,7 @@ class DoorPosterior:
     def of_hinge(
         self, variances: FloatArray, bearings: Iterable[tuple[float, float]]
     ) -> FloatArray:
-        """(k,) the same with variances (k,) m^2 of the hinge; ``bearings`` have probabilities."""
+        """(k,) the same for variances (k,) m^2 of the hinge, averaged over ``bearings``."""
         shares = np.zeros(len(self.mixtures))
         for share, variance in bearings:
             shares[self.among(variance)] += share
@@ -88,7 +88,7 @@ class DoorPosterior:
         return np.asarray(np.logaddexp.reduce(likely, axis=0))
 
     def under(self, priors: Sequence[Statics]) -> States:
-        """The states by the same readings, under each of some priors (k,) of the static errors."""
+        """The states given the same readings, under some priors (k,) of the static errors."""
         chosen = np.array([self.among(prior.bearing) for prior in priors])
         out = States(*(np.empty((len(priors), len(self.door.states))) for _ in States._fields))
         for index in np.unique(chosen):

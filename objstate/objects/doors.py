@@ -1,7 +1,6 @@
-"""The filter of a hinged or sliding door.
+"""The lattice filter of a hinged or sliding door.
 
-One degree of freedom is covered by samples at regular places, whose weights
-alone change: nothing is ever lost between them.
+One degree of freedom is covered by samples at regular places, of which only the weights change.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ else:
     kernels = Later("objstate.objects.kernels")
 
 SECONDS_PER_HOUR = 3600.0
-FINE = 50  # states with weight that are cast at most; of more, an even comb
+FINE = 50  # most states with weight that are cast; of more, a regular selection
 NEGLIGIBLE = 1e-4  # weight, relative to the largest, below which a state is cast only coarsely
 COARSE = 0.05  # m between states that are cast whatever their weight, at a leaf's outer edge
 
@@ -65,7 +64,7 @@ class LatticeFilter:
 
     @lazy
     def _normals(self) -> FloatArray:
-        """(n, 2) the direction in which the leaf is thin, in each state, seen from above."""
+        """(n, 2) the direction across the leaf in each state, seen from above."""
         across, _ = leaf_axes(self.item)
         turns = self.item.transforms(self._states[:, None])[:, :2, :2]
         return np.asarray(turns @ across)
@@ -86,7 +85,7 @@ class LatticeFilter:
 
     @lazy
     def _rest_weights(self) -> FloatArray:
-        """(n,) where a door comes to rest that somebody has moved: closed, open, or anywhere."""
+        """(n,) distribution of the state after a move: closed, open, or anywhere."""
         rest, states, closed = self.settings.rest, self._states, self.item.home[0]
         anywhere = np.full(len(states), 1.0 / len(states))
         if self.item.wraps:
@@ -102,7 +101,7 @@ class LatticeFilter:
     def predict(
         self, belief: ObjectBelief, seconds: float, rng: np.random.Generator
     ) -> ObjectBelief:
-        """The door drifts, or somebody moves it."""
+        """The prediction: drift and moves."""
         weights, swung = np.empty(len(belief.states)), np.empty(len(belief.states))
         mean, std = kernels.predict(
             belief.weights.values,
@@ -118,15 +117,50 @@ class LatticeFilter:
         )
         return belief.on_lattice(weights, mean, std, swung=swung)
 
+    def carried(
+        self, belief: ObjectBelief, kept: FloatArray, rest: FloatArray, seconds: float
+    ) -> ObjectBelief:
+        """The belief after a while in which a door in each state stays there with a probability (n,).
+
+        Where it was moved it rests after ``rest`` (n,), which sums to one.
+        """
+        weights, swung = np.empty(len(belief.states)), np.empty(len(belief.states))
+        stays = belief.weights.values * kept
+        total = float(stays.sum())
+        mean, std = kernels.predict(
+            stays / total if total > 0.0 else rest,
+            np.zeros(1),
+            *belief.lattice,
+            self._cells_per_second * seconds,
+            1.0 - total,
+            seconds,
+            self._swing,
+            rest,
+            weights,
+            swung,
+        )
+        return belief.on_lattice(weights, mean, std, swung=swung)
+
+    @lazy
+    def distances(self) -> FloatArray:
+        """(n,) rad or m of each state from the closed one, along the way that the door opens."""
+        off = self._states - self.item.home[0]
+        return np.abs(wrap(off) if self.item.wraps else off)
+
+    @property
+    def rests(self) -> FloatArray:
+        """(n,) where a door comes to rest by its settings; sums to one."""
+        return self._rest_weights
+
     @lazy
     def _swing(self) -> FloatArray:
-        """(3,) how the door moves while somebody moves it, as the loops take it."""
+        """(3,) how the door moves while it is being moved, as the loops take it."""
         swing, hinged = self.settings.swing, self.item.kind is Kind.HINGED
         most = math.radians(swing.most_deg_per_s) if hinged else swing.most_m_per_s
         return np.array([swing.seconds, swing.near_s, most / self._spacing])
 
     def stayed(self, seconds: float) -> float:
-        """Probability that nobody has moved the door for so long."""
+        """Probability that the door isn't moved for some time."""
         return math.exp(-self.settings.dynamics.moves_per_hour * seconds / SECONDS_PER_HOUR)
 
     @lazy
@@ -139,9 +173,9 @@ class LatticeFilter:
     def update(
         self, belief: ObjectBelief, evidence: ScanEvidence, rng: np.random.Generator
     ) -> Update | None:
-        """Bayes' rule on the lattice, which is cast finely only where the belief has weight.
+        """Bayes' rule on the lattice, cast finely only where the belief has weight.
 
-        Between the states that are cast, the likelihood is linear.
+        Between the states that are cast, the likelihood is interpolated.
         """
         chosen = kernels.worth_casting(belief.weights.values, NEGLIGIBLE, FINE, self._coarsely)
         states, normals = belief.states.take(chosen, axis=0), self._normals.take(chosen, axis=0)
@@ -169,13 +203,13 @@ class LatticeFilter:
 
     @lazy
     def _coarsely(self) -> int:
-        """Of how many states one is cast whatever its weight."""
+        """One of so many states is cast whatever its weight."""
         hinged = self.item.kind is Kind.HINGED
         return max(int(COARSE / (self._spacing * (self._width if hinged else 1.0))), 1)
 
 
 def leaf_axes(item: MovableObject) -> tuple[FloatArray, FloatArray]:
-    """Unit vectors (2,) across a leaf, where it is thin, and along it; in its link's frame, from above."""
+    """Unit vectors (2,) across a leaf and along it; in its link's frame, from above."""
     _, axes = np.linalg.eigh(np.cov(item.mesh.vertices[:, :2].T))
     across, along = axes.T
     return across, along

@@ -1,4 +1,4 @@
-"""What one scan says about one object, from each sample of the robot belief."""
+"""The likelihood of one scan for one object's states, from each sample of the robot belief."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ class ScanEvidence:
     background: FloatArray  # (l, n) m, expected ranges of everything else
     log_absent: FloatArray  # (l,) log p(o | object absent, l)
     tempering: float  # exponent on p(o | s, l)
-    shift_std: float = 0.0  # m by which the whole object may be off its place
+    shift_std: float = 0.0  # m; deviation of the whole object from its place
 
     def cast(
         self, states: FloatArray, normals: FloatArray | None = None
     ) -> tuple[FloatArray, BoolArray]:
-        """Tempered log p(o | s, l) (l, s), against the object's absence, of states (s, d).
+        """Tempered log p(o | s, l) (l, s) of states (s, d), relative to the object's absence.
 
-        Also the beams (n,) that bear on the object in some of these states. With
-        ``normals`` (s, 2), the object may be off its place along them, and beams that stop before it
-        side by side are one unexpected thing. Furniture may be anywhere, so that it would itself be one.
+        Also the beams (n,) that reach the object in some of these states. With ``normals`` (s, 2),
+        the object may be off its place along them, and neighbouring beams that stop before it share
+        one unexpected cause. Furniture may be anywhere, so that it would be such a cause itself.
         """
         return self.view.object_log_likelihood(
             self.name,
@@ -48,8 +48,8 @@ class ScanEvidence:
 
 @dataclass(frozen=True, eq=False)
 class Update:
-    """An object's belief after a scan, and what the scan says of the robot samples."""
+    """An object's belief after a scan, and the evidence for each robot sample."""
 
     belief: ObjectBelief
-    log_evidence: FloatArray  # (l,) log p(o | l), against the object's absence; tempered
-    bears: BoolArray  # (n,) the beams that bear on the object
+    log_evidence: FloatArray  # (l,) log p(o | l), relative to the object's absence; tempered
+    bears: BoolArray  # (n,) the beams that reach the object

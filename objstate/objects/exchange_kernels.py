@@ -1,7 +1,7 @@
 """A door's state under other priors of its static errors, and on a lattice; compiled.
 
-A Gaussian prior N(0, v) of some errors is exchanged for a narrower one by multiplying each component
-with the ratio of both, a Gaussian of the difference of their precisions.
+A Gaussian prior N(0, v) of some errors is exchanged for a narrower one by multiplying each
+component by the ratio of both, a Gaussian with the difference of their precisions.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from objstate.compiling import inner, njit
 from objstate.geometry import FloatArray
 from objstate.objects.mixture_kernels import ORIGIN, STATE, ZERO
 
-LEAST_WEIGHT = 1e-7  # of a component, in those of the heaviest, that shows on a lattice
-SIGMAS = 6.0  # deviations up to which a Gaussian shows
-NARROWEST = 1e-3  # deviation of a Gaussian on a lattice, in its cells, at least
-OUTSIDE = 1e-9  # probability within a lattice, below which a Gaussian lies beyond its end
+LEAST_WEIGHT = 1e-7  # relative weight below which a component is left off a lattice
+SIGMAS = 6.0  # deviations beyond which a Gaussian is zero
+NARROWEST = 1e-3  # least deviation of a Gaussian on a lattice, in its cells
+OUTSIDE = 1e-9  # probability within a lattice below which a Gaussian lies beyond its end
 ROOT_2 = math.sqrt(2.0)
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
@@ -27,7 +27,7 @@ _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
 
 @_inner
 def _factor_of_one(mean: float, variance: float, prior: float, precision: float) -> Any:
-    """Logarithm of the integral of a Gaussian times the ratio of a prior, more precise, to the former."""
+    """Log integral of a Gaussian times the ratio of two priors of different precision."""
     inside = 1.0 + precision * variance
     gained = math.log1p(precision * prior) - math.log(inside)
     return 0.5 * (gained - precision * mean * mean / inside)
@@ -35,7 +35,10 @@ def _factor_of_one(mean: float, variance: float, prior: float, precision: float)
 
 @_inner
 def _factor_of_two(mean: FloatArray, covariance: FloatArray, prior: float, precision: float) -> Any:
-    """The same of the origin's two errors; and the matrix 1 + precision covariance, and that inverse times the mean."""
+    """The same for the origin's two errors.
+
+    Also the matrix 1 + precision covariance, and its inverse times the mean.
+    """
     x, y = mean[ORIGIN], mean[ORIGIN + 1]
     a = 1.0 + precision * covariance[ORIGIN, ORIGIN]
     b = precision * covariance[ORIGIN, ORIGIN + 1]
@@ -57,10 +60,10 @@ def evidence_under(
     precisions: FloatArray,
     least: float,
 ) -> Any:
-    """log p(z) (k,) under other prior variances of the origin, or of the state's zero, up to a constant.
+    """log p(z) (k,), up to a constant, under other prior variances of origin or zero.
 
-    They had priors N(0, prior), and would have ones whose precision is larger by ``precisions`` (k,).
-    Components of weights (c,) above the ``least`` count.
+    The errors had priors N(0, prior); the precisions of the new ones are larger by ``precisions``
+    (k,). Components of weights (c,) above the ``least`` count.
     """
     out, count = np.empty(precisions.shape[0]), weights.shape[0]
     logs, log_weights = np.empty(count), np.empty(count)
@@ -99,8 +102,9 @@ def exchange(
 ) -> None:
     """Components' weights and states under each of ``others`` (k, 2), variances of origin and zero.
 
-    They had the ``priors`` (2,); one of 0 stays. ``weights`` (2, k, c) are of a door that rests or moves in a component
-    whose middle is ``states`` (c,), ``state_means`` and ``state_variances`` (k, c) those of the state there.
+    They had the ``priors`` (2,); one of 0 stays. ``weights`` (2, k, c) are those of a door that
+    rests or moves in a component whose middle is ``states`` (c,); ``state_means`` and
+    ``state_variances`` (k, c) are those of the state there.
     """
     count = states.shape[0]
     factors = np.empty(count)
@@ -163,7 +167,7 @@ def _add(
     out: FloatArray,
     swung: FloatArray,
 ) -> None:
-    """Add a Gaussian's probabilities to those ``out`` (n,) of a lattice's cells, of moving doors to ``swung`` (n,).
+    """Add a Gaussian to the cells ``out`` (n,) of a lattice, its moving share to ``swung`` (n,).
 
     What lies beyond the ends of a lattice that doesn't wrap is cut off.
     """
@@ -195,7 +199,7 @@ def _add(
 
 @_inner
 def _scale(values: FloatArray, to: float) -> None:
-    """Let values (n,) sum to so much."""
+    """Scale values (n,) to a sum."""
     total = 0.0
     for j in range(values.shape[0]):
         total += values[j]
@@ -217,10 +221,10 @@ def read_off(
     out: FloatArray,
     swung: FloatArray,
 ) -> None:
-    """Probabilities ``out`` (k, n) of a lattice's cells, and of a door's moving in each of them, ``swung`` (k, n).
+    """Probabilities ``out`` (k, n) of a lattice's cells, and of moving in each, ``swung`` (k, n).
 
-    By Gaussians of the state of weights, means and variances (k, c), of which the last are atoms at the ends. No cell weighs
-    less than ``never`` before atoms do.
+    From Gaussians of the state with weights, means and variances (k, c), of which the last are
+    atoms at the ends. No cell weighs less than ``never`` before atoms are added.
     """
     components, count = resting.shape[1], out.shape[1]
     for k in range(resting.shape[0]):

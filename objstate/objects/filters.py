@@ -17,6 +17,10 @@ from objstate.objects.furniture import SampleFilter
 class ObjectFilter(Protocol):
     """The estimation of one object's state, as functions of a belief."""
 
+    @property
+    def settings(self) -> ObjectSettings:
+        """By which it is estimated."""
+
     def prior(self, rng: np.random.Generator) -> ObjectBelief:
         """p(s) before any reading."""
 
@@ -28,7 +32,7 @@ class ObjectFilter(Protocol):
     def update(
         self, belief: ObjectBelief, evidence: ScanEvidence, rng: np.random.Generator
     ) -> Update | None:
-        """Bayes' rule, eqs. (8) and (9); None where no beam bears on the object."""
+        """Bayes' rule, eqs. (8) and (9); None where no beam reaches the object."""
 
 
 def filter_for(item: MovableObject, settings: Settings) -> ObjectFilter:

@@ -1,4 +1,4 @@
-"""What an object covers of the floor, seen from above."""
+"""The floor that an object covers, seen from above."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from objstate.geometry import FloatArray, invert
 if TYPE_CHECKING:
     from shapely import Geometry
 
-OBJECTS_KEPT = 4096  # silhouettes of so many objects are remembered
-SLIVER = 1e-9  # m^2; triangles of no more area stand upright and cover nothing
+OBJECTS_KEPT = 4096  # number of objects whose silhouettes are cached
+SLIVER = 1e-9  # m^2; smaller triangles are upright and cover nothing
 
 
 @lru_cache(maxsize=OBJECTS_KEPT)
@@ -47,7 +47,7 @@ def hull_from_above(item: MovableObject) -> FloatArray:
 
 @lru_cache(maxsize=OBJECTS_KEPT)
 def reach(item: MovableObject) -> tuple[FloatArray, FloatArray]:
-    """Two corners (2,) of a box about all that a door ever covers; of furniture, about its place."""
+    """Two corners (2,) of a box around all that a door can cover; of furniture, at its place."""
     hull, ends = hull_from_above(item), np.array([[item.lower], [item.upper]])
     if item.kind is Kind.SLIDING:
         corners = footprint(item, ends)
@@ -64,7 +64,7 @@ def motions(item: MovableObject, states: FloatArray) -> FloatArray:
 
 
 def footprint(item: MovableObject, states: FloatArray) -> FloatArray:
-    """The smallest convex polygon (k, 2), counter-clockwise, about an object in all of states (n, d).
+    """The smallest convex polygon (k, 2), counter-clockwise, around an object in states (n, d).
 
     Exact for what turns about a vertical axis or moves on the floor.
     """

@@ -1,4 +1,4 @@
-"""The paper's filter of a piece of furniture: samples of x, y, yaw that are weighed and resampled."""
+"""The paper's filter of furniture: samples of x, y, yaw that are weighted and resampled."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from objstate.objects.evidence import ScanEvidence, Update
 from objstate.particles import Weights, systematic
 
 SECONDS_PER_HOUR = 3600.0
-RESAMPLE_BELOW = 0.5  # of the samples; resample when the effective number falls below
-LEAST_PRESENCE = 1e-6  # what is never ruled out: that it is there, or that it is gone
+RESAMPLE_BELOW = 0.5  # share of samples; resample when the effective number falls below
+LEAST_PRESENCE = 1e-6  # least probability of presence, and of absence
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class SampleFilter:
     def predict(
         self, belief: ObjectBelief, seconds: float, rng: np.random.Generator
     ) -> ObjectBelief:
-        """Every sample creeps, and is now and then moved: near by, or to where the prior says."""
+        """The prediction: drift, small moves, and moves to the prior."""
         s, count = self.settings, len(belief.states)
         drift = np.array([s.dynamics.drift_m, s.dynamics.drift_m, radians(s.dynamics.drift_deg)])
         nudge = np.array([s.nudge_m, s.nudge_m, radians(s.nudge_deg)])
@@ -58,7 +58,7 @@ class SampleFilter:
     def update(
         self, belief: ObjectBelief, evidence: ScanEvidence, rng: np.random.Generator
     ) -> Update | None:
-        """Eqs. (8) and (9): each sample weighs what all robot samples say of it."""
+        """Eqs. (8) and (9): each sample is weighted by its likelihood over all robot samples."""
         log, bears = evidence.cast(belief.states)
         if not bears.any():
             return None
@@ -74,7 +74,7 @@ class SampleFilter:
         return Update(self._renewed(after, rng), log_evidence, bears)
 
     def _presence(self, before: float, evidence: ScanEvidence, log_evidence: FloatArray) -> float:
-        """Probability that it is there, by log evidence (l,) of that against its absence."""
+        """Probability of presence, by its log evidence (l,) relative to absence."""
         absent = evidence.tempering * evidence.log_absent
         robot, _ = evidence.robot_weights.reweight(absent)
         _, told = robot.reweight(log_evidence)
@@ -83,7 +83,7 @@ class SampleFilter:
         return 1.0 / (1.0 + math.exp(-min(max(log_odds, -most), most)))
 
     def _renewed(self, belief: ObjectBelief, rng: np.random.Generator) -> ObjectBelief:
-        """Resampled where few samples carry the belief, and spread by a kernel that keeps its moments.
+        """Resampled where few samples are effective, with a kernel that keeps mean and covariance.
 
         The kernel is that of Liu and West (2001), its width Silverman's.
         """
@@ -100,7 +100,7 @@ class SampleFilter:
         return belief.with_samples(states, Weights.uniform(count))
 
     def _of_prior(self, count: int, rng: np.random.Generator) -> FloatArray:
-        """(count, 3) samples of the prior around the place where the object should stand."""
+        """(count, 3) samples of the prior around the modelled place."""
         is_gaussian = self.settings.prior == "gaussian"
         unit = rng.standard_normal((count, 3)) if is_gaussian else rng.uniform(-1, 1, (count, 3))
         states = self.item.home + self._width * unit
@@ -115,7 +115,7 @@ class SampleFilter:
 
 
 def rows_given(prior: FloatArray, log_likelihood: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """p(s | o, l) (l, n) of states of a prior (n,), and log p(o | l) (l,), by log p(o | s, l) (l, n)."""
+    """p(s | o, l) (l, n) for a prior (n,), and log p(o | l) (l,), from log p(o | s, l) (l, n)."""
     top = log_likelihood.max(axis=1, keepdims=True)
     rows = prior * np.exp(log_likelihood - top)
     told = rows.sum(axis=1, keepdims=True)

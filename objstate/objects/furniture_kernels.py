@@ -1,4 +1,4 @@
-"""How components of a mixture over x, y, yaw arrive and merge; compiled."""
+"""Adding and merging components of a mixture over x, y, yaw; compiled."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from objstate.geometry import BoolArray, FloatArray
 from objstate.objects.mixture_kernels import ERRORS, ROBOT
 from objstate.objects.sampling import alike, wrapped
 
-SAME_PLACE = 1.0  # nats by which a component differs from a heavier one that it merges with
+SAME_PLACE = 1.0  # nats of divergence below which a component merges with a heavier one
 ROOT_TAU = math.sqrt(2.0 * math.pi)
-YAW, EAST, NORTH = 3, 4, 5  # of the errors
+YAW, EAST, NORTH = 3, 4, 5  # indices of the errors
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
@@ -24,14 +24,14 @@ _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
 def _difference(
     a: FloatArray, b: FloatArray, order: int, centre: FloatArray, out: FloatArray
 ) -> None:
-    """From a place (3,) to another, or to the one that looks the same and is nearest, as errors (7,)."""
+    """From a place (3,) to another, or to its nearest equal heading, as errors (7,)."""
     x, y, yaw = alike(b, a[2], order, centre)
     out[YAW], out[EAST], out[NORTH] = wrapped(yaw - a[2]), x - a[0], y - a[1]
 
 
 @_inner
 def _inverse(matrix: FloatArray, out: FloatArray) -> Any:
-    """The inverse of the block (3, 3) of a covariance (7, 7) that belongs to yaw, x and y; its determinant."""
+    """The inverse of the block of yaw, x and y in a covariance (7, 7), and its determinant."""
     a, b, c = matrix[3, 3], matrix[3, 4], matrix[3, 5]
     d, e, f = matrix[4, 4], matrix[4, 5], matrix[5, 5]
     out[0, 0], out[0, 1], out[0, 2] = d * f - e * e, c * e - b * f, b * e - c * d
@@ -53,7 +53,7 @@ def _blend(
     robot: FloatArray,
     covariance: FloatArray,
 ) -> None:
-    """Merge a Gaussian that lies ``off`` (7,) and has a covariance ``other`` (7, 7) in, with a share of the weight."""
+    """Merge a Gaussian ``off`` (7,) of covariance ``other`` (7, 7) in, by a share of weight."""
     for a in range(ERRORS):
         for b in range(ERRORS):
             covariance[a, b] += share * (
@@ -77,10 +77,11 @@ def arrive(
     robots: FloatArray,
     covariances: FloatArray,
 ) -> None:
-    """Let a weight arrive in each of the cells (c, 3) of a covariance ``spread`` (3, 3) of x, y, yaw.
+    """Add a weight to each of the cells (c, 3) with a covariance ``spread`` (3, 3) of x, y, yaw.
 
-    It knows of the robot's errors their covariance ``pose`` (3, 3). Weights (c,), places (c, 3), the robot's
-    errors (c, 3) and covariances (c, 7, 7) of the components that are there become those of both together.
+    What arrives has the covariance ``pose`` (3, 3) of the robot's errors. Weights (c,), places (c,
+    3), the robot's errors (c, 3) and covariances (c, 7, 7) of the present components become those
+    of both together.
     """
     if weight <= 0.0:
         return
@@ -112,7 +113,7 @@ def densities(
     centre: FloatArray,
     out: FloatArray,
 ) -> None:
-    """Density ``out`` (p,) at places (p, 3) of those components (c,) that are wider than deviations (3,)."""
+    """Density ``out`` (p,) at places (p, 3) of the components (c,) wider than deviations (3,)."""
     inverse, off = np.empty((3, 3)), np.empty(ERRORS)
     for p in range(proposed.shape[0]):
         out[p] = 0.0
@@ -141,11 +142,11 @@ def merge(
     centre: FloatArray,
     least: float,
 ) -> None:
-    """Merge components, but the first, with heavier ones that mean the same place; they weigh nothing then.
+    """Merge components, except the first, with heavier ones at the same place.
 
-    Their weights are (c,), places (c, 3), the robot's errors (c, 3) and covariances (c, 7, 7). Two are the same
-    if the divergence of the lighter from the heavier one is below ``SAME_PLACE``. Below a weight ``least``, none
-    takes others in.
+    Merged ones get weight zero. Weights are (c,), places (c, 3), the robot's errors (c, 3) and
+    covariances (c, 7, 7). Two are the same if the divergence of the lighter from the heavier one is
+    below ``SAME_PLACE``. Components below a weight ``least`` take in no others.
     """
     inverse, off, ranks = np.empty((3, 3)), np.zeros(ERRORS), np.argsort(-weights)
     for first in range(ranks.shape[0]):
@@ -187,7 +188,7 @@ def meeting(
     until: FloatArray,
     out: BoolArray,
 ) -> None:
-    """Which beams, of origins and directions (n, 2), enter some circle (c, 3) before ranges (n,) m: ``out`` (n,)."""
+    """Which beams, of origins and directions (n, 2), enter a circle (c, 3) before ranges (n,) m."""
     for i in range(origins.shape[0]):
         out[i] = False
         for c in range(circles.shape[0]):

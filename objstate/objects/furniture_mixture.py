@@ -1,10 +1,9 @@
 """A piece of furniture's joint posterior p(s, l | z): a Gaussian mixture over x, y, yaw.
 
-Each component is a place with a Gaussian over what the robot's pose is off and how far the object
-lies from that place. One component stands for an object that isn't there. Cells cover the prior
-and the surroundings of the place where it stands most probably: what is moved arrives there.
-Where readings show it elsewhere, components are proposed that weigh what the mixture has there.
-See docs/model.md.
+Each component is a place with a Gaussian over the error of the robot's pose and the object's offset
+from that place. One component represents an object that isn't there. Cells cover the prior and the
+surroundings of the most probable place, where a moved object arrives. Where readings show it
+elsewhere, components are proposed, which weigh what the mixture has there. See docs/model.md.
 """
 
 from __future__ import annotations
@@ -36,25 +35,26 @@ else:
     furniture_kernels = Later("objstate.objects.furniture_kernels")
 
 SECONDS_PER_HOUR = 3600.0
-OF_PRIOR, NEARBY = 64, 16  # cells
-FOUND = 24  # components besides cells, at most
+OF_PRIOR, NEARBY = 64, 16  # number of cells
+FOUND = 24  # most components besides cells
 ABSENT = 0  # the component of an object that isn't there
-FAR = 1e6  # m; nothing is there
-PROPOSED = 16  # components through readings, for each scan
-PROPOSED_STD = np.array([0.05, 0.05, math.radians(4.0)])  # m, m, rad; ranges are linear within
-HEIGHT_STEP = 0.01  # m; outlines at heights no further apart are one
-NEVER = 1e-30  # weight that no cell falls below: what was impossible may come true
-LEAST = 1e-9  # weight below which a component that isn't a cell is left
+FAR = 1e6  # m; no object is there
+PROPOSED = 16  # most components proposed by a scan
+# m, m, rad; small enough for linear ranges
+PROPOSED_STD = np.array([0.05, 0.05, math.radians(4.0)])
+HEIGHT_STEP = 0.01  # m; outlines at closer heights are the same
+NEVER = 1e-30  # least weight of a cell, so that nothing is impossible
+LEAST = 1e-9  # weight below which a component that isn't a cell is dropped
 TELLING = 1e-4  # weight from which a component is published
-PUBLISHED, FEWEST = 400, 6  # samples that are published, and of a component at least
-OF_SAMPLES = 32  # components by which samples are represented
+PUBLISHED, FEWEST = 400, 6  # samples that are published, and the least number of a component
+OF_SAMPLES = 32  # components that represent a belief of samples
 STATE = slice(3, 6)  # of the errors: yaw, x, y
 ORDER = [4, 5, 3]  # x, y, yaw of the errors
 
 
 @dataclass(frozen=True)
 class Piece:
-    """What of a piece of furniture doesn't change: its outline, its cells, and how it is moved."""
+    """The constant data of a piece of furniture: its outline, its cells, and its dynamics."""
 
     item: MovableObject
     settings: FurnitureSettings
@@ -90,7 +90,7 @@ class Piece:
         return seconds * np.array([d.drift_m, d.drift_m, math.radians(d.drift_deg)]) ** 2
 
     def moved(self, seconds: float) -> float:
-        """Probability that somebody moves it meanwhile."""
+        """Probability that it is moved within some time."""
         return 1.0 - math.exp(-self.settings.dynamics.moves_per_hour * seconds / SECONDS_PER_HOUR)
 
     def shape(self, height: float) -> Shape:
@@ -100,7 +100,7 @@ class Piece:
 
     @lazy
     def reach(self) -> float:
-        """m by which it reaches from its origin, seen from above."""
+        """Its largest distance from its origin, m, seen from above."""
         return float(np.hypot(*self.item.upright_mesh.vertices[:, :2].T).max(initial=0.0))
 
 
@@ -108,20 +108,20 @@ class Piece:
 class FurnitureMixture:
     """p(s, l | z) of one piece of furniture. A value: updates return new ones.
 
-    Component 0 is its absence. Behind it stand the prior's cells, those near its place, and
-    components that were found.
+    Component 0 is its absence. Then come the prior's cells, those near its place, and components
+    that were found.
     """
 
     piece: Piece
     weights: FloatArray  # (c,) sum to one
     places: FloatArray  # (c, 3) x, y, yaw
-    robots: FloatArray  # (c, 3) mean of what the robot's pose is off
+    robots: FloatArray  # (c, 3) mean error of the robot's pose
     covariances: FloatArray  # (c, 7, 7) of errors, see ``mixture_kernels``
     stamp_ns: int | None = None
 
     @staticmethod
     def unknown(piece: Piece) -> FurnitureMixture:
-        """Before any scan."""
+        """The mixture before any scan."""
         presence = piece.settings.presence
         nowhere = np.empty((0, 3))
         blank = FurnitureMixture._of(piece, nowhere, np.zeros((3, 3)), np.empty(0))
@@ -131,7 +131,7 @@ class FurnitureMixture:
 
     @staticmethod
     def of(piece: Piece, belief: ObjectBelief) -> FurnitureMixture:
-        """What a belief of samples says."""
+        """The mixture of a belief of samples."""
         off = belief.deviations
         covariance = (belief.weights.values[:, None] * off).T @ off
         chosen = off[evenly(belief.weights, OF_SAMPLES)]
@@ -174,7 +174,7 @@ class FurnitureMixture:
 
     @property
     def presence(self) -> float:
-        """Probability that it is there at all."""
+        """Probability that it is there."""
         return float(1.0 - self.weights[ABSENT])
 
     @property
@@ -185,10 +185,10 @@ class FurnitureMixture:
     def later(
         self, seconds: float, transfer: FloatArray, added: FloatArray, robot: FloatArray
     ) -> FurnitureMixture:
-        """The mixture after a while, in which somebody may have moved the object.
+        """The prediction over some time, in which the object may have been moved.
 
-        The robot's errors are ``transfer`` (3, 3) times the former by then, plus independent ones of
-        covariance ``added`` (3, 3); their own covariance is ``robot`` (3, 3).
+        The robot's error is ``transfer`` (3, 3) times the earlier one, plus an independent one of
+        covariance ``added`` (3, 3); its own covariance is ``robot`` (3, 3).
         """
         piece, moved = self.piece, self.piece.moved(seconds)
         places, covariances = self.places.copy(), self.covariances.copy()
@@ -231,10 +231,10 @@ class FurnitureMixture:
         return out
 
     def proposing(self, proposed: FloatArray, robot: FloatArray) -> FurnitureMixture:
-        """With components at places (p, 3), which weigh what the mixture has there.
+        """The mixture with components at places (p, 3), which weigh what it has there.
 
-        That is the density of its wider components times the volume of the new one, shared by
-        those that overlap. So a proposal is no evidence.
+        That is the density of its wider components times the volume of the new one, shared by those
+        that overlap. So a proposal is no evidence.
         """
         if len(proposed) == 0:
             return self
@@ -256,7 +256,7 @@ class FurnitureMixture:
         )
 
     def given(self, beams: Beams, noise: Noise, shape: Shape) -> tuple[FurnitureMixture, int]:
-        """Bayes' rule for a scan, and how many of its beams reach the object where it stands most probably."""
+        """Bayes' rule for a scan, and the number of beams that reach the most probable place."""
         means = np.zeros((len(self.weights), kernels.ERRORS))
         means[:, :3] = self.robots
         covariances, log_evidence = self.covariances.copy(), np.empty(len(means))
@@ -284,7 +284,7 @@ class FurnitureMixture:
     def _reduced(
         self, weights: FloatArray, places: FloatArray, robots: FloatArray, covariances: FloatArray
     ) -> FurnitureMixture:
-        """With components merged that mean the same place, and of those found the heaviest."""
+        """The mixture with components at the same place merged, and the heaviest of those found."""
         symmetry = self.piece.item.symmetry
         furniture_kernels.merge(
             weights, places, robots, covariances, symmetry.order, symmetry.centre, LEAST
@@ -304,13 +304,13 @@ class FurnitureMixture:
         )
 
     def circles(self) -> FloatArray:
-        """(c, 3) x, y, radius m of circles that hold the object, given components in which it is there."""
+        """(c, 3) x, y, radius m of circles that hold the object, by component, given presence."""
         variances = self.covariances[1:, 4, 4] + self.covariances[1:, 5, 5]
         radius = self.piece.reach + 2.0 * np.sqrt(variances)
         return np.column_stack([self.places[1:, :2], radius])
 
     def sampled(self, belief: ObjectBelief) -> ObjectBelief:
-        """The posterior of the state alone, as weighted samples at fixed normal draws."""
+        """The posterior of the state as weighted samples at fixed normal draws."""
         there = self.weights[1:] / self.weights[1:].sum()
         telling = 1 + np.flatnonzero(there > TELLING * there.max())
         there = self.weights[telling] / self.weights[telling].sum()
@@ -338,14 +338,14 @@ def traced(item: MovableObject, height: float) -> TracedOutline | None:
 
 
 def _kernel(count: int) -> float:
-    """Deviation of a kernel, in those of a Gaussian that ``count`` of them cover (Silverman 1986)."""
+    """Width of a kernel relative to a Gaussian that ``count`` of them cover (Silverman 1986)."""
     return float((4.0 / (5.0 * count)) ** (1.0 / 7.0))
 
 
 def _covered(
     middle: FloatArray, covariance: FloatArray, count: int, is_gaussian: bool
 ) -> tuple[FloatArray, FloatArray]:
-    """Places (count, 3), and the covariance of each, of Gaussians that have a covariance together."""
+    """Places (count, 3), and the covariance of each, of Gaussians with a joint covariance."""
     share = _kernel(count) ** 2
     root = np.linalg.cholesky(covariance)
     places = middle + math.sqrt(1.0 - share) * _spread(count, is_gaussian) @ root.T
@@ -355,7 +355,10 @@ def _covered(
 
 @lru_cache(maxsize=8)
 def _spread(count: int, is_gaussian: bool) -> FloatArray:
-    """Points (count, 3) of a standard normal or uniform distribution, of low discrepancy, with its covariance."""
+    """Low-discrepancy points (count, 3) of a standard normal or uniform distribution.
+
+    Scaled to its covariance.
+    """
     ratio = 1.2207440846057596  # the real root of x^4 = x + 1 (Roberts 2018)
     steps = ratio ** -np.arange(1.0, 4.0)
     unit = (0.5 + np.outer(np.arange(1, count + 1), steps)) % 1.0
@@ -374,7 +377,7 @@ def _draws(count: int) -> FloatArray:
 
 
 def _whitened(points: FloatArray) -> FloatArray:
-    """Points (n, 3), moved and sheared to a mean of zero and a covariance of one."""
+    """Points (n, 3), moved and sheared to mean zero and unit covariance."""
     points = points - points.mean(axis=0)
     root = np.linalg.cholesky(points.T @ points / len(points))
     return np.asarray(np.linalg.solve(root, points.T).T)

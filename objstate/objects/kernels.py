@@ -10,12 +10,13 @@ from objstate.compiling import inner, njit
 from objstate.geometry import FloatArray, IntArray
 
 LEAST_EVIDENCE = 1e-250
-TAIL_SIGMAS = 4.0  # at which a Gaussian is cut off
-MOST_DECAY = 600.0  # exp(-600) is a float yet
-TINY = 2.3e-308  # the least deviation; nothing is divided by zero
-LEAST_ENDS = 1e-9  # times that a move ends meanwhile; one that goes on for less does not end
+TAIL_SIGMAS = 4.0  # deviations at which a Gaussian is cut off
+MOST_DECAY = 600.0  # largest exponent; exp(-600) doesn't underflow
+TINY = 2.3e-308  # the least deviation, against division by zero
+LEAST_ENDS = 1e-9  # expected number of ends below which a move doesn't end
 TURN = 2.0 * np.pi
-ENDS_S, LEAVES_S, MOST_CELLS = range(3)  # of a swing: s until it ends and has left, cells a second
+# of a swing: s until it ends and until it leaves, cells a second
+ENDS_S, LEAVES_S, MOST_CELLS = range(3)
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
@@ -24,9 +25,9 @@ _compile_sums = njit(nogil=True, error_model="numpy", fastmath={"contract", "rea
 
 @_inner
 def _taps(variance: float, most: int) -> Any:
-    """What a random walk with a variance, in cells squared, leaves in place, and takes so many cells away.
+    """The kernel of a random walk with a variance in cells squared, by distance in cells.
 
-    Its variance is met exactly by steps to the neighbours where it is below 1, and by a Gaussian where not.
+    The variance is met exactly: below 1 by steps to the neighbours, otherwise by a Gaussian.
     """
     reach = 1 if variance < 1.0 else min(int(np.ceil(TAIL_SIGMAS * np.sqrt(variance))), most)
     taps, total = np.empty(reach + 1), 0.0
@@ -36,14 +37,14 @@ def _taps(variance: float, most: int) -> Any:
     for k in range(reach + 1):
         taps[k] = np.exp(-0.5 * k * k / variance)
         total += taps[k] if k == 0 else 2.0 * taps[k]
-    for k in range(reach + 1):  # to divide the array takes longer to compile
+    for k in range(reach + 1):  # dividing the array takes longer to compile
         taps[k] /= total
     return taps
 
 
 @_inner
 def _pad(row: FloatArray, reach: int, wraps: bool, padded: FloatArray) -> None:
-    """Let ``padded`` (n + 2 reach,) be a ``row`` (n,), and beyond its ends what is reflected or, where it ``wraps``, goes on."""
+    """Fill ``padded`` (n + 2 reach,) with a ``row`` (n,), reflected or wrapped at its ends."""
     last = row.shape[0] - 1
     for j in range(last + 1):
         padded[reach + j] = row[j]
@@ -61,9 +62,10 @@ def _walked(
     padded: FloatArray,
     to: FloatArray,
 ) -> None:
-    """Weights ``to`` (n,) after a random walk of those of a ``row`` (n,), by ``taps`` (r + 1,), and others ``besides`` (n,).
+    """Weights ``to`` (n,) after a random walk of a ``row`` (n,) by ``taps`` (r + 1,).
 
-    At the ends it is reflected, or goes on where the lattice ``wraps``. ``padded`` (n + 2 r,) is overwritten.
+    Others ``besides`` (n,) are added. At the ends the walk is reflected, or wrapped where the
+    lattice ``wraps``. ``padded`` (n + 2 r,) is overwritten.
     """
     last, reach = row.shape[0] - 1, taps.shape[0] - 1
     if reach == 1:
@@ -84,14 +86,14 @@ def _walked(
 
 @_inner
 def _clear(weights: FloatArray) -> None:
-    """Let weights (n,) be zero; ``fill`` takes longer to compile."""
+    """Set weights (n,) to zero; ``fill`` takes longer to compile."""
     for j in range(weights.shape[0]):
         weights[j] = 0.0
 
 
 @_inner
 def _normalize(weights: FloatArray) -> None:
-    """Let weights (n,) sum to one."""
+    """Normalize weights (n,)."""
     total = 0.0
     for j in range(weights.shape[0]):
         total += weights[j]
@@ -101,7 +103,7 @@ def _normalize(weights: FloatArray) -> None:
 
 @_inner
 def _off(j: int, mean: float, first: float, cell: float, wraps: bool) -> Any:
-    """How far a lattice's state ``j`` is off the mean, as in ``_moments``; directions the short way round."""
+    """The distance of a lattice's state ``j`` from the mean; of directions the shorter way."""
     off = first + cell * j - mean
     return off - TURN * np.floor((off + np.pi) / TURN) if wraps else off
 
@@ -110,7 +112,7 @@ def _off(j: int, mean: float, first: float, cell: float, wraps: bool) -> Any:
 def _moments(weights: FloatArray, first: float, cell: float, wraps: bool) -> Any:
     """Mean and standard deviation of a lattice with weights (n,), each spread over its cell.
 
-    The states are a ``cell`` apart from the ``first`` on; directions where the lattice ``wraps``.
+    The states are a ``cell`` apart, starting at ``first``; directions where the lattice ``wraps``.
     """
     mean, variance, east, north = 0.0, 0.0, 0.0, 0.0
     for j in range(weights.shape[0]):
@@ -145,17 +147,18 @@ def _moved(
     later: FloatArray,
     going: FloatArray,
 ) -> Any:
-    """Of a lattice's ``weights`` (n,), what has been moved after a while, into ``later`` (n,); what it comes to comes back.
+    """Prediction of the moving part of a lattice's ``weights`` (n,); its weight is returned.
 
-    That is what was being moved, a share ``swung`` (n,) or (1,), and of the others a share that has ``begun`` at any moment.
-    By its ``swing`` (3,), it comes to rest at one rate, and at another gets where doors come to rest. Until then, it goes by
-    at most 1, 2, 4, ... cells, up to a reach, each as often: doors are thrown, and led slowly. At the limits that
-    is reflected, or goes on where the lattice ``wraps``. What has left is distributed as ``rest`` (n,). Into ``going`` (n,) goes what is being
-    moved still.
+    Moving are a share ``swung`` (n,) or (1,), and of the others a share that has ``begun`` at any
+    moment. By its ``swing`` (3,), a door comes to rest at one rate, and reaches the distribution
+    ``rest`` (n,) at another. Until then it moves by at most 1, 2, 4, ... cells, up to a reach, with
+    equal probabilities: doors are thrown and led slowly. At the limits that is reflected, or
+    wrapped where the lattice ``wraps``. ``later`` (n,) is the result, and ``going`` (n,) its part
+    that still moves.
     """
     count, orders, most = weights.shape[0], 0, 1
     ends, leaves = max(seconds / swing[ENDS_S], LEAST_ENDS), seconds / swing[LEAVES_S]
-    near_s = -np.expm1(-ends - leaves) / (ends + leaves) * seconds  # on average
+    near_s = -np.expm1(-ends - leaves) / (ends + leaves) * seconds  # mean duration
     reach = min(int(np.ceil(swing[MOST_CELLS] * near_s)), count)
     padded, below = np.empty(count + 2 * reach), np.zeros(count + 2 * reach + 1)
     sums, goes_on, nears, near_on = np.zeros(2), np.empty(2), np.empty(2), np.empty(2)
@@ -163,7 +166,7 @@ def _moved(
     goes_on[0], near_on[0] = np.exp(-ends), np.exp(-either)
     goes_on[1], near_on[1] = (1.0 - goes_on[0]) / ends, (1.0 - near_on[0]) / either
     stayed, ended = 1.0 - begun, ends / either
-    never_left = stayed ** (1.0 - ended)  # however often it has been moved again
+    never_left = stayed ** (1.0 - ended)  # including further moves
     nears[0] = near_on[0] + (1.0 - near_on[0]) * ended * never_left
     ended = (never_left - stayed) / begun if begun > 0.0 else ended
     nears[1] = near_on[1] + (1.0 - near_on[1]) * ended
@@ -211,11 +214,12 @@ def predict(
     later: FloatArray,
     swung_later: FloatArray,
 ) -> Any:
-    """What ``weights`` (n,) of a lattice are a while later, into ``later`` (n,).
+    """Prediction of a lattice's ``weights`` (n,), into ``later`` (n,).
 
-    What isn't being moved, in each state all but a share ``swung`` (n,) or (1,), and hasn't ``begun`` to be, takes a random walk
-    with a ``variance``, in cells squared; the others move as in ``_moved``, and of each state a share ``swung_later`` (n,) still does.
-    The mean and deviation come back; the lattice is as in ``_moments``.
+    The resting part, in each state all but a share ``swung`` (n,) or (1,), that hasn't ``begun`` to
+    move, takes a random walk with a ``variance`` in cells squared. The rest moves as in ``_moved``,
+    and of each state a share ``swung_later`` (n,) still does. Mean and deviation are returned; the
+    lattice is as in ``_moments``.
     """
     count, total = weights.shape[0], 0.0
     taps = _taps(variance, count)
@@ -235,9 +239,10 @@ def predict(
 
 @_inner
 def _decay(exponent: float) -> Any:
-    """exp(-exponent) of what isn't negative, by squaring, so that several are taken at a time.
+    """exp(-exponent) of a non-negative number by squaring, so that several are computed at a time.
 
-    It is off by less than 1e-9 of itself up to 30, and by 1e-4 at 200; from ``MOST_DECAY`` on it is constant.
+    The relative error is below 1e-9 up to 30, and 1e-4 at 200; from ``MOST_DECAY`` on it is
+    constant.
     """
     part = min(exponent, MOST_DECAY) / 1024.0
     higher = 1.0 / 24.0 - part * (1.0 / 120.0)
@@ -249,7 +254,7 @@ def _decay(exponent: float) -> Any:
 
 @_inner
 def _lay(chosen: IntArray, values: FloatArray, to: FloatArray) -> None:
-    """Let ``to`` (n,) be linear between ``values`` (k,) at ascending places ``chosen`` (k,)."""
+    """Interpolate ``to`` (n,) between ``values`` (k,) at ascending places ``chosen`` (k,)."""
     for k in range(chosen.shape[0] - 1):
         begin, left = chosen[k], values[k]
         slope = (values[k + 1] - left) / (chosen[k + 1] - begin)
@@ -272,10 +277,10 @@ def condition(
 ) -> Any:
     """Bayes' rule for a ``prior`` (n,) by each robot sample, and its log ``evidence`` (p,).
 
-    ``log_likelihood`` (p, k) is known at the ascending states ``chosen`` (k,), the first
-    and the last among them; between them the likelihood is linear.
-    The marginal ``weights`` (n,) are those of robot samples that count by ``robot`` (p,); their mean and deviation
-    come back. The lattice is as in ``_moments``.
+    ``log_likelihood`` (p, k) is known at the ascending states ``chosen`` (k,), the first and the
+    last among them; between them the likelihood is interpolated. The marginal ``weights`` (n,) are
+    those over robot samples that count by ``robot`` (p,); their mean and deviation are returned.
+    The lattice is as in ``_moments``.
     """
     last, count = chosen.shape[0], prior.shape[0]
     likelihood, row = np.empty(last), np.empty(count)
@@ -290,9 +295,9 @@ def condition(
         for j in range(count):
             row[j] *= prior[j]
             total += row[j]
-        if total < LEAST_EVIDENCE:  # it can't have read this: its pose is wrong, not its states
+        if total < LEAST_EVIDENCE:  # the pose is wrong, not the states
             evidence[p] = top + np.log(LEAST_EVIDENCE)
-            for j in range(count):  # to assign a slice costs seconds of compiling
+            for j in range(count):  # assigning a slice costs seconds of compiling
                 row[j] = prior[j]
             total = 1.0
         else:
@@ -305,7 +310,7 @@ def condition(
 
 @_inner
 def _quantile(weights: FloatArray, first: float, cell: float, share: float) -> Any:
-    """The state below which a share of a lattice's weight lies, each cell's spread over its width."""
+    """The state below which a share of a lattice's weight lies, spread over the cells."""
     before, last = 0.0, weights.shape[0] - 1
     for j in range(last + 1):
         if before + weights[j] >= share and weights[j] > 0.0:
@@ -329,10 +334,10 @@ def interval(weights: FloatArray, first: float, cell: float, tail: float) -> Any
 
 @_compile
 def worth_casting(weights: FloatArray, negligible: float, fine: int, coarse: int) -> Any:
-    """Indices (m,) of states that are worth casting, by their weights (n,).
+    """Indices (m,) of the states to cast, by their weights (n,).
 
-    Those that have more than a ``negligible`` share of the largest, or a comb of at most ``fine`` over them;
-    every ``coarse`` one of the others; the first and the last.
+    Those with more than a ``negligible`` share of the largest weight, or a regular selection of at
+    most ``fine`` of them; every ``coarse`` one of the others; the first and the last.
     """
     least, heavy, passed, count = 0.0, 0, 0, 0
     last = weights.shape[0] - 1

@@ -1,11 +1,11 @@
-"""A door's joint posterior p(mode, s, d | z): a Gaussian mixture, given where the door may be.
+"""A door's joint posterior p(mode, s, d | z): a Gaussian mixture over components of its range.
 
-The state s of a door is covered by cells between its limits, and by two atoms at the limits: a
-latched door stands exactly there. Given a cell or an atom, three kinds of error are a Gaussian:
-what the robot's pose is off, how far the state lies from the cell's middle, and where the hinge
-and the zero of the angle really are. So a leaf seen as a line tells its angle and where it hangs,
-and the angle's variance counts what isn't known of robot, hinge and zero (Rao-Blackwellized; see
-docs/model.md).
+The state s of a door is covered by cells between its limits and by two atoms at the limits, since a
+latched door stands exactly there. Given a cell or an atom, there is a Gaussian over three kinds of
+errors: that of the robot's pose, the distance of the state from the cell's middle, and those of the
+hinge's place and of the angle's zero. So a leaf that is seen as a line determines its angle and its
+hinge, and the angle's variance includes the uncertainty of robot, hinge and zero
+(Rao-Blackwellized; see docs/model.md).
 """
 
 from __future__ import annotations
@@ -34,20 +34,20 @@ else:
     kernels = Later("objstate.objects.mixture_kernels")
 
 SECONDS_PER_HOUR = 3600.0
-CELL_DEG, CELL_M = 2.5, 0.05  # width of a cell, hinged and sliding; a scan is linear within one
+CELL_DEG, CELL_M = 2.5, 0.05  # width of a cell, hinged and sliding; ranges are linear within one
 OVERLAP = 0.6  # deviation of the state within a cell, in cells: their sum is nearly flat
 PLAY_DEG, PLAY_M = 0.1, 0.002  # deviation of a latched door's state from its limit
-LATCHES = 0.8  # probability that a door that comes to rest in the last cell before a limit is at it
-FASTEST_S = 3.0  # s after which a door that moves may be anywhere
-HINGE = slice(4, 6)  # of a component's errors
-NEGLIGIBLE = 1e-9  # weight of a component that doesn't tell how likely a prior is
-TAPS_KEPT = 256  # of so many steps of moving doors
-NEVER = 1e-30  # weight that no component falls below: what was impossible may come true
+LATCHES = 0.8  # probability that a door that comes to rest in the last cell before a limit latches
+FASTEST_S = 3.0  # s after which a moving door may be anywhere
+HINGE = slice(4, 6)  # indices of a component's errors
+NEGLIGIBLE = 1e-9  # weight below which a component is left out of the evidence for a prior
+TAPS_KEPT = 256  # number of kernels of moving doors that are cached
+NEVER = 1e-30  # least weight of a component, so that nothing is impossible
 
 
 @dataclass(frozen=True)
 class Doorway:
-    """What of a door doesn't change: its cells, where they put the leaf, and how it moves."""
+    """The constant data of a door: its cells, their placements, and its dynamics."""
 
     item: MovableObject
     settings: DoorSettings
@@ -65,7 +65,7 @@ class Doorway:
 
     @lazy
     def atoms(self) -> int:
-        """How many of the components are limits: the last ones."""
+        """The number of components that are limits: the last ones."""
         return 0 if self.item.wraps else 2
 
     @lazy
@@ -82,7 +82,7 @@ class Doorway:
 
     @lazy
     def zero(self) -> int | None:
-        """Which component is the limit that the state is counted from; None where it is no limit."""
+        """The component of the limit from which the state is measured; None if there is none."""
         off = np.abs(self.states[self.cells :] - self.item.home[0])
         return self.cells + int(off.argmin()) if off.min(initial=np.inf) < self.cell / 2 else None
 
@@ -90,8 +90,8 @@ class Doorway:
     def widths(self) -> FloatArray:
         """(c,) variances of the state within each component.
 
-        A latched door stands at the limit that its state is counted from. Where it stops at the
-        other one isn't known exactly.
+        A latched door stands at the limit from which its state is measured. The place of the other
+        stop isn't known exactly.
         """
         e = self.error
         out = np.full(len(self.states), (OVERLAP * self.cell) ** 2)
@@ -104,17 +104,17 @@ class Doorway:
 
     @lazy
     def tied(self) -> FloatArray:
-        """(c,) 1 where a component stands at its state's zero, or so far from it: the limits."""
+        """(c,) 1 for components tied to the state's zero, the limits; 0 for the others."""
         return np.asarray(np.arange(len(self.states)) >= self.cells, dtype=float)
 
     @lazy
     def turn(self) -> float:
-        """By how much the leaf turns in the building for each unit of the state."""
+        """Turn of the leaf in the building for each unit of the state."""
         return math.copysign(1.0, self.item.direction[2]) if self._hinged else 0.0
 
     @lazy
     def slide(self) -> FloatArray:
-        """(2,) m by which it moves."""
+        """(2,) m that it moves for each unit of the state."""
         return np.zeros(2) if self._hinged else self.item.direction[:2].copy()
 
     @lazy
@@ -128,7 +128,7 @@ class Doorway:
 
     @lazy
     def rest(self) -> FloatArray:
-        """(c,) where a door comes to rest that somebody has moved."""
+        """(c,) distribution of the state after a move."""
         s, item = self.settings.rest, self.item
         out = np.full(len(self.states), 1.0 / self.cells)
         if self.atoms:
@@ -154,7 +154,7 @@ class Doorway:
         return np.asarray(out / out.sum())
 
     def wandered(self, moving: FloatArray, seconds: float) -> FloatArray:
-        """(c,) where doors that move (c,) are after a while."""
+        """(c,) distribution of moving doors (c,) after some time."""
         taps, count = self._taps(seconds), self.cells
         spread = moving[:count].copy()
         if self.atoms:
@@ -173,23 +173,23 @@ class Doorway:
         return out
 
     def _taps(self, seconds: float) -> FloatArray:
-        """(2 r + 1,) by how many cells a moving door is elsewhere after a while."""
+        """(2 r + 1,) kernel of a moving door after some time, by distance in cells."""
         swing = self.settings.swing
         fastest = math.radians(swing.most_deg_per_s) if self._hinged else swing.most_m_per_s
         std = max(fastest / 2.0 * min(seconds, FASTEST_S) / self.cell, 0.3)
         return _taps(round(std, 2), self.cells)
 
     def stays(self, seconds: float) -> float:
-        """Probability that nobody moves a door that rests."""
+        """Probability that a resting door isn't moved for some time."""
         return math.exp(-self.settings.dynamics.moves_per_hour * seconds / SECONDS_PER_HOUR)
 
     def _stops(self, seconds: float) -> tuple[float, float]:
-        """Probability that a moving door comes to rest, and that it then may be anywhere."""
+        """Probabilities that a moving door comes to rest, and that it then may be anywhere."""
         swing = self.settings.swing
         return -math.expm1(-seconds / swing.seconds), -math.expm1(-seconds / swing.near_s)
 
     def moved(self, resting: FloatArray, moving: FloatArray, seconds: float) -> Moved:
-        """The weights (c,) of doors at rest and of moving ones after a while."""
+        """The weights (c,) of resting and of moving doors after some time."""
         remaining = self.stays(seconds) * resting
         swinging = self.wandered(moving + resting - remaining, seconds)
         ends, leaves = self._stops(seconds)
@@ -206,10 +206,10 @@ class Doorway:
     def expected(
         self, resting: FloatArray, moving: FloatArray, seconds: float
     ) -> tuple[FloatArray, FloatArray]:
-        """Expectations (c,) of values that a door will have after a while.
+        """Expectations (c,) of values after some time, given the present state.
 
         The values (c,) are those of a door that then rests or moves in each component; the first
-        expectations are of one that rests now, the second of one that moves. This is the adjoint
+        expectations are for one that rests now, the second for one that moves. This is the adjoint
         of ``moved``.
         """
         ends, leaves = self._stops(seconds)
@@ -233,7 +233,7 @@ class Doorway:
         return stays * resting + (1.0 - stays) * out, out
 
     def on_lattice(self, states: States, lattice: ObjectBelief) -> tuple[FloatArray, FloatArray]:
-        """Weights (k, n) of a lattice's states, and how probably a door moves in each of them (k, n)."""
+        """Weights (k, n) of a lattice's states, and the probability of moving in each (k, n)."""
         first, cell, wraps = lattice.lattice
         weights, swung = (np.empty((len(states.means), len(lattice.states))) for _ in range(2))
         exchange_kernels.read_off(*states, self.cells, first, cell, wraps, NEVER, weights, swung)
@@ -241,27 +241,27 @@ class Doorway:
 
 
 class Statics(NamedTuple):
-    """Variances of what is static but not known exactly of a door."""
+    """Prior variances of a door's static errors."""
 
     hinge: float  # m^2, of the hinge's place in each direction
-    bearing: float  # rad^2, of where the angle is zero; of a sliding door, nothing
+    bearing: float  # rad^2, of the angle's zero; unused for a sliding door
 
 
 class States(NamedTuple):
-    """p(mode, s) of a door, in several cases: a Gaussian of the state in each component."""
+    """p(mode, s) of a door under several priors: a Gaussian of the state in each component."""
 
-    resting: FloatArray  # (k, c) weights of a door at rest; with those that move, they sum to one
-    moving: FloatArray  # (k, c) of one that is being moved
+    resting: FloatArray  # (k, c) weights of a resting door; with ``moving`` they sum to one
+    moving: FloatArray  # (k, c) of a moving door
     means: FloatArray  # (k, c) of the state
     variances: FloatArray  # (k, c)
 
 
 class Moved(NamedTuple):
-    """How the components' weights change as time goes by."""
+    """The change of the components' weights over some time."""
 
     resting: FloatArray  # (c,)
     moving: FloatArray  # (c,)
-    arriving: FloatArray  # (c,) share of a component's weight that wasn't there before
+    arriving: FloatArray  # (c,) share of a component's weight that has arrived
 
 
 @dataclass(frozen=True, eq=False)
@@ -269,17 +269,18 @@ class DoorMixture:
     """p(mode, s, d | z) of one door. A value: updates return new ones."""
 
     door: Doorway
-    resting: FloatArray  # (c,) weights of a door at rest; with those that move, they sum to one
-    moving: FloatArray  # (c,) of one that is being moved
+    resting: FloatArray  # (c,) weights of a resting door; with ``moving`` they sum to one
+    moving: FloatArray  # (c,) of a moving door
     means: FloatArray  # (c, 7) of errors, see ``mixture_kernels``
     covariances: FloatArray  # (c, 7, 7)
-    statics: Statics  # the prior that they have
+    statics: Statics  # their prior variances
     stamp_ns: int | None = None
-    total: float = 0.0  # log p(z) of all scans under that prior, up to what other priors share
+    # log p(z) of all scans under that prior, up to a constant shared by all priors
+    total: float = 0.0
 
     @staticmethod
     def unknown(door: Doorway, statics: Statics) -> DoorMixture:
-        """Before any scan."""
+        """The mixture before any scan."""
         count, errors = len(door.states), kernels.ERRORS
         means, covariances = np.zeros((count, errors)), np.zeros((count, errors, errors))
         covariances[:, kernels.STATE, kernels.STATE] = door.widths
@@ -289,7 +290,7 @@ class DoorMixture:
 
     @staticmethod
     def of(door: Doorway, belief: ObjectBelief, statics: Statics) -> DoorMixture:
-        """What a belief on a lattice says; its states at the limits stand for the limits."""
+        """The mixture of a belief on a lattice, whose states at the limits represent the limits."""
         blank = DoorMixture.unknown(door, statics)
         if belief.stamp_ns is None:
             return blank
@@ -310,13 +311,13 @@ class DoorMixture:
 
     @lazy
     def weights(self) -> FloatArray:
-        """(c,) of the components, whether the door moves or not."""
+        """(c,) of the components, at rest or moving."""
         return self.resting + self.moving
 
     def later(self, seconds: float, transfer: FloatArray, added: FloatArray) -> DoorMixture:
-        """The mixture after a while, in which somebody may have moved the door.
+        """The prediction over some time, in which the door may have been moved.
 
-        The robot's errors are ``transfer`` (3, 3) times the former by then, plus independent ones of
+        The robot's error is ``transfer`` (3, 3) times the earlier one, plus an independent one of
         covariance ``added`` (3, 3).
         """
         means, covariances = self.means.copy(), self.covariances.copy()
@@ -367,7 +368,7 @@ class DoorMixture:
         return after, int(reached)
 
     def log_evidence(self, name: str, variances: FloatArray) -> FloatArray:
-        """(k,) log p(z | variance) of a static error, up to a constant, for prior variances (k,)."""
+        """(k,) log p(z | variance) of a static error, up to a constant, for variances (k,)."""
         before = getattr(self.statics, name)
         out = exchange_kernels.evidence_under(
             self.weights,
@@ -381,7 +382,7 @@ class DoorMixture:
         return np.asarray(out)
 
     def under(self, priors: Sequence[Statics]) -> States:
-        """The states by the same readings, under each of some narrower priors (k,) of the static errors."""
+        """The states given the same readings, under each of some narrower priors (k,)."""
         shape = len(priors), len(self.resting)
         weights, means, variances = np.empty((2, *shape)), np.empty(shape), np.empty(shape)
         exchange_kernels.exchange(
@@ -400,12 +401,12 @@ class DoorMixture:
 
     @lazy
     def hinge(self) -> tuple[FloatArray, FloatArray]:
-        """Mean (2,) m of the hinge's offset from its place in the model, and covariance (2, 2)."""
+        """Mean (2,) m of the hinge's offset from its modelled place, and covariance (2, 2)."""
         mean, covariance = kernels.pooled(self.weights, self.means, self.covariances)
         return mean[HINGE], covariance[HINGE, HINGE]
 
     def on_lattice(self, lattice: ObjectBelief) -> ObjectBelief:
-        """The posterior of the state alone, as weights of a lattice's states."""
+        """The posterior of the state as weights of a lattice's states."""
         (weights,), (swung,) = self.door.on_lattice(self.under([self.statics]), lattice)
         return altered(lattice, weights=Weights(weights), swung=swung, stamp_ns=self.stamp_ns)
 
@@ -419,6 +420,6 @@ def _taps(std: float, most: int) -> FloatArray:
 
 
 def _circle(taps: FloatArray, count: int) -> FloatArray:
-    """(count,) the same wrapped round a circle of so many cells."""
+    """(count,) the same wrapped around a circle of some cells."""
     reach = len(taps) // 2
     return np.bincount(np.arange(-reach, reach + 1) % count, taps, count).astype(float)

@@ -1,10 +1,10 @@
-"""Bayes' rule for a Gaussian mixture over where an object stands, and how it moves on; compiled.
+"""Bayes' rule for a Gaussian mixture over an object's placement, and its prediction; compiled.
 
-Component c holds that the object stands at a placement (x, y, turn), give or take a Gaussian over
-``ERRORS`` numbers: what the robot's pose is off (x, y, yaw), how far the state lies from the
-component's middle, what the object's origin is off (x, y), and by how much its state's zero is. A
-scan is linearized in these about the component's own mean, so that each component takes it in as
-an extended Kalman filter does, and its evidence is Laplace's approximation of the integral.
+Component c has a placement (x, y, turn) of the object and a Gaussian over ``ERRORS`` numbers: the
+error of the robot's pose (x, y, yaw), the distance of the state from the component's middle, the
+offset of the object's origin (x, y), and the error of its state's zero. A scan is linearized in
+these about the component's own mean, so that each component is updated as by an extended Kalman
+filter, and its evidence is Laplace's approximation of the integral.
 """
 
 from __future__ import annotations
@@ -20,23 +20,20 @@ from objstate.linear import solve
 from objstate.sensing.surface_kernels import met
 
 ERRORS = 7  # robot x, y, yaw; state; origin x, y; zero of the state
-ROBOT = 3  # of them are the robot's
+ROBOT = 3  # the first of these
 STATE, ORIGIN, ZERO = 3, 4, 6
-GRAZING = 0.12  # cosine of incidence below which a range says nothing of where a surface stands
-GRAZED_STD = 0.01  # m by which a surface is rough, seen at a grazing incidence
-STEP = 0.05  # m between ranges of neighbouring beams, from which they meet different surfaces
-LEAST_SHARE = 1e-6  # probability of a hit, below which a beam tells nothing of the object
-MOST_LOOKS = 3  # linearizations before the one that the evidence is told by, where errors are wide
-WIDE = 4.0  # times the variance of a range: errors from which one is enough are below
+GRAZING = 0.12  # cosine of incidence below which a range has no information about a surface
+GRAZED_STD = 0.01  # m; roughness of a surface at a grazing incidence
+STEP = 0.05  # m between ranges of neighbouring beams that meet different surfaces
+# probability of a hit below which a beam carries no information about the object
+LEAST_SHARE = 1e-6
+MOST_LOOKS = 3  # most linearizations before that of the evidence, where errors are wide
+WIDE = 4.0  # times the variance of a range: errors below which one is enough
 REACHED = 4.0  # deviations by which a range may fall short of an object that the beam reaches
-TINY = 1e-200  # product of densities, below which its logarithm is taken
-FOOTPRINT = (
-    0.02  # m, half the width of a beam, and by how much ranges at the edge of a surface vary
-)
-SURE = (
-    4.0  # deviations of its distance from a corner, from which on a beam surely passes on its side
-)
-HOPELESS = 30.0  # nats below the most likely component, from which on a component isn't refined
+TINY = 1e-200  # product of densities at which its logarithm is taken
+FOOTPRINT = 0.02  # m, half the width of a beam, and variation of ranges at the edge of a surface
+SURE = 4.0  # deviations of its distance from a corner from which a beam surely passes on its side
+HOPELESS = 30.0  # nats below the most probable component from which a component isn't refined
 ROOT_2, ROOT_TAU = math.sqrt(2.0), math.sqrt(2.0 * math.pi)
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
@@ -44,31 +41,31 @@ _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
 
 
 class Beams(NamedTuple):
-    """Beams that may meet an object, in the order of the scan, from the robot's mean pose."""
+    """The beams that may meet an object, in the scan's order, from the robot's mean pose."""
 
     place: FloatArray  # (2,) m of the robot
     origins: FloatArray  # (n, 2) m in the building
     directions: FloatArray  # (n, 2) unit vectors
     measured: FloatArray  # (n,) m, inf without return
-    background: FloatArray  # (n,) m, what is expected without the object
-    blur: FloatArray  # (n,) m^2, the variance of that
+    background: FloatArray  # (n,) m, expected without the object
+    blur: FloatArray  # (n,) m^2, the variance of the background
 
 
 class Noise(NamedTuple):
-    """What a range is likely to be, given the expected one; see ``objstate.likelihood``."""
+    """The beam model, given the expected range; see ``objstate.likelihood``."""
 
-    hit: float  # probability that what is expected stops the beam
-    random: float  # 1/m, density of a range that nothing explains
+    hit: float  # probability that the expected surface stops the beam
+    random: float  # 1/m, density of a random range
     missing: float  # probability of a missing return, whatever is expected
-    variance: float  # m^2 of a range near by
-    growth: float  # by how much it grows with the square of the range
+    variance: float  # m^2 of a short range
+    growth: float  # its growth with the square of the range
     range_max: float  # m
     unexpected: float  # probability that something unexpected stops a beam
-    run: float  # probability that the next beam fares as the one before
-    decay: float  # 1/m, of unexpected things with their distance
+    run: float  # probability that the next beam has the same state
+    decay: float  # 1/m, decrease of unexpected things with distance
     run_std: float  # m by which ranges to one unexpected thing differ from beam to beam
-    independence: float  # exponent on the likelihood of a beam, as their errors go together
-    edge: float  # share of beams beside an edge that the surface next to it stops
+    independence: float  # exponent on the likelihood of a beam, for dependent errors
+    edge: float  # share of beams beside an edge that meet the neighbouring surface
 
 
 class Shape(NamedTuple):
@@ -77,29 +74,31 @@ class Shape(NamedTuple):
     segments: FloatArray  # (k, 4) m about the object's origin, in its home state
     normals: FloatArray  # (k, 2)
     corners: FloatArray  # (m, 2) m, the ends of the segments
-    among: IntArray  # (k, 2) the first corner of the part that a segment belongs to, and the one past its last
-    turn: float  # rad that it turns for each unit of the state
-    slide: FloatArray  # (2,) m that it moves in the building
+    among: IntArray  # (k, 2) the first corner of each segment's part, and one past the last
+    turn: float  # rad of turn for each unit of the state
+    slide: FloatArray  # (2,) m of motion in the building for each unit of the state
 
 
 class Work(NamedTuple):
-    """Arrays that a linearization fills; made once for all components."""
+    """Work arrays of a linearization; shared by all components."""
 
-    expected: FloatArray  # (n,) m to the object, inf past it
+    expected: FloatArray  # (n,) m to the object, inf where it is missed
     side: IntArray  # (n,) the segment that is met, -1 for none
     share: FloatArray  # (n,) probability that the beam meets the object
-    odds: FloatArray  # (n,) relative change of the range's density if the beam surely met it, less if surely not
-    ends: IntArray  # (n, 2) the corners to its left and right that the beam may pass beside, -1 for none
+    # (n,) relative change of the density between surely meeting and surely missing the object
+    odds: FloatArray
+    ends: IntArray  # (n, 2) the corners to its left and right that the beam may miss, -1 for none
     corners: FloatArray  # (m, 2) m in the building
     stds: FloatArray  # (m,) m of the distance of a corner from a beam
-    past: FloatArray  # (n,) density of a range that passes the object and hits what is behind
-    begun: FloatArray  # (n,) 1/m, density of a range to something unexpected that the beam before didn't meet
-    gone_on: FloatArray  # (n,) 1/m, of one to the same as the beam before
+    past: FloatArray  # (n,) density of a range that misses the object and hits the background
+    # (n,) 1/m, density of a range to something unexpected that didn't stop the beam before
+    begun: FloatArray
+    gone_on: FloatArray  # (n,) 1/m, of one to the same thing as the beam before
     origins: FloatArray  # (n, 2) m of the beams
     directions: FloatArray  # (n, 2)
-    row: FloatArray  # (7,) how one range changes with the errors
+    row: FloatArray  # (7,) derivatives of one range by the errors
     gradient: FloatArray  # (7,) of the log-likelihood
-    information: FloatArray  # (7, 7) Gauss-Newton's
+    information: FloatArray  # (7, 7) Gauss-Newton approximation
     matrix: FloatArray  # (7, 7)
     right: FloatArray  # (7, 7)
 
@@ -114,9 +113,9 @@ def _cast(
     prior: FloatArray,
     work: Work,
 ) -> Any:
-    """What beams meet, with the object where a component's errors (7,) put it; where it stands.
+    """Cast the beams with the object at a component's errors (7,); return its placement.
 
-    Whether a beam passes beside a corner is as uncertain as errors of the covariance ``prior`` (7, 7) make it.
+    Whether a beam passes beside a corner is uncertain by errors of the covariance ``prior`` (7, 7).
     """
     cos, sin = math.cos(x[2]), math.sin(x[2])
     turned = placement[2] + shape.turn * (x[STATE] + tied * x[ZERO])
@@ -172,7 +171,7 @@ def _see_corners(
     placed: Any,
     work: Work,
 ) -> None:
-    """``work.stds`` become those of the distances of corners from beams that pass beside them."""
+    """Set ``work.stds``: deviations of the distances of corners from beams beside them."""
     for j in range(work.corners.shape[0]):
         dx, dy = work.corners[j, 0] - work.origins[0, 0], work.corners[j, 1] - work.origins[0, 1]
         away = max(math.hypot(dx, dy), FOOTPRINT)
@@ -191,13 +190,16 @@ def _across(i: int, corner: int, work: Work) -> Any:
 
 @_inner
 def _surely_past(i: int, corner: int, side: float, work: Work) -> Any:
-    """Whether a beam passes a corner that is the outermost to its left, 1, or to its right, -1."""
+    """Whether a beam passes the outermost corner on its left (side 1) or right (-1)."""
     return side * _across(i, corner, work)[0] < -SURE * work.stds[corner]
 
 
 @_inner
 def _outermost(i: int, first: int, past: int, work: Work) -> Any:
-    """Of the corners from a first one on that lie before a beam, those farthest to its left and right; -1 for none."""
+    """The outermost corners to a beam's left and right, of a part that begins at ``first``.
+
+    Only corners before the beam; -1 for none.
+    """
     right, left, rightmost, leftmost = np.inf, -np.inf, -1, -1
     for j in range(first, past):
         across, along = _across(i, j, work)
@@ -212,7 +214,10 @@ def _outermost(i: int, first: int, past: int, work: Work) -> Any:
 
 @_inner
 def _cover(i: int, among: IntArray, work: Work) -> None:
-    """``work.share`` of a beam that meets a part with corners ``among`` some: that it passes between the outermost of them."""
+    """Set ``work.share`` of a beam that meets a part with corners ``among`` some.
+
+    It is the probability that the beam passes between the outermost of them.
+    """
     left, right = _outermost(i, among[0], among[1], work)
     work.ends[i, 0], work.ends[i, 1] = left, right
     share = 1.0
@@ -227,9 +232,9 @@ def _cover(i: int, among: IntArray, work: Work) -> None:
 
 @_inner
 def _graze(i: int, work: Work) -> None:
-    """``work.share`` of a beam that meets no segment: that it meets the corner which it passes most closely after all.
+    """Set ``work.share`` of a beam that meets no segment: it may meet the closest corner.
 
-    What is expected of the object then is the range to that corner.
+    The expected range of the object is then the range to that corner.
     """
     nearest, closest, towards = -1, np.inf, 0.0
     for j in range(work.corners.shape[0]):
@@ -257,7 +262,7 @@ def _sideways(
     placed: Any,
     work: Work,
 ) -> None:
-    """``work.row`` becomes how the distance of a corner from a beam changes with each of the errors."""
+    """Set ``work.row``: derivatives of a corner's distance from a beam by the errors."""
     _, _, east, north = placed
     row = work.row
     corner_x, corner_y = work.corners[corner, 0], work.corners[corner, 1]
@@ -276,7 +281,7 @@ def _bell(off: float, variance: float) -> Any:
 
 @_inner
 def _beside_edge(beams: Beams, noise: Noise, i: int) -> Any:
-    """Density of a range by the backgrounds of a beam's neighbours, where those lie elsewhere."""
+    """Density of a range by the backgrounds of a beam's neighbours, where they differ."""
     total, background = 0.0, beams.background
     for j in (i - 1, i + 1):
         if not (0 <= j < background.shape[0] and background[j] < np.inf):
@@ -291,7 +296,7 @@ def _beside_edge(beams: Beams, noise: Noise, i: int) -> Any:
 def _row(
     beams: Beams, shape: Shape, tied: float, x: FloatArray, i: int, placed: Any, work: Work
 ) -> Any:
-    """How a range changes with each of the errors; the cosine at which the beam meets the surface."""
+    """Derivatives of a range by the errors; the cosine of incidence."""
     cos, sin, east, north = placed
     side, dx, dy = work.side[i], work.directions[i, 0], work.directions[i, 1]
     nx = cos * shape.normals[side, 0] - sin * shape.normals[side, 1]
@@ -340,7 +345,7 @@ def _variance(
 
 @_inner
 def _told(beams: Beams, noise: Noise, work: Work) -> None:
-    """What ranges tell whatever the object's state: ``work.past``, ``work.begun`` and ``work.gone_on``."""
+    """Set ``work.past``, ``work.begun`` and ``work.gone_on``, which don't depend on the state."""
     for i in range(beams.measured.shape[0]):
         measured, background = beams.measured[i], beams.background[i]
         work.past[i], work.begun[i], work.gone_on[i] = 0.0, 0.0, 0.0
@@ -359,11 +364,11 @@ def _told(beams: Beams, noise: Noise, work: Work) -> None:
 
 @_inner
 def _fared(beams: Beams, noise: Noise, work: Work, i: int, variance: float, before: Any) -> Any:
-    """Densities of a range that hits the object, is free of anything unexpected, and is stopped by that.
+    """Densities of a range: a hit of the object, a free beam, and one stopped unexpectedly.
 
-    The last value is by how much the density is larger if the beam meets the object than if it passes.
-    Whether something unexpected stops a beam is a hidden Markov chain along the scan; ``before`` are the
-    probabilities that the beam before was free and was stopped.
+    The last value is the difference of the density between meeting the object and missing it.
+    Whether something unexpected stops a beam is a hidden Markov chain along the scan; ``before``
+    are the probabilities that the beam before was free and was stopped.
     """
     measured, stays = beams.measured[i], noise.run if i > 0 else 0.0
     reaches = stays * before[0] + (1.0 - stays) * (1.0 - noise.unexpected)
@@ -398,10 +403,11 @@ def _linearize(
     spread: FloatArray,
     work: Work,
 ) -> Any:
-    """Log-likelihood of a scan at errors (7,), whose gradient and information ``work`` takes; how many beams reach it.
+    """Log-likelihood of a scan at errors (7,), and the number of beams that reach the object.
 
-    The chain of unexpected things is summed over by the forward recursion. What a beam says counts by the
-    probability that it hit. Errors of a covariance ``spread`` (7, 7) are reckoned with in telling hits from others.
+    ``work`` takes its gradient and information. The chain of unexpected things is summed over by
+    the forward recursion. A beam contributes by the probability that it hit. Errors of a covariance
+    ``spread`` (7, 7) are included in distinguishing hits from others.
     """
     placed = _cast(beams, shape, placement, tied, x, prior, work)
     gradient, information, row = work.gradient, work.information, work.row
@@ -442,7 +448,7 @@ def _linearize(
 
 @_inner
 def _posterior(prior: FloatArray, work: Work) -> Any:
-    """The covariance (7, 7) after the information, as ``work.right``; the log-determinant of 1 + prior information."""
+    """Set ``work.right`` to the posterior covariance (7, 7); return log |1 + prior information|."""
     for a in range(ERRORS):
         for b in range(ERRORS):
             value = 1.0 if a == b else 0.0
@@ -476,7 +482,7 @@ def _step(mean: FloatArray, prior: FloatArray, x: FloatArray, pull: FloatArray, 
 def _settle(
     mean: FloatArray, prior: FloatArray, x: FloatArray, pull: FloatArray, work: Work
 ) -> Any:
-    """Let mean and prior be those after the scan, linearized at x = mean + prior pull; what that adds to the evidence."""
+    """Set mean and prior to the posterior, linearized at x = mean + prior pull; log evidence."""
     log_determinant, gained, spent = _posterior(prior, work), 0.0, 0.0
     for a in range(ERRORS):
         spent += pull[a] * (x[a] - mean[a])
@@ -505,10 +511,11 @@ def _see_edges(
     step: FloatArray,
     work: Work,
 ) -> None:
-    """Take in on which side of the object's corners beams passed: assumed density filtering, beam by beam.
+    """Update by the side of the corners on which beams passed: assumed density filtering.
 
-    Shares and corners are those at the errors ``x`` (7,). Given the margin by which a beam meets the object,
-    it does so with the probability of a normal distribution function as wide as the beam.
+    Beam by beam. Shares and corners are those at the errors ``x`` (7,). Given the margin by which a
+    beam meets the object, it does so with the probability of a normal distribution function as wide
+    as the beam.
     """
     row = work.row
     for i in range(work.share.shape[0]):
@@ -557,12 +564,13 @@ def condition(
     covariances: FloatArray,
     log_evidence: FloatArray,
 ) -> Any:
-    """Bayes' rule in every component: ``means`` (c, 7) and ``covariances`` (c, 7, 7) become the posterior's.
+    """Bayes' rule in every component: ``means`` (c, 7) and ``covariances`` (c, 7, 7) are updated.
 
-    ``log_evidence`` (c,) is log p(scan | component), by Laplace's approximation about the mean after one or,
-    where errors are wide, ``MOST_LOOKS`` Gauss-Newton steps. The zero of the state moves the object
-    in components that are ``tied`` (c,) to it by 1; elsewhere, 0, the state is where the object is seen.
-    Components of ``weights`` (c,) that the scan makes next to impossible stay as they are. Also the largest number of beams that reach the object in a component.
+    ``log_evidence`` (c,) is log p(scan | component), by Laplace's approximation about the mean
+    after one or, where errors are wide, ``MOST_LOOKS`` Gauss-Newton steps. The zero of the state
+    moves the object in components that are ``tied`` (c,) to it by 1; elsewhere, 0, the state is
+    where the object is seen. Components of ``weights`` (c,) that the scan makes nearly impossible
+    stay as they are. Returned is the largest number of beams that reach the object in a component.
     """
     count, most = beams.measured.shape[0], 0
     work = Work(
@@ -598,7 +606,7 @@ def condition(
         looks = 1 if wide < WIDE * noise.variance else MOST_LOOKS
         total, unrefined, hopeless, reach, placed = 0.0, 0.0, False, 0, (1.0, 0.0, 0.0, 0.0)
         for look in range(looks + 1):
-            if look == looks:  # the evidence is told without reckoning with errors a second time
+            if look == looks:  # the evidence is computed without these errors
                 for a in range(ERRORS):
                     for b in range(ERRORS):
                         spread[a, b] = 0.0
@@ -630,7 +638,7 @@ def condition(
 def renew_robot(
     means: FloatArray, covariances: FloatArray, transfer: FloatArray, added: FloatArray
 ) -> None:
-    """Let the robot's errors be ``transfer`` (3, 3) times what they were, plus independent ones of covariance ``added`` (3, 3)."""
+    """Set the robot's errors to ``transfer`` (3, 3) times themselves, plus covariance ``added``."""
     moved = np.empty((ROBOT, ERRORS))
     for c in range(means.shape[0]):
         mean, covariance = means[c], covariances[c]
@@ -676,10 +684,11 @@ def join(
     means: FloatArray,
     covariances: FloatArray,
 ) -> None:
-    """Let components whose weight mostly arrives, a share ``arriving`` (c,), know what those who arrive do.
+    """Update components by arrivals, a share ``arriving`` (c,) of their weight.
 
-    They know of the errors what the whole mixture does, ``mean`` (7,) and ``covariance`` (7, 7), but
-    nothing of the state within the component, whose variance is ``widths`` (c,).
+    What arrives has the errors of the whole mixture, ``mean`` (7,) and ``covariance`` (7, 7), but
+    no information about the state within the component, whose variance is ``widths`` (c,). Only
+    components of which most of the weight has arrived change.
     """
     for c in range(arriving.shape[0]):
         if arriving[c] < 0.5:

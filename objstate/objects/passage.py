@@ -1,4 +1,4 @@
-"""The passage that a door leaves free: what a planner asks before it drives through."""
+"""The passage that a door leaves free."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from objstate.building.model import Kind, MovableObject
 from objstate.errors import BuildingError
 from objstate.geometry import FloatArray, invert
 
-LATTICES_KEPT = 4096  # widths on so many lattices are remembered: of all doors, for a few lengths
+LATTICES_KEPT = 32_768  # number of lattices whose widths are cached, some 1 kB each
 
 
 @lru_cache(maxsize=LATTICES_KEPT)
 def lattice_clear_widths(
     item: MovableObject, first: float, last: float, count: int, length: float
 ) -> FloatArray:
-    """``clear_widths`` (n,) at evenly spaced states, remembered, since a door's lattice stays."""
+    """``clear_widths`` (n,) at evenly spaced states, cached."""
     widths = clear_widths(item, np.linspace(first, last, count)[:, None], length)
     widths.flags.writeable = False
     return widths
@@ -68,7 +68,7 @@ def _straight_widths(corners: FloatArray, jamb: FloatArray, reach: float) -> Flo
     x, y = corners @ along, corners @ np.array([-along[1], along[0]])  # (n, k): along, across
     next_x, next_y = np.roll(x, -1, axis=1), np.roll(y, -1, axis=1)
     places = [np.where(np.abs(y) <= reach, x, -np.inf)]
-    for limit in (-reach, reach):  # where edges of the leaf leave the strip about the doorway
+    for limit in (-reach, reach):  # where edges of the leaf leave the strip around the doorway
         with np.errstate(divide="ignore", invalid="ignore"):
             share = (limit - y) / (next_y - y)
             crossing = x + share * (next_x - x)
@@ -77,7 +77,7 @@ def _straight_widths(corners: FloatArray, jamb: FloatArray, reach: float) -> Flo
 
 
 def _in_plan(item: MovableObject) -> FloatArray:
-    """(2,) the way a sliding leaf goes, in its own frame, seen from above."""
+    """(2,) direction in which a sliding leaf moves, in its own frame, seen from above."""
     return np.asarray(item.axis[:2] / max(float(np.hypot(*item.axis[:2])), 1e-9))
 
 
@@ -90,7 +90,7 @@ def _outline_from_above(item: MovableObject) -> FloatArray:
 
 
 def _far_edge(leaf: FloatArray) -> FloatArray:
-    """(2,) the middle of the edge that lies at the latch: as far as the leaf goes, along its middle."""
+    """(2,) the middle of the edge at the latch."""
     middle = leaf.mean(axis=0)
     away = middle / np.hypot(*middle)
     return np.asarray(away * (leaf @ away).max())

@@ -1,6 +1,6 @@
-"""Where furniture may stand, by what readings show: states in which its outline runs through them.
+"""Proposals of where furniture may stand: states whose outline passes through readings.
 
-Two ends of beams and two points of the outline that are as far apart fix a state.
+Two ends of beams and two points of the outline that are as far apart determine a state.
 """
 
 from __future__ import annotations
@@ -19,12 +19,10 @@ else:
     sampling = Later("objstate.objects.sampling")
 
 TRACED = 96  # points along an outline
-SHORTEST = (
-    0.1  # of an object's width: ends of beams no further apart tell too little of its heading
-)
-APART = 0.04  # m by which two lengths may differ, as readings are noisy
-ON_OUTLINE = 0.08  # m from the outline, within which the end of a beam counts as on it
-POINTS = 80  # ends of beams that states are tried by; of more, an even choice
+SHORTEST = 0.1  # of an object's width: closer ends of beams determine its heading poorly
+APART = 0.04  # m by which two lengths may differ, for noise
+ON_OUTLINE = 0.08  # m from the outline within which the end of a beam counts as on it
+POINTS = 80  # most ends of beams by which states are tested
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +47,7 @@ class TracedOutline:
     def states_through(
         self, ends: FloatArray, count: int, rng: np.random.Generator
     ) -> tuple[FloatArray, FloatArray]:
-        """At most ``count`` states (c, 3) through ends of beams (m, 2), and how many they explain (c,)."""
+        """At most ``count`` states (c, 3) through ends (m, 2), and how many they explain (c,)."""
         ends = ends[np.unique(np.linspace(0, len(ends) - 1, min(POINTS, len(ends))).astype(int))]
         first, second = self._end_pairs(ends, count, rng)
         apart = second - first
@@ -72,7 +70,7 @@ class TracedOutline:
         return states, explained.astype(float)
 
     def holds(self, states: FloatArray, ends: FloatArray, within: float) -> BoolArray:
-        """Which ends (m, 2) the outline comes ``within`` m of, in each state: (c, m) of states (c, 3)."""
+        """Which ends (m, 2) the outline comes ``within`` m of: (c, m) for states (c, 3)."""
         out = np.empty((len(states), len(ends)), dtype=bool)
         sampling.lie_on(states, self._abreast, np.ascontiguousarray(ends), within, out)
         return out
@@ -85,7 +83,7 @@ class TracedOutline:
     def _end_pairs(
         self, ends: FloatArray, count: int, rng: np.random.Generator
     ) -> tuple[FloatArray, FloatArray]:
-        """Pairs of ends (c, 2), (c, 2) that may lie on one object; distant ones more often."""
+        """Pairs of ends (c, 2), (c, 2) that may lie on one object; distant ones are preferred."""
         first = ends[rng.integers(len(ends), size=count)]
         length = np.hypot(*np.moveaxis(ends[None] - first[:, None], 2, 0))
         widest = float(self.lengths[-1])

@@ -1,4 +1,4 @@
-"""Loops over states x, y, yaw of furniture, some of which look alike; compiled."""
+"""Loops over states x, y, yaw of furniture with equal headings; compiled."""
 
 from __future__ import annotations
 
@@ -29,7 +29,10 @@ def wrapped(angle: float) -> Any:
 
 @_inner
 def alike(state: FloatArray, yaw: float, order: int, centre: FloatArray) -> Any:
-    """Of the states that look like one (3,), the one whose yaw is nearest to another; by ``Symmetry``."""
+    """Of the states that look like one (3,), the one with the yaw nearest to another.
+
+    By ``Symmetry``.
+    """
     if order == 1:
         return state[0], state[1], state[2]
     part = TURN / order
@@ -55,10 +58,10 @@ def moments(
     mean: FloatArray,
     std: FloatArray,
 ) -> None:
-    """Mean (3,) and standard deviations (3,) of states (n, 3), of which those that look alike count as one.
+    """Mean (3,) and standard deviations (3,) of states (n, 3), with equal headings folded.
 
-    Their weights may have any sum. The yaw is a circular mean; of those that look alike, the nearest
-    to ``home`` rad.
+    Their weights may have any sum. The yaw is a circular mean; of equal headings, the nearest to
+    ``home`` rad counts.
     """
     total, east, north = 0.0, 0.0, 0.0
     for j in range(weights.shape[0]):
@@ -86,7 +89,7 @@ def moments(
 def offsets(
     states: FloatArray, place: FloatArray, order: int, centre: FloatArray, out: FloatArray
 ) -> None:
-    """From a place (3,) to states (n, 3), or to those that look the same and are nearest: ``out`` (n, 3)."""
+    """From a place (3,) to states (n, 3), or to their nearest equal headings: ``out`` (n, 3)."""
     for j in range(states.shape[0]):
         x, y, yaw = alike(states[j], place[2], order, centre)
         out[j, 0], out[j, 1] = x - place[0], y - place[1]

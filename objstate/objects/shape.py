@@ -14,11 +14,14 @@ if TYPE_CHECKING:
 else:
     kernels = Later("objstate.objects.mixture_kernels")
 
-SAME_CORNER = 1e-5  # m; ends of segments no farther apart are one corner
+SAME_CORNER = 1e-5  # m; closer ends of segments are one corner
 
 
 def shape_of(segments: FloatArray, turn: float, slide: FloatArray) -> kernels.Shape:
-    """Of segments (k, 4) m about the object's origin, which its state turns and slides (2,)."""
+    """The shape of segments (k, 4) m about the object's origin.
+
+    Its state turns it and slides it along (2,).
+    """
     along = segments[:, 2:] - segments[:, :2]
     lengths = np.hypot(along[:, 0], along[:, 1])
     segments, along, lengths = (each[lengths > 0.0] for each in (segments, along, lengths))
@@ -34,7 +37,7 @@ def shape_of(segments: FloatArray, turn: float, slide: FloatArray) -> kernels.Sh
 
 
 def _parts(segments: FloatArray) -> tuple[FloatArray, IntArray]:
-    """Corners (m, 2) of segments (k, 4), part by part, and the first and last of each one's part (k, 2)."""
+    """Corners (m, 2) of segments (k, 4) by part, and the range of each segment's part (k, 2)."""
     ends = np.rint(segments.reshape(-1, 2) / SAME_CORNER).astype(np.int64)
     corners, which = np.unique(ends, axis=0, return_inverse=True)
     pairs = which.reshape(-1, 2)

@@ -1,4 +1,4 @@
-"""What the loop stores of each object for smoothing: its posterior after scans, in few bytes.
+"""The stored posteriors of each object after scans, for smoothing.
 
 A step holds the components of mixtures that have weight, 68 bytes each of a door and 40 of
 furniture. Between steps at most a second apart, those that are like their neighbours are left out.
@@ -26,25 +26,25 @@ else:
 
 LEAST = 1e-6  # weight below which a component isn't stored
 LEAST_THERE = 1e-4  # the same of furniture, in shares of its presence
-GAP_NS = 1_000_000_000  # ns between two steps, up to which steps that are alike are left out
+GAP_NS = 1_000_000_000  # ns; largest gap left by removing steps that are alike
 HEAVY = 0.01  # weight from which a component is compared
-ALIKE = 0.01  # difference of weights, up to which two steps are alike
-ALIKE_STDS = 0.1  # deviations by which the state may differ as well, and its deviation itself
+ALIKE = 0.01  # difference of weights up to which two steps are alike
+ALIKE_STDS = 0.1  # difference of the state and of its deviation, in deviations, likewise
 
 Table = NDArray[np.float32]
-INDEX, RESTING, MOVING, MEAN = 0, 1, 2, 3  # columns of a door's; covariances follow the means
-VARIANCES = [4, 7, 9]  # of x, y, yaw, columns of a piece of furniture's
+INDEX, RESTING, MOVING, MEAN = 0, 1, 2, 3  # columns of a door's table; covariances follow the means
+VARIANCES = [4, 7, 9]  # of x, y, yaw, columns of furniture's table
 
 
 class Part(NamedTuple):
     """A door's posterior after a scan, under one prior of its static errors."""
 
     statics: Statics
-    total: float  # log p(z) of all scans, up to what other priors share
+    total: float  # log p(z) of all scans, up to a constant shared by all priors
     table: Table  # (r, 17): component, weights at rest and moving, means, covariances
 
     def mixture(self, blank: DoorMixture, stamp_ns: int) -> DoorMixture:
-        """The posterior, without the robot's errors; ``blank`` is what was believed before any scan."""
+        """The posterior without the robot's errors; ``blank`` is the mixture before any scan."""
         index = self.table[:, INDEX].astype(int)
         resting, moving = np.zeros(len(blank.resting)), np.zeros(len(blank.resting))
         means, covariances = blank.means.copy(), blank.covariances.copy()
@@ -75,12 +75,12 @@ class DoorStep(NamedTuple):
 
     @property
     def blank(self) -> DoorPosterior:
-        """What was believed before any scan."""
+        """The mixture before any scan."""
         priors = [part.statics for part in self.parts]
         return DoorPosterior(tuple(DoorMixture.unknown(self.door, each) for each in priors))
 
     def posterior(self, blank: DoorPosterior) -> DoorPosterior:
-        """The posterior, without the robot's errors; ``blank`` as above."""
+        """The posterior without the robot's errors; ``blank`` as above."""
         pairs = zip(self.parts, blank.mixtures, strict=True)
         return DoorPosterior(tuple(part.mixture(each, self.stamp_ns) for part, each in pairs))
 
@@ -90,8 +90,8 @@ class FurnitureStep(NamedTuple):
 
     stamp_ns: int
     piece: Piece
-    absent: float  # probability that it isn't there
-    table: Table  # (r, 10) of where it is: weight, x, y, yaw, and their covariance
+    absent: float  # probability of absence
+    table: Table  # (r, 10) given presence: weight, x, y, yaw, and their covariance
 
     @property
     def weights(self) -> FloatArray:
@@ -117,7 +117,7 @@ Step = DoorStep | FurnitureStep
 
 
 class Past(NamedTuple):
-    """A step and those before it. A belief that is taken back takes its past along."""
+    """A step and those before it. Restoring an earlier belief restores its past."""
 
     step: Step
     before: Past | None
@@ -136,8 +136,7 @@ class Past(NamedTuple):
 def remembered(belief: ObjectBelief) -> ObjectBelief:
     """The belief with its own step added to its past.
 
-    A past begins with the first mixture. Later beliefs on a lattice, or of samples, are steps as
-    well.
+    A past begins with the first mixture. Later beliefs on a lattice, or of samples, are steps, too.
     """
     posterior, past = belief.joint, belief.past
     if posterior is None and past is not None:
@@ -148,14 +147,14 @@ def remembered(belief: ObjectBelief) -> ObjectBelief:
 
 
 def _again(belief: ObjectBelief, step: Step) -> DoorPosterior | FurnitureMixture:
-    """A belief that isn't read off a mixture, as one of the kind that it was before."""
+    """A belief without a mixture, converted to one of the earlier kind."""
     if isinstance(step, FurnitureStep):
         return FurnitureMixture.of(step.piece, belief)
     return DoorPosterior(tuple(_on_cells(belief, step.door, part) for part in step.parts))
 
 
 def _on_cells(belief: ObjectBelief, door: Doorway, part: Part) -> DoorMixture:
-    """A door's belief on a lattice as a mixture, which has the mean and variance of each cell."""
+    """A door's belief on a lattice as a mixture with the mean and variance of each cell."""
     weights, states = belief.weights.values, belief.states[:, 0]
     mixture = DoorMixture.of(door, belief, part.statics)
     where = np.floor((states - door.item.lower) / door.cell).astype(int).clip(0, door.cells - 1)
@@ -168,12 +167,12 @@ def _on_cells(belief: ObjectBelief, door: Doorway, part: Part) -> DoorMixture:
     squares = np.bincount(where, weights * off**2, door.cells)[known] / total[known]
     variances = squares - means[known, kernels.STATE] ** 2 + belief.cell[0] ** 2 / 12.0
     covariances[known, kernels.STATE, kernels.STATE] = variances
-    covariances[:, kernels.ZERO, kernels.ZERO] = 0.0  # the lattice's states count it already
+    covariances[:, kernels.ZERO, kernels.ZERO] = 0.0  # included in the lattice's states
     return altered(mixture, means=means, covariances=covariances, total=part.total)
 
 
 def step_of(posterior: DoorPosterior | FurnitureMixture) -> Step:
-    """What is stored of a posterior after a scan."""
+    """The stored form of a posterior after a scan."""
     if isinstance(posterior, FurnitureMixture):
         return _furniture_step(posterior)
     assert posterior.stamp_ns is not None
@@ -197,7 +196,7 @@ def _furniture_step(mixture: FurnitureMixture) -> FurnitureStep:
 
 
 def _table(mixture: DoorMixture) -> Table:
-    """What is stored of a door's components."""
+    """The stored form of a door's components."""
     index = np.flatnonzero(mixture.weights > LEAST)
     errors, rows, columns = _errors()
     covariances = mixture.covariances[index]
@@ -212,7 +211,7 @@ def _table(mixture: DoorMixture) -> Table:
 
 
 def _appended(past: Past | None, step: Step) -> Past:
-    """The past with a step; the one before it goes if it is like its neighbours."""
+    """The past with a step added; the step before is dropped if it is like its neighbours."""
     if past is not None and past.before is not None:
         kept = past.before.step
         is_near = step.stamp_ns - kept.stamp_ns <= GAP_NS
@@ -222,7 +221,7 @@ def _appended(past: Past | None, step: Step) -> Past:
 
 
 def _alike(one: Step, other: Step) -> bool:
-    """Whether an object has as good as the same posterior in two steps."""
+    """Whether an object has nearly the same posterior in two steps."""
     if isinstance(one, FurnitureStep) or isinstance(other, FurnitureStep):
         return (
             isinstance(one, FurnitureStep)
@@ -234,7 +233,7 @@ def _alike(one: Step, other: Step) -> bool:
 
 
 def _stands(one: FurnitureStep, other: FurnitureStep) -> bool:
-    """Whether a piece of furniture stands where it did, if it is there."""
+    """Whether a piece of furniture has nearly the same place, given presence."""
     if len(one.table) == 0 or len(other.table) == 0:
         return len(one.table) == len(other.table) and abs(one.absent - other.absent) < ALIKE
     a, b = (step.table[int(np.argmax(step.table[:, 0]))] for step in (one, other))
@@ -245,13 +244,13 @@ def _stands(one: FurnitureStep, other: FurnitureStep) -> bool:
 
 
 def _rests(one: Table, other: Table) -> bool:
-    """Whether the components of a door with weight are as good as the same."""
+    """Whether the components of a door with weight are nearly the same."""
     a, b = _heavy(one), _heavy(other)
     if len(a) != len(b) or (a[:, INDEX] != b[:, INDEX]).any():
         return False
     if (np.abs(a[:, RESTING : MOVING + 1] - b[:, RESTING : MOVING + 1]) > ALIKE).any():
         return False
-    variance = MEAN + len(_errors()[0])  # the state is the first of the errors that are stored
+    variance = MEAN + len(_errors()[0])  # the state is the first of the stored errors
     stds, others = np.sqrt(a[:, variance]), np.sqrt(b[:, variance])
     off = np.maximum(np.abs(a[:, MEAN] - b[:, MEAN]), np.abs(stds - others))
     return bool((off <= ALIKE_STDS * np.minimum(stds, others)).all())
@@ -263,6 +262,6 @@ def _heavy(table: Table) -> Table:
 
 @cache
 def _errors() -> tuple[IntArray, IntArray, IntArray]:
-    """Which errors of a component are stored, and the rows and columns of their covariance."""
+    """The stored errors of a component, and the rows and columns of their covariance."""
     errors = np.arange(kernels.ROBOT, kernels.ERRORS)
     return (errors, *np.triu_indices(len(errors)))

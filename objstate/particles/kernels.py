@@ -1,4 +1,4 @@
-"""Weights that take evidence in, how much of it they can at once, and resampling; compiled."""
+"""Compiled updates of weights, the largest possible exponent of evidence, and resampling."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
 
 @_inner
 def _raised(log: FloatArray, values: FloatArray) -> Any:
-    """The largest of logarithms (n,), and the sum of ``values`` (n,), which become their powers against it."""
+    """The largest of logarithms (n,), and the sum of ``values`` (n,), their scaled exponentials."""
     top, total = -np.inf, 0.0
     for j in range(log.shape[0]):
         top = max(top, log[j])
@@ -29,7 +29,7 @@ def _raised(log: FloatArray, values: FloatArray) -> Any:
 
 @_inner
 def _comb(weights: FloatArray, total: float, count: int, start: float) -> Any:
-    """Indices (count,) of weights (n,) of a sum by an even comb that starts at a share of its step."""
+    """Systematic sample: indices (count,) of weights (n,) with a sum ``total``."""
     chosen, last = np.empty(count, dtype=np.int64), weights.shape[0] - 1
     j, edge = 0, weights[0] / total
     for k in range(count):
@@ -42,10 +42,10 @@ def _comb(weights: FloatArray, total: float, count: int, start: float) -> Any:
 
 @_compile
 def normalize(log: FloatArray, logarithms: FloatArray, values: FloatArray) -> Any:
-    """The logarithm of the sum of weights with logarithms (n,), and the effective number of them.
+    """The logarithm of the sum of weights with logarithms (n,), and their effective number.
 
-    That sum is not finite where no weight is above zero. Weights that sum to one are the ``values`` (n,), which
-    have the ``logarithms`` (n,).
+    The sum is not finite where no weight is above zero. ``values`` (n,) become the weights,
+    normalized, and ``logarithms`` (n,) their logarithms.
     """
     squared = 0.0
     top, total = _raised(log, values)
@@ -59,7 +59,7 @@ def normalize(log: FloatArray, logarithms: FloatArray, values: FloatArray) -> An
 
 @_compile
 def systematic(weights: FloatArray, count: int, start: float) -> Any:
-    """Indices (count,) of weights (n,) of sum one by an even comb that starts at a share of its step."""
+    """Systematic sample of normalized weights (n,): indices (count,)."""
     return _comb(weights, 1.0, count, start)
 
 

@@ -1,4 +1,4 @@
-"""Weights of samples in log space, and what is done by them."""
+"""Weights of samples in log space, and operations on them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 else:
     kernels = Later("objstate.particles.kernels")
 
-UNIFORM_KEPT = 16  # of so many different counts
+UNIFORM_KEPT = 16  # number of different sizes that are cached
 
 
 class ImpossibleEvidenceError(ObjstateError):
@@ -27,7 +27,7 @@ class ImpossibleEvidenceError(ObjstateError):
 
 @dataclass(frozen=True, eq=False)
 class Weights:
-    """Normalized importance weights, known by logarithms too. A value: operations return new ones."""
+    """Normalized importance weights with their logarithms. A value: operations return new ones."""
 
     values: FloatArray  # (n,) sum to one
 
@@ -76,14 +76,14 @@ class Weights:
 
     @staticmethod
     def _normalized(log: FloatArray) -> tuple[Weights, float]:
-        """Weights that sum to one, of logarithms (n,), and the logarithm of the sum they had."""
+        """Normalized weights of logarithms (n,), and the logarithm of their sum."""
         logarithms, values = np.empty(len(log)), np.empty(len(log))
         log_sum, effective_size = kernels.normalize(log, logarithms, values)
         return Weights._known(values, logarithms, effective_size), log_sum
 
     @staticmethod
     def _known(values: FloatArray, log: FloatArray, effective_size: float) -> Weights:
-        """Weights of which the logarithms are known already, of those too that are next to zero."""
+        """Weights whose logarithms are known, also where they underflow."""
         weights: Weights = object.__new__(Weights)
         weights.__dict__.update(values=values, log=log, effective_size=effective_size)
         return weights
@@ -116,7 +116,7 @@ def systematic(weights: Weights, count: int, rng: np.random.Generator) -> IntArr
 
 
 def evenly(weights: Weights, count: int) -> IntArray:
-    """Indices (count,) of samples that stand for all: an even comb over the weights, by no chance."""
+    """Indices (count,) of a deterministic systematic sample."""
     return np.asarray(kernels.systematic(weights.values, count, 0.5))
 
 

@@ -26,6 +26,7 @@ LOGS = "logs"
 OUTCOMES = "outcomes"
 SUMMARY_TABLE = "summary.parquet"
 TIMINGS_TABLE = "timings.parquet"
+REPORT = "report.html"  # in a result folder, or a batch
 PARTITION = "log="  # how a partition of the combined estimates begins, as Hive names them
 PART = "part.parquet"
 

@@ -23,6 +23,7 @@ from objstate.recording.batches import LOGS, OUTCOMES, BatchLog, Outcome, read_j
 from objstate.recording.results import MARK
 
 INDEX = "index.sqlite"
+REMOTE = ".remote"  # in a copy of a batch that lies elsewhere: its address
 FORM = 1  # of the tables
 WAIT_S = 60.0  # for another process that writes
 SPARE = 0.5  # share of a file's pages that are free, above which it is compacted
@@ -69,6 +70,7 @@ class BatchIndex:
     def __init__(self, connection: sqlite3.Connection, folder: Path) -> None:
         self._connection = connection
         self._folder = folder
+        self.is_mirror = (folder / REMOTE).is_file()  # results lie elsewhere
 
     @contextmanager
     def changing(self) -> Iterator[sqlite3.Connection]:
@@ -140,12 +142,14 @@ class BatchIndex:
             connection.executemany("DELETE FROM log WHERE name = ?", rows)
             connection.executemany("DELETE FROM part WHERE name = ?", rows)
 
-    def parts(self, kind: str) -> Iterator[tuple[str, str, bytes]]:
-        """What was kept of each log under a kind: its name, its stamp, its content."""
+    def parts(self, kind: str, name: str | None = None) -> Iterator[tuple[str, str, bytes]]:
+        """What was kept of each log, or of one, under a kind: its name, its stamp, its content."""
+        query = "SELECT name, stamp, content FROM part WHERE kind = ?"
         with _told(self._folder):
-            yield from self._connection.execute(
-                "SELECT name, stamp, content FROM part WHERE kind = ?", (kind,)
-            )
+            if name is None:
+                yield from self._connection.execute(query, (kind,))
+            else:
+                yield from self._connection.execute(f"{query} AND name = ?", (kind, name))
 
     def stamps(self, kind: str) -> dict[str, str]:
         """The stamps of what was kept under a kind, by log."""
@@ -216,7 +220,7 @@ def settled(index: BatchIndex, folder: Path, logs: Iterable[BatchLog]) -> dict[s
             (old or {}).get(log.name, Outcome(log.name, "not run"))
         )
         if entry.outcome.status in ("done", "not run"):
-            fresh = _caught_up(entry, f"{results}/{log.name}")
+            fresh = _caught_up(entry, f"{results}/{log.name}", index.is_mirror)
             if fresh is not entry or log.name not in known:
                 changed[log.name] = entry = fresh
         elif log.name not in known:
@@ -227,14 +231,14 @@ def settled(index: BatchIndex, folder: Path, logs: Iterable[BatchLog]) -> dict[s
     return found
 
 
-def _caught_up(entry: Entry, result: str) -> Entry:
+def _caught_up(entry: Entry, result: str, is_mirror: bool) -> Entry:
     """The entry, if it tells of the result that is there; else what the result tells."""
     name = entry.outcome.name
     try:
         made_ns = os.stat(f"{result}/{MARK}").st_mtime_ns  # of 100,000: a Path would take seconds
     except OSError:
-        if entry.outcome.status == "not run" and entry.making is None:
-            return entry
+        if is_mirror or (entry.outcome.status == "not run" and entry.making is None):
+            return entry  # elsewhere, a result that was noted is there
         return Entry(Outcome(name, "not run"), linked=entry.linked)
     if entry.making is not None and entry.making.made_ns == made_ns:
         return entry

@@ -1,7 +1,7 @@
 """What is kept of each log's result, so that what is asked of a whole batch needn't read results.
 
-Each part is made once, from one result, and kept in the index under its kind, with a stamp of what it
-was made from. Where the worker that ran the log has made it already, it lies beside the result.
+Each part is made once, from one result, and kept in the index under its kind, with a stamp of what
+it was made from. Where the worker that ran the log has made it already, it lies beside the result.
 """
 
 from __future__ import annotations
@@ -46,8 +46,10 @@ def parts(
     Without an index all are made.
     """
     missing, done = dict(wanted), 0
-    for name, stamp, content in () if index is None else index.parts(kind):
-        if name in missing and missing[name].stamp == stamp:
+    index_is_mirror = index is not None and index.is_mirror  # what lies elsewhere isn't looked at
+    only = next(iter(wanted)) if len(wanted) == 1 else None
+    for name, stamp, content in () if index is None else index.parts(kind, only):
+        if name in missing and (missing[name].stamp == stamp or index_is_mirror):
             del missing[name]
             yield name, content
             done += 1

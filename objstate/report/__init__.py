@@ -1,5 +1,6 @@
 """Pictures for people: a result, or a batch, as one HTML page."""
 
-from objstate.report.writing import REPORT, write_batch_report, write_report
+from objstate.recording.batches import REPORT
+from objstate.report.writing import write_batch_report, write_report
 
 __all__ = ["REPORT", "write_batch_report", "write_report"]

@@ -29,6 +29,7 @@ from objstate.report.course import LOCALIZED_WELL
 from objstate.report.coverage import Coverage, pooled
 from objstate.report.judgement import Judged, Tally
 from objstate.report.judgement import kind_of as judged_kind
+from objstate.storage import building_here
 
 if TYPE_CHECKING:
     import polars as pl
@@ -105,11 +106,11 @@ class BatchMaterial:
 def read_batch(
     folder: str | Path, building: str | Path | None = None, *, filtered: bool = False
 ) -> BatchMaterial:
-    """Read a batch; ``building`` is taken instead of those that its logs name.
+    """Read a batch; ``building`` replaces those that its logs name.
 
-    A building or a truth that can't be read is a doubt, and what needs it is left out.
-    Raises ResultError for a folder that is no batch, and BuildingError for a ``building``
-    that can't be read.
+    A building or a truth that can't be read becomes a warning, and what needs it is left out.
+    Raises ResultError for a folder that is no batch, and BuildingError for a ``building`` that
+    can't be read.
     """
     folder = Path(folder)
     logs = {log.name: log for log in read_logs(folder)}
@@ -197,7 +198,7 @@ def _buildings(
     found = {}
     for address in dict.fromkeys(addresses):
         try:
-            found[address] = load_building(Path(address))
+            found[address] = load_building(building_here(address))
         except ObjstateError as error:
             material.doubts.append(
                 f"{error} Its plan is left out; say with --building where it is."

@@ -22,6 +22,7 @@ from objstate.records import Path as RobotPath
 from objstate.report.course import Course
 from objstate.report.coverage import LEVELS, Coverage, coverages
 from objstate.report.judgement import Judged, judged
+from objstate.storage import here
 
 FORM = 1  # of what is kept
 MOST_POSES = 100  # of a path
@@ -40,12 +41,12 @@ class DoneLog:
     verdicts: list[Judged]
     course: Course
     coverages: list[Coverage]
-    odometry: FloatArray  # (3,) by which it told m ahead, rad askew and rad of turns wrong; nan
+    odometry: FloatArray  # (3,) errors of measured m ahead, rad sideways and rad of turns; nan
     doubts: tuple[str, ...] = ()
 
 
 def part_of(result: Path, log: BatchLog, filtered: bool) -> Part:
-    """Which version of it is to be had."""
+    """Its version."""
     stamp = json.dumps([FORM, truth_state(log), states_state(result, filtered)])
     return Part(log.name, result, stamp)
 
@@ -112,13 +113,13 @@ def unpacked(content: bytes, log: BatchLog) -> DoneLog:
 
 
 def read_done(result: Path, log: BatchLog, filtered: bool) -> DoneLog:
-    """A log by its result. Raises ResultError; a truth that can't be read is a doubt."""
+    """A log by its result. Raises ResultError; an unreadable truth becomes a warning."""
     summary, lost = read_summary(result), read_lost(result)
     estimates = read_states(result, filtered=filtered)
     truth, doubts = None, list[str]()
     if log.truth is not None:
         try:
-            truth = read_truth(log.truth)
+            truth = read_truth(here(log.truth))
         except ObjstateError as error:
             doubts.append(str(error))
     begin_ns, symmetry = int(summary["begin_ns"]), dict(summary.get("symmetry", {}))
@@ -140,7 +141,7 @@ def read_done(result: Path, log: BatchLog, filtered: bool) -> DoneLog:
 
 
 def _systematic(matrix: list[list[float]]) -> FloatArray:
-    """(3,) of a metre ahead: m ahead and, as an angle, m aside; of a radian turned: rad."""
+    """(3,) for a metre ahead: m ahead and, as an angle, m to the side; for a radian turned: rad."""
     return np.array([matrix[0][0], matrix[1][0], matrix[2][2]])
 
 

@@ -1,4 +1,4 @@
-"""What a run tells of its candidates for objects."""
+"""The candidates for objects, as a run reports them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ DIGITS = 4  # of metres and radians
 
 
 def found_of(candidates: Candidates) -> list[Found]:
-    """Those that probably are real, the surest first."""
+    """The probable ones, the most probable first."""
     layout, found = candidates.layout, []
     for each in candidates.real:
         (x, y, yaw), sides = each.box(layout)

@@ -1,4 +1,4 @@
-"""What of a run, though nothing failed, should make its user wonder."""
+"""Failures and warnings of a run."""
 
 from __future__ import annotations
 
@@ -22,34 +22,36 @@ COMPASS = (  # counter-clockwise
     "south",
     "south-east",
 )
-MOST_LOST = 0.5  # share of a log; a robot that is lost for longer is not in this building, or began elsewhere
-NAMES_SHOWN = 5  # so many names tell what the others are like
+# share of a log; a robot that is lost for longer is in another building, or started elsewhere
+MOST_LOST = 0.5
+NAMES_SHOWN = 5  # most names in a list
 
 
 def failures(drive: Drive, estimator: Estimator, options: RunOptions) -> list[str]:
-    """Why a run's estimates aren't to be relied on, though they were made; none of a success."""
+    """Why a run's estimates aren't reliable; empty for a success."""
     found = []
     if drive.seconds <= 0.0:
         found.append(
-            f"The log has no length: all that is read of it ({_scans(drive.scans)}) has one stamp, and one "
-            "moment can't be localized. Give a log that lasts some seconds, or a longer part of it."
+            f"The log has no duration: all that is read of it ({_scans(drive.scans)}) has one "
+            "stamp, and one moment can't be localized. Give a log of some seconds, or a longer "
+            "part of it."
         )
     if _was_never_found(estimator, options):
         found.append(
-            "The robot, which might be anywhere at first, was found nowhere: several places "
-            "explain its scans about equally, or none does. Of objects nothing was learnt. Is it a log "
-            "of this building? Then give --initial-pose, or a drive that passes places that differ."
+            "The robot, whose start was unknown, was not found: several places explain its scans "
+            "about equally, or none does. Nothing was learnt of objects. Is it a log of this "
+            "building? Then give --initial-pose, or a drive that passes distinct places."
         )
     elif (share := lost_share(drive, estimator, options)) > MOST_LOST:
         found.append(
-            f"The robot was probably lost for {100 * share:.0f} % of the log: is it a log of this building, and is "
-            "its start right?"
+            f"The robot was probably lost for {100 * share:.0f} % of the log: is it a log of this "
+            "building, and is its start right?"
         )
     return found
 
 
 def lost_share(drive: Drive, estimator: Estimator, options: RunOptions) -> float:
-    """Share of the log, 0..1, in which the robot was lost; the search with which a run may begin doesn't count."""
+    """Share of the log, 0..1, in which the robot was lost, without an initial search."""
     if drive.seconds <= 0.0:
         return 0.0
     lost_ns = sum(found - since for since, found in _stretches(estimator, options))
@@ -57,7 +59,7 @@ def lost_share(drive: Drive, estimator: Estimator, options: RunOptions) -> float
 
 
 def doubts(drive: Drive, estimator: Estimator, options: RunOptions) -> list[str]:
-    """Sentences for ``warnings``, each with what may be wrong and where to look."""
+    """Warnings, each with the likely cause and where to look."""
     building = estimator.building
     return [
         *_of_rules(building, options),
@@ -105,8 +107,8 @@ def _of_path(drive: Drive, estimator: Estimator, options: RunOptions) -> Iterato
         yield outside
     if estimator.scans_without_pose:
         yield (
-            f"{estimator.scans_without_pose} of {drive.scans} scans were left out: they come before "
-            "anything says where the robot is."
+            f"{estimator.scans_without_pose} of {drive.scans} scans were left out: they come "
+            "before the robot's pose is known."
         )
     unlocalized = options.belief == "own" and estimator.corrections == 0
     if unlocalized and not _was_never_found(estimator, options):
@@ -115,7 +117,7 @@ def _of_path(drive: Drive, estimator: Estimator, options: RunOptions) -> Iterato
             "name the log's lasers?"
         )
     if options.belief == "own" and not len(estimator.building.walls.faces):
-        yield "The building has no walls that could tell where the robot is; give its root link some."
+        yield "The building has no walls to localize by; give its root link some."
 
 
 def _was_never_found(estimator: Estimator, options: RunOptions) -> bool:
@@ -123,20 +125,20 @@ def _was_never_found(estimator: Estimator, options: RunOptions) -> bool:
 
 
 def _stretches(estimator: Estimator, options: RunOptions) -> Sequence[tuple[int, int]]:
-    """When the robot was lost after it had been found, or from its start on where that was given."""
+    """Intervals of being lost, without an initial search."""
     searched = options.global_start and not _was_never_found(estimator, options)
     return tuple(estimator.lost)[searched:]
 
 
 def _of_being_lost(drive: Drive, estimator: Estimator, options: RunOptions) -> Iterator[str]:
     if _was_never_found(estimator, options):
-        return  # told as a failure
+        return  # reported as a failure
     stretches = _stretches(estimator, options)
     searching = len(estimator.lost) - len(stretches)
     for _, found in tuple(estimator.lost)[:searching]:
         yield (
-            f"The robot, which might be anywhere at first, was found {_at(found, drive):.0f} s from the "
-            "log's start. What earlier scans tell of objects was left out."
+            f"The robot, whose start was unknown, was found {_at(found, drive):.0f} s from the "
+            "log's start. Earlier scans were not used for objects."
         )
     probabilities = estimator.lost_probabilities[searching:]
     times = [
@@ -148,14 +150,15 @@ def _of_being_lost(drive: Drive, estimator: Estimator, options: RunOptions) -> I
         times = [f"{_some(times)} ({len(times)} times, {seconds:.0f} s)"]
     for each in times:
         yield (
-            f"The robot was probably lost from {each} of the log: its scans were likelier from another "
-            "place, or from one that isn't on the map. If another place won, objects are as they were "
-            "believed before, and estimates with these stamps are those of the place that lost."
+            f"The robot was probably lost from {each} of the log: its scans were more probable "
+            "from another place, or from one that isn't on the map. If another place won, beliefs "
+            "about objects were restored, and estimates with these stamps are those of the losing "
+            "place."
         )
     if estimator.is_lost and stretches:
         yield (
-            f"At the log's end the robot is still probably lost (p = {probabilities[-1]:.2f}). Nothing was "
-            f"learnt of objects since {_at(stretches[-1][0], drive):.1f} s."
+            f"At the log's end the robot is still probably lost (p = {probabilities[-1]:.2f}). "
+            f"Nothing was learnt of objects since {_at(stretches[-1][0], drive):.1f} s."
         )
 
 
@@ -173,8 +176,8 @@ def _of_objects(drive: Drive, building: Building, was_never_found: bool) -> Iter
         yield "No scan was near an object. Is this the building of the log, and the start right?"
     elif not drive.observed:
         yield (
-            "The robot passed objects, but no beam bore on any of them; their states are what was "
-            "assumed before. Do the lasers see them at their height?"
+            "The robot passed objects, but no beam reached any of them; their states are their "
+            "priors. Do the lasers see them at their height?"
         )
 
 
@@ -187,19 +190,19 @@ def _of_hinges(estimator: Estimator) -> Iterator[str]:
     if len(places) == 1:
         ((door, place),) = places.items()
         yield (
-            f"Door {door} fits better hung {place}; its angle is that of a leaf there. Move its "
-            "joint's origin."
+            f"The hinge of door {door} was found {place}; its angle refers to a leaf there. "
+            "Correct its joint's origin."
         )
     elif places:
         told = "; ".join(f"{door} {place}" for door, place in places.items())
         yield (
-            f"{len(places)} doors fit better hung elsewhere: {told}. Their angles are those of leaves "
-            "there. Move their joints' origins."
+            f"The hinges of {len(places)} doors were found elsewhere: {told}. Their angles refer "
+            "to leaves there. Correct their joints' origins."
         )
 
 
 def compass(x: float, y: float) -> str:
-    """The way to (x, y) from the origin of a frame whose x axis points east (REP-103)."""
+    """The compass direction of (x, y), in a frame whose x axis points east (REP-103)."""
     return COMPASS[round(math.atan2(y, x) / (math.pi / 4.0)) % len(COMPASS)]
 
 

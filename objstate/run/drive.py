@@ -1,4 +1,4 @@
-"""What is gathered of a drive while its records go by."""
+"""Data gathered of a drive while its records are read."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ NOTICEABLE = 0.01  # change of a probability
 
 @dataclass
 class Drive:
-    """One drive as far as it has gone."""
+    """One drive so far."""
 
     begin_ns: int = 0
     end_ns: int = 0
     scans: int = 0
     estimates: int = 0
-    observed: int = 0  # estimates of objects on which a beam bore
+    observed: int = 0  # estimates of objects that a beam reached
     heights: dict[str, float] = field(default_factory=dict)  # m above the floor, by laser
     stamps_ns: array[int] = field(default_factory=lambda: array("q"))  # of scans with a pose
     localized: list[tuple[int, float]] = field(
         default_factory=list
-    )  # from a stamp on, how probably
+    )  # from a stamp on, the probability
     poses: array[float] = field(default_factory=lambda: array("d"))  # x, y, yaw at each of them
 
     def note(self, record: Record, estimator: Estimator, estimates: Sequence[Estimate]) -> None:
-        """Take note of a record and of what is believed after it."""
+        """Record the state after a record."""
         self.begin_ns = self.begin_ns or record.stamp_ns
         self.end_ns = record.stamp_ns
         if estimates:
@@ -47,7 +47,7 @@ class Drive:
 
     @property
     def seconds(self) -> float:
-        """How long it has lasted."""
+        """Its duration so far."""
         return (self.end_ns - self.begin_ns) / 1e9
 
     @property

@@ -1,4 +1,4 @@
-"""A grid of what the building doesn't explain, kept while a run goes on."""
+"""The occupancy grid of obstacles that are not in the building, during a run."""
 
 from __future__ import annotations
 
@@ -39,19 +39,19 @@ from objstate.sensing import BeamModel, Sensing
 if TYPE_CHECKING:
     from objstate.world.floor import FloorMemory
 
-MARGIN = 0.5  # m about the walls
-AROUND = 25.0  # m about the robot's first pose, where the building has no walls
+MARGIN = 0.5  # m around the walls
+AROUND = 25.0  # m around the robot's first pose, where the building has no walls
 MOMENTS_NS = 5_000_000_000  # between two moments that are written
 OBJECTS_NS = 500_000_000  # between two drawings of what objects cover
-SWEEPS = 3  # over a scan, until it is clear which neighbours of a beam were stopped
-SURE = 2.0  # deviations of range and pose by which ends lie beside what a belief covers
+SWEEPS = 3  # sweeps over a scan until the neighbours' states have converged
+SURE = 2.0  # deviations of range and pose at the edge of what a belief covers
 
 
 class Floor:
-    """Takes every level scan in whose robot belief is narrow.
+    """Adds every level scan with a narrow robot belief to the grid.
 
-    What a beam met counts as an obstacle by the probability that neither a wall nor an object of the
-    building stopped it. While the robot is lost nothing is taken in, and cells age on.
+    The end of a beam counts as an obstacle by the probability that neither a wall nor an object of
+    the building stopped it. While the robot is lost no scan is added, and cells age.
     """
 
     def __init__(self, building: Building, settings: Settings, writer: ClutterWriter) -> None:
@@ -68,7 +68,7 @@ class Floor:
         self._objects = np.zeros(0, dtype=np.float32)  # (n,) P(cell is covered by an object)
 
     def note(self, record: Record, estimator: Estimator, estimates: Sequence[Estimate]) -> None:
-        """Take a scan in."""
+        """Add a scan."""
         robot = estimator.robot
         if not isinstance(record, Scan) or robot is None or not len(record):
             return
@@ -92,9 +92,9 @@ class Floor:
             self._look(record.stamp_ns)
 
     def clutter(self, stamp_ns: int) -> Clutter:
-        """The cells that are occupied at a moment by what the building doesn't know.
+        """The cells that are occupied at a moment by something that isn't in the building.
 
-        Where an object is believed to be now, what was seen there before it was known was that object.
+        Where an object is believed to be now, earlier readings are attributed to it.
         """
         if self.grid is None:
             return Clutter(stamp_ns, np.empty((0, 2)), np.empty(0, dtype=np.uint8))
@@ -104,13 +104,13 @@ class Floor:
         return Clutter(stamp_ns, places, np.rint(100 * values[rows, columns]).astype(np.uint8))
 
     def _unknown_at(self, stamp_ns: int) -> NDArray[np.float32]:
-        """(rows, columns) P(occupied by what the building doesn't know)."""
+        """(rows, columns) P(occupied by something that isn't in the building)."""
         assert self.grid is not None
         objects = self._objects.reshape(self.grid.layout.shape)
         return np.asarray(self.grid.values(stamp_ns) * (1.0 - objects), dtype=np.float32)
 
     def _look(self, stamp_ns: int) -> None:
-        """What the scans since the last moment say of the candidates."""
+        """Update the candidates by the scans since the last time."""
         if self.grid is None or self.candidates is None or not self._fresh.any():
             return
         fresh = self._fresh.reshape(self.grid.layout.shape)
@@ -118,10 +118,10 @@ class Floor:
         self._fresh[:] = False
 
     def occupied(self, stamp_ns: int, estimator: Estimator) -> NDArray[np.float32] | None:
-        """(rows, columns) P(occupied) of each cell with all that is known; None before any pose.
+        """(rows, columns) P(occupied) by all that is known; None before any pose.
 
-        What the grid holds and what the beliefs of objects cover count as independent, and walls
-        overwrite both, as the thesis' static map objects do.
+        The grid and the objects' beliefs count as independent, and walls overwrite both, as the
+        thesis' static map objects do.
         """
         if self.grid is None:
             return None
@@ -142,7 +142,7 @@ class Floor:
         return FloorMemory.of(self.grid, self._unknown_at(stamp_ns), stamp_ns)
 
     def write(self, folder: Path, stamp_ns: int, estimator: Estimator) -> None:
-        """Write the candidates, and the map of the last moment as ROS has maps; none without any pose."""
+        """Write the candidates and the map of the last moment; nothing without any pose."""
         values = self.occupied(stamp_ns, estimator)
         if self.grid is not None and values is not None:
             write_map(folder, values, self.grid.layout.resolution, self.grid.layout.origin)
@@ -151,7 +151,7 @@ class Floor:
             write_candidates(folder, found_of(self.candidates))
 
     def doubts(self) -> list[str]:
-        """Why the grid holds nothing of what was seen, where that is so."""
+        """Why the grid holds no readings, where that is so."""
         if self.grid is None:
             return ["No grid was made: no level laser's scan had a pose of the robot."]
         if not self.taken:
@@ -175,7 +175,7 @@ class Floor:
         return Drawing(layout, drawn.where, np.ones_like(drawn.values))
 
     def _draw_objects(self, stamp_ns: int, beliefs: dict[str, ObjectBelief]) -> None:
-        """What the objects cover, where beliefs have changed."""
+        """Update the cells that objects cover, where beliefs have changed."""
         assert self.grid is not None
         if self._drawn_ns is not None and stamp_ns - self._drawn_ns < OBJECTS_NS:
             return
@@ -197,7 +197,7 @@ class Floor:
             self._objects[drawn.where] = either(before, drawn.values)
 
     def _percepts(self, scan: Scan, robot: PoseBelief, wall_std: float) -> Percepts:
-        """Percepts of a scan, weighted by the probability that no wall and no object explains them."""
+        """Percepts of a scan, weighted by the probability of being unexplained."""
         assert self.grid is not None
         error = self._settings.building_error
         seen = laser_percepts(scan, robot.mean, robot.covariance, error.range_std_m)
@@ -227,10 +227,10 @@ class Floor:
         returned: BoolArray,
         range_max: float,
     ) -> FloatArray:
-        """The probability (n,) that something unknown stopped each beam: no wall, and no chance.
+        """The probability (n,) that something unknown stopped each beam.
 
-        The densities are those of the beam model. What stops a beam mostly stops the one beside it,
-        as near, if that was stopped; and a beam at an edge may meet the wall that its neighbours should.
+        The densities are those of the beam model. What stops a beam mostly stops its neighbour at
+        about the same range; and a beam at an edge may meet the wall that its neighbours should.
         """
         model = self._settings.beam_model
         expected = np.stack([walls, np.roll(walls, 1), np.roll(walls, -1)])

@@ -1,4 +1,4 @@
-"""Digests of what a run reads, so that a result can be traced to its inputs."""
+"""Digests of a run's inputs, so that a result can be traced to them."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from objstate.building import load_building
 from objstate.building.digest import geometry_digest
 from objstate.building.model import Building
 from objstate.run.options import RunOptions
+from objstate.storage import building_here, is_remote
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,9 +26,10 @@ class BuildingInput:
 
     @staticmethod
     def read(urdf: str | Path) -> BuildingInput:
-        """Read a URDF with its meshes. Raises BuildingError."""
-        model = load_building(Path(urdf))
-        return BuildingInput(model, describe_building(Path(urdf), model))
+        """Read a URDF with its meshes, from a URL too. Raises BuildingError, LogError, OutageError."""
+        path = building_here(str(urdf))
+        model = load_building(path)
+        return BuildingInput(model, describe_building(path, model) | {"path": str(urdf)})
 
 
 def describe_log(log: Path) -> list[dict[str, Any]]:
@@ -41,7 +43,7 @@ def describe_building(urdf: Path, building: Building) -> dict[str, Any]:
 
 
 def log_identity(files: Sequence[Mapping[str, Any]], options: RunOptions) -> str:
-    """A digest of what was read: of the files' contents, in any order, and of the part of them."""
+    """A digest of what was read: the files' contents, in any order, and the part of them."""
     part = {
         "files": sorted(file["sha256"] for file in files),
         "span": [options.start, options.end],
@@ -58,6 +60,8 @@ def describe_truth(states: str | Path | None, path: str | Path | None) -> dict[s
 
 def seen_from(folder: str | Path, described: Mapping[str, Any]) -> dict[str, Any]:
     """A described file with its path as seen from ``folder``, so that both may move together."""
+    if is_remote(described["path"]):
+        return dict(described)
     return {**described, "from_result": os.path.relpath(described["path"], folder)}
 
 

@@ -1,4 +1,4 @@
-"""What a run takes from a world at its start, and what it gives to it in the end."""
+"""The exchange of a run with a world: beliefs at its start, new ones at its end."""
 
 from __future__ import annotations
 
@@ -24,30 +24,32 @@ class WorldUse:
     """How a world took part in a run."""
 
     location: str
-    known: int  # objects of which it knew something when the log began
-    added: int  # beliefs that it learnt
+    known: int  # number of objects that it knew when the log began
+    added: int  # number of beliefs that were added
     had_the_log: bool  # so that nothing was added
 
 
 @dataclass(eq=False)
 class Memory:
-    """A world as one run uses it; it watches what the drive teaches."""
+    """A world during one run; it observes the drive."""
 
     store: WorldStore
     digest: str  # of the log
     begin_ns: int
-    known: dict[str, ObjectBelief]  # of objects seen before, propagated to the log's start
+    known: dict[str, ObjectBelief]  # about objects seen before, predicted to the log's start
     looks: Looks
-    lost_since_ns: int | None = None  # the last time that the robot was, of those so far
+    settings: Settings  # those of the run, with the doors' habits at the log's start
+    lost_since_ns: int | None = None  # latest time at which the robot was lost
 
     @staticmethod
     def opened(
         location: str | Path, building: Building, settings: Settings, digest: str, begin_ns: int
     ) -> Memory:
-        """What the world believes when the log begins, but for what it learnt from this log.
+        """The world's beliefs when the log begins, without what it learnt from this log.
 
         Raises WorldError.
         """
+        from objstate.world.driving import drive_settings
         from objstate.world.looks import Looks
         from objstate.world.store import open_store
 
@@ -61,10 +63,11 @@ class Memory:
         )
         then = world.at(begin_ns)
         known = {name: then[name] for name in world.histories}
-        return Memory(store, digest, begin_ns, known, Looks(begin_ns))
+        driving = drive_settings(world, begin_ns)
+        return Memory(store, digest, begin_ns, known, Looks(begin_ns), driving)
 
     def note(self, record: Record, estimator: Estimator, estimates: Sequence[Estimate]) -> None:
-        """Note what a record taught of objects, or that it was given up as the robot is lost."""
+        """Record a belief, or its withdrawal while the robot is lost."""
         lost = estimator.lost
         if lost and lost[-1][0] != self.lost_since_ns:
             self.lost_since_ns = lost[-1][0]
@@ -73,7 +76,7 @@ class Memory:
         self.looks.note(estimator.object_at(name, observed[name]) for name in sorted(observed))
 
     def keep(self, end_ns: int, settings: Settings, floor: FloorMemory | None = None) -> WorldUse:
-        """Add what the drive taught, unless the world has its log, and its grid. Raises WorldError."""
+        """Add what was learnt, unless the world has the log, and its grid. Raises WorldError."""
         from objstate.world.store import DriveEntry
 
         beliefs = self.looks.beliefs

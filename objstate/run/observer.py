@@ -1,4 +1,4 @@
-"""Who watches a run: the one seam between the loop and all that is made of it on the way."""
+"""The interface between the loop and everything that is written or shown during a run."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from objstate.records import Estimate, Record
 
 
 class Observer(Protocol):
-    """Sees every record go by, and what is believed after it; it must change neither."""
+    """Receives every record and the belief after it; it must change neither."""
 
     def note(self, record: Record, estimator: Estimator, estimates: Sequence[Estimate]) -> None:
-        """Take note of a record; ``estimates`` are what the record changed."""
+        """Called after a record; ``estimates`` are those that the record changed."""

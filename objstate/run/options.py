@@ -1,4 +1,4 @@
-"""How a run is to go."""
+"""The options of a run."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from objstate.geometry import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class RunOptions:
-    """Everything that decides a result besides the log and the building."""
+    """Everything that determines a result besides the log and the building."""
 
     settings: Settings = field(default_factory=Settings)
     seed: int = 0
     belief: Literal["own", "recorded"] = "own"  # localize, or take the belief that the log holds
     initial_pose: FloatArray | None = None  # (3,) instead of the log's own
     global_start: bool = False  # the robot may be anywhere at first
-    start: float | None = None  # s from the log's start, or of the calendar
+    start: float | None = None  # s from the log's start, or since 1970
     end: float | None = None
     topics: Collection[str] | None = None  # read only these
     mounts: Mapping[str, FloatArray] = field(default_factory=dict)  # (4, 4) laser in base_link
     clock_offsets: Mapping[str, float] = field(
         default_factory=dict
-    )  # s by which a laser's stamps run ahead of the odometry's
+    )  # s by which a laser's stamps are ahead of the odometry's
 
     def to_dict(self) -> dict[str, Any]:
-        """The same in words that JSON has."""
+        """The same as JSON values."""
         pose = None if self.initial_pose is None else np.asarray(self.initial_pose).tolist()
         return {
             "settings": self.settings.model_dump(mode="json", by_alias=True),

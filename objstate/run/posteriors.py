@@ -1,4 +1,4 @@
-"""Object beliefs as histograms, so that people can see how they came about."""
+"""Object beliefs as histograms, for reports."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from objstate.objects import ObjectBelief
 from objstate.recording.posteriors import Histogram, PosteriorWriter
 from objstate.records import Estimate, Record
 
-STEP_NS = 1_000_000_000  # between two histograms of one object: people look no closer
+STEP_NS = 1_000_000_000  # least time between two histograms of one object
 BINS = 64  # 1.5 degrees of a door, 6 of furniture's yaw
 NOTHING = np.zeros(1)
-EDGES_KEPT = 1024  # of the bins of so many objects
-PLACE_BIN = 0.025  # m; 64 of them are as far as a piece of furniture is unsure of its place
+EDGES_KEPT = 1024  # number of objects whose bins are cached
+PLACE_BIN = 0.025  # m; 64 of them cover the uncertainty of a piece of furniture
 
 
 class PosteriorRecorder:
-    """Writes the beliefs of the objects that scans are near to, at most once a second each."""
+    """Writes the beliefs about the objects near the robot, at most once a second each."""
 
     def __init__(self, writer: PosteriorWriter) -> None:
         self._writer = writer
@@ -43,8 +43,8 @@ class PosteriorRecorder:
 def histograms(belief: ObjectBelief, stamp_ns: int) -> list[Histogram]:
     """The marginal of each coordinate.
 
-    Doors have their whole range as bins, directions the circle, and places bins
-    of ``PLACE_BIN`` about the mean, which always begin at multiples of it.
+    Bins of doors cover their whole range, those of directions the circle. Bins of places have the
+    width ``PLACE_BIN`` and lie around the mean; their edges are multiples of it.
     """
     item = belief.item
     found = []
@@ -72,10 +72,10 @@ def _edges(lower: float, upper: float) -> FloatArray:
 
 
 def _shares(belief: ObjectBelief, k: int, edges: FloatArray) -> FloatArray:
-    """(b,) of the belief between edges (b + 1,); what lies outside counts to the outermost bins.
+    """(b,) of the belief between edges (b + 1,); the outermost bins include what lies outside.
 
-    A sample that stands for a cell is spread over its width, so that bins that
-    hold three cells don't alternate with bins that hold four.
+    A sample that represents a cell is spread over its width, so that bins with three cells don't
+    alternate with bins with four.
     """
     values, weights, cell = belief.states[:, k], belief.weights.values, float(belief.cell[k])
     if belief.wraps[k]:

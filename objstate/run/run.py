@@ -6,7 +6,7 @@ import logging
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from importlib.metadata import version
 from itertools import chain
 from pathlib import Path
@@ -70,29 +70,29 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class RunResult:
-    """What a run came to; the estimates themselves are in ``folder``."""
+    """The outcome of a run; the estimates themselves are in ``folder``."""
 
     folder: Path
-    objects: tuple[str, ...]  # all that the building has
+    objects: tuple[str, ...]  # all of the building
     begin_ns: int  # stamp of the first record
     log_seconds: float
     elapsed_seconds: float
     counts: Mapping[str, int]
     warnings: tuple[str, ...]  # the failures first
-    failures: tuple[str, ...] = ()  # why its estimates aren't to be relied on; none of a success
-    lost_share: float = 0.0  # of the log, in which the robot was lost
-    lost_ns: tuple[tuple[int, int], ...] = ()  # stretches in which the robot was probably lost
-    lost_probabilities: tuple[float, ...] = ()  # the largest probability of that, in each
-    # from a stamp on, how probably the robot was where it was published to be
+    failures: tuple[str, ...] = ()  # why its estimates aren't reliable; empty for a success
+    lost_share: float = 0.0  # of the log, in which the robot was probably lost
+    lost_ns: tuple[tuple[int, int], ...] = ()  # intervals in which the robot was probably lost
+    lost_probabilities: tuple[float, ...] = ()  # the largest probability in each of these
+    # from a stamp on, the probability of the published pose
     p_localized: tuple[tuple[int, float], ...] = ()
-    # orders of those objects that look the same after a turn by 360 degrees / order
+    # orders of rotational symmetry, for objects with several equal headings
     symmetry: Mapping[str, int] = field(default_factory=dict)
     world: WorldUse | None = None  # where one took part
     laser_heights: Mapping[str, float] = field(default_factory=dict)  # m above the floor, by frame
-    odometry_error: Mapping[str, Any] = field(default_factory=dict)  # as the drive taught it
+    odometry_error: Mapping[str, Any] = field(default_factory=dict)  # as learnt
 
     def to_dict(self) -> dict[str, Any]:
-        """What ``run.json`` says of the outcome."""
+        """The outcome as in ``run.json``."""
         return {
             "version": version("objstate"),
             "objects": list(self.objects),
@@ -134,15 +134,18 @@ def estimate_log(
 ) -> RunResult:
     """Estimate every object's state from one drive, recorded in one or several logs.
 
-    ``building`` is a URDF, or one that was read before, so that many logs share it.
-    Writes ``estimates.parquet``, ``smoothed.parquet``, ``events.parquet``, ``posteriors.parquet``,
-    ``scans.parquet``, ``trajectory.tum`` and ``run.json`` into the new folder ``out``, whole or not at all. With a ``world``, a path
-    or a PostgreSQL URL, it starts from what that believed when the log begins, and adds
-    what the drive taught, once for each log. ``observers`` see the records go by.
-    ``truth`` and ``true_path`` are not used to estimate, but named in ``run.json``, where a report
-    finds them. With ``mcap``, ``estimates.mcap`` holds the run as a scene for Foxglove and
-    RViz, the truth beside it. With ``grid``, ``clutter.parquet`` holds what stood about that the building
-    doesn't know, ``grid.yaml`` and ``grid.pgm`` the map in the end, and ``candidates.json`` what may be an object. ``on_finish`` may write more into the folder that it is given. Raises ResultError, BuildingError, SettingsError, LogError or WorldError.
+    ``building`` is a URDF, or one that was read before, so that many logs share it. Writes
+    ``estimates.parquet``, ``smoothed.parquet``, ``events.parquet``, ``posteriors.parquet``,
+    ``scans.parquet``, ``trajectory.tum`` and ``run.json`` into the new folder ``out``, whole or not
+    at all. With a ``world``, a path or a PostgreSQL URL, it starts from the world's beliefs when
+    the log begins, and adds what was learnt, once for each log. ``observers`` receive all records.
+    ``truth`` and ``true_path`` are not used to estimate, but are named in ``run.json``, where a
+    report finds them. With ``mcap``, ``estimates.mcap`` holds the run as a scene for Foxglove and
+    RViz, the truth beside it. With ``grid``, ``clutter.parquet`` holds obstacles that are not in
+    the building, ``grid.yaml`` and ``grid.pgm`` the map at the end, and ``candidates.json`` what
+    may be an object. ``on_finish`` may write more into the folder that it is given.
+
+    Raises ResultError, BuildingError, SettingsError, LogError or WorldError.
     """
     began = time.monotonic()
     options = options or RunOptions()
@@ -157,7 +160,8 @@ def estimate_log(
         described = [file for path in log_paths for file in describe_log(path)]
         memory = _memory(world, model, options, log_identity(described, options), begin_ns)
         known = None if memory is None else memory.known
-        estimator = _estimator(model, options, known, history=True)
+        driving = options if memory is None else replace(options, settings=memory.settings)
+        estimator = _estimator(model, driving, known, history=True)
         observers = (*observers, *([] if memory is None else [memory]))
         with ExitStack() as files:
             floor = None
@@ -219,7 +223,7 @@ def estimate_log(
 def open_run(
     logs: Sequence[Path], building: Building, options: RunOptions
 ) -> tuple[Log, Estimator]:
-    """The log and the estimator to feed it to, as the options say.
+    """The log, and the estimator to feed with it, by the options.
 
     Raises BuildingError, SettingsError or LogError.
     """
@@ -239,7 +243,7 @@ def _opened(logs: Sequence[Path], options: RunOptions) -> Log:
 
 
 def _begun(log: Log) -> tuple[Iterator[Record], int]:
-    """The log's records, and the stamp of the first that tells the time of the drive."""
+    """The log's records, and the stamp of the first odometry reading or scan."""
     records, head = iter(log), []
     for record in records:
         head.append(record)
@@ -283,7 +287,7 @@ def _drive_through(
     observers: Sequence[Observer],
     on_progress: Progress | None,
 ) -> Drive:
-    """Feed every record to the estimator; write what it makes of them, and let others see it."""
+    """Feed every record to the estimator, write the estimates, and notify observers."""
     drive = Drive()
     with (
         EstimateWriter(folder) as table,
@@ -303,7 +307,7 @@ def _drive_through(
 
 
 def _check_robot(drive: Drive, log: Log, options: RunOptions) -> None:
-    """Raise LogError where nothing told where the robot is."""
+    """Raise LogError where the robot's pose was never known."""
     if options.belief == "recorded" and not any(kind in log.counts for kind in RECORDED_BELIEFS):
         raise LogError(
             "The log holds no robot belief (a PoseArray, ParticleCloud or "
@@ -311,18 +315,18 @@ def _check_robot(drive: Drive, log: Log, options: RunOptions) -> None:
         )
     if not drive.stamps_ns:
         raise LogError(
-            f"Nothing says where the robot starts: {_where_no_start_is(log, options)}; "
+            f"The robot's start is unknown: {_where_no_start_is(log, options)}; "
             "give --initial-pose X,Y,YAW, or --global."
         )
 
 
 def _where_no_start_is(log: Log, options: RunOptions) -> str:
-    """In what was read of the log there is no usable initial pose; what was not read may hold one."""
+    """Where no usable initial pose was found: in the log, or in the part that was read."""
     unusable = [warning for warning in log.warnings if "/initialpose" in warning]
     if unusable:
         return "; ".join(unusable)
     if options.topics is not None:
         return "the topics that are read hold no /initialpose"
     if options.start is not None:
-        return "the log holds no /initialpose from the asked start on"
+        return "the log holds no /initialpose after --from"
     return "the log holds no /initialpose"

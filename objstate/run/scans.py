@@ -1,4 +1,4 @@
-"""A few scans of a run, thinned, so that people can see whether they lie on the walls."""
+"""A few thinned scans of a run, to be drawn over the walls."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from objstate.geometry import FloatArray, IntArray
 from objstate.recording.scans import ScanWriter, ThinScan
 from objstate.records import Estimate, Record, Scan
 
-STEP_NS = 1_000_000_000  # between two scans of one laser: people look no closer
-SPACING = 0.08  # m between neighbouring ends: on a plan, nearer ones are one line
+STEP_NS = 1_000_000_000  # least time between two scans of one laser
+SPACING = 0.08  # m between neighbouring ends; closer ones look like a line on a plan
 MOST_ENDS = 80  # of one scan; about 0.4 kB of a file
 
 
 class ScanRecorder:
-    """Writes where beams ended, at most once a second of each laser."""
+    """Writes ends of beams, at most once a second for each laser."""
 
     def __init__(self, writer: ScanWriter) -> None:
         self._writer = writer
@@ -37,7 +37,7 @@ class ScanRecorder:
 
 
 def ends_of(scan: Scan) -> FloatArray:
-    """(n, 2) m in base_link, where the beams that returned ended, in the order of the beams."""
+    """(n, 2) m in base_link, the ends of beams that returned, in the order of the beams."""
     returned = np.isfinite(scan.ranges)
     rays = scan.rays.take(returned)
     return np.asarray(

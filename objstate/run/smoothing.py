@@ -1,4 +1,4 @@
-"""What the whole log says of each estimate, and when objects were moved."""
+"""The smoothed states of all estimates, and the movements of objects."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def _table(beliefs: Sequence[ObjectBelief]) -> pl.DataFrame:
 
 
 def _replaced(estimates: pl.DataFrame, parts: Sequence[pl.DataFrame]) -> pl.DataFrame:
-    """The estimates with the states that the last moment at or before each has.
+    """The estimates with the states of the last moment at or before each.
 
     Those before the first moment of their object have the state of the first.
     """
@@ -73,7 +73,7 @@ def _replaced(estimates: pl.DataFrame, parts: Sequence[pl.DataFrame]) -> pl.Data
 
 
 def _events(beliefs: Sequence[ObjectBelief], movement: Movement) -> Iterator[Event]:
-    """A movement as rows, one for each coordinate. Where an object isn't there, it has no state."""
+    """A movement as rows, one for each coordinate. Without a state where an object is absent."""
     before, after = beliefs[movement.before], beliefs[movement.after]
     was, is_there = before.presence >= 0.5, after.presence >= 0.5
     for k, coordinate in enumerate(before.item.coordinates):

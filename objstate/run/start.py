@@ -1,4 +1,4 @@
-"""Where the robot starts, held against where the building stands."""
+"""Checks of the robot's start against the building."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from objstate.errors import BuildingError, SettingsError
 from objstate.geometry import FloatArray
 from objstate.run.options import RunOptions
 
-# m from the walls; no laser reaches so far, so a start beyond is a slip of the pen
+# m from the walls; beyond any laser's range, so that a start there is a mistake
 FARTHEST_START = 1000.0
 
 
@@ -33,17 +33,20 @@ def check_start(options: RunOptions, building: Building) -> None:
 
 
 def start_outside(pose: FloatArray, building: Building) -> str | None:
-    """A sentence that says so where a pose (3,) lies outside of the building's walls."""
+    """A warning where a pose (3,) lies outside of the building's walls."""
     if _distance(pose, building) == 0.0:
         return None
     return (
-        f"The robot starts at {_place(pose)}, outside the building, {_span(building)}. Is the start "
-        "given in the building's frame?"
+        f"The robot starts at {_place(pose)}, outside the building, {_span(building)}. Is the "
+        "start given in the building's frame?"
     )
 
 
 def _distance(pose: FloatArray, building: Building) -> float:
-    """How far, m, along x or y a pose lies outside the walls' bounding box; 0 inside, or without walls."""
+    """Distance, m, along x or y of a pose from the walls' bounding box.
+
+    0 inside, or without walls.
+    """
     if not len(building.walls.vertices):
         return 0.0
     low, high = _corners(building)

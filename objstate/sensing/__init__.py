@@ -1,4 +1,4 @@
-"""What each beam should read, and how likely it is to read what it read."""
+"""Expected ranges of beams, and the likelihood of their readings."""
 
 from objstate.sensing.beam_model import BeamModel
 from objstate.sensing.expected import ExpectedRanges, cast_from

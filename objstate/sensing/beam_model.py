@@ -1,9 +1,9 @@
-"""p(d | d-hat): how likely a beam reads d where d-hat is expected.
+"""p(d | d-hat): the likelihood of a range d where d-hat is expected.
 
-The paper assumes a Gaussian around the expected range (section 3); the default
-adds AMCL's unexpectedly short readings, missing returns and random readings
-(Thrun, Burgard and Fox 2005, section 6.3). Beams are independent given the
-robot's pose and the map (eq. 10), which a tempering exponent below one corrects.
+The paper assumes a Gaussian about the expected range (section 3). The default adds AMCL's short
+readings, missing returns and random readings (Thrun, Burgard and Fox 2005, section 6.3). Beams are
+independent given the robot's pose and the map (eq. 10), which a tempering exponent below one
+corrects.
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ if TYPE_CHECKING:
 else:
     kernels = Later("objstate.sensing.kernels")
 
-LEAST_DENSITY = 1e-100  # of the pure Gaussian, which has no floor of its own (21 sigmas)
+LEAST_DENSITY = 1e-100  # of the pure Gaussian, which has no density of random readings (21 sigmas)
 
 
 @dataclass(frozen=True)
 class BeamModel:
-    """The beam likelihood of one set of settings."""
+    """The beam likelihood for one set of settings."""
 
     settings: BeamModelSettings
     blur: float = 0.0  # m, in addition to the settings' sigma_hit
 
     def parameters(self, range_max: float) -> FloatArray:
-        """(9,) the model as the kernels take it, for a laser that sees up to ``range_max`` m."""
+        """(9,) the parameters of the kernels, for a laser with a range of up to ``range_max`` m."""
         hit, _, missing, random = self._shares
         sigma = self.sigma_hit
         peak = hit / (sigma * math.sqrt(2.0 * math.pi))
@@ -44,15 +44,16 @@ class BeamModel:
         )
 
     def short(self, measured: FloatArray) -> FloatArray:
-        """Densities (n,) of being stopped at measured ranges (n,) by something unexpected."""
+        """Densities (n,) of measured ranges (n,) for beams that something unexpected stops."""
         rate, out = self.settings.lambda_short, np.empty(len(measured))
         kernels.short(np.ascontiguousarray(measured), rate, self._shares[1] * rate, out)
         return out
 
     def lasting(self, measured: FloatArray) -> FloatArray:
-        """Densities (n,) of being stopped by the unexpected thing that stopped the beam before.
+        """Densities (n,) for beams stopped by the same unexpected thing as the beam before.
 
-        Its surface goes on: the range (n,) is about that of the beam before, in the scan's own order.
+        Its surface continues: the range (n,) is about that of the previous beam in the scan's
+        order.
         """
         std, out = self.settings.short_std, np.empty(len(measured))
         peak = sum(self._shares[:2]) / (std * math.sqrt(2.0 * math.pi))
@@ -61,20 +62,20 @@ class BeamModel:
 
     @lazy
     def beam_by_beam(self) -> BeamModel:
-        """The same model, but each beam is stopped by itself."""
+        """The same model with independent beams."""
         return BeamModel(self.settings.model_copy(update={"short_run": 1.0}), self.blur)
 
     @lazy
     def _kind(self) -> tuple[float, float, float]:
-        """What no blur and no laser changes of the ``parameters``: GAUSSIAN, UNEXPECTED and LASTING."""
+        """The ``parameters`` GAUSSIAN, UNEXPECTED and LASTING, which depend on no blur."""
         hit, short, _, _ = self._shares
-        unexpected = short / (hit + short)  # stops a beam, of those that read some thing
+        unexpected = short / (hit + short)  # of the beams that read a surface
         lasts = 1.0 - 1.0 / self.settings.short_run if unexpected > 0.0 else 0.0
         return float(self.settings.model == "gaussian"), unexpected, lasts
 
     @lazy
     def _shares(self) -> tuple[float, float, float, float]:
-        """Of hits, short readings, missing returns and random readings; they sum to one."""
+        """Shares of hits, short readings, missing returns and random readings; they sum to one."""
         s = self.settings
         if s.model == "gaussian":
             return 1.0, 0.0, 0.0, 0.0
@@ -82,9 +83,10 @@ class BeamModel:
         return s.z_hit / total, s.z_short / total, s.z_max / total, s.z_rand / total
 
     def blurred(self, blur: float) -> BeamModel:
-        """The model with ``sigma_hit`` widened by ``blur`` m, as variances add."""
+        """The model with ``blur`` m added to ``sigma_hit``, as variances add."""
         model = BeamModel(self.settings, math.hypot(self.blur, blur))
-        model.__dict__.update(_shares=self._shares, _kind=self._kind)  # no blur changes them
+        # these don't depend on the blur
+        model.__dict__.update(_shares=self._shares, _kind=self._kind)
         return model
 
     @property
@@ -95,7 +97,10 @@ class BeamModel:
     def __call__(
         self, measured: FloatArray, range_max: float
     ) -> Callable[[FloatArray], FloatArray]:
-        """Condition on measured ranges (n,): gives log p(d_i | d-hat_i) (..., n) of expected (..., n)."""
+        """A function of expected ranges (..., n) that gives log p(d_i | d-hat_i) (..., n).
+
+        It is conditioned on the measured ranges (n,).
+        """
         parameters, short = self.parameters(range_max), self.short(measured)
 
         def log_likelihood(expected: FloatArray) -> FloatArray:
@@ -110,10 +115,11 @@ class BeamModel:
     def along(
         self, measured: FloatArray, range_max: float
     ) -> Callable[[FloatArray], tuple[FloatArray, FloatArray]]:
-        """Condition on a scan's measured ranges (n,) in its own order, of which one thing may stop several.
+        """A function of expected ranges (..., n), where one thing may stop several beams.
 
-        Gives log p(o | d-hat) (...,) of expected ranges (..., n), and the probability (..., n) of each
-        beam, by those up to it, that it reads what was expected. The loops of ``runs``, to read.
+        It gives log p(o | d-hat) (...,), and the probability (..., n) that each beam reads what is
+        expected, given the beams up to it. It is conditioned on measured ranges (n,) in the scan's
+        order. A readable form of the loops of ``runs``.
         """
         peak, per_sigma, floor, missing, hit, _, _, unexpected, lasts = self.parameters(range_max)
         gaussian, surely = self.settings.model == "gaussian", 1.0 - unexpected
@@ -144,7 +150,7 @@ class BeamModel:
         return told
 
     def totals(self, measured: FloatArray, expected: FloatArray, range_max: float) -> FloatArray:
-        """log p(o | d-hat) (m, p) of scans (m, n) of beams that are stopped each by itself.
+        """log p(o | d-hat) (m, p) of scans (m, n) of independent beams.
 
         For expected ranges (p, n).
         """

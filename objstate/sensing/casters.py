@@ -1,4 +1,4 @@
-"""What casts rays at a mesh: Embree where it can be loaded, sections for level rays where not."""
+"""Ray casting at a mesh: by Embree where it can be loaded, else by sections for level rays."""
 
 from __future__ import annotations
 
@@ -16,11 +16,14 @@ class Caster(Protocol):
     """Distances to one rigid mesh, in the mesh's own frame."""
 
     def distances(self, origins: FloatArray, directions: FloatArray) -> FloatArray:
-        """Distance (n,) m along rays from ``origins`` (n, 3) in unit ``directions`` (n, 3); inf where nothing is hit."""
+        """Distances (n,) m along rays from ``origins`` (n, 3) in unit ``directions`` (n, 3).
+
+        inf where nothing is hit.
+        """
 
 
 def caster_of(mesh: Mesh, upright: FloatArray | None = None) -> Caster:
-    """The caster of a mesh; ``upright`` (3, 3) turns its frame into one whose z axis points up.
+    """The caster of a mesh; ``upright`` (3, 3) turns its frame so that the z axis points up.
 
     Without Embree, rays must be level; others raise PlatformError.
     """

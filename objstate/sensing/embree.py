@@ -1,4 +1,4 @@
-"""Embree, called directly: the distance along each ray to any triangle mesh."""
+"""Embree, called directly: the distance along each ray to a triangle mesh."""
 
 from __future__ import annotations
 
@@ -29,19 +29,19 @@ def why_no_embree() -> str | None:
 
 
 def needs_embree(what: str) -> PlatformError:
-    """The error that tells ``what`` can't be cast without Embree."""
+    """The error for ``what`` can't be cast without Embree."""
     return PlatformError(
-        f"{what}: only embreex casts that, and it can't be loaded here ({why_no_embree()}). Where "
-        "there is no wheel of it, as for Linux on Arm, build it from source, or leave lasers that "
-        "aren't level out (--topics). Level lasers do without."
+        f"{what}: this needs embreex, which can't be loaded here ({why_no_embree()}). Where "
+        "there is no wheel of it, as for Linux on Arm, build it from source, or leave out lasers that "
+        "aren't level (--topics). Level lasers don't need it."
     )
 
 
 class EmbreeCaster:
     """Distances to one rigid mesh, in the mesh's own frame.
 
-    Embree computes in float32; the mesh is recentred on its middle so that a
-    building far from the origin loses no digits.
+    Embree computes in float32. The mesh is recentred, so that a building far from the origin loses
+    no digits.
     """
 
     def __init__(self, mesh: Mesh) -> None:
@@ -59,7 +59,10 @@ class EmbreeCaster:
         self.distances(np.zeros((1, 3)), np.array([[1.0, 0.0, 0.0]]))  # builds the tree once
 
     def distances(self, origins: FloatArray, directions: FloatArray) -> FloatArray:
-        """Distance (n,) m along rays from ``origins`` (n, 3) in unit ``directions`` (n, 3); inf where nothing is hit."""
+        """Distances (n,) m along rays from ``origins`` (n, 3) in unit ``directions`` (n, 3).
+
+        inf where nothing is hit.
+        """
         if self._scene is None:
             return np.full(len(origins), np.inf)
         if origins.ndim != 2 or origins.shape[1] != 3 or origins.shape != directions.shape:

@@ -1,7 +1,7 @@
-"""What each beam should read: d-hat of eq. (10), Schulz and Burgard 2001.
+"""Expected ranges: d-hat of eq. (10), Schulz and Burgard 2001.
 
-The walls stand in one scene; each movable object is cast in its own frame, and
-the expected range is the nearer of the two. So a state costs no rebuilding.
+The walls stand in one scene. Each movable object is cast in its own frame, and the expected range
+is the smaller one. So a new state needs no rebuilding.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ class ExpectedRanges:
         self._object_caster = cache(lambda name: _caster_of(building[name]))
 
     def with_object(self, item: MovableObject) -> ExpectedRanges:
-        """The same building but for one object, which now stands elsewhere."""
+        """The same building with one object at another place."""
         other = copy(self)
         other.building = self.building.with_object(item)
         return other
 
     def walls(self, poses: FloatArray, rays: Rays) -> FloatArray:
-        """Ranges (p, n) m to the fixed walls from robot poses (p, 3); inf where there are none."""
+        """Ranges (p, n) m to the walls from robot poses (p, 3); inf where there are none."""
         origins, directions = cast_from(transform_from_pose(poses), rays)
         hit = self._walls.distances(origins.reshape(-1, 3), directions.reshape(-1, 3))
         return hit.reshape(len(poses), len(rays))

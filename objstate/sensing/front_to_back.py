@@ -1,9 +1,9 @@
-"""Ranges of walls from many robot poses abreast, the nearest walls first; compiled.
+"""Ranges of walls for many robot poses side by side, the nearest walls first; compiled.
 
-A building has thousands of wall segments, of which a laser sees a few dozen. Segments are taken
-in the order of their distance. One that lies, from all poses, behind what every beam that may meet it
-has hit already cannot change any range, and is left out after a few operations that don't depend on
-the number of poses. So the ranges are exactly those of all segments. Beams, poses and
+A building has thousands of wall segments, of which a laser sees a few dozen. Segments are processed
+in the order of their distance. A segment that lies, from all poses, behind what every beam that may
+meet it has hit can't change any range. It is skipped after a few operations whose number doesn't
+depend on that of the poses. So the ranges are exactly those of all segments. Beams, poses and
 outlines are as in ``kernels``.
 """
 
@@ -47,7 +47,7 @@ def _largest(values: FloatArray) -> Any:
 
 @_inner
 def _renewed(farthest: FloatArray, nearest: FloatArray, is_touched: BoolArray) -> Any:
-    """The largest of ``farthest`` (n,), renewed from ``nearest`` (n, p) for the beams that are touched."""
+    """The largest of ``farthest`` (n,), updated from ``nearest`` (n, p) for the touched beams."""
     largest = 0.0
     for i in range(farthest.shape[0]):
         if is_touched[i]:
@@ -65,10 +65,10 @@ def _is_hidden(
     index: IntArray,
     farthest: FloatArray,
 ) -> Any:
-    """Whether no beam can meet a segment (4,) before what it has hit ``farthest`` (n,) from any pose.
+    """Whether no beam can meet a segment (4,) before its hit at ``farthest`` (n,) from any pose.
 
-    The segment is seen from the poses' middle, from which beams' origins stray and headings are turned
-    by so much at most.
+    The segment is relative to the poses' middle, from which beams' origins deviate and headings are
+    turned by some values at most.
     """
     count, gap = beams.shape[1], _gap(segment) - strayed
     if gap <= SLACK:
@@ -117,8 +117,9 @@ def cast(
     """Ranges ``out`` (m, p) of walls (k, 4), from poses (p, 4).
 
     The walls are in groups that begin at ``starts`` (g + 1,), each within a circle about a middle
-    (g, 4), x, y, x, y, and taken in the order ``groups`` (j,) of their ``distances`` (j,) from a place ``about``
-    (2,) near the poses. Of the beams that are ``chosen`` (n,), see ``taken``, in the scan's own order.
+    (g, 4), x, y, x, y. They are taken in the order ``groups`` (j,) of their ``distances`` (j,) from
+    a place ``about`` (2,) near the poses. Ranges are those of the ``chosen`` beams (n,), see
+    ``taken``, in the scan's order.
     """
     order, beams, index = taken(chosen, order, beams, index, measured, short)
     lasers, middle = stands(poses, sweep), np.empty(4)
@@ -131,7 +132,7 @@ def cast(
     nearest, spare = np.full((count, size), np.inf), np.empty((SPARE, size))
     farthest, is_touched = np.full(count, np.inf), np.zeros(count, dtype=np.bool_)
     front, seen, held = np.empty((TOGETHER, 4)), np.empty((1, 4)), 0
-    reached = np.inf  # m by all beams, at most
+    reached = np.inf  # m, largest range reached by all beams
     for j in range(groups.shape[0] + 1):
         is_over = j == groups.shape[0] or distances[j] - off - margin > reached
         k = end = 0

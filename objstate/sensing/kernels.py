@@ -1,12 +1,11 @@
-"""What the compiled loops of level sweeps work on, and the beam model among them.
+"""Data of the compiled loops for level scans, and the beam model.
 
-A laser that sweeps a horizontal plane sees walls and objects as outlines, lists of
-segments ``(ax, ay, bx, by)``. Bearings are compared as pseudo-angles, which grow with the bearing from -2 at -pi
-to 2 at pi and need no trigonometry. ``beams`` (7, n) holds a row for each of the
-constants below, sorted by bearing in the robot's frame; ``index`` finds the first
-beam at or after a bearing; ``sweep`` (3,) is the centre of the beams' origins in
-the robot's frame and the largest distance of an origin from it. Poses and
-placements come as (4,): x, y, cosine and sine of the yaw.
+A laser that sweeps a horizontal plane sees walls and objects as outlines, lists of segments ``(ax,
+ay, bx, by)``. Bearings are compared as pseudo-angles, which grow with the bearing from -2 at -pi to
+2 at pi and need no trigonometry. ``beams`` (7, n) has a row for each of the constants below, sorted
+by bearing in the robot's frame. ``index`` finds the first beam at or after a bearing. ``sweep``
+(3,) is the centre of the beams' origins in the robot's frame and the largest distance of an origin
+from it. Poses and placements are (4,): x, y, cosine and sine of the yaw.
 """
 
 from __future__ import annotations
@@ -25,10 +24,11 @@ CENTRE_X, CENTRE_Y, SPREAD = range(3)
 X, Y, COS, SIN = range(4)
 PEAK, PER_SIGMA, RANDOM, MISSING, HIT, RANGE_MAX, GAUSSIAN, UNEXPECTED, LASTING = range(9)
 
-FLAT_BELL = 36.0  # exponent from which the bell is flat: 2e-16 of its height
-DECADES = 150  # by which a product may grow or shrink before it is looked at
-SMALL, LARGE = 1e-200, 1e200  # products are kept between these: one density more is still a float
-GRAZING = 0.1  # cosine of incidence below which a range says nothing of a shift of the surface
+FLAT_BELL = 36.0  # exponent from which a Gaussian counts as flat: 2e-16 of its height
+DECADES = 150  # decades by which a product may change before it is checked
+# products are kept between these, so that one more density can't overflow
+SMALL, LARGE = 1e-200, 1e200
+GRAZING = 0.1  # cosine of incidence below which a range has no information about a surface's shift
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
@@ -37,7 +37,7 @@ _inner_product = inner(nogil=True, error_model="numpy", fastmath={"contract", "r
 
 @_compile
 def with_trigonometry(poses: FloatArray, home: float, out: FloatArray) -> None:
-    """Poses (n, 3) as the loops take them, ``out`` (n, 4), their yaws against a ``home`` yaw."""
+    """Poses (n, 3) as the loops take them, ``out`` (n, 4), with yaws relative to ``home``."""
     for p in range(poses.shape[0]):
         yaw = poses[p, 2] - home
         out[p, X], out[p, Y], out[p, COS], out[p, SIN] = (
@@ -52,7 +52,10 @@ def with_trigonometry(poses: FloatArray, home: float, out: FloatArray) -> None:
 def hinged(
     x: float, y: float, direction: float, home: float, states: FloatArray, out: FloatArray
 ) -> None:
-    """Placements ``out`` (s, 4) about a hinge of a leaf that turns in a direction, 1 or -1, from its home state."""
+    """Placements ``out`` (s, 4) about the hinge of a leaf, relative to its home state.
+
+    The leaf turns in a direction, 1 or -1.
+    """
     for k in range(states.shape[0]):
         turn = direction * (states[k, 0] - home)
         out[k, X], out[k, Y], out[k, COS], out[k, SIN] = x, y, np.cos(turn), np.sin(turn)
@@ -60,7 +63,10 @@ def hinged(
 
 @_compile
 def stand(poses: FloatArray, out: FloatArray) -> Any:
-    """Left, bottom, right and top, m, of the positions of poses (n, 3), which are ``out`` (n, 4) as the loops take them."""
+    """Left, bottom, right and top, m, of the positions of poses (n, 3).
+
+    ``out`` (n, 4) are the poses as the loops take them.
+    """
     left, bottom, right, top = np.inf, np.inf, -np.inf, -np.inf
     for p in range(poses.shape[0]):
         x, y, yaw = poses[p, 0], poses[p, 1], poses[p, 2]
@@ -80,15 +86,16 @@ def taken(
 ) -> Any:
     """The chosen (n,) beams of a scan: their order (m,), ``beams`` (7, m), and index.
 
-    All beams have the ``order`` (n,), ``rows`` (5 or more, n), of which those up to the origins count, and
-    ``index``; what they ``measured``, and ``short``, (n,), stands in the scan's own order.
+    All beams have the ``order`` (n,), ``rows`` (5 or more, n), of which those up to the origins are
+    used, and ``index``. ``measured`` and ``short`` (n,) are in the scan's order.
     """
     count, place = 0, np.empty(chosen.shape[0], dtype=np.int64)
     for i in range(chosen.shape[0]):
         place[i] = count
         count += chosen[i]
     some, beams = np.empty(count, dtype=np.int64), np.empty((7, count))
-    before = np.empty(chosen.shape[0] + 1, dtype=np.int64)  # chosen beams, by bearing
+    # number of chosen beams before each, by bearing
+    before = np.empty(chosen.shape[0] + 1, dtype=np.int64)
     k = 0
     for i in range(chosen.shape[0]):
         before[i] = k
@@ -121,9 +128,9 @@ def take(
 
 @_compile
 def short(measured: FloatArray, rate: float, peak: float, out: FloatArray) -> None:
-    """Densities ``out`` (n,) of being stopped where beams ``measured`` (n,): ``peak`` at the laser, falling off by a rate, 1/m.
+    """Densities ``out`` (n,) of being stopped at ``measured`` (n,): ``peak`` exp(-rate d).
 
-    A missing return was not stopped, and counts as if at the laser.
+    The rate is in 1/m. A missing return was not stopped and counts as if at the laser.
     """
     for i in range(measured.shape[0]):
         stopped = 0.0 if np.isinf(measured[i]) else measured[i]
@@ -132,9 +139,10 @@ def short(measured: FloatArray, rate: float, peak: float, out: FloatArray) -> No
 
 @_compile
 def lasting(measured: FloatArray, std: float, peak: float, out: FloatArray) -> None:
-    """Densities ``out`` (n,) of ranges that go on from what the beam before ``measured`` (n,), give or take ``std`` m.
+    """Densities ``out`` (n,) of ranges that continue the previous one ``measured`` (n,).
 
-    ``peak`` is that of the same range. Nothing goes on from a missing return, nor to one.
+    They differ by ``std`` m; ``peak`` is the density of equal ranges. Nothing continues from or to
+    a missing return.
     """
     for j in range(measured.shape[0]):
         off = (measured[j] - measured[j - 1]) / std if j > 0 else np.inf
@@ -145,7 +153,7 @@ def lasting(measured: FloatArray, std: float, peak: float, out: FloatArray) -> N
 def ends(
     order: IntArray, beams: FloatArray, sweep: FloatArray, height: float, pose: FloatArray
 ) -> Any:
-    """Where beams end (n, 3) that leave a robot at a pose (4,), by what they measured, in the scan's own order.
+    """The ends (n, 3) of beams from a robot at a pose (4,), in the scan's order.
 
     Sorted beam i is ``order[i]`` of the scan.
     """
@@ -173,10 +181,11 @@ def share_explained(
     range_max: float,
     margin: float,
 ) -> Any:
-    """Share of the beams that bear on an object (n,) which read what is expected, within a margin, m.
+    """Share of the beams reaching an object (n,) which read what is expected, within a margin.
 
-    That is the nearer of the ``background`` (n,) and an outline (k, 4) at placements (s, 4), from a pose (3,); all
-    beyond ``range_max`` is one. Sorted beam i is ``order[i]`` of the scan, as which ``bears`` and ``background`` stand.
+    Expected is the smaller of the ``background`` (n,) and the range to an outline (k, 4) at
+    placements (s, 4), from a pose (3,). All ranges beyond ``range_max`` are equal. Sorted beam i is
+    ``order[i]`` of the scan, in whose order ``bears`` and ``background`` are.
     """
     cos, sin = np.cos(pose[2]), np.sin(pose[2])
     bearing, explained = 0, 0
@@ -208,7 +217,7 @@ def share_explained(
 def bell(exponent: float) -> Any:
     """exp(-exponent) by squaring; 0 from ``FLAT_BELL`` on.
 
-    It is off by less than 1e-4 of itself up to an exponent of 10, and by 2e-6 of that beyond.
+    The relative error is below 1e-4 up to an exponent of 10, and 2e-6 of the peak beyond.
     """
     part = min(exponent, FLAT_BELL) / 64.0
     value = 1.0 + part * (-1.0 + part * (0.5 + part * (-1.0 / 6.0 + part * (1.0 / 24.0))))
@@ -223,10 +232,10 @@ def bell(exponent: float) -> Any:
 
 @_inner
 def density(measured: float, short: float, expected: float, model: FloatArray) -> Any:
-    """p(d | d-hat) of one beam: AMCL's four-part mixture, or the paper's Gaussian.
+    """p(d | d-hat) of one beam: AMCL's mixture of four parts, or the paper's Gaussian.
 
-    ``short`` is the density of having been stopped at ``measured`` by something unexpected.
-    A missing return (inf) is an event of its own, with a probability and no density.
+    ``short`` is the density of having been stopped at ``measured`` by something unexpected. A
+    missing return (inf) is an event with a probability, not a density.
     """
     if model[GAUSSIAN] > 0.0:
         range_max = model[RANGE_MAX]
@@ -282,7 +291,7 @@ def _densities(
 
 @_inner
 def floor_of(measured: float, model: FloatArray) -> Any:
-    """The density that a reading has whatever is expected; that of a missing return is a probability."""
+    """The density of a reading whatever is expected; of a missing return, a probability."""
     if model[GAUSSIAN] > 0.0:
         return LEAST_DENSITY
     return model[MISSING] if measured == np.inf else model[RANDOM]
@@ -290,7 +299,7 @@ def floor_of(measured: float, model: FloatArray) -> Any:
 
 @_inner
 def at_once(short: FloatArray, model: FloatArray) -> Any:
-    """How many beams' densities can be multiplied before their product leaves the floats."""
+    """The number of densities whose product surely doesn't overflow."""
     highest = model[PEAK] + model[HIT] + model[RANDOM] + model[MISSING]
     for i in range(short.shape[0]):
         highest = max(highest, model[PEAK] + model[RANDOM] + short[i])
@@ -315,7 +324,7 @@ def total_log_likelihoods(
     model: FloatArray,
     out: FloatArray,
 ) -> None:
-    """Log p(o | d-hat) of all beams of each scan together: measured and short (m, n).
+    """Log p(o | d-hat) of all beams of each scan: measured and short (m, n).
 
     ``expected`` is (p, n), ``out`` (m, p).
     """

@@ -1,7 +1,7 @@
-"""Level lasers: a horizontal cut of a rigid thing is always the same outline.
+"""Level lasers: a horizontal cut through a rigid body is always the same outline.
 
-That holds for walls, for objects that turn about a vertical axis, and for those
-that move in the floor plane. What a level sweep sees of them are segments.
+That holds for walls, for objects that turn about a vertical axis, and for those that move in the
+floor plane. A level scan sees them as segments.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from objstate.records import Rays
 
 LEVEL = 1e-6  # rad or relative: a laser or an axis tilted by less counts as level or upright
 SAME_HEIGHT = 1e-6  # m
-INDEX_STEPS = 2  # of a sweep's index, for each beam
+INDEX_STEPS = 2  # entries of a sweep's index for each beam
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +51,7 @@ class Sweep:
 
     @lazy
     def around(self) -> float:
-        """m by which beams begin aside of the robot, at most."""
+        """m; largest distance of a beam's origin from the robot."""
         x, y, spread = self.centre.tolist()
         return math.hypot(x, y) + float(spread)
 
@@ -65,15 +65,15 @@ class Sweep:
 
 @dataclass(frozen=True, eq=False)
 class UncertainObject:
-    """Where an object may be, as far as a scan's other readers need to know."""
+    """Where an object may be, for the readers of a scan."""
 
     name: str
     states: FloatArray  # (k, d)
-    shares: FloatArray  # (k,) sum to the probability that it is there at all
+    shares: FloatArray  # (k,) sum to the probability that the object is there
 
 
 def pseudo_angles(directions: FloatArray) -> FloatArray:
-    """Numbers (n,) in [-2, 2] that grow with the bearings of directions (n, 2 or 3)."""
+    """Numbers (n,) in [-2, 2] that grow with the bearing of directions (n, 2 or 3)."""
     x, y = directions[:, 0], directions[:, 1]
     quarter = np.abs(y) / (np.abs(x) + np.abs(y))
     half = np.where(x < 0.0, 2.0 - quarter, quarter)

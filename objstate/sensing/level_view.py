@@ -1,4 +1,4 @@
-"""A level scan against outlines, by compiled loops."""
+"""A level scan compared with outlines, by compiled loops."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from objstate.sensing.view import EXPLAINED_SIGMAS, Comparison
 
 
 class Beams(NamedTuple):
-    """Some beams of a scan and what they read, as the kernels take them."""
+    """Some beams of a scan and their readings, as the kernels take them."""
 
     order: IntArray  # (n,) the beams by bearing
-    rows: FloatArray  # (7, n) in that order; (5, n) of a laser's, what they read left out
+    rows: FloatArray  # (7, n) in that order; (5, n) for a laser, without readings
     lookup: IntArray  # (m + 1,) first beam at or after each of some even steps of the pseudo-angle
     measured: FloatArray  # (n,) m
-    short: FloatArray  # (n,) densities if stopped before the target
+    short: FloatArray  # (n,) densities of being stopped before the target
 
 
 class LevelView:
-    """A level sweep against outlines, by compiled loops."""
+    """A level scan compared with outlines, by compiled loops."""
 
     def __init__(
         self,
@@ -41,7 +41,7 @@ class LevelView:
         parameters: FloatArray,
     ) -> None:
         self._outlines = outlines
-        self._sweep = sweep  # of all beams that the laser has
+        self._sweep = sweep  # of all beams of the laser
         self._among = among
         self._chosen = chosen  # (n,) of those
         self._beam_model = beam_model
@@ -52,7 +52,7 @@ class LevelView:
     def of(
         outlines: LevelOutlines, sweep: Sweep, scan: Scan, chosen: BoolArray, beam_model: BeamModel
     ) -> LevelView:
-        """The view of some of a scan's beams (n,), which make the ``sweep``."""
+        """The view of some beams (n,) of a scan with this ``sweep``."""
         short = beam_model.short(scan.ranges)
         every = Beams(sweep.order, sweep.rows, sweep.index, scan.ranges, short)
         parameters = beam_model.parameters(scan.range_max)
@@ -65,7 +65,7 @@ class LevelView:
 
     @lazy
     def _count(self) -> int:
-        """How many beams they are."""
+        """The number of beams."""
         return int(np.count_nonzero(self._chosen))
 
     @lazy
@@ -200,7 +200,7 @@ class LevelView:
 
     @lazy
     def _lasting(self) -> FloatArray:
-        """(n,) densities if stopped by what stopped the beam before."""
+        """(n,) densities of being stopped by what stopped the beam before."""
         return self._beam_model.lasting(self._beams.measured)
 
     def _cast(self, outline: ObjectOutline, placements: FloatArray, stand: Stand) -> FloatArray:
@@ -224,5 +224,5 @@ class LevelView:
 
 
 def _abreast(ranges: FloatArray) -> FloatArray:
-    """Ranges (p, n) as the kernels take them (n, p), those from all poses side by side."""
+    """Ranges (p, n) as the kernels take them (n, p), contiguous over the poses."""
     return np.ascontiguousarray(ranges.T)

@@ -1,8 +1,8 @@
-"""How likely a scan is, for many robot poses abreast, compiled.
+"""The likelihood of a scan for many robot poses side by side, compiled.
 
-As in ``projection``, poses run along the last axis of every array here, and the loops over
-them hold one statement each, so that the processor takes several poses at a time. Beams,
-poses, placements and outlines are as in ``kernels``.
+As in ``projection``, poses run along the last axis of every array here, and the loops over them
+hold one statement each, so that the processor handles several poses at a time. Beams, poses,
+placements and outlines are as in ``kernels``.
 """
 
 from __future__ import annotations
@@ -39,8 +39,9 @@ from objstate.sensing.projection import SPARE, project, stands, strays, untouche
 from objstate.sensing.runs import fared, half_precision, hit, hit_density, look_past, step, told
 
 SCALE, LOG_SCALE = 10.0**DECADES, DECADES * np.log(10.0)
-NEAR_SIGMAS = 4.0  # a range shorter than this many sigmas before an object was stopped by another
-LEAST_SHARE = 1e-12  # what rounding may leave of one when all shares are taken away
+# a range that is shorter than expected by more sigmas was stopped by something else
+NEAR_SIGMAS = 4.0
+LEAST_SHARE = 1e-12  # largest rounding error when all shares are subtracted from one
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
@@ -48,7 +49,7 @@ _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
 
 @_inner
 def _read(measured: float, model: FloatArray) -> Any:
-    """What a beam reads: the pure Gaussian takes a missing return for one at the end of the range."""
+    """The reading of a beam; for the pure Gaussian, a missing return is the largest range."""
     return min(measured, model[RANGE_MAX]) if model[GAUSSIAN] > 0.0 else measured
 
 
@@ -60,7 +61,7 @@ def _look(
     model: FloatArray,
     out: FloatArray,
 ) -> None:
-    """The density ``out`` (p,) of one beam's reading, for what is expected (p,)."""
+    """The density ``out`` (p,) of one beam's reading, given the expected ranges (p,)."""
     floor = floor_of(measured, model)
     if measured == np.inf:
         for p in range(out.shape[0]):
@@ -84,7 +85,7 @@ def _flush(product: FloatArray, change: FloatArray) -> None:
 
 @_inner
 def _rescale(free: FloatArray, stopped: FloatArray, change: FloatArray) -> None:
-    """Move as much of two products (p,) into their sums' logarithms that they may grow or shrink again."""
+    """Rescale two products (p,) and add the factor to the logarithm of their sum."""
     for p in range(free.shape[0]):
         both = free[p] + stopped[p]
         steps = 1.0 if both > SCALE else (-1.0 if both < 1.0 / SCALE else 0.0)
@@ -98,9 +99,9 @@ def _rescale(free: FloatArray, stopped: FloatArray, change: FloatArray) -> None:
 def _per_shift(
     normals: FloatArray, state: int, middle: FloatArray, beams: FloatArray, i: int
 ) -> Any:
-    """m by which a range grows for each m of a surface's shift along its normal in the building.
+    """m by which a range grows for each m of a surface's shift along its normal.
 
-    As seen from the middle (4,) of the lasers' poses; 0 where beam ``i`` doesn't tell.
+    From the middle (4,) of the lasers' poses; 0 where beam ``i`` has no information.
     """
     nx = middle[COS] * normals[state, 0] + middle[SIN] * normals[state, 1]
     ny = middle[COS] * normals[state, 1] - middle[SIN] * normals[state, 0]
@@ -111,7 +112,7 @@ def _per_shift(
 
 @_inner
 def _touches(nearest: FloatArray, without: FloatArray, most: float) -> Any:
-    """Whether a beam touches the object at ``nearest`` (p,) from some pose, nearer than ``most`` m."""
+    """Whether a beam touches the object at ``nearest`` (p,), below ``most`` m, from some pose."""
     found = 0
     for p in range(nearest.shape[0]):
         found |= (nearest[p] < without[p]) & (nearest[p] < most)
@@ -128,10 +129,10 @@ def _span(
     model: FloatArray,
     bears: BoolArray,
 ) -> Any:
-    """The first of the scan's beams that the object touches, and one past the last; none is touched any more.
+    """The first of the scan's beams that the object touches, and one past the last; resets both.
 
-    Of sorted beams, all ``nearest`` (n, p) that others touch are infinite again. ``bears`` (n,) is set
-    where something touched isn't farther than the reading.
+    For touched beams of the sorted scan, ``nearest`` (n, p) becomes infinite again. ``bears`` (n,)
+    is set where an object isn't farther than the reading.
     """
     first, past, near = order.shape[0], 0, NEAR_SIGMAS / model[PER_SIGMA]
     for i in range(order.shape[0]):
@@ -163,14 +164,14 @@ def _pass(
     gradient: FloatArray,
     curvature: FloatArray,
 ) -> None:
-    """``runs.step`` for a beam that may meet an object at ``nearest`` (p,), which is infinite again.
+    """``runs.step`` for a beam that may meet an object at ``nearest`` (p,), which is reset to inf.
 
-    ``free`` and ``stopped`` (p,) are against what the readings before let expect ``without`` (p,) the object, of which
-    ``per_density`` (p,) is one over the density. What the beam says of a shift of the object, as far as it hits that, is
-    added to the log-density's ``gradient`` and ``curvature`` (p,), in sigmas.
+    ``free`` and ``stopped`` (p,) are relative to the density that the previous readings give
+    ``without`` (p,) the object; ``per_density`` (p,) is one over that density. The derivatives with
+    respect to a shift of the object are added to ``gradient`` and ``curvature`` (p,), in sigmas.
     """
     rows, sums = (nearest, without, per_density), (gradient, curvature)
-    if model[GAUSSIAN] > 0.0:  # a loop of its own: the other one takes several poses at a time
+    if model[GAUSSIAN] > 0.0:  # a loop of its own: the other one handles several poses at a time
         _pass_each(*rows, beam, True, per_shift, free, stopped, *sums)
     else:
         _pass_each(*rows, beam, False, per_shift, free, stopped, *sums)
@@ -211,7 +212,7 @@ def _end(
     later_stopped: FloatArray,
     change: FloatArray,
 ) -> None:
-    """Take in what the readings behind (p,) are likely to be, given how the last beam fared; ``free`` is overwritten."""
+    """Multiply by the likelihood of the readings behind (p,); ``free`` is overwritten."""
     for p in range(free.shape[0]):
         free[p] = free[p] * later_free[p] + stopped[p] * later_stopped[p]
         change[p] += np.log(free[p])
@@ -246,7 +247,7 @@ def scan_log_likelihood(
     model: FloatArray,
     out: FloatArray,
 ) -> None:
-    """Log p(o | d-hat) ``out`` (p,) of a scan's beams (n,), in its own order, for what is ``expected`` (n, p)."""
+    """Log p(o | d-hat) ``out`` (p,) of beams (n,) in the scan's order, ``expected`` (n, p)."""
     count, size = expected.shape
     free, stopped = np.empty(size), np.empty(size)
     for p in range(size):
@@ -281,19 +282,19 @@ def object_log_likelihood(
     out: FloatArray,
     bears: BoolArray,
 ) -> None:
-    """Change in log p(o | s, l) that an object makes, over the background alone: ``out`` (p, s).
+    """Log p(o | s, l) of an object, minus that of the background alone: ``out`` (p, s).
 
-    States have ``placements`` (s, 4) and ``normals`` (s, 2), poses are (p, 4). ``background`` (n, p) is what the beams read without the object, in the scan's own order, of which sorted beam i is
-    ``order[i]``; so are ``lasting`` (n,), see ``runs``, and ``bears`` (n,). Beams that the object doesn't touch contribute the same to
-    every state (section 3 of Schulz and Burgard 2001) but for runs that reach over its edges, and
-    are looked at once. ``bears`` is set where a beam touches the object
-    in some state and isn't stopped before reaching it.
+    States have ``placements`` (s, 4) and ``normals`` (s, 2), poses are (p, 4). ``background`` (n,
+    p) are the ranges without the object in the scan's order, as are ``lasting`` (n,), see ``runs``,
+    and ``bears`` (n,); sorted beam i is ``order[i]``. Beams that the object doesn't touch
+    contribute the same to every state (section 3 of Schulz and Burgard 2001), except for runs that
+    reach over its edges. ``bears`` is set where a beam touches the object in some state and isn't
+    stopped before it.
 
-    The likelihood has the exponent ``tempering``. The object may stand ``shift_std`` m
-    aside of its placement, along the unit normal ``normals[s]`` of its long side: an
-    error that all its beams share. A range grows with the shift by 1 over the cosine
-    of its incidence, so the readings speak of the shift as a Gaussian, and the average
-    has a closed form.
+    The likelihood has the exponent ``tempering``. The object may stand ``shift_std`` m off its
+    placement, along the unit normal ``normals[s]`` of its long side: an error that all its beams
+    share. A range grows with the shift by 1 over the cosine of its incidence, so that the readings
+    determine the shift as a Gaussian, and the average over it has a closed form.
     """
     count, variance = beams.shape[1], shift_std * shift_std
     measured, short, place = np.empty(count), np.empty(count), np.empty(count, dtype=np.int64)
@@ -359,7 +360,7 @@ def _mix(
     mixed: FloatArray,
     kept: FloatArray,
 ) -> None:
-    """Take in, with its share, a place (p,) at which an object is nearer than all else."""
+    """Add the case, with its share, of a place (p,) at which an object is nearer than all else."""
     for p in range(mixed.shape[0]):
         mixed[p] += share * dense[p] if alone[p] < expected[p] else 0.0
     for p in range(kept.shape[0]):
@@ -368,7 +369,7 @@ def _mix(
 
 @_inner
 def _replace(likelihood: FloatArray, mixed: FloatArray, kept: FloatArray) -> None:
-    """Give each likelihood (p,) up for the mixture, as far as its share isn't kept."""
+    """Replace each likelihood (p,) by the mixture, as far as its share isn't kept."""
     for p in range(likelihood.shape[0]):
         rest = kept[p] if kept[p] > LEAST_SHARE else 0.0
         likelihood[p] = rest * likelihood[p] + mixed[p]
@@ -415,9 +416,10 @@ def pose_log_likelihood(
     """Log p(o | l) ``out`` (p,), each beam averaged over where uncertain objects may be.
 
     Object j has the rows of ``outlines`` up to ``outline_ends[j]``, of which the first ``rims[j]``
-    are its rim, and may stand at the ``placements`` up to ``placement_ends[j]``, with weights ``shares``. Where it is
-    nearer than what is ``expected`` (m, p) of all else, it is what the beam should read; else the
-    beam keeps the likelihood it had. The beams are the ``chosen`` (n,) ones of a scan, see ``taken``.
+    are its rim. It may stand at the ``placements`` up to ``placement_ends[j]``, with weights
+    ``shares``. Where it is nearer than what is ``expected`` (m, p) of all else, the beam should
+    read it; otherwise the beam keeps its likelihood. The beams are the ``chosen`` (n,) ones of a
+    scan, see ``taken``.
     """
     order, beams, index = taken(chosen, order, beams, index, measured, short)
     size, count = poses.shape[0], beams.shape[1]

@@ -1,4 +1,4 @@
-"""A scan from any mounting against any geometry: every beam is cast against the triangles."""
+"""A scan compared with triangles, for any mounting and any geometry."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ else:
 
 
 class MeshView:
-    """Any mounting, any geometry: every beam is cast against the triangles."""
+    """Any mounting, any geometry: every beam is cast at the triangles."""
 
     def __init__(
         self,
@@ -123,7 +123,7 @@ class MeshView:
         return comparison.tempering * change, np.asarray(bears.any(axis=(0, 1)))
 
     def _cosines(self, poses: FloatArray, normals: FloatArray) -> FloatArray:
-        """(p, s, n) between the beams and the normals (s, 2) of surfaces, seen from above."""
+        """(p, s, n) cosines of beams with the normals (s, 2) of surfaces, seen from above."""
         turns = np.column_stack([np.cos(poses[:, 2]), np.sin(poses[:, 2])])
         x, y = self._rays.directions[:, 0], self._rays.directions[:, 1]
         east = turns[:, :1] * x - turns[:, 1:] * y

@@ -1,4 +1,4 @@
-"""The walls near a place, in groups, the nearest first, as ``front_to_back`` takes them."""
+"""The walls near a place, in groups sorted by distance, as ``front_to_back`` takes them."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ import numpy as np
 from objstate.geometry import FloatArray, IntArray
 
 SIDE = (
-    2.0  # m, sides of the squares of the floor whose walls are a group; longer walls are one each
+    # m, side of the floor squares whose walls form a group; longer walls are groups of their own
+    2.0
 )
-TILE = 1.0  # m, sides of the squares of the floor for each of which groups are sorted once
-KEPT = 256  # of the last tiles
+TILE = 1.0  # m, side of the floor squares for which groups are sorted once
+KEPT = 256  # number of tiles kept
 
 
 class Neighbourhood(NamedTuple):
@@ -22,11 +23,11 @@ class Neighbourhood(NamedTuple):
 
     place: FloatArray  # (2,) m
     groups: IntArray  # (m,)
-    distances: FloatArray  # (m,) m from the place, at least; they grow
+    distances: FloatArray  # (m,) m, least distance from the place; ascending
 
 
 class Walls:
-    """Wall segments (k, 4) in groups of neighbours, so that what isn't seen is passed over quickly."""
+    """Wall segments (k, 4) in groups of neighbours, so that hidden groups are skipped quickly."""
 
     segments: FloatArray  # (k, 4) group by group
     starts: IntArray  # (g + 1,) where each group begins
@@ -48,7 +49,7 @@ class Walls:
     def about(self, place: FloatArray, reach: float) -> Neighbourhood:
         """All groups within ``reach`` m of a place (2,), and a few more."""
         x, y = place.tolist()
-        steps = math.ceil(reach / TILE)  # a reach that changes a little from scan to scan is one
+        steps = math.ceil(reach / TILE)  # small changes of the reach from scan to scan don't matter
         return self._of_tile(math.floor(x / TILE), math.floor(y / TILE), steps)
 
     def _find(self, column: int, row: int, steps: int) -> Neighbourhood:

@@ -21,19 +21,17 @@ from objstate.sensing.level import UncertainObject, flat, moves_in_plane
 from objstate.sensing.neighbourhood import Walls
 
 SCENERIES_KEPT = 64
-HINGES_KEPT = 4096  # of so many doors
+HINGES_KEPT = 4096  # number of doors whose hinges are cached
 TOUCHING = 1e-6  # m within which ends of segments are one corner
-ABREAST = 200  # poses from which ranges are cast side by side, at most
-SPREAD = 1.0  # m, sides of a rectangle in which these stand, at most
+ABREAST = 200  # most poses from which ranges are cast side by side
+SPREAD = 1.0  # m, largest side of the rectangle in which these stand
 
 
 class Stand(NamedTuple):
-    """Robot poses as the kernels take them, in parts that see about the same."""
+    """Robot poses as the kernels take them, in parts with similar views."""
 
     poses: FloatArray  # (p, 4) x, y, cosine and sine of the yaw
-    parts: Sequence[
-        slice | IntArray
-    ]  # of poses that stand close together and look in about one direction
+    parts: Sequence[slice | IntArray]  # of poses that stand close together with similar headings
 
     @staticmethod
     def of(poses: FloatArray) -> Stand:
@@ -53,7 +51,7 @@ class Stand(NamedTuple):
         return Stand(placed, parts)
 
     def each(self, of: Callable[..., FloatArray], *also: FloatArray) -> FloatArray:
-        """What ``of`` gives (p, ...) for the poses, and for ``also`` (p, ...), part by part."""
+        """The results (p, ...) of ``of`` for the poses, and for ``also`` (p, ...), part by part."""
         if len(self.parts) == 1:
             return of(self.poses, *also)
         found = [of(self.poses[part], *(each[part] for each in also)) for part in self.parts]
@@ -65,19 +63,20 @@ class Stand(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ObjectOutline:
-    """What a level sweep sees of an object."""
+    """The outline of an object in a level scan."""
 
     segments: FloatArray  # (k, 4)
-    rim: int = 0  # the first are closed loops, clockwise, outside of which nothing else is seen
+    # number of first segments that form closed loops, clockwise, with all others inside
+    rim: int = 0
 
 
 class Scenery(NamedTuple):
-    """Objects that may stand in several places each, as the kernels take them."""
+    """Objects that may each stand in several places, as the kernels take them."""
 
-    outlines: FloatArray  # (k, 4) segments of one object after the other
+    outlines: FloatArray  # (k, 4) segments of all objects in turn
     outline_ends: IntArray  # (j,) where each object's segments end
     rims: IntArray  # (j,) how many of each object's segments are its rim
-    placements: FloatArray  # (s, 4) of one object after the other
+    placements: FloatArray  # (s, 4) of all objects in turn
     placement_ends: IntArray  # (j,) where each object's placements end
     shares: FloatArray  # (s,) their weights
 
@@ -85,9 +84,9 @@ class Scenery(NamedTuple):
 class LevelOutlines:
     """Outlines of a building's walls and objects at the heights of its level lasers.
 
-    ``walls`` gives the walls in a laser's plane at a height, m; ``of_object`` the outline of an object, by
-    its name, at a height; ``scenery`` the objects (k,) that localization reckons with, in a laser's
-    plane at a height. All are remembered.
+    ``walls`` gives the walls in a laser's plane at a height, m; ``of_object`` the outline of an
+    object, by its name, at a height; ``scenery`` the objects (k,) of localization in a laser's
+    plane at a height. All are cached.
     """
 
     walls: Callable[[float], Walls]
@@ -99,23 +98,23 @@ class LevelOutlines:
         self.hold = all(moves_in_plane(item) for item in building.objects.values())
         self._walls_at = cache(lambda height: flat(visible(outline(building.walls, height))))
         self.walls = cache(lambda height: Walls(self._walls_at(height)))
-        self._stand: tuple[FloatArray, Stand] | None = None  # the last, with its poses (p, 3)
+        self._stand: tuple[FloatArray, Stand] | None = None  # the last one, with its poses (p, 3)
 
     def with_object(self, item: MovableObject) -> LevelOutlines:
-        """The same building but for one object, which now stands elsewhere."""
+        """The same building with one object at another place."""
         other = copy(self)
         other._take(self._building.with_object(item))
         return other
 
     def _take(self, building: Building) -> None:
-        """Have this building's objects, of which nothing is remembered as yet."""
+        """Set the building's objects, of which nothing is cached yet."""
         self._building = building
         self.of_object = cache(partial(_outline_of, building))
         together = lru_cache(maxsize=SCENERIES_KEPT)(partial(_together, self.of_object))
         self.scenery = lru_cache(maxsize=SCENERIES_KEPT)(partial(_scenery_of, building, together))
 
     def stand(self, poses: FloatArray) -> Stand:
-        """Robot poses (p, 3) as the kernels take them; a scan asks for the same often."""
+        """Robot poses (p, 3) as the kernels take them, cached."""
         if len(poses) == 1:
             return Stand.of(poses)
         if self._stand is None or self._stand[0] is not poses:
@@ -127,7 +126,7 @@ class LevelOutlines:
         return self._walls_at(height)
 
     def placements(self, name: str, states: FloatArray) -> FloatArray:
-        """An object's outline in states (s, d), against its home state, as the kernels take it (s, 4)."""
+        """Placements (s, 4) of an object's outline in states (s, d), relative to its home."""
         out = np.empty((len(states), 4))
         _place(self._building[name], states, out)
         return out
@@ -143,7 +142,7 @@ def _outline_of(building: Building, name: str, height: float) -> ObjectOutline:
 def _together(
     outline_of: Callable[[str, float], ObjectOutline], names: tuple[str, ...], height: float
 ) -> tuple[FloatArray, IntArray, IntArray]:
-    """Segments (k, 4) of one object after the other, where each one's end (j,), and how many are its rim (j,)."""
+    """Segments (k, 4) of all objects in turn, with their ends (j,) and the sizes of rims (j,)."""
     outlines = [outline_of(name, height) for name in names]
     segments = [each.segments for each in outlines]
     ends = np.array(list(accumulate(map(len, segments))), dtype=np.int64)
@@ -157,7 +156,7 @@ def _scenery_of(
     objects: tuple[UncertainObject, ...],
     height: float,
 ) -> Scenery:
-    """Objects that localization reckons with, in a laser's plane."""
+    """The objects of localization, in a laser's plane."""
     outlines = together(tuple([each.name for each in objects]), height)
     ends = list(accumulate([len(each.states) for each in objects], initial=0))
     placements, shares = np.empty((ends[-1], 4)), np.empty(ends[-1])
@@ -168,7 +167,7 @@ def _scenery_of(
 
 
 def _place(item: MovableObject, states: FloatArray, out: FloatArray) -> None:
-    """Positions, and cosines and sines of turns, ``out`` (s, 4), of the link's frame against the home state."""
+    """Positions and turns ``out`` (s, 4) of the link's frame relative to the home state."""
     if item.kind is Kind.PLANAR:
         kernels.with_trigonometry(states, item.home[2], out)
     elif item.kind is Kind.HINGED:
@@ -186,7 +185,7 @@ def _hinge(item: MovableObject) -> tuple[float, float, float, float]:
 
 
 def _rimmed(segments: FloatArray) -> ObjectOutline:
-    """The outline that segments (k, 2, 2) make, its rim first; some may hang loose, then it has none."""
+    """The outline of segments (k, 2, 2), its rim first; loose segments leave it without a rim."""
     import shapely
 
     lines = shapely.unary_union(shapely.linestrings(segments), grid_size=TOUCHING)

@@ -1,11 +1,11 @@
-"""Which beams an outline touches, and at what range, from many robot poses abreast; compiled.
+"""The beams that an outline covers and their ranges, for many robot poses; compiled.
 
-A segment is projected onto the range of beams that it covers, and each of those keeps
-the nearest hit. So the work for a scan grows with its beams, not with beams times segments.
-Robot samples lie close together, so an outline covers about the same beams from all of
-them. Poses therefore run along the last axis of every array here, and the loops over them
-are short and without branches: the processor takes several poses at a time. Beams, poses,
-placements and outlines are as in ``kernels``.
+A segment is projected onto the beams that it covers, and each of these keeps the nearest hit. So
+the work for a scan grows with its beams, not with beams times segments. Robot samples lie close
+together, so that an outline covers about the same beams from all of them. Poses therefore run along
+the last axis of every array here, and the loops over them are short and without branches: the
+processor handles several poses at a time. Beams, poses, placements and outlines are as in
+``kernels``.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ from objstate.sensing.kernels import (
     taken,
 )
 
-SLACK = 1e-9  # m, or pseudo-angle, by which a beam may pass an end of a segment and still hit
-SPARE = 10  # arrays over the poses that casting needs, made once for many placements
-TINY = 1e-200  # length of a mean direction of headings all round
+SLACK = 1e-9  # m, or pseudo-angle, by which a beam may pass the end of a segment and still hit
+SPARE = 10  # number of work arrays over the poses, shared by many placements
+TINY = 1e-200  # length of the mean direction of headings over the whole circle
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
@@ -73,7 +73,7 @@ def _hit(
     least: float,
     nearest: FloatArray,
 ) -> None:
-    """Let beam ``i`` keep the nearer of what it has and a segment from a along e, from each pose."""
+    """Let beam ``i`` keep the smaller of its range and that of a segment from a along e."""
     dx, dy = beams[DIRECTION_X, i], beams[DIRECTION_Y, i]
     ox, oy = beams[ORIGIN_X, i], beams[ORIGIN_Y, i]
     for p in range(nearest.shape[1]):
@@ -89,7 +89,7 @@ def _hit(
 
 @_inner
 def stands(poses: FloatArray, sweep: FloatArray) -> Any:
-    """Where the sweep's centre is (4, p) when the robot stands at poses (p, 4)."""
+    """The place (4, p) of the sweep's centre for robot poses (p, 4)."""
     lasers = np.empty((4, poses.shape[0]))
     for p in range(poses.shape[0]):
         cos, sin = poses[p, COS], poses[p, SIN]
@@ -101,7 +101,7 @@ def stands(poses: FloatArray, sweep: FloatArray) -> Any:
 
 @_inner
 def strays(lasers: FloatArray, middle: FloatArray) -> Any:
-    """How far positions stray, m, and headings turn, rad, from the mean ``middle`` (4,) of lasers' poses (4, p)."""
+    """Largest distances, m, and turns, rad, of lasers' poses (4, p) from the ``middle`` (4,)."""
     for row in range(4):
         total = 0.0
         for p in range(lasers.shape[1]):
@@ -163,10 +163,11 @@ def _covered(
     beams: FloatArray,
     index: IntArray,
 ) -> Any:
-    """The first beam that a segment (4,) may touch from any pose, and how many.
+    """The first beam that a segment (4,) may touch from any pose, and the number of such beams.
 
-    It is seen from the poses' middle, from which they stray so far; ``starts`` and ``ends`` are how
-    its ends' bearings turn from there to the poses. ``spread`` is how far beams' origins are apart.
+    The segment is relative to the poses' middle, from which they deviate; ``starts`` and ``ends``
+    are the turns of its ends' bearings from there to the poses. ``spread`` is the largest distance
+    of beams' origins.
     """
     count, gap = beams.shape[1], _gap(segment) - strayed
     if gap <= spread + SLACK or starts[0] == -np.inf or ends[0] == -np.inf:
@@ -198,9 +199,10 @@ def _is_aside(
     beams: FloatArray,
     index: IntArray,
 ) -> Any:
-    """Whether a segment (4,) lies between two beams from all poses; what is close may do so unnoticed.
+    """Whether a segment (4,) lies between two beams from all poses; a conservative test.
 
-    It is seen from the poses' middle, from which they stray and are turned by so much at most.
+    The segment is relative to the poses' middle, from which they deviate and are turned by some
+    values at most.
     """
     gap = _gap(segment) - strayed - spread
     if gap <= SLACK:
@@ -226,7 +228,7 @@ def _is_behind(segment: FloatArray, margin: float) -> Any:
 @_inner
 def _is_outside(seen: FloatArray, rim: int, margin: float) -> Any:
     """Whether all within a margin of the origin is outside of the closed loops ``seen[:rim]`` (k, 4)."""
-    turns = 0  # of the loops about the origin
+    turns = 0  # winding number of the loops about the origin
     for j in range(rim):
         if _gap(seen[j]) <= margin:
             return False
@@ -240,7 +242,7 @@ def _is_outside(seen: FloatArray, rim: int, margin: float) -> Any:
 def _seen_from(
     middle: FloatArray, place: FloatArray, outline: FloatArray, seen: FloatArray
 ) -> None:
-    """The ends ``seen`` (k, 4) of an outline that stands at a place (4,), from a laser's pose (4,)."""
+    """The ends ``seen`` (k, 4) of an outline at a place (4,), relative to a laser's pose (4,)."""
     dx, dy = place[X] - middle[X], place[Y] - middle[Y]
     x, y = middle[COS] * dx + middle[SIN] * dy, middle[COS] * dy - middle[SIN] * dx
     cos = place[COS] * middle[COS] + place[SIN] * middle[SIN]
@@ -267,11 +269,12 @@ def project(
     is_touched: BoolArray,
     spare: FloatArray,
 ) -> None:
-    """Let each beam keep the nearer of ``nearest`` (n, p) and an outline (k, 4) at a place (4,).
+    """Let each beam keep the smaller of ``nearest`` (n, p) and the range to an outline (k, 4).
 
-    ``is_touched`` (n,) is set for the beams that may meet the outline from some of the lasers'
-    poses (4, p), which stray and are ``turned`` so far from their middle (4,). From outside of the outline's first
-    ``rim`` segments, of these alone the near sides are seen. ``spare`` (``SPARE``, p) is written to.
+    The outline stands at a place (4,). ``is_touched`` (n,) is set for the beams that may meet it
+    from some of the lasers' poses (4, p), which deviate and are ``turned`` from their middle (4,)
+    by some values at most. From outside of the outline's first ``rim`` segments, only their near
+    sides are seen. ``spare`` (``SPARE``, p) is overwritten.
     """
     size, count = lasers.shape[1], beams.shape[1]
     x, y, cos, sin = spare[0], spare[1], spare[2], spare[3]
@@ -321,7 +324,7 @@ def project(
 
 @_inner
 def untouched(nearest: FloatArray, is_touched: BoolArray) -> None:
-    """Let no beam (n,) touch anything, nor be ended by anything (n, p)."""
+    """Reset touched beams (n,) and ranges (n, p)."""
     for i in range(is_touched.shape[0]):
         is_touched[i] = False
         for p in range(nearest.shape[1]):
@@ -345,7 +348,7 @@ def cast(
 ) -> None:
     """Ranges ``out`` (s, m, p) of an outline (k, 4) at placements (s, 4), from poses (p, 4).
 
-    Of the beams that are ``chosen`` (n,), see ``taken``, in the scan's own order.
+    Of the ``chosen`` beams (n,), see ``taken``, in the scan's order.
     """
     order, beams, index = taken(chosen, order, beams, index, measured, short)
     lasers, middle = stands(poses, sweep), np.empty(4)

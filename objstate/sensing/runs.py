@@ -1,9 +1,9 @@
 """Runs of beams that one unexpected thing stops, compiled.
 
-A box or a person stops beams side by side. So whether something unexpected stops a beam is a hidden
-Markov chain along the scan: with probability LASTING a beam fares as the one before it, and
-otherwise it is stopped with probability UNEXPECTED, whatever came before. Poses run along the last
-axis of every array, as in ``likelihood``; rows are beams in the scan's own order.
+A box or a person stops neighbouring beams. So whether something unexpected stops a beam is a hidden
+Markov chain along the scan: with probability LASTING a beam has the state of the one before it, and
+otherwise it is stopped with probability UNEXPECTED. Poses run along the last axis of every array,
+as in ``likelihood``; rows are beams in the scan's order.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
 
 @_inner
 def hit_density(off: float, half: float, peak: float, is_gaussian: bool) -> Any:
-    """The density of a hit so many m off, without the floor that all readings have.
+    """The density of a hit that is off by some m, without the density of random readings.
 
     ``half`` of the Gaussian's precision, 1/m^2.
     """
@@ -47,10 +47,10 @@ def half_precision(model: FloatArray) -> Any:
 
 @_inner
 def told(measured: float, short: float, lasting: float, model: FloatArray) -> Any:
-    """What ``hit`` and ``fared`` take of a beam: what it measured, and what doesn't depend on what was expected.
+    """The reading of a beam, and what doesn't depend on the expected range.
 
-    ``short`` and ``lasting`` are the densities of a reading that something new stops, and that what
-    stopped the beam before stops.
+    ``short`` and ``lasting`` are the densities of a reading stopped by something new, and by the
+    same thing as the beam before.
     """
     surely = 1.0 / (1.0 - model[UNEXPECTED])
     of_hit = surely * model[HIT], surely * model[PEAK], half_precision(model), model[RANGE_MAX]
@@ -67,7 +67,10 @@ def told(measured: float, short: float, lasting: float, model: FloatArray) -> An
 
 @_inner
 def hit(expected: float, beam: Any, is_gaussian: bool) -> Any:
-    """The density, without the floor, of a beam's reading of what is expected, if nothing else stops it."""
+    """The density of a beam's reading, given that nothing unexpected stops it.
+
+    Without the density of random readings.
+    """
     measured, _, _, _, _, _, (clear, peak, half, range_max) = beam
     if measured == np.inf:
         return clear if expected >= range_max else 0.0
@@ -77,9 +80,10 @@ def hit(expected: float, beam: Any, is_gaussian: bool) -> Any:
 
 @_inner
 def fared(free: float, stopped: float, hits: float, expected: float, beam: Any) -> Any:
-    """The joint densities of what was read and how the last beam fared, one beam later; and how much of the first density hits.
+    """One step of the chain: joint densities of the readings and the beam's state, and of a hit.
 
-    That was ``free`` to reach what is expected, or ``stopped``. ``hits`` is ``hit`` of what is expected of the next.
+    ``free`` and ``stopped`` are the joint densities up to the beam before; ``hits`` is ``hit`` for
+    what is expected of this one.
     """
     measured, floor, short, lasting, lasts, unexpected, _ = beam
     is_before, both = measured < expected, (1.0 - lasts) * (free + stopped)
@@ -94,8 +98,8 @@ def fared(free: float, stopped: float, hits: float, expected: float, beam: Any) 
 def step(
     expected: FloatArray, beam: Any, model: FloatArray, free: FloatArray, stopped: FloatArray
 ) -> None:
-    """``fared`` for many poses: what is expected, and the densities, which change, are (p,)."""
-    if model[GAUSSIAN] > 0.0:  # a loop of its own: the other one takes several poses at a time
+    """``fared`` for many poses: expected ranges and densities, which are updated, are (p,)."""
+    if model[GAUSSIAN] > 0.0:  # a loop of its own: the other one handles several poses at a time
         _step_each(expected, beam, True, free, stopped)
     else:
         _step_each(expected, beam, False, free, stopped)
@@ -121,7 +125,7 @@ def _look_on(
     per_density: FloatArray,
     after: FloatArray,
 ) -> None:
-    """One beam of ``look_past`` with the beams before it: ``after`` (p,) is ``before`` of the next."""
+    """One forward step of ``look_past``: ``after`` (p,) is ``before`` of the next beam."""
     for p in range(expected.shape[0]):
         hits[p] = hit(expected[p], beam, is_gaussian)
         free, stopped, _ = fared(1.0 - before[p], before[p], hits[p], expected[p], beam)
@@ -140,9 +144,10 @@ def _look_back(
     free_before: FloatArray,
     stopped_before: FloatArray,
 ) -> None:
-    """The same with the beams behind it: how likely it and those read what they do, given how the one before it fared.
+    """One backward step: the likelihood of a reading and those behind it.
 
-    ``free`` and ``stopped`` (p,) are that for those behind, given how it fared itself.
+    ``free`` and ``stopped`` (p,) are those of the readings behind, given the beam's own state;
+    ``free_before`` and ``stopped_before`` (p,) are given the state of the beam before it.
     """
     measured, floor, short, lasting, lasts, unexpected, _ = beam
     for p in range(expected.shape[0]):
@@ -163,12 +168,13 @@ def look_past(
     lasting: FloatArray,
     model: FloatArray,
 ) -> Any:
-    """The whole scan's beams (n,), against what is ``expected`` (n, p) of all but an object.
+    """Forward and backward pass over a scan's beams (n,), for what is ``expected`` (n, p).
 
-    There come back the probability (n, p) that something unexpected stopped the beam before each, by
-    the readings up to there; one over the density (n, p) of each reading, by those
-    before; and how likely those after read what they do, given that the beam was free or stopped (n, p each), against what those before
-    let expect. Where each beam is stopped by itself, that tells nothing.
+    Expected is all but an object. Returned are the probability (n, p) that something unexpected
+    stopped the beam before each, given the readings up to there; one over the density (n, p) of
+    each reading, given those before; and the likelihoods (n, p) of the readings behind, given that
+    the beam was free or stopped, relative to what those before predict. With independent beams
+    these are constant.
     """
     count, size = expected.shape
     before, per_density = np.empty((count + 1, size)), np.empty((count, size))

@@ -1,4 +1,4 @@
-"""Level rays against any triangle mesh, without Embree: by the outline in which their plane cuts it."""
+"""Level rays at any triangle mesh without Embree, by the section in the rays' plane."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ else:
 
 
 class SectionCaster:
-    """Distances to one rigid mesh, in the mesh's own frame, along rays that are level.
+    """Distances to one rigid mesh, in the mesh's own frame, along level rays.
 
     ``upright`` (3, 3) turns that frame into one whose z axis points up.
     """
@@ -32,9 +32,9 @@ class SectionCaster:
         self._section = cache(lambda step: flat(outline(turned, step * SAME_HEIGHT)))
 
     def distances(self, origins: FloatArray, directions: FloatArray) -> FloatArray:
-        """Distance (n,) m along rays from ``origins`` (n, 3) in unit ``directions`` (n, 3); inf where nothing is hit.
+        """Distances (n,) m along rays from ``origins`` (n, 3) in unit ``directions`` (n, 3).
 
-        Raises PlatformError for rays that aren't level.
+        inf where nothing is hit. Raises PlatformError for rays that aren't level.
         """
         starts, along = origins @ self._upright.T, directions @ self._upright.T
         if np.abs(along[:, 2]).max(initial=0.0) > LEVEL:

@@ -1,4 +1,4 @@
-"""Where rays meet segments, compiled; and every ray against every segment."""
+"""Intersections of rays and segments, compiled: every ray with every segment."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ SLACK = 1e-9  # m by which a ray may pass an end of a segment and still hit
 
 @inner(nogil=True, error_model="numpy")
 def hit(x: float, y: float, dx: float, dy: float, segment: FloatArray) -> Any:
-    """Distance along a ray from x, y, in the direction of a unit vector, to a segment (4,); inf where it passes by."""
+    """Distance along a ray from x, y, in a unit direction, to a segment (4,); inf if it misses."""
     ax, ay = segment[0] - x, segment[1] - y
     bx, by = segment[2] - x, segment[3] - y
-    left, right = dx * ay - dy * ax, dx * by - dy * bx  # m aside of the ray
+    left, right = dx * ay - dy * ax, dx * by - dy * bx  # m to the side of the ray
     if min(left, right) > SLACK or max(left, right) < -SLACK or left == right:
         return np.inf
     share = min(max(left / (left - right), 0.0), 1.0)

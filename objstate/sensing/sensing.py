@@ -1,4 +1,4 @@
-"""Turns scans into views: by outlines where that holds, by triangles where not."""
+"""The view of a scan: by outlines where they are valid, else by triangles."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from objstate.sensing.view import ScanView
 
 
 class Sensing:
-    """Turns scans into views: outlines for level lasers, Embree for all others."""
+    """Makes views of scans: outlines for level lasers, Embree for all others."""
 
     def __init__(self, building: Building, beam_model: BeamModel) -> None:
-        # compiled loops, which are imported only where they are needed
+        # compiled loops are imported only where they are needed
         from objstate.sensing.level_view import LevelView
         from objstate.sensing.outlines import LevelOutlines
 
@@ -48,15 +48,15 @@ class Sensing:
 
     @property
     def building(self) -> Building:
-        """The building that scans are held against."""
+        """The building with which scans are compared."""
         return self._expected.building
 
     def is_level(self, scan: Scan) -> bool:
-        """Whether outlines hold for a scan: its laser is level, and all objects move in the plane."""
+        """Whether outlines are valid for a scan: level laser, objects that move in the plane."""
         return self._sweep(scan.rays) is not None
 
     def surfaces(self, height: float) -> Surfaces:
-        """The walls in a laser's plane at a height, m, as pieces that may be off."""
+        """The walls in a laser's plane at a height, m, as pieces with offsets."""
         if height not in self._surfaces:
             self._surfaces[height] = Surfaces(self.walls_at(height))
         return self._surfaces[height]
@@ -70,14 +70,14 @@ class Sensing:
         return self._outlines.walls_at(height)
 
     def with_object(self, item: MovableObject) -> Sensing:
-        """The same building but for one object of a name it has, which now stands elsewhere."""
+        """The same building with one object, by its name, at another place."""
         other = copy(self)
         other._outlines = self._outlines.with_object(item)
         other._expected = self._expected.with_object(item)
         return other
 
     def _needs_embree(self, scan: Scan) -> PlatformError:
-        """The error for a scan that outlines don't hold for."""
+        """The error for a scan for which outlines aren't valid."""
         if self._outlines.hold:
             return needs_embree(f"The beams of laser '{scan.laser}' aren't level")
         return needs_embree(f"Some object of '{self._expected.building.name}' moves up or down")

@@ -1,4 +1,4 @@
-"""Which piece of wall each beam meets, compiled."""
+"""The piece of wall that each beam meets, compiled."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
 
 @_inner
 def met(x: float, y: float, dx: float, dy: float, segment: FloatArray, normal: FloatArray) -> Any:
-    """Distance along a ray, of a unit direction, to a segment (4,) with a unit normal (2,); inf past it."""
+    """Distance along a unit ray to a segment (4,) with a unit normal (2,); inf if it misses."""
     ax, ay = segment[0] - x, segment[1] - y
     bx, by = segment[2] - x, segment[3] - y
     if (dx * ay - dy * ax > 0.0) == (dx * by - dy * bx > 0.0):
@@ -34,7 +34,10 @@ def meet(
     ranges: FloatArray,
     numbers: IntArray,
 ) -> None:
-    """The nearest of some pieces (k, 4) for each beam: its ``ranges`` (n,) and ``numbers`` (n,), or inf and -1."""
+    """The nearest of some pieces (k, 4) for each beam: ``ranges`` (n,) and ``numbers`` (n,).
+
+    inf and -1 where there is none.
+    """
     for i in range(origins.shape[0]):
         nearest, number = np.inf, -1
         x, y, dx, dy = origins[i, 0], origins[i, 1], directions[i, 0], directions[i, 1]

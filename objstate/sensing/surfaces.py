@@ -1,7 +1,7 @@
-"""Walls at a laser's height in short pieces, each of which may stand off its place by itself.
+"""Walls at a laser's height in short pieces, each with an offset of its own.
 
-A building is never built, nor mapped, exactly as its model says. So whoever compares ranges with
-the walls has to know which piece of wall each beam should meet.
+A building is never built, nor mapped, exactly as its model says. Whoever compares ranges with walls
+has to know which piece of wall each beam should meet.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 else:
     surface_kernels = Later("objstate.sensing.surface_kernels")
 
-PIECE = 2.0  # m, the longest piece: walls are rarely straight to millimetres over more
+PIECE = 2.0  # m, largest length of a piece: few walls are straight to millimetres over more
 STRIDE = 1.0  # m that a robot drives before the pieces near it are looked up again
 
 
 class Surfaces:
-    """A building's walls at one height, as pieces that beams meet."""
+    """A building's walls at one height, in pieces."""
 
     def __init__(self, segments: FloatArray) -> None:
         self.pieces = _cut(segments)  # (k, 4) m

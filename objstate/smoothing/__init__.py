@@ -1,4 +1,4 @@
-"""Backward over what the loop stored: p(state then | the whole log), and when objects were moved."""
+"""The backward pass: p(state at t | the whole log), and the movements of objects."""
 
 from objstate.smoothing.chain import Chain, smoothed_chain
 from objstate.smoothing.doors import DoorHistory, SmoothedDoor, smoothed_door

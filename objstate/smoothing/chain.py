@@ -13,15 +13,15 @@ from objstate.records import NANOSECONDS
 
 @dataclass(frozen=True, eq=False)
 class Chain:
-    """p(mode, component | the whole log) at moments, and how probably a door stayed at rest.
+    """p(mode, component | the whole log) at moments, and the probability of staying at rest.
 
-    ``stays`` are probabilities, given that the door rests in a component at a moment and given the
-    whole log, that it rests there without a break up to the next moment; ``stayed`` the same of
+    ``stays`` are probabilities, given the whole log and that the door rests in a component at a
+    moment, that it rests there without a break up to the next moment; ``stayed`` are the same for
     the time since the moment before.
     """
 
     stamps_ns: IntArray  # (n,) ascending
-    resting: FloatArray  # (n, c) with those that move, they sum to one
+    resting: FloatArray  # (n, c) weights; with ``moving`` they sum to one
     moving: FloatArray  # (n, c)
     stays: FloatArray  # (n - 1, c) from moment k to k + 1, given rest at k
     stayed: FloatArray  # (n - 1, c) the same, given rest at k + 1
@@ -59,5 +59,5 @@ def smoothed_chain(
 
 
 def _ratio(above: FloatArray, below: FloatArray) -> FloatArray:
-    """Their quotient, 0 where nothing is below."""
+    """The quotient, 0 where the denominator is 0."""
     return np.divide(above, below, out=np.zeros_like(above), where=below > 0.0)

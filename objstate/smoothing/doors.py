@@ -19,11 +19,11 @@ from objstate.smoothing.chain import Chain, smoothed_chain
 
 
 class DoorHistory(NamedTuple):
-    """What the loop stored of a door, and what all of the log tells of its static errors."""
+    """The stored history of a door, and its static errors given the whole log."""
 
-    belief: ObjectBelief  # the last one, on whose lattice states are published
+    belief: ObjectBelief  # the last belief, on whose lattice states are published
     steps: list[DoorStep]
-    cases: list[tuple[float, Statics]]  # probabilities of the priors that static errors have
+    cases: list[tuple[float, Statics]]  # probabilities of the priors of the static errors
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +31,7 @@ class SmoothedDoor:
     """p(state | the whole log) of one door."""
 
     beliefs: list[ObjectBelief]  # at the chains' moments
-    chains: list[tuple[float, Chain]]  # by each prior of the static errors, with its probability
+    chains: list[tuple[float, Chain]]  # under each prior of the static errors, with its probability
 
     @property
     def stamps_ns(self) -> IntArray:
@@ -53,14 +53,14 @@ class _Filtered:
 def smoothed_door(history: DoorHistory, also_ns: Iterable[int] = ()) -> SmoothedDoor:
     """The states of a door at the moments of its steps, and at others far from them.
 
-    What is exact and what is approximate: The modes and components are a Markov chain, and their
-    backward pass is exact for the filter's posterior (``smoothed_chain``). Static errors (hinge,
-    bearing) are summed over their priors, as the whole log has them, and each prior has its own
-    chain. While a door rests in a component, its offset from the component's middle is static, so
-    that the Gaussian of the last belief in which it still rested there is carried back. That is
-    the Rauch-Tung-Striebel pass of a state without process noise. It is approximate where a door
-    may have left or stayed: both cases are merged by mean and variance. What a hinge's offset
-    taught after a door was moved doesn't correct its state before.
+    What is exact and what is approximate: Modes and components are a Markov chain, whose backward
+    pass is exact for the filter's posterior (``smoothed_chain``). Static errors (hinge, bearing)
+    are summed over their priors given the whole log, and each prior has a chain of its own. While a
+    door rests in a component, its offset from the component's middle is static, so that the
+    Gaussian of the last belief in which it still rested there is carried back. That is the
+    Rauch-Tung-Striebel pass of a state without process noise. It is approximate where a door may
+    have left or stayed: both cases are merged by mean and variance. What is learnt of a hinge's
+    offset after a door was moved doesn't correct its state before.
     """
     moments = moments_of(history.steps, sorted(set(also_ns)))
     shape = len(moments), len(history.belief.states)
@@ -93,7 +93,7 @@ def smoothed_door(history: DoorHistory, also_ns: Iterable[int] = ()) -> Smoothed
 
 
 def moments_of(steps: Sequence[Step], also_ns: Sequence[int]) -> list[int]:
-    """The moments of steps, and of others those that lie far behind the moment before."""
+    """The moments of steps, and those of the others that lie far behind the moment before."""
     own = {step.stamp_ns for step in steps}
     out: list[int] = []
     for stamp in sorted(own | {each for each in also_ns if each > steps[0].stamp_ns}):
@@ -105,7 +105,7 @@ def moments_of(steps: Sequence[Step], also_ns: Sequence[int]) -> list[int]:
 def _filtered(
     door: Doorway, by_stamp: Mapping[int, States], case: int, moments: Sequence[int]
 ) -> _Filtered:
-    """The filtered posterior at moments (n,) in one case, predicted where no step is."""
+    """The filtered posterior at moments (n,) under one prior, predicted where there is no step."""
     shape = len(moments), len(door.states)
     out = _Filtered(np.array(moments, dtype=np.int64), *(np.empty(shape) for _ in range(4)))
     for k, stamp in enumerate(moments):

@@ -1,4 +1,4 @@
-"""Where a piece of furniture stood at moments of a log, given the whole log."""
+"""The place of a piece of furniture at moments of a log, given the whole log."""
 
 from __future__ import annotations
 
@@ -31,15 +31,15 @@ else:
     furniture_kernels = Later("objstate.objects.furniture_kernels")
     kernels = Later("objstate.objects.mixture_kernels")
 
-MOST = 24  # components of a smoothed mixture
-NUMBERS = 1024  # of components of one moment, at most
-LEAST = 1e-4  # weight below which a component is left
-NONE = np.zeros(3)  # deviations that every component is wider than
-SAME = np.diag(PROPOSED_STD**2)  # by how much a place may differ and be the same (m, m, rad)
+MOST = 24  # largest number of components of a smoothed mixture
+NUMBERS = 1024  # largest number of components of one moment
+LEAST = 1e-4  # weight below which a component is dropped
+NONE = np.zeros(3)  # deviations that every component exceeds
+SAME = np.diag(PROPOSED_STD**2)  # (m, m, rad) covariance of places that count as the same
 
 
 class FurnitureHistory(NamedTuple):
-    """What the loop stored of a piece of furniture."""
+    """The stored history of a piece of furniture."""
 
     belief: ObjectBelief  # the last one
     steps: list[FurnitureStep]
@@ -65,18 +65,18 @@ class SmoothedFurniture:
 
 
 def smoothed_furniture(history: FurnitureHistory, also_ns: Iterable[int] = ()) -> SmoothedFurniture:
-    """Where it stood at the moments of its steps, and at others far from them.
+    """The places of an object at the moments of its steps, and at others far from them.
 
-    With a(s) the filtered density, g(s) the next moment's smoothed one, and m(s) the density of
-    where a moved object arrives, which doesn't depend on where it was, the transition is e^(-mu t)
-    times identity, plus (1 - e^(-mu t)) m. So
+    With a(s) the filtered density, g(s) the next moment's smoothed one, and m(s) the density of the
+    place at which a moved object arrives, which doesn't depend on where it was, the transition is
+    e^(-mu t) times identity, plus (1 - e^(-mu t)) m. So
 
         g_k(s) = r(s) g_k+1(s) + a_k(s) (1 - integral r g_k+1),
         r(s) = e^(-mu t) a_k(s) / (e^(-mu t) a_k(s) + (1 - e^(-mu t)) m(s)).
 
-    This is exact, absence included. r is taken constant within each component of g_k+1, by
-    densities that are blurred by ``SAME``: within so much, filtered Gaussians of one place differ,
-    as what is wrong with the model isn't in them. Drift is left out.
+    This is exact, absence included. r is taken constant within each component of g_k+1, with
+    densities that are blurred by ``SAME``, since filtered Gaussians of one place differ by that
+    much through errors of the model. Drift is left out.
     """
     stamps = moments_of(history.steps, sorted(set(also_ns)))
     by_stamp = {step.stamp_ns: step for step in history.steps}
@@ -147,7 +147,7 @@ def _densities(
 
 
 def _joined(after: Places, stays: FloatArray, before: Places) -> Places:
-    """What stayed of the next moment's components, and the filtered ones by what was moved."""
+    """The next moment's components as far as the object stayed, and the filtered ones otherwise."""
     stayed = after.weights * stays
     moved = 1.0 - stayed.sum()
     weights = np.concatenate([stayed, moved * before.weights[1:]])
@@ -163,7 +163,7 @@ def _joined(after: Places, stays: FloatArray, before: Places) -> Places:
 
 
 def _published(piece: Piece, mixture: Places, belief: ObjectBelief) -> ObjectBelief:
-    """A mixture as samples. One in which it surely isn't there has the samples of the last belief."""
+    """A mixture as samples; where the object surely isn't there, those of the last belief."""
     if mixture.weights[1:].sum() <= NEVER:
         return altered(belief, presence=0.0)
     covariances = np.zeros((len(mixture.weights), kernels.ERRORS, kernels.ERRORS))

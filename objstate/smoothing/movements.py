@@ -1,4 +1,4 @@
-"""When an object was moved: spans in which it didn't rest in one place, given the whole log."""
+"""The movements of an object: spans in which it didn't rest in one place, given the whole log."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from objstate.geometry import FloatArray, IntArray
 from objstate.smoothing.chain import Chain
 from objstate.smoothing.furniture import Places
 
-STANDS_NS = 1_000_000_000  # ns that an object stands between two movements, at least
+STANDS_NS = 1_000_000_000  # ns; least time at rest between two movements
 LIKELY = 0.5  # probability from which a movement is listed
 TAIL = 0.05  # probability that it began before its span, and that it ended after it
-MOVING = -1  # in place of the component of an object that moves
+MOVING = -1  # in place of the component, for an object that moves
 
 
 class Rests(Protocol):
-    """Where an object rests, given the whole log."""
+    """The resting places of an object, given the whole log."""
 
     @property
     def stamps_ns(self) -> IntArray:
@@ -42,7 +42,7 @@ class Rests(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class DoorRests:
-    """Of a door, by its chains under each prior of its static errors, which have probabilities."""
+    """Rests of a door, by its chains under each prior of its static errors."""
 
     cases: Sequence[tuple[float, Chain]]
 
@@ -82,11 +82,12 @@ class DoorRests:
 
 @dataclass(frozen=True, eq=False)
 class FurnitureRests:
-    """Of a piece of furniture, which is moved from one place to another at once."""
+    """Rests of a piece of furniture, which moves from one place to another at once."""
 
     stamps_ns: IntArray  # (n,)
     mixtures: Sequence[Places]  # (n)
-    stays: Sequence[FloatArray]  # (n - 1) of each component of the next moment: it was there before
+    # (n - 1) of each component of the next moment: the object was there before
+    stays: Sequence[FloatArray]
 
     @property
     def places(self) -> IntArray:
@@ -117,11 +118,11 @@ class FurnitureRests:
 class Movement(NamedTuple):
     """An object was moved."""
 
-    from_ns: int  # before this it began with a probability of 5 %
-    to_ns: int  # after this it ended with a probability of 5 %
-    before: int  # number of one of the moments at which it stood in its former place
-    after: int  # of one at which it stood in its new place
-    probability: float  # that it didn't rest in one place from the one moment to the other
+    from_ns: int  # 5 % quantile of its beginning
+    to_ns: int  # 95 % quantile of its end
+    before: int  # index of a moment at which it stood in its former place
+    after: int  # index of one at which it stood in its new place
+    probability: float  # that it didn't rest in one place between these moments
 
 
 class _Spell(NamedTuple):
@@ -135,11 +136,11 @@ def movements(rests: Rests) -> list[Movement]:
     """The movements of an object.
 
     Candidates lie between two spells in which it most probably rests in one component each: from
-    the surest moment of one spell to that of the next. With S(t) the probability that it rests from
-    the first moment to t, and R(t) that it rests from t to the last one, it was moved with
-    1 - S(last); it had begun to move by t with (1 - S(t)) / (1 - S(last)), and had come to rest
-    by t with (R(t) - R(first)) / (1 - R(first)). All of them follow from the chain without
-    approximation. Of an improbable movement, both spells count as one.
+    the most certain moment of one spell to that of the next. With S(t) the probability that it
+    rests from the first moment to t, and R(t) that it rests from t to the last one, it was moved
+    with 1 - S(last). It had begun to move by t with (1 - S(t)) / (1 - S(last)), and had come to
+    rest by t with (R(t) - R(first)) / (1 - R(first)). All of these follow from the chain without
+    approximation. An improbable movement joins its two spells.
     """
     shares, out = rests.shares, list[Movement]()
     current, *others = _spells(rests) or [_Spell(0, 0)]
@@ -164,7 +165,7 @@ def _between(rests: Rests, first: int, last: int) -> Movement:
 
 
 def _spells(rests: Rests) -> list[_Spell]:
-    """The spells of an object, but those between which there is no second in which it can stand."""
+    """The spells of an object that are separated by at least ``STANDS_NS``."""
     stamps, places = rests.stamps_ns, rests.places
     cuts = np.flatnonzero(np.diff(places)) + 1
     bounds = zip([0, *cuts.tolist()], [*cuts.tolist(), len(places)], strict=True)

@@ -67,6 +67,14 @@ FLOORS = Table(
     Column("forgotten_ns", BigInteger, nullable=False),  # from when on nothing of it is known
     Column("floor", LargeBinary, nullable=False),  # FloorMemory.pack
 )
+# What is known of each door's habits (habit_rows); it follows from the beliefs.
+HABITS = Table(
+    "habit",
+    METADATA,
+    Column("object", ForeignKey("world_object.name"), primary_key=True),
+    Column("calendar", Text, nullable=False),  # by which they were learnt, JSON
+    Column("site", LargeBinary, nullable=False),  # habit_rows.pack_site
+)
 
 
 def _first(connection: Connection) -> None:
@@ -77,16 +85,21 @@ def _second(connection: Connection) -> None:
     METADATA.create_all(connection, [FLOORS])
 
 
+def _habits(connection: Connection) -> None:
+    METADATA.create_all(connection, [HABITS])
+
+
 MIGRATIONS: tuple[Callable[[Connection], None], ...] = (
     _first,
     _second,
+    _habits,
 )  # in order; only ever appended
 
 
 def form_of(connection: Connection, location: Location) -> int:
-    """How many migrations the tables have seen; 0 where there are none.
+    """The number of migrations of the tables; 0 where there are none.
 
-    Raises WorldError for a newer world, and for a database of somebody else.
+    Raises WorldError for a newer world, and for a database of another program.
     """
     tables = inspect(connection).get_table_names(schema=location.schema)
     if WORLD.name not in tables:

@@ -3,23 +3,29 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from importlib.metadata import version
 from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import Connection, Select, func, insert, or_, select, update
+from sqlalchemy import Connection, Executable, Select, func, insert, or_, select, update
 
 from objstate.building.digest import model_digest
 from objstate.building.model import Building, MovableObject
 from objstate.config import Settings, parse_strict
 from objstate.errors import SettingsError, WorldError
+from objstate.habits.model import ready
 from objstate.objects import ObjectBelief
+from objstate.objects.doors import LatticeFilter
 from objstate.world.codec import pack_belief, pack_object, unpack_belief, unpack_object
 from objstate.world.database import WAIT_S, Database
 from objstate.world.floor import FloorMemory, KeptFloor
+from objstate.world.forgetting import Thinning, thinned
+from objstate.world.habit_rows import learn, read_habits, refit
+from objstate.world.habitual import has_habits
+from objstate.world.lately import History, Lately
 from objstate.world.location import parse_location
 from objstate.world.schema import (
     BELIEFS,
@@ -31,9 +37,10 @@ from objstate.world.schema import (
     form_of,
     migrate,
 )
-from objstate.world.world import World
+from objstate.world.world import World, filters_of
 
 ROWS_AT_ONCE = 100  # beliefs sent to the database in one go
+MOST_NAMES = 500  # that a query asks for one by one; databases take some thousands of values
 
 
 @dataclass(frozen=True)
@@ -80,6 +87,7 @@ class WorldStore:
         since_ns: int | None = None,
         until_ns: int | None = None,
         without: str | None = None,
+        newest: bool = False,
     ) -> World:
         """The world as it is in the database now; a value, which later drives don't change.
 
@@ -89,6 +97,8 @@ class WorldStore:
             since_ns: leave out what was known only before; answers from there on stay the same.
             until_ns: only what was learnt up to there.
             without: leave out what the drive of this digest taught.
+            newest: read each object's last belief now, and the others of an object when they are
+                asked for, as a planner seldom does; for worlds with much history.
 
         Raises:
             WorldError: the world can't be read, or a belief is damaged.
@@ -96,14 +106,60 @@ class WorldStore:
         with self._database.reading() as connection:
             items = objects or dict(_objects(connection))
             chosen = settings or _latest_settings(connection, self.location)
+            if newest:
+                return self._newest(connection, items, chosen)
             rows = connection.execute(_beliefs(since_ns, until_ns, without)).all()
             left = connection.execute(_floors(since_ns, until_ns, without)).all()
+            habits = read_habits(connection, chosen, filters_of(items, chosen))
         beliefs = (
             unpack_belief(packed, items[name], stamp_ns, last_observed_ns)
             for name, stamp_ns, last_observed_ns, packed in rows
         )
         floors = tuple(KeptFloor(*row) for row in left)
-        return replace(World.of(items, chosen, beliefs), floors=floors)
+        return replace(World.of(items, chosen, beliefs), floors=floors, habits=habits)
+
+    def thin(self, rule: Thinning, now_ns: int | None = None) -> int:
+        """Thin the history by its age (``forgetting``); how many beliefs went. Raises WorldError.
+
+        By default it is now when anything was last learnt.
+        """
+        moment_ns = self.latest_ns() if now_ns is None else now_ns
+        if moment_ns is None:
+            return 0
+        with self._database.writing() as connection:
+            return sum(connection.execute(each).rowcount for each in thinned(rule, moment_ns))
+
+    def _newest(
+        self, connection: Connection, items: Mapping[str, MovableObject], settings: Settings
+    ) -> World:
+        """The world with each object's last belief at hand, and with drives up to now."""
+        world = World(items, settings, {})
+        drives = connection.execute(select(func.max(DRIVES.c.id))).scalar()
+        found = {name: connection.execute(_of(name, drives).limit(1)).first() for name in items}
+        rows = {name: row for name, row in found.items() if row is not None}
+        stamps = {name: int(row[0]) for name, row in rows.items()}
+
+        def last(name: str) -> ObjectBelief:
+            stamp_ns, last_observed_ns, packed = rows[name]
+            return world.fitted(unpack_belief(packed, items[name], stamp_ns, last_observed_ns))
+
+        def read(name: str) -> History:
+            with self._database.reading() as later:
+                past = later.execute(_of(name, drives)).all()
+            known = {row[0]: row for row in reversed(past)}  # of one stamp the last drive counts
+            return tuple(
+                world.fitted(unpack_belief(row[2], items[name], row[0], row[1]))
+                for row in known.values()
+            )
+
+        latest = max(stamps.values(), default=None)
+        left = connection.execute(_floors(latest, None, None)).all()
+        return replace(
+            world,
+            histories=Lately(stamps, last, read),
+            floors=tuple(KeptFloor(*row) for row in left),
+            habits=read_habits(connection, settings, filters_of(items, settings)),
+        )
 
     def drives(self) -> list[DriveEntry]:
         """The drives that it has learnt from, in time order. Raises WorldError."""
@@ -113,15 +169,21 @@ class WorldStore:
         return [DriveEntry(*row[:3], _settings(row[3], self.location)) for row in rows]
 
     def add(
-        self, drive: DriveEntry, beliefs: Iterable[ObjectBelief], floor: FloorMemory | None = None
+        self,
+        drive: DriveEntry,
+        beliefs: Iterable[ObjectBelief],
+        floor: FloorMemory | None = None,
+        also: Iterable[Executable] = (),
     ) -> bool:
         """Add what a drive taught, whole or not at all; False where the world has the drive already.
 
-        ``floor`` is what it left of its grid, where it had one.
+        ``floor`` is what it left of its grid, where it had one. ``also`` are statements of whoever
+        keeps tables beside the world, made in the same transaction.
 
         Beliefs hold from their stamps on, whichever drive was added first. Raises WorldError
         where another writer doesn't finish, and for a belief without a stamp.
         """
+        ready()  # before others wait for the transaction
         with self._database.writing() as connection:
             known = select(DRIVES.c.id).where(DRIVES.c.digest == drive.digest)
             if connection.execute(known).first() is not None:
@@ -134,7 +196,8 @@ class WorldStore:
                 version=version("objstate"),
             )
             identity = connection.execute(new.returning(DRIVES.c.id)).scalar_one()
-            rows = (_row(belief, identity) for belief in beliefs)
+            taught = list(beliefs)
+            rows = (_row(belief, identity) for belief in taught)
             while some := list(islice(rows, ROWS_AT_ONCE)):
                 connection.execute(insert(BELIEFS), some)
             if floor is not None:
@@ -142,7 +205,29 @@ class WorldStore:
                 row = {"drive": identity, "floor": kept.packed}
                 row |= {"stamp_ns": kept.stamp_ns, "forgotten_ns": kept.forgotten_ns}
                 connection.execute(insert(FLOORS), [row])
+            for statement in also:
+                connection.execute(statement)
+            seen = {belief.item.name for belief in taught}
+            filters = filters_of(dict(_objects(connection, seen)), drive.settings)
+            due = learn(connection, drive.settings, filters, taught)
+        self.fit_habits(drive.settings, due)
         return True
+
+    def fit_habits(
+        self, settings: Settings | None = None, names: Iterable[str] | None = None
+    ) -> None:
+        """Fit the habits of some doors, by default all, to everything that was seen of them.
+
+        ``add`` takes each drive in by itself, and does this for a door when it knows twice as many looks
+        as the last time; some seconds each. Raises WorldError.
+        """
+        world = self.load(settings)
+        chosen = list(world.objects) if names is None else list(names)
+        for name in chosen:
+            filter_, history = world.filter_of(name), world.history(name)
+            if history and isinstance(filter_, LatticeFilter) and has_habits(filter_):
+                with self._database.writing() as connection:
+                    refit(connection, world.settings, filter_, history)
 
     def adopt(self, before: Building, grown: Building, belief: ObjectBelief) -> None:
         """Take a new object in: the world of ``before`` becomes one of ``grown``, whole or not at all.
@@ -250,9 +335,15 @@ def _describe(connection: Connection, building: Building, digest: str) -> None:
         connection.execute(insert(OBJECTS), rows)
 
 
-def _objects(connection: Connection) -> Iterator[tuple[str, MovableObject]]:
-    for name, model in connection.execute(select(OBJECTS.c.name, OBJECTS.c.model)):
-        yield name, unpack_object(model, name)
+def _objects(
+    connection: Connection, names: Collection[str] | None = None
+) -> Iterator[tuple[str, MovableObject]]:
+    query = select(OBJECTS.c.name, OBJECTS.c.model)
+    if names is not None and len(names) < MOST_NAMES:
+        query = query.where(OBJECTS.c.name.in_(names))
+    for name, model in connection.execute(query):
+        if names is None or name in names:
+            yield name, unpack_object(model, name)
 
 
 def _latest_settings(connection: Connection, place: str) -> Settings:
@@ -287,6 +378,15 @@ def _beliefs(since_ns: int | None, until_ns: int | None, without: str | None) ->
             or_(b.stamp_ns > since_ns, b.stamp_ns == last.c.stamp_ns)
         )
     return query.order_by(b.object, b.stamp_ns, b.drive)
+
+
+def _of(name: str, drive: int | None) -> Select[Any]:
+    """The beliefs of one object from drives up to one, the newest first."""
+    b = BELIEFS.c
+    query = select(b.stamp_ns, b.last_observed_ns, b.belief).where(b.object == name)
+    if drive is not None:
+        query = query.where(b.drive <= drive)
+    return query.order_by(b.stamp_ns.desc(), b.drive.desc())
 
 
 def _floors(since_ns: int | None, until_ns: int | None, without: str | None) -> Select[Any]:

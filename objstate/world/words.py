@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from objstate.building.model import Kind
 from objstate.objects import ObjectBelief
+from objstate.world.habit_words import habit_words
 from objstate.world.world import Snapshot, World
 
 if TYPE_CHECKING:
@@ -82,4 +83,5 @@ def world_words(
             for drive in drives
         ],
         "objects": {name: history_words(world, name, samples) for name in world.objects},
+        "habits": habit_words(world),
     }

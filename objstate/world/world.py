@@ -14,15 +14,20 @@ from numpy.typing import ArrayLike
 from objstate.building.model import Kind, MovableObject
 from objstate.config import Settings
 from objstate.errors import WorldError
+from objstate.habits.building import Habits
 from objstate.lazy import lazy
 from objstate.objects import ObjectBelief, ObjectFilter, filter_for
+from objstate.objects.doors import LatticeFilter
 from objstate.records import NANOSECONDS
 from objstate.world.allowed import Task
 from objstate.world.blocking import Blockage, blocked
 from objstate.world.due import Due, due
 from objstate.world.fitting import fitted
 from objstate.world.floor import KeptFloor, Occupancy, occupied
+from objstate.world.habitual import carried, has_habits, state_of
+from objstate.world.lately import Lately
 
+SECONDS_PER_HOUR = 3600.0
 NAMES_SHOWN = 10  # so many names tell what the others are like
 UNUSED_RNG = np.random.default_rng(0)  # for doors, whose filters draw nothing
 
@@ -32,13 +37,15 @@ class World:
     """The beliefs of every object over time. A value: what is learnt later makes a new one.
 
     Between two beliefs, and after the last, an object's dynamics model says how the
-    belief goes on (eq. (5) of Schulz and Burgard 2001); before the first, its prior holds.
+    belief goes on (eq. (5) of Schulz and Burgard 2001): of doors whose habits are known by these,
+    unless the settings say how often it is moved. Before the first, its prior holds.
     """
 
     objects: Mapping[str, MovableObject] = field(repr=False)
     settings: Settings = field(repr=False)
     histories: Mapping[str, tuple[ObjectBelief, ...]] = field(repr=False)  # in time order
     floors: tuple[KeptFloor, ...] = field(default=(), repr=False)  # of drives, in time order
+    habits: Habits | None = field(default=None, repr=False)  # of doors; None: nobody learnt any
 
     @staticmethod
     def of(
@@ -56,24 +63,31 @@ class World:
     def with_beliefs(self, beliefs: Iterable[ObjectBelief]) -> World:
         """The world that knows these beliefs too. Raises WorldError as ``of`` does."""
         known = {
-            name: dict(zip(self._stamps[name], past, strict=True))
+            name: dict(zip(self._stamps(name), past, strict=True))
             for name, past in self.histories.items()
         }
         for belief in beliefs:
             name = self._known(belief.item.name)
             if belief.stamp_ns is None:
                 raise WorldError(f"A belief of '{name}' has no stamp; say of when it is.")
-            fit = fitted(belief, self._filters[name], self._rng(name, belief.stamp_ns))
-            known.setdefault(name, {})[belief.stamp_ns] = fit
+            known.setdefault(name, {})[belief.stamp_ns] = self.fitted(belief)
         histories = {
             name: tuple(past[stamp] for stamp in sorted(past)) for name, past in known.items()
         }
         return replace(self, histories=histories)
 
+    def fitted(self, belief: ObjectBelief) -> ObjectBelief:
+        """A belief of a moment, with the states by which its object is predicted."""
+        name = self._known(belief.item.name)
+        return fitted(belief, self._filters[name], self._rng(name, belief.stamp_ns or 0))
+
     @lazy
     def latest_ns(self) -> int | None:
         """When anything was last learnt; None where nothing ever was."""
-        learnt = [stamps[-1] for stamps in self._stamps.values()]
+        if isinstance(self.histories, Lately):
+            learnt = list(self.histories.stamps.values())
+        else:
+            learnt = [self._stamps(name)[-1] for name in self.histories]
         return max(learnt + [each.stamp_ns for each in self.floors], default=None)
 
     def at(self, stamp_ns: int | None = None) -> Snapshot:
@@ -89,7 +103,7 @@ class World:
 
     def history_until(self, name: str, stamp_ns: int) -> tuple[ObjectBelief, ...]:
         """What of it was learnt by a moment. Raises WorldError for an unknown object."""
-        return self.history(name)[: bisect_right(self._stamps.get(name, ()), stamp_ns)]
+        return self.history(name)[: bisect_right(self._stamps(name), stamp_ns)]
 
     def blocked(
         self, path: ArrayLike, robot_radius: float, stamp_ns: int | None = None
@@ -122,26 +136,76 @@ class World:
 
         The same world, object and moment give the same samples.
         """
-        past, rng = self.history_until(name, stamp_ns), self._rng(name, stamp_ns)
-        if not past:
+        last, rng = self._last(name, stamp_ns), self._rng(self._known(name), stamp_ns)
+        if last is None or last.stamp_ns is None:
             return replace(self._filters[name].prior(rng), stamp_ns=stamp_ns)
-        last = past[-1]
-        assert last.stamp_ns is not None
         if last.stamp_ns == stamp_ns:
             return last
-        seconds = (stamp_ns - last.stamp_ns) / NANOSECONDS
-        return replace(self._filters[name].predict(last, seconds, rng), stamp_ns=stamp_ns)
+        return replace(self._later(name, last, last.stamp_ns, stamp_ns, rng), stamp_ns=stamp_ns)
+
+    def _later(
+        self, name: str, belief: ObjectBelief, begin_ns: int, end_ns: int, rng: np.random.Generator
+    ) -> ObjectBelief:
+        """A belief after a time in which nobody looked."""
+        filter_ = self._filters[name]
+        if (habits := self.habits_of(name)) is not None and isinstance(filter_, LatticeFilter):
+            return carried(habits, filter_, belief, begin_ns, end_ns)
+        return filter_.predict(belief, (end_ns - begin_ns) / NANOSECONDS, rng)
+
+    def probability_moved(self, name: str, stamp_ns: int) -> float | None:
+        """How probably somebody has moved an object since it was last seen; None where it never was.
+
+        Raises WorldError for an unknown object.
+        """
+        past = self.history_until(name, stamp_ns)
+        if not past or past[-1].last_observed_ns is None:
+            return None
+        begin_ns, filter_ = past[-1].last_observed_ns, self._filters[name]
+        if (habits := self.habits_of(name)) is not None and isinstance(filter_, LatticeFilter):
+            stays = state_of(habits, filter_, past[-1], begin_ns)
+            return 1.0 - float(
+                (stays * habits.forecast(name).kept(begin_ns, stamp_ns)).sum(1).mean()
+            )
+        hours = (stamp_ns - begin_ns) / NANOSECONDS / SECONDS_PER_HOUR
+        return -math.expm1(-filter_.settings.dynamics.moves_per_hour * hours)
+
+    def habits_of(self, name: str) -> Habits | None:
+        """The habits by which an object is predicted; None where the settings serve.
+
+        Raises WorldError for an unknown object.
+        """
+        knows = self.habits is not None and self._known(name) in self.habits
+        return self.habits if knows and has_habits(self._filters[name]) else None
 
     @lazy
     def _filters(self) -> dict[str, ObjectFilter]:
-        return {name: filter_for(item, self.settings) for name, item in self.objects.items()}
+        return filters_of(self.objects, self.settings)
+
+    def _last(self, name: str, stamp_ns: int) -> ObjectBelief | None:
+        """The last belief of an object by a moment; its older ones are looked at where need be."""
+        newest = self._newest(self._known(name))
+        if newest is None or (newest.stamp_ns is not None and newest.stamp_ns <= stamp_ns):
+            return newest
+        past = self.history_until(name, stamp_ns)
+        return past[-1] if past else None
+
+    def _newest(self, name: str) -> ObjectBelief | None:
+        if isinstance(self.histories, Lately):
+            return self.histories.newest(name)
+        past = self.histories.get(name)
+        return past[-1] if past else None
+
+    def _stamps(self, name: str) -> tuple[int, ...]:
+        """When what was learnt of an object was learnt, in time order."""
+        known = self._stamps_known
+        if name not in known:
+            past = self.histories.get(name, ())
+            known[name] = tuple(b.stamp_ns for b in past if b.stamp_ns is not None)
+        return known[name]
 
     @lazy
-    def _stamps(self) -> dict[str, tuple[int, ...]]:
-        return {
-            name: tuple(b.stamp_ns for b in past if b.stamp_ns is not None)
-            for name, past in self.histories.items()
-        }
+    def _stamps_known(self) -> dict[str, tuple[int, ...]]:
+        return {}
 
     def _known(self, name: str) -> str:
         if name not in self.objects:
@@ -154,6 +218,11 @@ class World:
         if self.objects[name].kind is not Kind.PLANAR:
             return UNUSED_RNG
         return np.random.default_rng([abs(stamp_ns), crc32(name.encode())])
+
+
+def filters_of(objects: Mapping[str, MovableObject], settings: Settings) -> dict[str, ObjectFilter]:
+    """The filters of objects by name. Raises SettingsError as ``Settings.for_object`` does."""
+    return {name: filter_for(item, settings) for name, item in objects.items()}
 
 
 @dataclass(frozen=True, eq=False)

@@ -160,7 +160,7 @@ def test_a_log_of_no_length_is_no_success(run, drive: Path) -> None:
         "--out", drive / "moment", "--from", "1", "--to", "1.01", "--initial-pose", "1,0,0",
     )  # fmt: skip
     assert outcome.code == 3
-    assert "error: The log has no length" in outcome.err
+    assert "error: The log has no duration" in outcome.err
     assert json.loads((drive / "moment" / "run.json").read_text())["success"] is False
 
 

@@ -57,8 +57,8 @@ ANYWHERE = RunOptions(global_start=True)
         (100, estimator((20, 100), is_lost=True), RunOptions(), 0.8, "lost for 80 %"),
         (100, estimator((0, 60)), ANYWHERE, 0.0, None),
         (100, estimator((0, 10), (20, 80)), ANYWHERE, 0.6, "lost for 60 %"),
-        (100, estimator((0, 100), is_lost=True), ANYWHERE, 1.0, "found nowhere"),
-        (0, estimator(), RunOptions(), 0.0, r"no length: .*\(5 scans\)"),
+        (100, estimator((0, 100), is_lost=True), ANYWHERE, 1.0, "was not found"),
+        (0, estimator(), RunOptions(), 0.0, r"no duration: .*\(5 scans\)"),
     ],
 )
 def test_a_run_fails_by_the_time_that_it_is_lost(
@@ -81,8 +81,8 @@ def test_many_stretches_are_one_warning(tmp_path: Path) -> None:
 def test_doors_that_hang_elsewhere_are_one_warning() -> None:
     believed = estimator()
     believed.hung_elsewhere = {f"door_{k}": (0.1, 0.0) for k in range(4)}
-    (hung,) = [text for text in doubts(drive(), believed, RunOptions()) if "hung" in text]
-    assert hung.startswith("4 doors fit better hung elsewhere: 'door_0' 0.10 m east")
+    (hung,) = [text for text in doubts(drive(), believed, RunOptions()) if "hinges" in text]
+    assert hung.startswith("The hinges of 4 doors were found elsewhere: 'door_0' 0.10 m east")
 
 
 def test_a_log_of_another_building_is_no_success(tmp_path: Path) -> None:

@@ -60,7 +60,8 @@ def test_drives_may_come_in_any_order(place: str, tmp_path: Path) -> None:
     for store, drives in ((forth, (0, 1)), (back, (1, 0))):
         for k in drives:
             assert store.add((MONDAY, TUESDAY)[k], (ON_MONDAY, ON_TUESDAY)[k])
-    assert same(forth.load(), back.load(), range(0, 30 * HOUR, HOUR))
+    worlds = (replace(store.load(), habits=None) for store in (forth, back))  # which take turns
+    assert same(*worlds, range(0, 30 * HOUR, HOUR))
     assert [drive.digest for drive in back.drives()] == ["monday", "tuesday"]
     assert back.load().at(25 * HOUR)["door"].mean[0] == pytest.approx(1.2, abs=0.01)
 
@@ -96,8 +97,8 @@ def test_the_dynamics_are_those_of_the_latest_drive(place: str) -> None:
     store = open_store(place, BUILDING)
     store.add(replace(TUESDAY, settings=still), ON_TUESDAY)
     store.add(MONDAY, ON_MONDAY)
-    later = 26 * HOUR
-    assert store.load().at(later)["door"].std[0] < 0.1
+    later = 38 * HOUR
+    assert store.load().at(later)["door"].std[0] < 0.2
     assert store.load(Settings()).at(later)["door"].std[0] > 0.4
 
 

@@ -63,8 +63,8 @@ class Gaze:
 class Gazer:
     """Chooses headings, one after another, and remembers where it has looked.
 
-    With ``gains`` objects count by what looks are expected to tell of them, rather than by the entropy of
-    the cells that they may cover, and the floor by what may stand on it.
+    With ``gains`` objects count by what looks are expected to tell of them, rather than by the
+    entropy of the cells that they may cover, and the floor by what may stand on it.
     """
 
     def __init__(

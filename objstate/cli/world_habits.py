@@ -1,0 +1,209 @@
+"""``objstate world habits | when``"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from objstate.cli.console import print_table, print_text
+from objstate.cli.options import AsJson
+from objstate.cli.parsing import TIME, parse_time
+from objstate.cli.tables import new_table, percent
+from objstate.errors import SettingsError, WorldError
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from objstate.habits.summary import Figure
+    from objstate.world import World
+
+HABITS = """\b
+Examples:
+  objstate world habits world.db
+  objstate world habits world.db --door door_07
+  objstate world habits world.db --json | jq '.doors[].moves_per_day'
+"""
+WHEN = """\b
+Examples:
+  objstate world when world.db door_07 --width 0.6
+  objstate world when world.db door_07 --from 2026-11-23T08:00+01:00 --within 10
+  objstate world when world.db door_07:20 door_08:45 --width 0.6
+"""
+LEGEND = (
+    "Medians of the share of time and of the moves in a week without holidays, with 90 % intervals.\n"
+    "Working days are Monday to Friday but for holidays; hours are those of {zone}."
+)
+Place = Annotated[
+    str, typer.Argument(metavar="WORLD", help="A file, or postgresql://USER@HOST/DATABASE.")
+]
+
+
+def habits(
+    world: Place,
+    door: Annotated[
+        str | None, typer.Option(metavar="NAME", help="This door alone, hour by hour.")
+    ] = None,
+    fit: Annotated[
+        bool,
+        typer.Option("--fit", help="First learn them anew from all that was seen; takes seconds."),
+    ] = False,
+    as_json: AsJson = False,
+) -> None:
+    """How the doors of a building are used: when they stand open, and how often they are moved.
+
+    Learnt from the looks of all drives, at whatever hours these were. By which clock, and which
+    days are holidays, is in the settings of the drives (calendar).
+    """
+    from objstate.world.habit_words import habit_words
+    from objstate.world.store import open_store
+
+    store = open_store(world)
+    if fit:
+        store.fit_habits()
+    known = store.load()
+    words = habit_words(known)
+    if door is not None:
+        if door not in words:
+            _ = known.history(door)  # tells of an unknown object
+            raise WorldError(f"Nothing is known of the habits of '{door}': nobody looked at it.")
+        words = {door: words[door]}
+    if as_json:
+        document = {"calendar": known.settings.calendar.model_dump(mode="json"), "doors": words}
+        print_text(json.dumps(document, indent=2))
+        return
+    if not words:
+        print_text("No door has been looked at.")
+        return
+    print_table(_table(known, words))
+    if door is not None:
+        print_table(_hours(known, door))
+    print_text(LEGEND.format(zone=known.settings.calendar.timezone))
+
+
+def when(
+    world: Place,
+    doors: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="DOOR...",
+            help="Doors on the way, each with the seconds at which it is reached, as in door_07:20.",
+        ),
+    ],
+    width: Annotated[float, typer.Option(metavar="M", min=0, help="Of the robot.")] = 0.6,
+    begin: Annotated[str, typer.Option("--from", metavar="TIME", help=f"One of: {TIME}.")] = "now",
+    within: Annotated[
+        float, typer.Option(metavar="HOURS", min=0, help="How far to look ahead, a week at most.")
+    ] = 12.0,
+    probability: Annotated[
+        float, typer.Option(metavar="P", min=0, max=1, help="That a door may be passed.")
+    ] = 0.5,
+    as_json: AsJson = False,
+) -> None:
+    """When doors may be passed: most probable times, waiting before each, best departure.
+
+    A door counts as passable where it leaves the robot's width. By habits, where they are known,
+    else by the rates of the settings.
+    """
+    from objstate.world.store import open_store
+    from objstate.world.when import best_departure, passable, spans, wait
+
+    stamp_ns, seconds = parse_time(begin), 3600.0 * within
+    known = open_store(world).load()
+    route = [_reached(text) for text in doors]
+    document: dict[str, object] = {"begin_ns": stamp_ns, "doors": {}}
+    table = new_table("Doors", ("door", "probably open"), ("now (%)", "mean wait", "passes (%)"))
+    told: dict[str, object] = {}
+    for name, _ in route:
+        now = float(passable(known, name, width, [stamp_ns])[0])
+        times = spans(known, name, width, stamp_ns, seconds, probability)
+        stay = wait(known, name, width, stamp_ns, seconds)
+        told[name] = {
+            "probability": now,
+            "spans": [asdict(each) for each in times],
+            "wait": asdict(stay),
+        }
+        shown = ", ".join(
+            f"{_clock(known, t.begin_ns)} to {_clock(known, t.end_ns)}" for t in times
+        )
+        table.add_row(
+            name, shown or "never", percent(now), _duration(stay.mean_s), percent(stay.within)
+        )
+    best = best_departure(known, route, width, stamp_ns, seconds)
+    document |= {"doors": told, "departure": asdict(best)}
+    if as_json:
+        print_text(json.dumps(document, indent=2))
+        return
+    print_table(table)
+    print_text(
+        f"Set off at {_clock(known, best.stamp_ns)}: all doors may be passed with "
+        f"{100 * best.probability:.0f} %. Times are those of {known.settings.calendar.timezone}."
+    )
+
+
+def _reached(text: str) -> tuple[str, float]:
+    name, _, seconds = text.rpartition(":")
+    if not name:
+        return text, 0.0
+    try:
+        return name, float(seconds)
+    except ValueError as error:
+        raise SettingsError(
+            f"'{text}': '{seconds}' is no number of seconds; give DOOR or DOOR:SECONDS."
+        ) from error
+
+
+def _clock(world: World, stamp_ns: int) -> str:
+    from objstate.world.habit_rows import calendar_of
+
+    return calendar_of(world.settings.calendar).local(stamp_ns).strftime("%a %H:%M")
+
+
+def _duration(seconds: float) -> str:
+    return f"{seconds:.0f} s" if seconds < 120 else f"{seconds / 60:.0f} min"
+
+
+def _table(world: World, words: dict[str, dict[str, object]]) -> Table:
+    from objstate.world.habit_words import week_of
+
+    table = new_table(
+        "Habits", ("door",), ("looks", "closed (%)", "in office hours (%)", "moves a day")
+    )
+    for name, each in words.items():
+        week = week_of(world, name)
+        office = [
+            hour.shares[0].value
+            for hour in week.hours
+            if hour.kind == "working" and 8 <= hour.hour < 18
+        ]
+        table.add_row(
+            name,
+            str(each["looks"]),
+            _share(week.shares[0]),
+            percent(sum(office) / len(office)),
+            f"{week.moves_per_day.value:.1f} ({week.moves_per_day.lower:.1f} to "
+            f"{week.moves_per_day.upper:.1f})",
+        )
+    return table
+
+
+def _hours(world: World, name: str) -> Table:
+    from objstate.world.habit_words import region_names, week_of
+
+    regions = region_names(world, name)
+    columns = (*(f"{region} (%)" for region in regions), "moves an hour")
+    table = new_table(f"{name} by hour", ("day", "hour"), columns)
+    for hour in week_of(world, name).hours:
+        table.add_row(
+            hour.kind,
+            f"{hour.hour:02d}",
+            *(_share(share) for share in hour.shares),
+            f"{hour.moves_per_hour.value:.2f}",
+        )
+    return table
+
+
+def _share(figure: Figure) -> str:
+    return f"{percent(figure.value)} ({percent(figure.lower)} to {percent(figure.upper)})"

@@ -1,0 +1,1 @@
+"""Habits of doors and furniture: how often they are moved, and where to, by time and kind of day."""

@@ -1,0 +1,88 @@
+"""Local time as habits know it: quarters of hours, and kinds of days.
+
+Rates are constant within a cell, a quarter of an hour. Which quarter of which kind of local day a
+cell is follows from its start by the time zone, so that a day on which clocks are changed has four
+cells less, or more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from datetime import UTC, date, datetime, timedelta, tzinfo
+from functools import lru_cache
+
+import numpy as np
+
+from objstate.geometry import IntArray
+
+CELL_S = 900
+PER_DAY = 86400 // CELL_S  # cells of a day on which no clock is changed
+NANOSECONDS = 10**9
+WEEKEND = (5, 6)  # of the days of the week from 0, Monday
+WORKING, FREE = 0, 1  # kinds of days: on free ones, weekends and holidays, few are expected
+KINDS = 2
+
+
+@dataclass(frozen=True)
+class Calendar:
+    """By which clock a building lives, and on which dates it rests."""
+
+    zone: tzinfo = UTC
+    holidays: frozenset[date] = field(default=frozenset())
+
+    def kind(self, day: date) -> int:
+        """WORKING or FREE."""
+        return FREE if day.weekday() in WEEKEND or day in self.holidays else WORKING
+
+    def keys(self, first: int, last: int) -> IntArray:
+        """(last - first,) the key of each cell, ``kind * PER_DAY + quarter``.
+
+        Cells are counted from 1970 in quarters of hours; ``last`` is left out.
+        """
+        return np.concatenate(
+            [
+                _keys_of_day(self, day)[max(first - day * PER_DAY, 0) : last - day * PER_DAY]
+                for day in range(first // PER_DAY, -(-last // PER_DAY))
+            ]
+            or [np.empty(0, dtype=np.int64)]
+        )
+
+    def key(self, cell: int) -> int:
+        """The key of one cell."""
+        return int(_keys_of_day(self, cell // PER_DAY)[cell % PER_DAY])
+
+    def key_at(self, stamp_ns: int) -> int:
+        """The key of the cell of a moment."""
+        return self.key(stamp_ns // (CELL_S * NANOSECONDS))
+
+    def local(self, stamp_ns: int) -> datetime:
+        """A moment by the clock."""
+        return datetime.fromtimestamp(stamp_ns / NANOSECONDS, self.zone)
+
+    def days(self, begin_ns: int, end_ns: int) -> Iterator[tuple[date, int, int]]:
+        """Local dates with their first and last nanoseconds, clipped to a stretch of time."""
+        day = self.local(begin_ns).date()
+        while True:
+            since, until = _midnight_ns(self, day), _midnight_ns(self, day + timedelta(days=1))
+            if since >= end_ns:
+                return
+            yield day, max(since, begin_ns), min(until, end_ns)
+            day += timedelta(days=1)
+
+
+@lru_cache(maxsize=4096)
+def _keys_of_day(calendar: Calendar, day: int) -> IntArray:
+    """(PER_DAY,) keys of the cells of a day of UTC."""
+    begin = datetime(1970, 1, 1, tzinfo=UTC) + timedelta(days=day)
+    out = np.empty(PER_DAY, dtype=np.int64)
+    for cell in range(PER_DAY):
+        local = (begin + timedelta(seconds=cell * CELL_S)).astimezone(calendar.zone)
+        quarter = (local.hour * 3600 + local.minute * 60) // CELL_S
+        out[cell] = calendar.kind(local.date()) * PER_DAY + quarter
+    return out
+
+
+def _midnight_ns(calendar: Calendar, day: date) -> int:
+    local = datetime(day.year, day.month, day.day, tzinfo=calendar.zone)
+    return int(local.timestamp()) * NANOSECONDS

@@ -1,0 +1,205 @@
+"""The habits of a door: how often it is moved, and where to, by time of day and kind of day.
+
+A door is a Markov process in continuous time over regions of its state (closed, ajar, open, wide),
+each of which it holds for long (settled) or shortly (brief), so that stays are not
+exponential. Rates and resting places are functions of local time (``design``), with Gaussian
+priors. Learning is by Fisher scoring on the likelihood of all looks, which the forward pass
+gives with its derivatives (``kernels``), for looks of any number at any hours; the posterior is
+Laplace's. As the likelihood is that of the process, hours that nobody looked at stay as
+uncertain as the prior has them, however often others were looked at.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from objstate.geometry import FloatArray
+from objstate.habits.calendar import NANOSECONDS, Calendar
+from objstate.habits.chain import chain, slopes
+from objstate.habits.design import Design
+from objstate.habits.looks import RegionLooks
+from objstate.habits.steps import steps
+from objstate.lazy import Later
+
+if TYPE_CHECKING:
+    from objstate.habits import kernels
+else:
+    kernels = Later("objstate.habits.kernels")
+
+ROUNDS = 40  # of Fisher scoring at most
+CONVERGED = 1e-3  # squared length of a step, in posterior deviations
+HALVINGS = 12  # of a step that doesn't raise the posterior
+SPREADS, SPREAD_DRAWS = 4, 16  # rounds and draws that widen Laplace's approximation
+SEED, JITTER = 0, 1e-10  # of draws, and what is added to the diagonal of a covariance
+BURN_IN_NS = 14 * 86400 * NANOSECONDS  # before the first look, over which a start is forgotten
+
+
+@dataclass(frozen=True, eq=False)
+class Gaussian:
+    """A distribution of parameters."""
+
+    mean: FloatArray  # (p,)
+    covariance: FloatArray  # (p, p)
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """What looks tell of parameters, near those at which it was worked out."""
+
+    theta: FloatArray  # (p,) where
+    log_likelihood: float
+    score: FloatArray  # (p,)
+    information: FloatArray  # (p, p)
+    state: FloatArray = field(repr=False)  # (s,) after the last look
+
+
+@dataclass(frozen=True, eq=False)
+class Known:
+    """The state at a moment, from which on looks are taken in."""
+
+    stamp_ns: int
+    state: FloatArray  # (s,)
+
+
+def prior(design: Design) -> Gaussian:
+    """What is assumed of a door that nobody has looked at."""
+    return Gaussian(design.mean, design.covariance)
+
+
+def evidence(
+    design: Design,
+    calendar: Calendar,
+    looks: RegionLooks,
+    theta: FloatArray,
+    after: Known | None = None,
+) -> Evidence:
+    """Log-likelihood of looks, at least one, with its derivatives at ``theta``.
+
+    The door is known at a moment before them, or else whatever it is at such a time.
+    """
+    u = design.matrix @ theta
+    of = chain(u)
+    begin = int(looks.stamps_ns[0]) - BURN_IN_NS if after is None else after.stamp_ns
+    cut = steps(calendar, begin, looks.stamps_ns)
+    state = of.settled[cut.keys[0]].copy() if after is None else after.state.copy()
+    slope = np.zeros((design.parameters, design.states))
+    score = np.zeros(design.parameters)
+    information = np.zeros((design.parameters, design.parameters))
+    total = kernels.forward(
+        state,
+        slope,
+        cut.keys,
+        cut.seconds,
+        cut.looks,
+        looks.likelihood,
+        of.rates,
+        np.ascontiguousarray(of.right),
+        np.ascontiguousarray(of.left),
+        slopes(u, of),
+        *design.active,
+        score,
+        information,
+    )
+    return Evidence(theta, float(total), score, information, state)
+
+
+def ready() -> None:
+    """Load the compiled loops, or compile them, where this must not be waited for later."""
+    design = Design(2)
+    evidence(
+        design,
+        Calendar(),
+        RegionLooks.certain(np.zeros(1, dtype=np.int64), np.zeros(1, dtype=np.int64), 2),
+        design.mean,
+    )
+
+
+def fit(
+    design: Design,
+    calendar: Calendar,
+    looks: RegionLooks,
+    before: Gaussian | None = None,
+    start: FloatArray | None = None,
+) -> tuple[Gaussian, Evidence | None]:
+    """The posterior of the parameters, with the evidence at its mode; None without looks."""
+    before = before or prior(design)
+    if not len(looks):
+        return before, None
+    found = mode(design, calendar, looks, before, start=start)
+    after = Gaussian(found.theta, _inverse(_inverse(before.covariance) + found.information))
+    return _spread(design, calendar, looks, before, after), found
+
+
+def mode(
+    design: Design,
+    calendar: Calendar,
+    looks: RegionLooks,
+    before: Gaussian,
+    *,
+    start: FloatArray | None = None,
+    after: Known | None = None,
+) -> Evidence:
+    """The evidence of looks, at least one, at the parameters that are most probable after them."""
+    precision = _inverse(before.covariance)
+    theta = before.mean if start is None else start
+    found = evidence(design, calendar, looks, theta, after)
+    height = _height(found, before, precision)
+    for _ in range(ROUNDS):
+        total = precision + found.information
+        pull = found.score - precision @ (theta - before.mean)
+        step = np.linalg.solve(total, pull)
+        if step @ total @ step < CONVERGED:
+            break
+        for _ in range(HALVINGS):
+            tried = evidence(design, calendar, looks, theta + step, after)
+            higher = _height(tried, before, precision)
+            if higher >= height:
+                break
+            step = step / 2.0
+        else:
+            break
+        theta, found, height = theta + step, tried, higher
+    return found
+
+
+def _spread(
+    design: Design, calendar: Calendar, looks: RegionLooks, before: Gaussian, after: Gaussian
+) -> Gaussian:
+    """The Gaussian nearest to the posterior, from Laplace's about its mode.
+
+    Of an hour in which a door was never seen to move, the likelihood falls off steeply towards higher rates
+    and not at all towards lower ones, which Laplace's approximation doesn't see. Score and
+    information are averaged over draws (Opper and Archambeau 2009, *The variational Gaussian
+    approximation revisited*, Neural Computation 21).
+    """
+    precision = _inverse(before.covariance)
+    for _ in range(SPREADS):
+        found = [evidence(design, calendar, looks, theta) for theta in draws(after, SPREAD_DRAWS)]
+        total = precision + np.mean([each.information for each in found], axis=0)
+        score = np.mean([each.score for each in found], axis=0)
+        pull = score - precision @ (after.mean - before.mean)
+        after = Gaussian(after.mean + np.linalg.solve(total, pull), _inverse(total))
+    return after
+
+
+def draws(of: Gaussian, count: int) -> FloatArray:
+    """(count, p) draws, always the same, in pairs about the mean; the mean alone for one."""
+    if count == 1:
+        return of.mean[None]
+    size = len(of.mean)
+    root = np.linalg.cholesky(of.covariance + JITTER * np.eye(size))
+    off = np.random.default_rng(SEED).standard_normal((count // 2, size)) @ root.T
+    return np.concatenate([of.mean + off, of.mean - off])
+
+
+def _inverse(of: FloatArray) -> FloatArray:
+    out = np.linalg.inv(of)
+    return np.asarray((out + out.T) / 2.0)
+
+
+def _height(found: Evidence, before: Gaussian, precision: FloatArray) -> float:
+    off = found.theta - before.mean
+    return float(found.log_likelihood - 0.5 * off @ precision @ off)

@@ -1,0 +1,84 @@
+"""Habits in figures: where a door is by the hour of a working and of a free day, and how often it is moved."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import date, datetime, timedelta
+
+import numpy as np
+
+from objstate.geometry import FloatArray
+from objstate.habits.calendar import FREE, NANOSECONDS, WORKING
+from objstate.habits.forecast import Forecast
+
+LEVEL = 0.9  # of intervals
+KIND_NAMES = {WORKING: "working", FREE: "free"}
+HOUR_NS = 3600 * NANOSECONDS
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A median and the central 90 %."""
+
+    value: float
+    lower: float
+    upper: float
+
+    @staticmethod
+    def of(draws: FloatArray) -> Figure:
+        """Of draws (d,)."""
+        tail = (1.0 - LEVEL) / 2.0
+        lower, value, upper = np.quantile(draws, [tail, 0.5, 1.0 - tail])
+        return Figure(float(value), float(lower), float(upper))
+
+
+@dataclass(frozen=True)
+class HourHabit:
+    """What a door does in an hour of a kind of day."""
+
+    kind: str  # working or free
+    hour: int  # by the building's clock
+    shares: tuple[Figure, ...]  # of the time in each region
+    moves_per_hour: Figure  # from region to region
+
+
+@dataclass(frozen=True)
+class WeekHabit:
+    """What a door does in a week without holidays."""
+
+    shares: tuple[Figure, ...]  # of the time in each region
+    moves_per_day: Figure
+    hours: tuple[HourHabit, ...]
+
+
+def week_habit(forecast: Forecast, since: date) -> WeekHabit:
+    """The week of a date, hour by hour, whatever is known of the door's state."""
+    monday = since - timedelta(days=since.weekday())
+    by_kind: dict[tuple[int, int], list[tuple[FloatArray, FloatArray]]] = {}
+    for day in range(7):
+        local = datetime.combine(monday + timedelta(days=day), datetime.min.time())
+        begin = int(local.replace(tzinfo=forecast.calendar.zone).timestamp()) * NANOSECONDS
+        kind = FREE if day >= 5 else WORKING
+        for hour in range(24):
+            found = [_at(forecast, begin + hour * HOUR_NS + k * HOUR_NS // 4) for k in (1, 3)]
+            mean = tuple(np.mean([each[k] for each in found], axis=0) for k in (0, 1))
+            by_kind.setdefault((kind, hour), []).append((mean[0], mean[1]))
+    every = [each for some in by_kind.values() for each in some]
+    hours = []
+    for (kind, hour), some in sorted(by_kind.items()):
+        shares, moves = (np.mean([each[k] for each in some], axis=0) for k in (0, 1))
+        hours.append(HourHabit(KIND_NAMES[kind], hour, _figures(shares), Figure.of(moves)))
+    shares, moves = (np.mean([each[k] for each in every], axis=0) for k in (0, 1))
+    return WeekHabit(_figures(shares), Figure.of(24.0 * moves), tuple(hours))
+
+
+def _at(forecast: Forecast, stamp_ns: int) -> tuple[FloatArray, FloatArray]:
+    """(d, r) shares of the regions at a moment, and (d,) moves an hour."""
+    state = forecast.marginal(stamp_ns)
+    key = forecast.calendar.key_at(stamp_ns)
+    moves = (state * forecast.leaving[:, key]).sum(axis=1) * 3600.0
+    return state[:, 0::2] + state[:, 1::2], moves
+
+
+def _figures(shares: FloatArray) -> tuple[Figure, ...]:
+    return tuple(Figure.of(each) for each in shares.T)

@@ -1,0 +1,151 @@
+"""The ASGI app: routes of the operations, and what watches over them."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import secrets
+import time
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import asynccontextmanager, suppress
+
+from starlette.applications import Starlette
+from starlette.exceptions import HTTPException
+from starlette.requests import ClientDisconnect, Request
+from starlette.responses import JSONResponse, PlainTextResponse, Response
+from starlette.routing import Route
+
+from objstate.errors import ObjstateError, OutageError, WorldError
+from objstate.outages import outage_of
+from objstate.service.openapi import document
+from objstate.service.operations import OPERATIONS, Operation, query_known
+from objstate.service.parts import Parts
+from objstate.service.problems import Problem
+
+REFRESHED_EVERY_S = 1.0  # others may teach the world as well
+HEADERS = {
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+    "Referrer-Policy": "no-referrer",
+    "Content-Security-Policy": "default-src 'none'; frame-ancestors 'none'",
+}
+
+logger = logging.getLogger(__name__)
+
+Handler = Callable[[Request], Awaitable[Response]]
+
+
+def service_app(parts: Parts) -> Starlette:
+    """The app of a service."""
+    described = document()
+
+    async def health(_: Request) -> Response:
+        return JSONResponse({"status": "alive"})
+
+    async def ready(_: Request) -> Response:
+        await asyncio.to_thread(parts.events.last)
+        return JSONResponse({"status": "ready", "revision": parts.believed.now.revision})
+
+    async def metrics(_: Request) -> Response:
+        return PlainTextResponse(parts.metrics.text(await asyncio.to_thread(parts.gauges)))
+
+    async def openapi(_: Request) -> Response:
+        return JSONResponse(described)
+
+    @asynccontextmanager
+    async def life(_: Starlette) -> AsyncIterator[None]:
+        parts.events.listen_on(asyncio.get_running_loop())
+        parts.processing.start()
+        watching = asyncio.create_task(_watch(parts))
+        yield
+        watching.cancel()
+        with suppress(asyncio.CancelledError):
+            await watching
+        await asyncio.to_thread(parts.processing.end)
+
+    routes = [
+        Route(each.path, _watched(parts, each.path, _of(parts, each)), methods=[each.method])
+        for each in OPERATIONS
+    ]
+    for path, handler in (
+        ("/health", health),
+        ("/ready", ready),
+        ("/metrics", metrics),
+        ("/openapi.json", openapi),
+    ):
+        routes.append(Route(path, _watched(parts, path, handler)))
+    return Starlette(routes=routes, lifespan=life, exception_handlers={HTTPException: _unknown})
+
+
+def _of(parts: Parts, operation: Operation) -> Handler:
+    async def answer(request: Request) -> Response:
+        token = await parts.gate.admit(request, operation.role)
+        query_known(operation, request)
+        return await operation.answer(parts, request, token)
+
+    return answer
+
+
+def _watched(parts: Parts, route: str, handler: Handler) -> Handler:
+    """A handler whose errors become problem documents, and whose answers are counted."""
+
+    async def answer(request: Request) -> Response:
+        identity, began = secrets.token_hex(8), time.perf_counter()
+        try:
+            response = await handler(request)
+        except Problem as problem:
+            response = problem.response(request.url.path)
+        except ClientDisconnect:
+            response = Response(status_code=400)
+        except WorldError as error:
+            response = Problem(503, str(error), "Try again.").response(request.url.path)
+        except OutageError as error:
+            response = _bug_or_outage(error, identity, request, route)
+        except ObjstateError as error:
+            response = Problem(422, str(error), "See /openapi.json.").response(request.url.path)
+        except Exception as error:
+            response = _bug_or_outage(error, identity, request, route)
+        response.headers.update(HEADERS | {"X-Request-ID": identity})
+        seconds = time.perf_counter() - began
+        parts.metrics.note(request.method, route, response.status_code, seconds)
+        logger.info(
+            "%s %s %s %d %.1f ms",
+            identity,
+            request.method,
+            request.url.path,
+            response.status_code,
+            1000.0 * seconds,
+        )
+        return response
+
+    return answer
+
+
+def _bug_or_outage(error: Exception, identity: str, request: Request, route: str) -> JSONResponse:
+    outage = error if isinstance(error, OutageError) else outage_of(error)
+    if outage is not None:
+        logger.error("request %s: %s", identity, outage)
+        return Problem(503, str(outage), "Try again later.").response(request.url.path)
+    logger.error("request %s of %s %s", identity, request.method, route, exc_info=error)
+    detail = f"A bug in objstate; the service's log has it under {identity}."
+    return Problem(500, detail, "Please report it.").response(request.url.path)
+
+
+async def _watch(parts: Parts) -> None:
+    """Follow what others teach the world."""
+    while True:
+        await asyncio.sleep(REFRESHED_EVERY_S)
+        try:
+            await asyncio.to_thread(parts.refresh)
+        except ObjstateError as error:
+            logger.warning("the world can't be read: %s", error)
+
+
+async def _unknown(request: Request, error: Exception) -> Response:
+    assert isinstance(error, HTTPException)
+    cure = "See /openapi.json."
+    headers = dict(error.headers or {})
+    told = Problem(error.status_code, f"{request.method} {request.url.path}: {error.detail}", cure)
+    response = told.response(request.url.path)
+    response.headers.update(HEADERS | headers)
+    return response

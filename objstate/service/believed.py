@@ -1,0 +1,84 @@
+"""The world as the service knows it: in memory, and loaded anew when somebody taught it."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass
+
+from sqlalchemy import func, select
+
+from objstate.building.model import Building
+from objstate.config import Settings
+from objstate.service.problems import Problem
+from objstate.world.database import Database
+from objstate.world.schema import DRIVES, OBJECTS
+from objstate.world.store import WorldStore
+from objstate.world.world import Snapshot, World
+
+
+@dataclass(frozen=True)
+class Known:
+    """A world at one revision; of its past only what answers from its latest moment on need."""
+
+    revision: str
+    world: World
+    latest_ns: int
+
+
+class Believed:
+    """What is believed. Asking never waits for a database but for the past."""
+
+    def __init__(
+        self, database: Database, store: WorldStore, building: Building, settings: Settings
+    ) -> None:
+        self._database, self._store = database, store
+        self._building, self._settings = building, settings
+        self._lock = threading.Lock()
+        self._whole: tuple[str, World] | None = None
+        self._known = self._loaded(self._asked())
+
+    @property
+    def now(self) -> Known:
+        """The latest revision known here."""
+        return self._known
+
+    def refresh(self) -> Known | None:
+        """Look whether the world was taught; the new revision if so. Raises WorldError."""
+        with self._lock:
+            revision = self._asked()
+            if revision == self._known.revision:
+                return None
+            self._known = self._loaded(revision)
+            return self._known
+
+    def at(self, stamp_ns: int) -> Snapshot:
+        """What is believed at a moment. For one before the latest the whole world is loaded once."""
+        known = self._known
+        return (known.world if stamp_ns >= known.latest_ns else self.whole()).at(stamp_ns)
+
+    def whole(self) -> World:
+        """The world with all its past. Raises WorldError."""
+        with self._lock:
+            revision = self._known.revision
+            if self._whole is None or self._whole[0] != revision:
+                world = self._store.load(self._settings, objects=self._building.objects)
+                self._whole = revision, world
+            return self._whole[1]
+
+    def _asked(self) -> str:
+        with self._database.reading() as connection:
+            drives = connection.execute(select(func.max(DRIVES.c.id))).scalar() or 0
+            objects = connection.execute(select(func.count()).select_from(OBJECTS)).scalar_one()
+        return f"{drives}.{objects}"
+
+    def _loaded(self, revision: str) -> Known:
+        latest = self._store.latest_ns() or 0
+        world = self._store.load(self._settings, objects=self._building.objects, since_ns=latest)
+        return Known(revision, world, latest)
+
+
+def known_object(world: World, name: str) -> str:
+    """The name of an object. Raises Problem for an unknown one."""
+    if name not in world.objects:
+        raise Problem(404, f"The building has no object '{name}'.", "See GET /v1/objects.")
+    return name

@@ -1,0 +1,125 @@
+"""Reports about objects that no robot made: contact sensors, access systems, people."""
+
+from __future__ import annotations
+
+import math
+import secrets
+import threading
+import time
+from collections.abc import Callable
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+from sqlalchemy import insert
+
+from objstate.building.model import Kind
+from objstate.config import Settings
+from objstate.geometry import FloatArray
+from objstate.lazy import altered
+from objstate.objects import ObjectBelief
+from objstate.particles import Weights
+from objstate.service.believed import Believed, known_object
+from objstate.service.problems import Problem
+from objstate.service.tables import EVIDENCE
+from objstate.world.store import DriveEntry, WorldStore
+
+CLOSED_DEG, CLOSED_M = (
+    2.0,
+    0.02,
+)  # from its limit, within which a contact says that a door is closed
+
+
+class Report(BaseModel):
+    """What somebody says of an object: where its state is, and how far that is to be relied on."""
+
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
+
+    source: str = Field(min_length=1, max_length=200, examples=["contact sensor 17"])
+    state: str | None = Field(None, pattern="^(open|closed)$", description="of a door")
+    region: tuple[float, float] | None = Field(
+        None, description="of a door, instead of its state: from, to; rad or m"
+    )
+    reliability: float = Field(0.99, gt=0.0, lt=1.0, description="probability that it is right")
+    stamp_ns: int | None = Field(None, ge=0, lt=2**63, description="default: now")
+    id: str | None = Field(
+        None,
+        min_length=1,
+        max_length=200,
+        description="chosen by who reports; the same id again changes nothing",
+    )
+
+
+class EvidenceDesk:
+    """Takes reports into the world by Bayes' rule, and keeps their source."""
+
+    def __init__(
+        self,
+        store: WorldStore,
+        believed: Believed,
+        settings: Settings,
+        on_taught: Callable[[], None],
+    ) -> None:
+        self._store, self._believed, self._settings = store, believed, settings
+        self._on_taught = on_taught
+        self._lock = threading.Lock()  # each report is weighed with all before it
+
+    def take(self, name: str, report: Report, token: str) -> ObjectBelief:
+        """The belief with a report. Raises Problem for one that can't be, WorldError."""
+        item = self._believed.now.world.objects[known_object(self._believed.now.world, name)]
+        if item.kind is Kind.PLANAR:
+            raise Problem(422, f"'{name}' is furniture, of which nothing can be told yet.", DOORS)
+        stamp_ns = time.time_ns() if report.stamp_ns is None else report.stamp_ns
+        identity = secrets.token_hex(8) if report.id is None else report.id
+        with self._lock:
+            self._on_taught()
+            before = self._believed.at(stamp_ns)[name]
+            lower, upper = _region(before, report)
+            after = told(before, lower, upper, report.reliability)
+            row = {"object": name, "stamp_ns": stamp_ns, "source": report.source, "token": token}
+            row |= {"lower": lower, "upper": upper, "reliability": report.reliability}
+            entry = DriveEntry(f"evidence:{identity}", stamp_ns, stamp_ns, self._settings)
+            on_record = insert(EVIDENCE).values(id=identity, **row)
+            is_new = self._store.add(entry, [after], also=[on_record])
+            self._on_taught()
+            return after if is_new else self._believed.at(stamp_ns)[name]
+
+
+DOORS = "Report doors."
+
+
+def told(belief: ObjectBelief, lower: float, upper: float, reliability: float) -> ObjectBelief:
+    """A door's belief after a report that its state is in a region, by Bayes' rule.
+
+    A report that is wrong says nothing of where the state is: its likelihood is the reliability
+    within the region, and what is missing to 1 outside.
+    """
+    states = belief.states[:, 0]
+    inside = (states >= lower) & (states <= upper)
+    likelihood: FloatArray = np.where(inside, reliability, 1.0 - reliability)
+    weights = belief.weights.values * likelihood
+    return altered(
+        belief,
+        weights=Weights.of(weights),
+        last_observed_ns=belief.stamp_ns,
+        joint=None,
+        past=None,
+    )
+
+
+def _region(belief: ObjectBelief, report: Report) -> tuple[float, float]:
+    """The states that a report names. Raises Problem."""
+    item = belief.item
+    if (report.state is None) == (report.region is None):
+        raise Problem(422, "A report needs a state or a region, and not both.", "Give one.")
+    if report.region is not None:
+        lower, upper = report.region
+        if not lower <= upper or upper < item.lower or lower > item.upper:
+            where = f"{item.lower:.4f} to {item.upper:.4f}"
+            raise Problem(422, f"{lower} to {upper} is no region of {where}.", "Give from, to.")
+        return lower, upper
+    home = float(item.home[0])
+    ajar = math.radians(CLOSED_DEG) if item.kind is Kind.HINGED else CLOSED_M
+    away = 1.0 if abs(item.upper - home) >= abs(item.lower - home) else -1.0
+    if report.state == "closed":
+        return home - ajar, home + ajar
+    return (home + ajar, item.upper) if away > 0.0 else (item.lower, home - ajar)

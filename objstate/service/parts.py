@@ -1,0 +1,80 @@
+"""What a service is made of."""
+
+from __future__ import annotations
+
+from sqlalchemy import func, select
+
+from objstate.run import BuildingInput
+from objstate.service.believed import Believed
+from objstate.service.drives import Drive, Drives
+from objstate.service.estimating import Context
+from objstate.service.events import Events
+from objstate.service.evidence import EvidenceDesk
+from objstate.service.metrics import Metrics
+from objstate.service.options import ServiceOptions
+from objstate.service.processing import Processing
+from objstate.service.questions import Questions
+from objstate.service.requests import Gate
+from objstate.service.tables import DRIVES, make_tables
+from objstate.service.tokens import Tokens
+from objstate.world.database import Database
+from objstate.world.location import parse_location
+from objstate.world.store import open_store
+from objstate.world.words import belief_words
+
+
+class Parts:
+    """The parts of one service, wired. Raises BuildingError, WorldError or SettingsError."""
+
+    def __init__(self, options: ServiceOptions) -> None:
+        options.check()
+        self.options = options
+        building = BuildingInput.read(options.building).model
+        store = open_store(options.world, building)
+        self.database = Database(parse_location(options.world))
+        make_tables(self.database)
+        settings = options.run.settings
+        self.tokens = Tokens(self.database)
+        self.gate = Gate(self.tokens, options.requests_per_s)
+        self.events = Events(self.database)
+        self.believed = Believed(self.database, store, building, settings)
+        self.questions = Questions(self.believed)
+        self.desk = EvidenceDesk(store, self.believed, settings, self.refresh)
+        self.drives = Drives(self.database, options.data)
+        context = Context(
+            options.building.absolute(), options.world, options.run, options.memory_limit
+        )
+        self.processing = Processing(
+            self.drives, context, options.time_limit_s, self.note_drive, self.refresh
+        )
+        self.metrics = Metrics()
+        self.listeners = 0
+
+    def note_drive(self, drive: Drive) -> None:
+        """Tell who listens of a drive."""
+        self.events.add(("drive", drive.words()))
+
+    def refresh(self) -> None:
+        """Look whether the world was taught, and tell who listens what is believed now."""
+        before = self.believed.now.world
+        known = self.believed.refresh()
+        if known is None:
+            return
+        changed = [
+            ("belief", belief_words(past[-1]) | {"revision": known.revision})
+            for name in known.world.objects
+            if (past := known.world.history(name))
+            and (not before.history(name) or past[-1].stamp_ns != before.history(name)[-1].stamp_ns)
+        ]
+        self.events.add(*changed)
+
+    def gauges(self) -> dict[str, float]:
+        """What is so now, for the metrics."""
+        states = select(DRIVES.c.state, func.count()).group_by(DRIVES.c.state)
+        with self.database.reading() as connection:
+            counts = {state: float(count) for state, count in connection.execute(states)}
+        drives = {f"drives_{state}": count for state, count in sorted(counts.items())}
+        return drives | {
+            "listeners": self.listeners,
+            "objects": len(self.believed.now.world.objects),
+        }
