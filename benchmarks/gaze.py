@@ -181,18 +181,18 @@ def by_field(settings: GazeSettings, *, watching: float = 0.0, gaining: bool = F
     return made
 
 
+SEEN_TURNING = GazeSettings(on_the_way=True)
 CHOOSERS: dict[str, Chooser] = {
     "both": by_field(GazeSettings(), gaining=True),
-    "both, way": by_field(GazeSettings(), watching=30.0, gaining=True),
-    "both, things of 0.4 m": by_field(GazeSettings(thing_m=0.4), gaining=True),
-    "both, not on the way": by_field(GazeSettings(on_the_way=False), gaining=True),
+    "both, on the way": by_field(SEEN_TURNING, gaining=True),
+    "both, on the way, watching": by_field(SEEN_TURNING, watching=30.0, gaining=True),
+    "both, no inhibition": by_field(GazeSettings(held_back=0.0), gaining=True),
     "objects": by_objects,
-    "objects, some way": by_field(GazeSettings(thing_m=3.0), watching=27.0, gaining=True),
     "field": by_field(GazeSettings()),
-    "field, way": by_field(GazeSettings(), watching=WATCHED),
-    "field, no occlusion": by_field(GazeSettings(occlusion=False)),
-    "field, not on the way": by_field(GazeSettings(on_the_way=False)),
-    "field, no inhibition": by_field(GazeSettings(held_back=0.0)),
+    "field, on the way": by_field(SEEN_TURNING),
+    "field, on the way, watching": by_field(SEEN_TURNING, watching=WATCHED),
+    "field, on the way, no occlusion": by_field(GazeSettings(on_the_way=True, occlusion=False)),
+    "field, on the way, no inhibition": by_field(GazeSettings(on_the_way=True, held_back=0.0)),
     "sweep": sweep,
     "ahead": ahead,
 }

@@ -40,7 +40,7 @@ class GazeSettings(Strict):
     held_back: Share = 0.5  # share of the entropy that doesn't count where one has just looked
     thing_m: Positive = 1.0  # side of a piece of floor whose cells are known or unknown together
     occlusion: bool = True  # what walls and known things hide doesn't count
-    on_the_way: bool = True  # what is seen while the head turns does
+    on_the_way: bool = False  # what is seen while the head turns does
     apart_deg: NonNegative = 20.0  # between the headings that are listed
 
 

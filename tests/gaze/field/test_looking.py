@@ -85,7 +85,7 @@ def test_what_a_wall_hides_does_not_count() -> None:
 def test_what_is_seen_on_the_way_counts() -> None:
     made = entropies(np.full(LAYOUT.shape, 0.5, np.float32))
     plain = Gazer(made, head(), PLAIN).rank(ROBOT, 0.0, 0.0)
-    swept = Gazer(made, head(), GazeSettings()).rank(ROBOT, 0.0, 0.0)
+    swept = Gazer(made, head(), GazeSettings(on_the_way=True)).rank(ROBOT, 0.0, 0.0)
     per_view = plain[0].bits
     for each in swept:
         width = (abs(each.pan) + math.radians(60.0)) / math.radians(60.0)
@@ -213,7 +213,7 @@ def test_the_best_look_on_the_way_counts() -> None:
     made = EntropyMap(LAYOUT, NO_WALLS, objects=False)
     made.update(np.zeros(LAYOUT.shape, np.float32), {"door_1": prior})
     gains = ObjectGains(building, head(turn=120.0))
-    gazer = Gazer(made, head(turn=120.0), GazeSettings(apart_deg=60.0), gains)
+    gazer = Gazer(made, head(turn=120.0), GazeSettings(apart_deg=60.0, on_the_way=True), gains)
     passing = [each for each in gazer.rank(np.zeros(3), -2.0, 0.0) if each.pan > 1.5]
     most = gains.bits({"door_1": prior}, np.zeros(3))["door_1"].max()
     assert [each.bits for each in passing] == pytest.approx([most] * len(passing))
