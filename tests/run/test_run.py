@@ -213,7 +213,7 @@ def test_a_door_that_hangs_elsewhere_is_told_with_where(tmp_path: Path) -> None:
     loose = Settings(building_error=BuildingErrorSettings(hinge_std_m=0.1))
     options = RunOptions(settings=loose)
     warnings = estimate_log([log], model, tmp_path / "out", options).warnings
-    (told,) = [warning for warning in warnings if "hung" in warning]
+    (told,) = [warning for warning in warnings if "hinge" in warning]
     assert "The hinge of door 'door' was found 0." in told
     assert "north of its place in the model" in told
 
@@ -268,7 +268,7 @@ def test_objects_that_no_beam_bore_on_are_a_warning(tmp_path: Path) -> None:
     building = hall(tmp_path, low.replace("0.45 0 1", "0.45 0 0.1"))
     result = estimate_log([recorded(tmp_path)], building, tmp_path / "out")
     assert result.counts["estimates"] > 0
-    assert any("no beam bore" in warning for warning in result.warnings)
+    assert any("no beam reached" in warning for warning in result.warnings)
 
 
 @pytest.mark.parametrize(
