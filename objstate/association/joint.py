@@ -67,8 +67,8 @@ class Joint:
     def updated(self, readings: Readings, seen: FloatArray) -> Joint:
         """After readings, of objects that the modes of each hypothesis expect to see with probability (h, k, m).
 
-        A reading is of one object or of nothing; an object gives one reading or none. One that wasn't read
-        the last time may have been carried anywhere.
+        A reading is of one object or of nothing; an object gives one reading or none. One that
+        wasn't read the last time may have been carried anywhere.
         """
         count, objects = len(readings.positions), np.arange(seen.shape[1])
         seen = np.clip(seen, UNLIKELY, 1.0 - UNLIKELY)

@@ -24,7 +24,8 @@ STATE = 2 * COORDINATES
 class Motion:
     """How objects of a class move.
 
-    With ``starts`` 0 they only stand (constant position), with ``stops`` 0 they only move (constant velocity).
+    With ``starts`` 0 they only stand (constant position), with ``stops`` 0 they only move (constant
+    velocity).
     """
 
     walk: float = 2.2e-4  # m^2/s, by which the variance of a standing object's position grows

@@ -29,8 +29,8 @@ class Located:
 def located(points: FloatArray, sensor: FloatArray, radius: float, noise: float) -> Located | None:
     """The circle of a known radius that fits readings (n, 2) of its outline from a sensor at (2,).
 
-    Robust least squares of the distances from the outline, by Gauss and Newton, whatever part of it is seen.
-    ``noise`` is m, of a reading. None of fewer than three readings.
+    Robust least squares of the distances from the outline, by Gauss and Newton, whatever part of it
+    is seen. ``noise`` is m, of a reading. None of fewer than three readings.
     """
     if len(points) < FEW:
         return None

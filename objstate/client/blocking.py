@@ -108,9 +108,13 @@ class Client:
         region: tuple[float, float] | None = None,
         reliability: float = 0.99,
         at: Moment = None,
+        identity: str | None = None,
     ) -> Believed:
-        """Evidence of a door: ``open`` or ``closed``, or a region, rad or m; the belief with it."""
-        return self._ask(questions.evidence(name, source, state, region, reliability, at))
+        """Evidence of a door: ``open`` or ``closed``, or a region, rad or m; the belief with it.
+
+        A report of the same ``identity`` again changes nothing.
+        """
+        return self._ask(questions.evidence(name, source, state, region, reliability, at, identity))
 
     def drives(self) -> tuple[Drive, ...]:
         """All drives, in the order in which they came."""

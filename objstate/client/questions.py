@@ -91,6 +91,7 @@ def evidence(
     region: tuple[float, float] | None,
     reliability: float,
     at: Moment,
+    identity: str | None,
 ) -> Question[Believed]:
     body = {
         "source": source,
@@ -98,6 +99,7 @@ def evidence(
         "region": region,
         "reliability": reliability,
         "stamp_ns": moment_ns(at),
+        "id": identity,
     }
     return _post(f"/v1/objects/{_part(name)}/evidence", Believed, body)
 

@@ -62,7 +62,8 @@ LASER_HEIGHT = 0.3
 # m; a laser pose farther than this from the robot's is no mounting but another frame
 LARGEST_OFFSET = 2.0
 
-# bytes; a laser line of a thousand beams has ten thousand. A longer one is damage, and may have no end
+# bytes; a laser line of a thousand beams has ten thousand. A longer one is damage, and may have no
+# end
 LONGEST_LINE = 2**20
 
 # ns; a ROS time has 31 bits of seconds

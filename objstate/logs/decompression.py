@@ -9,9 +9,10 @@ from typing import Any
 
 ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 
-# bytes that a chunk or message may unpack to. Recorders close a chunk at some megabytes (rosbag 0.75,
-# rosbag2 0.75, Foxglove 4) or after the message that passes this; the longest messages, pictures and
-# point clouds, have some tens of megabytes. Compressed zeros unpack to 30,000 times their length.
+# bytes that a chunk or message may unpack to. Recorders close a chunk at some megabytes (rosbag
+# 0.75, rosbag2 0.75, Foxglove 4) or after the message that passes this; the longest messages,
+# pictures and point clouds, have some tens of megabytes. Compressed zeros unpack to 30,000 times
+# their length.
 MOST_UNPACKED = 128 * 2**20
 # bytes; a chunk whose header announces less may unpack to this much: the header may be damaged
 USUAL_CHUNK = 4 * 2**20

@@ -26,12 +26,12 @@ MAGIC = b"SQLite format 3\x00"
 
 TABLES = ("topics", "messages", "message_definitions")
 
-# what a damaged file raises: SQLite also runs out of memory that it would need for a damaged length, and
-# a message of its own that quotes what isn't text can't be decoded
+# what a damaged file raises: SQLite also runs out of memory that it would need for a damaged
+# length, and a message of its own that quotes what isn't text can't be decoded
 FAULTS = (sqlite3.Error, OverflowError, UnicodeDecodeError, MemoryError)
 
-# steps of SQLite's machine from one row to the next: reading takes a dozen, and sorting a million rows
-# that aren't in order some ten millions, in a second
+# steps of SQLite's machine from one row to the next: reading takes a dozen, and sorting a million
+# rows that aren't in order some ten millions, in a second
 MOST_STEPS = 200_000_000
 STEPS_AT_ONCE = 1_000_000
 # rows; a page of 4096 bytes holds no more of the shortest messages

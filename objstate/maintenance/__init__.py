@@ -1,4 +1,4 @@
-"""What to look at next: gain against cost, what plans ask for, and what came of it (Elfring et al. 2014)."""
+"""Choosing what to look at next: gain, cost, plans and outcomes (Elfring et al. 2014)."""
 
 from objstate.maintenance.alike import Together, seen_together
 from objstate.maintenance.answers import (

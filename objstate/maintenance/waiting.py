@@ -20,10 +20,10 @@ def seconds_until_worthwhile(
     may_drive: bool = True,
     horizon_s: float = HORIZON,
 ) -> float | None:
-    """How long, s, until an action of a robot that waits at (3,) is worth it, if nobody looks.
+    """Time, s, until an action of a robot that waits at (3,) is worthwhile, without looks.
 
-    0 where one is by now, None where none will be within ``horizon_s``. Beliefs are predicted by
-    the world; the moment is found by doubling and bisection, to 5 %.
+    0 where one is now, None where none will be within ``horizon_s``. Beliefs are predicted by the
+    world; the moment is found by doubling and bisection, to 5 %.
     """
 
     def is_worthwhile(seconds: float) -> bool:

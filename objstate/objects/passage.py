@@ -10,7 +10,7 @@ from objstate.building.model import Kind, MovableObject
 from objstate.errors import BuildingError
 from objstate.geometry import FloatArray, invert
 
-LATTICES_KEPT = 4096  # number of lattices whose widths are cached
+LATTICES_KEPT = 32_768  # number of lattices whose widths are cached, some 1 kB each
 
 
 @lru_cache(maxsize=LATTICES_KEPT)

@@ -83,8 +83,8 @@ def _columns(estimates: Sequence[Estimate]) -> dict[str, list[Any]]:
 def read_estimates(folder: str | Path) -> pl.DataFrame:
     """The estimates of a result folder. Raises ResultError where there are none.
 
-    Results of earlier versions don't say how probably a door is closed, nor how probably the robot is
-    localized: ``p_closed`` and ``p_localized`` are null there.
+    Results of earlier versions don't say how probably a door is closed, nor how probably the robot
+    is localized: ``p_closed`` and ``p_localized`` are null there.
     """
     return _read_table(Path(folder) / ESTIMATES)
 

@@ -15,7 +15,8 @@ from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse, PlainTextResponse, Response
 from starlette.routing import Route
 
-from objstate.errors import ObjstateError, WorldError
+from objstate.errors import ObjstateError, OutageError, WorldError
+from objstate.outages import outage_of
 from objstate.service.openapi import document
 from objstate.service.operations import OPERATIONS, Operation, query_known
 from objstate.service.parts import Parts
@@ -78,7 +79,7 @@ def service_app(parts: Parts) -> Starlette:
 
 def _of(parts: Parts, operation: Operation) -> Handler:
     async def answer(request: Request) -> Response:
-        token = parts.gate.admit(request, operation.role)
+        token = await parts.gate.admit(request, operation.role)
         query_known(operation, request)
         return await operation.answer(parts, request, token)
 
@@ -98,12 +99,12 @@ def _watched(parts: Parts, route: str, handler: Handler) -> Handler:
             response = Response(status_code=400)
         except WorldError as error:
             response = Problem(503, str(error), "Try again.").response(request.url.path)
+        except OutageError as error:
+            response = _bug_or_outage(error, identity, request, route)
         except ObjstateError as error:
             response = Problem(422, str(error), "See /openapi.json.").response(request.url.path)
-        except Exception:
-            logger.exception("request %s of %s %s", identity, request.method, route)
-            detail = f"A bug in objstate; the service's log has it under {identity}."
-            response = Problem(500, detail, "Please report it.").response(request.url.path)
+        except Exception as error:
+            response = _bug_or_outage(error, identity, request, route)
         response.headers.update(HEADERS | {"X-Request-ID": identity})
         seconds = time.perf_counter() - began
         parts.metrics.note(request.method, route, response.status_code, seconds)
@@ -118,6 +119,16 @@ def _watched(parts: Parts, route: str, handler: Handler) -> Handler:
         return response
 
     return answer
+
+
+def _bug_or_outage(error: Exception, identity: str, request: Request, route: str) -> JSONResponse:
+    outage = error if isinstance(error, OutageError) else outage_of(error)
+    if outage is not None:
+        logger.error("request %s: %s", identity, outage)
+        return Problem(503, str(outage), "Try again later.").response(request.url.path)
+    logger.error("request %s of %s %s", identity, request.method, route, exc_info=error)
+    detail = f"A bug in objstate; the service's log has it under {identity}."
+    return Problem(500, detail, "Please report it.").response(request.url.path)
 
 
 async def _watch(parts: Parts) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import hashlib
 import json
 import os
@@ -14,6 +15,7 @@ from typing import Any
 
 from sqlalchemy import Connection, func, insert, select, update
 
+from objstate.outputs import flush_folder, make_folder
 from objstate.service.problems import Problem
 from objstate.service.tables import DRIVES
 from objstate.world.database import Database
@@ -21,6 +23,8 @@ from objstate.world.database import Database
 WAITING, RUNNING, DONE, FAILED, DELETED = "waiting", "running", "done", "failed", "deleted"
 IDENTITY = 16  # letters of a drive's digest that name it
 MOST_ATTEMPTS = 3  # of a drive whose process dies
+ABANDONED_S = 3600.0  # after which an upload that grew no more belongs to nobody
+BLOCK = 2**20  # bytes of an upload that are written at once
 SUFFIXES = {  # by the first bytes
     b"\x89MCAP0": ".mcap",
     b"#ROSBAG V": ".bag",
@@ -57,7 +61,8 @@ class Drives:
     def __init__(self, database: Database, folder: Path) -> None:
         self._database, self._folder = database, folder
         for part in ("incoming", "logs", "results"):
-            (folder / part).mkdir(parents=True, exist_ok=True)
+            make_folder(folder / part)
+        self._sweep()
 
     def log(self, drive: Drive) -> Path:
         """Where a drive's log lies."""
@@ -75,26 +80,42 @@ class Drives:
         Raises Problem for a log that is empty, too large or not of the ``digest`` stated.
         """
         partial = self._folder / "incoming" / secrets.token_hex(16)
-        hashed, size, head = hashlib.sha256(), 0, b""
+        hashed, size, head, block = hashlib.sha256(), 0, b"", bytearray()
         try:
             with partial.open("wb") as file:
+
+                def keep(some: bytes) -> None:
+                    hashed.update(some)
+                    file.write(some)
+
                 async for chunk in content:
                     size += len(chunk)
                     if size > largest:
                         raise Problem(413, f"The log has more than {largest} bytes.", TOO_LARGE)
                     head = head if len(head) >= 64 else head + chunk[:64]
-                    hashed.update(chunk)
-                    file.write(chunk)
+                    block += chunk
+                    if len(block) >= BLOCK:
+                        await asyncio.to_thread(keep, bytes(block))
+                        block.clear()
+                keep(bytes(block))
                 file.flush()
-                os.fsync(file.fileno())
+                await asyncio.to_thread(os.fsync, file.fileno())
             if size == 0:
                 raise Problem(400, "The request has no body.", "Send the log as the body.")
             if digest is not None and digest.lower() != hashed.hexdigest():
                 detail = f"The log's SHA-256 is {hashed.hexdigest()}, not {digest}."
                 raise Problem(400, detail, "Send it again.")
-            return self._queue(partial, hashed.hexdigest(), size, _suffix(head))
+            return await asyncio.to_thread(
+                self._queue, partial, hashed.hexdigest(), size, _suffix(head)
+            )
         finally:
             partial.unlink(missing_ok=True)
+
+    def _sweep(self) -> None:
+        """Remove uploads that broke off when an earlier service was killed."""
+        for partial in (self._folder / "incoming").iterdir():
+            if time.time() - partial.stat().st_mtime > ABANDONED_S:
+                partial.unlink(missing_ok=True)
 
     def _queue(self, partial: Path, digest: str, size: int, suffix: str) -> Drive:
         identity, file = digest[:IDENTITY], digest + suffix
@@ -103,6 +124,7 @@ class Drives:
             if known is not None and known.state != DELETED:
                 return known
             partial.replace(self._folder / "logs" / file)
+            flush_folder(self._folder / "logs")
             fresh = {"state": WAITING, "attempts": 0, "reason": None, "received_ns": time.time_ns()}
             fresh |= {"ended_ns": None, "summary": None, "deleted_by": None}
             number = 1 + (connection.execute(select(func.max(DRIVES.c.number))).scalar() or 0)
@@ -147,10 +169,19 @@ class Drives:
             return _one(connection, identity)
 
     def put_back(self) -> None:
-        """Let drives wait again that were running when the service ended."""
+        """Let drives wait again that were running when the service ended; that attempt doesn't count."""
+        c = DRIVES.c
         with self._database.writing() as connection:
-            change = update(DRIVES).where(DRIVES.c.state == RUNNING)
-            connection.execute(change.values(state=WAITING))
+            change = update(DRIVES).where(c.state == RUNNING)
+            connection.execute(change.values(state=WAITING, attempts=c.attempts - 1))
+
+    def again(self, drive: Drive, reason: str, *, counts: bool) -> None:
+        """Let a drive wait again; an attempt counts where the log may be the cause."""
+        c = DRIVES.c
+        with self._database.writing() as connection:
+            change = update(DRIVES).where(c.id == drive.id, c.state == RUNNING)
+            attempts = c.attempts if counts else c.attempts - 1
+            connection.execute(change.values(state=WAITING, attempts=attempts, reason=reason))
 
     def end(self, drive: Drive, state: str, **known: Any) -> None:
         """Say what became of a drive."""

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 import secrets
+import threading
 import time
+from collections.abc import Callable
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
@@ -19,7 +21,6 @@ from objstate.particles import Weights
 from objstate.service.believed import Believed, known_object
 from objstate.service.problems import Problem
 from objstate.service.tables import EVIDENCE
-from objstate.world.database import Database
 from objstate.world.store import DriveEntry, WorldStore
 
 CLOSED_DEG, CLOSED_M = (
@@ -39,17 +40,28 @@ class Report(BaseModel):
         None, description="of a door, instead of its state: from, to; rad or m"
     )
     reliability: float = Field(0.99, gt=0.0, lt=1.0, description="probability that it is right")
-    stamp_ns: int | None = Field(None, description="default: now")
+    stamp_ns: int | None = Field(None, ge=0, lt=2**63, description="default: now")
+    id: str | None = Field(
+        None,
+        min_length=1,
+        max_length=200,
+        description="chosen by who reports; the same id again changes nothing",
+    )
 
 
 class EvidenceDesk:
     """Takes reports into the world by Bayes' rule, and keeps their source."""
 
     def __init__(
-        self, database: Database, store: WorldStore, believed: Believed, settings: Settings
+        self,
+        store: WorldStore,
+        believed: Believed,
+        settings: Settings,
+        on_taught: Callable[[], None],
     ) -> None:
-        self._database, self._store = database, store
-        self._believed, self._settings = believed, settings
+        self._store, self._believed, self._settings = store, believed, settings
+        self._on_taught = on_taught
+        self._lock = threading.Lock()  # each report is weighed with all before it
 
     def take(self, name: str, report: Report, token: str) -> ObjectBelief:
         """The belief with a report. Raises Problem for one that can't be, WorldError."""
@@ -57,17 +69,19 @@ class EvidenceDesk:
         if item.kind is Kind.PLANAR:
             raise Problem(422, f"'{name}' is furniture, of which nothing can be told yet.", DOORS)
         stamp_ns = time.time_ns() if report.stamp_ns is None else report.stamp_ns
-        before = self._believed.at(stamp_ns)[name]
-        lower, upper = _region(before, report)
-        after = told(before, lower, upper, report.reliability)
-        identity = secrets.token_hex(8)
-        row = {"object": name, "stamp_ns": stamp_ns, "source": report.source, "token": token}
-        row |= {"lower": lower, "upper": upper, "reliability": report.reliability}
-        with self._database.writing() as connection:
-            connection.execute(insert(EVIDENCE).values(id=identity, **row))
-        entry = DriveEntry(f"evidence:{identity}", stamp_ns, stamp_ns, self._settings)
-        self._store.add(entry, [after])
-        return after
+        identity = secrets.token_hex(8) if report.id is None else report.id
+        with self._lock:
+            self._on_taught()
+            before = self._believed.at(stamp_ns)[name]
+            lower, upper = _region(before, report)
+            after = told(before, lower, upper, report.reliability)
+            row = {"object": name, "stamp_ns": stamp_ns, "source": report.source, "token": token}
+            row |= {"lower": lower, "upper": upper, "reliability": report.reliability}
+            entry = DriveEntry(f"evidence:{identity}", stamp_ns, stamp_ns, self._settings)
+            on_record = insert(EVIDENCE).values(id=identity, **row)
+            is_new = self._store.add(entry, [after], also=[on_record])
+            self._on_taught()
+            return after if is_new else self._believed.at(stamp_ns)[name]
 
 
 DOORS = "Report doors."

@@ -83,7 +83,7 @@ async def list_objects(parts: Parts, request: Request, _: Token) -> Response:
     when = moment_of(request)
     return await _versioned(
         request,
-        parts.believed.now.revision,
+        parts.questions.revision_of(None, when),
         lambda: asyncio.to_thread(parts.questions.objects, when),
     )
 
@@ -93,7 +93,7 @@ async def get_object(parts: Parts, request: Request, _: Token) -> Response:
     samples = request.query_params.get("samples") in ("1", "true")
     return await _versioned(
         request,
-        parts.questions.revision_of(name),
+        parts.questions.revision_of(name, when),
         lambda: asyncio.to_thread(parts.questions.object, name, when, samples),
     )
 
@@ -102,7 +102,7 @@ async def get_history(parts: Parts, request: Request, _: Token) -> Response:
     name = request.path_params["name"]
     return await _versioned(
         request,
-        parts.questions.revision_of(name),
+        parts.questions.revision_of(name, 0),
         lambda: asyncio.to_thread(parts.questions.history, name),
     )
 
@@ -116,7 +116,7 @@ async def get_passage(parts: Parts, request: Request, _: Token) -> Response:
             return await asyncio.to_thread(parts.questions.passage, name, width, length, when)
         return parts.questions.passage(name, width, length, when)  # some 50 us
 
-    return await _versioned(request, parts.questions.revision_of(name), ask)
+    return await _versioned(request, parts.questions.revision_of(name, when), ask)
 
 
 async def ask_blocked(parts: Parts, request: Request, _: Token) -> Response:
@@ -138,7 +138,6 @@ async def get_doors(parts: Parts, request: Request, _: Token) -> Response:
 async def send_evidence(parts: Parts, request: Request, token: Token) -> Response:
     report, name = await body_of(request, Report), request.path_params["name"]
     belief = await asyncio.to_thread(parts.desk.take, name, report, token.id)
-    await asyncio.to_thread(parts.refresh)
     return JSONResponse(belief_words(belief), 201)
 
 

@@ -39,7 +39,7 @@ class Parts:
         self.events = Events(self.database)
         self.believed = Believed(self.database, store, building, settings)
         self.questions = Questions(self.believed)
-        self.desk = EvidenceDesk(self.database, store, self.believed, settings)
+        self.desk = EvidenceDesk(store, self.believed, settings, self.refresh)
         self.drives = Drives(self.database, options.data)
         context = Context(
             options.building.absolute(), options.world, options.run, options.memory_limit

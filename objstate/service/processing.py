@@ -11,10 +11,11 @@ from typing import Any
 
 from objstate.batch.process import WorkerProcess
 from objstate.recording.summary import SUMMARY
-from objstate.service.drives import DONE, FAILED, MOST_ATTEMPTS, WAITING, Drive, Drives
+from objstate.service.drives import DONE, FAILED, MOST_ATTEMPTS, Drive, Drives
 from objstate.service.estimating import Context, Job, estimate
 
-TRIED_AGAIN = ("died", "interrupted", "prevented")  # verdicts in which the log has no part
+OUTAGES = ("interrupted", "prevented")  # verdicts in which the log has no part, as of a full disk
+OUTAGE_S = 10.0  # before a drive is tried again after one
 LOOKED_AFTER_S = 1.0  # another process of the service may have queued a drive
 TOLD = ("objects", "counts", "warnings", "success", "failures", "lost_share", "begin_ns", "timings")
 
@@ -90,9 +91,14 @@ class Processing:
             self._drives.end(drive, DONE, summary=json.dumps(summary_of(result)))
             return
         reason = verdict.reason or f"The process of the drive {verdict.status}."
-        again = verdict.status in TRIED_AGAIN and drive.attempts < MOST_ATTEMPTS
         logger.warning("drive %s %s: %s", drive.id, verdict.status, reason)
-        self._drives.end(drive, WAITING if again else FAILED, reason=reason)
+        if verdict.status in OUTAGES:
+            self._drives.again(drive, reason, counts=False)
+            self._ended.wait(OUTAGE_S)
+        elif verdict.status == "died" and drive.attempts < MOST_ATTEMPTS:
+            self._drives.again(drive, reason, counts=True)
+        else:
+            self._drives.end(drive, FAILED, reason=reason)
 
 
 def summary_of(result: Path) -> dict[str, Any]:

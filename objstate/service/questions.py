@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from objstate.building.model import Kind
+from objstate.errors import WorldError
 from objstate.objects import ObjectBelief
 from objstate.service.believed import Believed, known_object
 from objstate.service.moments import words_of
@@ -18,6 +20,7 @@ from objstate.world.route_graph import RouteEdge, dynamic_edges
 from objstate.world.words import belief_words
 
 MOST_POINTS = 10_000  # of a path
+FRESH_NS = 10 * 10**9  # for which a belief that fades counts as unchanged
 
 
 class Strict(BaseModel):
@@ -101,7 +104,9 @@ class Questions:
         """How probably something movable is in a robot's way, and what."""
         if asked.arrivals is None:
             when = _when(asked.at)
-            found = self._believed.at(when).blocked(asked.path, asked.radius)
+            snapshot = self._believed.at(when)
+            with _told():
+                found = snapshot.blocked(asked.path, asked.radius)
             chances = {each.object: each.probability for each in found.blockers}
             return self._stamped(when) | _blockage(chances)
         if asked.at is not None or len(asked.arrivals) != len(asked.path):
@@ -111,7 +116,9 @@ class Questions:
             raise Problem(422, "The arrivals go back in time.", "Give them in the order of points.")
         chances = {}
         for begin, arrival in enumerate(asked.arrivals[1:]):
-            leg = self._believed.at(arrival).blocked(asked.path[begin : begin + 2], asked.radius)
+            snapshot = self._believed.at(arrival)
+            with _told():
+                leg = snapshot.blocked(asked.path[begin : begin + 2], asked.radius)
             for each in leg.blockers:
                 chances[each.object] = max(chances.get(each.object, 0.0), each.probability)
         return self._stamped(asked.arrivals[-1]) | _blockage(chances)
@@ -120,13 +127,15 @@ class Questions:
         """The request of Nav2's ``DynamicEdges``."""
         when = _when(asked.at)
         edges = [RouteEdge(edge.edgeid, edge.path) for edge in asked.edges]
-        told = dynamic_edges(
-            self._believed.at(when),
-            edges,
-            asked.radius,
-            detour_cost=asked.detour_cost,
-            close_from=asked.close_from,
-        )
+        snapshot = self._believed.at(when)
+        with _told():
+            told = dynamic_edges(
+                snapshot,
+                edges,
+                asked.radius,
+                detour_cost=asked.detour_cost,
+                close_from=asked.close_from,
+            )
         return self._stamped(when) | told.to_dict()
 
     def modes(self, width: float, length: float, stamp_ns: int | None) -> dict[str, Any]:
@@ -136,11 +145,17 @@ class Questions:
         doors = {name: {"value": int(mode), "name": mode.name} for name, mode in modes.items()}
         return self._stamped(when) | {"doors": doors}
 
-    def revision_of(self, name: str) -> str:
-        """What changes whenever something is learnt of an object."""
+    def revision_of(self, name: str | None, stamp_ns: int | None) -> str:
+        """What changes when an answer about an object, or all, may: as something is learnt, or fades.
+
+        Answers about a moment stay; those about now are the same for ``FRESH_NS``.
+        """
         known = self._believed.now
-        past = known.world.history(known_object(known.world, name))
-        return f"{known.revision}-{past[-1].stamp_ns if past else 0}"
+        learnt = known.revision
+        if name is not None:
+            past = known.world.history(known_object(known.world, name))
+            learnt = f"{learnt}-{past[-1].stamp_ns if past else 0}"
+        return learnt if stamp_ns is not None else f"{learnt}-{time.time_ns() // FRESH_NS}"
 
     def _belief(self, name: str, when: int) -> ObjectBelief:
         known_object(self._believed.now.world, name)
@@ -152,6 +167,15 @@ class Questions:
 
     def _stamped(self, when: int) -> dict[str, Any]:
         return {"revision": self._believed.now.revision, "at_ns": when, "at": words_of(when)}
+
+
+@contextmanager
+def _told() -> Iterator[None]:
+    """Turn a question that can't be answered into a problem of who asks."""
+    try:
+        yield
+    except WorldError as error:
+        raise Problem(422, str(error), "See /openapi.json.") from error
 
 
 def _when(stamp_ns: int | None) -> int:

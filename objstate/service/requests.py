@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+import math
 import time
 from typing import TypeVar
 
@@ -16,6 +18,8 @@ Body = TypeVar("Body", bound=BaseModel)
 
 LARGEST_BODY = 4 * 2**20  # bytes of a question
 BURST_S = 1.0  # of requests that may come at once
+GUESSES_PER_S = 5.0  # requests of one address without a token that is in use
+MOST_COUNTED = 10_000  # tokens and addresses whose requests are counted
 
 
 class Gate:
@@ -23,14 +27,16 @@ class Gate:
 
     def __init__(self, tokens: Tokens, requests_per_s: float) -> None:
         self._tokens, self._rate = tokens, requests_per_s
-        self._left: dict[str, tuple[float, float]] = {}  # by token: requests left, at a time
+        self._left: dict[str, tuple[float, float]] = {}  # by who asks: requests left, at a time
 
-    def admit(self, request: Request, role: Role) -> Token:
+    async def admit(self, request: Request, role: Role) -> Token:
         """The token of a request that may do what a role may. Raises Problem."""
         _check_origin(request)
         scheme, _, secret = request.headers.get("authorization", "").partition(" ")
-        token = self._tokens.of(secret.strip()) if scheme.lower() == "bearer" else None
+        token = await self._token(secret.strip()) if scheme.lower() == "bearer" else None
         if token is None:
+            where = request.client.host if request.client is not None else ""
+            self._count(f"address {where}", "An address without a token", GUESSES_PER_S)
             raise Problem(
                 401,
                 "The request has no token that is in use.",
@@ -40,24 +46,32 @@ class Gate:
         if not token.role.allows(role):
             detail = f"The token '{token.name}' has the role {token.role.value}."
             raise Problem(403, detail, f"Use one with the role {role.value}.")
-        self._count(token)
+        self._count(token.id, f"The token '{token.name}'", self._rate)
         return token
 
-    def _count(self, token: Token) -> None:
-        now, most = time.monotonic(), max(self._rate * BURST_S, 1.0)
-        left, since = self._left.get(token.id, (most, now))
-        left = min(left + (now - since) * self._rate, most)
+    async def _token(self, secret: str) -> Token | None:
+        known = self._tokens.remembered(secret)
+        return known[1] if known else await asyncio.to_thread(self._tokens.of, secret)
+
+    def _count(self, who: str, told: str, rate: float) -> None:
+        """Let one more request pass, as a bucket of tokens does. Raises Problem."""
+        if len(self._left) > MOST_COUNTED:
+            self._left.clear()
+        now, most = time.monotonic(), max(rate * BURST_S, 1.0)
+        left, since = self._left.get(who, (most, now))
+        left = min(left + (now - since) * rate, most)
         if left < 1.0:
-            wait = f"{(1.0 - left) / self._rate:.3f}"
-            detail = f"The token '{token.name}' has asked more than {self._rate:g} times a second."
-            raise Problem(429, detail, f"Wait {wait} s.", {"Retry-After": "1"})
-        self._left[token.id] = left - 1.0, now
+            wait = (1.0 - left) / rate
+            detail = f"{told} has asked more than {rate:g} times a second."
+            headers = {"Retry-After": str(math.ceil(wait))}
+            raise Problem(429, detail, f"Wait {wait:.3f} s.", headers)
+        self._left[who] = left - 1.0, now
 
 
 def _check_origin(request: Request) -> None:
     """A page of somebody else may not send what a browser here would. Raises Problem."""
     origin = request.headers.get("origin")
-    if origin is None or origin == "null":
+    if origin is None:
         return
     if origin.partition("://")[2] != request.headers.get("host"):
         raise Problem(403, f"A page of {origin} may not ask.", "Ask from the service's own page.")

@@ -80,11 +80,17 @@ class Tokens:
 
     def of(self, secret: str) -> Token | None:
         """The token of a secret, None for one that opens nothing. Raises WorldError."""
-        digest, now = _digest(secret), time.monotonic()
-        known = self._remembered.get(digest)
-        if known is None or now - known[0] > REMEMBERED_S:
-            known = self._remembered[digest] = now, self._looked_up(digest)
+        known = self.remembered(secret)
+        if known is None:
+            digest = _digest(secret)
+            known = self._remembered[digest] = time.monotonic(), self._looked_up(digest)
         return known[1]
+
+    def remembered(self, secret: str) -> tuple[float, Token | None] | None:
+        """When a secret was looked up, and its token, if that was a moment ago."""
+        known = self._remembered.get(_digest(secret))
+        is_fresh = known is not None and time.monotonic() - known[0] <= REMEMBERED_S
+        return known if is_fresh else None
 
     def _looked_up(self, digest: str) -> Token | None:
         if len(self._remembered) > 10_000:

@@ -28,7 +28,8 @@ from objstate.kinds import SCENE
 PointXY = tuple[float, float]
 Region = tuple[float, float, float, float]  # x_min, y_min, x_max, y_max
 
-# of people, boxes, samples or beams, and a second: what is more is a slip of the pen, and takes all memory
+# of people, boxes, samples or beams, and a second: what is more is a slip of the pen, and takes all
+# memory
 MOST = 100_000
 Count = Annotated[int, Field(ge=1, le=MOST)]
 Rate = Annotated[float, Field(gt=0, le=MOST)]  # Hz

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from sqlalchemy import Delete, delete, func, select, tuple_
+from sqlalchemy import Delete, delete, exists
 
 from objstate.errors import WorldError
 from objstate.world.schema import BELIEFS
@@ -42,12 +42,13 @@ def thinned(rule: Thinning, now_ns: int) -> list[Delete]:
 
 def _but_the_last(span_ns: int, since_ns: int | None, before_ns: int) -> Delete:
     """Of the beliefs of a stretch, all but each object's last in every ``span_ns``."""
-    b = BELIEFS.c
+    b, later = BELIEFS.c, BELIEFS.alias("later")
     within = [b.stamp_ns < before_ns]
     if since_ns is not None:
         within.append(b.stamp_ns >= since_ns)
-    span = b.stamp_ns // span_ns
-    last = select(b.object, func.max(b.stamp_ns)).where(*within).group_by(b.object, span)
-    newest = select(b.object, func.max(b.stamp_ns)).group_by(b.object)
-    at = tuple_(b.object, b.stamp_ns)
-    return delete(BELIEFS).where(*within, at.not_in(last), at.not_in(newest))
+    followed = exists().where(
+        later.c.object == b.object,
+        later.c.stamp_ns > b.stamp_ns,
+        later.c.stamp_ns < (b.stamp_ns // span_ns + 1) * span_ns,
+    )
+    return delete(BELIEFS).where(*within, followed)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from importlib.metadata import version
 from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import Connection, Select, func, insert, or_, select, update
+from sqlalchemy import Connection, Executable, Select, func, insert, or_, select, update
 
 from objstate.building.digest import model_digest
 from objstate.building.model import Building, MovableObject
@@ -40,6 +40,7 @@ from objstate.world.schema import (
 from objstate.world.world import World, filters_of
 
 ROWS_AT_ONCE = 100  # beliefs sent to the database in one go
+MOST_NAMES = 500  # that a query asks for one by one; databases take some thousands of values
 
 
 @dataclass(frozen=True)
@@ -135,26 +136,27 @@ class WorldStore:
         world = World(items, settings, {})
         drives = connection.execute(select(func.max(DRIVES.c.id))).scalar()
         found = {name: connection.execute(_of(name, drives).limit(1)).first() for name in items}
-        last = {
-            name: world.fitted(unpack_belief(row[2], items[name], row[0], row[1]))
-            for name, row in found.items()
-            if row is not None
-        }
+        rows = {name: row for name, row in found.items() if row is not None}
+        stamps = {name: int(row[0]) for name, row in rows.items()}
+
+        def last(name: str) -> ObjectBelief:
+            stamp_ns, last_observed_ns, packed = rows[name]
+            return world.fitted(unpack_belief(packed, items[name], stamp_ns, last_observed_ns))
 
         def read(name: str) -> History:
             with self._database.reading() as later:
-                rows = later.execute(_of(name, drives)).all()
-            known = {row[0]: row for row in reversed(rows)}  # of one stamp the last drive counts
+                past = later.execute(_of(name, drives)).all()
+            known = {row[0]: row for row in reversed(past)}  # of one stamp the last drive counts
             return tuple(
                 world.fitted(unpack_belief(row[2], items[name], row[0], row[1]))
                 for row in known.values()
             )
 
-        latest = max((each.stamp_ns or 0 for each in last.values()), default=None)
+        latest = max(stamps.values(), default=None)
         left = connection.execute(_floors(latest, None, None)).all()
         return replace(
             world,
-            histories=Lately(last, read),
+            histories=Lately(stamps, last, read),
             floors=tuple(KeptFloor(*row) for row in left),
             habits=read_habits(connection, settings, filters_of(items, settings)),
         )
@@ -167,11 +169,16 @@ class WorldStore:
         return [DriveEntry(*row[:3], _settings(row[3], self.location)) for row in rows]
 
     def add(
-        self, drive: DriveEntry, beliefs: Iterable[ObjectBelief], floor: FloorMemory | None = None
+        self,
+        drive: DriveEntry,
+        beliefs: Iterable[ObjectBelief],
+        floor: FloorMemory | None = None,
+        also: Iterable[Executable] = (),
     ) -> bool:
         """Add what a drive taught, whole or not at all; False where the world has the drive already.
 
-        ``floor`` is what it left of its grid, where it had one.
+        ``floor`` is what it left of its grid, where it had one. ``also`` are statements of whoever
+        keeps tables beside the world, made in the same transaction.
 
         Beliefs hold from their stamps on, whichever drive was added first. Raises WorldError
         where another writer doesn't finish, and for a belief without a stamp.
@@ -198,7 +205,10 @@ class WorldStore:
                 row = {"drive": identity, "floor": kept.packed}
                 row |= {"stamp_ns": kept.stamp_ns, "forgotten_ns": kept.forgotten_ns}
                 connection.execute(insert(FLOORS), [row])
-            filters = filters_of(dict(_objects(connection)), drive.settings)
+            for statement in also:
+                connection.execute(statement)
+            seen = {belief.item.name for belief in taught}
+            filters = filters_of(dict(_objects(connection, seen)), drive.settings)
             due = learn(connection, drive.settings, filters, taught)
         self.fit_habits(drive.settings, due)
         return True
@@ -325,9 +335,15 @@ def _describe(connection: Connection, building: Building, digest: str) -> None:
         connection.execute(insert(OBJECTS), rows)
 
 
-def _objects(connection: Connection) -> Iterator[tuple[str, MovableObject]]:
-    for name, model in connection.execute(select(OBJECTS.c.name, OBJECTS.c.model)):
-        yield name, unpack_object(model, name)
+def _objects(
+    connection: Connection, names: Collection[str] | None = None
+) -> Iterator[tuple[str, MovableObject]]:
+    query = select(OBJECTS.c.name, OBJECTS.c.model)
+    if names is not None and len(names) < MOST_NAMES:
+        query = query.where(OBJECTS.c.name.in_(names))
+    for name, model in connection.execute(query):
+        if names is None or name in names:
+            yield name, unpack_object(model, name)
 
 
 def _latest_settings(connection: Connection, place: str) -> Settings:

@@ -84,10 +84,10 @@ class World:
     @lazy
     def latest_ns(self) -> int | None:
         """When anything was last learnt; None where nothing ever was."""
-        newest = (self._newest(name) for name in self.histories)
-        learnt = [
-            each.stamp_ns for each in newest if each is not None and each.stamp_ns is not None
-        ]
+        if isinstance(self.histories, Lately):
+            learnt = list(self.histories.stamps.values())
+        else:
+            learnt = [self._stamps(name)[-1] for name in self.histories]
         return max(learnt + [each.stamp_ns for each in self.floors], default=None)
 
     def at(self, stamp_ns: int | None = None) -> Snapshot:

@@ -5,7 +5,10 @@ from __future__ import annotations
 import asyncio
 import stat
 import threading
+from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, datetime, timedelta
+from functools import partial
+from math import radians
 from pathlib import Path
 
 import pytest
@@ -177,3 +180,21 @@ def test_evidence_and_the_stream_outlast_a_power_cut(tmp_path: Path) -> None:
     numbers = [int(event.id) for event in heard]
     assert numbers == sorted(set(numbers))
     assert heard[0].data["stamp_ns"] == reported.stamp_ns
+
+
+def test_reports_at_once_all_count_and_each_once(tmp_path: Path) -> None:
+    at = teach(tmp_path, angle=radians(2.0))
+    service = start(tmp_path)
+    client = Client(service.url, service.token_file)
+    before = client.object(DOOR, at, samples=True)
+    report = partial(client.report, DOOR, "sensor", "open", reliability=0.6, at=at)
+    with ThreadPoolExecutor(8) as pool:
+        sent = [pool.submit(report, identity=f"report {k}") for k in (*range(8), 3, 3)]
+    after = client.object(DOOR, at, samples=True)
+    service.kill()
+    assert all(each.result().stamp_ns == at for each in sent)
+    assert before.states is not None
+    assert before.weights is not None
+    pairs = zip(before.states, before.weights, strict=True)
+    likely = [w * (0.6 if angle >= radians(2.0) else 0.4) ** 8 for (angle,), w in pairs]
+    assert after.weights == pytest.approx([w / sum(likely) for w in likely], abs=1e-5)

@@ -58,6 +58,11 @@ def test_an_unchanged_answer_costs_nothing(taught: Service) -> None:
         ("/v1/objects/door?at=yesterday", None, 422),
         ("/v1/objects/door?at=99999999999999999999", None, 422),
         ("/v1/objects/door/passage", None, 422),
+        (
+            "/v1/edges",
+            {"edges": [{"edgeid": 70000, "path": [[0, 0], [1, 0]]}], "radius": 1, "detour_cost": 1},
+            422,
+        ),
         ("/v1/objects/door/passage?width=nan", None, 422),
         ("/v1/objects/door/passage?width=0.6&height=2", None, 422),
         ("/v1/blocked", {"path": [[0, 0], [1, 0]]}, 422),
@@ -178,6 +183,13 @@ def test_more_requests_than_allowed_are_asked_to_wait(serve: Serve) -> None:
     answers = [service.ask("/v1/objects/door").status for _ in range(6)]
     assert answers[0] == 200
     assert 429 in answers
+
+
+def test_guessing_tokens_is_slow(serve: Serve) -> None:
+    service = serve()
+    answers = {service.ask("/v1/objects", token=f"guess {k}").status for k in range(20)}
+    assert answers == {401, 429}
+    assert service.ask("/v1/objects").status == 200
 
 
 def test_the_document_names_every_operation_and_health_needs_no_token(taught: Service) -> None:
