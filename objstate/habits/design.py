@@ -24,10 +24,10 @@ from objstate.lazy import lazy
 SETTLED, AWAY, BRIEF, BRIEF_FIRST, BRIEF_OTHER, LOCAL = range(6)
 CONSTANTS = {  # of these: prior mean and deviation
     BRIEF: (np.log(60.0), 1.3),
-    BRIEF_FIRST: (0.0, 2.0),
-    BRIEF_OTHER: (0.0, 2.0),
+    BRIEF_FIRST: (0.7, 2.5),
+    BRIEF_OTHER: (0.7, 2.5),
 }
-MEANS = {SETTLED: np.log(0.7), AWAY: -0.7}
+MEANS = {SETTLED: np.log(1.5), AWAY: -0.7}
 SLOW_H, QUICK_H = 4.0, 0.5  # over which functions of the time of day stay similar
 LEAST_STD = 0.03  # of a single value
 # Of what is added while a building is empty, at night and on free days: prior mean and deviation.
