@@ -119,9 +119,7 @@ def import_file(
     ] = None,
     movable: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="PATTERN", help="Static models that are furniture; repeatable."
-        ),
+        typer.Option(metavar="PATTERN", help="Static models that are furniture; repeatable."),
     ] = None,
     overwrite: Overwrite = False,
 ) -> None:

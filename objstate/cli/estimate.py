@@ -51,7 +51,9 @@ if TYPE_CHECKING:
     from objstate.records import TrueState
     from objstate.run import RunResult, WorldUse
 
-NOT_TO_BE_RELIED_ON = 3  # exit code: results were written, and run.json says why they are no success
+NOT_TO_BE_RELIED_ON = (
+    3  # exit code: results were written, and run.json says why they are no success
+)
 
 EXAMPLES = """\b
 Examples:
@@ -86,7 +88,9 @@ def estimate(
     config: Config = None,
     seed: Annotated[
         int,
-        typer.Option(metavar="N", min=0, help="Seed of all random numbers; same seed, same result."),
+        typer.Option(
+            metavar="N", min=0, help="Seed of all random numbers; same seed, same result."
+        ),
     ] = 0,
     belief: Annotated[
         Literal["own", "recorded"],

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -121,6 +120,7 @@ def next_(
         CoordinatorSettings,
         Plan,
         next_tasks,
+        next_words,
         seconds_until_worthwhile,
     )
     from objstate.world import load_tasks
@@ -152,7 +152,7 @@ def next_(
         )
     if as_json:
         print_text(
-            json.dumps(_words(coordinator, moment, tasks, wanted, ranked[:top], wait), indent=2)
+            json.dumps(next_words(coordinator, moment, tasks, wanted, ranked[:top], wait), indent=2)
         )
         return
     for plan in due:
@@ -216,19 +216,13 @@ def _ranked(coordinator: Coordinator, moment: Snapshot, actions: list[Action]) -
 
 def _since(coordinator: Coordinator, moment: Snapshot, name: str) -> tuple[str, str]:
     """How long ago an object was last seen, and how probably it was moved since."""
-    from objstate.maintenance import probability_moved
+    from objstate.maintenance import age, probability_moved
 
-    seconds = _age(moment, name)
+    seconds = age(moment, name)
     if seconds is None:
         return "never", "-"
     moved = probability_moved(coordinator, name, seconds)
     return f"{duration(seconds)} ago", f"{percent(moved)} %"
-
-
-def _age(moment: Snapshot, name: str) -> float | None:
-    """s since an object was last seen; None where it never was."""
-    seen = moment[name].last_observed_ns
-    return None if seen is None else (moment.stamp_ns - seen) / 1e9
 
 
 def _without_a_look(coordinator: Coordinator, moment: Snapshot, plan: Plan) -> str:
@@ -257,52 +251,3 @@ def _nothing(ranked: list[Action], settings: CoordinatorSettings, wait: float | 
 
 def _degrees(angle: float) -> str:
     return f"{math.degrees(angle):.0f}deg"
-
-
-def _words(
-    coordinator: Coordinator,
-    moment: Snapshot,
-    tasks: list[VerificationTask],
-    wanted: Sequence[Due],
-    actions: list[Action],
-    wait: float | None,
-) -> dict[str, Any]:
-    def words(action: Action) -> dict[str, Any]:
-        return _action_words(action) | _since_words(coordinator, moment, action.object)
-
-    return {
-        "tasks": [
-            {
-                **words(task.action),
-                "why": task.reason,
-                "lower": task.expected.lower.tolist(),
-                "upper": task.expected.upper.tolist(),
-            }
-            for task in tasks
-        ],
-        "actions": [words(action) for action in actions],
-        "due": [asdict(each) for each in wanted],
-        "next_worthwhile_in_s": wait,
-    }
-
-
-def _action_words(action: Action) -> dict[str, Any]:
-    return {
-        "object": action.object,
-        "sensor": action.sensor,
-        "pose": action.pose.tolist(),
-        "gain": action.gain,
-        "gains": dict(action.gains),
-        "worth": action.worth,
-        "distance": action.distance,
-        "cost": action.cost,
-        "utility": action.utility,
-    }
-
-
-def _since_words(coordinator: Coordinator, moment: Snapshot, name: str) -> dict[str, Any]:
-    from objstate.maintenance import probability_moved
-
-    seconds = _age(moment, name)
-    moved = None if seconds is None else probability_moved(coordinator, name, seconds)
-    return {"last_observed_ns": moment[name].last_observed_ns, "p_moved_since": moved}
