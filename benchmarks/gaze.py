@@ -181,21 +181,20 @@ def by_field(settings: GazeSettings, *, watching: float = 0.0, gaining: bool = F
     return made
 
 
-WIDE = GazeSettings(thing_m=1.0)
 CHOOSERS: dict[str, Chooser] = {
+    "both": by_field(GazeSettings(), gaining=True),
+    "both, way": by_field(GazeSettings(), watching=30.0, gaining=True),
+    "both, things of 0.4 m": by_field(GazeSettings(thing_m=0.4), gaining=True),
+    "both, not on the way": by_field(GazeSettings(on_the_way=False), gaining=True),
+    "objects": by_objects,
+    "objects, some way": by_field(GazeSettings(thing_m=3.0), watching=27.0, gaining=True),
     "field": by_field(GazeSettings()),
     "field, way": by_field(GazeSettings(), watching=WATCHED),
-    "both": by_field(GazeSettings(), gaining=True),
-    "both, 1 m": by_field(WIDE, gaining=True),
-    "both, 1 m, way": by_field(WIDE, watching=6.0 * WATCHED, gaining=True),
-    "objects, some way": by_field(GazeSettings(thing_m=3.0), watching=27.0, gaining=True),
-    "both, 1 m, some way": by_field(WIDE, watching=3.0, gaining=True),
-    "objects": by_objects,
-    "sweep": sweep,
-    "ahead": ahead,
     "field, no occlusion": by_field(GazeSettings(occlusion=False)),
     "field, not on the way": by_field(GazeSettings(on_the_way=False)),
     "field, no inhibition": by_field(GazeSettings(held_back=0.0)),
+    "sweep": sweep,
+    "ahead": ahead,
 }
 
 

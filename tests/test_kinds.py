@@ -129,7 +129,7 @@ def test_other_separators_than_commas_are_named(
         if words[0] == "building":
             (tmp_path / "map.pgm").write_text("P2\n2 2\n255\n0 0 0 0\n")
         assert main(words) == 1
-        assert f"parted by {called}; save it with commas" in capsys.readouterr().err
+        assert f"separated by {called}; save it with commas" in capsys.readouterr().err
 
 
 def test_a_folder_of_bags_says_how_to_name_them(tmp_path: Path, capsys) -> None:

@@ -1,4 +1,4 @@
-"""Objects that look alike: which reading is of which, and how probably two were swapped (Elfring et al. 2012)."""
+"""Association of readings to objects that look alike (Elfring et al. 2012)."""
 
 from objstate.association.assignments import assignments, marginals
 from objstate.association.joint import Joint, Readings

@@ -44,7 +44,8 @@ def assignments(
 def marginals(scores: FloatArray) -> tuple[FloatArray, float]:
     """How probably each object gave each reading: (k, m + 1), rows sum to one; and the best way's probability.
 
-    Joint probabilistic data association (Fortmann, Bar-Shalom and Scheffe 1983), by scores (k, m + 1).
+    Joint probabilistic data association (Fortmann, Bar-Shalom and Scheffe 1983), by scores (k, m +
+    1).
     """
     logs, _, choices = assignments(np.zeros(1), scores[None])
     weights = np.exp(logs - logs.max())

@@ -2,8 +2,9 @@
 
 Multiple hypothesis tracking (D. B. Reid, "An algorithm for tracking multiple targets", IEEE Trans.
 Automatic Control 24 (1979) 843-854) of a known set of objects. Each hypothesis is one history of
-who gave which reading. Two that differ by a permutation alone are both kept, since nothing that
-is read later tells objects apart that look alike: their weights are the probability that identities were swapped.
+assignments. Two that differ only by a permutation are both kept, since no later reading
+distinguishes objects that look alike: their weights give the probability that identities were
+swapped.
 """
 
 from __future__ import annotations
@@ -20,14 +21,15 @@ from objstate.geometry import BoolArray, FloatArray, IntArray
 MOST = 40  # hypotheses kept
 LEAST = 1e-9  # weight of a hypothesis that is kept, relative to the best
 ALIKE = 0.5  # squared Mahalanobis distance, by coordinate, of two hypotheses' states that are one
-CARRIED = 1e-3  # 1/m^2: how probably what went out of sight turns up somewhere that nobody expects
+# 1/m^2: density with which an object that went out of sight appears at an unexpected place
+CARRIED = 1e-3
 FOUND = 0.01  # m, sigma of its place then
-UNLIKELY = 1e-6  # nothing is surer to be seen, or to be missed
+UNLIKELY = 1e-6  # least probability of being seen, and of being missed
 
 
 @dataclass(frozen=True, eq=False)
 class Readings:
-    """What was seen of objects that look alike, by whoever of them."""
+    """The readings of objects that look alike."""
 
     positions: FloatArray  # (m, 2) m
     covariances: FloatArray  # (m, 2, 2) m^2
@@ -40,18 +42,18 @@ class Joint:
 
     weights: FloatArray  # (h,), which sum to one, the largest first
     tracks: Tracks = field(repr=False)  # (h, k)
-    unseen: IntArray = field(repr=False)  # (h, k) in how many looks since it was read
+    unseen: IntArray = field(repr=False)  # (h, k) number of observations since it was read
     spacing: float  # m, nearer than which the middles of two never are
 
     @staticmethod
     def at(positions: FloatArray, std: float, motion: Motion, spacing: float) -> Joint:
-        """Objects that stand about positions (k, 2), known to ``std`` m, and which is which."""
+        """Objects at positions (k, 2), known to ``std`` m, with their identities."""
         tracks = Tracks.at(positions[None], std, motion)
         return Joint(np.ones(1), tracks, np.zeros((1, len(positions)), int), spacing)
 
     @property
     def best(self) -> Tracks:
-        """(k,) of the likeliest hypothesis."""
+        """(k,) of the most probable hypothesis."""
         return self.tracks[0]
 
     def moving(self, motion: Motion) -> Joint:
@@ -65,8 +67,8 @@ class Joint:
     def updated(self, readings: Readings, seen: FloatArray) -> Joint:
         """After readings, of objects that the modes of each hypothesis expect to see with probability (h, k, m).
 
-        A reading is of one object or of nothing; an object gives one reading or none. One that wasn't read
-        the last time may have been carried anywhere.
+        A reading is of one object or of nothing; an object gives one reading or none. One that
+        wasn't read the last time may have been carried anywhere.
         """
         count, objects = len(readings.positions), np.arange(seen.shape[1])
         seen = np.clip(seen, UNLIKELY, 1.0 - UNLIKELY)
@@ -126,7 +128,7 @@ def _where(first: BoolArray, a: Tracks, b: Tracks) -> Tracks:
 
 
 def _reduced(joint: Joint, logs: FloatArray) -> Joint:
-    """Hypotheses of logs (h,) by weight, without the unlikely; those that have come to the same are one."""
+    """Hypotheses of log weights (h,), without improbable ones; equal ones are merged."""
     order = np.argsort(-logs, kind="stable")
     order = order[logs[order] > logs[order[0]] + np.log(LEAST)][: 4 * MOST]
     weights, tracks = np.exp(logs[order] - logs[order[0]]), joint.tracks[order]

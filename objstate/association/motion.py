@@ -24,7 +24,8 @@ STATE = 2 * COORDINATES
 class Motion:
     """How objects of a class move.
 
-    With ``starts`` 0 they only stand (constant position), with ``stops`` 0 they only move (constant velocity).
+    With ``starts`` 0 they only stand (constant position), with ``stops`` 0 they only move (constant
+    velocity).
     """
 
     walk: float = 2.2e-4  # m^2/s, by which the variance of a standing object's position grows
@@ -70,7 +71,7 @@ class Tracks:
 
     @staticmethod
     def at(positions: FloatArray, std: float, motion: Motion) -> Tracks:
-        """Objects that stand about positions (..., 2), known to ``std`` m."""
+        """Objects at positions (..., 2), known to ``std`` m."""
         batch, modes = positions.shape[:-1], motion.modes
         means = np.zeros((*batch, modes, STATE))
         means[..., :COORDINATES] = positions[..., None, :]

@@ -1,4 +1,4 @@
-"""Where a round object is, of which only the side towards the sensor is seen."""
+"""The place of a round object, of which only the side towards the sensor is seen."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from objstate.geometry import FloatArray
 
 ROUNDS = 5
 SHARED = 0.002  # m, sigma of what all readings of an object have in common
-STRANGE = 3.0  # sigmas, from which on a reading counts for little (Geman and McClure)
+STRANGE = 3.0  # standard deviations from which a reading has little weight (Geman and McClure)
 TINY = 1e-9  # m
 SIGMA_OF_MEDIAN = 1.4826  # of a Gaussian
 FEW = 3  # readings that a fit needs
@@ -29,8 +29,8 @@ class Located:
 def located(points: FloatArray, sensor: FloatArray, radius: float, noise: float) -> Located | None:
     """The circle of a known radius that fits readings (n, 2) of its outline from a sensor at (2,).
 
-    Robust least squares of the distances from the outline, by Gauss and Newton, whatever part of it is seen.
-    ``noise`` is m, of a reading. None of fewer than three readings.
+    Robust least squares of the distances from the outline, by Gauss and Newton, whatever part of it
+    is seen. ``noise`` is m, of a reading. None of fewer than three readings.
     """
     if len(points) < FEW:
         return None

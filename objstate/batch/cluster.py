@@ -152,7 +152,8 @@ def _connected(scheduler: str) -> Iterator[Client]:
         raise SettingsError(
             f"No Dask scheduler answers at {scheduler}: {error}; start one with `dask scheduler`."
         ) from error
-    # instead of tracebacks of its attempts to connect again, errors and events tell what is the matter
+    # instead of tracebacks of its attempts to connect again, errors and events tell what is the
+    # matter
     with _silenced(logging.getLogger("distributed.client")):
         try:
             yield client

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from objstate.batch.addresses import fetched
-from objstate.batch.beside import write_parts
 from objstate.batch.delivery import pack, unpack
 from objstate.batch.process import Report
 from objstate.building.model import Building
@@ -47,6 +46,8 @@ def run_job(context: Context, job: Job, report: Report) -> None:
 
     def estimate(read_from: Path, out: str | Path) -> None:
         def finish(folder: Path, model: Building, result: RunResult) -> None:
+            from objstate.batch.beside import write_parts  # it takes half the package to load
+
             write_parts(folder, log, read_from, model)
 
         estimate_log(

@@ -86,7 +86,9 @@ def _separator(source: str) -> str | None:
 
 
 def _parted(source: str, separator: str) -> str:
-    return f"The columns of the manifest {source} are parted by {separator}; save it with commas."
+    return (
+        f"The columns of the manifest {source} are separated by {separator}; save it with commas."
+    )
 
 
 def _check_columns(source: str, columns: list[str]) -> None:

@@ -36,7 +36,7 @@ class Bounds:
     robot: FloatArray  # (t, 3) of x, y (m) and yaw (rad)
 
     def at(self, coordinate: tuple[str, str], stamps_ns: IntArray) -> FloatArray:
-        """The bound (n,) of a coordinate when the scans with these stamps (n,) were taken in."""
+        """The bound (n,) of a coordinate after the scans with these stamps (n,)."""
         scan = np.searchsorted(self.stamps_ns, stamps_ns, side="right") - 1
         return np.asarray(self.deviations[coordinate][scan.clip(min=0)])
 
@@ -123,7 +123,7 @@ class Knowledge:
         return replace(self, covariance=wider)
 
     def without(self, name: str) -> Knowledge:
-        """After an object has come to another state, of which nothing is known yet."""
+        """The information after an object changed its state, about which nothing is known."""
         rows, wider = self.layout.rows[name], self.covariance.copy()
         wider[rows, :] = 0.0
         wider[:, rows] = 0.0
@@ -134,14 +134,14 @@ class Knowledge:
         """After a scan: the inverse covariance grows by its information."""
         rows = np.concatenate([np.arange(POSE), *(self.layout.rows[n] for n in scan.objects)])
         seen, across = self.covariance[np.ix_(rows, rows)], self.covariance[:, rows]
-        # (C^-1 + J)^-1 = C - C J (I + C J)^-1 C, of which J touches only some rows
+        # of which J involves only some rows
         gain = scan.matrix @ np.linalg.inv(np.eye(len(rows)) + seen @ scan.matrix)
         narrower = self.covariance - across @ gain @ across.T
         return replace(self, covariance=(narrower + narrower.T) / 2)
 
 
 def _start(deviations: InitialPose | None) -> FloatArray:
-    """(3,) what is known of the pose at first."""
+    """(3,) prior knowledge of the pose."""
     if deviations is None:
         return np.array([ANY_PLACE, ANY_PLACE, ANY_YAW])
     return np.array([deviations.sigma_xy, deviations.sigma_xy, deviations.sigma_yaw])

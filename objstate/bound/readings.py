@@ -1,8 +1,8 @@
-"""What the readings of one scan tell, at best, of the robot's pose and the objects' states.
+"""The information of one scan's readings about the robot's pose and the objects' states.
 
-The Fisher information of a beam is that of its range about the true distance, times
-the outer product of the slopes of that distance: how it changes with the robot's
-pose and with the state of the object that the beam touches.
+The Fisher information of a beam is that of its range about the true distance, times the outer
+product of the slopes of that distance: how it changes with the robot's pose and with the state of
+the object that the beam touches.
 """
 
 from __future__ import annotations
@@ -38,10 +38,10 @@ class ScanInformation:
 def range_information(laser: Laser) -> float:
     """Fisher information, 1/m^2, of one reading about the distance that the beam should measure.
 
-    A reading is the distance with Gaussian noise, or misses it, or says anything
-    between the limits of the range, by the laser's shares; a false reading that may
-    be anything lowers what the others tell, too. Rounding counts as noise of its own
-    variance. Raises SettingsError for a laser without noise, which bounds nothing.
+    A reading is the distance with Gaussian noise, or a missing return, or a random value between
+    the limits of the range, by the laser's shares; random readings also lower the information of
+    the others. Rounding counts as noise of its own variance. Raises SettingsError for a laser
+    without noise, which has no bound.
     """
     variance = laser.sigma**2 + laser.quantization**2 / 12
     if variance == 0.0:
@@ -61,8 +61,8 @@ def range_information(laser: Laser) -> float:
 def scan_information(expected: ExpectedRanges, exposure: Exposure) -> ScanInformation:
     """The information of all beams of a scan, at the true pose and states.
 
-    ``expected`` are the ranges in the building as it stands. Beams on people and
-    boxes, on edges, and out of the laser's limits tell nothing.
+    ``expected`` are the ranges in the building as it stands. Beams on people and boxes, on edges,
+    and out of the laser's limits carry none.
     """
     names = tuple(exposure.states)
     nearest, surface = _nearest(expected, exposure, names)

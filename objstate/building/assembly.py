@@ -73,7 +73,7 @@ class _Tree:
 
 
 def _has_its_shape(placed: _Placed, refuse: Refuse) -> bool:
-    """Whether an object has the shape that it needs: a door's leaf tells how wide its way is."""
+    """Whether an object has the shape that it needs: a door's leaf gives its width."""
     if placed.parts or placed.kind is Kind.PLANAR:
         return True
     joint = placed.joint

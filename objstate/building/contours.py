@@ -16,7 +16,7 @@ import numpy as np
 from objstate.geometry import BoolArray, FloatArray, IntArray
 
 CORNER = 1.0  # cells from where two stretches join within which they meet in a corner
-FOLD = 1.0  # cells by which a straight stretch may run back beyond its own ends
+FOLD = 1.0  # cells by which a straight part may extend backwards beyond its own ends
 FACE = 6  # points, so cell sides, from which on a stretch is the face of a wall
 ENOUGH = 5  # points of a stretch from which on its two ends can be spared
 HEADINGS = np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])  # east, north, west, south

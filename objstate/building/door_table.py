@@ -27,7 +27,7 @@ COLUMNS = (
 )
 PROBABILITY = "probability"  # that a candidate is a door
 OPTIONAL = (PROBABILITY, "hinge_std_m", "bearing_std_deg", "width_std_m", "type")  # of candidates
-HINGED = "hinged"  # the only type that a row can tell of
+HINGED = "hinged"  # the only type that a row can describe
 SENSE = {"ccw": 1, "cw": -1}  # of opening, seen from above
 FULL_TURN = 360.0  # degrees
 WIDEST_LEAF = 5.0  # m; wider doors slide, fold or roll
@@ -91,8 +91,8 @@ def _check_columns(path: Path, found: Sequence[str], header: str) -> None:
         return
     if separator := other_separator(header, COLUMNS):
         raise BuildingError(
-            f"The columns of the door table {path} are parted by {separator}; save it with commas, and "
-            "with points in its numbers."
+            f"The columns of the door table {path} are separated by {separator}; save it with "
+            "commas, and with decimal points."
         )
     if told := instead(path, DOORS):
         raise BuildingError(told)
@@ -117,7 +117,7 @@ def _read_door(row: dict[str, str | None], where: str) -> Door:
         raise BuildingError(f"{where} names no door; fill the column 'door'.")
     if (row.get("type") or HINGED).strip() != HINGED:
         raise BuildingError(
-            f"{where}: door '{name}' is {row['type']}; a table tells of hinged ones."
+            f"{where}: door '{name}' is {row['type']}; a table can only have hinged ones."
         )
     if opens not in SENSE:
         raise BuildingError(

@@ -20,7 +20,7 @@ from objstate.errors import BuildingError
 from objstate.geometry import BoolArray, FloatArray
 
 Surface = Literal["edge", "centre"]
-Report = Callable[[str], None]  # told in sentences what was done
+Report = Callable[[str], None]  # receives sentences about what was done
 
 # Cells from the outer side of an occupied cell to the wall's face. A laser marks the cell that
 # its hits fall in, so on average they lie at the centre: in a corridor mapped at 5 cm, the ranges
@@ -54,7 +54,7 @@ def building_from_map(
     map shows of its leaf is cleared away.
 
     ``map_yaml`` is the map's file, or one that was read, as ``conversion.recorded_map`` does of a
-    log. Lengths are in metres. ``report`` is told what was cleared and what was made.
+    log. Lengths are in metres. ``report`` receives what was cleared and what was made.
     ``out_dir`` is written whole or not at all; it must not exist, unless it holds an
     earlier such building and ``overwrite`` is set. Raises BuildingError, and ResultError
     if it can't be written.
@@ -76,8 +76,8 @@ def building_from_map(
     walls = extrude([plan.to_building(polygon) for polygon in polygons], wall_height)
     if not len(walls.faces):
         raise BuildingError(
-            f"Nothing is left of the walls in the map {map_yaml}; check the door table, whose leaves "
-            "are cleared away, and min_cells."
+            f"Nothing is left of the walls in the map {map_yaml}; check the door table, whose "
+            "leaves are cleared away, and min_cells."
         )
     tell(_balance(occupied, walls))
     sidecar = sidecar_of_map(plan.resolution)

@@ -17,7 +17,8 @@ from objstate.geometry import FloatArray
 FARTHEST = 1e11  # of any unit; coordinates of a country in millimetres are smaller
 PACKAGE, FILE = "package://", "file://"
 Y_UP = {".glb", ".gltf"}  # glTF 2.0, section 3.4: +Y is up
-Z_UP = {".stl", ".obj", ".ply", ".off"}  # as URDF takes them: no axis is told, so none is turned
+# as URDF takes them: the axis isn't stated, so they aren't turned
+Z_UP = {".stl", ".obj", ".ply", ".off"}
 COLLADA = ".dae"  # states its unit and its axis
 # COLLADA 1.5, <up_axis>: which of the file's axes, and with which sign, are x, y and z with z up
 TURNED = {
@@ -51,7 +52,7 @@ def resolve(name: str, urdf: Path, where: str) -> Path:
 
 
 def _package_folders(package: str, urdf: Path) -> Iterator[Path]:
-    """Folders that may be the package, nearest first: about the URDF, then where ROS looks."""
+    """Folders that may be the package, nearest first: above the URDF, then ROS's own."""
     for above in urdf.resolve().parents:
         yield above
         yield above / package

@@ -120,7 +120,7 @@ class MovableObject:
 
     @lazy
     def symmetry(self) -> Symmetry:
-        """After which turns about the vertical the object looks the same; doors have none."""
+        """The turns about the vertical after which the object looks the same; none for doors."""
         from objstate.building.symmetry import Symmetry, symmetry_of
 
         if self.kind is not Kind.PLANAR:
@@ -148,7 +148,7 @@ class Building:
     walls: Mesh = field(repr=False)
     objects: Mapping[str, MovableObject]
     source: Path | None = None
-    error: BuildingErrorSettings | None = None  # how far it is off; None where nobody says
+    error: BuildingErrorSettings | None = None  # its errors; None where unknown
 
     @property
     def symmetries(self) -> dict[str, int]:

@@ -20,7 +20,7 @@ from objstate.geometry import BoolArray, FloatArray, compose
 from objstate.kinds import IMAGE, MAP, instead, kind_of
 from objstate.yaml_files import YamlError, read_yaml
 
-RAW_FULL = 100  # what a cell that is surely occupied holds in mode raw; above is unknown
+RAW_FULL = 100  # value of a certainly occupied cell in mode raw; larger ones are unknown
 OPAQUE = 1.0
 OCCUPIED_THRESH = 0.65  # map_saver's
 SAMPLE = "image, resolution, origin, negate, occupied_thresh and free_thresh, as map_saver writes"
@@ -159,7 +159,7 @@ def _read_image(path: Path, header: MapFile) -> FloatArray:
 
 
 def _occupied(image: FloatArray, header: MapFile) -> BoolArray:
-    """(rows, columns) the cells that are surely occupied; unknown ones are not."""
+    """(rows, columns) the certainly occupied cells; unknown ones are not."""
     white, alpha = image[..., 0], image[..., 1]
     if header.mode == "raw":
         percent = np.round(white * np.iinfo(np.uint8).max)

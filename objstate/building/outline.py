@@ -9,8 +9,8 @@ from objstate.geometry import FloatArray, IntArray
 
 SNAP = 1e-6  # m: vertices so near to the plane count as in it (the precision of a float32 mesh)
 JOIN = 1e-6  # m: collinear segments with no wider gap become one
-SAME_DIRECTION = 1e-7  # in the components of a unit vector: directions no further apart are equal
-SAME_LINE = 1e-6  # m: parallel lines no further apart are one
+SAME_DIRECTION = 1e-7  # largest difference of components of unit vectors with equal directions
+SAME_LINE = 1e-6  # m: largest distance of parallel lines that count as one
 
 
 def outline(mesh: Mesh, height: float, transform: FloatArray | None = None) -> FloatArray:
@@ -95,7 +95,7 @@ def _split_at_gaps(group: IntArray, values: FloatArray, gap: float) -> IntArray:
 
 def _runs(line: IntArray, places: FloatArray) -> IntArray:
     """(k,) the number of the unbroken run each segment belongs to; sorted by line and start."""
-    apart = 2 * (np.ptp(places) + 1.0)  # m between lines, so that none reaches into the next
+    apart = 2 * (np.ptp(places) + 1.0)  # m between lines, so that none overlaps the next
     shifted = places + line[:, None] * apart
     reached = np.maximum.accumulate(shifted[:, 1])
     return np.cumsum(np.append(True, shifted[1:, 0] > reached[:-1] + JOIN)) - 1

@@ -30,7 +30,7 @@ INSIDE = 0.3  # m: a leaf with walls so near on both its sides stands inside the
 STUB = 0.21  # m along a leaf; what ends before is its jamb: two cells of a coarse map
 HALF = 0.02  # m, half the thickness of a leaf
 TINY = 1e-9  # m
-POINTS, MOST = 9, 0.5  # of a leaf held against the walls; share of them that lie beside one
+POINTS, MOST = 9, 0.5  # points of a leaf compared with the walls; largest share of them beside one
 SHRUNK = 0.02  # m by which furniture may cut into a wall
 
 
@@ -49,7 +49,7 @@ def find_problems(building: Building, height: float) -> list[str]:
 
 @dataclass(frozen=True, eq=False)
 class Surroundings:
-    """What stands about one object: the walls (k, 2, 2), and the outlines of all objects by name."""
+    """The surroundings of one object: walls (k, 2, 2), and the outlines of all objects by name."""
 
     name: str
     walls: FloatArray
@@ -211,8 +211,8 @@ def _doorway_problem(name: str, leaf: Leaf, around: Surroundings) -> str | None:
     gap = _free_length(leaf, walls)
     if gap < leaf.length - SLACK:
         return (
-            f"The leaf of '{name}' is {leaf.length:.2f} m long, but a wall stands {gap:.2f} m from its "
-            "hinge where it closes; shorten the leaf, or move or turn its joint's <origin>."
+            f"The leaf of '{name}' is {leaf.length:.2f} m long, but a wall stands {gap:.2f} m from "
+            "its hinge where it closes; shorten the leaf, or move or turn its joint's <origin>."
         )
     distance = around.distance(leaf.hinge + leaf.length * along)
     if distance > AT_FRAME:
@@ -224,7 +224,7 @@ def _doorway_problem(name: str, leaf: Leaf, around: Surroundings) -> str | None:
 
 
 def _off_wall(leaf: Leaf, walls: FloatArray) -> float:
-    """How far a hinge is from its wall, m; beside the leaf each metre counts ``ASIDE`` times."""
+    """Distance of a hinge from its wall, m; beside the leaf each metre counts ``ASIDE`` times."""
     aside = np.array([-leaf.along[1], leaf.along[0]])
     offset = walls - leaf.hinge
     drawn = np.stack([offset @ leaf.along, ASIDE * (offset @ aside)], axis=-1)
@@ -232,7 +232,7 @@ def _off_wall(leaf: Leaf, walls: FloatArray) -> float:
 
 
 def _free_length(leaf: Leaf, walls: FloatArray) -> float:
-    """How far from its hinge, beyond the jamb, the first wall stands in the place of a closed leaf, or inf."""
+    """Distance from the hinge, beyond the jamb, of the first wall in a closed leaf's place."""
     offset, along = walls - leaf.hinge, leaf.along
     s, aside = offset @ along, offset @ np.array([-along[1], along[0]])  # (k, 2) of both ends
     step = aside[:, 1] - aside[:, 0]

@@ -1,4 +1,4 @@
-"""What a URDF has no words for: how far the building is off its model, in a YAML file beside it."""
+"""The errors of a building relative to its model, in a YAML file beside the URDF."""
 
 from __future__ import annotations
 

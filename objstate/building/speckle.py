@@ -14,9 +14,9 @@ NEIGHBOURS = np.ones((3, 3))  # cells that touch at a corner belong together
 
 
 def without_specks(occupied: BoolArray, min_cells: int, tell: Callable[[str], None]) -> BoolArray:
-    """The occupied cells but for blobs of fewer than ``min_cells`` touching ones.
+    """The occupied cells without blobs of fewer than ``min_cells`` touching ones.
 
-    ``tell`` hears how many went. Raises BuildingError if nothing is left.
+    ``tell`` receives how many were removed. Raises BuildingError if nothing is left.
     """
     blob, size = _blobs(occupied, NEIGHBOURS)
     kept = np.asarray(occupied & (size[blob] >= min_cells), dtype=bool)

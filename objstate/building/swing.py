@@ -13,9 +13,9 @@ from objstate.building.speckle import NEIGHBOURS
 from objstate.geometry import BoolArray, FloatArray, IntArray
 
 SMEAR = 1.5  # cells by which a leaf in a map may stray from where the table has it
-TAIL = 0.3  # m beyond the leaf's free edge in which a wall that runs on must show
+TAIL = 0.3  # m beyond the leaf's free edge in which a continuing wall must show
 TAIL_SHARE = 0.5  # of the tail's length that must be occupied to count as a wall
-FRAME = 0.3  # m by which a doorway may be wider or narrower than its leaf
+FRAME = 0.3  # m; largest difference of the widths of a doorway and its leaf
 GAP = 0.4  # m without a cell that part a doorway's other side from a leaf
 FULL, EMPTY = 0.8, 0.2  # shares of a leaf's length with and without a wall
 CELL_MIDDLE = np.array([0.5, 0.5])  # cells
@@ -34,15 +34,15 @@ class Swing:
 def clear_leaves(
     plan: OccupancyMap, doors: list[Door], thickness: float, tell: Callable[[str], None]
 ) -> BoolArray:
-    """The map's occupied cells (rows, columns) without the leaves; ``tell`` hears the counts."""
+    """The map's occupied cells (rows, columns) without the leaves; ``tell`` receives counts."""
     cleared = plan.occupied.copy()
     for door in doors:
         swing = find_leaf(plan, door, thickness)
         if swing.is_wall and not any(_closes_behind(door, other) for other in doors):
             tell(
-                f"Door '{door.name}': nothing cleared, as it would close along a wall, with a doorway "
-                "behind its hinge. Correct its closed_bearing_deg; if it is right, give the door "
-                "behind its hinge as well."
+                f"Door '{door.name}': nothing cleared, as it would close along a wall, with a "
+                "doorway behind its hinge. Correct its closed_bearing_deg; if it is right, give "
+                "the door behind its hinge as well."
             )
             continue
         cleared &= ~swing.leaf
@@ -62,12 +62,12 @@ def find_leaf(plan: OccupancyMap, door: Door, thickness: float) -> Swing:
       that it closes ends at the hinge and begins again at the free edge, or where cells
       begin again behind a gap;
     - but along the widest opening a leaf may stand against a wall. There, a line of
-      cells that runs on beyond the free edge is that wall and stays.
+      cells that continues beyond the free edge is that wall and stays.
 
-    Blobs that begin there and reach no farther than ``tolerance`` past the widest
-    opening, or ``TAIL`` past the free edge, are leaf as well. What reaches farther is
-    a wall. ``tolerance`` is half the leaf's thickness and the smear of the map; cells
-    so near to the hinge are the jamb and stay.
+    Blobs that begin there and reach no farther than ``tolerance`` past the widest opening, or
+    ``TAIL`` past the free edge, are leaf as well. What reaches farther is a wall. ``tolerance`` is
+    half the leaf's thickness and the blur of the map; cells that close to the hinge are the jamb
+    and stay.
     """
     tolerance = thickness / 2 + SMEAR * plan.resolution
     rows, columns = np.nonzero(plan.occupied)
@@ -97,11 +97,11 @@ def find_leaf(plan: OccupancyMap, door: Door, thickness: float) -> Swing:
 def _walls_in_line(
     turn: FloatArray, reach: FloatArray, door: Door, tolerance: float, resolution: float
 ) -> tuple[bool, float]:
-    """What is no leaf although it stands in its place: all of it, or what is beyond a distance, m.
+    """What isn't leaf although it stands in its place: all of it, or beyond a distance, m.
 
-    All of it where cells fill the place, and none an equal gap behind the hinge that ends at cells
-    again, as a doorway does. A leaf begins at its hinge, so what follows a gap is the wall on its
-    other side; as much as ``FRAME`` of that may be a leaf drawn too long.
+    All of it where cells fill the place, and there is no equal gap behind the hinge that ends at
+    cells again, as a doorway does. A leaf begins at its hinge, so that what follows a gap is the
+    wall on its other side; up to ``FRAME`` of that may be a leaf drawn too long.
     """
     along, aside = _beside(turn, reach)
     in_line = along[np.abs(aside) <= tolerance]
@@ -146,7 +146,7 @@ def _beside(turn: FloatArray, reach: FloatArray) -> tuple[FloatArray, FloatArray
 def _on_wall_beyond(
     along: FloatArray, aside: FloatArray, end: float, plan: OccupancyMap
 ) -> BoolArray:
-    """(n,) the cells in line with a wall that is there beyond the leaf's free ``end``; often none."""
+    """(n,) the cells in line with a wall beyond the leaf's free ``end``; often none."""
     smear = SMEAR * plan.resolution
     tail = (along > end) & (along <= end + TAIL) & (np.abs(aside) <= 2 * smear)
     filled = len(np.unique(np.floor((along[tail] - end) / plan.resolution)))

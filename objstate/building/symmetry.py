@@ -1,4 +1,4 @@
-"""What an object looks like after a turn: a square table has four equal headings."""
+"""Rotational symmetry: a square table has four equal headings."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from objstate.building.outline import outline
 from objstate.geometry import FloatArray, wrap
 
 HIGHEST_ORDER = 64  # of what has sides and corners
-ROUND = 360  # the order of what has none: no more than half a degree of its heading is left to tell
+ROUND = 360  # the order of a round object: its heading is known to half a degree at best
 SAME_CORNER = 2e-3  # m by which corners may differ and still be one
 SECTIONS = 16  # heights at most at which a mesh is cut
 

@@ -15,13 +15,14 @@ from objstate.building.outline import JOIN
 from objstate.geometry import BoolArray, FloatArray, IntArray
 
 LASER_ROOM = 0.1  # m: a circle of this radius holds about half of a small robot, and its laser
-SNAP = 3.0 * JOIN  # m: an edge no longer may be what rounding left of a crossing
+SNAP = 3.0 * JOIN  # m: shorter edges may be remainders of a crossing after rounding
 
 
 def visible(segments: FloatArray) -> FloatArray:
-    """Those segments (m, 2, 2) of an outline (k, 2, 2) of which a laser can see some part.
+    """The segments (m, 2, 2) of an outline (k, 2, 2) of which a laser can see some part.
 
-    Rays from regions in which a circle of radius ``LASER_ROOM`` fits meet exactly what they met before.
+    From regions that hold a circle of radius ``LASER_ROOM``, rays meet exactly what they met
+    before.
     """
     import shapely
 
@@ -48,7 +49,7 @@ def _is_narrow(regions: Any) -> BoolArray:
 
     area = shapely.area(regions)
     is_narrow = area < np.pi * LASER_ROOM**2
-    # all of a narrow region is near its boundary; only what may be narrow is worth the rest
+    # all of a narrow region is near its boundary; only possibly narrow ones are tested further
     unsure = np.flatnonzero(~is_narrow & (area < 2.0 * LASER_ROOM * shapely.length(regions)))
     is_narrow[unsure] = shapely.is_empty(shapely.buffer(regions[unsure], -LASER_ROOM))
     return np.asarray(is_narrow)

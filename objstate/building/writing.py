@@ -19,14 +19,14 @@ from objstate.outputs import whole
 
 WALLS_FILE = "walls.stl"
 SHAPE_FILE = "shape_{}.stl"  # of an object, numbered from 1
-DOORS_FILE, DECISIONS_FILE = "doors.csv", "decisions.json"
-BESIDE = (DOORS_FILE, DECISIONS_FILE)  # of a building that was edited
+DOORS_FILE, DECISIONS_FILE, LEARN_FILE = "doors.csv", "decisions.json", "learn.json"
+BESIDE = (DOORS_FILE, DECISIONS_FILE, LEARN_FILE)  # of a building that was edited, or learnt
 SAME = 1e-9  # m: corners no further from those of a box are its
 JOINTS = {Kind.HINGED: "revolute", Kind.SLIDING: "prismatic", Kind.PLANAR: "planar"}
 
 
 def check_target(out: Path, overwrite: bool) -> None:
-    """Whether buildings may be written to ``out``; BuildingError if anything else is there."""
+    """Whether buildings may be written to ``out``; raises BuildingError if anything else exists."""
     if not out.exists():
         return
     if not overwrite:

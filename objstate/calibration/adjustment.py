@@ -71,7 +71,7 @@ class Walls:
 
 @dataclass(frozen=True, eq=False)
 class Adjusted:
-    """What came out."""
+    """The result of the adjustment."""
 
     frames: tuple[str, ...]  # (l,) of the lasers
     unknowns: Unknowns

@@ -1,4 +1,4 @@
-"""Sparse normal equations from blocks of readings that bear on a few unknowns each."""
+"""Sparse normal equations from blocks of readings that depend on a few unknowns each."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""From a recorded drive to each laser's mounting and clock, with deviations.
+"""Calibration of each laser's mounting and clock from a recorded drive, with deviations.
 
-Hand-eye calibration with the building as the target: the laser's motion past known
-walls is held against the odometry's (Censi, Franchi, Marchionni and Oriolo 2013,
-"Simultaneous calibration of odometry and sensor parameters for mobile robots").
+Hand-eye calibration with the building as the target: the laser's motion past known walls is
+compared with the odometry's (Censi, Franchi, Marchionni and Oriolo 2013, "Simultaneous calibration
+of odometry and sensor parameters for mobile robots").
 """
 
 from __future__ import annotations
@@ -35,31 +35,31 @@ QUANTITIES = ("x", "y", "yaw", "clock")  # m, m, rad, s: the order of correction
 
 @dataclass(frozen=True, eq=False)
 class LaserCorrection:
-    """What the log says of one laser, against the mounting and the clock that it was read with."""
+    """The corrections of one laser, relative to the mounting and the clock of the log."""
 
     frame: str
     mount: FloatArray  # (4, 4) in base_link, that it was read with
     clock_offset: float  # s that it was read with
     correction: FloatArray  # (4,) m, m in base_link; rad about the laser; s its stamps run ahead
     std: FloatArray  # (4,)
-    told: BoolArray  # (4,) what the drive tells; the others are not to be used
+    told: BoolArray  # (4,) which corrections the drive determines; the others are not to be used
 
     @property
     def corrected_mount(self) -> FloatArray:
-        """(4, 4) with the corrections that the drive tells."""
+        """(4, 4) with the determined corrections."""
         x, y, yaw, _ = np.where(self.told, self.correction, 0.0)
         rotation = rotation_about((0.0, 0.0, 1.0), yaw) @ self.mount[:3, :3]
         return transform(rotation, self.mount[:3, 3] + np.array([x, y, 0.0]))
 
     @property
     def corrected_clock_offset(self) -> float:
-        """s by which the laser's stamps run ahead of the odometry's; as before where it isn't told."""
+        """s by which the laser's stamps are ahead of the odometry's, as far as determined."""
         return self.clock_offset + float(self.correction[3] if self.told[3] else 0.0)
 
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """What a drive says of its robot."""
+    """The calibration of a robot by one drive."""
 
     lasers: tuple[LaserCorrection, ...]
     way_share: float  # share by which the odometry counts ways too long
@@ -182,19 +182,20 @@ def _calibration(
 
 
 def _far_off(lasers: Sequence[LaserCorrection], prior: FloatArray) -> Iterator[str]:
-    """Corrections beyond what a calibration is meant for."""
+    """Corrections larger than a calibration is meant for."""
     for laser in lasers:
         far = np.abs(laser.correction) > FAR_OFF * prior
         if far.any():
             names = ", ".join(name for name, is_far in zip(QUANTITIES, far, strict=True) if is_far)
             yield (
-                f"The laser '{laser.frame}' seems to be off by far more than is assumed before ({names}): "
-                "is its mounting in the log that of this robot, and are its stamps those of the scans?"
+                f"The laser '{laser.frame}' seems to be off by far more than is assumed before "
+                f"({names}): is its mounting in the log that of this robot, and are its stamps "
+                "those of the scans?"
             )
 
 
 def _doubts(adjusted: Adjusted) -> Iterator[str]:
-    """Reasons to distrust what came out."""
+    """Reasons to distrust the result."""
     if adjusted.used < LEAST_USED:
         yield (
             f"Only {100 * adjusted.used:.0f} % of the readings are of walls of the building; is it "

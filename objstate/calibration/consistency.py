@@ -1,9 +1,9 @@
-"""Whether the parts of a drive agree with each other, and what follows for the deviations.
+"""Agreement between the parts of a drive, and its consequence for the deviations.
 
-Nothing that is assumed of the walls and the odometry is quite true: maps are bent, wheels
-slip, a robot may have been elsewhere for a while. Where parts of a drive tell things that
-differ by more than they should, all deviations are widened by as much: the Birge ratio
-(Birge 1932; the Particle Data Group's "scale factor").
+The assumptions about walls and odometry are never quite true: maps are bent, wheels slip, a robot
+may have been lost for a while. Where results of the parts differ by more than they should, all
+deviations are widened accordingly: the Birge ratio (Birge 1932; the Particle Data Group's "scale
+factor").
 """
 
 from __future__ import annotations

@@ -16,11 +16,11 @@ CALIBRATION = "calibration.yaml"  # in a result folder
 DECIMALS = 6  # micrometres, microseconds, millionths of degrees
 
 HEADER = """\
-# What a drive says of where its lasers are mounted and how their clocks run, by objstate calibrate.
-# mount: m and degrees in base_link; clock_offset: s by which stamps run ahead of the odometry's.
+# Mountings and clocks of a robot's lasers, by objstate calibrate.
+# mount: m and degrees in base_link; clock_offset: s by which stamps are ahead of the odometry's.
 # Apply with: objstate estimate LOG --building URDF --out DIR --calibration THIS_FILE
-# correction: what was found against the log's own; std: its deviation; what stands under
-# not_told is a guess that mount and clock_offset leave out.
+# correction: difference to the log's own values; std: its standard deviation; corrections under
+# not_told are not determined by the drive, and left out of mount and clock_offset.
 """
 
 

@@ -26,7 +26,7 @@ class Gathered:
     poses: FloatArray  # (k, 3) about where the robot was at each scan, in the building
 
     def parts(self, count: int) -> list[Gathered]:
-        """The drive in so many parts, one after the other, of equally many scans."""
+        """The drive in consecutive parts with equal numbers of scans."""
         bounds = np.linspace(0, len(self.scans), count + 1).round().astype(int).tolist()
         return [
             Gathered(self.track, self.scans[begin:end], self.poses[begin:end])

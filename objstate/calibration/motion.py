@@ -77,7 +77,7 @@ def links_between(odometry: FloatArray, options: CalibrationOptions) -> Links:
     slip = options.slip_noise**2 * turn
     covariance = np.zeros((len(steps), 3, 3))
     covariance[:, 0, 0] = options.way_noise**2 * way + slip
-    # the heading errs all along the way, which leads aside too
+    # errors of the heading along the way also displace it sideways
     covariance[:, 1, 1] = options.aside_noise**2 * way + slip + heading * way**2 / 3.0
     covariance[:, 1, 2] = covariance[:, 2, 1] = heading * way / 2.0
     covariance[:, 2, 2] = heading

@@ -1,4 +1,4 @@
-"""How a calibration is to go: what is assumed before, and which readings count."""
+"""The options of a calibration: priors, and which readings count."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ class CalibrationOptions:
     # and of the odometry's systematic errors
     prior_scale: float = 0.03  # share by which ways are counted too long
     prior_drift: float = 0.02  # rad/m
-    told_below: float = 1.0 / 3.0  # of the prior's deviation: what is wider counts as not told
+    # of the prior's deviation: wider corrections count as not determined
+    told_below: float = 1.0 / 3.0
 
     # odometry's random errors after 1 m (or 1 rad); they grow with the root of the way
     way_noise: float = 0.02  # m, along
@@ -31,11 +32,9 @@ class CalibrationOptions:
     spacing_yaw: float = 0.05  # rad of turning that also makes a scan worth using
     most_scans: int = 2000  # evenly chosen where there are more
     beams: int = 90  # of a scan, evenly spread
-    spread: float = 0.2  # m from a wall within which readings are taken for the wall, at first
-    shared: float = (
-        0.3  # a scan tells as much as this share of its beams would, were they independent
-    )
-    wall_spread: float = 0.02  # m by which walls stand away from the model, at first
+    spread: float = 0.2  # m from a wall within which readings initially count as of the wall
+    shared: float = 0.3  # information of a scan, as a share of that of independent beams
+    wall_spread: float = 0.02  # m; initial deviation of walls from the model
     place: float = 2.0  # m; in squares of this size, what faces one way is one piece of wall
-    parts: int = 4  # of a drive, that are held against each other
+    parts: int = 4  # of a drive, that are compared with each other
     rounds: int = 8  # of linearization

@@ -1,8 +1,8 @@
-"""What a scan says of its laser's pose: distances of its readings from the walls.
+"""Distances of a scan's readings from the walls, as functions of its laser's pose.
 
-A reading's error along the beam is its distance from the wall times the length of
-the expected range's gradient over the position, 1 / cos(incidence). Divided by that
-length, all readings of a wall that is a little off err alike, at any incidence.
+A reading's error along the beam is its distance from the wall times the length of the expected
+range's gradient over the position, 1 / cos(incidence). Divided by that length, all readings of a
+wall that is off its place have equal errors, at any incidence.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from objstate.sensing import BeamModel, Sensing, cast_from
 
 STEP = np.array([0.01, 0.01, 0.003])  # m, m, rad of the differences that give gradients
 BENT = 0.01  # m by which forward and backward differences may disagree: elsewhere there is an edge
-STEEPEST = 3.0  # gradient's length, 1 / cos(incidence): 70 degrees; beyond, a hair moves a reading
-SWING = np.radians(10.0)  # rad between the states of a door that are looked at
+STEEPEST = 3.0  # gradient's length, 1 / cos(incidence): 70 degrees; larger ones are too sensitive
+SWING = np.radians(10.0)  # rad between the states of a door that are considered
 SLIDE = 0.1  # m, the same of sliding doors and furniture
 FITTING = 0.5  # m from the walls, within which most readings of a robot lie that isn't lost
 MOST = 0.5  # of the readings
-SECTORS = 8  # directions that walls are told apart by
+SECTORS = 8  # number of directions by which walls are distinguished
 MOST_SQUARES = 1 << 24  # along one side of a building
-STRAY = 0.3  # m about its place within which furniture is looked for
+STRAY = 0.3  # m around its place within which furniture is considered
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from objstate.cli import building_edit
+from objstate.cli import building_edit, building_learn
 from objstate.cli.console import print_list, print_problems, print_text
 from objstate.cli.options import Overwrite, help_when_alone
 from objstate.errors import SettingsError
@@ -171,3 +171,4 @@ def _print_notes(notes: Notes) -> None:
 
 
 app.command("edit", epilog=building_edit.EXAMPLES)(building_edit.edit)
+app.command("learn", epilog=building_learn.EXAMPLES)(building_learn.learn)

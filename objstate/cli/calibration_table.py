@@ -32,12 +32,14 @@ def describe_calibration(calibration: Calibration) -> Iterator[str | Table]:
     yield table
     c = calibration
     yield (
-        f"Odometry counts ways {100 * c.way_share:.1f} % too long (std {100 * c.way_share_std:.1f}), "
-        f"its heading drifts by {math.degrees(c.drift):.2f} deg/m (std {math.degrees(c.drift_std):.2f})."
+        f"Odometry counts ways {100 * c.way_share:.1f} % too long (std "
+        f"{100 * c.way_share_std:.1f}), its heading drifts by {math.degrees(c.drift):.2f} deg/m "
+        f"(std {math.degrees(c.drift_std):.2f})."
     )
     yield (
         f"{c.scans} scans; readings spread by {100 * c.spread:.1f} cm about walls, walls by "
-        f"{100 * c.wall_spread:.1f} cm about the model; {percent(c.used)} % of the readings are near walls."
+        f"{100 * c.wall_spread:.1f} cm about the model; {percent(c.used)} % of the readings are "
+        "near walls."
     )
     for laser in calibration.lasers:
         yield f"--mount {laser.frame}={_mount(laser)}"

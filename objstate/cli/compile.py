@@ -16,8 +16,9 @@ Examples:
 def compile_() -> None:
     """Compile the inner loops now, so that no run has to wait for it.
 
-    Otherwise the first run after an install does, which takes it a quarter to half a minute. They are
-    kept beside the package, or in the user's cache folder; set NUMBA_CACHE_DIR to keep them elsewhere.
+    Otherwise the first run after an install does, which takes it a quarter to half a minute. They
+    are kept beside the package, or in the user's cache folder; set NUMBA_CACHE_DIR to keep them
+    elsewhere.
     """
     from objstate.cli.loops import PARTS, compile_part
     from objstate.cli.sharing import compile_shared

@@ -88,7 +88,7 @@ class Extras:
         if self.learnt is not None:
             from objstate.learning import summary_lines
 
-            yield from (f"Learnt of each {line}" for line in summary_lines(self.learnt))
+            yield from (f"Learnt: {line}" for line in summary_lines(self.learnt))
 
     def _written(self) -> Iterator[str]:
         if self.calibration is not None:

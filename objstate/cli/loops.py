@@ -1,7 +1,7 @@
 """The loops that runs need, compiled part by part: ``python -m objstate.cli.loops PART OF PARTS``.
 
-Signatures are those that a run calls them with: b, i and f for truth values, integers and floats, j and
-g for those of 32 bits, with the number of axes where they are arrays, and the names of records.
+Signatures are those that a run calls them with: b, i and f for truth values, integers and floats, j
+and g for those of 32 bits, with the number of axes where they are arrays, and the names of records.
 """
 
 from __future__ import annotations
@@ -33,7 +33,8 @@ from objstate.sensing import kernels as scans
 
 Part = tuple[tuple[Any, str], ...]  # loops and their signatures
 
-EVERY_RUN = 4  # parts that every run needs; the others are of furniture, of wide beliefs, of grids and of habits
+# parts that every run needs; the others are of furniture, of wide beliefs, of grids and of habits
+EVERY_RUN = 4
 
 PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the projection
     (

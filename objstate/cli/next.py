@@ -151,9 +151,7 @@ def next_(
             coordinator, known, moment.stamp_ns, pose, may_drive=not stay
         )
     if as_json:
-        print_text(
-            json.dumps(next_words(coordinator, moment, tasks, wanted, ranked[:top], wait), indent=2)
-        )
+        print_text(json.dumps(next_words(moment, tasks, wanted, ranked[:top], wait), indent=2))
         return
     for plan in due:
         if not any(task.reason.startswith(f"before: {plan}") for task in tasks):
@@ -175,7 +173,7 @@ def _tasks(coordinator: Coordinator, moment: Snapshot, tasks: list[VerificationT
         action = task.action
         place = f"{action.pose[0]:.2f}, {action.pose[1]:.2f}, {_degrees(action.pose[2])}"
         figures = f"{action.gain:.1f}", f"{action.distance:.1f}"
-        since = _since(coordinator, moment, action.object)
+        since = _since(moment, action.object)
         table.add_row(action.object, action.sensor, task.reason, place, *figures, *since)
     return table
 
@@ -210,18 +208,17 @@ def _ranked(coordinator: Coordinator, moment: Snapshot, actions: list[Action]) -
         figures = (each.gain, each.worth, each.cost, each.utility)
         x, y, yaw = each.pose
         cells = [f"{x:.2f}", f"{y:.2f}", _degrees(yaw), *(f"{value:.2f}" for value in figures)]
-        table.add_row(each.object, each.sensor, *cells, *_since(coordinator, moment, each.object))
+        table.add_row(each.object, each.sensor, *cells, *_since(moment, each.object))
     return table
 
 
-def _since(coordinator: Coordinator, moment: Snapshot, name: str) -> tuple[str, str]:
+def _since(moment: Snapshot, name: str) -> tuple[str, str]:
     """How long ago an object was last seen, and how probably it was moved since."""
-    from objstate.maintenance import age, probability_moved
+    from objstate.maintenance import age
 
-    seconds = age(moment, name)
-    if seconds is None:
+    seconds, moved = age(moment, name), moment.world.probability_moved(name, moment.stamp_ns)
+    if seconds is None or moved is None:
         return "never", "-"
-    moved = probability_moved(coordinator, name, seconds)
     return f"{duration(seconds)} ago", f"{percent(moved)} %"
 
 

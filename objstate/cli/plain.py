@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 
 # what moves the cursor, recolours or retitles a terminal, turns the direction of writing, or has no
-# bytes in any encoding (half a character of a file's name); lines and tabs are no harm in a sentence
+# bytes in any encoding (half a character of a file's name); lines and tabs are no harm in a
+# sentence
 UNPRINTABLE = re.compile(
     "[\\x00-\\x08\\x0b-\\x1f\\x7f-\\x9f\\u200e\\u200f\\u202a-\\u202e\\u2066-\\u2069\\ud800-\\udfff]"
 )

@@ -30,8 +30,8 @@ def darmstadt(
 ) -> None:
     """Chapter 7 of the Darmstadt Dribblers' thesis: a grid that ages, and gaze by its entropy.
 
-    A robot with a camera on its head watches a soccer field with poles, obstacles and a ball. Tables
-    have the thesis' figures beside those measured here, with intervals over seeds.
+    A robot with a camera on its head watches a soccer field with poles, obstacles and a ball.
+    Tables have the thesis' figures beside those measured here, with intervals over seeds.
     """
     from objstate.experiments.darmstadt import reproduce
 

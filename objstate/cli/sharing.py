@@ -16,7 +16,8 @@ PATIENCE = 120.0  # s that are waited for them
 def share_out_compiling() -> None:
     """As soon as a loop has to be compiled, let all that a run needs be, by a process for each core.
 
-    Loops that other processes don't bring about, whatever the reason, are compiled where they are needed.
+    Loops that other processes don't bring about, whatever the reason, are compiled where they are
+    needed.
     """
     when_compiling(_compile_for_a_run)
 

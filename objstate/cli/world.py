@@ -69,7 +69,7 @@ def show(world: Place, config: Config = None, as_json: AsJson = False) -> None:
     from objstate.world.store import open_store
 
     store = open_store(world)
-    latest = store.load(_settings(config), since_ns=store.latest_ns()).at()
+    latest = store.load(_settings(config), newest=True).at()
     _print(store, latest, as_json)
 
 

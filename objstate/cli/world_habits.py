@@ -54,8 +54,8 @@ def habits(
 ) -> None:
     """How the doors of a building are used: when they stand open, and how often they are moved.
 
-    Learnt from the looks of all drives, at whatever hours these were. By which clock, and which days
-    are holidays, is in the settings of the drives (calendar).
+    Learnt from the looks of all drives, at whatever hours these were. By which clock, and which
+    days are holidays, is in the settings of the drives (calendar).
     """
     from objstate.world.habit_words import habit_words
     from objstate.world.store import open_store
@@ -104,8 +104,8 @@ def when(
 ) -> None:
     """When doors may be passed: most probable times, waiting before each, best departure.
 
-    A door counts as passable where it leaves the robot's width. By habits, where they are known, else by the
-    rates of the settings.
+    A door counts as passable where it leaves the robot's width. By habits, where they are known,
+    else by the rates of the settings.
     """
     from objstate.world.store import open_store
     from objstate.world.when import best_departure, passable, spans, wait

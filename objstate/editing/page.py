@@ -20,9 +20,10 @@ from objstate.report.plan import framed, plan_buttons, shape_of
 HEIGHT = 0.3  # m above the floor, where many robots carry their laser
 MARGIN = 1.0  # m around the walls, in which scan points are drawn
 KEYS = (
-    "j k next, previous door; y n accept, reject; a add by three clicks (hinge, free edge, the side "
-    "to which it opens); f flip the hinge's side, d the direction; arrows move it by 1 cm; Ctrl+Z, Ctrl+Y "
-    "undo, redo; / search; + − 0 zoom. Drag a hinge or a free edge; with Alt nothing snaps."
+    "j k next, previous door; y n accept, reject; a add by three clicks (hinge, free edge, the "
+    "side to which it opens); f flip the hinge's side, d the direction; arrows move it by 1 cm; "
+    "Ctrl+Z, Ctrl+Y undo, redo; / search; + − 0 zoom. Drag a hinge or a free edge; with Alt "
+    "nothing snaps."
 )
 
 
@@ -40,7 +41,8 @@ def edit_page(
     shown = picture(points, low, high)
     title = f"Doors of {building.name}"
     said = (
-        f"{len(subject.rows)} doors, {shown.points if shown else 0} scan points; saved to {subject.out}"
+        f"{len(subject.rows)} doors, {shown.points if shown else 0} scan points; saved to "
+        f"{subject.out}"
         if save_token
         else f"{len(subject.rows)} doors, {shown.points if shown else 0} scan points"
     )

@@ -65,8 +65,8 @@ def _target(path: Path, out: str | Path | None, is_map: bool) -> Path:
     folder = path if path.is_dir() else path.parent
     if is_map or not is_replaceable(folder):
         raise BuildingError(
-            f"{folder} wasn't written by objstate, so nothing is changed there; say with --out where the "
-            "edited building goes."
+            f"{folder} wasn't written by objstate, so nothing is changed there; say with --out "
+            "where the edited building goes."
         )
     return folder
 

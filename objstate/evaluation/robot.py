@@ -44,8 +44,8 @@ class RobotErrors:
 def compare_paths(estimated: Path, true: Path, align: bool = False) -> RobotErrors:
     """Estimated poses against the true path, interpolated at their stamps.
 
-    Both paths are in the same frame. With ``align``, the estimated one is moved and turned
-    first, so that the sum of squared distances is least (Umeyama 1991, in the plane, without scale).
+    Both paths are in the same frame. With ``align``, the estimated one is moved and turned first,
+    so that the sum of squared distances is least (Umeyama 1991, in the plane, without scale).
 
     Raises TruthError where the paths share no time, or one can't be aligned.
     """

@@ -1,4 +1,4 @@
-"""Where to look: what sensors see from a place, what that would tell, and the ways there."""
+"""Choosing views: what sensors see from a place, the expected gain, and the ways there."""
 
 from objstate.gaze.entropy import belief_entropy, gaussian_entropy, histogram_entropy
 from objstate.gaze.floor import Floor, FloorSettings, Ways

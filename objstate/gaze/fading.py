@@ -1,12 +1,11 @@
-"""How long what is known of an object lasts when nobody looks at it.
+"""How long information about an object lasts without a look at it.
 
-A nat learnt of a door that is moved every few minutes is soon lost again; a nat learnt of one
-that hardly ever moves serves all day. What a look is worth is therefore not its gain, but
-how long each nat of it lasts, added up: nat hours. Of all objects that grow uncertain
-again after every look, looking at those whose last nats have served longest per metre of way
-keeps the mean entropy lowest for the way driven: it is Whittle's index of an object that
-fades with its age (Tripathi and Modiano 2019, "A Whittle index approach to minimizing
-functions of age of information").
+A nat learnt about a door that is moved every few minutes is soon lost again; a nat learnt about one
+that hardly ever moves lasts all day. So a look is worth not its gain, but the sum of the times that
+its nats last: nat hours. Of all objects that become uncertain again after every look, choosing
+those whose last nats have lasted longest per metre of way minimizes the mean entropy for the
+distance driven: it is Whittle's index of an object that fades with its age (Tripathi and Modiano
+2019, "A Whittle index approach to minimizing functions of age of information").
 """
 
 from __future__ import annotations
@@ -33,24 +32,24 @@ SAMPLES = 4000  # of furniture that fades
 
 @dataclass(frozen=True, eq=False)
 class Fading:
-    """The entropy of an object's belief by the time since a look told all that it can."""
+    """The entropy of an object's belief by the time since a complete look."""
 
     ages: FloatArray = field(repr=False)  # (k,) h
     entropies: FloatArray = field(repr=False)  # (k,) nats, never falling
 
     @staticmethod
     def of(item: MovableObject, settings: Settings, std_m: float, std_rad: float) -> Fading:
-        """Of an object that a look leaves known to so much, m and rad."""
+        """For an object that is known to these deviations, m and rad, after a look."""
         known, rng = _known(item, settings, std_m, std_rad), np.random.default_rng(0)
         predict = filter_for(item, settings).predict
         later = [belief_entropy(predict(known, age * SECONDS_PER_HOUR, rng)) for age in AGES]
         return Fading(AGES, np.maximum.accumulate(later))
 
     def worth(self, entropy: float, gain: float) -> float:
-        """How long each nat lasts, nat hours, of a look that gains so much from an entropy, nats.
+        """How long the nats of a look last, nat hours, for a gain from an entropy, nats.
 
-        A nat lasts as long as a look's knowledge takes to fade to where the nat was missing:
-        the integral of that time over the entropies from after the look to before it.
+        A nat lasts until the object's dynamics have removed it again: the integral of that time
+        over the entropies from after the look to before it.
         """
         before, after = (self._served(nats) for nats in (entropy, entropy - gain))
         return before - after
@@ -91,7 +90,7 @@ def _shape(item: MovableObject) -> tuple[object, ...]:
 
 
 def _known(item: MovableObject, settings: Settings, std_m: float, std_rad: float) -> ObjectBelief:
-    """A belief after a look: of a door half open, of furniture a deviation of its prior from home."""
+    """A belief after a look: of a door half open, of furniture with a small deviation at home."""
     rng = np.random.default_rng(0)
     prior = filter_for(item, settings).prior(rng)
     if item.kind is Kind.PLANAR:

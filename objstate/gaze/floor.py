@@ -19,16 +19,16 @@ from objstate.objects.footprint import footprint
 
 NEIGHBOURS = ((1, 0), (0, 1), (1, 1), (1, -1))  # half of a cell's eight; the others mirror them
 DOORWAY = 1.0  # cells to either side of a closed leaf in which a way pays for the door
-NODE = 0.6  # m, side of the squares of which one cell stands for all
+NODE = 0.6  # m, side of the squares that are represented by one cell
 
 
 class FloorSettings(Strict):
-    """A robot's body on the floor, and what it thinks of doors."""
+    """A robot's body on the floor, and its costs of doors."""
 
     robot_radius: Positive = 0.25  # m
     robot_height: Positive = 0.6  # m, below which walls and furniture are in its way
     resolution: Positive = 0.15  # m, of the grid
-    closed_door_cost: NonNegative = 30.0  # m of detour that a surely closed door is worth
+    closed_door_cost: NonNegative = 30.0  # m of detour that a certainly closed door costs
     furniture_share: Share = 0.5  # probability of standing in a cell that closes it
 
 
@@ -58,8 +58,8 @@ class Floor:
         clearance = np.asarray(distance_transform_edt(free, sampling=s.resolution))
         if not (clearance > s.robot_radius).any():
             raise SettingsError(
-                f"Building '{building.name}' has no place for a robot of radius {s.robot_radius} m; "
-                "give a smaller robot_radius."
+                f"Building '{building.name}' has no place for a robot of radius {s.robot_radius} "
+                "m; give a smaller robot_radius."
             )
         return Floor(building, s, origin, clearance)
 
@@ -247,7 +247,7 @@ def _walls_up_to(building: Building, height: float, spacing: float) -> FloatArra
 
 
 def _points_on(segments: FloatArray, spacing: float) -> FloatArray:
-    """Points (n, 2) on segments (k, 2, 2), no farther than ``spacing`` m apart."""
+    """Points (n, 2) on segments (k, 2, 2), at most ``spacing`` m apart."""
     points = [np.zeros((0, 2))]
     for start, end in segments:
         count = max(int(np.ceil(np.linalg.norm(end - start) / spacing)), 1) + 1

@@ -1,4 +1,4 @@
-"""What is gained of a belief by all that some looks tell of its object: eq. (6), Elfring et al. 2014."""
+"""The expected gain of several looks at an object: eq. (6), Elfring et al. 2014."""
 
 from __future__ import annotations
 
@@ -19,9 +19,10 @@ Gain = Callable[[FloatArray], float]
 
 
 def gain_of(belief: ObjectBelief) -> Gain:
-    """Conditions on a belief: gives the expected gain, nats, of what looks tell together.
+    """A function of the summed evidence of looks that gives the expected gain, nats.
 
-    What looks tell comes as ``LaserLooks.look`` has it, added up over the looks.
+    It is conditioned on a belief. The evidence is that of ``LaserLooks.look``, summed over the
+    looks.
     """
     return _of_furniture(belief) if belief.item.kind is Kind.PLANAR else _of_door(belief)
 
@@ -33,10 +34,10 @@ def _of_furniture(belief: ObjectBelief) -> Gain:
 
 
 def _of_door(belief: ObjectBelief) -> Gain:
-    """The mean over what the door may be.
+    """The mean over the door's possible states.
 
-    A state between two at which readings are faked takes those of the nearer, shifted. Between
-    states that looks tell apart, log-likelihoods are linear.
+    A state between two for which readings are simulated takes those of the nearer, shifted. Between
+    compared states, log-likelihoods are interpolated.
     """
     prior, states = belief.weights.values, np.arange(len(belief.states))
     before, log = entropy(prior), np.log(prior + TINY)

@@ -1,7 +1,7 @@
-"""Objects at points, each with a Gaussian belief, and what a way past them is expected to tell.
+"""Objects at points with Gaussian beliefs, and the expected gain of a way past them.
 
-A Kalman filter whose state is a position that drifts at random, measured as it is; the
-coordinates are independent, so a covariance is its diagonal (section 7, Elfring et al. 2014).
+A Kalman filter whose state is a position with a random drift, which is measured directly. The
+coordinates are independent, so that a covariance is its diagonal (section 7, Elfring et al. 2014).
 """
 
 from __future__ import annotations
@@ -59,11 +59,11 @@ def gains_along(
 ) -> FloatArray:
     """Expected information gain (a,) in nats of each of some ways (section 5.2).
 
-    ``ways`` (a, k, 3) are poses, one a time step, of which the first ``lengths`` (a,) count. At
-    each one the beliefs are predicted, and what is in view is updated by a fake measurement
+    ``ways`` (a, k, 3) are poses, one for each time step, of which the first ``lengths`` (a,) count.
+    At each one the beliefs are predicted, and what is in view is updated by a simulated measurement
     at its mean with the sensor's variance. A way's gain is the sum of the gains, eq. (6), of
-    ``every update``, or by how much less entropy is left ``at the end`` than without any: of
-    ``all objects``, or of its ``own object`` alone, which is the a-th for the a-th way.
+    ``every update``, or the entropy removed ``at the end``: of ``all objects``, or of its ``own
+    object`` alone, which is the a-th for the a-th way.
     """
     out = np.empty(len(ways))
     shape = (len(ways), len(beliefs.means))

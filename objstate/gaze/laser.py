@@ -1,8 +1,8 @@
-"""What a laser would tell of an object from a place, before anybody has driven there.
+"""The expected evidence of a laser about an object from a place, by simulation.
 
-Eq. (6) of Elfring et al. 2014 with the sensor simulated: readings are taken from the
-expected ranges of a state that the belief holds possible, walls and other objects before
-and behind it, and the same beam model as the estimator's says which states they rule out.
+Eq. (6) of Elfring et al. 2014: readings are simulated from the expected ranges of possible states,
+with walls and other objects before and behind the object, and evaluated by the estimator's beam
+model.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ if TYPE_CHECKING:
 else:
     kernels = Later("objstate.gaze.kernels")
 
-COMPARED = 60  # states of a door, evenly spread, that a look is simulated to tell apart
+COMPARED = 60  # number of a door's states, evenly spread, for which a look is evaluated
 TEMPLATES = 16  # of these, evenly spread, at which readings are faked
-KEPT = 10_000  # of looks, and of scans of walls and of single objects
+KEPT = 10_000  # number of looks, and of scans of walls and of single objects, that are cached
 NUDGE = np.array([0.05, 0.05, 0.05])  # m, m, rad by which furniture is shifted to see what changes
 TINY = 1e-300
 FORWARD = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 0], [1, 0, 1], [0, 1, 1]], dtype=float)
@@ -40,7 +40,7 @@ V = TypeVar("V")
 
 
 class LookSettings(Strict):
-    """What a look from one place consists of."""
+    """The parameters of a look from one place."""
 
     scans: NonNegative = 5.0  # taken where the robot stops to look
     scans_on_way: NonNegative = 1.0  # taken of one object from about one place as it drives by
@@ -74,7 +74,8 @@ class LaserLooks:
         nothing = np.full(len(rays), np.inf)
         self._scan = Scan(0, sensor.name, nothing, rays, sensor.range_min, sensor.range_max)
         self._view: ScanView = Sensing(building, model).view(self._scan)
-        for name, item in building.objects.items():  # finds its outline, which nobody waits for yet
+        # computes its outline now, as later calls are timed
+        for name, item in building.objects.items():
             self._view.object(name, item.home[None], np.zeros((1, 3)))
         self._seen_of_walls: dict[bytes, FloatArray] = {}  # (n,) by pose
         self._other = lru_cache(KEPT)(self._other_from)
@@ -86,12 +87,12 @@ class LaserLooks:
         others: Mapping[str, FloatArray],
         scans: float,
     ) -> FloatArray | None:
-        """What some scans from ``pose`` (3,) would tell of an object; None where no beam can reach it.
+        """The evidence of some scans from ``pose`` (3,) about an object; None if unreachable.
 
-        Of a door the log-likelihoods (k, c) of the states that ``compared`` names, were the readings
-        those of its ``TEMPLATES``; of furniture the information (3, 3) that readings at its mean hold.
-        What looks from several places tell adds up. ``others`` are the states (d,) of other objects that stand
-        before or behind it.
+        For a door it is the log-likelihoods (k, c) of the states that ``compared`` names, for the
+        readings of its ``TEMPLATES``; for furniture the information (3, 3) of readings at its mean.
+        Evidence from several places adds up. ``others`` are the states (d,) of other objects that
+        stand before or behind it.
         """
         states = _compared_states(belief)
         alone = self._view.object(belief.item.name, states, pose[None])[0]  # (s, n)
@@ -170,7 +171,7 @@ class LaserLooks:
 
 
 def compared(states: int) -> IntArray:
-    """Numbers (c,) of the states, of so many of a door, that a look is simulated to tell apart."""
+    """Indices (c,) of the states, of some number of a door's, for which a look is evaluated."""
     return evenly(states, COMPARED)
 
 
@@ -188,7 +189,7 @@ def keep(known: dict[K, V], key: K, value: V) -> None:
 
 
 def _compared_states(belief: ObjectBelief) -> FloatArray:
-    """States (s, d) told apart: many of a door's; of furniture its mean, and what lies around it."""
+    """States (s, d) to evaluate: many of a door; of furniture its mean and those around it."""
     if belief.item.kind is not Kind.PLANAR:
         return belief.states[compared(len(belief.states))]
     steps = np.concatenate([np.zeros((1, 3)), FORWARD, -FORWARD])
@@ -216,9 +217,9 @@ def _shared(information: FloatArray, shift: FloatArray) -> FloatArray:
 
 
 def _smeared(log_likelihood: FloatArray, smear: float) -> FloatArray:
-    """Log-likelihoods (k, c), their likelihoods averaged over where the robot may be.
+    """Log-likelihoods (k, c), their likelihoods averaged over the robot's error.
 
-    ``smear`` is the standard deviation, in states, of what the robot's error shifts.
+    ``smear`` is the standard deviation, in states, of the shift by that error.
     """
     if smear == 0.0:
         return log_likelihood

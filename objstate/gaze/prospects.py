@@ -1,7 +1,7 @@
-"""What looks from many places would tell of many objects, at one moment.
+"""The expected evidence of looks from many places about many objects, at one moment.
 
-Simulating a look takes longer than weighing what it tells against a belief. So looks
-are kept, and used again as long as nothing moved that they show.
+Simulating a look takes longer than evaluating it for a belief. So looks are cached, and used again
+as long as nothing in them has moved.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from objstate.geometry import BoolArray, FloatArray
 from objstate.lazy import lazy
 from objstate.objects import ObjectBelief
 
-MARGIN = 0.2  # m by which the robot and objects may be off when the look is taken
-MOMENT = 10**9  # ns after a look, in which another from the same place tells nothing new
-SAME = 0.1  # m and rad to which states are rounded before a look is simulated anew
+MARGIN = 0.2  # m; error of robot and objects when the look is taken
+MOMENT = 10**9  # ns after a look in which another from the same place carries no new information
+SAME = 0.1  # m and rad to which states are rounded before a look is simulated
 
 Mark = tuple[object, ...]
 
@@ -58,7 +58,7 @@ class LookLibrary:
         others: Mapping[str, _Standing],
         scans: float,
     ) -> FloatArray | None:
-        """What some scans of a sensor from ``pose`` (3,) tell of an object before or behind others."""
+        """The evidence of a sensor's scans from ``pose`` (3,) about an object among others."""
         around = tuple(each.mark for each in others.values())
         key: Mark = (sensor, belief.item.name, pose.tobytes(), scans, around)
         if belief.item.kind is Kind.PLANAR:
@@ -78,10 +78,10 @@ class LookLibrary:
 
 
 class Prospects:
-    """What looks would tell under one moment's beliefs.
+    """The expected evidence of looks under one moment's beliefs.
 
     Args:
-        library: what looks tell.
+        library: the simulated looks.
         beliefs: of all objects.
     """
 
@@ -125,7 +125,7 @@ class Prospects:
     def told(
         self, sensor: str, name: str, pose: FloatArray, near: BoolArray, scans: float
     ) -> FloatArray | None:
-        """What some scans from ``pose`` (3,) tell of an object, ``near`` (o,) what is there."""
+        """The evidence of some scans from ``pose`` (3,) about an object among the ``near`` (o,)."""
         key = (sensor, name, pose.tobytes(), scans)
         if key not in self._told:
             others = {
@@ -138,7 +138,7 @@ class Prospects:
         return self._told[key]
 
     def gain(self, name: str, told: FloatArray) -> float:
-        """Expected gain, nats, of what some looks tell of an object together."""
+        """Expected gain, nats, of the summed evidence of some looks about an object."""
         if name not in self._gains:
             self._gains[name] = gain_of(self.beliefs[name])
         return self._gains[name](told)

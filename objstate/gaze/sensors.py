@@ -60,7 +60,7 @@ class Sensor:
         return np.stack([x, y, robot[..., 2] + self.yaw], axis=-1)
 
     def sees(self, robot: FloatArray, places: FloatArray) -> BoolArray:
-        """Which places (n, 2) are in range and view of a robot at a pose (3,); walls aside."""
+        """Which places (n, 2) are in range and view of a robot at a pose (3,), ignoring walls."""
         pose = self.poses(robot)
         off = places - pose[:2]
         distance = np.hypot(off[:, 0], off[:, 1])

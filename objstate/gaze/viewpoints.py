@@ -25,7 +25,7 @@ class ViewpointSettings(Strict):
 
 
 def middle_of(belief: ObjectBelief) -> FloatArray:
-    """Where (2,) to look for an object: the middle of a door's frame, furniture's estimated place."""
+    """The point (2,) to look at: the middle of a door's frame, furniture's estimated place."""
     if belief.item.kind is Kind.PLANAR:
         return np.asarray(belief.mean[:2])
     near, far = leaf_ends(belief.item)
@@ -40,10 +40,10 @@ def viewpoints(
     settings: ViewpointSettings,
     piece: int,
 ) -> tuple[FloatArray, IntArray]:
-    """Poses (k, 3) from which to look at an object, no more than the settings' ``places``, and cells.
+    """Poses (k, 3) from which to look at an object, at most the settings' ``places``, and cells.
 
-    They stand in one connected ``piece`` of the free floor, see the object's middle past the walls at the
-    sensor's height, turn the sensor to it, and are as far from one another as can be.
+    They stand in one connected ``piece`` of the free floor, see the object's middle past the walls
+    at the sensor's height, turn the sensor to it, and are as far from one another as possible.
     """
     s, middle = settings, middle_of(belief)
     cells = floor.within(middle - s.farthest, middle + s.farthest)

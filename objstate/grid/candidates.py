@@ -97,7 +97,7 @@ class Candidates:
         return tuple(sorted(found, key=lambda each: -each.log_odds))
 
     def looked(self, values: NDArray[np.float32], fresh: BoolArray, stamp_ns: int) -> Candidates:
-        """After a look: probabilities (rows, columns) of being occupied, and which cells it saw."""
+        """Update by P(occupied) (rows, columns), and by which cells were seen."""
         occupied, free = values > OCCUPIED, values < FREE
         blobs, count = label(binary_dilation(occupied, TOUCHING), TOUCHING)
         blobs = np.where(occupied, blobs, 0)

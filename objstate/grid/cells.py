@@ -1,12 +1,12 @@
 """What a cell holds, how it takes evidence in, and how it ages (Darmstadt, sections 2.4.1 and 6.1.2).
 
-A model serves all cells of a grid. Its fields are arrays, so that reading a map of a million cells is
-one pass over memory. Evidence lies between 0 (free) and 1 (occupied); 0.5 says nothing.
+A model serves all cells of a grid. Its fields are arrays, so that reading a map of a million cells
+is one pass over memory. Evidence lies between 0 (free) and 1 (occupied); 0.5 says nothing.
 
-All models age alike: a cell is as good as new for a reading of full weight, and its reliability falls to
-zero within ``max_age_s``, eq. (6.2). Aged cells are read nearer to 0.5, eq. (6.4), and lose what they
-hold only when the reliability is zero. Stored is the time at which that will be, so that ageing costs
-nothing.
+All models age alike: a cell is as good as new for a reading of full weight, and its reliability
+falls to zero within ``max_age_s``, eq. (6.2). Aged cells are read nearer to 0.5, eq. (6.4), and
+lose what they hold only when the reliability is zero. Stored is the time at which that will be, so
+that ageing costs nothing.
 """
 
 from __future__ import annotations

@@ -53,8 +53,8 @@ def beam(
     """A ray between points (2,) m: free cells by Bresenham's algorithm, algorithm 4, and its end.
 
     The end is occupied if there is an ``obstacle``, else free. Values fall to 0.5 at a distance of
-    ``reach`` m, eq. (6.9). The algorithm as printed swaps the ends of rays that run to the left; here
-    all run from the robot, so that only ties between two cells may differ.
+    ``reach`` m, eq. (6.9). The algorithm as printed swaps the ends of rays that run to the left;
+    here all run from the robot, so that only ties between two cells may differ.
     """
     _positive(reach, "reach of a beam, m")
     first, last = np.floor(layout.to_cells(_points(np.stack([start, end])))).astype(np.int64)
@@ -81,10 +81,10 @@ def ellipse(
 ) -> Drawing:
     """The cells of a filled ellipse about a point (2,) m with semiaxes, m, the first of them at ``yaw``.
 
-    Algorithm 3 with eqs. (6.10) to (6.17): a cell belongs to it if its distance, turned by ``-yaw`` and
-    divided by the semiaxes, is 1 at most. Eq. (6.14) and (6.17) leave a square out, and the box of
-    algorithm 3 is too small for a scale above 1; eq. (6.13) and the cells that the ellipse reaches are
-    taken.
+    Algorithm 3 with eqs. (6.10) to (6.17): a cell belongs to it if its distance, turned by ``-yaw``
+    and divided by the semiaxes, is 1 at most. Eq. (6.14) and (6.17) leave a square out, and the box
+    of algorithm 3 is too small for a scale above 1; eq. (6.13) and the cells that the ellipse
+    reaches are taken.
     """
     for each in semiaxes:
         _positive(each, "semiaxis of an ellipse, m")
@@ -109,8 +109,9 @@ def gaussian(
 ) -> Drawing:
     """A Gaussian (2,), (2, 2) m, in the ellipse that holds a share of it: ``value`` at its mean.
 
-    Eqs. (6.19) to (6.21). Elsewhere values fall to ``about`` as the density does with the Mahalanobis
-    distance, eq. (2.25). Semiaxes are roots of eigenvalues, which the text takes themselves.
+    Eqs. (6.19) to (6.21). Elsewhere values fall to ``about`` as the density does with the
+    Mahalanobis distance, eq. (2.25). Semiaxes are roots of eigenvalues, which the text takes
+    themselves.
     """
     if not 0.0 < share < 1.0:
         raise GridError(f"An ellipse can't hold the share {share:g} of a Gaussian; give 0.9.")

@@ -27,8 +27,9 @@ TERMS = 6  # of the series, which is within 1e-3 bits
 def entropy(values: Values, method: Method = "series") -> Values:
     """Entropies, bits, of cells that are occupied with probabilities of any shape.
 
-    By logarithms, by the thesis' look-up table with linear interpolation, or by a polynomial without a
-    table, which processors work out for eight cells at a time. The latter two are within 1e-3 bits.
+    By logarithms, by the thesis' look-up table with linear interpolation, or by a polynomial
+    without a table, which processors work out for eight cells at a time. The latter two are within
+    1e-3 bits.
     """
     flat = np.ascontiguousarray(values, dtype=np.float32).ravel()
     out = np.empty_like(flat)

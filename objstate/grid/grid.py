@@ -33,8 +33,8 @@ LAST_INDEX = np.iinfo(np.int32).max
 class Grid:
     """Cells of a layout that change in place, since a copy of a large map takes longer than a scan.
 
-    Times are stamps in integer nanoseconds; ages count from the first. Cells never updated, and those
-    whose reliability has run out, have the value 0.5.
+    Times are stamps in integer nanoseconds; ages count from the first. Cells never updated, and
+    those whose reliability has run out, have the value 0.5.
     """
 
     def __init__(self, layout: Layout, cells: CellModel | None = None) -> None:
@@ -77,9 +77,9 @@ class Grid:
     ) -> Drawing:
         """Take what a sensor saw in: obstacles first, then free beams up to them, each cell once.
 
-        Evidence falls to nothing at a distance of ``reach`` m, eq. (6.9), and counts by ``scale``, the
-        thesis' ValueScaling: the reliability of localization, from 0 to 1. Cells take it by their own
-        rule, or by a merge. Returns what was drawn.
+        Evidence falls to nothing at a distance of ``reach`` m, eq. (6.9), and counts by ``scale``,
+        the thesis' ValueScaling: the reliability of localization, from 0 to 1. Cells take it by
+        their own rule, or by a merge. Returns what was drawn.
         """
         self.layout.require_frame(percepts.frame)
         if not (math.isfinite(reach) and reach > 0.0):

@@ -1,7 +1,7 @@
 """Cells that are updated, read, and swept by beams; compiled.
 
-Fields of cells are given one by one, as arrays (n,) of float32. The update index (n,) of cells says in
-which sweep a cell was touched, and where it stands in the list of that sweep.
+Fields of cells are given one by one, as arrays (n,) of float32. The update index (n,) of cells says
+in which sweep a cell was touched, and where it stands in the list of that sweep.
 """
 
 from __future__ import annotations
@@ -188,10 +188,11 @@ def draw_obstacles(
 ) -> Any:
     """Draw what ends beams from ``starts`` to ``ends`` (n, 2), column and row; the number of cells touched.
 
-    The end of an ``obstacle`` (n,) is a Gaussian with covariance ``spreads`` (n, 3: xx, xy, yy) cells^2
-    up to a squared Mahalanobis distance ``quantile``, eq. (2.25). It counts less with the distance, eq.
-    (6.9), up to ``reach`` cells, times its weight (n,) and ``scale``. The list ``where`` and ``evidence`` (m,; 0 free, 1
-    occupied) of the sweep is filled. Where it is too short the number is -1.
+    The end of an ``obstacle`` (n,) is a Gaussian with covariance ``spreads`` (n, 3: xx, xy, yy)
+    cells^2 up to a squared Mahalanobis distance ``quantile``, eq. (2.25). It counts less with the
+    distance, eq. (6.9), up to ``reach`` cells, times its weight (n,) and ``scale``. The list
+    ``where`` and ``evidence`` (m,; 0 free, 1 occupied) of the sweep is filled. Where it is too
+    short the number is -1.
     """
     count = 0
     for j in range(ends.shape[0]):
@@ -242,8 +243,9 @@ def draw_beams(
 ) -> Any:
     """Draw free beams from ``starts`` to ``ends`` (n, 2), column and row; the number of cells touched.
 
-    Cells are those of algorithm 4, from the robot on, up to the first that this sweep found occupied:
-    those are the first ``occupied`` of its list. They count less with the distance, as obstacles do.
+    Cells are those of algorithm 4, from the robot on, up to the first that this sweep found
+    occupied: those are the first ``occupied`` of its list. They count less with the distance, as
+    obstacles do.
     """
     count = occupied
     for j in range(ends.shape[0]):

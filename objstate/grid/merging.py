@@ -2,8 +2,9 @@
 
 A merge takes the values a map has and those of an update, (n,) either, and returns the new ones.
 
-Line 2 of algorithm 1 keeps the map's cell when no ignored value is given; the text says the opposite, that
-all updates are made then. Here the text is followed: an update that equals the ignored value is skipped.
+Line 2 of algorithm 1 keeps the map's cell when no ignored value is given; the text says the
+opposite, that all updates are made then. Here the text is followed: an update that equals the
+ignored value is skipped.
 """
 
 from __future__ import annotations
@@ -66,8 +67,8 @@ def merged(values: Values, update: Values, merge: Merge, ignored: float | None =
     """
     if values.shape != update.shape:
         raise GridError(
-            f"A map of {shape(update)} can't be merged into one of {shape(values)}; resample it to the "
-            "other's layout first."
+            f"A map of {shape(update)} can't be merged into one of {shape(values)}; resample it to "
+            "the other's layout first."
         )
     for each in (values, update):
         if not np.isfinite(each).all():
@@ -88,13 +89,14 @@ def shape(values: Values) -> str:
 def resampled(values: Values, layout: Layout, onto: Layout, outside: float = 0.5) -> Values:
     """A map (rows, columns) in the cells of another layout, of any origin, heading and resolution.
 
-    A cell takes the largest value of those that it covers, so that no obstacle is lost in larger cells,
-    and ``outside`` where the map doesn't reach. Raises GridError where the frames differ.
+    A cell takes the largest value of those that it covers, so that no obstacle is lost in larger
+    cells, and ``outside`` where the map doesn't reach. Raises GridError where the frames differ.
     """
     onto.require_frame(layout.frame)
     if values.shape != layout.shape:
         raise GridError(
-            f"A map of {shape(values)} doesn't fit a layout of {layout.rows} by {layout.columns} cells."
+            f"A map of {shape(values)} doesn't fit a layout of {layout.rows} by {layout.columns} "
+            "cells."
         )
     if layout.same_cells(onto):
         return values.copy()

@@ -131,10 +131,11 @@ class Camera:
         """Percepts of scan lines in their order, from the camera's pose (3,) over the floor.
 
         Each runs from where the line enters the picture (n, 2) to its end (n, 2) m, seen from the
-        camera: an obstacle's base, or the upper edge. An obstacle is an outlier, and its line is left
-        out, unless that before found one within a distance of ``within``. Deviations come from the
-        end projected at angles that differ by those of the head, and tilted up they are larger than
-        tilted down; the mean is taken. The axis along which the tilt acts is the direction of the end.
+        camera: an obstacle's base, or the upper edge. An obstacle is an outlier, and its line is
+        left out, unless that before found one within a distance of ``within``. Deviations come from
+        the end projected at angles that differ by those of the head, and tilted up they are larger
+        than tilted down; the mean is taken. The axis along which the tilt acts is the direction of
+        the end.
         """
         if not (np.isfinite(base_points).all() and np.isfinite(ends).all()):
             raise GridError("Scan lines of a camera have to begin and end at finite places.")

@@ -32,9 +32,9 @@ else:
 ROUNDS = 40  # of Fisher scoring at most
 CONVERGED = 1e-3  # squared length of a step, in posterior deviations
 HALVINGS = 12  # of a step that doesn't raise the posterior
-SPREADS, SPREAD_DRAWS = 3, 12  # rounds and draws that widen Laplace's approximation
+SPREADS, SPREAD_DRAWS = 4, 16  # rounds and draws that widen Laplace's approximation
 SEED, JITTER = 0, 1e-10  # of draws, and what is added to the diagonal of a covariance
-BURN_IN_NS = 7 * 86400 * NANOSECONDS  # before the first look, over which a start is forgotten
+BURN_IN_NS = 14 * 86400 * NANOSECONDS  # before the first look, over which a start is forgotten
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,9 +128,24 @@ def fit(
     before = before or prior(design)
     if not len(looks):
         return before, None
+    found = mode(design, calendar, looks, before, start=start)
+    after = Gaussian(found.theta, _inverse(_inverse(before.covariance) + found.information))
+    return _spread(design, calendar, looks, before, after), found
+
+
+def mode(
+    design: Design,
+    calendar: Calendar,
+    looks: RegionLooks,
+    before: Gaussian,
+    *,
+    start: FloatArray | None = None,
+    after: Known | None = None,
+) -> Evidence:
+    """The evidence of looks, at least one, at the parameters that are most probable after them."""
     precision = _inverse(before.covariance)
     theta = before.mean if start is None else start
-    found = evidence(design, calendar, looks, theta)
+    found = evidence(design, calendar, looks, theta, after)
     height = _height(found, before, precision)
     for _ in range(ROUNDS):
         total = precision + found.information
@@ -139,7 +154,7 @@ def fit(
         if step @ total @ step < CONVERGED:
             break
         for _ in range(HALVINGS):
-            tried = evidence(design, calendar, looks, theta + step)
+            tried = evidence(design, calendar, looks, theta + step, after)
             higher = _height(tried, before, precision)
             if higher >= height:
                 break
@@ -147,12 +162,11 @@ def fit(
         else:
             break
         theta, found, height = theta + step, tried, higher
-    mode = Gaussian(theta, _inverse(precision + found.information))
-    return _spread(design, calendar, looks, before, mode), found
+    return found
 
 
 def _spread(
-    design: Design, calendar: Calendar, looks: RegionLooks, before: Gaussian, mode: Gaussian
+    design: Design, calendar: Calendar, looks: RegionLooks, before: Gaussian, after: Gaussian
 ) -> Gaussian:
     """The Gaussian nearest to the posterior, from Laplace's about its mode.
 
@@ -161,7 +175,7 @@ def _spread(
     information are averaged over draws (Opper and Archambeau 2009, *The variational Gaussian
     approximation revisited*, Neural Computation 21).
     """
-    precision, after = _inverse(before.covariance), mode
+    precision = _inverse(before.covariance)
     for _ in range(SPREADS):
         found = [evidence(design, calendar, looks, theta) for theta in draws(after, SPREAD_DRAWS)]
         total = precision + np.mean([each.information for each in found], axis=0)

@@ -10,7 +10,7 @@ from objstate.geometry import FloatArray
 from objstate.habits.calendar import Calendar
 from objstate.habits.design import Design
 from objstate.habits.looks import RegionLooks
-from objstate.habits.model import BURN_IN_NS, Gaussian, Known, evidence, fit, prior
+from objstate.habits.model import BURN_IN_NS, Gaussian, Known, fit, mode, prior
 
 RESTS = 48  # bins between the limits in which places are counted where a door stood
 
@@ -46,26 +46,23 @@ class Site:
         mean = covariance @ (precision @ before.mean + self.pull)
         return Gaussian(mean, (covariance + covariance.T) / 2.0)
 
-    def with_looks(
-        self, calendar: Calendar, looks: RegionLooks, rests: FloatArray, at: Gaussian
-    ) -> Site:
-        """The site that has taken further looks in, near the mean of what is known so far.
+    def with_looks(self, calendar: Calendar, looks: RegionLooks, rests: FloatArray) -> Site:
+        """The site that has taken further looks in, near the mode of what is known then.
 
-        One pass over these looks alone: milliseconds. Looks before the last one count as if the
+        A few passes over these looks alone: milliseconds. Looks before the last one count as if the
         state before them were unknown.
         """
         if not len(looks):
             return self
         first = int(looks.stamps_ns[0])
         follows = self.last is not None and 0 <= first - self.last.stamp_ns < BURN_IN_NS
-        found = evidence(
-            self.design, calendar, looks, at.mean, after=self.last if follows else None
-        )
+        before = self.posterior(prior(self.design))
+        found = mode(self.design, calendar, looks, before, after=self.last if follows else None)
         latest = Known(int(looks.stamps_ns[-1]), found.state)
         is_last = self.last is None or latest.stamp_ns >= self.last.stamp_ns
         return replace(
             self,
-            pull=self.pull + found.score + found.information @ at.mean,
+            pull=self.pull + found.score + found.information @ found.theta,
             precision=self.precision + found.information,
             rests=self.rests + rests,
             looks=self.looks + len(looks),

@@ -59,8 +59,9 @@ def export_building(
 ) -> Notes:
     """Write a building to the folder ``out_dir`` in the format ``to``, all or nothing.
 
-    Returns what was taken and what wasn't. ``out_dir`` must not exist, unless it holds only files of
-    that format and ``overwrite`` is set. Raises BuildingError, and ResultError if it can't be written.
+    Returns what was taken and what wasn't. ``out_dir`` must not exist, unless it holds only files
+    of that format and ``overwrite`` is set. Raises BuildingError, and ResultError if it can't be
+    written.
     """
     if to not in WRITERS:
         raise BuildingError(f"'{to}' is no format to export to; give one of {', '.join(WRITERS)}.")

@@ -117,8 +117,8 @@ def _take_doors(file: IfcFile, floors: list[_Floor], notes: Notes) -> None:
         notes.taken.append(f"{several(sum(counts.values()), 'door')}: {listed}.")
     if any("SWING" in name for name in counts):
         notes.doubts.append(
-            "IFC doesn't say how far doors open; 90 degrees are taken. Widen the limits of those that "
-            "open further."
+            "IFC doesn't say how far doors open; 90 degrees are taken. Widen the limits of those "
+            "that open further."
         )
 
 
@@ -174,8 +174,8 @@ def _door_doubts(shape: DoorShape, thing: Thing) -> list[str]:
         low, high = thing.mesh.vertices[:, 0].min(), thing.mesh.vertices[:, 0].max()
         if max(abs(low), abs(high - shape.width)) > 0.1 + 0.1 * shape.width:
             doubts.append(
-                f"Door '{shape.name}': its shape spans x = {low:.2f} to {high:.2f} m of its placement, "
-                f"not 0 to {shape.width:.2f}; check its hinge."
+                f"Door '{shape.name}': its shape spans x = {low:.2f} to {high:.2f} m of its "
+                f"placement, not 0 to {shape.width:.2f}; check its hinge."
             )
     if _is_mirrored(thing.element):
         doubts.append(

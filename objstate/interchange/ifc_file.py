@@ -67,13 +67,14 @@ class IfcFile:
 
         if units.get_project_unit(self.model, "LENGTHUNIT") is None:
             raise BuildingError(
-                f"{self.path} doesn't state its unit of length (IfcUnitAssignment); export it again "
-                "with units."
+                f"{self.path} doesn't state its unit of length (IfcUnitAssignment); export it "
+                "again with units."
             )
         unit = float(units.calculate_unit_scale(self.model))
         if not 0 < unit <= LONGEST_UNIT:
             raise BuildingError(
-                f"{self.path} is drawn in units of {unit:g} m, which no building is; export it again."
+                f"{self.path} is drawn in units of {unit:g} m, which no building is; export it "
+                "again."
             )
         self._notes.taken.append(f"Unit: {unit:g} m, as the file states ({self.model.schema}).")
         return unit
@@ -91,7 +92,8 @@ class IfcFile:
             up = placement.get_axis2placement(system)[:3, 2]
             if abs(up[2] - 1.0) > FLAT:
                 raise BuildingError(
-                    f"In {self.path} z doesn't point up (WorldCoordinateSystem); export it with z up."
+                    f"In {self.path} z doesn't point up (WorldCoordinateSystem); export it with z "
+                    "up."
                 )
         self._notes.taken.append("Axes: z upwards, right-handed, as the file states.")
 
@@ -117,7 +119,7 @@ class IfcFile:
         return list(storeys.values())
 
     def things(self, classes: tuple[str, ...]) -> Iterator[Thing]:
-        """The elements of some classes, in the order of the file; those without a shape are told."""
+        """The elements of some classes, in the file's order; those without a shape are noted."""
         elements = {each.id(): each for name in classes for each in self._of_class(name)}
         for number in sorted(elements):
             element = elements[number]

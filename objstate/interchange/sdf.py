@@ -194,6 +194,6 @@ def _tell_setting(world: Model, notes: Notes) -> None:
             notes.left.append(f"{several(number, tag)}.")
     if world.element.first("state") is not None:
         notes.doubts.append(
-            "The world was saved while it ran (<state>); models stand where they began, not where they "
-            "were then."
+            "The world was saved while it ran (<state>); models stand where they began, not where "
+            "they were then."
         )

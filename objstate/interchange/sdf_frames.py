@@ -34,7 +34,8 @@ class Frames:
         if name not in self._found:
             if name in self._open:
                 raise BuildingError(
-                    f"Frame '{name}' in {where} is defined relative to itself; correct its relative_to."
+                    f"Frame '{name}' in {where} is defined relative to itself; correct its "
+                    "relative_to."
                 )
             self._open.append(name)
             self._found[name] = self._find(name, where)

@@ -62,13 +62,14 @@ LASER_HEIGHT = 0.3
 # m; a laser pose farther than this from the robot's is no mounting but another frame
 LARGEST_OFFSET = 2.0
 
-# bytes; a laser line of a thousand beams has ten thousand. A longer one is damage, and may have no end
+# bytes; a laser line of a thousand beams has ten thousand. A longer one is damage, and may have no
+# end
 LONGEST_LINE = 2**20
 
 # ns; a ROS time has 31 bits of seconds
 END_OF_TIME_NS = 2**31 * 10**9
 
-# m, rad; what lies beyond is damage
+# m, rad; larger values are damage
 LARGEST_NUMBER = 1e9
 
 # s; a line whose time lies farther back than this has lost its time
@@ -83,7 +84,7 @@ class Laser:
     frame: str
     offset_parameter: str
     max_parameter: str
-    yaw: float  # rad: the rear laser looks backwards
+    yaw: float  # rad: the rear laser faces backwards
 
 
 FRONT = Laser("/scan", "front_laser", "robot_frontlaser_offset", "robot_front_laser_max", 0.0)
@@ -105,7 +106,7 @@ class Reading:
 
 
 class NoTimeError(ValueError):
-    """A line's times are none: negative, or beyond the 32 bits that they were once kept in."""
+    """A line's times are invalid: negative, or beyond 32 bits."""
 
 
 class CarmenFile:
@@ -292,7 +293,7 @@ KEYWORDS = {b"PARAM", b"ODOM", *(name.encode() for name in PARSERS)}
 
 
 def _half_circle(count: int) -> tuple[float, float]:
-    """Start and increment (rad) of so many beams over 180 degrees.
+    """Start and increment (rad) of some number of beams over 180 degrees.
 
     An odd count (181, 361) has a beam at both ends; an even one (180, 360) lacks the last.
     """

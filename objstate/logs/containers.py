@@ -26,7 +26,7 @@ from objstate.logs.sqlite import SqliteFile
 
 GZIP_MAGIC = b"\x1f\x8b"
 
-# bytes looked at to tell a CARMEN log, which is text, by its lines
+# bytes read to recognize a CARMEN log, which is text, by its lines
 HEAD = 65536
 
 READERS: dict[bytes, Callable[[Path, Notices], Container]] = {

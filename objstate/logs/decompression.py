@@ -1,4 +1,4 @@
-"""Decompression that gives what there is when the data is cut off, and is bounded in what it unpacks."""
+"""Decompression that returns what is readable of truncated data, with bounded output."""
 
 from __future__ import annotations
 
@@ -9,19 +9,21 @@ from typing import Any
 
 ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 
-# bytes that a chunk or message may unpack to. Recorders close a chunk at some megabytes (rosbag 0.75,
-# rosbag2 0.75, Foxglove 4) or after the message that passes this; the longest messages, pictures and
-# point clouds, have some tens of megabytes. Compressed zeros unpack to 30,000 times their length.
+# bytes that a chunk or message may unpack to. Recorders close a chunk at some megabytes (rosbag
+# 0.75, rosbag2 0.75, Foxglove 4) or after the message that passes this; the longest messages,
+# pictures and point clouds, have some tens of megabytes. Compressed zeros unpack to 30,000 times
+# their length.
 MOST_UNPACKED = 128 * 2**20
-# bytes; a chunk whose header announces fewer is unpacked up to here, as the header may be damaged
+# bytes; a chunk whose header announces less may unpack to this much: the header may be damaged
 USUAL_CHUNK = 4 * 2**20
 
-# a whole file may unpack to so many times its length, and this many bytes in any case: recorded data
+# a whole file may unpack to this multiple of its length, and always to this many bytes: recorded
+# data
 # compress to between a half and a thirtieth
 MOST_RATIO = 100
 LEAST_BOUND = 256 * 2**20
 
-# bytes of compressed data taken, and of plain data given, at a time: so much before a damaged place may be lost
+# bytes of compressed data, and of plain data, at a time: the loss before a damaged place
 STEP = 4096
 PIECE = 2**18
 
@@ -64,7 +66,7 @@ def most_unpacked(packed: int) -> int:
     return max(MOST_RATIO * packed, LEAST_BOUND)
 
 
-# what gives the next plain bytes, so many at most; none at the end
+# returns the next plain bytes, up to a limit; none at the end
 Read = Callable[[int], bytes]
 
 

@@ -47,14 +47,15 @@ float64 weight
 """
 
 
-# characters; the longest definitions in use, with all that they depend on, have some tens of thousands
+# characters; the longest definitions in use, with all that they depend on, have some tens of
+# thousands
 LONGEST_TEXT = 200_000
-# fields of a type and all that it is made of, arrays of strings or messages counted by their length:
-# each becomes some lines of a decoder; the longest definitions in use have some hundreds
+# fields of a type and all that it is made of, arrays of strings or messages counted by their
+# length: each becomes some lines of a decoder; the longest definitions in use have some hundreds
 MOST_FIELDS = 3_000
 # types within types; the deepest in use have some ten
 DEEPEST = 50
-# characters of what a parser says of a definition
+# characters of a parser's message about a definition
 LONGEST_REASON = 200
 # types kept ready; a log has some tens
 MOST_TYPES = 256

@@ -1,8 +1,8 @@
-"""tf: how frames hang together, and where the lasers are mounted.
+"""The tree of tf frames, and the mountings of the lasers.
 
-Frames follow REP-105. Records speak of ``base_link`` standing on the floor (z = 0). Where
-tf knows ``base_footprint``, the floor is its height, and lasers keep their true height
-above it; else ``base_link`` itself is taken to be on the floor.
+Frames follow REP-105. Records refer to ``base_link`` standing on the floor (z = 0). Where tf has
+``base_footprint``, the floor is at its height, and lasers keep their true height above it;
+otherwise ``base_link`` itself is taken to be on the floor.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ FLOOR = "base_footprint"
 ODOMETRY_FRAMES = ("odom", "odom_combined")
 
 # m and sines of angles; a smaller change of a mounting is jitter of its publisher, and far
-# below what a laser can tell
+# below a laser's resolution
 SAME_MOUNTING = 5e-3
 
 SUPPLY = (
@@ -160,8 +160,8 @@ class Mountings:
     def mounting(self, laser: str, base: str) -> FloatArray:
         """Transform (4, 4) of the laser in the base on the floor.
 
-        The same array is returned for as long as the mounting stays the same. Raises
-        LogError where nothing tells it.
+        The same array is returned for as long as the mounting stays the same. Raises LogError where
+        it is unknown.
         """
         if laser in self._given:
             return self._given[laser]
@@ -175,7 +175,8 @@ class Mountings:
             current = self.lift(base) @ self.tree.pose_of(laser, base)
         except ValueError as error:
             raise LogError(
-                f"tf in the log gives no usable mounting for {laser}: {error}. {SUPPLY.format(laser)}"
+                f"tf in the log gives no usable mounting for {laser}: {error}. "
+                f"{SUPPLY.format(laser)}"
             ) from error
         if known is not None:
             if np.allclose(known[1], current, rtol=0, atol=SAME_MOUNTING):
@@ -196,14 +197,14 @@ class Mountings:
         return self._lifts.get(base, np.eye(4))
 
     def _is_joined_to_floor(self, base: str) -> bool:
-        """Whether one hangs below the other; two that hang below odometry drift apart in height."""
+        """Whether one is an ancestor of the other; below odometry, heights of two drift apart."""
         return FLOOR in self.tree.ancestors(base) or base in self.tree.ancestors(FLOOR)
 
     def _unknown(self, laser: str, base: str) -> str:
         known = ", ".join(self.tree.frames) or "none at all"
         return (
-            f"Nothing in the log tells where the laser '{laser}' is mounted on '{base}' (tf knows "
-            f"of frames: {known}). {SUPPLY.format(laser)}"
+            f"The log has no mounting of the laser '{laser}' on '{base}' (frames of tf: {known}). "
+            f"{SUPPLY.format(laser)}"
         )
 
 

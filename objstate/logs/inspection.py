@@ -20,9 +20,9 @@ from objstate.logs.notices import Notices
 from objstate.logs.roles import odometry_topic
 from objstate.logs.scans import clean_ranges
 
-# s; header times this far off the recording times are told: the clocks differ
+# s; a larger difference of header and recording times is reported: the clocks differ
 LARGEST_OFFSET = 1.0
-# s; a longer silence of a laser or the odometry is told
+# s; a longer silence of a laser or the odometry is reported
 LONGEST_SILENCE = 2.0
 # ns; what was recorded within less came at once, as latched messages do, and has no rate
 LEAST_SPAN_NS = 1_000_000
@@ -77,9 +77,9 @@ class LogSummary:
 
 
 def inspect_log(paths: Paths, mounts: Mapping[str, FloatArray] | None = None) -> LogSummary:
-    """Read a log through and tell what is in it and what is wrong.
+    """Read a log through and report its content and problems.
 
-    Raises LogError only for what is no log at all.
+    Raises LogError only for a file that is no log.
     """
     survey = _Survey()
     messages = Messages(as_paths(paths), None, Notices())
@@ -205,7 +205,7 @@ class _Laser:
 
 
 class _Survey:
-    """What the messages tell, one after the other."""
+    """The messages' properties, one after the other."""
 
     def __init__(self) -> None:
         self.first_ns: int | None = None
@@ -229,7 +229,7 @@ class _Survey:
             try:
                 self._note_content(message, message.decode())
             except LogError:
-                return  # reading the records tells of it
+                return  # reading the records reports it
 
     def _note_content(self, message: Message, decoded: Any) -> None:
         if message.type in TF:
@@ -270,7 +270,7 @@ class _Survey:
         try:
             return mountings.mounting(frame, base)
         except LogError:
-            return None  # reading the records tells of it
+            return None  # reading the records reports it
 
     def problems(self) -> list[str]:
         return [
@@ -281,7 +281,7 @@ class _Survey:
 
 
 def _rate(count: int, span_ns: int) -> float | None:
-    """Messages a second, of so many over a span; None where the recorder gave all one time."""
+    """Messages a second over a span; None where the recorder gave all of them one time."""
     return (count - 1) * 1e9 / span_ns if span_ns >= LEAST_SPAN_NS else None
 
 

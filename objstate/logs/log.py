@@ -20,11 +20,11 @@ from objstate.records import Odometry, Record, Scan
 # the log's start
 EPOCH_FROM = 1e8
 
-# s; clocks farther apart would put messages beyond the window in which they are put in order
+# s; clocks farther apart would put messages beyond the window of sorting
 LARGEST_CLOCK_OFFSET = 0.5
 
 
-# records; so many are read at once, which takes half the time that reading each when it is needed would
+# records read at once, which takes half the time of reading each on demand
 READ_AHEAD = 64
 
 
@@ -107,14 +107,14 @@ def open_log(
 ) -> Log:
     """Open a recorded drive, of one file or bag folder or of several parts.
 
-    ``topics`` restricts what is read; tf is read in any case. ``mounts`` gives, or
-    overrides, transforms (4, 4) of lasers in ``base_link`` by frame. ``start`` and ``end``
-    are seconds from the log's start, or of the calendar from 1e8 on. The log starts with its
-    first odometry or scan. ``clock_offsets`` says by frame how many seconds a laser's stamps
-    run ahead of the odometry's; its scans are put back by so much.
+    ``topics`` restricts what is read; tf is always read. ``mounts`` gives, or overrides, transforms
+    (4, 4) of lasers in ``base_link`` by frame. ``start`` and ``end`` are seconds from the log's
+    start, or since 1970 from 1e8 on. The log starts with its first odometry or scan.
+    ``clock_offsets`` gives by frame the seconds by which a laser's stamps are ahead of the
+    odometry's; they are subtracted.
 
-    Raises LogError for a path that is missing or of no known format, for a topic that isn't
-    there or of no use, for clocks more than half a second apart, and for a log without scans or odometry.
+    Raises LogError for a path that is missing or of no known format, for a topic that isn't there
+    or of no use, for clocks more than half a second apart, and for a log without scans or odometry.
     """
     for frame, ahead in (clock_offsets or {}).items():
         if not abs(ahead) <= LARGEST_CLOCK_OFFSET:

@@ -88,7 +88,7 @@ class McapFile:
         )
 
     def _records(self, file: BinaryIO) -> Iterator[tuple[int, bytes]]:
-        """Records of the file; the last may be a cut chunk, of which there is a part."""
+        """Records of the file; the last may be a truncated chunk."""
         while len(header := file.read(RECORD_HEADER.size)) == RECORD_HEADER.size:
             opcode, length = RECORD_HEADER.unpack(header)
             if length > LONGEST_RECORD:
@@ -138,7 +138,7 @@ class McapFile:
         return Message(topic, message_type, log_time, data)
 
     def _learn(self, opcode: int, body: bytes) -> None:
-        """Take note of a schema or a channel; channels of no ROS message are left out."""
+        """Register a schema or a channel; channels without ROS messages are left out."""
         if opcode not in (SCHEMA, CHANNEL):
             return
         try:

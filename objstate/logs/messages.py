@@ -44,7 +44,7 @@ class Container(Protocol):
         ...
 
     def topics(self) -> Mapping[str, MessageType]:
-        """What it may hold: message types by topic."""
+        """Message types by topic."""
         ...
 
     def messages(self, topics: Collection[str] | None = None) -> Iterator[Message]:

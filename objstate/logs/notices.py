@@ -1,4 +1,4 @@
-"""Facts about a log that its user should know: each is told once, with how often it was seen."""
+"""Facts about a log that its user should know: each is reported once, with its count."""
 
 from __future__ import annotations
 

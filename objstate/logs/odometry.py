@@ -24,7 +24,7 @@ VELOCITY_NS = 100_000_000
 # m/s and rad/s; no robot in a building is faster, so odometry that is has jumped
 FASTEST = 5.0
 FASTEST_TURN = 12.0
-# m and rad; a smaller step between two close stamps is not told as a jump
+# m and rad; a smaller step between two close stamps is not reported as a jump
 SMALLEST_JUMP = 0.2
 
 

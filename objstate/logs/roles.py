@@ -46,7 +46,7 @@ class Roles:
 
     @property
     def telling(self) -> frozenset[str]:
-        """The topics that tell of frames."""
+        """The topics with information about frames."""
         odometry = {self.odometry} if self.odometry else set()
         return self.lasers | self.tf | odometry
 

@@ -139,7 +139,7 @@ def _records(file: BinaryIO) -> Iterator[tuple[Header, bytes, bool]]:
 
 
 def _block(file: BinaryIO) -> tuple[bytes, bool] | None:
-    """The next length and so many bytes, and whether all are there; None where no block begins."""
+    """The next length and that many bytes, and whether all are there; None without a block."""
     size = file.read(UINT32.size)
     if len(size) < UINT32.size:
         return None

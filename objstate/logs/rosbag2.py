@@ -21,7 +21,7 @@ from objstate.logs.notices import Notices
 from objstate.yaml_files import YamlError, read_yaml
 
 METADATA = "metadata.yaml"
-NAMES_SHOWN = 5  # so many names tell what the others are like
+NAMES_SHOWN = 5  # most names in a list
 STORAGE_NAMES = (".db3", ".mcap", ".zstd")
 
 OpenFile = Callable[[Path, Notices], Container]
@@ -52,8 +52,8 @@ def _what_it_holds(folder: Path) -> str:
         names = ", ".join(path.name for path in logs[:NAMES_SHOWN])
         more = ", ..." if len(logs) > NAMES_SHOWN else ""
         return (
-            f"{folder} is no bag of rosbag2, but a folder of {len(logs)} logs ({names}{more}); name one of "
-            f"them, all of them if they are parts of one drive, or run each with "
+            f"{folder} is no bag of rosbag2, but a folder of {len(logs)} logs ({names}{more}); "
+            "name one of them, all of them if they are parts of one drive, or run each with "
             f"`objstate batch {folder}`."
         )
     return instead(folder, LOG) or (
@@ -62,7 +62,7 @@ def _what_it_holds(folder: Path) -> str:
 
 
 def _listed(names: list[str], present: list[Path], folder: Path, notices: Notices) -> list[Path]:
-    """Of the files that are present those that the metadata lists; all if it lists none of them.
+    """Of the present files those that the metadata lists; all if it lists none of them.
 
     A file that was compressed as a whole may be listed without its suffix.
     """
@@ -116,7 +116,7 @@ class ZstdFile:
 
     @contextmanager
     def _named(self) -> Iterator[None]:
-        """Errors speak of the file that the user knows."""
+        """Errors name the file that the user gave."""
         try:
             yield
         except LogError as error:

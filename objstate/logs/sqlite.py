@@ -26,20 +26,20 @@ MAGIC = b"SQLite format 3\x00"
 
 TABLES = ("topics", "messages", "message_definitions")
 
-# what a damaged file raises: SQLite also runs out of memory that it would need for a damaged length, and
-# a message of its own that quotes what isn't text can't be decoded
+# what a damaged file raises: SQLite also runs out of memory that it would need for a damaged
+# length, and a message of its own that quotes what isn't text can't be decoded
 FAULTS = (sqlite3.Error, OverflowError, UnicodeDecodeError, MemoryError)
 
-# steps of SQLite's machine from one row to the next: reading takes a dozen, and sorting a million rows
-# that aren't in order some ten millions, in a second
+# steps of SQLite's machine from one row to the next: reading takes a dozen, and sorting a million
+# rows that aren't in order some ten millions, in a second
 MOST_STEPS = 200_000_000
 STEPS_AT_ONCE = 1_000_000
 # rows; a page of 4096 bytes holds no more of the shortest messages
 LOOKED_UP = 200
-# rows in which nothing new comes up: so many fit on no page, and a damaged tree of pages leads in circles
+# rows without anything new: more than fit on a page, so that a damaged page tree is a cycle
 MOST_REPEATS = 100_000
 
-# rows; no bag has more, so a search for readable rows beyond a damaged page ends there
+# rows; no bag has more, so that a search for readable rows ends there
 MOST_ROWS = 2**40
 
 
@@ -117,7 +117,7 @@ class SqliteFile:
     def _looked_up(
         self, database: sqlite3.Connection, last: int, seen: Seen
     ) -> Iterator[tuple[int, int, bytes]]:
-        """Whole rows just after a damaged place, each by its number: others of its page may be fine."""
+        """Whole rows just after a damaged place, by number: others of its page may be intact."""
         for number in range(last + 1, last + 1 + LOOKED_UP):
             try:
                 found = database.execute(ONE_ROW, (number,)).fetchone()
@@ -184,7 +184,7 @@ class SqliteFile:
         }
 
     def _count(self, database: sqlite3.Connection) -> int:
-        """The number of the last row, as far as a damaged file tells it."""
+        """The number of the last row, as far as a damaged file is readable."""
         try:
             (last,) = database.execute("SELECT max(rowid) FROM messages").fetchone()
         except FAULTS:
@@ -213,7 +213,7 @@ class SqliteFile:
 
 
 class Patience:
-    """Ends a query that comes to no row."""
+    """Ends a query that yields no row."""
 
     def __init__(self, database: sqlite3.Connection) -> None:
         self._steps = 0

@@ -1,8 +1,8 @@
-"""A look ahead into a log: which lasers it has, and what tf says of them.
+"""A first pass over a log: its lasers, and what tf has about them.
 
-Recorders deliver ``/tf_static`` some time after the first scans, and mountings on
-``/tf`` come as they may. So the first seconds are read before any record leaves, and
-where a mounting is still missing, tf is read on until it is found.
+Recorders deliver ``/tf_static`` some time after the first scans, and mountings on ``/tf`` come at
+any time. So the first seconds are read before any record is returned, and where a mounting is still
+missing, tf is read on until it is found.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ SURVEY_NS = 5_000_000_000
 
 @dataclass
 class Survey:
-    """What the beginning of a log tells."""
+    """The content of a log's beginning."""
 
     laser_frames: dict[str, str] = field(default_factory=dict)  # by topic
     odometry_child: str | None = None  # the robot's frame in the odometry
@@ -42,7 +42,7 @@ class Survey:
 
 
 def survey(messages: Messages, roles: Roles, tree: FrameTree) -> Survey:
-    """Read the first seconds. What tf tells goes into ``tree``."""
+    """Read the first seconds. Transforms go into ``tree``."""
     found = Survey()
     first_ns: int | None = None
     for message in messages.messages(roles.telling):
@@ -79,7 +79,7 @@ def _grow(tree: FrameTree, message: Message, roles: Roles) -> None:
 
 
 def _decoded(message: Message, roles: Roles) -> Any | None:
-    """None where the message is damaged, which is told when it is read in its turn."""
+    """None where the message is damaged, which is reported when it is read in its turn."""
     try:
         return roles.decoded(message)
     except LogError:

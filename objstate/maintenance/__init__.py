@@ -1,4 +1,4 @@
-"""What to look at next: gain against cost, what plans ask for, and what came of it (Elfring et al. 2014)."""
+"""Choosing what to look at next: gain, cost, plans and outcomes (Elfring et al. 2014)."""
 
 from objstate.maintenance.alike import Together, seen_together
 from objstate.maintenance.answers import (
@@ -36,7 +36,7 @@ from objstate.maintenance.triggers import (
     passage_in_doubt,
     unless,
 )
-from objstate.maintenance.waiting import probability_moved, seconds_until_worthwhile
+from objstate.maintenance.waiting import seconds_until_worthwhile
 from objstate.maintenance.words import age, next_words
 
 __all__ = [
@@ -75,7 +75,6 @@ __all__ = [
     "older_than",
     "outcome",
     "passage_in_doubt",
-    "probability_moved",
     "scattered",
     "seconds_until_worthwhile",
     "seen_together",

@@ -46,7 +46,7 @@ def adopt(
         candidate: its name there.
         name: of the object.
         out: the URDF to write, in the folder of the old one, as its meshes are found from there.
-        height: m, of the box; a level laser doesn't tell.
+        height: m, of the box, which a level laser can't measure.
 
     Raises:
         ResultError: the result has no such candidate, or ``out`` exists.
@@ -58,7 +58,8 @@ def adopt(
         raise BuildingError(f"'{name}' can't be an object's name; use letters, digits, _ . and -.")
     if out.absolute().parent != building.absolute().parent:
         raise BuildingError(
-            f"{out} has to lie in the folder of {building}: files that it names are found from there."
+            f"{out} has to lie in the folder of {building}: files that it names are found from "
+            "there."
         )
     if not (np.isfinite(height) and height > 0.0):
         raise BuildingError(f"An object can't be {height:g} m high; give a height above 0 m.")
@@ -93,7 +94,7 @@ def _found(result: Path, candidate: str) -> Found:
 
 
 def _belief(item: MovableObject, found: Found) -> ObjectBelief:
-    """Where a candidate was seen, as it was when it was last looked at."""
+    """The place of a candidate at its last observation."""
     std = np.array([STD, STD, STD / max(found.length, STD)])
     states = item.home + std * np.random.default_rng(0).standard_normal((SAMPLES, 3))
     states[:, 2] = wrap(states[:, 2])

@@ -1,8 +1,8 @@
-"""Known furniture that looks alike, seen together: who is where, and how probably two were swapped.
+"""Known furniture that looks alike, seen together: assignments, and probabilities of swaps.
 
 Section III-E.3 of Elfring et al. 2012, with joint probabilistic data association in place of
-k-means: each belief keeps all places that its object may be at, so a swap is never ruled out
-unless where they stand says so.
+k-means: each belief keeps all places at which its object may be, so that a swap is never ruled out
+unless the places do so.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ TINY = 1e-300
 
 @dataclass(frozen=True, eq=False)
 class Together:
-    """What detections of things that look alike come to."""
+    """The outcome of detections of objects that look alike."""
 
     beliefs: Mapping[str, ObjectBelief]
     chances: Mapping[str, FloatArray]  # (m + 1,) which detection is of an object; the last: none
-    unswapped: float  # probability of the likeliest way to give the detections to the objects
+    unswapped: float  # probability of the most probable assignment of detections to objects
 
 
 def seen_together(
@@ -43,11 +43,11 @@ def seen_together(
     Args:
         beliefs: of furniture that looks alike, all at the moment of the look.
         seen: what was detected; new things and clutter among it.
-        in_sight: by name, how probably a look sees the object where it is believed; 0: not at all.
-        new_per_m2: how many things that look like that are expected, without being known.
+        in_sight: by name, the probability that a look sees the object at its believed place.
+        new_per_m2: expected density of unknown objects that look the same.
 
     Raises:
-        WorldError: a door, or an object of which ``in_sight`` says nothing.
+        WorldError: a door, or an object that is missing in ``in_sight``.
     """
     for name, belief in beliefs.items():
         if belief.item.kind is not Kind.PLANAR:

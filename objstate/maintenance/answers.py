@@ -1,8 +1,8 @@
 """Answers of perception, as distributions (III-F of Elfring et al. 2012).
 
-A *verification* has the coordinates of a known object, and updates these alone. A
-*falsification* says how much likelier the readings are if the object isn't there, and lowers its
-presence. A *detection* comes without a prior: it updates a known object, makes a new one, or is clutter.
+A *verification* has the coordinates of a known object, and updates these alone. A *falsification*
+is the likelihood ratio of the object's absence, and lowers its presence. A *detection* has no
+prior: it updates a known object, makes a new one, or is clutter.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Verification:
 
 @dataclass(frozen=True)
 class Falsification:
-    """Readings that speak against an object's being there."""
+    """Readings that are evidence for an object's absence."""
 
     object: str
     log_ratio: float  # log p(z | not there) - log p(z | there)
@@ -83,9 +83,10 @@ def verified(belief: ObjectBelief, measured: Verification) -> ObjectBelief:
 
 
 def falsified(belief: ObjectBelief, answer: Falsification) -> ObjectBelief:
-    """The belief after readings that speak against the object; its coordinates stay.
+    """The belief after evidence for the object's absence; its coordinates are kept.
 
-    Doors hang on their hinges and can't be falsified. Raises WorldError for one, and for another object.
+    Doors hang on their hinges and can't be falsified. Raises WorldError for one, and for another
+    object.
     """
     _check(belief, answer.object)
     if belief.item.kind is not Kind.PLANAR:
@@ -149,7 +150,7 @@ def combined(known: Discrete, measured: Discrete) -> dict[str, float]:
 
 
 def agreement(known: Discrete, measured: Discrete) -> float:
-    """How much likelier a measured attribute is of this object than of any, with values alike likely."""
+    """Likelihood ratio of a measured attribute: of this object to any, with equal values."""
     names = dict.fromkeys((*known, *measured))
     same = sum(known.get(n, UNHEARD) * measured.get(n, UNHEARD) for n in names)
     return len(names) * same

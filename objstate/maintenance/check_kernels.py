@@ -1,4 +1,4 @@
-"""Compiled loops of light checks: which beams bear on an object, and what they say of it."""
+"""Compiled loops of light checks: the beams that can meet an object, and their likelihoods."""
 
 from __future__ import annotations
 

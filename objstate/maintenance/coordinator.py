@@ -25,7 +25,7 @@ from objstate.sensing.casters import caster_of
 
 HEADINGS = 8  # headings, evenly spread, in which looks on the way are simulated
 LEAST = -1e3  # nats: less entropy than any belief has
-STRAYED = 0.25  # m that furniture may be moved before its viewpoints are sought anew
+STRAYED = 0.25  # m of motion of furniture after which its viewpoints are computed anew
 
 
 class GainWeight(Strict):
@@ -43,7 +43,7 @@ class CoordinatorSettings(Strict):
     viewpoints: ViewpointSettings = ViewpointSettings()
     floor: FloorSettings = FloorSettings()
     weights: tuple[GainWeight, ...] = ()  # of objects whose names match; later ones win
-    stride: Positive = 1.0  # m between the places on the way from which looks are simulated
+    stride: Positive = 1.0  # m between the places on the way at which looks are simulated
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,8 +54,8 @@ class _Candidate:
     sensor: str
     way: IntArray  # (k,) cells, the first of them maybe more than once
     distance: float  # m
-    poses: FloatArray  # (n, 3) from which looks are simulated: on the way, and last from its end
-    near: BoolArray  # (n, o) which objects may be seen from each, from its end also through walls
+    poses: FloatArray  # (n, 3) at which looks are simulated: on the way, and last at its end
+    near: BoolArray  # (n, o) which objects may be seen from each, at its end also through walls
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +64,7 @@ class _Routes:
 
     cells: IntArray  # (k, a)
     distances: FloatArray  # (a,) m
-    stops: FloatArray  # (n, 3) poses from which looks on the ways are simulated, way by way
+    stops: FloatArray  # (n, 3) poses at which looks on the ways are simulated, way by way
     counts: IntArray  # (a,) of these, by way
 
 
@@ -94,8 +94,8 @@ class Coordinator:
     Args:
         building: the walls and the objects.
         sensors: the robot's lasers.
-        settings: every constant of the choice.
-        estimation: the estimator's settings, whose beam model says what readings tell.
+        settings: of the choice.
+        estimation: the estimator's settings, with the beam model.
         floor: where the robot may drive; by default wherever walls leave room.
 
     Raises:
@@ -111,7 +111,7 @@ class Coordinator:
         floor: Floor | None = None,
     ) -> None:
         if not sensors:
-            raise SettingsError("A robot without a sensor can't look at anything; give one.")
+            raise SettingsError("A robot without a sensor can't see anything; give one.")
         s, estimation = settings or CoordinatorSettings(), estimation or Settings()
         self.settings = s
         self.building = building
@@ -184,7 +184,7 @@ class Coordinator:
     def places(
         self, belief: ObjectBelief, sensor: Sensor, piece: int
     ) -> tuple[FloatArray, IntArray]:
-        """Poses (k, 3) in a piece of the floor from which to look at an object; their cells (k,)."""
+        """Poses (k, 3) in a piece of the floor from which to see an object; their cells (k,)."""
         key: tuple[object, ...] = (belief.item.name, sensor.name, piece)
         if belief.item.kind is Kind.PLANAR:
             key += tuple(np.rint(belief.mean[:2] / STRAYED).tolist())
@@ -242,9 +242,9 @@ class Coordinator:
             )
 
     def _routes(self, cells: IntArray) -> _Routes:
-        """Ways (k, a) with the poses on them from which to look: a stride apart, and where they end.
+        """Ways (k, a) with the poses on them at which looks are simulated.
 
-        Each pose is at its cell's node, and looks ahead.
+        They are a stride apart, and at the end. Each pose is at its cell's node and faces ahead.
         """
         steps = np.diff(self.floor.places[cells], axis=0)  # (k - 1, a, 2)
         lengths = np.hypot(steps[..., 0], steps[..., 1])
@@ -287,9 +287,10 @@ class Coordinator:
         candidate: _Candidate,
         least: float = -np.inf,
     ) -> Action | None:
-        """An action with all that it promises; None as soon as it can't be more useful than ``least``.
+        """An action with its expected gain; None if it can't be more useful than ``least``.
 
-        Until an object's looks are simulated, it counts as if all were learnt, (o,) ``full``.
+        Until an object's looks are simulated, its gain counts as the largest possible one, ``full``
+        (o,).
         """
         at_end = candidate.near[-1:] & prospects.near(candidate.sensor, candidate.poses[-1:])
         candidate = replace(candidate, near=np.vstack([candidate.near[:-1], at_end]))
@@ -323,10 +324,10 @@ class Coordinator:
         )
 
     def _told_along(self, prospects: Prospects, candidate: _Candidate, k: int) -> FloatArray | None:
-        """What looks on a way and from its end tell of an object together; None where it isn't seen.
+        """The summed evidence of looks on a way and at its end about an object; None if unseen.
 
-        Between places a stride apart, the robot's errors are others. Where it arrives, a look
-        ahead counts only if that from the same place at the end doesn't show the object.
+        At places a stride apart, the robot's errors are independent. At the end, a look ahead
+        counts only if the look at the object from there doesn't show it.
         """
         looks, name = self.settings.looks, prospects.names[k]
         seen = np.flatnonzero(candidate.near[:, k])[::-1].tolist()
@@ -348,7 +349,7 @@ class Coordinator:
         return self._weights[name] * self._fadings[name].worth(entropy, gain)
 
     def _full(self, prospects: Prospects) -> FloatArray:
-        """(o,) what it would be worth to learn all of each object."""
+        """(o,) the value of complete information about each object."""
         known = zip(prospects.names, prospects.entropies.tolist(), strict=True)
         return np.array([self._worth(name, nats, nats - LEAST) for name, nats in known])
 

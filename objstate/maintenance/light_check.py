@@ -1,9 +1,9 @@
 """Verification tasks in a laser's own terms, and light checks (III-D, E of Elfring et al. 2012).
 
-An object is believed to be somewhere. Few beams can bear on it, and between certain ranges alone:
-the region of interest. Their readings are compared with three hypotheses: the object is there, as
-believed; it is there, elsewhere near; or it isn't there. That takes microseconds, so that many
-objects can be checked many times a second.
+An object is believed to be somewhere. Only a few beams can meet it, within certain ranges: the
+region of interest. Their readings are compared under three hypotheses: the object is there, as
+believed; it is near by; or it isn't there. That takes microseconds, so that many objects can be
+checked many times a second.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ VERDICTS = (Outcome.CONFIRMED, Outcome.MOVED, Outcome.ABSENT)  # of the hypothes
 
 @dataclass(frozen=True)
 class Region:
-    """The part of a scan that can bear on an object."""
+    """The part of a scan that can meet an object."""
 
     beams: IntArray = field(repr=False)  # (k,) their numbers
     near: float  # m
@@ -59,7 +59,7 @@ class Region:
 
 @dataclass(frozen=True)
 class Checked:
-    """What a scan says of an object: a distribution over three hypotheses."""
+    """The posterior over three hypotheses about an object after a scan."""
 
     object: str
     believed: float  # log-likelihood of: it is there, as believed
@@ -71,7 +71,7 @@ class Checked:
 
     @property
     def hidden(self) -> float:
-        """Share of the beams that bear on it which something before it stopped; 1 if none do."""
+        """Share of the beams towards the object that were stopped before it; 1 without any."""
         return sum(self.hidden_by.values()) / self.bearing if self.bearing else 1.0
 
     def posterior(self, presence: float, moved: float) -> tuple[float, float, float]:
@@ -85,7 +85,7 @@ class Checked:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What a light check makes of an object."""
+    """The outcome of a light check."""
 
     outcome: Outcome
     probability: float  # of that, given the readings; of a hidden object, that it is as believed
@@ -93,14 +93,14 @@ class Verdict:
 
 
 class LightCheck:
-    """Checks one object with one level laser, as long as what is believed stays.
+    """Checks one object with one level laser, for constant beliefs.
 
     Args:
         building: the walls and the objects.
         rays: the laser's beams in the robot's frame.
         range_max: m, of the laser.
         belief: of the object.
-        others: beliefs of all objects; those that are settled stand before or behind it.
+        others: beliefs about all objects; certain ones stand before or behind it.
         settings: the estimator's, with its beam model and exponent.
         robot_std: m, of the robot's position, which all beams share.
         robot_yaw_std: rad.
@@ -154,14 +154,14 @@ class LightCheck:
         )
 
     def region(self, pose: FloatArray) -> Region:
-        """Which beams of a robot at a pose (3,) can bear on the object, and between which ranges."""
+        """The beams of a robot at a pose (3,) that can meet the object, and their ranges."""
         sector = self._sector(self._laser(pose))
         middle, half = (sector[0] + sector[1]) / 2.0, (sector[1] - sector[0]) / 2.0
         turn = (self._bearings - middle + np.pi) % (2.0 * np.pi) - np.pi
         return Region(np.flatnonzero(np.abs(turn) <= half), float(sector[2]), float(sector[3]))
 
     def __call__(self, ranges: FloatArray, pose: FloatArray) -> Checked:
-        """What the ranges (n,) of a scan from a robot at a pose (3,) say of the object."""
+        """The posterior after the ranges (n,) of a scan from a robot at a pose (3,)."""
         laser = self._laser(pose)
         out, hidden = np.empty(3), np.zeros(len(self._names) + 1)
         beams, bearing = check_kernels.check(
@@ -222,7 +222,7 @@ class LightCheck:
         return replace(after, presence=there + near)
 
     def falsification(self, checked: Checked, moved: float) -> Falsification:
-        """How much likelier the readings are if the object isn't there, wherever near it might be."""
+        """Log-likelihood ratio of the object's absence to its presence near by."""
         there = np.logaddexp(
             checked.believed + np.log1p(-moved), checked.elsewhere + np.log(max(moved, TINY))
         )
@@ -293,7 +293,7 @@ def _around(
     others: Mapping[str, ObjectBelief],
     range_max: float,
 ) -> tuple[FloatArray, IntArray, tuple[str, ...]]:
-    """Segments (m, 4) of walls and settled objects in reach, whose (m,) they are, and the names."""
+    """Segments (m, 4) of walls and certain objects in reach, their owners (m,), and names."""
     names, parts = [WALLS], [outline(building.walls, height)]
     for name, other in others.items():
         if name != belief.item.name and other.settled:

@@ -1,4 +1,4 @@
-"""Verification tasks, and what came of them (sections 5.4 and 6, Elfring et al. 2014)."""
+"""Verification tasks and their outcomes (sections 5.4 and 6, Elfring et al. 2014)."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Outcome(Enum):
 
     CONFIRMED = "confirmed"  # it is where it was believed to be
     MOVED = "moved"  # it is somewhere else
-    LOST = "lost"  # it isn't where it was believed to be, and nobody knows where
+    LOST = "lost"  # it isn't at its believed place, and its place is unknown
     ABSENT = "absent"  # it probably isn't there any more
     HIDDEN = "hidden"  # it couldn't be seen: nothing was learnt
 
@@ -75,15 +75,15 @@ def next_tasks(
     trigger: Trigger = TABLE_1,
     due: Sequence[Due] = (),
 ) -> list[VerificationTask]:
-    """What to verify now, of ranked actions: what is asked for, then the best.
+    """What to verify now: required objects first, then the best of the ranked actions.
 
     The set V of eqs. (11) and (12). First come objects that something is planned with, in the
-    plans' order, then what a task wants verified by now (``World.due``), then objects for which the
+    plans' order, then what a task requires by now (``World.due``), then objects for which the
     trigger fires without a plan, the most useful first; of the last two, objects that no action
-    updates are left out. What is asked for is done whatever it gains, by the most useful of
-    its actions. Raises SettingsError for a plan
-    with an unknown object, or with one that no action updates: nobody may believe that it was
-    verified.
+    updates are left out. Required actions are done whatever their gain, by the most useful of them.
+
+    Raises SettingsError for a plan with an unknown object, or with one that no action updates,
+    since it would seem verified.
     """
     width = coordinator.robot_width
     first = {action.object: action for action in reversed(ranked)}
@@ -96,7 +96,7 @@ def next_tasks(
         if trigger(Situation(belief, now_ns, plan, width)):
             if plan.object not in first:
                 raise SettingsError(
-                    f"'{plan}': the robot can look at '{plan.object}' from no place that it "
+                    f"'{plan}': the robot can see '{plan.object}' from no place that it "
                     "reaches; bring it nearer, or plan without looking."
                 )
             reason = f"before: {plan}{_in_doubt(plan, belief, width)}"
@@ -124,14 +124,14 @@ def _too_uncertain(due: Due) -> str:
 
 
 def _in_doubt(plan: Plan, belief: ObjectBelief, width: float) -> str:
-    """What is believed of the passage that is to be passed, in words."""
+    """The probability of the passage, in words."""
     if plan.verb != "pass" or belief.item.kind is Kind.PLANAR:
         return ""
     return f", clear with probability {belief.probability_clear(width):.2f}"
 
 
 def why(action: Action) -> str:
-    """What an action is expected to tell, in words."""
+    """The expected gain of an action, in words."""
     others = sorted(action.gains.items(), key=lambda item: -item[1])
     others = [(name, gain) for name, gain in others if name != action.object]
     own = f"{action.gains.get(action.object, 0.0):.1f} nats of {action.object}"

@@ -14,7 +14,7 @@ from objstate.objects import ObjectBelief
 NANOSECONDS_PER_HOUR = 3600 * 10**9
 VERBS = ("pass", "grab", "go to", "release")
 ROBOT_WIDTH = 0.5  # m, where nothing else is said
-SURE = 0.9  # probability from which on a passage counts as clear, or as blocked
+SURE = 0.9  # probability from which on a passage counts as clear or as blocked
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,8 @@ class Plan:
             if text.startswith(f"{verb} ") and (name := text[len(verb) :].strip()):
                 return Plan(verb, name)
         raise SettingsError(
-            f"'{text}' is no plan; give one of {', '.join(VERBS)} and an object, as in 'pass door_07'."
+            f"'{text}' is no plan; give one of {', '.join(VERBS)} and an object, as in 'pass "
+            "door_07'."
         )
 
     def __str__(self) -> str:
@@ -45,7 +46,7 @@ class Situation:
     belief: ObjectBelief
     now_ns: int
     plan: Plan | None = None
-    robot_width: float = ROBOT_WIDTH  # m, of the robot that is to pass doors
+    robot_width: float = ROBOT_WIDTH  # m, of the robot that passes doors
 
     @property
     def is_planned_with(self) -> bool:
@@ -86,7 +87,7 @@ def entropy_above(nats: float) -> Trigger:
 
 
 def passage_in_doubt(sure: float = SURE) -> Trigger:
-    """Where a door is neither clear nor blocked with the probability ``sure``; furniture is always.
+    """Where a door is neither clear nor blocked with the probability ``sure``; furniture always.
 
     Raises SettingsError for a probability that isn't above a half and at most 1.
     """
@@ -119,5 +120,5 @@ def named(pattern: str) -> Trigger:
 
 
 # Table 1: grabbing an object and going to it ask for its position; releasing it doesn't.
-# Passing a door is to a door what grabbing is to a cup, while its passage is in doubt.
+# passing a door corresponds to grabbing a cup, while its passage is uncertain
 TABLE_1 = any_of(before("grab", "go to"), all_of(before("pass"), passage_in_doubt()))

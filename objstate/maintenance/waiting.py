@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
-from objstate.building.model import Kind
 from objstate.geometry import FloatArray
 from objstate.maintenance.coordinator import Coordinator
 from objstate.records import NANOSECONDS
@@ -23,10 +20,10 @@ def seconds_until_worthwhile(
     may_drive: bool = True,
     horizon_s: float = HORIZON,
 ) -> float | None:
-    """How long, s, until an action of a robot that waits at (3,) is worth it, if nobody looks.
+    """Time, s, until an action of a robot that waits at (3,) is worthwhile, without looks.
 
-    0 where one is by now, None where none will be within ``horizon_s``. Beliefs are predicted by
-    the world; the moment is found by doubling and bisection, to 5 %.
+    0 where one is now, None where none will be within ``horizon_s``. Beliefs are predicted by the
+    world; the moment is found by doubling and bisection, to 5 %.
     """
 
     def is_worthwhile(seconds: float) -> bool:
@@ -46,11 +43,3 @@ def seconds_until_worthwhile(
         middle = (early + late) / 2.0
         early, late = (early, middle) if is_worthwhile(middle) else (middle, late)
     return late
-
-
-def probability_moved(coordinator: Coordinator, name: str, seconds: float) -> float:
-    """The probability that somebody has moved an object within so many seconds."""
-    is_door = coordinator.building.objects[name].kind is not Kind.PLANAR
-    settings = coordinator.estimation.for_object(name, "door" if is_door else "furniture")
-    rate = settings.dynamics.moves_per_hour
-    return -math.expm1(-rate * seconds / 3600.0)

@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
-from objstate.maintenance.coordinator import Action, Coordinator
+from objstate.maintenance.coordinator import Action
 from objstate.maintenance.tasks import VerificationTask
-from objstate.maintenance.waiting import probability_moved
 from objstate.world import Due, Snapshot
 
 
@@ -19,7 +18,6 @@ def age(moment: Snapshot, name: str) -> float | None:
 
 
 def next_words(
-    coordinator: Coordinator,
     moment: Snapshot,
     tasks: list[VerificationTask],
     wanted: Sequence[Due],
@@ -29,7 +27,7 @@ def next_words(
     """What to look at next, in SI units and radians; ``wait`` is in s until an action is worth it."""
 
     def words(action: Action) -> dict[str, Any]:
-        return _action_words(action) | _since_words(coordinator, moment, action.object)
+        return _action_words(action) | _since_words(moment, action.object)
 
     return {
         "tasks": [
@@ -61,7 +59,6 @@ def _action_words(action: Action) -> dict[str, Any]:
     }
 
 
-def _since_words(coordinator: Coordinator, moment: Snapshot, name: str) -> dict[str, Any]:
-    seconds = age(moment, name)
-    moved = None if seconds is None else probability_moved(coordinator, name, seconds)
+def _since_words(moment: Snapshot, name: str) -> dict[str, Any]:
+    moved = moment.world.probability_moved(name, moment.stamp_ns)
     return {"last_observed_ns": moment[name].last_observed_ns, "p_moved_since": moved}

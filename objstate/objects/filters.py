@@ -17,6 +17,10 @@ from objstate.objects.furniture import SampleFilter
 class ObjectFilter(Protocol):
     """The estimation of one object's state, as functions of a belief."""
 
+    @property
+    def settings(self) -> ObjectSettings:
+        """By which it is estimated."""
+
     def prior(self, rng: np.random.Generator) -> ObjectBelief:
         """p(s) before any reading."""
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from rosbags.rosbag2 import Writer as Bag2Writer
 
 LIBRARY = "objstate"
-LATCHED = frozenset({"/tf_static", "/map", "/robot_description"})  # for whoever comes late
+LATCHED = frozenset({"/tf_static", "/map", "/robot_description"})  # latched topics
 FOREVER = (9223372036, 854775807)  # s and ns: how rmw writes "no limit"
 LATCHED_QOS = """\
 - history: 1

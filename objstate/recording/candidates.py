@@ -1,4 +1,4 @@
-"""``candidates.json``: things that stand about and may be objects, of a run."""
+"""``candidates.json``: obstacles of a run that may be objects."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Found:
     length: float  # m
     width: float  # m
     first_ns: int
-    last_ns: int  # when it was last looked at
+    last_ns: int  # of the last observation
     outline: tuple[tuple[float, float], ...]  # m, its convex hull
 
 

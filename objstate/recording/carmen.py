@@ -1,8 +1,8 @@
 """Logs as CARMEN text: odometry and level lasers, nothing else.
 
-The format knows two lasers, on the robot's axis, one that looks ahead and one that
-looks back: FLASER and RLASER where the beams cover half a turn in steps of 1 or 0.5
-degrees, else ROBOTLASER1 and ROBOTLASER2, which tell their bearings. Heights are lost.
+The format has two lasers, on the robot's axis, one facing forwards and one backwards: FLASER and
+RLASER where the beams cover half a turn in steps of 1 or 0.5 degrees, else ROBOTLASER1 and
+ROBOTLASER2, which hold their bearings. Heights are lost.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ TRANSFORMS = "tf2_msgs/msg/TFMessage"
 WHEEL_ODOMETRY = "/wheel_odom"  # beside corrected poses: ODOM lines only, no part of a laser line
 HALF_TURN_BEAMS = {180: 1.0, 181: 1.0, 360: 0.5, 361: 0.5}  # beams of a FLASER: degrees between
 BEARING_TOLERANCE = 1e-3  # rad; bearings that are off by less are a FLASER's
-ON_AXIS = 1e-3  # m; a laser farther from the robot's axis has no word
+ON_AXIS = 1e-3  # m; a laser farther from the robot's axis can't be written
 LEVEL = np.radians(0.5)  # a laser that tilts by more is not a level one
 NO_RETURN = 81.91  # m; what a SICK laser reads where nothing is hit
 FARTHEST = 1e6  # m; what lies farther is damage
@@ -111,7 +111,7 @@ class CarmenLog:
             self._add_mounts(message)
 
     def finish(self) -> None:
-        """Count what still waits for odometry, and say what was left out."""
+        """Count what still waits for odometry, and report what was left out."""
         self._end_odometry()
         self._dropped["scans after the last odometry"] += len(self._waiting)
         if self._lasers:
@@ -253,7 +253,7 @@ def _frame(name: str) -> str:
 
 
 def _stamp(header: Any) -> int:
-    """ns. Raises LogError for a time that the format has no word for."""
+    """ns. Raises LogError for a time that the format can't hold."""
     stamp_ns = int(header.stamp.sec) * 10**9 + int(header.stamp.nanosec)
     if not 0 <= stamp_ns < END_OF_TIME_NS:
         raise LogError(f"its time, {seconds(stamp_ns)} s, is none from 1970 to 2038")
@@ -296,7 +296,7 @@ def _unfit(mount: FloatArray) -> str | None:
 
 
 def _laser(mount: FloatArray) -> Laser:
-    """The side to which a laser at ``mount`` (3,) looks, and what its bearings lack."""
+    """The direction in which a laser at ``mount`` (3,) faces, and the offset of its bearings."""
     side = FRONT if abs(wrap(mount[2])) <= np.pi / 2 else REAR
     return Laser(side, float(mount[0]), float(wrap(mount[2] - side.yaw)))
 

@@ -1,4 +1,4 @@
-"""What a result says of the floor: a map as ROS has it, and how the unexpected came and went."""
+"""The grid in a result: a ROS map, and the obstacles over time."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def write_map(
 
 @dataclass(frozen=True, eq=False)
 class Clutter:
-    """What stood about at a moment that the building doesn't know."""
+    """The obstacles at a moment that are not in the building."""
 
     stamp_ns: int
     places: FloatArray  # (n, 2) m in the building, the middles of cells

@@ -27,7 +27,7 @@ class FormatWriter(Protocol):
     def write(
         self, topic: str, type_name: str, recorded_ns: int, cdr: bytes, definition: str | None
     ) -> None:
-        """Append one message, in the order of recording; what is left out is told by the warnings."""
+        """Append one message, in the order of recording; omissions are named in the warnings."""
 
 
 FORMATS: dict[str, Callable[[Path], AbstractContextManager[FormatWriter]]] = {
@@ -78,9 +78,8 @@ class LogWriter:
     ) -> None:
         """Append a message: CDR bytes, or a message object of a standard type.
 
-        ``definition`` is the text that the type's own log carries, for types that
-        are not standard. Where the format has no word for just this message, the
-        warnings say so.
+        ``definition`` is the text that the type's own log carries, for types that are not standard.
+        A message that the format can't hold is named in the warnings.
         """
         cdr = bytes(message) if _is_bytes(message) else to_cdr(type_name, message)
         self._log.write(topic, type_name, recorded_ns, cdr, definition)

@@ -1,9 +1,9 @@
 """A batch whose folder lies at a URL: a small copy of it here, which is sent there now and then.
 
 Results never pass through here: workers write them to the store, file by file, the mark last, and
-then a word that they did. What is mirrored are the index, the list of logs, the tables over all logs and
-the report. A result counts from its word on; the words are dropped once the index there knows of
-them, so that a kill at any moment loses no finished log.
+then a word that they did. What is mirrored are the index, the list of logs, the tables over all
+logs and the report. A result counts from its word on; the words are dropped once the index there
+knows of them, so that a kill at any moment loses no finished log.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ SHARE = 20  # times as long as sending takes, at least, until it is sent again
 def mirrored(folder: str | Path, *, only: Collection[str] = ()) -> Iterator[Path]:
     """A batch's folder, or a copy of what is small of one at a URL, sent back in the end.
 
-    Of what is ``only`` looked at, such as by a report, no more than these files are sent, as a batch
-    may be at work there. Raises OutageError where the store is out of reach.
+    Of what is ``only`` looked at, such as by a report, no more than these files are sent, as a
+    batch may be at work there. Raises OutageError where the store is out of reach.
     """
     if not is_url(folder):
         yield Path(folder)

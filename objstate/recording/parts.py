@@ -1,7 +1,7 @@
 """What is kept of each log's result, so that what is asked of a whole batch needn't read results.
 
-Each part is made once, from one result, and kept in the index under its kind, with a stamp of what it
-was made from. Where the worker that ran the log has made it already, it lies beside the result.
+Each part is made once, from one result, and kept in the index under its kind, with a stamp of what
+it was made from. Where the worker that ran the log has made it already, it lies beside the result.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from objstate.outputs import whole
 
-MARK = ".objstate"  # a file that tells a result folder from a folder of somebody's own
+MARK = ".objstate"  # a file that marks a folder as a result
 MARK_TEXT = "An objstate result, written whole. --overwrite replaces this folder.\n"
 
 

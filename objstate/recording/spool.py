@@ -1,4 +1,4 @@
-"""Parquet files that grow while a log goes by, in flat memory."""
+"""Parquet files that grow while a log is read, in constant memory."""
 
 from __future__ import annotations
 

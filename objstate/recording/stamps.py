@@ -9,7 +9,7 @@ PER_SECOND = {"seconds": 1, "milliseconds": 10**3, "microseconds": 10**6, "nanos
 CALENDAR_FROM = 10**8  # s since 1970, the year 1973; smaller numbers count from some start
 CALENDAR_TO = 10**11  # s since 1970, the year 5138
 DAY_NS = 86_400 * 10**9
-SHORTEST_NS = 10**6  # nobody knows to less than a millisecond of a log when a state began
+SHORTEST_NS = 10**6  # states are known to begin to a millisecond at best
 
 
 def unit_of_number(value: Fraction) -> tuple[str, int]:

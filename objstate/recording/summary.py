@@ -1,4 +1,4 @@
-"""``run.json``: what a run read, how it was set and what came of it."""
+"""``run.json``: inputs, settings and outcome of a run."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SUMMARY = "run.json"
 def write_summary(folder: str | Path, summary: Mapping[str, Any]) -> None:
     """Write ``run.json``: keys sorted, so that equal summaries are equal bytes.
 
-    Raises ValueError for numbers that JSON has no word for (NaN, infinities).
+    Raises ValueError for numbers that JSON can't hold (NaN, infinities).
     """
     for place, number in _numbers(summary, ""):
         if not math.isfinite(number):

@@ -83,14 +83,14 @@ def _columns(estimates: Sequence[Estimate]) -> dict[str, list[Any]]:
 def read_estimates(folder: str | Path) -> pl.DataFrame:
     """The estimates of a result folder. Raises ResultError where there are none.
 
-    Results of earlier versions don't say how probably a door is closed, nor how probably the robot is
-    localized: ``p_closed`` and ``p_localized`` are null there.
+    Results of earlier versions don't say how probably a door is closed, nor how probably the robot
+    is localized: ``p_closed`` and ``p_localized`` are null there.
     """
     return _read_table(Path(folder) / ESTIMATES)
 
 
 def read_states(folder: str | Path, *, filtered: bool = False) -> pl.DataFrame:
-    """What the whole log says of each estimate, or what the robot would have known then.
+    """The smoothed states of a result, or with ``filtered`` those that could be known at the time.
 
     The smoothed states are those of ``smoothed.parquet``. Where there is none, or with
     ``filtered``, they are the estimates. Raises ResultError where there are none either.
@@ -155,8 +155,8 @@ def _truth_rows(lines: Iterator[list[str]], path: str | Path) -> Iterator[TrueSt
     if header != list(TRUTH_COLUMNS):
         if separator := other_separator(",".join(header), TRUTH_COLUMNS):
             raise TruthError(
-                f"The columns of {path} are parted by {separator}; save it with commas, and with "
-                "points in its numbers."
+                f"The columns of {path} are separated by {separator}; save it with commas, and "
+                "with decimal points."
             )
         if told := instead(path, TRUTH):
             raise TruthError(told)

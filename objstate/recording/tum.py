@@ -86,7 +86,7 @@ def _row(text: str, where: str) -> tuple[int, np.ndarray]:
     """Stamp in nanoseconds and pose (3,) of one line."""
     fields = text.split()
     if len(fields) != 8:
-        hint = ", parted by blanks" if len(text.split(",")) == 8 else ""
+        hint = ", separated by blanks" if len(text.split(",")) == 8 else ""
         raise TruthError(f"{where} has {len(fields)} fields; give eight{hint}: '{FIELDS}'.")
     try:
         stamp = _nanoseconds(Decimal(fields[0]))

@@ -106,11 +106,11 @@ class BatchMaterial:
 def read_batch(
     folder: str | Path, building: str | Path | None = None, *, filtered: bool = False
 ) -> BatchMaterial:
-    """Read a batch; ``building`` is taken instead of those that its logs name.
+    """Read a batch; ``building`` replaces those that its logs name.
 
-    A building or a truth that can't be read is a doubt, and what needs it is left out.
-    Raises ResultError for a folder that is no batch, and BuildingError for a ``building``
-    that can't be read.
+    A building or a truth that can't be read becomes a warning, and what needs it is left out.
+    Raises ResultError for a folder that is no batch, and BuildingError for a ``building`` that
+    can't be read.
     """
     folder = Path(folder)
     logs = {log.name: log for log in read_logs(folder)}

@@ -33,8 +33,8 @@ from objstate.report.reading import figure, moment, span
 from objstate.report.usage import usage
 
 EXPLAINED = (
-    "Every object where it last stood in each log, the stronger the more often, and all paths; dashed "
-    "where no log observed it."
+    "Every object where it last stood in each log, the stronger the more often, and all paths; "
+    "dashed where no log observed it."
 )
 OBJECTS_EXPLAINED = (
     "The last states of each object in all logs whose truth is known, the worst first."
@@ -74,7 +74,7 @@ def batch_page(
 
 
 def _more(rows: Sized, most: int, what: str, where: str) -> str:
-    """That there is more than a table shows, and who tells it."""
+    """A note that there is more than a table shows, and where."""
     if len(rows) <= most:
         return ""
     return element("p", text(f"{most} of {len(rows)} {what}; `{where}` tells all."))

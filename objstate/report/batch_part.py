@@ -41,12 +41,12 @@ class DoneLog:
     verdicts: list[Judged]
     course: Course
     coverages: list[Coverage]
-    odometry: FloatArray  # (3,) by which it told m ahead, rad askew and rad of turns wrong; nan
+    odometry: FloatArray  # (3,) errors of measured m ahead, rad sideways and rad of turns; nan
     doubts: tuple[str, ...] = ()
 
 
 def part_of(result: Path, log: BatchLog, filtered: bool) -> Part:
-    """Which version of it is to be had."""
+    """Its version."""
     stamp = json.dumps([FORM, truth_state(log), states_state(result, filtered)])
     return Part(log.name, result, stamp)
 
@@ -113,7 +113,7 @@ def unpacked(content: bytes, log: BatchLog) -> DoneLog:
 
 
 def read_done(result: Path, log: BatchLog, filtered: bool) -> DoneLog:
-    """A log by its result. Raises ResultError; a truth that can't be read is a doubt."""
+    """A log by its result. Raises ResultError; an unreadable truth becomes a warning."""
     summary, lost = read_summary(result), read_lost(result)
     estimates = read_states(result, filtered=filtered)
     truth, doubts = None, list[str]()
@@ -141,7 +141,7 @@ def read_done(result: Path, log: BatchLog, filtered: bool) -> DoneLog:
 
 
 def _systematic(matrix: list[list[float]]) -> FloatArray:
-    """(3,) of a metre ahead: m ahead and, as an angle, m aside; of a radian turned: rad."""
+    """(3,) for a metre ahead: m ahead and, as an angle, m to the side; for a radian turned: rad."""
     return np.array([matrix[0][0], matrix[1][0], matrix[2][2]])
 
 

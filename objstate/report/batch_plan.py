@@ -17,9 +17,9 @@ LEAST_OPACITY = 0.1  # of one of many states
 
 
 def draw_states(building: Building, logs: Sequence[DoneLog], number: int = 0) -> str:
-    """The plan with the last observed state of each object in each log, laid over one another.
+    """The plan with the last observed state of each object in each log, overlaid.
 
-    ``number`` tells the plans of one page apart.
+    ``number`` distinguishes the plans of one page.
     """
     height = min(log.laser_height for log in logs)
     shapes = [shape_of(item, height) for item in building.objects.values()]

@@ -1,4 +1,4 @@
-"""What stands about, stays put and isn't in the building."""
+"""Obstacles that stay in place and aren't in the building."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ HEADINGS = ("name", "x (m)", "y (m)", "size (m)", "probability", "looks", "seen 
 
 
 def candidates_table(found: Sequence[Found], begin_ns: int) -> str:
-    """A row for each candidate, the surest first; sortable."""
+    """A row for each candidate, the most probable first; sortable."""
     return table(HEADINGS, [_row(each, begin_ns) for each in found], "sortable")
 
 

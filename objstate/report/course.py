@@ -22,8 +22,8 @@ def weak(share: float) -> str:
 class Course:
     """A path with the stretches in which the robot was lost.
 
-    Where the robot was ``searching``, the first of these is the one before it was found: its belief was
-    all over the building, and its mean is no place.
+    Where the robot was ``searching``, the first of these is the one before it was found: its belief
+    was all over the building, and its mean is no place.
     """
 
     path: Path
@@ -51,7 +51,7 @@ class Course:
 
     @property
     def doubtful(self) -> list[FloatArray]:
-        """Pieces (n, 2) of the path in which it was lost, without what came before it was found."""
+        """Pieces (n, 2) of the path in which it was lost, without those before it was found."""
         later = self.lost[1:] if self.searching else self.lost
         return _runs(self.path.poses[:, :2], within(self.path.stamps_ns, later))
 

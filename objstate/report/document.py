@@ -63,7 +63,7 @@ def whole_page(
 
 
 def page_head(title: str, said: str) -> str:
-    """The head of a page: what it shows, and the buttons of every page."""
+    """The head of a page: its title, and the buttons of every page."""
     return element(
         "header",
         element("div", element("h1", text(title)), element("p", text(said))),
@@ -95,7 +95,7 @@ def warnings_list(told: list[str]) -> str:
     )
 
 
-WARNINGS_OPEN = 2  # so many leave room for the plan
+WARNINGS_OPEN = 2  # most warnings that are shown open, to leave room for the plan
 
 
 def _policy(program: str, connects: bool) -> str:

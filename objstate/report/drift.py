@@ -1,4 +1,4 @@
-"""Robots whose calibration drifts, as the logs themselves tell of their odometry."""
+"""Robots whose calibration drifts, by the odometry errors learnt from their logs."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 
 TOLD = 0.5  # probability of a change from which on it is shown
 EXPLAINED = (
-    "By how much scans correct the odometry in proportion to the way: wheels that wear, a gyro that "
-    "counts turns short, a laser that is knocked askew. Shown is what has probably changed once, each "
-    "robot compared with itself; a manifest's column `robot` says whose log is whose."
+    "By how much scans correct the odometry in proportion to the way: wheels that wear, a gyro "
+    "that counts turns short, a laser that is knocked askew. Shown is what has probably changed "
+    "once, each robot compared with itself; a manifest's column `robot` says whose log is whose."
 )
 MEASURES = (  # of Line.odometry: what is off, its unit, the factor to it
     ("metres driven", "%", 100.0),
@@ -33,7 +33,7 @@ MEASURES = (  # of Line.odometry: what is off, its unit, the factor to it
 
 
 def drift(lines: Sequence[Line], zone: tzinfo) -> str:
-    """A row for each measure of a robot that has probably changed, the surest first."""
+    """A row for each measure of a robot that has probably changed, the most probable first."""
     found = []
     for robot, own in by_robot(lines).items():
         for number, measure in enumerate(MEASURES):

@@ -1,4 +1,4 @@
-"""When objects were moved, as a result's events tell it."""
+"""The movements of objects in a result."""
 
 from __future__ import annotations
 

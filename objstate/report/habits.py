@@ -17,14 +17,14 @@ from objstate.statistics.shares import shares_by_day
 TOLD = 0.5  # probability of a change from which on it is shown
 SATURDAY = 5
 EXPLAINED = (
-    "Doors whose share of time open has probably changed once. All looks of a day count as one, and "
-    "workdays and weekends are compared with their own."
+    "Doors whose share of time open has probably changed once. All looks of a day count as one, "
+    "and workdays and weekends are compared with their own."
 )
 
 
 @dataclass(frozen=True)
 class DoneDoor:
-    """A door: what its looks tell, and whether it changed its ways."""
+    """A door's looks, and whether its use changed."""
 
     statistics: DoorStatistics
     change: Change | None
@@ -39,7 +39,7 @@ def done_door(looks: DoorLooks, statistics: DoorStatistics, zone: tzinfo) -> Don
 
 
 def habits(doors: Sequence[DoneDoor], zone: tzinfo) -> str:
-    """A row for each door that has probably changed, the surest first."""
+    """A row for each door that has probably changed, the most probable first."""
     found = [
         (each.change.probability, each, each.change, each.day)
         for each in doors

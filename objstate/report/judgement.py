@@ -1,4 +1,4 @@
-"""Which states are wrong, as far as the truth tells, and what they come to all together."""
+"""Judgement of states by the truth, and their summary."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Judged:
 
     @property
     def verdict(self) -> Verdict:
-        """What a reader should make of it."""
+        """The label of a judged state."""
         return verdict(self.state.estimate.coordinate, self.error, self.inside)
 
     @property
@@ -55,8 +55,8 @@ def tolerances(coordinate: str) -> tuple[float, float]:
 def verdict(coordinate: str, error: float, inside: bool) -> Verdict:
     """What to call an error (m or rad, not negative) of a state.
 
-    ``wrong``: not small, and its 90 % interval doesn't hold the truth. ``unsure``: large, but the interval,
-    which is wide then, does. ``outside``: small, but not in the interval.
+    ``wrong``: not small, and its 90 % interval doesn't hold the truth. ``unsure``: large, but the
+    interval, which is wide then, does. ``outside``: small, but not in the interval.
     """
     near, far = tolerances(coordinate)
     if not inside:
@@ -90,7 +90,7 @@ def fact(value: object, label: str, class_: str = "") -> str:
 
 @dataclass(eq=False)
 class Tally:
-    """What judged states of one kind come to, without the states themselves."""
+    """The summary of judged states of one kind, without the states themselves."""
 
     errors: list[float] = field(default_factory=list)  # m or rad
     inside: int = 0  # whose truth lies in the 90 % interval
@@ -120,7 +120,7 @@ def kind_of(each: Judged) -> str:
 
 
 def headline(tallies: Mapping[str, Tally]) -> list[str]:
-    """What states come to: the worst of each kind, and the share in the intervals."""
+    """The summary of states: the worst of each kind, and the share in the intervals."""
     facts = []
     for kind in ("angle", "place"):
         own = tallies.get(kind)

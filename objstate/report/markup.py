@@ -32,7 +32,7 @@ def element(name: str, *content: str, **attributes: object) -> str:
 
 @dataclass(frozen=True)
 class Cell:
-    """A cell of a table: markup, what the table is sorted by, and how it looks."""
+    """A cell of a table: markup, its sort key, and its style."""
 
     markup: str
     value: float | str | None = None  # None: the cell's own text, or a number that it begins with

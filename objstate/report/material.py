@@ -1,4 +1,4 @@
-"""What a report is made of: everything that a result folder holds, and what it names."""
+"""The material of a report: everything in a result folder, and the files that it names."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ class Material:
     path: RobotPath
     lost: Stretches
     clutter: pl.DataFrame  # without rows in results that mapped none
-    candidates: tuple[Found, ...] = ()  # for objects, where the result mapped what stands about
+    candidates: tuple[Found, ...] = ()  # for objects, where the result has a grid
     truth: list[TrueState] | None = None
     true_path: RobotPath | None = None
     scans: pl.DataFrame | None = None  # none in results that kept none
-    events: tuple[Event, ...] = ()  # what moved, where the result tells it
-    doubts: tuple[str, ...] = ()  # what of the material itself should make a reader wonder
+    events: tuple[Event, ...] = ()  # movements, where the result has them
+    doubts: tuple[str, ...] = ()  # warnings about the material itself
 
     @property
     def begin_ns(self) -> int:
@@ -60,9 +60,10 @@ class Material:
 
     @lazy
     def looks(self) -> pl.DataFrame:
-        """The estimates that a page shows: those that a scan bore on, and those before the first of them.
+        """The estimates that a page shows: observed ones, and those before the first of them.
 
-        As with ``latest_states``, what was taken back because the robot was lost isn't among them.
+        As with ``latest_states``, estimates that were withdrawn because the robot was lost are left
+        out.
         """
         import polars as pl
 
@@ -97,10 +98,9 @@ def read_material(
 ) -> Material:
     """Read a result folder and the building and truth that its ``run.json`` names.
 
-    States are those given the whole log, or with ``filtered`` those that the robot would have known.
-    Files given here are taken instead. A truth that the result names but that is gone
-    is a doubt; a building that is gone is an error. Raises ResultError, BuildingError
-    and TruthError.
+    States are the smoothed ones, or with ``filtered`` those that could be known at the time. Files
+    given here are used instead. A truth that the result names but that is gone becomes a warning; a
+    building that is gone is an error. Raises ResultError, BuildingError and TruthError.
     """
     folder = Path(folder)
     summary = read_summary(folder)
@@ -141,7 +141,7 @@ def read_material(
 
 
 def _events(folder: Path, doubts: list[str]) -> tuple[Event, ...]:
-    """What was moved; a doubt where that can't be read."""
+    """The movements; a warning where they can't be read."""
     try:
         return tuple(read_events(folder))
     except ResultError as error:
@@ -160,7 +160,7 @@ def _building(folder: Path, described: Mapping[str, Any]) -> Path:
 
 
 def _found(folder: Path, described: Mapping[str, Any] | None, doubts: list[str]) -> Path | None:
-    """A file with the truth, if the result names one; a doubt where it is gone."""
+    """A file with the truth, if the result names one; a warning where it is gone."""
     if described is None:
         return None
     found = _look_for(folder, described)

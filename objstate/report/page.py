@@ -51,8 +51,8 @@ LEGEND = (
 LAYERS = ("clutter", "scan")  # paths of the plan that can be switched off; their ids
 WITH_TRUTH = ("wrong", "truth")
 SPEEDS = (1, 2, 5, 10, 20, 50, 100)  # times real time
-PLAYED_IN = 20.0  # s, about, in which a log is played if nobody says otherwise
-WIDE = 2.2  # a plan so many times as wide as high stands above the strips, others beside them
+PLAYED_IN = 20.0  # s; default duration of playing a log
+WIDE = 2.2  # width by height from which a plan stands above the strips instead of beside them
 KEYS = (
     "Space plays; ← → go a second, with Shift ten; Home, End; + − 0 zoom; < > change the speed; "
     "/ filters the objects. Drag the plan to move it, Ctrl and the wheel zoom."
@@ -86,8 +86,9 @@ def _candidates(material: Material) -> str:
     if not material.candidates:
         return ""
     explained = (
-        "What stands about and stayed where it was, by how probably it is an object and not somebody who waits. "
-        "Its outline is dashed on the plan. objstate world adopt keeps it under a name."
+        "Obstacles that stayed in place, with the probability of being an object rather than a "
+        "person who waits. The outline is dashed on the plan. objstate world adopt keeps it under "
+        "a name."
     )
     return section(
         "Not in the building",
@@ -120,7 +121,7 @@ def _facts(material: Material, latest: Sequence[LatestState], verdicts: Sequence
 
 
 def share_text(share: float) -> str:
-    """A share in whole percents, of which 0 and 100 mean none and all."""
+    """A share in whole percents; 0 and 100 only for none and all."""
     if 0.0 < share < 1.0:
         return f"{min(max(share, 0.01), 0.99):.0%}"
     return f"{share:.0%}"
@@ -258,9 +259,10 @@ def _histories(material: Material, items: Sequence[MovableObject]) -> str:
         _card(material, item, index, courses, axis) for index, item in ordered if item.name in near
     ]
     explained = (
-        "The stronger the blue, the more probable the state; paler where no scan was near. The line is "
-        "the mean, the orange edges are the 90 % interval, the marks below the moments at which a beam "
-        "bore on the object. Hatched: the robot was lost. Touch a strip to see its moment on the plan."
+        "The stronger the blue, the more probable the state; paler where no scan was near. The "
+        "line is the mean, the orange edges are the 90 % interval, the marks below the moments at "
+        "which a beam reached the object. Hatched: the robot was lost. Touch a strip to see its "
+        "moment on the plan."
     )
     return section(
         "What was believed, over time",

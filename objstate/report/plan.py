@@ -65,10 +65,10 @@ def draw_plan(
     reached: FloatArray = NOWHERE,
     outlines: Sequence[str] = (),
 ) -> str:
-    """The plan as SVG, y up, one unit a metre; the page's script moves what moves.
+    """The plan as SVG, y up, one unit a metre; the page's script moves objects.
 
-    Furniture gets to the places (n, 2) ``reached``, so that they are on the plan as well. ``outlines`` are
-    markup of what else stands about.
+    Furniture gets to the places (n, 2) ``reached``, so that they are included in the view.
+    ``outlines`` are markup of obstacles.
     """
     drawn = [
         *path_markup(course),

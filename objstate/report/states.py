@@ -113,13 +113,13 @@ def interval(state: LatestState) -> str:
 
 
 def closed_text(share: float) -> str:
-    """Whether a door stands closed: the likelier of both, with its probability."""
+    """Whether a door is closed: the more probable alternative, with its probability."""
     percent = round(100 * share)
     return f"closed {percent} %" if percent >= 50 else f"open {100 - percent} %"
 
 
 def _closed(estimates: pl.DataFrame) -> dict[tuple[str, int], float]:
-    """How probably each door stood closed, by name and stamp, where the estimates tell it."""
+    """The probability that each door was closed, by name and stamp, where there is one."""
     import polars as pl
 
     if P_CLOSED not in estimates.columns:

@@ -103,10 +103,10 @@ def strip(
     lost: Stretches = (),
     moved: Stretches = (),
 ) -> str:
-    """The strip of one coordinate of one object as HTML, from its posteriors and its looks.
+    """The strip of one coordinate of one object as HTML, from its posteriors and observations.
 
-    Stretches in which the robot was ``lost`` are hatched, those in which the object was ``moved``
-    bracketed.
+    Intervals in which the robot was ``lost`` are hatched, those in which the object was ``moved``
+    are bracketed.
     """
     if not len(posteriors):
         return element("p", "never in view", class_="never")
@@ -158,7 +158,7 @@ def time_axis(axis: Axis) -> str:
 
 
 def _values(coordinate: str, heat: HeatMap, name: str) -> str:
-    """What the strip's upper and lower edges stand for, and between them what it shows."""
+    """The values at the strip's upper and lower edges, and its content."""
     unit, factor, _ = UNITS[coordinate]
     decimals, sign = (0, "°") if unit == "deg" else (2, " m")
     top, bottom = (f"{factor * value:z.{decimals}f}{sign}" for value in (heat.upper, heat.lower))
@@ -241,7 +241,7 @@ def _broken_line(columns: IntArray, heights: FloatArray) -> str:
 
 
 def _moments(columns: IntArray, count: int) -> str:
-    """The columns in which a scan bore on the object, as ticks."""
+    """The columns in which a scan reached the object, as ticks."""
     occupied = np.zeros(count + 2, dtype=bool)
     occupied[columns + 1] = True
     begins = np.flatnonzero(occupied[1:] & ~occupied[:-1])
@@ -249,7 +249,7 @@ def _moments(columns: IntArray, count: int) -> str:
     ticks = "".join(f"M{a},0H{b}V1H{a}Z" for a, b in zip(begins, ends, strict=True))
     return element(
         "svg",
-        element("title", "when a scan bore on it"),
+        element("title", "when a scan reached it"),
         element("path", d=ticks),
         viewBox=f"0 0 {count} 1",
         preserveAspectRatio="none",

@@ -32,10 +32,10 @@ LENGTH_UNITS = 1000  # millimetres in a metre
 def object_moments(
     estimates: pl.DataFrame, begin_ns: int, name: str, coordinates: tuple[str, ...], step: float
 ) -> dict[str, Any]:
-    """The estimates of one object, one in each ``step`` s: the last one that observed it, or the last.
+    """The estimates of one object, one in each ``step`` s: the last observed one, or the last.
 
     Times are tenths of a second, angles tenths of a degree, lengths millimetres. ``closed`` is the
-    probability in percent that a door stands closed, where the estimates tell it.
+    probability in percent that a door is closed, where there is one.
     """
     import polars as pl
 
@@ -131,9 +131,9 @@ def scan_moments(scans: pl.DataFrame, path: RobotPath, begin_ns: int) -> dict[st
 
 
 def clutter_moments(clutter: pl.DataFrame, begin_ns: int) -> dict[str, Any]:
-    """What stood about that the building doesn't know, thinned to ``MOST_CLUTTER`` cells about.
+    """Obstacles that are not in the building, thinned to about ``MOST_CLUTTER`` cells.
 
-    ``places`` are x and y, cm, in turns, for each moment.
+    ``places`` are alternating x and y, cm, for each moment.
     """
     cells = int(clutter["x"].list.len().sum())
     rows = clutter.gather_every(max(1, -(-cells // MOST_CLUTTER)))
@@ -154,7 +154,7 @@ def _course(coordinate: str, course: TrueCourse, begin_ns: int) -> dict[str, lis
 
 
 def _percents(shares: Sequence[float | None]) -> list[int | None]:
-    """Shares as whole percents; what isn't told is None."""
+    """Shares as whole percents; unknown ones are None."""
     return [
         None if share is None or not np.isfinite(share) else round(100 * share) for share in shares
     ]

@@ -16,11 +16,11 @@ HEADINGS = (
     "moves a day",
 )  # fmt: skip
 EXPLAINED = (
-    "Share of time open, how long a door stays as it is, and how often it is moved: medians with 90 % "
-    "intervals, which are the wider the fewer looks there were and the closer they came. Of each hour "
-    "(from midnight, {zone}) and weekday (from Monday) the bar spans the 90 % interval of the share open, "
-    "from never below to always on top, and the line is its median: a tall bar tells little. Where nobody "
-    "looked there is none."
+    "Share of time open, how long a door stays as it is, and how often it is moved: medians with "
+    "90 % intervals, which are wider with fewer looks and with looks close together. Of each hour "
+    "(from midnight, {zone}) and weekday (from Monday) the bar spans the 90 % interval of the "
+    "share open, from never below to always on top, and the line is its median: a tall bar means "
+    "great uncertainty. Hours without looks have none."
 )
 HOURS, DAYS = 24, 7
 HOUR_MARKS = ("0", "6", "12", "18")
@@ -29,7 +29,7 @@ CELL, TALL = 9, 36  # px of an hour or a day
 DAY_CELL = 14
 TICK = 1.5  # px, half of the median's line
 SPANS = ((86400.0, "d"), (3600.0, "h"), (60.0, "min"), (0.0, "s"))
-FOR_EVER = 1e9  # s; nobody waits longer
+FOR_EVER = 1e9  # s; longer than anyone waits
 
 
 def usage(doors: Sequence[DoorStatistics], zone: str = "UTC") -> str:

@@ -12,9 +12,9 @@ from objstate.report.material import Material
 
 LEAST_PRESENCE = 0.5  # furniture less likely to be there at all is worth a word
 LEAST_FIT = 0.5  # so is an object whose best state explains fewer of the beams on it,
-FITS = 20  # by the median of so many last scans that bore on it: one alone may have few beams
+FITS = 20  # number of last observing scans whose median counts: a single one may have few beams
 UNSURE = {"deg": 20.0, "m": 0.2}  # an interval so wide is worth a word
-NAMES_SHOWN = 8  # so many names tell which objects are meant
+NAMES_SHOWN = 8  # most names in a list
 
 
 def warnings(material: Material, latest: Sequence[LatestState]) -> list[str]:
@@ -31,7 +31,7 @@ def _of_states(material: Material, latest: Sequence[LatestState]) -> Iterator[st
         yield f"The robot never had {_some(never)} in view from near; the plan shows them as the model does."
     unseen = _names(state for state in latest if not state.estimate.observed)
     if unseen:
-        yield f"No beam bore on {_some(unseen)}; their states are what was assumed before."
+        yield f"No beam reached {_some(unseen)}; their states are the priors."
     unsure = _names(state for state in latest if state.estimate.observed and _is_unsure(state))
     if unsure:
         yield f"The scans left it open how {_some(unsure)} stood: the 90 % interval is wide."
@@ -42,13 +42,13 @@ def _of_states(material: Material, latest: Sequence[LatestState]) -> Iterator[st
     if strange:
         yield (
             f"Even the best state of {_some(strange)} explains less than half of the beams on "
-            "it: something stands there that the building doesn't hold, or a hinge is wrong."
+            "it: an obstacle stands there that isn't in the building, or a hinge is wrong."
         )
     yield from _of_verdicts(judged(latest, material.symmetry))
 
 
 def _of_verdicts(states: Iterable[Judged]) -> Iterator[str]:
-    """What the truth says of the last states."""
+    """Warnings about last states that the truth contradicts."""
     known = list(states)
     for kind, told in (
         (

@@ -32,10 +32,10 @@ def write_report(
 ) -> Path:
     """Write the report of a result folder to ``out``, or into the folder, and return its path.
 
-    An older report there is replaced. The building and the truth are those that the
-    result names, unless given here. Dates are told by the clock of ``zone``. With its radius
-    (m) the robot is drawn at its size. States are those given the whole log, or with ``filtered``
-    those that the robot would have known then. Raises ResultError, BuildingError and TruthError.
+    An older report there is replaced. The building and the truth are those that the result names,
+    unless given here. Dates are shown in the time zone ``zone``. With its radius (m) the robot is
+    drawn at its size. States are the smoothed ones, or with ``filtered`` those that could be known
+    at the time. Raises ResultError, BuildingError and TruthError.
     """
     target = Path(folder) / REPORT if out is None else Path(out)
     material = read_material(folder, building, truth, true_path, filtered=filtered)
@@ -55,8 +55,8 @@ def write_batch_report(
 ) -> Path:
     """Write the report of a batch to ``out``, or into the folder, and return its path.
 
-    Dates, hours and weekdays are told by the clock of ``zone``. With ``each``, the report of every
-    log that is done is written into its result first. ``filtered`` is as in ``write_report``.
+    Dates, hours and weekdays are shown in the time zone ``zone``. With ``each``, the report of
+    every log that is done is written into its result first. ``filtered`` is as in ``write_report``.
     Logs that have a report are linked. Raises ResultError and BuildingError.
     """
     if not is_batch(folder):

@@ -38,6 +38,7 @@ class Memory:
     begin_ns: int
     known: dict[str, ObjectBelief]  # about objects seen before, predicted to the log's start
     looks: Looks
+    settings: Settings  # those of the run, with the doors' habits at the log's start
     lost_since_ns: int | None = None  # latest time at which the robot was lost
 
     @staticmethod
@@ -48,6 +49,7 @@ class Memory:
 
         Raises WorldError.
         """
+        from objstate.world.driving import drive_settings
         from objstate.world.looks import Looks
         from objstate.world.store import open_store
 
@@ -61,7 +63,8 @@ class Memory:
         )
         then = world.at(begin_ns)
         known = {name: then[name] for name in world.histories}
-        return Memory(store, digest, begin_ns, known, Looks(begin_ns))
+        driving = drive_settings(world, begin_ns)
+        return Memory(store, digest, begin_ns, known, Looks(begin_ns), driving)
 
     def note(self, record: Record, estimator: Estimator, estimates: Sequence[Estimate]) -> None:
         """Record a belief, or its withdrawal while the robot is lost."""

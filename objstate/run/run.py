@@ -6,7 +6,7 @@ import logging
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from importlib.metadata import version
 from itertools import chain
 from pathlib import Path
@@ -160,7 +160,8 @@ def estimate_log(
         described = [file for path in log_paths for file in describe_log(path)]
         memory = _memory(world, model, options, log_identity(described, options), begin_ns)
         known = None if memory is None else memory.known
-        estimator = _estimator(model, options, known, history=True)
+        driving = options if memory is None else replace(options, settings=memory.settings)
+        estimator = _estimator(model, driving, known, history=True)
         observers = (*observers, *([] if memory is None else [memory]))
         with ExitStack() as files:
             floor = None

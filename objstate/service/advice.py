@@ -56,7 +56,7 @@ class Advice:
                 wait = seconds_until_worthwhile(
                     coordinator, moment.world, moment.stamp_ns, at, may_drive=not stay
                 )
-            told = next_words(coordinator, moment, tasks, (), ranked[:SHOWN], wait)
+            told = next_words(moment, tasks, (), ranked[:SHOWN], wait)
         return {"at_ns": moment.stamp_ns, "revision": self._believed.now.revision} | told
 
     def _ready(self) -> Coordinator:

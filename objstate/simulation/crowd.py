@@ -1,4 +1,4 @@
-"""What the model does not know: people who walk, boxes that stand in the way."""
+"""People who walk, and boxes: obstacles that are not in the model."""
 
 from __future__ import annotations
 

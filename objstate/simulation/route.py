@@ -51,7 +51,7 @@ class Motion:
 
 @dataclass(frozen=True, eq=False)
 class _Piece:
-    """A row of poses a fixed way apart, with the speed limit at each."""
+    """A row of poses at fixed distances, with the speed limit at each."""
 
     track: FloatArray  # (n, 3)
     ways: FloatArray  # (n,) m or rad from the first pose
@@ -162,7 +162,7 @@ def _legs(route: Route) -> list[_Leg]:
 
 
 def _corner(leg: _Leg, next_leg: _Leg | None, route: Route) -> _Corner | None:
-    """How the end of a leg is driven through; None where the robot comes to rest there."""
+    """How the end of a leg is driven through; None where the robot stops there."""
     if next_leg is None or leg.pause > 0.0 or leg.kidnapped_to is not None:
         return None
     turn = float(wrap(next_leg.yaw - leg.yaw))

@@ -28,7 +28,8 @@ from objstate.kinds import SCENE
 PointXY = tuple[float, float]
 Region = tuple[float, float, float, float]  # x_min, y_min, x_max, y_max
 
-# of people, boxes, samples or beams, and a second: what is more is a slip of the pen, and takes all memory
+# of people, boxes, samples or beams, and a second: what is more is a slip of the pen, and takes all
+# memory
 MOST = 100_000
 Count = Annotated[int, Field(ge=1, le=MOST)]
 Rate = Annotated[float, Field(gt=0, le=MOST)]  # Hz
@@ -49,7 +50,7 @@ class Waypoint(Strict):
     y: float
     pause: NonNegative = 0.0  # s, standing still there
     speed: Positive | None = None  # m/s on the way to it, instead of the route's
-    kidnapped_to: PlanarState | None = None  # somebody carries the robot there; wheels don't notice
+    kidnapped_to: PlanarState | None = None  # the robot is carried there, unnoticed by its wheels
 
     @property
     def left_from(self) -> PointXY:
@@ -136,7 +137,7 @@ Value = float | PlanarState
 
 
 class Change(Strict):
-    """Somebody moves an object."""
+    """A movement of an object."""
 
     at: NonNegative  # s
     to: Value | Literal["random"]
@@ -162,7 +163,7 @@ class ObjectRule(Strict):
 
 
 class People(Strict):
-    """Somebody who walks along a route, or a number of people who walk about in a region."""
+    """A person who walks along a route, or people who walk about in a region."""
 
     route: tuple[PointXY, ...] = ()
     loop: bool = True  # there and back again; otherwise standing at the end
@@ -171,7 +172,7 @@ class People(Strict):
     start: NonNegative = 0.0  # s, standing at the first point before
     speed: Positive = 1.2  # m/s
     shape: Literal["legs", "body"] = "legs"
-    keep_distance: NonNegative = 0.5  # m from the robot's middle, where they step aside
+    keep_distance: NonNegative = 0.5  # m from the robot's centre, at which they step aside
 
     @model_validator(mode="after")
     def _walk_somewhere(self) -> People:

@@ -42,7 +42,7 @@ class StateHistory:
         return state
 
     def change_times(self, step: float) -> FloatArray:
-        """Times (n,) s from which on the state is worth telling anew: 0, and while it moves."""
+        """Times (n,) s at which the state is recorded: 0, and while it moves."""
         moving = [
             swing.start + np.append(np.arange(0.0, swing.duration, step), swing.duration)
             for swing in self.swings

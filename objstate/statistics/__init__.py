@@ -1,4 +1,4 @@
-"""What many logs together tell of doors: how often open, for how long, how often moved."""
+"""Statistics of doors over many logs: how often open, for how long, how often moved."""
 
 from objstate.statistics.doors import DoorStatistics, door_statistics
 from objstate.statistics.looks import OpenAbove

@@ -1,9 +1,9 @@
 """Whether a sequence changed its ways once, and when: Bayes factors of one change point.
 
-Without a change, all values come from one distribution whose parameters aren't known; with one, those
-before and those after it have parameters of their own. Both marginal likelihoods are known in closed
-form: Beta and Bernoulli for states that are open or closed, normal and inverse gamma for numbers
-(Murphy 2007, Conjugate Bayesian analysis of the Gaussian distribution, section 3).
+Without a change, all values come from one distribution whose parameters aren't known; with one,
+those before and those after it have parameters of their own. Both marginal likelihoods are known in
+closed form: Beta and Bernoulli for states that are open or closed, normal and inverse gamma for
+numbers (Murphy 2007, Conjugate Bayesian analysis of the Gaussian distribution, section 3).
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ SHAPE = 1.0  # of the inverse gamma distribution
 
 @dataclass(frozen=True)
 class Change:
-    """A change that there may be."""
+    """A possible change."""
 
     probability: float
     place: int  # the most probable first value after it

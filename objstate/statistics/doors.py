@@ -14,20 +14,20 @@ from objstate.statistics.shares import Share, shares_by
 from objstate.statistics.two_state import Interval, memory
 from objstate.statistics.use import use_of
 
-SEED = 0  # of the samples of a posterior, so that the same looks give the same figures
+SEED = 0  # of the samples of a posterior, so that equal looks give equal figures
 
 
 @dataclass(frozen=True)
 class DoorStatistics:
-    """How a door is used, as far as a robot that looked now and then can tell."""
+    """The use of a door, as far as a robot that looked now and then can determine."""
 
     door: str
-    logs: int  # in which it was looked at
-    looks: int  # that told whether it was open
+    logs: int  # logs with looks at it
+    looks: int  # number that decided whether it was open
     undecided: int  # that didn't
-    first_ns: int  # of the looks that told
+    first_ns: int  # of the decided looks
     last_ns: int
-    moves_seen: int  # neighbouring looks of which one saw it open and one closed
+    moves_seen: int  # number of neighbouring looks of which one saw it open and one closed
     share_open: Interval  # of all time
     share_open_seen: Interval  # of the hours of working and of free days with looks
     open_spell: Interval  # s that it stays open
@@ -48,19 +48,18 @@ def door_statistics(
     *,
     filtered: bool = False,
 ) -> tuple[DoorStatistics, ...]:
-    """The statistics of every door of a batch that some look decided on, by name.
+    """The statistics of every door of a batch with a decided look, by name.
 
-    ``above`` says what counts as open, ``zone`` by which clock hours and days are told.
-    The states are those given the whole log, or with ``filtered`` those that the robot would have
-    known then.
-    Raises ResultError for a folder that is no batch, or has no estimates.
+    ``above`` is the angle or offset from which on a door counts as open, ``zone`` the time zone of
+    hours and days. The states are the smoothed ones, or with ``filtered`` those that could be known
+    at the time. Raises ResultError for a folder that is no batch, or has no estimates.
     """
     found = door_looks(folder, above or OpenAbove(), filtered=filtered)
     return tuple(statistics_of(each, zone) for each in found if len(each.looks))
 
 
 def statistics_of(seen: DoorLooks, zone: tzinfo = UTC) -> DoorStatistics:
-    """What the looks at one door, at least one that decided, tell of it."""
+    """The statistics of one door with at least one decided look."""
     looks = seen.looks
     known = memory(looks, np.random.default_rng(SEED))
     use = use_of(looks, zone)

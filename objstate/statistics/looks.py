@@ -25,12 +25,12 @@ from objstate.statistics.two_state import Looks
 if TYPE_CHECKING:
     import polars as pl
 
-FORM = 1  # of the looks that are kept
+FORM = 1  # version of the stored looks
 PAIRS = ("steps", "pairs")
 CELL_OWNER, PAIR_OWNER = "cell owner", "pair owner"  # numbers of doors
 JOINED = 1000  # logs after which their columns become one
 
-# From where on a door counts as open: about where somebody would say so.
+# from where on a door counts as open
 OPEN_ABOVE_RAD, OPEN_ABOVE_M = math.radians(10.0), 0.1
 
 
@@ -39,9 +39,9 @@ class DoorLooks:
     """The looks at one door."""
 
     door: str
-    looks: Summed  # those that decided
-    undecided: int  # looks whose interval held both open and closed
-    logs: int  # in which the door was looked at
+    looks: Summed  # the decided ones
+    undecided: int  # number of looks whose interval held both open and closed
+    logs: int  # logs with looks at the door
 
 
 @dataclass(frozen=True)
@@ -53,10 +53,10 @@ class OpenAbove:
 
 
 def door_looks(folder: str | Path, above: OpenAbove, *, filtered: bool = False) -> list[DoorLooks]:
-    """The looks at every door that a batch's scans bore on, by name.
+    """The looks at every door that a batch's scans reached, by name.
 
-    A look decides where the 90 % interval lies on one side of ``above``. What was estimated
-    while the robot was lost doesn't count. Raises ResultError.
+    A look decides where the 90 % interval lies on one side of ``above``. Estimates from while the
+    robot was lost don't count. Raises ResultError.
     """
     logs = read_logs(folder)
     found = Found()
@@ -80,12 +80,12 @@ def door_looks(folder: str | Path, above: OpenAbove, *, filtered: bool = False) 
 
 
 def kind_of(above: OpenAbove, filtered: bool) -> str:
-    """Under which the looks of a log are kept."""
+    """The key of the looks of a log."""
     return f"looks {above.angle!r} {above.offset!r}{', filtered' if filtered else ''}"
 
 
 def stamp_of(result: Path, filtered: bool) -> str:
-    """What changes when the looks of a result do."""
+    """Changes whenever the looks of a result do."""
     return json.dumps([FORM, states_state(result, filtered)])
 
 
@@ -110,7 +110,7 @@ def looks_of(result: Path, above: OpenAbove, *, filtered: bool = False) -> bytes
 
 
 class Found:
-    """The looks of many logs, by door: columns of all logs, and whose door each row is of."""
+    """The looks of many logs, by door: columns of all logs, and the door of each row."""
 
     def __init__(self) -> None:
         self._doors: dict[tuple[str, str], int] = {}
@@ -157,7 +157,7 @@ class Found:
 
 
 def _looks(rows: pl.DataFrame, bound: float) -> tuple[Summed, int]:
-    """The looks that decided, and how many didn't."""
+    """The decided looks, and the number of others."""
     lower, upper = rows["lower"].to_numpy(), rows["upper"].to_numpy()
     decided = (lower > bound) | (upper <= bound)
     stamps = rows["stamp"].to_numpy().astype(np.int64)

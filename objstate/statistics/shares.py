@@ -13,26 +13,26 @@ from objstate.statistics.summed import Summed
 from objstate.statistics.two_state import LEVEL, Interval, Memory
 
 QUARTER = 15  # minutes
-MOST_BLOCKS = 1000  # of looks, among which every pair is compared
+MOST_BLOCKS = 1000  # blocks of looks, of which every pair is compared
 
 
 @dataclass(frozen=True)
 class Share:
-    """How much of some time a door was open, by the looks that fell into it."""
+    """The share of some time in which a door was open, by the looks within it."""
 
     key: int  # hour of the day from 0, or day of the week from 0, Monday
     looks: int
-    independent: float  # how many looks far apart would tell as much
+    independent: float  # equivalent number of independent looks
     share: Interval
 
 
 def share_open(key: int, looks: Summed, door: Memory) -> Share:
     """The share of time open by looks, at least one.
 
-    The mean of n looks with the correlations ``c(|t_i - t_k|)`` varies as much as that of
-    ``n^2 / sum_ik c`` independent ones. The interval is that of the Beta distribution after
-    so many with Jeffreys' prior; it reaches to 0 where the door was never seen open, and to
-    1 where never closed (Brown, Cai and DasGupta 2001, Statistical Science 16, section 4.1).
+    The mean of n looks with the correlations ``c(|t_i - t_k|)`` varies as much as that of ``n^2 /
+    sum_ik c`` independent ones. The interval is that of the Beta distribution after that many with
+    Jeffreys' prior; it reaches to 0 where the door was never seen open, and to 1 where never closed
+    (Brown, Cai and DasGupta 2001, Statistical Science 16, section 4.1).
     """
     from scipy.stats import beta
 
@@ -51,16 +51,16 @@ def share_open(key: int, looks: Summed, door: Memory) -> Share:
 def shares_by(
     looks: Summed, door: Memory, key_of: Callable[[datetime], int], zone: tzinfo
 ) -> tuple[Share, ...]:
-    """The shares of the times that ``key_of`` tells apart, those without looks left out.
+    """The shares of the times with equal ``key_of``, without those that have no looks.
 
-    Clocks are set by whole quarters of an hour, so that all of a quarter has one key.
+    Time zones differ by whole quarters of an hour, so that all of a quarter has one key.
     """
     keys = _keys(looks, key_of, zone)
     return tuple(share_open(int(key), looks.chosen(keys == key), door) for key in np.unique(keys))
 
 
 def shares_by_day(looks: Summed, zone: tzinfo) -> tuple[list[date], FloatArray]:
-    """The days (d,) on which a door was looked at, and how many of each day's looks saw it open."""
+    """The days (d,) with looks at a door, and the share of each day's looks that saw it open."""
     ordinals, place = np.unique(_keys(looks, datetime.toordinal, zone), return_inverse=True)
     open_, count = (np.bincount(place, weights=each) for each in (looks.open, looks.counts))
     return [date.fromordinal(int(each)) for each in ordinals], open_ / np.maximum(count, 1)
@@ -75,7 +75,7 @@ def _keys(looks: Summed, key_of: Callable[[datetime], int], zone: tzinfo) -> Int
 
 
 def _blocks(looks: Summed) -> tuple[FloatArray, FloatArray]:
-    """Looks at about the same time as one: their times (b,) in s since the first, and their mean (b,)."""
+    """Looks at about the same time as one: times (b,) in s since the first, and means (b,)."""
     length = 1  # minutes
     while len(blocks := np.unique(looks.minutes // length)) > MOST_BLOCKS:
         length *= 2

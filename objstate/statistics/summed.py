@@ -1,8 +1,8 @@
-"""Looks at a door, added up by the minute, so that years of them are told by a few numbers each.
+"""Looks at a door, summed by the minute, so that years of them are stored in few numbers.
 
-What the statistics of a door need of its looks adds up: how many there were in a minute and how many
-saw it open, and how often two neighbours so far apart saw what. Only the first and the last look of a
-minute have neighbours outside it.
+The statistics of a door need only sums: the numbers of looks in a minute and of those that saw it
+open, and the numbers of pairs of neighbouring looks by gap and states. Only the first and the last
+look of a minute have neighbours outside it.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ GAP_STEP = 0.05  # in the logarithm: gaps between looks that differ by less coun
 
 @dataclass(frozen=True, eq=False)
 class Summed:
-    """The looks at one door, by the minute; minutes may come twice, where two robots looked."""
+    """The looks at one door, by the minute; minutes may occur twice, where two robots looked."""
 
     minutes: IntArray  # (m,) since 1970
     counts: IntArray  # (m,) looks
     open: IntArray  # (m,) of them saw it open
-    seconds: FloatArray  # (m,) s, the looks' times after the minute's begin, added up
+    seconds: FloatArray  # (m,) s, sum of the looks' times after the minute's begin
     first_ns: IntArray  # (m,) stamp of the first look, ascending
     last_ns: IntArray  # (m,) and of the last
     first_open: BoolArray  # (m,) what they saw
@@ -61,7 +61,7 @@ class Summed:
 
     @staticmethod
     def joined(parts: Iterable[Summed]) -> Summed:
-        """The looks of several logs together, at least one; of one minute, one log's after the other's."""
+        """The looks of several logs together, at least one; of one minute, log after log."""
         known = list(parts)
         order = np.argsort(np.concatenate([part.first_ns for part in known]), kind="stable")
         cells = {
@@ -82,7 +82,7 @@ class Summed:
         return int(self.neighbours()[1][:, 1:3].sum())
 
     def neighbours(self) -> tuple[FloatArray, IntArray]:
-        """Gaps (g,) in s, and (g, 4) how often looks so far apart saw 0-0, 0-1, 1-0 and 1-1."""
+        """Gaps (g,) in s, and numbers (g, 4) of looks that saw 0-0, 0-1, 1-0 and 1-1."""
         steps, pairs = _counted(
             self.first_ns[1:] - self.last_ns[:-1], self.last_open[:-1], self.first_open[1:]
         )
@@ -103,7 +103,7 @@ CELLS = (
 
 
 def _counted(gaps_ns: IntArray, before: BoolArray, after: BoolArray) -> tuple[IntArray, IntArray]:
-    """Steps of gaps (g,), and (g, 4) how often each pair of states lay so far apart."""
+    """Steps of gaps (g,), and the numbers (g, 4) of each pair of states."""
     steps = np.round(np.log(np.maximum(gaps_ns, 1) / 1e9) / GAP_STEP).astype(np.int64)
     kinds = 2 * before.astype(np.int64) + after
     pairs = np.zeros((len(steps), 4), dtype=np.int64)

@@ -1,15 +1,15 @@
-"""A door as a two-state process in continuous time, seen at some moments only.
+"""A door as a two-state process in continuous time, observed at some moments only.
 
-Looks that lie close together tell little more than one, and looks far apart tell the share
-of time open, but not how often the door was moved between them. How much a look tells of the
-door a time t later is its memory ``c(t)``: an open door is then open with the probability
+Looks that lie close together carry little more information than one, and looks far apart determine
+the share of time open, but not how often the door was moved between them. The information of a look
+about the door a time t later is its memory ``c(t)``: an open door is then open with the probability
 ``p + (1 - p) c(t)``, a closed one with ``p - p c(t)``, where ``p`` is the share of time open.
 
 The memory of a door that opens and closes at constant rates is ``exp(-r t)`` (Kalbfleisch and
-Lawless 1985, *The analysis of panel data under a Markov assumption*, JASA 80). Real doors
-stand closed all night and flap by day, so two such parts are mixed here, a slow and a quick
-one: ``c(t) = w exp(-r1 t) + (1 - w) exp(-r2 t)``. The likelihood is that of neighbouring looks
-(a composite likelihood; Varin, Reid and Firth 2011, Statistica Sinica 21).
+Lawless 1985, *The analysis of panel data under a Markov assumption*, JASA 80). Real doors stand
+closed all night and are moved often by day, so that two such parts are mixed here, a slow and a
+quick one: ``c(t) = w exp(-r1 t) + (1 - w) exp(-r2 t)``. The likelihood is that of neighbouring
+looks (a composite likelihood; Varin, Reid and Firth 2011, Statistica Sinica 21).
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class Looks:
 
 @dataclass(frozen=True, eq=False)
 class Memory:
-    """Samples of what a door may be like."""
+    """Samples of a door's parameters."""
 
     share: FloatArray  # (k,) of time open
     slow: FloatArray  # (k,) 1/s, rate at which the slow part of the memory fades
@@ -83,16 +83,16 @@ class Memory:
 
     @property
     def _fading(self) -> FloatArray:
-        """(k,) 1/s, how fast the memory fades at first; it gives the rate of moves."""
+        """(k,) 1/s, initial rate at which the memory fades; it gives the rate of moves."""
         return self.slow_part * self.slow + (1 - self.slow_part) * self.quick
 
 
 def memory(looks: Summed, rng: np.random.Generator) -> Memory:
-    """What looks, at least one, tell of a door.
+    """The posterior of a door's parameters by looks, at least one.
 
-    The prior is Jeffreys' for the share, uniform in ``arcsin(sqrt(p))``. The slow rate is
-    uniform in the logarithm between one over the longest and the shortest memory, the quick
-    one between the slow one and the latter. With a chance of ALONE there is but one part.
+    The prior is Jeffreys' for the share, uniform in ``arcsin(sqrt(p))``. The slow rate is uniform
+    in the logarithm between one over the longest and the shortest memory, the quick one between the
+    slow one and the latter. With the probability ALONE there is only one part.
     """
     gaps, counts = looks.neighbours()
     first = bool(looks.first_open[0])

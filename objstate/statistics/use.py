@@ -1,7 +1,7 @@
-"""How much a door was used, also at hours at which nobody looked, by its habits.
+"""The use of a door, also at hours without looks, by its habits.
 
-Robots look at the hours at which they drive. Habits are those of a process, so that what is
-unknown of the other hours is in the interval (``objstate.habits``).
+Robots look at the hours at which they drive. Habits are those of a process, so that the uncertainty
+about the other hours is in the interval (``objstate.habits``).
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class Use:
 
 
 def use_of(looks: Summed, zone: tzinfo) -> Use:
-    """What looks, at least one, tell of a door's use: the first and the last of each minute."""
+    """A door's use by looks, at least one: the first and the last of each minute."""
     design, calendar = Design(2), Calendar(zone)
     later = looks.last_ns > looks.first_ns
     stamps_ns = np.concatenate([looks.first_ns, looks.last_ns[later]])

@@ -40,7 +40,7 @@ class Task(Strict):
     most_per_second: Positive = 30.0  # verifications of one object
 
     def allowed(self, name: str) -> dict[str, float]:
-        """The largest variances of an object, by coordinate; none for those that may be any."""
+        """The largest allowed variances of an object, by coordinate; none where any is allowed."""
         found: dict[str, float | None] = self.default.model_dump()
         for rule in self.objects:
             if fnmatchcase(name, rule.match):

@@ -19,7 +19,7 @@ ROUND_OFF = 1e-9  # m; touching is no blocking
 
 @dataclass(frozen=True)
 class Blocker:
-    """An object that may be in the way."""
+    """An object that may block the path."""
 
     object: str
     probability: float

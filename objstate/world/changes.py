@@ -7,7 +7,7 @@ import numpy as np
 from objstate.geometry import wrap
 from objstate.objects import ObjectBelief
 
-MOVED_SIGMAS = 4.0  # beliefs whose means are so many standard deviations apart
+MOVED_SIGMAS = 4.0  # distance of means, in standard deviations, of beliefs that differ
 
 
 def contradict(before: ObjectBelief, after: ObjectBelief) -> bool:

@@ -12,7 +12,8 @@ from objstate.objects import ObjectBelief
 from objstate.packing import pack, unpack
 from objstate.particles import Weights
 
-SINGLE = "<f4"  # weights and samples: a relative error of 1e-7 is far below what scans tell
+# weights and samples: a relative error of 1e-7 is far below the information of scans
+SINGLE = "<f4"
 DOUBLE = "<f8"
 
 
@@ -65,7 +66,7 @@ def unpack_belief(
 
 
 def pack_object(item: MovableObject) -> bytes:
-    """All that a building says of a movable object, so that a world can be asked without it."""
+    """The building's data of a movable object, so that a world can be queried without it."""
     words = {"kind": item.kind.value, "lower": item.lower, "upper": item.upper, "wraps": item.wraps}
     arrays = {
         "origin": np.asarray(item.origin, dtype=DOUBLE),

@@ -16,7 +16,7 @@ from sqlalchemy.pool import NullPool
 from objstate.errors import WorldError
 from objstate.world.location import Location
 
-WAIT_S = 30  # for another writer to finish, before it is told to the user
+WAIT_S = 30  # s to wait for another writer before an error
 SWITCH_AGAIN_S = 0.01  # between attempts to switch a new file to write-ahead
 LOCK_CLASS = crc32(b"objstate") >> 1  # of PostgreSQL's advisory locks: which program's it is
 BUSY = ("database is locked", "lock timeout", "55P03")  # how either database says so
@@ -47,7 +47,7 @@ class Database:
 
     @contextmanager
     def writing(self) -> Iterator[Connection]:
-        """A transaction that no other writer shares: all of it comes to be, or nothing.
+        """An exclusive write transaction, which is committed whole or not at all.
 
         Raises WorldError where another writer doesn't finish.
         """

@@ -25,14 +25,14 @@ class DoorMode(IntEnum):
 def door_mode(
     snapshot: Snapshot, name: str, width: float, *, length: float = 0.0, confidence: float = 0.9
 ) -> DoorMode:
-    """What to tell a fleet of one door, for a robot of a width and a length, m.
+    """The mode of a door in a fleet's terms, for a robot of a width and a length, m.
 
-    Open is a door that leaves the passage with at least the probability ``confidence``, closed
-    one that probably doesn't, however far it stands ajar; unknown is all between. Moving
-    is a door whose last two beliefs contradict each other, for five seconds.
+    Open is a door that leaves the passage with at least the probability ``confidence``, closed one
+    that probably doesn't, however far it is ajar; unknown is anything between. Moving is a door
+    whose last two beliefs contradict each other, for five seconds.
 
-    Raises WorldError for an unknown object or a confidence that is none, BuildingError
-    for furniture.
+    Raises WorldError for an unknown object or a confidence that is none, BuildingError for
+    furniture.
     """
     if not 0.5 < confidence <= 1.0:
         raise WorldError(f"A confidence of {confidence} must be above 0.5 and at most 1.")

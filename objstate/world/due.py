@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from objstate.world.world import World
 
 SECONDS_PER_HOUR = 3600.0
-SOONEST = 1.0 / 30.0  # s, from which on a crossing is looked for, in steps of twice the time
+SOONEST = 1.0 / 30.0  # s, from which on a crossing is searched, in steps of twice the time
 PRECISION = 1e-3  # relative, to which its moment is found
 HALF_FURNITURE = 0.5  # of furniture that is moved, the share that is moved near by
 
@@ -113,9 +113,10 @@ def _of_furniture(belief: ObjectBelief, filter_: SampleFilter) -> Variances:
 def _crossing(
     variance: Callable[[float], float], most: float, start: float, horizon_s: float
 ) -> float | None:
-    """The first second, from ``start`` on, at which a variance is above ``most``; None: not by then.
+    """The first second, from ``start`` on, at which a variance exceeds ``most``; None without one.
 
-    Found by doubling and bisection: an excess shorter than half of the time since ``start`` may be missed.
+    Found by doubling and bisection: an excess shorter than half of the time since ``start`` may be
+    missed.
     """
     if variance(start) > most:
         return start

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from sqlalchemy import Connection, delete, insert, select
 from objstate.config import CalendarSettings, Settings
 from objstate.habits.building import Habits
 from objstate.habits.calendar import Calendar
-from objstate.habits.model import Known, prior
+from objstate.habits.model import Known
 from objstate.habits.site import Site, fitted_site
 from objstate.objects import ObjectBelief, ObjectFilter
 from objstate.objects.doors import LatticeFilter
@@ -72,7 +73,7 @@ def learn(
             continue
         site = Site.empty(first_bounds(filter_)) if row is None else unpack_site(row[1], name)
         looks, rests = region_looks(filter_, site.bounds, seen)
-        site = site.with_looks(calendar, looks, rests, site.posterior(prior(site.design)))
+        site = site.with_looks(calendar, looks, rests)
         _write(connection, settings, name, site)
         if site.looks >= max(FIRST_FIT, 2 * site.fitted):
             due.append(name)
@@ -111,7 +112,7 @@ def pack_site(site: Site) -> bytes:
         "first_ns": site.first_ns,
         "last_ns": None if site.last is None else site.last.stamp_ns,
     }
-    upper = site.precision[np.triu_indices(len(site.pull))]
+    upper = site.precision[_upper(len(site.pull))]
     arrays = {
         "pull": np.asarray(site.pull, dtype="<f8"),
         "precision": np.asarray(upper, dtype="<f4"),
@@ -126,7 +127,7 @@ def unpack_site(packed: bytes, name: str) -> Site:
     words, arrays = unpack(packed, f"The habits of '{name}'")
     pull = arrays["pull"].astype(float)
     precision = np.zeros((len(pull), len(pull)))
-    precision[np.triu_indices(len(pull))] = arrays["precision"]
+    precision[_upper(len(pull))] = arrays["precision"]
     precision += np.triu(precision, 1).T
     last = words["last_ns"]
     return Site(
@@ -139,3 +140,9 @@ def unpack_site(packed: bytes, name: str) -> Site:
         words["first_ns"],
         None if last is None else Known(last, arrays["state"].astype(float)),
     )
+
+
+@cache
+def _upper(size: int) -> tuple[np.ndarray, ...]:
+    """Where the upper triangle of a square matrix lies; the same for each door of a world."""
+    return np.triu_indices(size)

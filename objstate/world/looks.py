@@ -35,7 +35,7 @@ class Looks:
         self._looks: dict[str, _Look] = {}
 
     def note(self, observed: Iterable[ObjectBelief]) -> None:
-        """Take note of beliefs that a scan just bore on, in time order."""
+        """Record beliefs that a scan just observed, in time order."""
         for belief in observed:
             name = belief.item.name
             look = self._looks.get(name)

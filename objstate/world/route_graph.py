@@ -60,17 +60,17 @@ def dynamic_edges(
     detour_cost: float,
     close_from: float = 0.9,
 ) -> DynamicEdges:
-    """What a route server should know of movable objects on its edges.
+    """A route server's data about movable objects on its edges.
 
-    An edge that is blocked with a probability of ``close_from`` or more is closed, every
-    other one opened. The cost of an edge is what its blockage costs on average: the
-    probability times ``detour_cost``, the cost of coming back from a closed way, in the unit
-    of the graph's costs. An object that blocks several edges in a row is paid once along
-    them: each state's probability is divided by the number of edges in the longest row
-    through the edge that it blocks. Nav2 adds the cost to what its other scorers say of the edge.
-    Every edge is named each time, since Nav2 keeps what it was told before.
+    An edge that is blocked with a probability of ``close_from`` or more is closed, every other one
+    opened. The cost of an edge is the expected cost of its blockage: the probability times
+    ``detour_cost``, the cost of returning from a closed way, in the unit of the graph's costs. An
+    object that blocks several consecutive edges is charged once along them: each state's
+    probability is divided by the number of edges in the longest row through the edge that it
+    blocks. Nav2 adds the cost to the results of its other scorers. Every request names every edge,
+    since Nav2 keeps earlier requests.
 
-    Raises WorldError for a path, an edge's number, or figures that can't be.
+    Raises WorldError for a path, an edge's number, or figures that are invalid.
     """
     if not (0.0 <= detour_cost < math.inf and 0.0 < close_from <= 1.0):
         raise WorldError(
@@ -98,7 +98,7 @@ def _paths(edges: Iterable[RouteEdge], robot_radius: float) -> dict[int, FloatAr
     for edge in edges:
         if not 0 <= edge.edgeid <= LARGEST_ID:
             raise WorldError(
-                f"The edge {edge.edgeid} can't be told to Nav2; number from 0 to {LARGEST_ID}."
+                f"Nav2 can't have an edge {edge.edgeid}; number from 0 to {LARGEST_ID}."
             )
         if edge.edgeid in paths:
             raise WorldError(f"Two edges have the number {edge.edgeid}; give each its own.")

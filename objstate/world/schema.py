@@ -97,9 +97,9 @@ MIGRATIONS: tuple[Callable[[Connection], None], ...] = (
 
 
 def form_of(connection: Connection, location: Location) -> int:
-    """How many migrations the tables have seen; 0 where there are none.
+    """The number of migrations of the tables; 0 where there are none.
 
-    Raises WorldError for a newer world, and for a database of somebody else.
+    Raises WorldError for a newer world, and for a database of another program.
     """
     tables = inspect(connection).get_table_names(schema=location.schema)
     if WORLD.name not in tables:

@@ -22,8 +22,10 @@ from objstate.objects.doors import LatticeFilter
 from objstate.world.codec import pack_belief, pack_object, unpack_belief, unpack_object
 from objstate.world.database import WAIT_S, Database
 from objstate.world.floor import FloorMemory, KeptFloor
+from objstate.world.forgetting import Thinning, thinned
 from objstate.world.habit_rows import learn, read_habits, refit
 from objstate.world.habitual import has_habits
+from objstate.world.lately import History, Lately
 from objstate.world.location import parse_location
 from objstate.world.schema import (
     BELIEFS,
@@ -86,6 +88,7 @@ class WorldStore:
         since_ns: int | None = None,
         until_ns: int | None = None,
         without: str | None = None,
+        newest: bool = False,
     ) -> World:
         """The world as it is in the database now; a value, which later drives don't change.
 
@@ -95,6 +98,8 @@ class WorldStore:
             since_ns: leave out what was known only before; answers from there on stay the same.
             until_ns: only what was learnt up to there.
             without: leave out what the drive of this digest taught.
+            newest: read each object's last belief now, and the others of an object when they are
+                asked for, as a planner seldom does; for worlds with much history.
 
         Raises:
             WorldError: the world can't be read, or a belief is damaged.
@@ -102,6 +107,8 @@ class WorldStore:
         with self._database.reading() as connection:
             items = objects or dict(_objects(connection))
             chosen = settings or _latest_settings(connection, self.location)
+            if newest:
+                return self._newest(connection, items, chosen)
             rows = connection.execute(_beliefs(since_ns, until_ns, without)).all()
             left = connection.execute(_floors(since_ns, until_ns, without)).all()
             habits = read_habits(connection, chosen, filters_of(items, chosen))
@@ -111,6 +118,49 @@ class WorldStore:
         )
         floors = tuple(KeptFloor(*row) for row in left)
         return replace(World.of(items, chosen, beliefs), floors=floors, habits=habits)
+
+    def thin(self, rule: Thinning, now_ns: int | None = None) -> int:
+        """Thin the history by its age (``forgetting``); how many beliefs went. Raises WorldError.
+
+        By default it is now when anything was last learnt.
+        """
+        moment_ns = self.latest_ns() if now_ns is None else now_ns
+        if moment_ns is None:
+            return 0
+        with self._database.writing() as connection:
+            return sum(connection.execute(each).rowcount for each in thinned(rule, moment_ns))
+
+    def _newest(
+        self, connection: Connection, items: Mapping[str, MovableObject], settings: Settings
+    ) -> World:
+        """The world with each object's last belief at hand, and with drives up to now."""
+        world = World(items, settings, {})
+        drives = connection.execute(select(func.max(DRIVES.c.id))).scalar()
+        found = {name: connection.execute(_of(name, drives).limit(1)).first() for name in items}
+        rows = {name: row for name, row in found.items() if row is not None}
+        stamps = {name: int(row[0]) for name, row in rows.items()}
+
+        def last(name: str) -> ObjectBelief:
+            stamp_ns, last_observed_ns, packed = rows[name]
+            return world.fitted(unpack_belief(packed, items[name], stamp_ns, last_observed_ns))
+
+        def read(name: str) -> History:
+            with self._database.reading() as later:
+                past = later.execute(_of(name, drives)).all()
+            known = {row[0]: row for row in reversed(past)}  # of one stamp the last drive counts
+            return tuple(
+                world.fitted(unpack_belief(row[2], items[name], row[0], row[1]))
+                for row in known.values()
+            )
+
+        latest = max(stamps.values(), default=None)
+        left = connection.execute(_floors(latest, None, None)).all()
+        return replace(
+            world,
+            histories=Lately(stamps, last, read),
+            floors=tuple(KeptFloor(*row) for row in left),
+            habits=read_habits(connection, settings, filters_of(items, settings)),
+        )
 
     def drives(self) -> list[DriveEntry]:
         """The drives that it has learnt from, in time order. Raises WorldError."""
@@ -341,6 +391,15 @@ def _beliefs(since_ns: int | None, until_ns: int | None, without: str | None) ->
             or_(b.stamp_ns > since_ns, b.stamp_ns == last.c.stamp_ns)
         )
     return query.order_by(b.object, b.stamp_ns, b.drive)
+
+
+def _of(name: str, drive: int | None) -> Select[Any]:
+    """The beliefs of one object from drives up to one, the newest first."""
+    b = BELIEFS.c
+    query = select(b.stamp_ns, b.last_observed_ns, b.belief).where(b.object == name)
+    if drive is not None:
+        query = query.where(b.drive <= drive)
+    return query.order_by(b.stamp_ns.desc(), b.drive.desc())
 
 
 def _floors(since_ns: int | None, until_ns: int | None, without: str | None) -> Select[Any]:

@@ -24,8 +24,10 @@ from objstate.world.blocking import Blockage, blocked
 from objstate.world.due import Due, due
 from objstate.world.fitting import fitted
 from objstate.world.floor import KeptFloor, Occupancy, occupied
-from objstate.world.habitual import carried, has_habits
+from objstate.world.habitual import carried, has_habits, state_of
+from objstate.world.lately import Lately
 
+SECONDS_PER_HOUR = 3600.0
 NAMES_SHOWN = 10  # so many names tell what the others are like
 UNUSED_RNG = np.random.default_rng(0)  # for doors, whose filters draw nothing
 
@@ -61,24 +63,31 @@ class World:
     def with_beliefs(self, beliefs: Iterable[ObjectBelief]) -> World:
         """The world that knows these beliefs too. Raises WorldError as ``of`` does."""
         known = {
-            name: dict(zip(self._stamps[name], past, strict=True))
+            name: dict(zip(self._stamps(name), past, strict=True))
             for name, past in self.histories.items()
         }
         for belief in beliefs:
             name = self._known(belief.item.name)
             if belief.stamp_ns is None:
                 raise WorldError(f"A belief of '{name}' has no stamp; say of when it is.")
-            fit = fitted(belief, self._filters[name], self._rng(name, belief.stamp_ns))
-            known.setdefault(name, {})[belief.stamp_ns] = fit
+            known.setdefault(name, {})[belief.stamp_ns] = self.fitted(belief)
         histories = {
             name: tuple(past[stamp] for stamp in sorted(past)) for name, past in known.items()
         }
         return replace(self, histories=histories)
 
+    def fitted(self, belief: ObjectBelief) -> ObjectBelief:
+        """A belief of a moment, with the states by which its object is predicted."""
+        name = self._known(belief.item.name)
+        return fitted(belief, self._filters[name], self._rng(name, belief.stamp_ns or 0))
+
     @lazy
     def latest_ns(self) -> int | None:
         """When anything was last learnt; None where nothing ever was."""
-        learnt = [stamps[-1] for stamps in self._stamps.values()]
+        if isinstance(self.histories, Lately):
+            learnt = list(self.histories.stamps.values())
+        else:
+            learnt = [self._stamps(name)[-1] for name in self.histories]
         return max(learnt + [each.stamp_ns for each in self.floors], default=None)
 
     def at(self, stamp_ns: int | None = None) -> Snapshot:
@@ -94,7 +103,7 @@ class World:
 
     def history_until(self, name: str, stamp_ns: int) -> tuple[ObjectBelief, ...]:
         """What of it was learnt by a moment. Raises WorldError for an unknown object."""
-        return self.history(name)[: bisect_right(self._stamps.get(name, ()), stamp_ns)]
+        return self.history(name)[: bisect_right(self._stamps(name), stamp_ns)]
 
     def blocked(
         self, path: ArrayLike, robot_radius: float, stamp_ns: int | None = None
@@ -127,11 +136,9 @@ class World:
 
         The same world, object and moment give the same samples.
         """
-        past, rng = self.history_until(name, stamp_ns), self._rng(name, stamp_ns)
-        if not past:
+        last, rng = self._last(name, stamp_ns), self._rng(self._known(name), stamp_ns)
+        if last is None or last.stamp_ns is None:
             return replace(self._filters[name].prior(rng), stamp_ns=stamp_ns)
-        last = past[-1]
-        assert last.stamp_ns is not None
         if last.stamp_ns == stamp_ns:
             return last
         return replace(self._later(name, last, last.stamp_ns, stamp_ns, rng), stamp_ns=stamp_ns)
@@ -145,6 +152,23 @@ class World:
             return carried(habits, filter_, belief, begin_ns, end_ns)
         return filter_.predict(belief, (end_ns - begin_ns) / NANOSECONDS, rng)
 
+    def probability_moved(self, name: str, stamp_ns: int) -> float | None:
+        """How probably somebody has moved an object since it was last seen; None where it never was.
+
+        Raises WorldError for an unknown object.
+        """
+        past = self.history_until(name, stamp_ns)
+        if not past or past[-1].last_observed_ns is None:
+            return None
+        begin_ns, filter_ = past[-1].last_observed_ns, self._filters[name]
+        if (habits := self.habits_of(name)) is not None and isinstance(filter_, LatticeFilter):
+            stays = state_of(habits, filter_, past[-1], begin_ns)
+            return 1.0 - float(
+                (stays * habits.forecast(name).kept(begin_ns, stamp_ns)).sum(1).mean()
+            )
+        hours = (stamp_ns - begin_ns) / NANOSECONDS / SECONDS_PER_HOUR
+        return -math.expm1(-filter_.settings.dynamics.moves_per_hour * hours)
+
     def habits_of(self, name: str) -> Habits | None:
         """The habits by which an object is predicted; None where the settings serve.
 
@@ -157,12 +181,31 @@ class World:
     def _filters(self) -> dict[str, ObjectFilter]:
         return filters_of(self.objects, self.settings)
 
+    def _last(self, name: str, stamp_ns: int) -> ObjectBelief | None:
+        """The last belief of an object by a moment; its older ones are looked at where need be."""
+        newest = self._newest(self._known(name))
+        if newest is None or (newest.stamp_ns is not None and newest.stamp_ns <= stamp_ns):
+            return newest
+        past = self.history_until(name, stamp_ns)
+        return past[-1] if past else None
+
+    def _newest(self, name: str) -> ObjectBelief | None:
+        if isinstance(self.histories, Lately):
+            return self.histories.newest(name)
+        past = self.histories.get(name)
+        return past[-1] if past else None
+
+    def _stamps(self, name: str) -> tuple[int, ...]:
+        """When what was learnt of an object was learnt, in time order."""
+        known = self._stamps_known
+        if name not in known:
+            past = self.histories.get(name, ())
+            known[name] = tuple(b.stamp_ns for b in past if b.stamp_ns is not None)
+        return known[name]
+
     @lazy
-    def _stamps(self) -> dict[str, tuple[int, ...]]:
-        return {
-            name: tuple(b.stamp_ns for b in past if b.stamp_ns is not None)
-            for name, past in self.histories.items()
-        }
+    def _stamps_known(self) -> dict[str, tuple[int, ...]]:
+        return {}
 
     def _known(self, name: str) -> str:
         if name not in self.objects:

@@ -169,7 +169,7 @@ def test_a_result_without_estimates_is_refused() -> None:
 
 def test_a_truth_of_other_coordinates_is_refused_with_both() -> None:
     estimates = rows((1, "door", "angle", 0.0, 0.1, True))
-    with pytest.raises(TruthError, match=r"knows door \(x\), the result has door \(angle\)"):
+    with pytest.raises(TruthError, match=r"has door \(x\), the result has door \(angle\)"):
         evaluate_states(estimates, truth((0, "door", "x", 0.0)))
 
 
@@ -184,5 +184,5 @@ def test_overall_joins_all_objects_of_a_kind() -> None:
 
 def test_a_truth_of_another_building_is_refused() -> None:
     estimates = rows((1, "door", "angle", 0.0, 0.1, True))
-    with pytest.raises(TruthError, match=r"knows gate \(angle\), the result has door \(angle\)"):
+    with pytest.raises(TruthError, match=r"has gate \(angle\), the result has door \(angle\)"):
         evaluate_states(estimates, truth((0, "gate", "angle", 0.0)))

@@ -197,9 +197,7 @@ def test_a_plan_whose_object_is_seen_from_nowhere_is_refused() -> None:
     coordinator = Coordinator(shut, [LASER])
     ranked = coordinator.actions(beliefs, AT)
     assert "far" not in {each.object for each in ranked}
-    with pytest.raises(
-        SettingsError, match="'grab far': the robot can look at 'far' from no place"
-    ):
+    with pytest.raises(SettingsError, match="'grab far': the robot can see 'far' from no place"):
         next_tasks(coordinator, ranked, beliefs, 0, plans=[Plan("grab", "far")])
 
 

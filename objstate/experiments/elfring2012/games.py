@@ -27,7 +27,8 @@ from objstate.experiments.processes import in_order
 from objstate.geometry import FloatArray
 
 STD = 0.005  # m, to which cups are known before a shuffle
-SURE = 0.99  # probability of having kept all, below which the tracker is told who is who before it goes on
+# probability of having kept all, below which the tracker is told who is who before it goes on
+SURE = 0.99
 
 
 @dataclass(frozen=True)

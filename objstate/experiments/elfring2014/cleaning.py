@@ -1,8 +1,8 @@
 """Section 8.2 of Elfring et al. 2014: which sensor verifies the can that is about to be grabbed.
 
-A robot stands before a can with two sensors: a laser on its torso, which goes no lower than
-0.7 m, and a camera with depth. Both cost nothing, as neither needs a way. Objects move only when the
-robot moves them, so no update is worth it for its gain; the trigger of Table 1 asks for one.
+A robot stands before a can with two sensors: a laser on its torso, which goes no lower than 0.7 m,
+and a camera with depth. Both cost nothing, as neither needs a way. Objects move only when the robot
+moves them, so no update is worth it for its gain; the trigger of Table 1 asks for one.
 """
 
 from __future__ import annotations

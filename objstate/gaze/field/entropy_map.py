@@ -26,8 +26,8 @@ class EntropyMap:
     """Bits of each cell: of the grid, of what objects may cover, and of landmarks, which add up.
 
     Objects count by their beliefs: the entropy of a cell is that of the probability that the object
-    covers it. What hasn't changed isn't drawn again. Priorities, from 0 to 1 and by patterns of names,
-    may be changed at any time; the last that fits counts.
+    covers it. What hasn't changed isn't drawn again. Priorities, from 0 to 1 and by patterns of
+    names, may be changed at any time; the last that fits counts.
 
     Args:
         layout: of the grid.
@@ -99,8 +99,8 @@ class EntropyMap:
     def watch(self, way: FloatArray, radius: float, bits: float = WATCHED) -> None:
         """Let cells within ``radius`` m of a way (n, 2) m, n > 1, count ``bits`` more while out of sight.
 
-        Somebody may step in the robot's way, of which what was seen there says nothing. No points: none.
-        Raises GridError for a way that is not finite.
+        Somebody may step in the robot's way, of which what was seen there says nothing. No points:
+        none. Raises GridError for a way that is not finite.
         """
         if not np.isfinite(way).all() or not (np.isfinite(radius) and radius > 0.0):
             raise GridError("A way that is watched has to be finite, with a radius above 0 m.")

@@ -2,7 +2,8 @@
 
 Particles (section 6.3.3) follow the cells with the most bits times weight while the map is gone
 through; the views about those few are then compared. The best of all is found from the picture of a
-camera that turns all round: any view is a window of it, and sums over windows are differences of sums.
+camera that turns all round: any view is a window of it, and sums over windows are differences of
+sums.
 """
 
 from __future__ import annotations
@@ -70,9 +71,10 @@ class FocusGazer:
     ) -> list[Focus]:
         """Places by particles, the best first, from a robot's pose (3,) and the last place (2,) m.
 
-        Particles begin at random within ``scatter`` m of the first seed; seeds (2,) m are candidates
-        besides. Candidates are ranked by the entropy of the view about them, eq. (6.36), which here is
-        clipped at a Mahalanobis distance of 1, or, without ``views``, by eqs. (6.34) and (6.35).
+        Particles begin at random within ``scatter`` m of the first seed; seeds (2,) m are
+        candidates besides. Candidates are ranked by the entropy of the view about them, eq. (6.36),
+        which here is clipped at a Mahalanobis distance of 1, or, without ``views``, by eqs. (6.34)
+        and (6.35).
         """
         self._check(bits)
         weights = self.weights(robot, focus)

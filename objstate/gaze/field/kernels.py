@@ -1,7 +1,7 @@
 """What is to be seen along rays over a grid, and where the head has looked; compiled.
 
-Planes (rows, columns) of a grid are given flat, as arrays (n,) of float32. Rays leave one place in cells
-at equal steps of one cell; bearings (k,) are given by their directions in the grid's axes.
+Planes (rows, columns) of a grid are given flat, as arrays (n,) of float32. Rays leave one place in
+cells at equal steps of one cell; bearings (k,) are given by their directions in the grid's axes.
 """
 
 from __future__ import annotations

@@ -38,7 +38,7 @@ class GazeSettings(Strict):
     fade_s: Positive = 10.0  # s until it no longer matters that one has looked there
     watch_s: Positive = 2.0  # s after a look, until somebody may have stepped in the way unseen
     held_back: Share = 0.5  # share of the entropy that doesn't count where one has just looked
-    thing_m: Positive = 0.4  # side of what may stand about: its cells are known or unknown together
+    thing_m: Positive = 1.0  # side of a piece of floor whose cells are known or unknown together
     occlusion: bool = True  # what walls and known things hide doesn't count
     on_the_way: bool = True  # what is seen while the head turns does
     apart_deg: NonNegative = 20.0  # between the headings that are listed
@@ -63,8 +63,8 @@ class Gaze:
 class Gazer:
     """Chooses headings, one after another, and remembers where it has looked.
 
-    With ``gains`` objects count by what looks are expected to tell of them, rather than by the entropy of
-    the cells that they may cover, and the floor by what may stand on it.
+    With ``gains`` objects count by what looks are expected to tell of them, rather than by the
+    entropy of the cells that they may cover, and the floor by what may stand on it.
     """
 
     def __init__(

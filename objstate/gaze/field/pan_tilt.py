@@ -1,7 +1,7 @@
 """A camera on a pan and a tilt axis: which places it may look at, and what it sees there.
 
-Darmstadt, section 6.3.2. As printed, eqs. (6.27) and (6.31) clamp signed angles, by which places to the
-right of the robot would weigh more than 1; here their sizes count.
+Darmstadt, section 6.3.2. As printed, eqs. (6.27) and (6.31) clamp signed angles, by which places to
+the right of the robot would weigh more than 1; here their sizes count.
 """
 
 from __future__ import annotations

@@ -74,8 +74,8 @@ def record_scene(
     """An observer that writes a scene to a folder, with a layout for Foxglove beside it.
 
     What is known to be true, a CSV of states and a TUM file of the robot's path, is shown beside
-    what is believed; so is the grid of a ``floor`` that observes the run before this. The files are whole
-    when the block has ended. Raises TruthError.
+    what is believed; so is the grid of a ``floor`` that observes the run before this. The files are
+    whole when the block has ended. Raises TruthError.
     """
     true_states = Truth(() if truth is None else read_truth(truth))
     driven = None if true_path is None else read_tum(true_path)

@@ -1,0 +1,215 @@
+"""Floors of many kinds with known doors, maps made of scans, and drives: what finding doors is measured on.
+
+A floor has a corridor with rooms on both sides. Rooms have a hinged door, a double door, or an
+opening without a leaf; between them are niches, and gaps in which a shelf stands. Walls are of
+several thicknesses, so that some closed leaves lie flush with the corridor's wall, and others behind it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.scan_map import write_map
+from objstate.building.door_table import Door
+from objstate.building.leaves import hinged
+from objstate.building.model import Building, Mesh
+from objstate.building.shapes import Box
+from objstate.building.writing import write_buildings
+from objstate.geometry import transform_from_pose
+from objstate.logs import open_log
+from objstate.recording.tum import read_tum
+from objstate.records import Scan
+from objstate.simulation import simulate
+
+WALL_HEIGHT, LEAF_HEIGHT, LEAF = 2.5, 2.0, 0.04  # m
+SLIT = 0.01  # m between a leaf and its frame
+DEPTH = 3.5  # m, of rooms
+MAP_SCANS = 3  # every so many scans of the mapping drive count
+
+LASER = """\
+  - frame: laser
+    mount: {x: 0.15, z: 0.3}
+    beams: 361
+    angle_min: -2.356194490
+    angle_max: 2.356194490
+    range_max: 10.0
+    rate: 5.0
+    sigma: 0.02
+    false_share: 0.005
+"""
+
+
+@dataclass
+class Floor:
+    """A floor as it was built."""
+
+    walls: list[tuple[float, float, float, float]] = field(default_factory=list)  # x0, x1, y0, y1
+    doors: list[Door] = field(default_factory=list)
+    shelves: list[tuple[float, float, float, float]] = field(default_factory=list)  # x, y, w, d
+    length: float = 0.0
+    half: float = 0.0
+
+    @property
+    def building(self) -> Building:
+        """Its walls and doors."""
+        parts = []
+        for x0, x1, y0, y1 in self.walls:
+            middle = transform_from_pose(np.array([(x0 + x1) / 2, (y0 + y1) / 2, 0.0]))
+            middle[2, 3] = WALL_HEIGHT / 2
+            parts.append(Box((x1 - x0, y1 - y0, WALL_HEIGHT)).mesh().moved(middle))
+        walls = Mesh(
+            np.concatenate([part.vertices for part in parts]),
+            np.concatenate([part.faces + 8 * k for k, part in enumerate(parts)]),
+        )
+        leaves = {door.name: hinged(door, LEAF, LEAF_HEIGHT) for door in self.doors}
+        return Building("floor", walls, leaves)
+
+
+def make_floor(seed: int) -> Floor:
+    """A floor of eight to twelve bays on each side of a corridor."""
+    rng = np.random.default_rng([seed, 11])
+    floor = Floor(half=float(rng.uniform(0.9, 1.4)))
+    thick = float(rng.choice([0.10, 0.14, 0.20]))
+    bays = int(rng.integers(5, 8))
+    widths = rng.uniform(2.6, 4.2, bays)
+    floor.length = float(widths.sum())
+    for side in (1, -1):
+        begin = 0.0
+        for width in rng.permutation(widths):
+            _bay(floor, rng, begin, float(width), side, thick)
+            begin += float(width)
+        back = floor.half + thick + DEPTH
+        _wall(floor, side, -thick, floor.length + thick, back, back + thick)
+        _wall(floor, side, -thick, 0.0, 0.0, back)
+        _wall(floor, side, floor.length, floor.length + thick, 0.0, back)
+    return floor
+
+
+def _bay(
+    floor: Floor, rng: np.random.Generator, begin: float, width: float, side: int, thick: float
+) -> None:
+    near, far = floor.half, floor.half + thick
+    kind = rng.choice(["door", "double", "opening", "niche", "shelf"], p=[0.6, 0.1, 0.1, 0.1, 0.1])
+    gap = {
+        "door": rng.uniform(0.75, 1.1),
+        "double": rng.uniform(1.4, 1.9),
+        "opening": rng.uniform(0.8, 1.3),
+        "niche": rng.uniform(0.7, 1.2),
+        "shelf": rng.uniform(0.8, 1.2),
+    }[str(kind)]
+    left = begin + float(rng.uniform(0.35, width - gap - 0.35))
+    right = left + float(gap)
+    _wall(floor, side, begin, left, near, far)
+    _wall(floor, side, right, begin + width, near, far)
+    if begin + width < floor.length:
+        _wall(floor, side, begin + width, begin + width + 0.1, far, far + DEPTH)
+    if rng.random() < 0.5:  # a cupboard in the room
+        x = begin + float(rng.uniform(0.2, width - 1.2))
+        y = far + float(rng.uniform(2.2, DEPTH - 0.5))
+        _wall(floor, side, x, x + 0.8, y, y + 0.4)
+    if kind == "niche":
+        deep = near + float(rng.uniform(0.3, 0.5))
+        _wall(floor, side, left - 0.1, right + 0.1, deep, deep + 0.1)
+        for x in (left - 0.1, right):
+            _wall(floor, side, x, x + 0.1, far, deep)
+    if kind == "shelf":
+        floor.shelves.append(
+            ((left + right) / 2, side * (near + 0.02 + 0.15), right - left - 0.06, 0.3)
+        )
+    if kind in ("door", "double"):
+        into_room = bool(rng.random() < 0.8)
+        limit = round(float(rng.uniform(1.5, 2.1)), 4) if into_room else 1.57
+        y = far if into_room else near
+        leaf = (right - left - 2 * SLIT) if kind == "door" else (right - left) / 2 - 1.5 * SLIT
+        at_left = bool(rng.random() < 0.5)
+        for is_left in (True, False) if kind == "double" else (at_left,):
+            name = f"door_{len(floor.doors) + 1:02d}"
+            hinge = np.array([left + SLIT if is_left else right - SLIT, side * y])
+            sense = (1 if is_left == into_room else -1) * side
+            bearing = 0.0 if is_left else math.pi
+            floor.doors.append(Door(name, hinge, bearing, sense, float(leaf), limit))
+
+
+def _wall(floor: Floor, side: int, x0: float, x1: float, y0: float, y1: float) -> None:
+    low, high = sorted((side * y0, side * y1))
+    floor.walls.append((x0, x1, low, high))
+
+
+def states_of(floor: Floor, rng: np.random.Generator) -> dict[str, float]:
+    """Doors as people leave them: closed, wide open, or anywhere."""
+    found = {}
+    for door in floor.doors:
+        kind = rng.random()
+        angle = 0.0 if kind < 0.45 else door.upper if kind < 0.65 else rng.uniform(0.1, door.upper)
+        found[door.name] = float(angle)
+    return found
+
+
+@dataclass(frozen=True)
+class Drives:
+    """What a robot has of a floor."""
+
+    map: Path
+    logs: list[Path]
+    states: list[dict[str, float]]  # of the doors: in the map, then in each drive
+
+
+def make_drives(floor: Floor, folder: Path, seed: int, count: int, moved: float) -> Drives:
+    """A map of a first drive, and ``count`` more, before each of which a share of the doors is moved."""
+    rng = np.random.default_rng([seed, 12])
+    write_buildings(folder / "building", {".": floor.building}, {".": None})
+    movable = [door.name for door in floor.doors if rng.random() < moved]
+    states = [states_of(floor, rng)]
+    for _ in range(count):
+        other = states_of(floor, rng)
+        states.append(states[0] | {name: other[name] for name in movable})
+    for number, state in enumerate(states):
+        scene = folder / f"drive{number}.scene.yaml"
+        shelves = [shelf for shelf in floor.shelves if moved == 0.0 or rng.random() < 0.7]
+        scene.write_text(_scene(floor, state, shelves, rng, seed * 100 + number))
+        simulate(scene, folder / f"drive{number}")
+    logs = [folder / f"drive{number}" / "log.mcap" for number in range(1, count + 1)]
+    return Drives(make_map(folder / "drive0", folder), logs, states)
+
+
+def make_map(drive: Path, folder: Path) -> Path:
+    """The map of a drive whose true path is known."""
+    path = read_tum(drive / "path.tum")
+    poses = dict(zip(path.stamps_ns.tolist(), path.poses, strict=True))
+    scans = [each for each in open_log([drive / "log.mcap"]) if isinstance(each, Scan)]
+    placed = [replace(scan, odometry=poses[scan.stamp_ns]) for scan in scans[::MAP_SCANS]]
+    return write_map(placed, folder)
+
+
+def _scene(
+    floor: Floor,
+    state: dict[str, float],
+    shelves: Sequence[tuple[float, float, float, float]],
+    rng: np.random.Generator,
+    seed: int,
+) -> str:
+    ends = 0.7, floor.length - 0.7
+    aside = rng.uniform(-0.25, 0.25, 4) * floor.half
+    points = [
+        (ends[0], aside[0]), (floor.length / 2, aside[1]), (ends[1], aside[1]),
+        (floor.length / 2, aside[2]), (ends[0], aside[3]),
+    ]  # fmt: skip
+    written = "".join(f"    - {{x: {x:.3f}, y: {y:.3f}}}\n" for x, y in points)
+    objects = "".join(
+        f"  - {{name: {name}, initial: {angle:.5f}}}\n" for name, angle in state.items()
+    )
+    boxes = "".join(
+        f"  - {{size: [{w:.3f}, {d:.3f}, 1.8], pose: {{x: {x:.3f}, y: {y:.3f}}}}}\n"
+        for x, y, w, d in shelves
+    )
+    return (
+        f"building: building/floor.urdf\nseed: {seed}\nroute:\n  speed: 0.6\n  corner_radius: 0.3\n"
+        f"  waypoints:\n{written}lasers:\n{LASER}"
+        + (f"objects:\n{objects}" if objects else "")
+        + (f"boxes:\n{boxes}" if boxes else "")
+    )

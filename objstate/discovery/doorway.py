@@ -1,0 +1,203 @@
+"""A place where a wall opens: the openings found there, and the beams that tell of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from objstate.building.contours import border_loops, straighten
+from objstate.building.occupancy import OccupancyMap
+from objstate.config import BeamModelSettings
+from objstate.discovery import kernels
+from objstate.discovery.gathering import Beams
+from objstate.discovery.walls import Opening
+from objstate.geometry import BoolArray, FloatArray, IntArray, wrap
+from objstate.sensing.beam_model import BeamModel
+
+TOGETHER = 0.5  # m between the middles of openings of one doorway
+PARALLEL = np.radians(20.0)
+NEAR = 6.0  # m from the robot: farther beams lie too far apart
+REST_S = 20.0  # s without a look after which the door may have been moved
+MOST_SCANS = 20  # of one look
+TOLD = 150.0  # beams of a look that tell something of their own: all share the robot's and the map's error
+ROUGH = 250  # beams of a look for a first search
+MARGIN = 0.3  # m about all places of a leaf that count
+TOLERANCE, INSET = 0.75, 0.5  # cells, as `building from-map` straightens walls
+DEEP = 0.27  # m from the wall's line, within which a closed leaf may lie
+JAMB = 0.03  # m of a jamb that stays when a doorway is cleared
+
+
+@dataclass(frozen=True, eq=False)
+class Doorway:
+    """Openings in one place, and what was seen of it."""
+
+    openings: list[Opening]
+    middle: FloatArray = field(repr=False)  # (2,) m
+    radius: float  # m, of the disc in which a leaf may be
+    beams: FloatArray = field(repr=False)  # (9, n) as the kernels take them
+    group: IntArray = field(repr=False)  # (n,) number of the look
+    groups: int
+    exponents: FloatArray  # (groups,) on the likelihood of each look
+    model: FloatArray = field(repr=False)  # (5,) beam model
+
+    @property
+    def rough(self) -> Doorway:
+        """The same with fewer beams."""
+        counts = np.bincount(self.group, minlength=self.groups)
+        every = np.maximum(counts // ROUGH, 1)[self.group]
+        rank = np.arange(len(self.group)) - np.searchsorted(self.group, self.group)
+        kept = np.flatnonzero(rank % every == 0)
+        beams = np.ascontiguousarray(self.beams[:, kept])
+        return replace(
+            self, beams=beams, group=self.group[kept], exponents=exponents(self.group[kept])
+        )
+
+
+def exponents(group: IntArray) -> FloatArray:
+    """On the likelihood of each look, so that its beams (n,) count as at most ``TOLD``."""
+    return np.asarray(np.minimum(TOLD / np.maximum(np.bincount(group), 1), 1.0))
+
+
+def together(found: list[Opening]) -> list[list[Opening]]:
+    """Openings by the place where they are."""
+    places: list[list[Opening]] = []
+    for opening in found:
+        for place in places:
+            turn = abs(float(wrap(2 * (opening.bearing - place[0].bearing)))) / 2
+            if turn < PARALLEL and np.hypot(*(opening.middle - place[0].middle)) < TOGETHER:
+                place.append(opening)
+                break
+        else:
+            places.append([opening])
+    return places
+
+
+def doorway(found: list[Opening], beams: Beams, settings: BeamModelSettings) -> Doorway:
+    """What drives saw of openings that are together."""
+    widest = max(opening.width for opening in found)
+    leaf = widest if widest < 1.4 else widest / 2
+    middle = np.mean([opening.middle for opening in found], axis=0)
+    radius = widest / 2 + leaf + MARGIN
+    inside, past = _through(beams, middle, radius)
+    group = _looks(beams, inside, middle)
+    chosen = np.flatnonzero(group >= 0)
+    index = inside[chosen]
+    model = BeamModel(settings)
+    peak, per_sigma, random, missing, hit = model.parameters(1.0)[:5]
+    ranges = beams.ranges[index]
+    rows = np.stack(
+        [
+            *beams.origins[index].T,
+            *beams.directions[index].T,
+            ranges,
+            past[chosen],
+            beams.reach[index],
+            model.short(np.where(np.isfinite(ranges), ranges, 1e3)),
+        ]
+    )
+    return Doorway(
+        openings=found,
+        middle=middle,
+        radius=radius,
+        beams=np.ascontiguousarray(rows),
+        group=group[chosen],
+        groups=int(group.max(initial=-1)) + 1,
+        exponents=exponents(group[chosen]),
+        model=np.array([hit, per_sigma, peak, random, missing]),
+    )
+
+
+def _through(beams: Beams, middle: FloatArray, radius: float) -> tuple[IntArray, FloatArray]:
+    """Beams that reach a disc, and how far along they leave it (n,) m."""
+    offset = middle - beams.origins
+    along = np.sum(offset * beams.directions, axis=1)
+    aside2 = np.sum(offset * offset, axis=1) - along**2
+    half = np.sqrt(np.maximum(radius**2 - aside2, 0.0))
+    near = (aside2 < radius**2) & (along + half > 0) & (np.hypot(*offset.T) < NEAR)
+    index = np.flatnonzero(near & (beams.ranges > along - half))
+    return index, (along + half)[index]
+
+
+def _looks(beams: Beams, index: IntArray, middle: FloatArray) -> IntArray:
+    """(n,) the number of each beam's look, without a pause in which a door may be moved; -1: left out."""
+    out = np.full(len(index), -1)
+    scans, place = np.unique(beams.scan[index], return_inverse=True)
+    if not len(scans):
+        return out
+    first = index[np.unique(place, return_index=True)[1]]
+    pause = np.diff(beams.seconds[first], prepend=beams.seconds[first[0]]) > REST_S
+    look = np.cumsum(pause | (np.diff(beams.drive[first], prepend=beams.drive[first[0]]) > 0))
+    for number in range(int(look[-1]) + 1):
+        mine = np.flatnonzero(look == number)
+        kept = mine[np.linspace(0, len(mine) - 1, min(MOST_SCANS, len(mine))).round().astype(int)]
+        out[np.isin(place, kept)] = number
+    return out
+
+
+@dataclass(frozen=True, eq=False)
+class Cells:
+    """The occupied cells of a map about a doorway."""
+
+    plan: OccupancyMap
+    corner: IntArray  # (2,) row and column of the first cell
+    occupied: BoolArray = field(repr=False)  # (rows, columns)
+    middles: FloatArray = field(repr=False)  # (k, 2) m of the occupied ones
+    places: tuple[IntArray, IntArray] = field(repr=False)  # their rows and columns
+
+    @staticmethod
+    def about(plan: OccupancyMap, middle: FloatArray, radius: float) -> Cells:
+        """Those within a square about a place."""
+        size = plan.occupied.shape
+        corners = np.array([[0, 0], [size[1], 0], [0, size[0]], [size[1], size[0]]], dtype=float)
+        origin, right, up = plan.to_building(corners)[:3]
+        per_column, per_row = (right - origin) / size[1], (up - origin) / size[0]
+        away = middle - origin
+        column = away @ per_column / plan.resolution**2
+        row = away @ per_row / plan.resolution**2
+        reach = int(np.ceil(radius / plan.resolution)) + 4
+        low = np.maximum([int(row) - reach, int(column) - reach], 0)
+        high = np.maximum([int(row) + reach, int(column) + reach], 0)
+        occupied = plan.occupied[low[0] : high[0], low[1] : high[1]]
+        rows, columns = np.nonzero(occupied)
+        middles = plan.to_building(np.column_stack([columns + low[1], rows + low[0]]) + 0.5)
+        return Cells(plan, low, occupied, middles, (rows, columns))
+
+    def segments(self, cleared: BoolArray | None = None) -> FloatArray:
+        """Walls (k, 4) m as `building from-map` makes them, without the cleared ones (n,) of the cells."""
+        occupied = self.occupied
+        if cleared is not None and cleared.any():
+            occupied = occupied.copy()
+            occupied[self.places[0][cleared], self.places[1][cleared]] = False
+        pieces = []
+        for loop in border_loops(occupied):
+            ring = straighten(loop, TOLERANCE, INSET) + self.corner[::-1]
+            ring = self.plan.to_building(ring)
+            pieces.append(np.hstack([ring, np.roll(ring, -1, axis=0)]))
+        return np.concatenate(pieces) if pieces else np.zeros((0, 4))
+
+    def in_doorway(self, opening: Opening) -> BoolArray:
+        """(n,) the cells between its jambs."""
+        along, aside = beside(self.middles, opening.start, opening.bearing)
+        return (along > JAMB) & (along < opening.width - JAMB) & (np.abs(aside) < DEEP)
+
+    def on_leaf(self, hinge: FloatArray, bearing: float, width: float) -> BoolArray:
+        """(n,) the cells about a leaf; those at its hinge are the jamb."""
+        along, aside = beside(self.middles, hinge, bearing)
+        smear = 2.0 * self.plan.resolution
+        return (along > smear) & (along < width + smear) & (np.abs(aside) < smear)
+
+
+def beside(points: FloatArray, start: FloatArray, bearing: float) -> tuple[FloatArray, FloatArray]:
+    """Where points (n, 2) lie along a ray and to its left, m."""
+    offset = points - start
+    cos, sin = np.cos(bearing), np.sin(bearing)
+    return offset @ np.array([cos, sin]), offset @ np.array([-sin, cos])
+
+
+def background(place: Doorway, segments: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Expected distances (n,) of the beams, and their log-likelihood by look (groups,), tempered."""
+    expected, out = np.empty(place.beams.shape[1]), np.zeros(place.groups)
+    kernels.cast(place.beams, np.ascontiguousarray(segments), expected)
+    kernels.background_log_likelihood(place.beams, expected, place.group, place.model, out)
+    return expected, place.exponents * out

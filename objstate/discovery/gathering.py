@@ -1,0 +1,111 @@
+"""What the drives saw: the beams of scans from places that differ, placed in the map."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from objstate.building.model import Building
+from objstate.errors import LogError
+from objstate.geometry import FloatArray, IntArray, between, transform_from_pose
+from objstate.records import NANOSECONDS, Scan
+from objstate.run import RunOptions, open_run
+from objstate.sensing import cast_from
+
+SPACING, SPACING_YAW = 0.15, 0.2  # m, rad between scans that are kept: nearer ones tell the same
+WELL_KNOWN = 0.15  # m: a pose less sure than this places no beams
+LOCALIZED = 0.9  # probability of being where it seems, below which nothing is kept
+
+Progress = Callable[[float, float], None]  # share of all logs done, seconds of them done
+
+
+@dataclass(frozen=True, eq=False)
+class Beams:
+    """Beams in the map's frame, scan after scan, in the order of each scan."""
+
+    origins: FloatArray  # (n, 2) m
+    directions: FloatArray  # (n, 2) unit vectors
+    ranges: FloatArray  # (n,) m; inf: nothing up to the laser's reach
+    reach: FloatArray  # (n,) m, of the laser
+    scan: IntArray  # (n,) number of the scan, counted over all drives
+    drive: IntArray  # (n,) number of the drive
+    seconds: FloatArray  # (n,) s, when, in the clock of its drive
+
+    def __len__(self) -> int:
+        return len(self.ranges)
+
+    def take(self, index: IntArray | np.ndarray) -> Beams:
+        """The beams that an index or a mask selects."""
+        return Beams(*(getattr(self, name)[index] for name in NAMES))
+
+    @staticmethod
+    def joined(parts: Sequence[Beams]) -> Beams:
+        """Beams of several drives; their scans and drives are numbered on."""
+        scans = drives = 0
+        numbered = []
+        for part in parts:
+            numbered.append(replace(part, scan=part.scan + scans, drive=part.drive + drives))
+            scans += int(part.scan.max(initial=-1)) + 1
+            drives += int(part.drive.max(initial=-1)) + 1
+        return Beams(*(np.concatenate([getattr(p, name) for p in numbered]) for name in NAMES))
+
+
+NAMES = tuple(Beams.__dataclass_fields__)
+
+
+def gather(
+    log: Path, walls: Building, run: RunOptions, on_progress: Progress | None = None
+) -> Beams:
+    """The beams of one drive, localized in the map's walls.
+
+    Raises LogError where the robot was localized nowhere.
+    """
+    records, estimator = open_run([log], replace(walls, objects={}), run)
+    kept: list[Beams] = []
+    last: dict[str, FloatArray] = {}
+    began_ns: int | None = None
+    for record in records:
+        estimator.feed(record)
+        robot = estimator.robot
+        if not isinstance(record, Scan) or robot is None:
+            continue
+        began_ns = record.stamp_ns if began_ns is None else began_ns
+        seconds = (record.stamp_ns - began_ns) / NANOSECONDS
+        if on_progress is not None:
+            on_progress(records.share, seconds)
+        is_known = robot.position_std < WELL_KNOWN and estimator.p_localized > LOCALIZED
+        if not is_known or not _is_elsewhere(last.get(record.laser), robot.mean):
+            continue
+        last[record.laser] = robot.mean
+        kept.append(_placed(record, robot.mean, seconds, len(kept)))
+    if not kept:
+        raise LogError(
+            f"The robot was localized nowhere in {log}; see with `objstate estimate` what is wrong."
+        )
+    return Beams(*(np.concatenate([getattr(p, name) for p in kept]) for name in NAMES))
+
+
+def _is_elsewhere(before: FloatArray | None, pose: FloatArray) -> bool:
+    if before is None:
+        return True
+    x, y, turn = between(before, pose)
+    return bool(np.hypot(x, y) >= SPACING or abs(turn) >= SPACING_YAW)
+
+
+def _placed(scan: Scan, pose: FloatArray, seconds: float, number: int) -> Beams:
+    index = np.flatnonzero(scan.valid)
+    origins, directions = cast_from(transform_from_pose(pose), scan.rays.take(index))
+    level = np.hypot(directions[:, 0], directions[:, 1]).clip(min=1e-9)
+    count = len(index)
+    return Beams(
+        origins=origins[:, :2],
+        directions=directions[:, :2] / level[:, None],
+        ranges=scan.ranges[index] * level,
+        reach=np.full(count, scan.range_max) * level,
+        scan=np.full(count, number),
+        drive=np.zeros(count, dtype=np.int64),
+        seconds=np.full(count, seconds),
+    )

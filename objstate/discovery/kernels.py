@@ -1,0 +1,102 @@
+"""How likely beams are for a doorway with its leaf at many angles, compiled.
+
+Beams (9, n) have the rows below. Only what they meet within a disc about the doorway counts: a
+beam that passes the disc says no more than that, so nothing has to be known of what lies behind.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from objstate.compiling import inner, njit
+from objstate.geometry import FloatArray, IntArray
+
+ORIGIN_X, ORIGIN_Y, DIRECTION_X, DIRECTION_Y, RANGE, PAST, REACH, SHORT, _ROWS = range(9)
+HIT, PER_SIGMA, PEAK, RANDOM, MISSING = range(5)  # of the beam model
+LEAST_CROSS = 0.05  # sine of the incidence below which a beam doesn't tell of a surface
+SOFT = 0.03  # m over which a leaf's edges fade: a beam's width, and where the robot was
+
+_inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
+_compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
+
+
+@_inner
+def density(beams: FloatArray, j: int, expected: float, model: FloatArray) -> Any:
+    """Of beam ``j`` where something is expected at a distance; infinity where nothing is in the disc."""
+    measured, past = beams[RANGE, j], beams[PAST, j]
+    rest = model[RANDOM] * max(1.0 - past / beams[REACH, j], 0.0) + model[MISSING]
+    if measured >= past:
+        return rest + (model[HIT] if expected == np.inf else 0.0)
+    floor = model[RANDOM] / beams[REACH, j] + (beams[SHORT, j] if measured < expected else 0.0)
+    if expected == np.inf:
+        return floor
+    off = (measured - expected) * model[PER_SIGMA]
+    return floor + model[PEAK] * np.exp(-0.5 * off * off)
+
+
+@_compile
+def cast(beams: FloatArray, segments: FloatArray, out: FloatArray) -> None:
+    """Distance ``out`` (n,) to the nearest of segments (k, 4), from x, y to x, y; inf beyond the disc."""
+    for j in range(beams.shape[1]):
+        ox, oy = beams[ORIGIN_X, j], beams[ORIGIN_Y, j]
+        dx, dy = beams[DIRECTION_X, j], beams[DIRECTION_Y, j]
+        nearest = np.inf
+        for k in range(segments.shape[0]):
+            ax, ay = segments[k, 0] - ox, segments[k, 1] - oy
+            ux, uy = segments[k, 2] - segments[k, 0], segments[k, 3] - segments[k, 1]
+            cross = dx * uy - dy * ux
+            if abs(cross) < 1e-12:
+                continue
+            along = (ax * uy - ay * ux) / cross
+            share = (ax * dy - ay * dx) / cross
+            if 0.0 <= share <= 1.0 and 0.0 < along < nearest:
+                nearest = along
+        out[j] = nearest if nearest < beams[PAST, j] else np.inf
+
+
+@_compile
+def background_log_likelihood(
+    beams: FloatArray, expected: FloatArray, group: IntArray, model: FloatArray, out: FloatArray
+) -> None:
+    """Sum into ``out`` (groups,) the log-densities of beams for what is expected (n,)."""
+    for j in range(beams.shape[1]):
+        out[group[j]] += np.log(density(beams, j, expected[j], model))
+
+
+@_compile
+def leaf_gain(
+    beams: FloatArray,
+    expected: FloatArray,
+    group: IntArray,
+    leaves: FloatArray,
+    half: float,
+    model: FloatArray,
+    out: FloatArray,
+) -> None:
+    """By how much a leaf makes the beams of each group likelier: ``out`` (leaves, groups), to be zero.
+
+    ``leaves`` (m, 4) are its hinge, bearing and width; it is ``half`` m thick to either side. Without
+    it (n,) is ``expected``.
+    """
+    for j in range(beams.shape[1]):
+        ox, oy = beams[ORIGIN_X, j], beams[ORIGIN_Y, j]
+        dx, dy = beams[DIRECTION_X, j], beams[DIRECTION_Y, j]
+        without = density(beams, j, expected[j], model)
+        for m in range(leaves.shape[0]):
+            ux, uy = np.cos(leaves[m, 2]), np.sin(leaves[m, 2])
+            ax, ay = leaves[m, 0] - ox, leaves[m, 1] - oy
+            cross = dx * uy - dy * ux
+            if abs(cross) < LEAST_CROSS:
+                continue
+            along = (ax * uy - ay * ux) / cross - half / abs(cross)
+            place = (ax * dy - ay * dx) / cross
+            if along <= 0.0 or along >= expected[j] or along >= beams[PAST, j]:
+                continue
+            met = min(place, leaves[m, 3] - place) * abs(cross) / SOFT + 0.5
+            if met <= 0.0:
+                continue
+            met = min(met, 1.0)
+            there = density(beams, j, along, model)
+            out[m, group[j]] += np.log(met * there / without + 1.0 - met)

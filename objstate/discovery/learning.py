@@ -1,0 +1,146 @@
+"""A building with its doors, learnt from a map and drives, and the files that say so."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from objstate.building import building_from_map, load_building
+from objstate.building.door_table import COLUMNS, HINGED, OPTIONAL, SENSE, Door, door_rows
+from objstate.building.model import Building
+from objstate.building.occupancy import OccupancyMap, read_map
+from objstate.building.sidecar import sidecar_text
+from objstate.building.writing import DOORS_FILE, LEARN_FILE, check_target, write_buildings
+from objstate.discovery.candidates import Candidate, find_doors
+from objstate.discovery.gathering import Beams, gather
+from objstate.run import RunOptions
+
+NAME = "building"  # of what is written
+PROBABLE = 0.5  # from which on a candidate is in the building
+
+LOCALIZING = 0.5  # of the whole work, on average
+
+Report = Callable[[float, float], None]  # share of all done, seconds of logs done
+
+
+@dataclass(frozen=True, eq=False)
+class Learnt:
+    """What was written, and what was found."""
+
+    urdf: Path
+    candidates: list[Candidate]
+
+
+def learn_doors(
+    logs: Sequence[str | Path],
+    map_yaml: str | Path,
+    out: str | Path,
+    run: RunOptions | None = None,
+    *,
+    overwrite: bool = False,
+    on_progress: Report | None = None,
+) -> Learnt:
+    """Find the doors of a map in drives, and write the building that has them to ``out``.
+
+    Each log is a drive of its own. ``out`` gets ``building.urdf`` with its sidecar, ``doors.csv``
+    with all candidates, and ``learn.json``, whole or not at all. Raises BuildingError,
+    SettingsError, LogError and ResultError.
+    """
+    run, target = run or RunOptions(), Path(out)
+    check_target(target, overwrite)
+    plan = replace(read_map(Path(map_yaml)), name=NAME)
+    walls, _ = _building(plan, [])
+    drives: list[Beams] = []
+    seconds = 0.0
+    for number, log in enumerate(logs):
+        begun, before = LOCALIZING * number / len(logs), seconds
+
+        def gathered(share: float, s: float, begun: float = begun, before: float = before) -> None:
+            nonlocal seconds
+            seconds = before + s
+            if on_progress is not None:
+                on_progress(begun + LOCALIZING * share / len(logs), seconds)
+
+        drives.append(gather(Path(log), walls, run, gathered))
+
+    def weighed(share: float) -> None:
+        if on_progress is not None:
+            on_progress(LOCALIZING + (1.0 - LOCALIZING) * share, seconds)
+
+    candidates = find_doors(plan, walls, Beams.joined(drives), run.settings.beam_model, weighed)
+    probable = [each.door for each in candidates if each.probability >= PROBABLE]
+    building, sidecar = _building(plan, probable)
+    about = _about(map_yaml, logs, drives, candidates)
+    beside = {
+        DOORS_FILE: candidates_table(candidates),
+        LEARN_FILE: json.dumps(about, indent=1) + "\n",
+    }
+    urdf = write_buildings(target, {".": building}, {".": sidecar}, beside)[0]
+    return Learnt(urdf, candidates)
+
+
+def _building(plan: OccupancyMap, doors: list[Door]) -> tuple[Building, str | None]:
+    """The building of a map with doors, whose leaves are taken out of its walls, and its sidecar."""
+    with tempfile.TemporaryDirectory() as folder:
+        table = Path(folder) / DOORS_FILE
+        table.write_text(door_rows(doors), encoding="utf-8")
+        urdf = building_from_map(plan, table, Path(folder) / NAME)
+        return load_building(urdf), sidecar_text(urdf)
+
+
+def candidates_table(candidates: Sequence[Candidate]) -> str:
+    """A door table with the probability and the deviations of each candidate."""
+    text = io.StringIO()
+    rows = csv.writer(text, lineterminator="\n")
+    rows.writerow([*COLUMNS, *OPTIONAL])
+    for each in candidates:
+        door = each.door
+        x, y = (round(float(value), 4) for value in door.hinge)
+        opens = next(name for name, sense in SENSE.items() if sense == door.sense)
+        rows.writerow(
+            [
+                door.name,
+                x,
+                y,
+                round(math.degrees(door.closed_bearing), 2),
+                opens,
+                round(door.width, 4),
+                round(math.degrees(door.upper), 1),
+                round(each.probability, 4),
+                round(each.hinge_deviation, 4),
+                round(math.degrees(each.bearing_std), 2),
+                round(each.width_std, 4),
+                HINGED,
+            ]
+        )
+    return text.getvalue()
+
+
+def _about(
+    map_yaml: str | Path, logs: Sequence[str | Path], drives: list[Beams], found: list[Candidate]
+) -> dict[str, Any]:
+    return {
+        "map": str(map_yaml),
+        "drives": [
+            {"log": str(log), "scans": int(beams.scan.max()) + 1, "beams": len(beams)}
+            for log, beams in zip(logs, drives, strict=True)
+        ],
+        "doors": [
+            {
+                "door": each.door.name,
+                "probability": round(each.probability, 4),
+                "log_odds": round(each.log_odds, 2),
+                "hinge_std_along_m": round(float(each.hinge_std[0]), 4),
+                "hinge_std_across_m": round(float(each.hinge_std[1]), 4),
+                "angles_deg": [round(math.degrees(angle), 1) for angle in each.angles],
+            }
+            for each in found
+        ],
+    }

@@ -1,0 +1,133 @@
+"""How probable it is that a doorway holds a leaf: explanations that compete by their evidence.
+
+A leaf has a hinge, a bearing and a width that hold for all looks, and in each look an angle, which is
+summed over. Without one, the map is right in a look, or the doorway is open. Either way, things may
+stand about that nobody drew; each costs its prior, so that an explanation that needs them has to
+gain more than that.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from objstate.discovery import kernels
+from objstate.discovery.doorway import DEEP, Doorway, beside
+from objstate.geometry import FloatArray
+
+HALF = 0.02  # m, of a leaf's thickness
+STEP = np.radians(3.0)  # between angles of a leaf that are summed over
+WIDEST_TURN = np.radians(168.0)  # beyond it a leaf is like the wall that it lies on
+USUAL_TURN = np.radians(110.0)  # beyond which few doors open
+CLOSED, USUAL, WIDE = 0.35, 0.55, 0.1  # where leaves are found
+CLOSED_STD = np.radians(2.0)
+ALONG_STD, WIDTH_STD = 0.05, 0.05  # m of hinge and width about what an opening shows
+BEARING_STD = np.radians(2.0)  # about the wall's
+
+
+@dataclass(frozen=True, eq=False)
+class Leaf:
+    """A leaf in a doorway."""
+
+    hinge: FloatArray  # (2,) m
+    bearing: float  # rad, closed, from hinge to free edge
+    sense: int  # 1 opens counter-clockwise
+    width: float  # m
+    about: int  # number of the opening that it closes
+    from_end: bool  # whether its hinge is at the opening's end
+    share: float  # of the opening's width that it closes: 1, or 0.5 of two leaves
+
+    @property
+    def vector(self) -> FloatArray:
+        """(4,) hinge, bearing, width: what is refined."""
+        return np.array([*self.hinge, self.bearing, self.width])
+
+    def at(self, vector: FloatArray) -> Leaf:
+        """The same with another hinge, bearing and width."""
+        x, y, bearing, width = vector.tolist()
+        return replace(self, hinge=np.array([x, y]), bearing=bearing, width=width)
+
+
+@dataclass(frozen=True, eq=False)
+class Behind:
+    """What there is without the leaf."""
+
+    expected: FloatArray = field(repr=False)  # (n,) m
+    log_likelihood: FloatArray  # (groups,)
+
+
+@dataclass(frozen=True, eq=False)
+class Lattice:
+    """Angles by which a leaf may stand open, and how probable each is before any look."""
+
+    angles: FloatArray  # (a,) rad
+    log_prior: FloatArray  # (a,)
+
+    @staticmethod
+    def whole(step: float = STEP) -> Lattice:
+        """All angles."""
+        return Lattice.of(np.arange(0.0, WIDEST_TURN, step), step)
+
+    @staticmethod
+    def of(each: FloatArray, step: float) -> Lattice:
+        """Some of the angles that lie ``step`` apart."""
+        usual = np.where(each <= USUAL_TURN, USUAL / USUAL_TURN, WIDE / (WIDEST_TURN - USUAL_TURN))
+        half = np.sqrt(np.pi / 2) * CLOSED_STD  # the integral, as no door opens beyond closed
+        closed = CLOSED / half * np.exp(-0.5 * (each / CLOSED_STD) ** 2)
+        return Lattice(each, np.log(step * (usual + closed)))
+
+    def about(self, gain: FloatArray, step: float, near: float) -> Lattice:
+        """A finer one about what each look finds best, of gains (a, groups)."""
+        best = self.angles[np.argmax(gain + self.log_prior[:, None], axis=0)]
+        fine = np.arange(0.0, WIDEST_TURN, step)
+        kept = (np.abs(fine[:, None] - best) <= near).any(axis=1)
+        return Lattice.of(fine[kept], step)
+
+
+def gains(place: Doorway, behind: Behind, leaves: FloatArray) -> FloatArray:
+    """(m, groups) what leaves (m, 4) at their bearings add to the log-likelihood of each look, tempered."""
+    out = np.zeros((len(leaves), place.groups))
+    leaves = np.ascontiguousarray(leaves)
+    kernels.leaf_gain(place.beams, behind.expected, place.group, leaves, HALF, place.model, out)
+    return place.exponents * out
+
+
+def turned(leaf: Leaf, angle: FloatArray) -> FloatArray:
+    """(a, 4) the leaf, open by angles (a,)."""
+    return np.column_stack(
+        [
+            np.tile(leaf.hinge, (len(angle), 1)),
+            leaf.bearing + leaf.sense * angle,
+            np.full(len(angle), leaf.width),
+        ]
+    )
+
+
+def log_prior(place: Doorway, leaf: Leaf) -> float:
+    """Log density of a leaf's hinge and width about what its opening shows, and of its bearing."""
+    opening = place.openings[leaf.about]
+    start, bearing = opening.start, opening.bearing
+    if leaf.from_end:
+        start, bearing = opening.end, bearing + np.pi
+    along, aside = beside(leaf.hinge[None], start, bearing)
+    if abs(aside[0]) > DEEP:
+        return -np.inf
+    turn = (leaf.bearing - bearing + np.pi) % (2 * np.pi) - np.pi
+    off = (
+        (float(along[0]) / ALONG_STD),
+        (leaf.width + float(along[0]) - leaf.share * opening.width) / WIDTH_STD,
+        turn / BEARING_STD,
+    )
+    norm = np.log(2 * np.pi) * 1.5 + np.log(ALONG_STD * WIDTH_STD * BEARING_STD)
+    return float(-0.5 * np.sum(np.square(off)) - norm - np.log(2 * DEEP))
+
+
+def log_joint(place: Doorway, behind: Behind, leaf: Leaf, lattice: Lattice) -> float:
+    """Log p(beams, leaf), the angles summed over."""
+    prior = log_prior(place, leaf)
+    if prior == -np.inf:
+        return prior
+    gain = gains(place, behind, turned(leaf, lattice.angles))
+    total = np.logaddexp.reduce(gain + lattice.log_prior[:, None], axis=0)
+    return prior + float(total.sum() + behind.log_likelihood.sum())

@@ -1,0 +1,195 @@
+"""Lines along which walls run, and where maps and drives show openings in them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from objstate.building.occupancy import OccupancyMap
+from objstate.discovery.gathering import Beams
+from objstate.geometry import BoolArray, FloatArray, IntArray, between
+
+BIN = 0.025  # m along a line
+LEAST_WALL = 0.25  # m: shorter pieces make no line
+SAME_WAY = np.radians(4.0)  # between pieces of one line
+SAME_LINE = 0.08  # m aside, likewise
+BESIDE = 0.10  # m within which a reading is of the wall
+STEEP = 0.15  # cosine of the incidence below which a beam doesn't tell
+NARROWEST, WIDEST = 0.45, 2.5  # m: a leaf that stands ajar hides a part of its opening
+MARGIN = 0.3  # m of unknown that may part an opening from its wall
+JAMB = 0.1  # m of wall that has to show beside an opening
+ENOUGH = 2  # beams that tell of a bin
+
+
+@dataclass(frozen=True, eq=False)
+class WallLine:
+    """A line along which walls run."""
+
+    start: FloatArray = field(repr=False)  # (2,) m
+    along: FloatArray = field(repr=False)  # (2,) unit vector
+    length: float  # m
+
+    @property
+    def normal(self) -> FloatArray:
+        """(2,) to the left."""
+        return np.array([-self.along[1], self.along[0]])
+
+    def at(self, place: float) -> FloatArray:
+        """The point (2,) so many metres along."""
+        return np.asarray(self.start + place * self.along)
+
+
+@dataclass(frozen=True, eq=False)
+class Opening:
+    """Where a wall's line is open, in the map or in a drive."""
+
+    start: FloatArray  # (2,) m, one jamb
+    end: FloatArray  # (2,) m, the other
+
+    @property
+    def width(self) -> float:
+        """m"""
+        return float(np.hypot(*(self.end - self.start)))
+
+    @property
+    def middle(self) -> FloatArray:
+        """(2,) m"""
+        return np.asarray((self.start + self.end) / 2)
+
+    @property
+    def bearing(self) -> float:
+        """rad, from start to end."""
+        return float(np.arctan2(*(self.end - self.start)[::-1]))
+
+
+def wall_lines(segments: FloatArray) -> list[WallLine]:
+    """Lines through pieces of wall (k, 2, 2), the longest piece's first; each piece belongs to one."""
+    way = segments[:, 1] - segments[:, 0]
+    length = np.hypot(*way.T)
+    left = np.ones(len(segments), dtype=bool)
+    lines = []
+    for first in np.argsort(-length):
+        if not left[first] or length[first] < LEAST_WALL:
+            continue
+        along = way[first] / length[first]
+        normal = np.array([-along[1], along[0]])
+        offsets = segments - segments[first, 0]
+        aside = np.abs(offsets @ normal).max(axis=1)
+        straight = np.abs(way @ normal) <= np.sin(SAME_WAY) * length
+        # a longer piece that leans has left the line at its far end
+        mine = left & straight & (aside < SAME_LINE)
+        left &= ~mine
+        places = (offsets[mine] @ along).ravel()
+        low, high = float(places.min()), float(places.max())
+        lines.append(WallLine(segments[first, 0] + low * along, along, high - low))
+    return lines
+
+
+def openings(lines: list[WallLine], plan: OccupancyMap, beams: Beams) -> list[Opening]:
+    """Where the lines are open with wall on both sides, in the map or in some drive; each once."""
+    found: list[Opening] = []
+    for line in lines:
+        count = int(np.ceil(line.length / BIN))
+        if line.length < NARROWEST + 2 * JAMB:
+            continue
+        shows = [_of_map(line, count, plan)]
+        shows += [
+            _of_drive(line, count, beams.take(np.flatnonzero(beams.drive == drive)))
+            for drive in range(int(beams.drive.max()) + 1)
+        ]
+        for begin, end in _gaps(shows):
+            found.append(Opening(line.at(begin * BIN), line.at(end * BIN)))
+    return found
+
+
+def _of_map(line: WallLine, count: int, plan: OccupancyMap) -> tuple[BoolArray, BoolArray]:
+    """(count,) the bins where the map shows the wall, and those where it doesn't."""
+    places = (np.arange(count) + 0.5) * BIN
+    aside = np.arange(-BESIDE, BESIDE + 1e-9, plan.resolution / 2)
+    points = line.start + places[:, None, None] * line.along + aside[:, None] * line.normal
+    wall: BoolArray = np.any(occupied_at(plan, points.reshape(-1, 2)).reshape(count, -1), axis=1)
+    return wall, np.logical_not(wall)
+
+
+def occupied_at(plan: OccupancyMap, points: FloatArray) -> BoolArray:
+    """(n,) whether the map shows something at points (n, 2); nothing outside of it."""
+    flat = between(plan.origin, np.column_stack([points, np.zeros(len(points))]))[:, :2]
+    column, row = np.floor(flat / plan.resolution).astype(np.int64).T
+    rows, columns = plan.occupied.shape
+    inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
+    out = np.zeros(len(points), dtype=bool)
+    out[inside] = plan.occupied[row[inside], column[inside]]
+    return out
+
+
+def _of_drive(line: WallLine, count: int, beams: Beams) -> tuple[BoolArray, BoolArray]:
+    """(count,) the bins where most beams of a drive end at the line, and where most pass it."""
+    offset = line.start - beams.origins
+    cosine = beams.directions @ line.normal
+    with np.errstate(divide="ignore", invalid="ignore"):
+        way = (offset @ line.normal) / cosine
+    tells = (np.abs(cosine) > STEEP) & (way > 0.2)
+    place = np.full(len(beams), -1.0)
+    crossing = beams.origins[tells] + way[tells, None] * beams.directions[tells] - line.start
+    place[tells] = crossing @ line.along
+    beyond = np.where(tells, (beams.ranges - way) * np.abs(cosine), -1.0)
+    bins = np.floor(place / BIN).astype(np.int64)
+    inside = tells & (bins >= 0) & (bins < count) & (beyond > -BESIDE) & (way < beams.reach)
+    hits = np.bincount(bins[inside & (beyond < BESIDE)], minlength=count)
+    passed = np.bincount(bins[inside & (beyond >= BESIDE)], minlength=count)
+    enough = hits + passed >= ENOUGH
+    return np.asarray(enough & (hits > passed)), np.asarray(enough & (hits <= passed))
+
+
+def _gaps(shows: list[tuple[BoolArray, BoolArray]]) -> Iterator[tuple[int, int]]:
+    """Begin and end, in bins, of runs that are open in some of what is shown, with wall on both sides.
+
+    The wall beside may be shown by another: the jambs stay where they are.
+    """
+    ever_wall = np.any([wall for wall, _ in shows], axis=0)
+    told: set[tuple[int, int]] = set()
+    views = [*shows, (ever_wall, np.any([is_open for _, is_open in shows], axis=0))]
+    for wall, is_open in views:
+        for begin, end in _runs(is_open, wall):
+            width = (end - begin) * BIN
+            beside = round(MARGIN / BIN), round(JAMB / BIN)
+            if not NARROWEST <= width <= WIDEST or (begin, end) in told:
+                continue
+            before = ever_wall[max(begin - beside[0], 0) : begin].sum()
+            behind = ever_wall[end : end + beside[0]].sum()
+            if min(before, behind) < beside[1]:
+                continue
+            told.add((begin, end))
+            yield begin, end
+
+
+def _runs(is_open: BoolArray, wall: BoolArray) -> Iterator[tuple[int, int]]:
+    """Runs that begin and end open, without more wall inside than a stray reading of two bins."""
+    marks: IntArray = np.flatnonzero(is_open)
+    if not len(marks):
+        return
+    walls = np.concatenate([[0], np.cumsum(wall)])
+    begin = last = int(marks[0])
+    for mark in marks[1:].tolist():
+        if walls[mark] - walls[last + 1] > 2:
+            yield begin, last + 1
+            begin = mark
+        last = mark
+    yield begin, last + 1
+
+
+def distinct(found: list[Opening], apart: float = 0.06) -> list[Opening]:
+    """Openings, of which no two have both jambs nearer than ``apart`` m; the first is kept."""
+    kept: list[Opening] = []
+    for opening in found:
+        if not any(_is_same(opening, other, apart) for other in kept):
+            kept.append(opening)
+    return kept
+
+
+def _is_same(one: Opening, other: Opening, apart: float) -> bool:
+    straight = max(np.hypot(*(one.start - other.start)), np.hypot(*(one.end - other.end)))
+    turned = max(np.hypot(*(one.start - other.end)), np.hypot(*(one.end - other.start)))
+    return bool(min(straight, turned) < apart)

@@ -1,0 +1,62 @@
+"""Settings for a drive: how often doors are moved while it lasts, and where to, by their habits."""
+
+from __future__ import annotations
+
+import glob
+import math
+
+import numpy as np
+
+from objstate.config import Dynamics, ObjectRule, Rest, Settings
+from objstate.objects.doors import LatticeFilter
+from objstate.records import NANOSECONDS
+from objstate.world.world import World
+
+AGAIN_S = 600.0  # after which a robot comes back to a door; a single rate serves one such time
+LEAST_RATE, MOST_RATE = 0.01, 60.0  # moves an hour
+MOST_MOVED = 0.95  # probability
+
+
+def drive_settings(world: World, stamp_ns: int) -> Settings:
+    """The world's settings with a rule for each door whose habits are known, at a moment.
+
+    Within a drive a door is moved at one rate, and rests after one distribution, both such
+    that it leaves its region within ten minutes as often as its habits say.
+    """
+    rules = []
+    for name in world.objects:
+        habits, filter_ = world.habits_of(name), world.filter_of(name)
+        if habits is None or not isinstance(filter_, LatticeFilter):
+            continue
+        forecast, later_ns = habits.forecast(name), stamp_ns + round(AGAIN_S * NANOSECONDS)
+        state = forecast.marginal(stamp_ns)
+        stays = state * forecast.kept(stamp_ns, later_ns)
+        shares = forecast.regions(state)
+        differs = float(np.sum(shares * (1.0 - shares)))
+        moved = min(float(1.0 - stays.sum(axis=1).mean()) / max(differs, 1e-9), MOST_MOVED)
+        rate = min(max(-math.log1p(-moved) / AGAIN_S * 3600.0, LEAST_RATE), MOST_RATE)
+        rules.append(
+            ObjectRule(
+                match=glob.escape(name),
+                dynamics=Dynamics(moves_per_hour=rate, **_drift(filter_.settings.dynamics)),
+                rest=_rest(filter_, float(shares[0])),
+            )
+        )
+    return world.settings.model_copy(update={"objects": (*world.settings.objects, *rules)})
+
+
+def _drift(dynamics: Dynamics) -> dict[str, float]:
+    return {"drift_deg": dynamics.drift_deg, "drift_m": dynamics.drift_m}
+
+
+def _rest(filter_: LatticeFilter, closed: float) -> Rest:
+    """What the settings say of rests, with the share of closed ones that habits say, unless it was set."""
+    rest = filter_.settings.rest
+    if "rest" in filter_.settings.model_fields_set:
+        return rest
+    others = rest.open + rest.anywhere
+    return Rest(
+        closed=closed,
+        open=(1.0 - closed) * rest.open / others,
+        anywhere=max((1.0 - closed) * rest.anywhere / others, 1e-6),
+    )

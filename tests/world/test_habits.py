@@ -1,0 +1,146 @@
+"""Habits in a world: learnt by drives, kept, asked."""
+
+import json
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+from zoneinfo import ZoneInfo
+
+import numpy as np
+import pytest
+
+from objstate.config import CalendarSettings, Dynamics, ObjectRule, Settings
+from objstate.errors import WorldError
+from objstate.habits.site import Site
+from objstate.world import World
+from objstate.world.driving import drive_settings
+from objstate.world.habit_rows import pack_site, unpack_site
+from objstate.world.store import DriveEntry, WorldStore, open_store
+from objstate.world.when import best_departure, spans, wait
+from objstate.world.words import world_words
+from tests.world.examples import BUILDING, HOUR, at_angle
+
+DAY = 24 * HOUR
+MONDAY = int(datetime(2026, 1, 5, tzinfo=UTC).timestamp()) * 10**9
+HOURS = (1, 6, 8, 9.5, 11, 12.5, 14, 16, 17.5, 19, 22)
+
+
+def angle(day: int, hour: float) -> float:
+    """Of a door that is open on working days from 9 to 17 h."""
+    return 1.2 if day % 7 < 5 and 9 <= hour < 17 else 0.0
+
+
+def drive(day: int, settings: Settings | None = None) -> DriveEntry:
+    begin = MONDAY + day * DAY
+    return DriveEntry(f"day {day}", begin, begin + DAY - 1, settings or Settings())
+
+
+def taught(store: WorldStore, days: range, settings: Settings | None = None) -> WorldStore:
+    for day in days:
+        looks = [at_angle(angle(day, h), MONDAY + day * DAY + int(h * HOUR)) for h in HOURS]
+        assert store.add(drive(day, settings), looks)
+    return store
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory: pytest.TempPathFactory) -> WorldStore:
+    """A world that has looked at a door for two weeks."""
+    place = tmp_path_factory.mktemp("habits") / "world.db"
+    return taught(open_store(place, BUILDING), range(14))
+
+
+def clear(world: World, hours: float) -> float:
+    """Probability that the door leaves 0.6 m, so long after the two weeks."""
+    return world.at(MONDAY + 14 * DAY + int(hours * HOUR))["door"].probability_clear(0.6)
+
+
+def test_a_world_foretells_a_door_by_the_hour(store: WorldStore) -> None:
+    world = store.load()
+    assert clear(world, 13) > 0.6
+    assert clear(world, 27) < 0.1
+    fades = replace(world, habits=None)
+    assert clear(fades, 13) == pytest.approx(clear(fades, 27), abs=0.01)
+
+
+def test_beliefs_stay_distributions_and_start_where_they_were(store: WorldStore) -> None:
+    world = store.load()
+    last = world.history("door")[-1]
+    assert last.stamp_ns is not None
+    for seconds in (0.001, 1.0, 60.0, 1e5):
+        later = world.at(last.stamp_ns + int(seconds * 1e9))["door"]
+        assert later.weights.values.sum() == pytest.approx(1.0)
+    soon = world.at(last.stamp_ns + 1000)["door"]
+    assert np.abs(soon.weights.values - last.weights.values).max() < 1e-3
+
+
+def test_settings_that_say_how_often_a_door_is_moved_are_taken_at_their_word(
+    store: WorldStore,
+) -> None:
+    still = Settings(objects=(ObjectRule(match="door", dynamics=Dynamics(moves_per_hour=0)),))
+    assert store.load(still).habits_of("door") is None
+    assert clear(store.load(still), 13) < 0.01
+
+
+def test_planners_hear_when(store: WorldStore) -> None:
+    world, seven = store.load(), MONDAY + 14 * DAY + 7 * HOUR
+    (span,) = spans(world, "door", 0.6, seven, 15 * 3600.0)
+    assert span.begin_ns == pytest.approx(seven + 2 * HOUR, abs=HOUR)
+    assert span.end_ns == pytest.approx(seven + 10 * HOUR, abs=1.5 * HOUR)
+    early, late = (wait(world, "door", 0.6, seven + k * HOUR, 86400.0) for k in (-6, 4))
+    assert early.mean_s > 4 * 3600.0 > late.mean_s
+    assert early.within > 0.9
+    best = best_departure(world, [("door", 600.0)], 0.6, seven, 15 * 3600.0)
+    assert span.begin_ns < best.stamp_ns < span.end_ns
+    with pytest.raises(WorldError, match="is no door"):
+        wait(world, "desk", 0.6, seven, 60.0)
+    with pytest.raises(WorldError, match="horizon"):
+        spans(world, "door", 0.6, seven, float("inf"))
+
+
+def test_a_drive_expects_doors_to_move_by_day(store: WorldStore) -> None:
+    world = store.load()
+    day, night = (
+        drive_settings(world, MONDAY + 14 * DAY + hour * HOUR).for_object("door", "door")
+        for hour in (9, 27)
+    )
+    assert day.dynamics.moves_per_hour > night.dynamics.moves_per_hour
+    assert drive_settings(replace(world, habits=None), 0) == world.settings
+
+
+def test_habits_are_told_by_the_clock_of_the_building(tmp_path: Path) -> None:
+    berlin = Settings(calendar=CalendarSettings(timezone="Europe/Berlin"))
+    store = taught(open_store(tmp_path / "world.db", BUILDING), range(3), berlin)
+    world = store.load()
+    assert world.habits is not None
+    assert world.habits.calendar.zone == ZoneInfo("Europe/Berlin")
+    assert store.load(Settings()).habits is None  # these are of another clock
+    moved = Settings(calendar=CalendarSettings(timezone="Asia/Tokyo"))
+    assert store.add(drive(3, moved), [at_angle(0.0, MONDAY + 3 * DAY + HOUR)])
+    again = store.load()
+    assert again.habits is not None
+    assert again.habits.sites["door"].looks == 3 * len(HOURS) + 1
+
+
+def test_sites_come_back_from_bytes(store: WorldStore) -> None:
+    habits = store.load().habits
+    assert habits is not None
+    site = habits.sites["door"]
+    again = unpack_site(pack_site(site), "door")
+    assert again.bounds == site.bounds
+    assert np.allclose(again.precision, site.precision, rtol=1e-6)
+    assert (again.looks, again.fitted) == (site.looks, site.fitted)
+    assert again.last is not None
+    assert site.last is not None
+    assert again.last.stamp_ns == site.last.stamp_ns
+    empty = unpack_site(pack_site(Site.empty((0.2, 0.8))), "door")
+    assert empty.last is None
+    assert empty.design.regions == 3
+
+
+def test_exports_have_the_habits(store: WorldStore) -> None:
+    words = json.loads(json.dumps(world_words(store.load(), "office", store.drives())))
+    door = words["habits"]["door"]
+    assert door["regions"] == ["closed", "open"]
+    assert door["looks"] == 14 * len(HOURS)
+    noon = next(h for h in door["hours"] if (h["kind"], h["hour"]) == ("working", 12))
+    assert noon["shares"][1]["lower"] < noon["shares"][1]["value"] <= noon["shares"][1]["upper"]
