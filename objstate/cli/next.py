@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -121,6 +120,7 @@ def next_(
         CoordinatorSettings,
         Plan,
         next_tasks,
+        next_words,
         seconds_until_worthwhile,
     )
     from objstate.world import load_tasks
@@ -151,9 +151,7 @@ def next_(
             coordinator, known, moment.stamp_ns, pose, may_drive=not stay
         )
     if as_json:
-        print_text(
-            json.dumps(_words(coordinator, moment, tasks, wanted, ranked[:top], wait), indent=2)
-        )
+        print_text(json.dumps(next_words(moment, tasks, wanted, ranked[:top], wait), indent=2))
         return
     for plan in due:
         if not any(task.reason.startswith(f"before: {plan}") for task in tasks):
@@ -216,16 +214,12 @@ def _ranked(coordinator: Coordinator, moment: Snapshot, actions: list[Action]) -
 
 def _since(moment: Snapshot, name: str) -> tuple[str, str]:
     """How long ago an object was last seen, and how probably it was moved since."""
-    seconds, moved = _age(moment, name), moment.world.probability_moved(name, moment.stamp_ns)
+    from objstate.maintenance import age
+
+    seconds, moved = age(moment, name), moment.world.probability_moved(name, moment.stamp_ns)
     if seconds is None or moved is None:
         return "never", "-"
     return f"{duration(seconds)} ago", f"{percent(moved)} %"
-
-
-def _age(moment: Snapshot, name: str) -> float | None:
-    """s since an object was last seen; None where it never was."""
-    seen = moment[name].last_observed_ns
-    return None if seen is None else (moment.stamp_ns - seen) / 1e9
 
 
 def _without_a_look(coordinator: Coordinator, moment: Snapshot, plan: Plan) -> str:
@@ -254,49 +248,3 @@ def _nothing(ranked: list[Action], settings: CoordinatorSettings, wait: float | 
 
 def _degrees(angle: float) -> str:
     return f"{math.degrees(angle):.0f}deg"
-
-
-def _words(
-    coordinator: Coordinator,
-    moment: Snapshot,
-    tasks: list[VerificationTask],
-    wanted: Sequence[Due],
-    actions: list[Action],
-    wait: float | None,
-) -> dict[str, Any]:
-    def words(action: Action) -> dict[str, Any]:
-        return _action_words(action) | _since_words(moment, action.object)
-
-    return {
-        "tasks": [
-            {
-                **words(task.action),
-                "why": task.reason,
-                "lower": task.expected.lower.tolist(),
-                "upper": task.expected.upper.tolist(),
-            }
-            for task in tasks
-        ],
-        "actions": [words(action) for action in actions],
-        "due": [asdict(each) for each in wanted],
-        "next_worthwhile_in_s": wait,
-    }
-
-
-def _action_words(action: Action) -> dict[str, Any]:
-    return {
-        "object": action.object,
-        "sensor": action.sensor,
-        "pose": action.pose.tolist(),
-        "gain": action.gain,
-        "gains": dict(action.gains),
-        "worth": action.worth,
-        "distance": action.distance,
-        "cost": action.cost,
-        "utility": action.utility,
-    }
-
-
-def _since_words(moment: Snapshot, name: str) -> dict[str, Any]:
-    moved = moment.world.probability_moved(name, moment.stamp_ns)
-    return {"last_observed_ns": moment[name].last_observed_ns, "p_moved_since": moved}

@@ -85,6 +85,9 @@ def serve(
     rate: Annotated[
         float, typer.Option(metavar="N", help="Requests a second of one token.", min=0.1)
     ] = 1000.0,
+    scenes: Annotated[
+        bool, typer.Option("--scenes", help="Record drives as scenes for Foxglove, too.")
+    ] = False,
     config: Config = None,
 ) -> None:
     """Serve a world: robots send drives, planners ask, people watch.
@@ -120,6 +123,7 @@ def serve(
         time_limit_s=time_limit,
         memory_limit=round(memory_limit * GIGABYTE),
         requests_per_s=rate,
+        scenes=scenes,
         run=RunOptions(settings=load_settings(config)),
     )
 

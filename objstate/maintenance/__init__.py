@@ -37,6 +37,7 @@ from objstate.maintenance.triggers import (
     unless,
 )
 from objstate.maintenance.waiting import seconds_until_worthwhile
+from objstate.maintenance.words import age, next_words
 
 __all__ = [
     "TABLE_1",
@@ -60,6 +61,7 @@ __all__ = [
     "Verdict",
     "Verification",
     "VerificationTask",
+    "age",
     "all_of",
     "any_of",
     "as_object",
@@ -69,6 +71,7 @@ __all__ = [
     "falsified",
     "named",
     "next_tasks",
+    "next_words",
     "older_than",
     "outcome",
     "passage_in_doubt",

@@ -12,15 +12,17 @@ from contextlib import asynccontextmanager, suppress
 from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect, Request
-from starlette.responses import JSONResponse, PlainTextResponse, Response
+from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
 from objstate.errors import ObjstateError, OutageError, WorldError
 from objstate.outages import outage_of
+from objstate.service.metrics import MEDIA
 from objstate.service.openapi import document
-from objstate.service.operations import OPERATIONS, Operation, query_known
+from objstate.service.operations import OPERATIONS, Operation
 from objstate.service.parts import Parts
 from objstate.service.problems import Problem
+from objstate.service.requests import check_query
 
 REFRESHED_EVERY_S = 1.0  # others may teach the world as well
 HEADERS = {
@@ -47,7 +49,7 @@ def service_app(parts: Parts) -> Starlette:
         return JSONResponse({"status": "ready", "revision": parts.believed.now.revision})
 
     async def metrics(_: Request) -> Response:
-        return PlainTextResponse(parts.metrics.text(await asyncio.to_thread(parts.gauges)))
+        return Response(parts.metrics.text(await asyncio.to_thread(parts.gauges)), media_type=MEDIA)
 
     async def openapi(_: Request) -> Response:
         return JSONResponse(described)
@@ -80,7 +82,7 @@ def service_app(parts: Parts) -> Starlette:
 def _of(parts: Parts, operation: Operation) -> Handler:
     async def answer(request: Request) -> Response:
         token = await parts.gate.admit(request, operation.role)
-        query_known(operation, request)
+        check_query(request, {each.name for each in operation.query})
         return await operation.answer(parts, request, token)
 
     return answer

@@ -10,6 +10,7 @@ from sqlalchemy import func, select
 from objstate.building.model import Building
 from objstate.config import Settings
 from objstate.service.problems import Problem
+from objstate.service.tables import DELETIONS
 from objstate.world.database import Database
 from objstate.world.schema import DRIVES, OBJECTS
 from objstate.world.store import WorldStore
@@ -69,7 +70,8 @@ class Believed:
         with self._database.reading() as connection:
             drives = connection.execute(select(func.max(DRIVES.c.id))).scalar() or 0
             objects = connection.execute(select(func.count()).select_from(OBJECTS)).scalar_one()
-        return f"{drives}.{objects}"
+            deleted = connection.execute(select(func.max(DELETIONS.c.id))).scalar() or 0
+        return f"{drives}.{objects}.{deleted}"
 
     def _loaded(self, revision: str) -> Known:
         latest = self._store.latest_ns() or 0

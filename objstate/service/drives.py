@@ -7,6 +7,7 @@ import hashlib
 import json
 import os
 import secrets
+import shutil
 import time
 from collections.abc import AsyncIterator, Mapping
 from dataclasses import dataclass
@@ -17,7 +18,7 @@ from sqlalchemy import Connection, func, insert, select, update
 
 from objstate.outputs import flush_folder, make_folder
 from objstate.service.problems import Problem
-from objstate.service.tables import DRIVES
+from objstate.service.tables import DRIVES, deletion
 from objstate.world.database import Database
 
 WAITING, RUNNING, DONE, FAILED, DELETED = "waiting", "running", "done", "failed", "deleted"
@@ -197,7 +198,9 @@ class Drives:
         with self._database.writing() as connection:
             change = update(DRIVES).where(DRIVES.c.id == identity)
             connection.execute(change.values(state=DELETED, deleted_by=token))
+            connection.execute(deletion(token, "drive", identity))
         self.log(drive).unlink(missing_ok=True)
+        shutil.rmtree(self.result(drive), ignore_errors=True)
         return drive
 
 

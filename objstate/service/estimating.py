@@ -26,6 +26,7 @@ class Context:
     world: str
     options: RunOptions
     memory_limit: int  # bytes
+    scenes: bool  # whether drives are recorded as scenes
 
 
 @dataclass(frozen=True)
@@ -55,6 +56,7 @@ def estimate(context: Context, job: Job, report: Any) -> None:
             world=context.world,
             overwrite=True,
             on_progress=report,
+            mcap=context.scenes,
         )
     finally:
         shutil.rmtree(unpacked, ignore_errors=True)

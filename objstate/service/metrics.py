@@ -1,43 +1,61 @@
-"""Figures for Prometheus, in its text format."""
+"""Figures for Prometheus."""
 
 from __future__ import annotations
 
-import threading
-from collections import Counter
 from collections.abc import Mapping
 
-BUCKETS = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.5, 2.0)  # s
+from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram, generate_latest
+from prometheus_client.exposition import CONTENT_TYPE_LATEST
+
+MEDIA = CONTENT_TYPE_LATEST
+ANSWERED_S = (0.0005, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.5, 2.0)
+ESTIMATED_S = (1.0, 5.0, 20.0, 60.0, 300.0, 1200.0, 3600.0)
 
 
 class Metrics:
-    """Requests by route and status, and how long they took."""
+    """What one service counts."""
 
     def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._requests: Counter[tuple[str, str, int]] = Counter()
-        self._within: Counter[float] = Counter()
-        self._seconds, self._count = 0.0, 0
+        self._registry = r = CollectorRegistry()
+        routes = ("method", "route")
+        self._requests = Counter(
+            "objstate_requests", "Requests answered", (*routes, "status"), registry=r
+        )
+        self._seconds = Histogram(
+            "objstate_request_seconds",
+            "From a request to its answer",
+            routes,
+            registry=r,
+            buckets=ANSWERED_S,
+        )
+        self._ended = Counter("objstate_drives_ended", "Drives estimated", ("state",), registry=r)
+        self._estimating = Histogram(
+            "objstate_drive_seconds", "To estimate a drive", registry=r, buckets=ESTIMATED_S
+        )
+        self._scans = Counter("objstate_scans", "Scans of the drives estimated", registry=r)
+        self._lost = Counter(
+            "objstate_lost_drives", "Drives in which the robot was lost for a while", registry=r
+        )
+        self._gauges: dict[str, Gauge] = {}
 
     def note(self, method: str, route: str, status: int, seconds: float) -> None:
         """A request was answered."""
-        with self._lock:
-            self._requests[method, route, status] += 1
-            self._seconds, self._count = self._seconds + seconds, self._count + 1
-            for bound in BUCKETS:
-                self._within[bound] += seconds <= bound
+        self._requests.labels(method, route, str(status)).inc()
+        self._seconds.labels(method, route).observe(seconds)
 
-    def text(self, gauges: Mapping[str, float]) -> str:
-        """All figures; ``gauges`` are what is so now."""
-        with self._lock:
-            lines = ["# TYPE objstate_requests_total counter"]
-            for (method, route, status), count in sorted(self._requests.items()):
-                labels = f'method="{method}",route="{route}",status="{status}"'
-                lines.append(f"objstate_requests_total{{{labels}}} {count}")
-            lines.append("# TYPE objstate_request_seconds histogram")
-            name = "objstate_request_seconds"
-            lines += [f'{name}_bucket{{le="{each}"}} {self._within[each]}' for each in BUCKETS]
-            lines += [f'{name}_bucket{{le="+Inf"}} {self._count}']
-            lines += [f"{name}_sum {self._seconds:.6f}", f"{name}_count {self._count}"]
-        for gauge, value in gauges.items():
-            lines += [f"# TYPE objstate_{gauge} gauge", f"objstate_{gauge} {value:g}"]
-        return "\n".join(lines) + "\n"
+    def note_drive(self, state: str, seconds: float, scans: int, lost_share: float) -> None:
+        """A drive has ended."""
+        self._ended.labels(state).inc()
+        self._estimating.observe(seconds)
+        self._scans.inc(scans)
+        if lost_share > 0.0:
+            self._lost.inc()
+
+    def text(self, gauges: Mapping[str, float]) -> bytes:
+        """All figures; ``gauges`` are what is so now, by name."""
+        for name, value in gauges.items():
+            if name not in self._gauges:
+                told = name.replace("_", " ").capitalize()
+                self._gauges[name] = Gauge(f"objstate_{name}", told, registry=self._registry)
+            self._gauges[name].set(value)
+        return generate_latest(self._registry)

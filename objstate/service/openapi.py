@@ -6,7 +6,7 @@ import re
 from importlib.metadata import version
 from typing import Any
 
-from objstate.service.operations import OPERATIONS, QUERY, Operation
+from objstate.service.operations import OPERATIONS, Operation, Query
 from objstate.service.problems import MEDIA
 
 REFERENCES = "#/components/schemas/{model}"
@@ -50,12 +50,7 @@ def _told(operation: Operation, schemas: dict[str, Any]) -> dict[str, Any]:
         {"name": name, "in": "path", "required": True, "schema": {"type": "string"}}
         for name in names
     ]
-    for name in operation.query:
-        kind, words = QUERY[name]
-        schema = {"type": kind} | ({"minimum": 0} if kind == "number" else {})
-        needed = name == "width" and operation.name == "get_passage"
-        told = {"name": name, "in": "query", "required": needed, "schema": schema}
-        parameters.append(told | {"description": words})
+    parameters += [_parameter(each) for each in operation.query]
     out: dict[str, Any] = {
         "operationId": operation.name,
         "summary": operation.summary,
@@ -76,6 +71,14 @@ def _told(operation: Operation, schemas: dict[str, Any]) -> dict[str, Any]:
             "content": {"application/json": {"schema": reference}},
         }
     return out
+
+
+def _parameter(query: Query) -> dict[str, Any]:
+    schema: dict[str, Any] = {"type": query.kind}
+    if query.kind == "number":
+        schema["minimum"] = 0
+    told = {"name": query.name, "in": "query", "required": query.is_required, "schema": schema}
+    return told | {"description": query.words}
 
 
 def _responses(operation: Operation) -> dict[str, Any]:

@@ -29,6 +29,7 @@ class ServiceOptions:
     time_limit_s: float = 3600.0  # for the estimation of one drive
     memory_limit: int = 4 * GIGABYTE  # bytes of the process that reads a log
     requests_per_s: float = 1000.0  # of one token
+    scenes: bool = False  # whether drives are recorded as scenes for Foxglove
     run: RunOptions = field(default_factory=RunOptions)
 
     def check(self) -> None:

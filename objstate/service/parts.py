@@ -5,8 +5,9 @@ from __future__ import annotations
 from sqlalchemy import func, select
 
 from objstate.run import BuildingInput
-from objstate.service.believed import Believed
-from objstate.service.drives import Drive, Drives
+from objstate.service.advice import Advice
+from objstate.service.believed import Believed, known_object
+from objstate.service.drives import DONE, FAILED, Drive, Drives
 from objstate.service.estimating import Context
 from objstate.service.events import Events
 from objstate.service.evidence import EvidenceDesk
@@ -15,7 +16,7 @@ from objstate.service.options import ServiceOptions
 from objstate.service.processing import Processing
 from objstate.service.questions import Questions
 from objstate.service.requests import Gate
-from objstate.service.tables import DRIVES, make_tables
+from objstate.service.tables import DRIVES, deletion, make_tables
 from objstate.service.tokens import Tokens
 from objstate.world.database import Database
 from objstate.world.location import parse_location
@@ -31,6 +32,7 @@ class Parts:
         self.options = options
         building = BuildingInput.read(options.building).model
         store = open_store(options.world, building)
+        self.store = store
         self.database = Database(parse_location(options.world))
         make_tables(self.database)
         settings = options.run.settings
@@ -39,10 +41,15 @@ class Parts:
         self.events = Events(self.database)
         self.believed = Believed(self.database, store, building, settings)
         self.questions = Questions(self.believed)
+        self.advice = Advice(building, settings, self.believed)
         self.desk = EvidenceDesk(store, self.believed, settings, self.refresh)
         self.drives = Drives(self.database, options.data)
         context = Context(
-            options.building.absolute(), options.world, options.run, options.memory_limit
+            options.building.absolute(),
+            options.world,
+            options.run,
+            options.memory_limit,
+            options.scenes,
         )
         self.processing = Processing(
             self.drives, context, options.time_limit_s, self.note_drive, self.refresh
@@ -51,7 +58,12 @@ class Parts:
         self.listeners = 0
 
     def note_drive(self, drive: Drive) -> None:
-        """Tell who listens of a drive."""
+        """Tell who listens of a drive, and count one that has ended."""
+        if drive.state in (DONE, FAILED) and drive.ended_ns is not None:
+            told = drive.summary or {}
+            seconds = (told.get("timings") or {}).get("elapsed_seconds", 0.0)
+            scans = (told.get("counts") or {}).get("Scan", 0)
+            self.metrics.note_drive(drive.state, seconds, scans, told.get("lost_share") or 0.0)
         self.events.add(("drive", drive.words()))
 
     def refresh(self) -> None:
@@ -67,6 +79,13 @@ class Parts:
             and (not before.history(name) or past[-1].stamp_ns != before.history(name)[-1].stamp_ns)
         ]
         self.events.add(*changed)
+
+    def forget(self, name: str, token: str) -> None:
+        """Remove all that was learnt of an object, on record. Raises Problem, WorldError."""
+        past = self.believed.whole().history(known_object(self.believed.now.world, name))
+        self.store.forget(name, [deletion(token, "history", name, len(past))])
+        self.believed.refresh()
+        self.events.add(("deleted", {"object": name}))
 
     def gauges(self) -> dict[str, float]:
         """What is so now, for the metrics."""

@@ -19,6 +19,7 @@ Body = TypeVar("Body", bound=BaseModel)
 LARGEST_BODY = 4 * 2**20  # bytes of a question
 BURST_S = 1.0  # of requests that may come at once
 GUESSES_PER_S = 5.0  # requests of one address without a token that is in use
+TRUTHS = {"true": True, "1": True, "false": False, "0": False}
 MOST_COUNTED = 10_000  # tokens and addresses whose requests are counted
 
 
@@ -95,6 +96,22 @@ def moment_of(request: Request) -> int | None:
     """The moment that a request asks for; None for now. Raises Problem."""
     text = request.query_params.get("at")
     return None if text is None or text == "now" else parse_moment(text)
+
+
+def text_of(request: Request, name: str) -> str:
+    """What a request has to say. Raises Problem."""
+    text = request.query_params.get(name)
+    if not text:
+        raise Problem(422, f"The query has no '{name}'.", "See /openapi.json.")
+    return text
+
+
+def truth_of(request: Request, name: str) -> bool:
+    """Whether a request says so. Raises Problem."""
+    text = request.query_params.get(name, "false").lower()
+    if text not in TRUTHS:
+        raise Problem(422, f"{name}={text} is neither true nor false.", "Give true or false.")
+    return TRUTHS[text]
 
 
 def number_of(request: Request, name: str, otherwise: float | None = None) -> float:

@@ -2,8 +2,26 @@
 
 from __future__ import annotations
 
-from sqlalchemy import BigInteger, Column, Float, Integer, MetaData, Table, Text
+import time
+from collections.abc import Callable
 
+from sqlalchemy import (
+    BigInteger,
+    Column,
+    Connection,
+    Float,
+    Insert,
+    Integer,
+    MetaData,
+    Table,
+    Text,
+    insert,
+    inspect,
+    select,
+    update,
+)
+
+from objstate.errors import WorldError
 from objstate.world.database import Database
 
 METADATA = MetaData()
@@ -56,7 +74,45 @@ EVIDENCE = Table(
 )
 
 
+# What was deleted, by whom.
+DELETIONS = Table(
+    "service_deletion",
+    METADATA,
+    Column("id", Integer, primary_key=True),
+    Column("stamp_ns", BigInteger, nullable=False),
+    Column("token", Text, nullable=False),  # its id
+    Column("what", Text, nullable=False),  # drive or history
+    Column("name", Text, nullable=False),  # of the drive or the object
+    Column("beliefs", Integer, nullable=False),
+)
+# One row: the form of the tables.
+FORM = Table("service_form", METADATA, Column("form", Integer, nullable=False))
+
+
+def deletion(token: str, what: str, name: str, beliefs: int = 0) -> Insert:
+    """The statement that puts a deletion on record."""
+    row = {"token": token, "what": what, "name": name, "beliefs": beliefs}
+    return insert(DELETIONS).values(stamp_ns=time.time_ns(), **row)
+
+
+def _first(connection: Connection) -> None:
+    tables = [FORM, TOKENS, DRIVES, EVENTS, EVIDENCE, DELETIONS]
+    METADATA.create_all(connection, tables)
+    connection.execute(insert(FORM).values(form=0))
+
+
+MIGRATIONS: tuple[Callable[[Connection], None], ...] = (_first,)  # in order; only ever appended
+
+
 def make_tables(database: Database) -> None:
-    """Make the tables that aren't there yet. Raises WorldError."""
+    """Make the tables, or bring older ones to the newest form. Raises WorldError."""
     with database.writing() as connection:
-        METADATA.create_all(connection)
+        there = inspect(connection).has_table(FORM.name, schema=database.location.schema)
+        form = int(connection.execute(select(FORM.c.form)).scalar_one()) if there else 0
+        if form > len(MIGRATIONS):
+            raise WorldError(
+                f"A newer objstate has served the world {database.location}; update objstate."
+            )
+        for step in MIGRATIONS[form:]:
+            step(connection)
+        connection.execute(update(FORM).values(form=len(MIGRATIONS)))

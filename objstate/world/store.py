@@ -10,7 +10,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import Connection, Executable, Select, func, insert, or_, select, update
+from sqlalchemy import Connection, Executable, Select, delete, func, insert, or_, select, update
 
 from objstate.building.digest import model_digest
 from objstate.building.model import Building, MovableObject
@@ -31,6 +31,7 @@ from objstate.world.schema import (
     BELIEFS,
     DRIVES,
     FLOORS,
+    HABITS,
     MIGRATIONS,
     OBJECTS,
     WORLD,
@@ -212,6 +213,18 @@ class WorldStore:
             due = learn(connection, drive.settings, filters, taught)
         self.fit_habits(drive.settings, due)
         return True
+
+    def forget(self, name: str, also: Iterable[Executable] = ()) -> int:
+        """Remove all that was learnt of an object; the number of beliefs. ``also`` is as in ``add``.
+
+        Drives stay known, so that none is learnt from again. Raises WorldError.
+        """
+        with self._database.writing() as connection:
+            gone = connection.execute(delete(BELIEFS).where(BELIEFS.c.object == name)).rowcount
+            connection.execute(delete(HABITS).where(HABITS.c.object == name))
+            for statement in also:
+                connection.execute(statement)
+        return int(gone)
 
     def fit_habits(
         self, settings: Settings | None = None, names: Iterable[str] | None = None

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
+import sqlite3
 import time
 import urllib.request
 from pathlib import Path
@@ -232,3 +234,37 @@ def _events(service: Service, after: str, count: int) -> list[dict[str, str]]:
                 if len(events) == count:
                     return events
     return events
+
+
+def test_what_to_look_at_next(taught: Service) -> None:
+    told = taught.ask("/v1/next?pose=1.0,0,0deg&plan=pass%20door").json
+    assert {action["object"] for action in told["actions"]} <= {"door"}
+    assert all(action["gain"] >= 0.0 for action in told["actions"])
+    for wrong in ("", "?pose=here", "?pose=1,0,0&plan=pass%20nothing", "?pose=1,0,0&stay=perhaps"):
+        assert taught.ask(f"/v1/next{wrong}").status == 422
+
+
+def test_an_admin_forgets_an_object_and_that_stays_on_record(serve: Serve, tmp_path: Path) -> None:
+    service = serve()
+    report = {"source": "contact sensor", "state": "closed", "stamp_ns": 10**18}
+    service.ask("/v1/objects/door/evidence", report)
+    world = str(tmp_path / "world.db")
+    teacher = _tokens("make", "robot", "--role", "teach", "--world", world).strip()
+    path = "/v1/objects/door/history"
+    assert service.ask(path, method="DELETE", token=teacher).status == 403
+    assert len(service.ask(path).json["history"]) == 1
+    assert service.ask(path, method="DELETE").status == 204
+    assert service.ask(path).json["history"] == []
+    assert service.ask("/v1/objects/door").json["last_observed_ns"] is None
+    with sqlite3.connect(world) as connection:
+        rows = connection.execute("SELECT what, name, beliefs FROM service_deletion").fetchall()
+    assert rows == [("history", "door", 1)]
+
+
+def test_figures_for_prometheus(taught: Service) -> None:
+    taught.ask("/v1/objects/door")
+    text = taught.ask("/metrics").content.decode()
+    route = 'method="GET",route="/v1/objects/{name}"'
+    assert re.search(rf'objstate_requests_total{{{re.escape(route)},status="200"}} \d+', text)
+    assert "objstate_drives_done 1.0" in text
+    assert re.search(r"objstate_scans_total [1-9]", text)
