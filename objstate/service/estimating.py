@@ -6,6 +6,7 @@ import os
 import resource
 import shutil
 import stat
+import tempfile
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
@@ -42,11 +43,8 @@ def estimate(context: Context, job: Job, report: Any) -> None:
     limit = context.memory_limit
     resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    log = job.log
-    unpacked = log.with_name(log.name + ".d")
-    try:
-        if log.suffix == ".zip":
-            log = unzip(log, unpacked)
+    with tempfile.TemporaryDirectory(dir=job.log.parent) as folder:
+        log = unzip(job.log, Path(folder)) if job.log.suffix == ".zip" else job.log
         building = BuildingInput.read(context.building)
         estimate_log(
             [log],
@@ -58,17 +56,13 @@ def estimate(context: Context, job: Job, report: Any) -> None:
             on_progress=report,
             mcap=context.scenes,
         )
-    finally:
-        shutil.rmtree(unpacked, ignore_errors=True)
 
 
 def unzip(archive: Path, folder: Path) -> Path:
-    """The folder of a zipped recording (rosbag2), unpacked; raises LogError for any other archive.
+    """The folder, with a zipped recording (rosbag2) unpacked into it; raises LogError for any other archive.
 
     Names from outside are never used as paths: only a recording's own files are taken, flat.
     """
-    shutil.rmtree(folder, ignore_errors=True)
-    folder.mkdir(parents=True)
     try:
         with zipfile.ZipFile(archive) as zipped:
             files = [each for each in zipped.infolist() if not each.is_dir()]

@@ -111,7 +111,9 @@ class WorldStore:
                 return self._newest(connection, items, chosen)
             rows = connection.execute(_beliefs(since_ns, until_ns, without)).all()
             left = connection.execute(_floors(since_ns, until_ns, without)).all()
-            habits = read_habits(connection, chosen, filters_of(items, chosen))
+            habits = None  # those that a drive taught can't be told from the others'
+            if without is None or not _has_drive(connection, without):
+                habits = read_habits(connection, chosen, filters_of(items, chosen))
         beliefs = (
             unpack_belief(packed, items[name], stamp_ns, last_observed_ns)
             for name, stamp_ns, last_observed_ns, packed in rows
@@ -186,8 +188,7 @@ class WorldStore:
         """
         ready()  # before others wait for the transaction
         with self._database.writing() as connection:
-            known = select(DRIVES.c.id).where(DRIVES.c.digest == drive.digest)
-            if connection.execute(known).first() is not None:
+            if _has_drive(connection, drive.digest):
                 return False
             new = insert(DRIVES).values(
                 digest=drive.digest,
@@ -288,6 +289,11 @@ def open_store(
     else:
         _make_or_check(database, building)
     return WorldStore(database)
+
+
+def _has_drive(connection: Connection, digest: str) -> bool:
+    known = select(DRIVES.c.id).where(DRIVES.c.digest == digest)
+    return connection.execute(known).first() is not None
 
 
 def _check_that_it_is_there(database: Database) -> None:

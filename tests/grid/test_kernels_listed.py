@@ -22,7 +22,7 @@ from objstate.grid import (
 
 def test_after_compiling_no_grid_compiles_anything() -> None:
     loops = {loop for loop, _ in PARTS[-1]}
-    assert loops == {each for each in vars(kernels).values() if hasattr(each, "py_func")}
+    assert loops >= {each for each in vars(kernels).values() if hasattr(each, "py_func")}
     compile_part(len(PARTS) - 1, 1, len(PARTS))
     before = {loop.__name__: list(loop.signatures) for loop, _ in PARTS[-1]}
     layout = Layout(0.05, 40, 60, np.array([0.3, -0.2, 0.1]))

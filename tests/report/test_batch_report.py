@@ -116,7 +116,7 @@ def test_an_hour_that_was_looked_at_once_shows_how_little_that_tells() -> None:
         Share(3, 1, 1.0, Interval(0.85, 0.15, 1.0)),
         Share(4, 90, 80.0, Interval(0.5, 0.4, 0.6)),
     )
-    door = DoorStatistics("d", 1, 91, 0, 0, 1, 0, known, known, known, known, hours, ())
+    door = DoorStatistics("d", 1, 91, 0, 0, 1, 0, *[known] * 5, hours, ())
     drawn = re.findall(r'height="([\d.]+)" class="span"', usage([door]))
     assert [float(height) / TALL for height in drawn] == pytest.approx([0.85, 0.2], abs=0.01)
 

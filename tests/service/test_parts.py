@@ -81,8 +81,13 @@ def test_names_in_an_archive_are_never_paths(tmp_path: Path) -> None:
         zipped.writestr("../../metadata.yaml", "x")
         zipped.writestr("/etc/part_0.mcap", "y")
         zipped.writestr("evil.sh", "z")
-    folder = unzip(archive, tmp_path / "out")
+    folder = unzip(archive, out(tmp_path))
     assert sorted(each.name for each in folder.iterdir()) == ["metadata.yaml", "part_0.mcap"]
+
+
+def out(folder: Path) -> Path:
+    (folder / "out").mkdir()
+    return folder / "out"
 
 
 @pytest.mark.parametrize("names", [["part.mcap"], ["a/metadata.yaml", "b/metadata.yaml"]])
@@ -92,7 +97,7 @@ def test_an_archive_that_is_no_recording_is_refused(names: list[str], tmp_path: 
         for name in names:
             zipped.writestr(name, "x")
     with pytest.raises(LogError):
-        unzip(archive, tmp_path / "out")
+        unzip(archive, out(tmp_path))
 
 
 def test_an_archive_that_grows_without_end_is_refused(tmp_path: Path) -> None:
@@ -100,4 +105,4 @@ def test_an_archive_that_grows_without_end_is_refused(tmp_path: Path) -> None:
     with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as zipped:
         zipped.writestr("metadata.yaml", b"0" * 10_000_000)
     with pytest.raises(LogError, match="unpack"):
-        unzip(archive, tmp_path / "out")
+        unzip(archive, out(tmp_path))
