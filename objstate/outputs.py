@@ -113,6 +113,15 @@ def remove_file(path: Path) -> None:
         raise _unwritable(path, error.errno or 0) from error
 
 
+def remove_folder(path: Path) -> None:
+    """Remove a folder with all in it, if it is there. Raises StorageError."""
+    try:
+        if path.exists():
+            shutil.rmtree(path)
+    except OSError as error:
+        raise _unwritable(path, error.errno or 0) from error
+
+
 def sweep(folder: Path) -> None:
     """Remove the workshops in a folder whose processes are gone; restore what they replaced."""
     for workshop in folder.glob(f"{WORKSHOP}*"):

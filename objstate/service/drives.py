@@ -7,7 +7,6 @@ import hashlib
 import json
 import os
 import secrets
-import shutil
 import time
 from collections.abc import AsyncIterator, Mapping
 from dataclasses import dataclass
@@ -16,7 +15,7 @@ from typing import Any
 
 from sqlalchemy import Connection, func, insert, select, update
 
-from objstate.outputs import flush_folder, make_folder
+from objstate.outputs import flush_folder, make_folder, remove_file, remove_folder
 from objstate.service.problems import Problem
 from objstate.service.tables import DRIVES, deletion
 from objstate.world.database import Database
@@ -199,8 +198,8 @@ class Drives:
             change = update(DRIVES).where(DRIVES.c.id == identity)
             connection.execute(change.values(state=DELETED, deleted_by=token))
             connection.execute(deletion(token, "drive", identity))
-        self.log(drive).unlink(missing_ok=True)
-        shutil.rmtree(self.result(drive), ignore_errors=True)
+        remove_file(self.log(drive))
+        remove_folder(self.result(drive))
         return drive
 
 
