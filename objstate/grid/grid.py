@@ -132,7 +132,7 @@ class Grid:
         cos, sin = math.cos(layout.origin[2]), math.sin(layout.origin[2])
         turn = np.array([[cos, sin], [-sin, cos]]) / layout.resolution
         covariances = turn @ percepts.covariances @ turn.T
-        spreads = covariances.reshape(-1, 4)[:, [0, 1, 3]]
+        spreads = np.ascontiguousarray(covariances.reshape(-1, 4)[:, [0, 1, 3]])
         starts, ends = layout.to_cells(percepts.starts), layout.to_cells(percepts.ends)
         quantile, far = -2.0 * math.log(1.0 - ELLIPSE), reach / layout.resolution
         if self._next > LAST_INDEX - layout.size:
