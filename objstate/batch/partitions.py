@@ -10,13 +10,12 @@ from pathlib import Path
 
 from objstate.errors import StorageError
 from objstate.outages import outage_of
-from objstate.outputs import flush_folder, make_folder
+from objstate.outputs import flush_folder, make_folder, remove_folder, whole
 from objstate.recording.batches import PART, PARTITION, result_of
 from objstate.recording.events import EVENTS
 from objstate.recording.tables import ESTIMATES, SMOOTHED
 
 TABLES = (ESTIMATES, SMOOTHED, EVENTS)
-NEW = f".{PART}"  # a partition on its way
 
 
 def link_tables(folder: Path, names: Iterable[str]) -> None:
@@ -42,36 +41,20 @@ def unlink_tables(folder: Path, names: Iterable[str]) -> None:
     """Take the tables of some logs out of the combined ones. Raises StorageError."""
     for name in names:
         for table in TABLES:
-            _remove(folder / table / f"{PARTITION}{name}")
+            remove_folder(folder / table / f"{PARTITION}{name}")
 
 
 def _place(source: Path, partition: Path) -> None:
     if not source.exists():
-        _remove(partition)
+        remove_folder(partition)
         return
     with suppress(FileExistsError):
         partition.mkdir()
-    new, target = partition / NEW, partition / PART
-    new.unlink(missing_ok=True)
-    try:
-        os.link(source, new)
-    except OSError:  # a file system that has no links
-        shutil.copyfile(source, new)
-        with new.open("rb") as file:
-            os.fsync(file.fileno())
-    os.replace(new, target)
-    new.unlink(missing_ok=True)  # it stays where both are links to one file
-    flush_folder(partition)
-
-
-def _remove(partition: Path) -> None:
-    try:
-        for name in (PART, NEW):
-            (partition / name).unlink(missing_ok=True)
-        with suppress(FileNotFoundError):
-            partition.rmdir()
-    except OSError as error:
-        raise _unwritable(partition, error) from error
+    with whole(partition / PART, overwrite=True) as new:
+        try:
+            os.link(source, new)
+        except OSError:  # a file system that has no links
+            shutil.copyfile(source, new)
 
 
 def _unwritable(place: Path, error: OSError) -> StorageError:
