@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import fcntl
-import shutil
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass, replace
@@ -18,7 +17,7 @@ from objstate.batch.options import BatchOptions
 from objstate.batch.pool import run_here
 from objstate.batch.request import Requested, named
 from objstate.errors import OutageError, ResultError
-from objstate.outputs import WORKSHOP, make_folder, refuse_url, sweep
+from objstate.outputs import WORKSHOP, make_folder, refuse_url, remove_folder, sweep
 from objstate.recording.batches import (
     LOGS,
     OUTCOMES,
@@ -120,7 +119,7 @@ def _run(
 
 def _drop_old_notes(folder: Path) -> None:
     """The index has taken up what batches of earlier versions noted in a file for each log."""
-    shutil.rmtree(folder / OUTCOMES, ignore_errors=True)
+    remove_folder(folder / OUTCOMES)
 
 
 def _told(count: int) -> str:
