@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -13,6 +14,7 @@ from objstate.cli.options import AsJson, Config, help_when_alone
 from objstate.errors import SettingsError
 
 if TYPE_CHECKING:
+    from objstate.service.live.options import Protocol, RobotAddress
     from objstate.service.tokens import Tokens
 
 EXAMPLES = """\b
@@ -88,6 +90,31 @@ def serve(
     scenes: Annotated[
         bool, typer.Option("--scenes", help="Record drives as scenes for Foxglove, too.")
     ] = False,
+    foxglove: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=URL",
+            help="A robot whose foxglove_bridge is connected to, as robot_1=ws://10.0.0.7:8765.",
+        ),
+    ] = None,
+    rosbridge: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME=URL", help="The same of a robot with rosbridge."),
+    ] = None,
+    watch: Annotated[
+        list[str] | None,
+        typer.Option(metavar="PLACE", help="A folder or URL where logs are dropped."),
+    ] = None,
+    foxglove_port: Annotated[
+        int | None,
+        typer.Option(metavar="PORT", help="Show live drives to Foxglove on this machine."),
+    ] = None,
+    is_global: Annotated[
+        bool, typer.Option("--global", help="Robots may start anywhere in the building.")
+    ] = False,
+    workers: Annotated[
+        int, typer.Option(metavar="N", help="Processes that answer.", min=1, max=64)
+    ] = 1,
     config: Config = None,
 ) -> None:
     """Serve a world: robots send drives, planners ask, people watch.
@@ -124,7 +151,11 @@ def serve(
         memory_limit=round(memory_limit * GIGABYTE),
         requests_per_s=rate,
         scenes=scenes,
-        run=RunOptions(settings=load_settings(config)),
+        robots=(*_robots("foxglove", foxglove), *_robots("rosbridge", rosbridge)),
+        watched=tuple(watch or ()),
+        foxglove_port=foxglove_port,
+        workers=workers,
+        run=RunOptions(settings=load_settings(config), global_start=is_global),
     )
 
     def ready(address: str, secret: str | None) -> None:
@@ -135,6 +166,19 @@ def serve(
             print_notice(f"The first token, which isn't shown again: {secret}")
 
     run_service(options, ready)
+
+
+def _robots(protocol: Protocol, named: list[str] | None) -> Iterator[RobotAddress]:
+    """Robots that are connected to. Raises SettingsError."""
+    from objstate.service.live.options import RobotAddress
+
+    for text in named or ():
+        robot, _, address = text.partition("=")
+        if not robot or not address.startswith(("ws://", "wss://")):
+            raise SettingsError(
+                f"--{protocol} {text} names no robot and its address; give robot_1=ws://HOST:PORT."
+            )
+        yield RobotAddress(robot, protocol, address)
 
 
 @tokens_app.command("make", epilog=TOKEN_EXAMPLES)

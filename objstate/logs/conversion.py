@@ -18,9 +18,8 @@ from objstate.logs.beliefs import (
     plane_pose,
     pose_array_belief,
 )
-from objstate.logs.containers import Messages
 from objstate.logs.frames import BASE, FrameTree, Mountings, frame_name, odometry_root
-from objstate.logs.messages import Message
+from objstate.logs.messages import Container, Message
 from objstate.logs.notices import Notices
 from objstate.logs.ordering import Arrival, Item
 from objstate.logs.roles import Roles
@@ -43,7 +42,7 @@ class Converter:
 
     def __init__(
         self,
-        messages: Messages,
+        messages: Container,
         roles: Roles,
         mounts: Mapping[str, FloatArray],
         clock_offsets: Mapping[str, float],

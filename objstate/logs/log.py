@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from itertools import islice
 
 from objstate.errors import LogError
 from objstate.geometry import FloatArray
 from objstate.logs.containers import Messages, Paths, as_paths
 from objstate.logs.conversion import Converter
+from objstate.logs.messages import Container
 from objstate.logs.notices import Notices
 from objstate.logs.odometry import place_in_odometry
-from objstate.logs.ordering import in_time_order
+from objstate.logs.ordering import Arrival, in_time_order
 from objstate.logs.roles import find_roles
 from objstate.records import Odometry, Record, Scan
 
@@ -27,20 +28,26 @@ LARGEST_CLOCK_OFFSET = 0.5
 # records read at once, which takes half the time of reading each on demand
 READ_AHEAD = 64
 
+Ordering = Callable[[Iterable[Arrival], Notices], Iterator[Record]]
+
 
 class Log:
-    """One drive's records in time order, to be iterated over."""
+    """One drive's records in time order, to be iterated over.
+
+    ``ordered`` makes records of what arrives; the drive may still go on.
+    """
 
     def __init__(
         self,
-        messages: Messages,
+        messages: Container,
         topics: Collection[str] | None,
         mounts: Mapping[str, FloatArray],
         clock_offsets: Mapping[str, float],
         span: tuple[float | None, float | None],
         notices: Notices,
+        ordered: Ordering,
     ) -> None:
-        self._messages = messages
+        self._messages, self._ordered = messages, ordered
         self._mounts = mounts
         self._clock_offsets = clock_offsets
         self._mountings: Mapping[str, FloatArray] = {}
@@ -59,9 +66,8 @@ class Log:
             self._messages, self._roles, self._mounts, self._clock_offsets, self._notices
         )
         self._mountings = converter.mountings
-        items = in_time_order(converter.arrivals(), self._notices)
-        records = place_in_odometry(items, self._notices)
-        for record in _ahead(_within(records, *self._span)):
+        records = self._ordered(converter.arrivals(), self._notices)
+        for record in _within(records, *self._span):
             self._passed[type(record).__name__] += 1
             yield record
         if not self._passed[Scan.__name__]:
@@ -124,7 +130,12 @@ def open_log(
             )
     notices = Notices()
     messages = Messages(as_paths(paths), None, notices)
-    return Log(messages, topics, mounts or {}, clock_offsets or {}, (start, end), notices)
+    span = start, end
+    return Log(messages, topics, mounts or {}, clock_offsets or {}, span, notices, _recorded)
+
+
+def _recorded(arrivals: Iterable[Arrival], notices: Notices) -> Iterator[Record]:
+    return _ahead(place_in_odometry(in_time_order(arrivals, notices), notices))
 
 
 def _ahead(records: Iterable[Record]) -> Iterator[Record]:

@@ -97,19 +97,19 @@ def place_in_odometry(items: Iterable[Item], notices: Notices) -> Iterator[Recor
     track = Track()
     held: deque[Item] = deque()
     for item in items:
-        if isinstance(item, Odometry) and not _extends(track, item, notices):
+        if isinstance(item, Odometry) and not extends(track, item, notices):
             continue
         if not held and not isinstance(item, Sweep):
             yield item
             continue
         held.append(item)
         while held and _is_ready(held[0], track, now_ns=item.stamp_ns):
-            yield from _placed(held.popleft(), track, notices)
+            yield from placed(held.popleft(), track, notices)
     for item in held:
-        yield from _placed(item, track, notices)
+        yield from placed(item, track, notices)
 
 
-def _extends(track: Track, odometry: Odometry, notices: Notices) -> bool:
+def extends(track: Track, odometry: Odometry, notices: Notices) -> bool:
     """Take odometry into the track; not where its stamp is there already."""
     if track.last_ns is None:
         track.append(odometry)
@@ -136,7 +136,8 @@ def _is_ready(item: Item, track: Track, now_ns: int) -> bool:
     return (known_to is not None and known_to >= item.end_ns) or now_ns - item.end_ns > WAIT_NS
 
 
-def _placed(item: Item, track: Track, notices: Notices) -> Iterator[Record]:
+def placed(item: Item, track: Track, notices: Notices) -> Iterator[Record]:
+    """The record of an item; a scan by odometry, if there is any near it."""
     if not isinstance(item, Sweep):
         yield item
         return

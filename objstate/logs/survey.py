@@ -12,9 +12,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from objstate.errors import LogError
-from objstate.logs.containers import Messages
 from objstate.logs.frames import BASE, FrameTree, frame_name
-from objstate.logs.messages import Message
+from objstate.logs.messages import Container, Message
 from objstate.logs.roles import Roles, preferred
 
 # ns of recording; by then every sensor has spoken
@@ -41,7 +40,7 @@ class Survey:
         }
 
 
-def survey(messages: Messages, roles: Roles, tree: FrameTree) -> Survey:
+def survey(messages: Container, roles: Roles, tree: FrameTree) -> Survey:
     """Read the first seconds. Transforms go into ``tree``."""
     found = Survey()
     first_ns: int | None = None
@@ -61,7 +60,7 @@ def survey(messages: Messages, roles: Roles, tree: FrameTree) -> Survey:
 
 
 def read_tf_until(
-    is_enough: Callable[[], bool], messages: Messages, roles: Roles, tree: FrameTree
+    is_enough: Callable[[], bool], messages: Container, roles: Roles, tree: FrameTree
 ) -> None:
     """Read tf, from the log's beginning to its end, until there is enough."""
     if is_enough():

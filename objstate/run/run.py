@@ -161,7 +161,7 @@ def estimate_log(
         memory = _memory(world, model, options, log_identity(described, options), begin_ns)
         known = None if memory is None else memory.known
         driving = options if memory is None else replace(options, settings=memory.settings)
-        estimator = _estimator(model, driving, known, history=True)
+        estimator = make_estimator(model, driving, known, history=True)
         observers = (*observers, *([] if memory is None else [memory]))
         with ExitStack() as files:
             floor = None
@@ -228,7 +228,7 @@ def open_run(
     Raises BuildingError, SettingsError or LogError.
     """
     check_start(options, building)
-    return _opened(logs, options), _estimator(building, options)
+    return _opened(logs, options), make_estimator(building, options)
 
 
 def _opened(logs: Sequence[Path], options: RunOptions) -> Log:
@@ -260,7 +260,7 @@ def _memory(
     return Memory.opened(world, building, options.settings, digest, begin_ns)
 
 
-def _estimator(
+def make_estimator(
     building: Building,
     options: RunOptions,
     beliefs: Mapping[str, ObjectBelief] | None = None,

@@ -7,7 +7,7 @@ import logging
 import secrets
 import time
 from collections.abc import AsyncIterator, Awaitable, Callable
-from contextlib import asynccontextmanager, suppress
+from contextlib import asynccontextmanager
 
 from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
@@ -58,12 +58,15 @@ def service_app(parts: Parts) -> Starlette:
     async def life(_: Starlette) -> AsyncIterator[None]:
         parts.events.listen_on(asyncio.get_running_loop())
         parts.processing.start()
-        watching = asyncio.create_task(_watch(parts))
+        await asyncio.to_thread(parts.robots.recover)
+        parts.watch.start()
+        tasks = [asyncio.create_task(each.run()) for each in parts.links]
+        tasks += [asyncio.create_task(_watch(parts)), asyncio.create_task(parts.robots.watch())]
         yield
-        watching.cancel()
-        with suppress(asyncio.CancelledError):
-            await watching
-        await asyncio.to_thread(parts.processing.end)
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+        await asyncio.to_thread(parts.end)
 
     routes = [
         Route(each.path, _watched(parts, each.path, _of(parts, each)), methods=[each.method])
@@ -139,6 +142,7 @@ async def _watch(parts: Parts) -> None:
         await asyncio.sleep(REFRESHED_EVERY_S)
         try:
             await asyncio.to_thread(parts.refresh)
+            await asyncio.to_thread(parts.events.follow)
         except ObjstateError as error:
             logger.warning("the world can't be read: %s", error)
 

@@ -9,6 +9,7 @@ from sqlalchemy import func, select
 
 from objstate.building.model import Building
 from objstate.config import Settings
+from objstate.objects import ObjectBelief
 from objstate.service.problems import Problem
 from objstate.service.tables import DELETIONS
 from objstate.world.database import Database
@@ -36,6 +37,7 @@ class Believed:
         self._building, self._settings = building, settings
         self._lock = threading.Lock()
         self._whole: tuple[str, World] | None = None
+        self._live: dict[str, tuple[str, ObjectBelief]] = {}  # by object: the drive, its belief
         self._known = self._loaded(self._asked())
 
     @property
@@ -55,7 +57,32 @@ class Believed:
     def at(self, stamp_ns: int) -> Snapshot:
         """What is believed at a moment. For one before the latest the whole world is loaded once."""
         known = self._known
-        return (known.world if stamp_ns >= known.latest_ns else self.whole()).at(stamp_ns)
+        if stamp_ns < known.latest_ns:
+            return self.whole().at(stamp_ns)
+        return known.world.at(stamp_ns, {name: belief for name, (_, belief) in self._live.items()})
+
+    def learn(self, drive: str, belief: ObjectBelief) -> None:
+        """Take a belief of a drive that goes on, until it is in the world."""
+        live = self._live.get(belief.item.name)
+        if live is None or (live[1].stamp_ns or 0) <= (belief.stamp_ns or 0):
+            fitted = self._known.world.fitted(belief)
+            self._live = self._live | {belief.item.name: (drive, fitted)}
+
+    def forget(self, drive: str) -> None:
+        """Let go the beliefs of a drive, which is in the world now, or never will be."""
+        self._live = {name: each for name, each in self._live.items() if each[0] != drive}
+
+    def learnt_ns(self, name: str) -> int:
+        """When something was last learnt of an object, 0 for never. Raises WorldError."""
+        past = self._known.world.history(name)
+        latest = (past[-1].stamp_ns or 0) if past else 0
+        live = self._live.get(name)
+        return latest if live is None else max(latest, live[1].stamp_ns or 0)
+
+    @property
+    def live_ns(self) -> int:
+        """When a drive that goes on last learnt anything; 0 where none does."""
+        return max((each.stamp_ns or 0 for _, each in self._live.values()), default=0)
 
     def whole(self) -> World:
         """The world with all its past. Raises WorldError."""

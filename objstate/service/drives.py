@@ -32,7 +32,17 @@ SUFFIXES = {  # by the first bytes
     b"PK\x03\x04": ".zip",
     b"\x1f\x8b": ".log.gz",
 }
-COLUMNS = ("id", "state", "size", "attempts", "reason", "received_ns", "ended_ns", "summary")
+COLUMNS = (
+    "id",
+    "state",
+    "size",
+    "attempts",
+    "reason",
+    "received_ns",
+    "ended_ns",
+    "summary",
+    "robot",
+)
 
 
 @dataclass(frozen=True)
@@ -47,6 +57,7 @@ class Drive:
     received_ns: int
     ended_ns: int | None
     summary: Mapping[str, Any] | None  # of one that is done
+    robot: str | None  # that sent it while it drove
     file: str
 
     def words(self, progress: float | None = None) -> dict[str, Any]:
@@ -79,7 +90,7 @@ class Drives:
 
         Raises Problem for a log that is empty, too large or not of the ``digest`` stated.
         """
-        partial = self._folder / "incoming" / secrets.token_hex(16)
+        partial = self.place()
         hashed, size, head, block = hashlib.sha256(), 0, b"", bytearray()
         try:
             with partial.open("wb") as file:
@@ -100,16 +111,27 @@ class Drives:
                 keep(bytes(block))
                 file.flush()
                 await asyncio.to_thread(os.fsync, file.fileno())
-            if size == 0:
-                raise Problem(400, "The request has no body.", "Send the log as the body.")
-            if digest is not None and digest.lower() != hashed.hexdigest():
-                detail = f"The log's SHA-256 is {hashed.hexdigest()}, not {digest}."
-                raise Problem(400, detail, "Send it again.")
+            _check(size, hashed.hexdigest(), digest)
             return await asyncio.to_thread(
                 self._queue, partial, hashed.hexdigest(), size, _suffix(head)
             )
         finally:
             partial.unlink(missing_ok=True)
+
+    def adopt(self, file: Path, digest: str | None = None, robot: str | None = None) -> Drive:
+        """Queue a log that lies in the data folder, which is moved. Raises Problem as ``receive``."""
+        with file.open("rb") as reading:
+            head = reading.read(64)
+            reading.seek(0)
+            found = hashlib.file_digest(reading, "sha256").hexdigest()
+            os.fsync(reading.fileno())
+        size = file.stat().st_size
+        _check(size, found, digest)
+        return self._queue(file, found, size, _suffix(head), robot)
+
+    def place(self) -> Path:
+        """A path in the data folder for a log that comes in."""
+        return self._folder / "incoming" / secrets.token_hex(16)
 
     def _sweep(self) -> None:
         """Remove uploads that broke off when an earlier service was killed."""
@@ -117,7 +139,9 @@ class Drives:
             if time.time() - partial.stat().st_mtime > ABANDONED_S:
                 partial.unlink(missing_ok=True)
 
-    def _queue(self, partial: Path, digest: str, size: int, suffix: str) -> Drive:
+    def _queue(
+        self, partial: Path, digest: str, size: int, suffix: str, robot: str | None = None
+    ) -> Drive:
         identity, file = digest[:IDENTITY], digest + suffix
         with self._database.writing() as connection:
             known = _one(connection, identity)
@@ -126,7 +150,7 @@ class Drives:
             partial.replace(self._folder / "logs" / file)
             flush_folder(self._folder / "logs")
             fresh = {"state": WAITING, "attempts": 0, "reason": None, "received_ns": time.time_ns()}
-            fresh |= {"ended_ns": None, "summary": None, "deleted_by": None}
+            fresh |= {"ended_ns": None, "summary": None, "deleted_by": None, "robot": robot}
             number = 1 + (connection.execute(select(func.max(DRIVES.c.number))).scalar() or 0)
             if known is None:
                 row = {"id": identity, "digest": digest, "size": size, "file": file}
@@ -204,6 +228,14 @@ class Drives:
 
 
 TOO_LARGE = "Split it, or let the operator raise --largest-log."
+
+
+def _check(size: int, found: str, digest: str | None) -> None:
+    """Raises Problem for a log that is empty, or not of the digest stated."""
+    if size == 0:
+        raise Problem(400, "The log is empty.", "Send the log as the body.")
+    if digest is not None and digest.lower() != found:
+        raise Problem(400, f"The log's SHA-256 is {found}, not {digest}.", "Send it again.")
 
 
 def _suffix(head: bytes) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import time
+from collections import deque
 from collections.abc import AsyncIterator
 from typing import Any, NamedTuple
 
@@ -15,6 +16,7 @@ from objstate.world.database import Database
 
 KEPT = 10_000  # events; who was away for more of them hears that some are lost
 AT_ONCE = 500  # events read from the database in one go
+PASSING = 200  # messages that aren't kept, which may wait for a slow listener
 CHECKED_EVERY_S = 15.0  # comment sent to a silent listener, so that a dead connection shows
 
 
@@ -31,13 +33,22 @@ class Event(NamedTuple):
         return f"id: {self.id}\nevent: {self.kind}\ndata: {self.data}\n\n"
 
 
+class Listener:
+    """Who follows a stream: what isn't kept is handed to it, the newest where it is slow."""
+
+    def __init__(self) -> None:
+        self.passing: deque[str] = deque(maxlen=PASSING)
+
+
 class Events:
     """The events of a service. Those who listen are woken by each new one, and read from here."""
 
     def __init__(self, database: Database) -> None:
         self._database = database
         self._wake = asyncio.Event()
+        self._last = 0  # the newest number that is known here
         self._loop: asyncio.AbstractEventLoop | None = None
+        self._listeners: set[Listener] = set()
         self._reads: dict[tuple[asyncio.Event, int], asyncio.Task[list[Event]]] = {}
 
     def listen_on(self, loop: asyncio.AbstractEventLoop) -> None:
@@ -55,7 +66,28 @@ class Events:
             last = connection.execute(select(func.max(EVENTS.c.id))).scalar_one()
             connection.execute(delete(EVENTS).where(EVENTS.c.id <= last - KEPT))
         if self._loop is not None:
-            self._loop.call_soon_threadsafe(self._ring)
+            self._loop.call_soon_threadsafe(self._news, last)
+
+    def tell(self, kind: str, data: dict[str, Any]) -> None:
+        """Tell who listens now of something that isn't kept, as a robot's pose; from any thread."""
+        if self._loop is not None and self._listeners:
+            text = f"event: {kind}\ndata: {json.dumps(data)}\n\n"
+            self._loop.call_soon_threadsafe(self._pass_on, text)
+
+    def follow(self) -> None:
+        """Look whether another process has added events; from any thread. Raises WorldError."""
+        last = self.last()
+        if last > self._last and self._loop is not None:
+            self._loop.call_soon_threadsafe(self._news, last)
+
+    def _news(self, last: int) -> None:
+        self._last = max(self._last, last)
+        self._ring()
+
+    def _pass_on(self, text: str) -> None:
+        for listener in self._listeners:
+            listener.passing.append(text)
+        self._ring()
 
     def _ring(self) -> None:
         self._wake.set()
@@ -77,18 +109,28 @@ class Events:
         """All events after a number, or from now on, in the words of Server-Sent Events."""
         seen = await asyncio.to_thread(self.last) if after is None else after
         yield f"id: {seen}\n\n"  # where to resume a stream that breaks before its first event
-        while True:
-            wake = self._wake
-            new = await self._shared(wake, seen)
-            for event in new:
-                yield event.text()
-                seen = event.id
-            if new:
-                continue
-            try:
-                await asyncio.wait_for(wake.wait(), CHECKED_EVERY_S)
-            except TimeoutError:
-                yield ": still here\n\n"
+        self._last = max(self._last, seen)
+        listener, is_behind = Listener(), True
+        self._listeners.add(listener)
+        try:
+            while True:
+                wake = self._wake
+                new = await self._shared(wake, seen) if is_behind or self._last > seen else []
+                is_behind = False
+                for event in new:
+                    yield event.text()
+                    seen = event.id
+                passing = bool(listener.passing)
+                while listener.passing:
+                    yield listener.passing.popleft()
+                if new or passing:
+                    continue
+                try:
+                    await asyncio.wait_for(wake.wait(), CHECKED_EVERY_S)
+                except TimeoutError:
+                    yield ": still here\n\n"
+        finally:
+            self._listeners.discard(listener)
 
     async def _shared(self, wake: asyncio.Event, seen: int) -> list[Event]:
         """The next events after a number, read once for all who wait for them.

@@ -9,6 +9,7 @@ from prometheus_client.exposition import CONTENT_TYPE_LATEST
 
 MEDIA = CONTENT_TYPE_LATEST
 ANSWERED_S = (0.0005, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.5, 2.0)
+DELAYED_S = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 5.0)
 ESTIMATED_S = (1.0, 5.0, 20.0, 60.0, 300.0, 1200.0, 3600.0)
 
 
@@ -36,6 +37,12 @@ class Metrics:
         self._lost = Counter(
             "objstate_lost_drives", "Drives in which the robot was lost for a while", registry=r
         )
+        self._delays = Histogram(
+            "objstate_belief_delay_seconds",
+            "From a live scan's coming in to its beliefs on the stream",
+            registry=r,
+            buckets=DELAYED_S,
+        )
         self._gauges: dict[str, Gauge] = {}
 
     def note(self, method: str, route: str, status: int, seconds: float) -> None:
@@ -50,6 +57,10 @@ class Metrics:
         self._scans.inc(scans)
         if lost_share > 0.0:
             self._lost.inc()
+
+    def note_delay(self, seconds: float) -> None:
+        """A live scan's beliefs were published."""
+        self._delays.observe(seconds)
 
     def text(self, gauges: Mapping[str, float]) -> bytes:
         """All figures; ``gauges`` are what is so now, by name."""

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from objstate.errors import SettingsError
 from objstate.run.options import RunOptions
+from objstate.service.live.options import LiveLimits, RobotAddress
 
 GIGABYTE = 10**9
 
@@ -30,6 +31,11 @@ class ServiceOptions:
     memory_limit: int = 4 * GIGABYTE  # bytes of the process that reads a log
     requests_per_s: float = 1000.0  # of one token
     scenes: bool = False  # whether drives are recorded as scenes for Foxglove
+    robots: tuple[RobotAddress, ...] = ()  # that are connected to
+    watched: tuple[str, ...] = ()  # folders and URLs where logs are dropped
+    foxglove_port: int | None = None  # of a server that shows live drives; 0 takes a free one
+    live: LiveLimits = field(default_factory=LiveLimits)
+    workers: int = 1  # processes that answer
     run: RunOptions = field(default_factory=RunOptions)
 
     def check(self) -> None:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from sqlalchemy import func, select
 
+from objstate.lazy import altered
 from objstate.run import BuildingInput
 from objstate.service.advice import Advice
 from objstate.service.believed import Believed, known_object
@@ -11,6 +14,11 @@ from objstate.service.drives import DONE, FAILED, Drive, Drives
 from objstate.service.estimating import Context
 from objstate.service.events import Events
 from objstate.service.evidence import EvidenceDesk
+from objstate.service.live.drive import LiveDrive
+from objstate.service.live.links import Link
+from objstate.service.live.options import LiveContext
+from objstate.service.live.robots import Robots
+from objstate.service.live.scene import FoxgloveServer
 from objstate.service.metrics import Metrics
 from objstate.service.options import ServiceOptions
 from objstate.service.processing import Processing
@@ -18,6 +26,8 @@ from objstate.service.questions import Questions
 from objstate.service.requests import Gate
 from objstate.service.tables import DRIVES, deletion, make_tables
 from objstate.service.tokens import Tokens
+from objstate.service.uploads import Uploads
+from objstate.service.watching import Watch
 from objstate.world.database import Database
 from objstate.world.location import parse_location
 from objstate.world.store import open_store
@@ -32,7 +42,8 @@ class Parts:
         self.options = options
         building = BuildingInput.read(options.building).model
         store = open_store(options.world, building)
-        self.store = store
+        self.store, self.building = store, building
+        self._ended_live: dict[str, str] = {}  # by drive that is queued: the live drive
         self.database = Database(parse_location(options.world))
         make_tables(self.database)
         settings = options.run.settings
@@ -56,6 +67,66 @@ class Parts:
         )
         self.metrics = Metrics()
         self.listeners = 0
+        self.uploads = Uploads(self.database, options.data / "uploads", self.drives)
+        self.watch = Watch(options.watched, self.database, self.drives, self.queued)
+        live = LiveContext(
+            context.building,
+            options.world,
+            options.run,
+            options.memory_limit,
+            scenes=options.foxglove_port is not None,
+        )
+        self.robots = Robots(
+            options.data / "live", self.drives, live, options.live, self.note_live, self.note_end
+        )
+        self.links = [Link(where, self.robots) for where in options.robots]
+        port = options.foxglove_port
+        self.foxglove = None if port is None else FoxgloveServer(port)
+
+    def queued(self, drive: Drive) -> None:
+        """A drive has come."""
+        self.note_drive(drive)
+        self.processing.wake()
+
+    def note_live(self, live: LiveDrive, kind: str, what: Any) -> None:
+        """What follows from a drive that goes on."""
+        who = {"robot": live.robot, "drive": live.id}
+        if kind == "beliefs":
+            stamp_ns, news = what
+            events = []
+            for name, belief in news:
+                own = altered(belief, item=self.building.objects[name])
+                self.believed.learn(live.id, own)
+                words = belief_words(own) | who | {"live": True}
+                events.append(("belief", words))
+            self.events.add(*events)
+            delay_s = live.delay_of(stamp_ns)
+            if delay_s is not None:
+                self.metrics.note_delay(delay_s)
+        elif kind == "robot":
+            live.pose, live.is_lost = what["pose"], what["lost"]
+            self.events.tell("robot", who | what)
+        elif kind in ("lost", "found"):
+            self.events.add((kind, who | {"stamp_ns": what}))
+        elif kind == "scene" and self.foxglove is not None:
+            self.foxglove.show(*what)
+        elif kind in ("state", "failed"):
+            self.events.tell("state", who | {"state": live.state})
+
+    def note_end(self, drive: Drive, live: str) -> None:
+        """A live drive has ended: its beliefs hold until the world has those of the whole drive."""
+        self._ended_live[drive.id] = live
+        self.queued(drive)
+
+    def robot_words(self) -> list[dict[str, Any]]:
+        """The robots that drive, and those that are connected to."""
+        words = {
+            link.where.robot: {"robot": link.where.robot, "connection": link.state}
+            for link in self.links
+        }
+        for live in self.robots.driving():
+            words[live.robot] = words.get(live.robot, {}) | live.words()
+        return [words[robot] for robot in sorted(words)]
 
     def note_drive(self, drive: Drive) -> None:
         """Tell who listens of a drive, and count one that has ended."""
@@ -64,6 +135,8 @@ class Parts:
             seconds = (told.get("timings") or {}).get("elapsed_seconds", 0.0)
             scans = (told.get("counts") or {}).get("Scan", 0)
             self.metrics.note_drive(drive.state, seconds, scans, told.get("lost_share") or 0.0)
+            if drive.id in self._ended_live:
+                self.believed.forget(self._ended_live.pop(drive.id))
         self.events.add(("drive", drive.words()))
 
     def refresh(self) -> None:
@@ -87,6 +160,14 @@ class Parts:
         self.believed.refresh()
         self.events.add(("deleted", {"object": name}))
 
+    def end(self) -> None:
+        """The service ends; what isn't finished goes on at the next start."""
+        self.watch.end()
+        self.robots.end()
+        self.processing.end()
+        if self.foxglove is not None:
+            self.foxglove.end()
+
     def gauges(self) -> dict[str, float]:
         """What is so now, for the metrics."""
         states = select(DRIVES.c.state, func.count()).group_by(DRIVES.c.state)
@@ -95,5 +176,7 @@ class Parts:
         drives = {f"drives_{state}": count for state, count in sorted(counts.items())}
         return drives | {
             "listeners": self.listeners,
+            "robots_driving": len(self.robots.driving()),
+            "robots_lost": sum(live.is_lost for live in self.robots.driving()),
             "objects": len(self.believed.now.world.objects),
         }

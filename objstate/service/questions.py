@@ -151,10 +151,11 @@ class Questions:
         Answers about a moment stay; those about now are the same for ``FRESH_NS``.
         """
         known = self._believed.now
-        learnt = known.revision
-        if name is not None:
-            past = known.world.history(known_object(known.world, name))
-            learnt = f"{learnt}-{past[-1].stamp_ns if past else 0}"
+        if name is None:
+            learnt = f"{known.revision}-{self._believed.live_ns}"
+        else:
+            known_object(known.world, name)
+            learnt = f"{known.revision}-{self._believed.learnt_ns(name)}"
         return learnt if stamp_ns is not None else f"{learnt}-{time.time_ns() // FRESH_NS}"
 
     def _belief(self, name: str, when: int) -> ObjectBelief:

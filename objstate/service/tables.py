@@ -18,6 +18,7 @@ from sqlalchemy import (
     insert,
     inspect,
     select,
+    text,
     update,
 )
 
@@ -51,6 +52,26 @@ DRIVES = Table(
     Column("ended_ns", BigInteger),
     Column("summary", Text),  # JSON, of a drive that is done
     Column("deleted_by", Text),
+    Column("robot", Text),  # that sent it while it drove
+)
+UPLOADS = Table(
+    "service_upload",
+    METADATA,
+    Column("id", Text, primary_key=True),
+    Column("token", Text, nullable=False),  # its id
+    Column("size", BigInteger, nullable=False),  # bytes
+    Column("digest", Text),  # SHA-256, if stated
+    Column("begun_ns", BigInteger, nullable=False),
+)
+# Logs found at watched places.
+TAKEN = Table(
+    "service_taken",
+    METADATA,
+    Column("address", Text, primary_key=True),
+    Column("size", BigInteger, primary_key=True),
+    Column("drive", Text),  # its id; none where it was set aside
+    Column("reason", Text),  # why it was set aside
+    Column("taken_ns", BigInteger, nullable=False),
 )
 EVENTS = Table(
     "service_event",
@@ -101,7 +122,14 @@ def _first(connection: Connection) -> None:
     connection.execute(insert(FORM).values(form=0))
 
 
-MIGRATIONS: tuple[Callable[[Connection], None], ...] = (_first,)  # in order; only ever appended
+def _robots_and_uploads(connection: Connection) -> None:
+    METADATA.create_all(connection, [UPLOADS, TAKEN])
+    if "robot" not in {column["name"] for column in inspect(connection).get_columns(DRIVES.name)}:
+        connection.execute(text(f"ALTER TABLE {DRIVES.name} ADD COLUMN robot TEXT"))
+
+
+# in order; only ever appended
+MIGRATIONS: tuple[Callable[[Connection], None], ...] = (_first, _robots_and_uploads)
 
 
 def make_tables(database: Database) -> None:

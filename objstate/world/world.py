@@ -90,12 +90,16 @@ class World:
             learnt = [self._stamps(name)[-1] for name in self.histories]
         return max(learnt + [each.stamp_ns for each in self.floors], default=None)
 
-    def at(self, stamp_ns: int | None = None) -> Snapshot:
+    def at(
+        self, stamp_ns: int | None = None, newer: Mapping[str, ObjectBelief] | None = None
+    ) -> Snapshot:
         """What is believed at a moment, by default the latest at which anything was learnt.
 
-        An earlier moment is answered with what was known then, a later one by prediction.
+        An earlier moment is answered with what was known then, a later one by prediction. Beliefs
+        of drives that go on, which the world doesn't have yet, may be given as ``newer``, by name.
         """
-        return Snapshot(self, self.latest_ns or 0 if stamp_ns is None else stamp_ns)
+        stamp_ns = self.latest_ns or 0 if stamp_ns is None else stamp_ns
+        return Snapshot(self, stamp_ns, newer or {})
 
     def history(self, name: str) -> tuple[ObjectBelief, ...]:
         """What was learnt of an object, in time order. Raises WorldError for an unknown one."""
@@ -131,12 +135,15 @@ class World:
         """The filter by which an object is predicted. Raises WorldError for an unknown one."""
         return self._filters[self._known(name)]
 
-    def belief(self, name: str, stamp_ns: int) -> ObjectBelief:
+    def belief(self, name: str, stamp_ns: int, newer: ObjectBelief | None = None) -> ObjectBelief:
         """What is believed of one object at a moment. Raises WorldError for an unknown one.
 
-        The same world, object and moment give the same samples.
+        The same world, object and moment give the same samples. A ``newer`` belief takes the place
+        of those before it.
         """
         last, rng = self._last(name, stamp_ns), self._rng(self._known(name), stamp_ns)
+        if newer is not None and _stamp(last) <= _stamp(newer) <= stamp_ns:
+            last = newer
         if last is None or last.stamp_ns is None:
             return replace(self._filters[name].prior(rng), stamp_ns=stamp_ns)
         if last.stamp_ns == stamp_ns:
@@ -225,19 +232,26 @@ def filters_of(objects: Mapping[str, MovableObject], settings: Settings) -> dict
     return {name: filter_for(item, settings) for name, item in objects.items()}
 
 
+def _stamp(belief: ObjectBelief | None) -> int:
+    return 0 if belief is None else belief.stamp_ns or 0
+
+
 @dataclass(frozen=True, eq=False)
 class Snapshot:
     """What a world believes at one moment: ``snapshot["door_07"]`` is an object's belief."""
 
     world: World = field(repr=False)
     stamp_ns: int
+    newer: Mapping[str, ObjectBelief] = field(default_factory=dict, repr=False)
     _beliefs: dict[str, ObjectBelief] = field(default_factory=dict, init=False, repr=False)
 
     def __getitem__(self, name: str) -> ObjectBelief:
         """An object's belief. Raises WorldError for an unknown object."""
         belief = self._beliefs.get(name)
         if belief is None:
-            belief = self._beliefs[name] = self.world.belief(name, self.stamp_ns)
+            belief = self._beliefs[name] = self.world.belief(
+                name, self.stamp_ns, self.newer.get(name)
+            )
         return belief
 
     def __iter__(self) -> Iterator[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from objstate.estimator import Estimator
 from objstate.geometry import FloatArray
 from objstate.localization import PoseBelief
 from objstate.objects import ObjectBelief
-from objstate.recording.logs import LogWriter, open_log_writer
+from objstate.recording.logs import open_log_writer
 from objstate.recording.messages import (
     MAP,
     POSES,
@@ -63,6 +63,20 @@ FLOOR_STEP_NS = 2_000_000_000  # between two moments of the grid
 PARTICLES = 200  # of the robot's, at most
 
 
+class SceneLog(Protocol):
+    """Where a scene is written to."""
+
+    def write(
+        self,
+        topic: str,
+        type_name: str,
+        recorded_ns: int,
+        message: Any,
+        definition: str | None = None,
+    ) -> None:
+        """Append a message."""
+
+
 @contextmanager
 def record_scene(
     folder: Path,
@@ -91,7 +105,7 @@ class SceneRecorder:
 
     def __init__(
         self,
-        log: LogWriter,
+        log: SceneLog,
         building: Building,
         truth: Truth,
         true_path: RobotPath | None,

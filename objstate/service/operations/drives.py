@@ -25,8 +25,7 @@ async def send_drive(parts: Parts, request: Request, _: Token) -> Response:
     if told.isdigit() and int(told) > largest:
         raise Problem(413, f"The log has more than {largest} bytes.", "Split it.")
     drive = await parts.drives.receive(request.stream(), largest, request.headers.get("x-sha256"))
-    parts.processing.wake()
-    await asyncio.to_thread(parts.note_drive, drive)
+    await asyncio.to_thread(parts.queued, drive)
     return JSONResponse(_words(parts, drive), 202, {"Location": f"/v1/drives/{drive.id}"})
 
 

@@ -1,0 +1,1 @@
+"""Robots that send while they drive: journals, estimation as it goes on, and the ways in."""
