@@ -164,6 +164,7 @@ def serve(
             print_notice(f"The first token is in {token_file}.")
         elif secret is not None:
             print_notice(f"The first token, which isn't shown again: {secret}")
+            print_notice(f"The page, opened with it: {address}#token={secret}")
 
     run_service(options, ready)
 

@@ -13,7 +13,7 @@ from typing import Any
 from objstate.report.markup import element, text
 
 STYLE = "report.css"
-COMMON = ("tables.js", "view.js", "figures.js")  # of every page
+COMMON = ("tables.js", "view.js", "motions.js", "figures.js")  # of every page
 MOMENTS = "moments.js"  # of a page that shows moments of a log
 
 

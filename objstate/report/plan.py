@@ -73,7 +73,7 @@ def draw_plan(
     drawn = [
         *path_markup(course),
         "" if true_path is None else _true_path(true_path),
-        *(_draw(shape, index) for index, shape in enumerate(shapes)),
+        *(object_markup(shape, index) for index, shape in enumerate(shapes)),
         *outlines,
         element("path", d="", class_="driven", id="driven"),
         element("path", d="", class_="driven lost", id="driven-lost"),
@@ -170,7 +170,7 @@ def placement(motion: Mapping[str, Any], state: FloatArray) -> str:
     return ""
 
 
-def _draw(shape: Shape, index: int) -> str:
+def object_markup(shape: Shape, index: int) -> str:
     """An object's parts: interval, truth, estimate; furniture's interval is a few ghosts."""
     hull = "".join(polyline(ring, closed=True) for ring in shape.hull)
     cut = segments(shape.cut)

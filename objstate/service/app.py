@@ -12,7 +12,7 @@ from contextlib import asynccontextmanager
 from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect, Request
-from starlette.responses import JSONResponse, Response
+from starlette.responses import HTMLResponse, JSONResponse, Response
 from starlette.routing import Route
 
 from objstate.errors import ObjstateError, OutageError, WorldError
@@ -20,6 +20,7 @@ from objstate.outages import outage_of
 from objstate.service.metrics import MEDIA
 from objstate.service.openapi import document
 from objstate.service.operations import OPERATIONS, Operation
+from objstate.service.page import service_page
 from objstate.service.parts import Parts
 from objstate.service.problems import Problem
 from objstate.service.requests import check_query
@@ -54,6 +55,10 @@ def service_app(parts: Parts) -> Starlette:
     async def openapi(_: Request) -> Response:
         return JSONResponse(described)
 
+    async def page(_: Request) -> Response:
+        headers = {"Content-Security-Policy": "frame-ancestors 'none'", "Cache-Control": "no-cache"}
+        return HTMLResponse(service_page(), headers=headers)
+
     @asynccontextmanager
     async def life(_: Starlette) -> AsyncIterator[None]:
         parts.events.listen_on(asyncio.get_running_loop())
@@ -73,6 +78,7 @@ def service_app(parts: Parts) -> Starlette:
         for each in OPERATIONS
     ]
     for path, handler in (
+        ("/", page),
         ("/health", health),
         ("/ready", ready),
         ("/metrics", metrics),
@@ -110,7 +116,8 @@ def _watched(parts: Parts, route: str, handler: Handler) -> Handler:
             response = Problem(422, str(error), "See /openapi.json.").response(request.url.path)
         except Exception as error:
             response = _bug_or_outage(error, identity, request, route)
-        response.headers.update(HEADERS | {"X-Request-ID": identity})
+        for name, value in (HEADERS | {"X-Request-ID": identity}).items():
+            response.headers.setdefault(name, value)
         seconds = time.perf_counter() - began
         parts.metrics.note(request.method, route, response.status_code, seconds)
         logger.info(

@@ -7,10 +7,11 @@ import secrets
 import threading
 import time
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
-from sqlalchemy import insert
+from sqlalchemy import insert, select
 
 from objstate.building.model import Kind
 from objstate.config import Settings
@@ -21,6 +22,7 @@ from objstate.particles import Weights
 from objstate.service.believed import Believed, known_object
 from objstate.service.problems import Problem
 from objstate.service.tables import EVIDENCE
+from objstate.world.database import Database
 from objstate.world.store import DriveEntry, WorldStore
 
 CLOSED_DEG, CLOSED_M = (
@@ -54,12 +56,14 @@ class EvidenceDesk:
 
     def __init__(
         self,
+        database: Database,
         store: WorldStore,
         believed: Believed,
         settings: Settings,
         on_taught: Callable[[], None],
     ) -> None:
-        self._store, self._believed, self._settings = store, believed, settings
+        self._database, self._store = database, store
+        self._believed, self._settings = believed, settings
         self._on_taught = on_taught
         self._lock = threading.Lock()  # each report is weighed with all before it
 
@@ -82,6 +86,15 @@ class EvidenceDesk:
             is_new = self._store.add(entry, [after], also=[on_record])
             self._on_taught()
             return after if is_new else self._believed.at(stamp_ns)[name]
+
+    def reports(self, name: str) -> dict[str, Any]:
+        """What was reported of an object, in time order. Raises Problem for an unknown one."""
+        known_object(self._believed.now.world, name)
+        c = EVIDENCE.c
+        query = select(c.id, c.stamp_ns, c.source, c.lower, c.upper, c.reliability)
+        with self._database.reading() as connection:
+            rows = connection.execute(query.where(c.object == name).order_by(c.stamp_ns, c.id))
+            return {"object": name, "evidence": [dict(row._mapping) for row in rows]}
 
 
 DOORS = "Report doors."

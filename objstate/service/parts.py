@@ -21,6 +21,7 @@ from objstate.service.live.robots import Robots
 from objstate.service.live.scene import FoxgloveServer
 from objstate.service.metrics import Metrics
 from objstate.service.options import ServiceOptions
+from objstate.service.page import plan_words
 from objstate.service.processing import Processing
 from objstate.service.questions import Questions
 from objstate.service.requests import Gate
@@ -30,6 +31,7 @@ from objstate.service.uploads import Uploads
 from objstate.service.watching import Watch
 from objstate.world.database import Database
 from objstate.world.location import parse_location
+from objstate.world.schema import BELIEFS
 from objstate.world.store import open_store
 from objstate.world.words import belief_words
 
@@ -43,6 +45,7 @@ class Parts:
         building = BuildingInput.read(options.building).model
         store = open_store(options.world, building)
         self.store, self.building = store, building
+        self._plan: dict[str, Any] | None = None
         self._ended_live: dict[str, str] = {}  # by drive that is queued: the live drive
         self.database = Database(parse_location(options.world))
         make_tables(self.database)
@@ -53,7 +56,7 @@ class Parts:
         self.believed = Believed(self.database, store, building, settings)
         self.questions = Questions(self.believed)
         self.advice = Advice(building, settings, self.believed)
-        self.desk = EvidenceDesk(store, self.believed, settings, self.refresh)
+        self.desk = EvidenceDesk(self.database, store, self.believed, settings, self.refresh)
         self.drives = Drives(self.database, options.data)
         context = Context(
             options.building.absolute(),
@@ -152,6 +155,14 @@ class Parts:
             and (not before.history(name) or past[-1].stamp_ns != before.history(name)[-1].stamp_ns)
         ]
         self.events.add(*changed)
+
+    def plan(self) -> dict[str, Any]:
+        """What a page draws of the building, and from when on something is stored."""
+        if self._plan is None:
+            self._plan = plan_words(self.building)
+        with self.database.reading() as connection:
+            first = connection.execute(select(func.min(BELIEFS.c.stamp_ns))).scalar()
+        return self._plan | {"first_ns": first}
 
     def forget(self, name: str, token: str) -> None:
         """Remove all that was learnt of an object, on record. Raises Problem, WorldError."""

@@ -18,7 +18,7 @@
   const SCAN_SHOWN = 15; // tenths of a second after which a scan is no longer that of the moment
   const REFRESH = 100; // ms between two states of the table while playing
   const last = +slider.max;
-  const isTurn = (coordinate) => coordinate === "angle" || coordinate === "yaw";
+  const { isTurn } = motions;
 
   // --- figures ------------------------------------------------------------------------
 
@@ -98,62 +98,24 @@
 
   // --- the plan -----------------------------------------------------------------------
 
-  function placed(motion, state) {
-    if (motion.kind === "turn") {
-      return `rotate(${motion.sense * state[0]} ${motion.pivot[0]} ${motion.pivot[1]})`;
-    }
-    if (motion.kind === "slide") {
-      return `translate(${state[0] * motion.along[0]} ${state[0] * motion.along[1]})`;
-    }
-    if (motion.kind === "free") return `translate(${state[0]} ${state[1]}) rotate(${state[2]})`;
-    return "";
-  }
-
-  // A sector from the lower to the upper angle, seen from above.
-  function sector(motion, lower, upper) {
-    const [x, y] = motion.pivot, r = 1.15 * motion.reach;
-    if (upper - lower >= 359.9) {
-      return `M${x + r},${y}A${r},${r} 0 1 1 ${x - r},${y}A${r},${r} 0 1 1 ${x + r},${y}Z`;
-    }
-    const ends = [lower, upper].map((angle) => {
-      const bearing = ((motion.bearing + motion.sense * angle) * Math.PI) / 180;
-      return `${x + r * Math.cos(bearing)},${y + r * Math.sin(bearing)}`;
-    });
-    const large = upper - lower > 180 ? 1 : 0;
-    return `M${x},${y}L${ends[0]}A${r},${r} 0 ${large} ${motion.sense > 0 ? 1 : 0} ${ends[1]}Z`;
-  }
-
-  function ghostStates(motion, mean, lower, upper) {
-    if (motion.kind === "slide") return [[lower[0]], [upper[0]]];
-    return [
-      [lower[0], mean[1], lower[2]], [upper[0], mean[1], upper[2]],
-      [mean[0], lower[1], upper[2]], [mean[0], upper[1], lower[2]],
-    ];
-  }
-
-  function homeState(object) {
-    return object.coordinates.map((coordinate, k) =>
-      isTurn(coordinate) ? (object.home[k] * 180) / Math.PI : object.home[k]);
-  }
-
   function drawObject(object, index, t) {
     const group = shapes.get(index), at = lastAt(object.t, t), name = names.get(index);
     const values = (column) => object.coordinates.map(
       (coordinate, k) => scaled(coordinate, object[column][k][at]));
-    const mean = at < 0 ? homeState(object) : values("mean");
+    const mean = at < 0 ? motions.home(object) : values("mean");
     const told = looks(index, t);
     const verdicts = told ? told.map((each) => each.verdict) : [];
     const isWrong = verdicts.includes("wrong");
     group.classList.toggle("unknown", at < 0);
     group.classList.toggle("held", at >= 0 && t - object.t[at] > FRESH);
     group.classList.toggle("wrong", isWrong);
-    group.querySelector(".estimate").setAttribute("transform", placed(object.motion, mean));
+    group.querySelector(".estimate").setAttribute("transform", motions.placed(object.motion, mean));
     const spread = group.querySelector(".sector"), ghosts = [...group.querySelectorAll(".ghost")];
     if (at >= 0) {
       const lower = values("lower"), upper = values("upper");
-      if (spread) spread.setAttribute("d", sector(object.motion, lower[0], upper[0]));
-      const states = ghosts.length ? ghostStates(object.motion, mean, lower, upper) : [];
-      ghosts.forEach((ghost, k) => ghost.setAttribute("transform", placed(object.motion, states[k])));
+      if (spread) spread.setAttribute("d", motions.sector(object.motion, lower[0], upper[0]));
+      const states = ghosts.length ? motions.ghosts(object.motion, mean, lower, upper) : [];
+      ghosts.forEach((ghost, k) => ghost.setAttribute("transform", motions.placed(object.motion, states[k])));
     } else if (spread) spread.setAttribute("d", "");
     ghosts.forEach((ghost) => { ghost.style.display = at < 0 ? "none" : ""; });
     const real = group.querySelector(".true");
@@ -161,7 +123,7 @@
     real.style.display = truth.includes(null) ? "none" : "";
     if (!truth.includes(null)) {
       const state = object.coordinates.map((coordinate, k) => scaled(coordinate, truth[k]));
-      real.setAttribute("transform", placed(object.motion, state));
+      real.setAttribute("transform", motions.placed(object.motion, state));
     }
     drawName(name, object, told, isWrong, mean);
     const readout = cards.get(index)?.querySelector("h3 output");

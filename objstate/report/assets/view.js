@@ -245,7 +245,11 @@ const tip = (() => {
     }
   }
 
-  document.querySelectorAll("svg.plan").forEach((svg) => plans.set(svg, new Plan(svg)));
+  plans.watch = (svg) => {
+    plans.set(svg, new Plan(svg));
+    return plans.get(svg);
+  };
+  document.querySelectorAll("svg.plan").forEach(plans.watch);
   addEventListener("resize", () => plans.forEach((plan) => plan.resized()));
   addEventListener("beforeprint", () => {
     document.querySelectorAll(".warnings").forEach((told) => { told.open = true; });

@@ -64,6 +64,15 @@ async def send_evidence(parts: Parts, request: Request, token: Token) -> Respons
     return JSONResponse(belief_words(belief), 201)
 
 
+async def list_evidence(parts: Parts, request: Request, _: Token) -> Response:
+    name = request.path_params["name"]
+    return JSONResponse(await asyncio.to_thread(parts.desk.reports, name))
+
+
+async def get_plan(parts: Parts, _: Request, __: Token) -> Response:
+    return JSONResponse(await asyncio.to_thread(parts.plan))
+
+
 async def delete_history(parts: Parts, request: Request, token: Token) -> Response:
     await asyncio.to_thread(parts.forget, request.path_params["name"], token.id)
     return Response(status_code=204)
@@ -72,6 +81,13 @@ async def delete_history(parts: Parts, request: Request, token: Token) -> Respon
 SAMPLES = Query("samples", "boolean", "the states and weights of the whole posterior")
 DOOR = {"object": "door_07", "state": {"angle": {"mean": 1.52, "std": 0.01}}}
 OPERATIONS = (
+    Operation(
+        "GET",
+        "/v1/plan",
+        "get_plan",
+        "The building from above as SVG, and how states move what is on it.",
+        get_plan,
+    ),
     Operation(
         "GET", "/v1/objects", "list_objects", "What is believed of all.", list_objects, query=(AT,)
     ),
@@ -119,5 +135,12 @@ OPERATIONS = (
         body=Report,
         status=201,
         example=DOOR,
+    ),
+    Operation(
+        "GET",
+        "/v1/objects/{name}/evidence",
+        "list_evidence",
+        "What was reported of it, with its sources, in the order of its stamps.",
+        list_evidence,
     ),
 )
