@@ -223,8 +223,6 @@ class Rest(Strict):
     closed: NonNegative = 0.3  # as the model shows it
     open: NonNegative = 0.2  # at the limit farthest from that
     anywhere: Positive = 0.5  # between them
-    std_deg: ClassVar[float] = 5.0  # hinged: distance from a limit that counts as resting there
-    std_m: ClassVar[float] = 0.03  # sliding
 
 
 class Swing(Strict):

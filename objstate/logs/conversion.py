@@ -24,7 +24,7 @@ from objstate.logs.notices import Notices
 from objstate.logs.ordering import Arrival, Item
 from objstate.logs.roles import Roles
 from objstate.logs.scans import BeamGeometry, sweep_from
-from objstate.logs.survey import read_tf_until, survey
+from objstate.logs.survey import SURVEY_NS, read_tf_until, survey
 from objstate.records import GaussianRobotBelief, InitialPose, Odometry, RobotBelief
 
 # ns; header times that shift so far against the recording times are a clock set anew
@@ -47,6 +47,7 @@ class Converter:
         mounts: Mapping[str, FloatArray],
         clock_offsets: Mapping[str, float],
         notices: Notices,
+        survey_ns: int = SURVEY_NS,
     ) -> None:
         self.mountings: dict[str, FloatArray] = {}  # (4, 4) of the lasers read so far
         self._ahead_ns = {frame: round(ahead * 1e9) for frame, ahead in clock_offsets.items()}
@@ -57,7 +58,7 @@ class Converter:
         self._mountings = Mountings(self._tree, mounts, notices)
         self._geometry = BeamGeometry()
         self._clock_offsets: dict[str, int] = {}
-        self._look_ahead()
+        self._look_ahead(survey_ns)
         self._handlers = self._handlers_by_topic()
 
     def arrivals(self) -> Iterator[Arrival]:
@@ -71,9 +72,9 @@ class Converter:
             for item in self._handlers[message.topic](message, decoded):
                 yield Arrival(item, message.recorded_ns)
 
-    def _look_ahead(self) -> None:
+    def _look_ahead(self, survey_ns: int) -> None:
         with self._notices.muted():
-            found = survey(self._messages, self._roles, self._tree)
+            found = survey(self._messages, self._roles, self._tree, survey_ns)
             self._duplicates = {} if self._roles.are_chosen else found.duplicates()
             self._child = found.odometry_child
             self._odometry_edge = self._find_odometry_in_tf()

@@ -15,6 +15,7 @@ from objstate.logs.notices import Notices
 from objstate.logs.odometry import place_in_odometry
 from objstate.logs.ordering import Arrival, in_time_order
 from objstate.logs.roles import find_roles
+from objstate.logs.survey import SURVEY_NS
 from objstate.records import Odometry, Record, Scan
 
 # s; a time from here on (the year 1973) is one of the calendar, a smaller one counts from
@@ -46,8 +47,9 @@ class Log:
         span: tuple[float | None, float | None],
         notices: Notices,
         ordered: Ordering,
+        survey_ns: int = SURVEY_NS,
     ) -> None:
-        self._messages, self._ordered = messages, ordered
+        self._messages, self._ordered, self._survey_ns = messages, ordered, survey_ns
         self._mounts = mounts
         self._clock_offsets = clock_offsets
         self._mountings: Mapping[str, FloatArray] = {}
@@ -63,7 +65,12 @@ class Log:
         self._notices.rewind()
         self._passed.clear()
         converter = Converter(
-            self._messages, self._roles, self._mounts, self._clock_offsets, self._notices
+            self._messages,
+            self._roles,
+            self._mounts,
+            self._clock_offsets,
+            self._notices,
+            self._survey_ns,
         )
         self._mountings = converter.mountings
         records = self._ordered(converter.arrivals(), self._notices)

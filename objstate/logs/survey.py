@@ -40,13 +40,15 @@ class Survey:
         }
 
 
-def survey(messages: Container, roles: Roles, tree: FrameTree) -> Survey:
-    """Read the first seconds. Transforms go into ``tree``."""
+def survey(
+    messages: Container, roles: Roles, tree: FrameTree, span_ns: int = SURVEY_NS
+) -> Survey:
+    """Read the first ``span_ns``. Transforms go into ``tree``."""
     found = Survey()
     first_ns: int | None = None
     for message in messages.messages(roles.telling):
         first_ns = message.recorded_ns if first_ns is None else first_ns
-        if message.recorded_ns - first_ns > SURVEY_NS:
+        if message.recorded_ns - first_ns > span_ns:
             break
         if message.topic in roles.tf:
             _grow(tree, message, roles)

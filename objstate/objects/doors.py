@@ -73,7 +73,7 @@ class LatticeFilter:
     def _prior_weights(self) -> FloatArray:
         states, s = self._states, self.settings
         if s.prior == "uniform":
-            return np.full(len(states), 1.0 / len(states))
+            return self._rest_weights
         mean, std = s.prior_mean_m, s.prior_std_m
         if self.item.kind is Kind.HINGED:
             mean = None if s.prior_mean_deg is None else np.radians(s.prior_mean_deg)
@@ -85,17 +85,13 @@ class LatticeFilter:
 
     @lazy
     def _rest_weights(self) -> FloatArray:
-        """(n,) distribution of the state after a move: closed, open, or anywhere."""
-        rest, states, closed = self.settings.rest, self._states, self.item.home[0]
-        anywhere = np.full(len(states), 1.0 / len(states))
-        if self.item.wraps:
-            return anywhere
-        std = np.radians(rest.std_deg) if self.item.kind is Kind.HINGED else rest.std_m
-        weights = rest.anywhere * anywhere
-        opened = max(self.item.lower, self.item.upper, key=lambda limit: abs(limit - closed))
-        for place, share in ((closed, rest.closed), (opened, rest.open)):
-            peak = np.exp(-0.5 * ((states - place) / std) ** 2)
-            weights = weights + share * peak / peak.sum()
+        """(n,) distribution of the state after a move: at a limit, or anywhere between."""
+        rest, count, item = self.settings.rest, len(self._states), self.item
+        weights = np.full(count, 1.0 / count)
+        if not item.wraps:
+            closed_is_first = abs(item.lower - item.home[0]) <= abs(item.upper - item.home[0])
+            weights *= rest.anywhere
+            weights[[0, -1]] += (rest.closed, rest.open)[:: 1 if closed_is_first else -1]
         return np.asarray(weights / weights.sum())
 
     def predict(

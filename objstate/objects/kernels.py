@@ -217,9 +217,9 @@ def predict(
     """Prediction of a lattice's ``weights`` (n,), into ``later`` (n,).
 
     The resting part, in each state all but a share ``swung`` (n,) or (1,), that hasn't ``begun`` to
-    move, takes a random walk with a ``variance`` in cells squared. The rest moves as in ``_moved``,
-    and of each state a share ``swung_later`` (n,) still does. Mean and deviation are returned; the
-    lattice is as in ``_moments``.
+    move, takes a random walk with a ``variance`` in cells squared, except at the limits: a latched
+    door stands still. The rest moves as in ``_moved``, and of each state a share ``swung_later``
+    (n,) still does. Mean and deviation are returned; the lattice is as in ``_moments``.
     """
     count, total = weights.shape[0], 0.0
     taps = _taps(variance, count)
@@ -228,8 +228,13 @@ def predict(
     for j in range(count):
         stays[j] = weights[j] * (1.0 - swung[min(j, swung.shape[0] - 1)])
         total += stays[j]
+    left = (1.0 - min(gone, 1.0)) / max(total, TINY)
     for k in range(taps.shape[0]):
-        taps[k] *= (1.0 - min(gone, 1.0)) / max(total, TINY)
+        taps[k] *= left
+    if not wraps:
+        for limit in (0, count - 1):
+            moved[limit] += left * stays[limit]
+            stays[limit] = 0.0
     _walked(stays, taps, wraps, moved, padded, later)
     _normalize(later)
     for j in range(count):

@@ -32,8 +32,9 @@ def test_what_is_known_fades_to_what_is_known_beforehand(name: str) -> None:
     entropies = QUICK[name].entropies
     prior = filter_for(ROOMS.objects[name], moved(5.0)).prior(np.random.default_rng(0))
     assert (np.diff(entropies) >= 0.0).all()
-    assert entropies[0] < entropies[-1] - 1.0
-    assert entropies[-1] == pytest.approx(belief_entropy(prior), abs=0.5)
+    assert entropies[0] < entropies[-1] - 0.5
+    # half known, half as beforehand is less certain than either
+    assert -0.1 <= entropies[-1] - belief_entropy(prior) <= np.log(2.0)
 
 
 @pytest.mark.parametrize("name", ["door", "chest"])

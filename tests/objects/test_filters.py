@@ -74,10 +74,13 @@ def read(
 
 
 @pytest.mark.parametrize("item", [HINGED, SLIDING, TURNSTILE])
-def test_a_uniform_prior_has_every_state_between_the_limits(item: MovableObject) -> None:
+def test_before_any_scan_doors_stand_as_they_come_to_rest(item: MovableObject) -> None:
     prior = filter_for(item, Settings()).prior(rng_of())
-    states = prior.states[:, 0]
-    np.testing.assert_allclose(prior.weights.values, 1.0 / len(states))
+    states, weights = prior.states[:, 0], prior.weights.values
+    shares = (0.0, 0.0) if item.wraps else (Rest().closed, Rest().open)
+    between = (1.0 - sum(shares)) / len(states)
+    np.testing.assert_allclose(weights[1:-1], between)
+    assert weights[[0, -1]] - between == pytest.approx(shares)
     assert (np.diff(states) > 0).all()
     assert states[0] == item.lower
     assert states[-1] == pytest.approx(item.upper - (prior.cell[0] if item.wraps else 0.0))

@@ -36,7 +36,8 @@ def replay(log: Path, port: int, speed: float, shift_ns: int = 0) -> None:
     """Serve a log once, to whoever subscribes."""
     listener = _Listener()
     server = foxglove.start_server(name="robot", port=port, server_listener=listener)
-    print(server.port, flush=True)
+    sys.stdout.write(f"{server.port}\n")
+    sys.stdout.flush()
     messages = list(open_messages(log))
     channels = {}
     for message in messages:

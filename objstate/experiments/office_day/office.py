@@ -24,6 +24,7 @@ UP = np.array([0.0, 0.0, 1.0])
 DOOR_RATES = (3.0, 0.5, 0.05)
 FURNITURE_RATES = (1.0, 0.1)
 REST = Rest()  # where doors come to rest, as the estimator's settings have it
+FROM_STOP_DEG = 5.0  # standard deviation of a door that is left closed, or wide open
 SPREAD_M, SPREAD_RAD = 0.2, np.radians(15.0)  # of where somebody leaves furniture
 SWING = 2.0  # s in which somebody moves an object
 
@@ -106,7 +107,7 @@ def _left_at(item: MovableObject, rng: np.random.Generator) -> FloatArray:
     """(d,) where somebody leaves an object: a door closed, wide open or between, as it rests."""
     if item.kind is not Kind.PLANAR:
         between = float(rng.uniform(item.lower, item.upper))
-        from_stop = abs(float(np.radians(REST.std_deg) * rng.standard_normal()))
+        from_stop = abs(float(np.radians(FROM_STOP_DEG) * rng.standard_normal()))
         rests = (item.lower + from_stop, item.upper - from_stop, between)
         shares = np.array([REST.closed, REST.open, REST.anywhere])
         return np.array([rests[int(rng.choice(3, p=shares / shares.sum()))]])
