@@ -40,9 +40,7 @@ class Survey:
         }
 
 
-def survey(
-    messages: Container, roles: Roles, tree: FrameTree, span_ns: int = SURVEY_NS
-) -> Survey:
+def survey(messages: Container, roles: Roles, tree: FrameTree, span_ns: int = SURVEY_NS) -> Survey:
     """Read the first ``span_ns``. Transforms go into ``tree``."""
     found = Survey()
     first_ns: int | None = None

@@ -115,7 +115,7 @@ def _workbench() -> str:
         ),
         section("Look at next", element("div", id="next")),
         section("Robots", element("div", id="robot-list")),
-        section("Drives", _upload(), table(DRIVES, [], "", "drives")),
+        section("Drives", _upload(), table(DRIVES, [], "", "drives"), element("ul", id="aside")),
         class_="side",
     )
     return element("div", stage, side, class_="workbench")

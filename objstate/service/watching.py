@@ -10,6 +10,7 @@ import time
 import zipfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 from sqlalchemy import insert, select
 
@@ -22,6 +23,7 @@ from objstate.service.tables import TAKEN
 from objstate.storage import is_remote
 from objstate.world.database import Database
 
+SHOWN = 100  # logs that were taken
 LOOKED_EVERY_S = 5.0  # a log whose size is the same at two looks is finished
 FIRST_STAMP = (1980, 1, 1, 0, 0, 0)  # of files in archives, so that equal logs give equal bytes
 
@@ -66,6 +68,14 @@ class Watch:
                 if self._told.get(place) != str(error):
                     logger.warning("the watched place %s: %s", place, error)
                     self._told[place] = str(error)
+
+    def words(self) -> dict[str, Any]:
+        """The places, and what was found there last, the newest first."""
+        c = TAKEN.c
+        query = select(c.address, c.size, c.drive, c.reason, c.taken_ns)
+        with self._database.reading() as connection:
+            rows = connection.execute(query.order_by(c.taken_ns.desc()).limit(SHOWN)).all()
+        return {"places": list(self._places), "taken": [dict(row._mapping) for row in rows]}
 
     def _work(self) -> None:
         while not self._ended.is_set():

@@ -358,6 +358,9 @@
     drives = new Map(found.drives.map((each) => [each.id, each]));
     drawDrives();
     drawFacts();
+    const { taken } = await ask("/v1/watched");
+    $("aside").replaceChildren(...taken.filter((each) => each.reason).map((each) =>
+      part("li", { textContent: `${each.address} was set aside: ${each.reason}` })));
   }
 
   async function loadRobots() {
@@ -494,7 +497,7 @@
     };
     plan.chosen = (index) => choose(plan.shapes[index].name);
     plan.moved = drawRobots;
-    first = found.first_ns === null ? null : BigInt(found.first_ns);
+    first = found.first_ns === null ? null : BigInt(found.first_ns) - 1000000000n; // before anything was learnt
     say("");
     await Promise.all([load(), loadDrives(), loadRobots()]);
     drawNext();

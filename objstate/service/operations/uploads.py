@@ -1,4 +1,4 @@
-"""Logs that are sent in chunks."""
+"""Logs that are sent in chunks, or dropped at watched places."""
 
 from __future__ import annotations
 
@@ -52,6 +52,10 @@ async def delete_upload(parts: Parts, request: Request, token: Token) -> Respons
     return Response(status_code=204)
 
 
+async def list_watched(parts: Parts, _: Request, __: Token) -> Response:
+    return JSONResponse(await asyncio.to_thread(parts.watch.words))
+
+
 UPLOAD = {"id": "8c1f0a77d2b34e10", "size": 73400320, "offset": 0}
 OPERATIONS = (
     Operation(
@@ -92,5 +96,12 @@ OPERATIONS = (
         delete_upload,
         Role.TEACH,
         status=204,
+    ),
+    Operation(
+        "GET",
+        "/v1/watched",
+        "list_watched",
+        "The watched places, the logs that were found there, and why some were set aside.",
+        list_watched,
     ),
 )
