@@ -115,14 +115,14 @@ class Running:
         self.process.wait()
 
 
-def start(urdf: Path, folder: Path, port: int | None = None) -> Running:
+def start(urdf: Path, folder: Path, port: int | None = None, *more: str) -> Running:
     """Start a service over the world in a folder, and wait until it answers."""
     chosen, token = port or free_port(), folder / "token"
     command = [sys.executable, "-c", "from objstate.cli import main; main()", "serve"]
     command += ["--building", str(urdf), "--world", str(folder / "world.db"), "--rate", "100000"]
     with (folder / "service.log").open("ab") as log:
         process = subprocess.Popen(
-            [*command, "--port", str(chosen), "--token-file", str(token)],
+            [*command, "--port", str(chosen), "--token-file", str(token), *more],
             cwd=ROOT,
             stderr=log,
             env=os.environ | {"PYTHONPATH": str(ROOT)},
@@ -137,9 +137,9 @@ def start(urdf: Path, folder: Path, port: int | None = None) -> Running:
 
 
 @contextmanager
-def serving(urdf: Path, folder: Path) -> Iterator[Running]:
+def serving(urdf: Path, folder: Path, *more: str) -> Iterator[Running]:
     """A service until the block ends."""
-    running = start(urdf, folder)
+    running = start(urdf, folder, None, *more)
     try:
         yield running
     finally:

@@ -122,7 +122,7 @@ def test_completion_knows_commands_and_options() -> None:
 
 
 def test_the_image_copies_what_it_installs() -> None:
-    lines = (ROOT / "Dockerfile").read_text().splitlines()
+    lines = (ROOT / "deploy" / "Dockerfile").read_text().splitlines()
     copied = [word for line in lines if line.startswith("COPY") for word in line.split()[1:-1]]
     kept = (ROOT / ".dockerignore").read_text().splitlines()
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
