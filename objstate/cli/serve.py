@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from objstate.cli.console import print_notice, print_table, print_text
-from objstate.cli.options import AsJson, Config, help_when_alone
+from objstate.cli.options import AsJson, Config, Mounts, Topics, help_when_alone
+from objstate.cli.parsing import parse_mounts, split_topics
 from objstate.errors import SettingsError
 
 if TYPE_CHECKING:
@@ -112,9 +113,8 @@ def serve(
     is_global: Annotated[
         bool, typer.Option("--global", help="Robots may start anywhere in the building.")
     ] = False,
-    workers: Annotated[
-        int, typer.Option(metavar="N", help="Processes that answer.", min=1, max=64)
-    ] = 1,
+    mount: Mounts = None,
+    topics: Topics = None,
     config: Config = None,
 ) -> None:
     """Serve a world: robots send drives, planners ask, people watch.
@@ -154,8 +154,12 @@ def serve(
         robots=(*_robots("foxglove", foxglove), *_robots("rosbridge", rosbridge)),
         watched=tuple(watch or ()),
         foxglove_port=foxglove_port,
-        workers=workers,
-        run=RunOptions(settings=load_settings(config), global_start=is_global),
+        run=RunOptions(
+            settings=load_settings(config),
+            global_start=is_global,
+            mounts=parse_mounts(mount or []),
+            topics=split_topics(topics or []),
+        ),
     )
 
     def ready(address: str, secret: str | None) -> None:

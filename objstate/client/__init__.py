@@ -15,6 +15,7 @@ from objstate.client.answers import (
     Interval,
     Objects,
     Passage,
+    Robot,
 )
 from objstate.client.asynchronous import AsyncClient
 from objstate.client.blocking import Client
@@ -33,4 +34,5 @@ __all__ = [
     "Interval",
     "Objects",
     "Passage",
+    "Robot",
 ]

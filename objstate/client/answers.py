@@ -139,9 +139,20 @@ class Drive(Answer):
         return self.state in ENDED
 
 
+class Robot(Answer):
+    """A robot that drives, or that the service connects to."""
+
+    robot: str
+    state: str | None = None  # of the estimation of its drive
+    drive: str | None = None  # that goes on
+    pose: tuple[float, float, float] | None = None  # x m, y m, yaw rad
+    lost: bool = False
+    connection: str | None = None  # of a robot that the service connects to
+
+
 class Event(Answer):
     """Something that happened, from the stream."""
 
-    id: str  # to resume after
-    kind: str  # drive, belief, deleted
+    id: str  # to resume after; of what isn't kept, as robots' poses, that of the last before it
+    kind: str  # drive, belief, deleted, lost, found, robot, state
     data: Any

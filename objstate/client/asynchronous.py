@@ -7,7 +7,7 @@ import time
 from collections.abc import AsyncIterator, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 import httpx
 
@@ -22,6 +22,7 @@ from objstate.client.answers import (
     History,
     Objects,
     Passage,
+    Robot,
 )
 from objstate.client.questions import Answered, Moment, Question
 from objstate.client.streams import Assembly
@@ -133,6 +134,21 @@ class AsyncClient:
     async def delete_drive(self, identity: str) -> None:
         """Delete a drive's log; what it taught stays in the world."""
         await self._ask(questions.delete_drive(identity))
+
+    async def robots(self) -> tuple[Robot, ...]:
+        """The robots that drive, and those that the service connects to."""
+        return await self._ask(questions.robots())
+
+    async def send_records(self, robot: str, sensed: Sequence[Mapping[str, Any]]) -> str:
+        """What a robot sensed since it last sent, as JSON values; the id of its drive.
+
+        It is on the service's disk when this returns.
+        """
+        return await self._ask(questions.records(robot, sensed))
+
+    async def end_drive(self, robot: str) -> Drive | None:
+        """End a robot's drive, which is estimated as a whole; None where it can't be."""
+        return await self._ask(questions.end_drive(robot))
 
     async def send(self, log: str | Path) -> Drive:
         """Send a log, or a bag's folder; the same log again is the same drive. Raises LogError."""

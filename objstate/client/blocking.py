@@ -6,6 +6,7 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
+from typing import Any
 
 import httpx
 
@@ -20,6 +21,7 @@ from objstate.client.answers import (
     History,
     Objects,
     Passage,
+    Robot,
 )
 from objstate.client.questions import Answered, Moment, Question
 from objstate.client.streams import Assembly
@@ -127,6 +129,21 @@ class Client:
     def delete_drive(self, identity: str) -> None:
         """Delete a drive's log; what it taught stays in the world."""
         self._ask(questions.delete_drive(identity))
+
+    def robots(self) -> tuple[Robot, ...]:
+        """The robots that drive, and those that the service connects to."""
+        return self._ask(questions.robots())
+
+    def send_records(self, robot: str, sensed: Sequence[Mapping[str, Any]]) -> str:
+        """What a robot sensed since it last sent, as JSON values; the id of its drive.
+
+        It is on the service's disk when this returns.
+        """
+        return self._ask(questions.records(robot, sensed))
+
+    def end_drive(self, robot: str) -> Drive | None:
+        """End a robot's drive, which is estimated as a whole; None where it can't be."""
+        return self._ask(questions.end_drive(robot))
 
     def send(self, log: str | Path) -> Drive:
         """Send a log, or a bag's folder; the same log again is the same drive. Raises LogError."""

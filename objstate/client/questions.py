@@ -19,6 +19,7 @@ from objstate.client.answers import (
     History,
     Objects,
     Passage,
+    Robot,
 )
 from objstate.errors import SettingsError
 
@@ -117,6 +118,25 @@ def drives() -> Question[tuple[Drive, ...]]:
 
 def delete_drive(identity: str) -> Question[None]:
     return Question("DELETE", f"/v1/drives/{_part(identity)}", lambda _: None)
+
+
+def robots() -> Question[tuple[Robot, ...]]:
+    def read(words: Any) -> tuple[Robot, ...]:
+        return tuple(Robot.model_validate(each) for each in words["robots"])
+
+    return Question("GET", "/v1/robots", read)
+
+
+def records(robot: str, sensed: Sequence[Mapping[str, Any]]) -> Question[str]:
+    path, body = f"/v1/robots/{_part(robot)}/records", {"records": list(sensed)}
+    return Question("POST", path, lambda words: str(words["drive"]), body=body)
+
+
+def end_drive(robot: str) -> Question[Drive | None]:
+    def read(words: Any) -> Drive | None:
+        return None if words["drive"] is None else Drive.model_validate(words["drive"])
+
+    return Question("POST", f"/v1/robots/{_part(robot)}/end", read)
 
 
 def moment_ns(at: Moment) -> int | None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import tempfile
-import zipfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import Any
 
 import httpx
 
+from objstate.archives import zip_folder
 from objstate.client.questions import Answered, Question
 from objstate.errors import LogError, OutageError, ServiceError, SettingsError
 
@@ -72,23 +72,13 @@ def one_file(log: str | Path) -> Iterator[tuple[Path, str]]:
     if not path.exists():
         raise LogError(f"There is no log at {path}; check the path.")
     with tempfile.TemporaryDirectory() as folder:
-        file = _zipped(path, Path(folder) / "bag.zip") if path.is_dir() else path
+        file = path
+        if path.is_dir():
+            file = Path(folder) / "bag.zip"
+            zip_folder(path, file)
         with file.open("rb") as content:
             digest = hashlib.file_digest(content, "sha256").hexdigest()
         yield file, digest
-
-
-def _zipped(folder: Path, archive: Path) -> Path:
-    """A bag's folder in one file, the same bytes for the same bag."""
-    with zipfile.ZipFile(archive, "w") as zipped:
-        for file in sorted(each for each in folder.iterdir() if each.is_file()):
-            with (
-                file.open("rb") as source,
-                zipped.open(zipfile.ZipInfo(file.name), "w", force_zip64=True) as target,
-            ):
-                while chunk := source.read(CHUNK):
-                    target.write(chunk)
-    return archive
 
 
 def _read_token(file: Path) -> str:

@@ -7,16 +7,16 @@ import shutil
 import tempfile
 import threading
 import time
-import zipfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 from sqlalchemy import insert, select
 
+from objstate.archives import zip_folder
 from objstate.batch.addresses import fetched, find_logs, size_of
 from objstate.errors import ObjstateError
-from objstate.logs import is_log, open_messages
+from objstate.logs import open_messages
 from objstate.service.drives import Drive, Drives
 from objstate.service.problems import Problem
 from objstate.service.tables import TAKEN
@@ -25,7 +25,6 @@ from objstate.world.database import Database
 
 SHOWN = 100  # logs that were taken
 LOOKED_EVERY_S = 5.0  # a log whose size is the same at two looks is finished
-FIRST_STAMP = (1980, 1, 1, 0, 0, 0)  # of files in archives, so that equal logs give equal bytes
 
 logger = logging.getLogger(__name__)
 
@@ -116,18 +115,8 @@ class Watch:
         source = fetched(address, folder) if is_remote(address) else Path(address)
         target = self._drives.place()
         if source.is_dir():
-            _zip(source, target)
+            zip_folder(source, target)
         else:
             open_messages(source)  # what is no log at all is set aside
             shutil.copyfile(source, target)
         return target
-
-
-def _zip(bag: Path, target: Path) -> None:
-    assert is_log(bag)
-    with zipfile.ZipFile(target, "w", zipfile.ZIP_STORED) as archive:
-        for file in sorted(bag.iterdir()):
-            if file.is_file():
-                info = zipfile.ZipInfo(file.name, FIRST_STAMP)
-                with file.open("rb") as source, archive.open(info, "w", force_zip64=True) as entry:
-                    shutil.copyfileobj(source, entry)

@@ -16,6 +16,7 @@ from typing import Any
 
 import pytest
 
+from objstate.client import Client
 from objstate.geometry import rpy_from_rotation
 from objstate.logs import open_log, open_messages
 from objstate.records import InitialPose, Odometry, Scan
@@ -124,8 +125,10 @@ def test_records_are_taken_as_a_log_and_survive_a_kill(
     service = serve()
     records = records_of(hall[1])
     half = len(records) // 2
-    sent = service.ask("/v1/robots/r2/records", {"records": records[:half]})
-    assert (sent.status, sent.json["taken"]) == (202, half)
+    with Client(service.address, service.token) as client:
+        identity = client.send_records("r2", records[:half])
+        (robot,) = client.robots()
+    assert (robot.robot, robot.drive) == ("r2", identity)
     service.kill()
 
     service = serve()
@@ -133,6 +136,11 @@ def test_records_are_taken_as_a_log_and_survive_a_kill(
     assert drive["robot"] == "r2"
     done = service.until(drive["id"], "done", "failed")
     assert done["summary"]["counts"]["Scan"] == sum(r["type"] == "scan" for r in records[:half])
+    with Client(service.address, service.token) as client:
+        client.send_records("r2", records[half:])
+        ended = client.end_drive("r2")
+    assert ended is not None
+    assert ended.id != drive["id"]
 
 
 @pytest.mark.parametrize(

@@ -29,8 +29,8 @@ from objstate.recording.ros import to_cdr
 
 MOST_BEAMS = 100_000
 MOST_RECORDS = 10_000
-Stamp = Annotated[int, Field(ge=1, lt=2**62, description="ns since 1970")]
-Number = Annotated[float, Field(allow_inf_nan=False)]
+Stamp = Annotated[int, Field(ge=1, lt=2**31 * 10**9, description="ns since 1970")]
+Number = Annotated[float, Field(allow_inf_nan=False, ge=-1e6, le=1e6)]
 
 
 class Strict(BaseModel):
