@@ -7,8 +7,9 @@ told of each door (``Site``) becomes what is known of every other one in closed 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cache
 
 import numpy as np
 
@@ -21,6 +22,8 @@ from objstate.habits.site import Site
 from objstate.lazy import lazy
 
 BUILDING, CLASS = 0.4, 0.2  # shares of the prior's covariance; the remainder is the door's own
+FEWEST = 2  # looks at a door whose habits count
+Message = tuple[FloatArray, FloatArray]  # information (COMMON, COMMON), and pull
 COMMON = Design(2).parameters  # that doors of any number of regions have
 
 
@@ -34,7 +37,9 @@ class Habits:
     _forecasts: dict[str, Forecast] = field(default_factory=dict, init=False, repr=False)
 
     def __contains__(self, name: object) -> bool:
-        return name in self.sites
+        """Whether a door has been looked at more than once: one look tells nothing of moves."""
+        site = self.sites.get(name) if isinstance(name, str) else None
+        return site is not None and site.looks >= FEWEST
 
     def with_sites(self, sites: Mapping[str, Site], classes: Mapping[str, str]) -> Habits:
         """The habits with other sites of some doors."""
@@ -54,44 +59,69 @@ class Habits:
         own = _extended(design)
         precision = np.asarray(np.linalg.inv(BUILDING * _common()), dtype=float)
         pull = np.zeros(COMMON)
-        for name in sorted(set(self.classes.values())):
-            members = [self._messages[door] for door in self._members(name) if door != but]
-            if name != of_class and members:
-                told = _through(*_sum(members), CLASS * _common())
+        for name in sorted(self._of_classes):
+            if name != of_class:
+                told = self._of_classes[name]
                 precision, pull = precision + told[0], pull + told[1]
         mean, covariance = _moments(precision, pull)
-        members = [self._messages[door] for door in self._members(of_class) if door != but]
         covariance = covariance + CLASS * _common()
-        if members:
+        if of_class in self._sums:
+            information, told_of = self._sums[of_class]
+            if but in self._messages:
+                information = information - self._messages[but][0]
+                told_of = told_of - self._messages[but][1]
             before = np.linalg.inv(covariance)
-            told = _sum(members)
-            mean, covariance = _moments(before + told[0], before @ mean + told[1])
+            mean, covariance = _moments(before + information, before @ mean + told_of)
         out = design.mean.copy()
         out[:COMMON] += mean
         own[:COMMON, :COMMON] += covariance
         return Gaussian(out, own)
 
-    def _members(self, of_class: str) -> Iterable[str]:
-        return sorted(door for door, name in self.classes.items() if name == of_class)
-
     @lazy
-    def _messages(self) -> dict[str, tuple[FloatArray, FloatArray]]:
-        """What each door tells of its class, in natural parameters about the prior's mean."""
-        out = {}
-        for name, site in self.sites.items():
-            pull = site.pull - site.precision @ site.design.mean
-            precision, pull = _through(site.precision, pull, _extended(site.design))
-            out[name] = precision[:COMMON, :COMMON], pull[:COMMON]
+    def _sums(self) -> dict[str, Message]:
+        """What the doors of each class tell of it."""
+        out: dict[str, Message] = {}
+        for door in sorted(self._messages):
+            name, (information, pull) = self.classes[door], self._messages[door]
+            known = out.get(name)
+            out[name] = (
+                (information, pull) if known is None else (known[0] + information, known[1] + pull)
+            )
         return out
 
+    @lazy
+    def _of_classes(self) -> dict[str, Message]:
+        """What each class tells of the building."""
+        return {name: _through(*message, CLASS * _common()) for name, message in self._sums.items()}
 
+    @lazy
+    def _messages(self) -> dict[str, Message]:
+        """What each door tells of its class, in natural parameters about the prior's mean."""
+        return {name: _message(site) for name, site in self.sites.items() if name in self}
+
+
+def _message(site: Site) -> Message:
+    """What a door tells of what it shares with others: its own differences are integrated out."""
+    covariance, root = _extended(site.design), site.root
+    pull = site.pull - root.T @ (root @ site.design.mean)
+    gain = np.linalg.solve(np.eye(len(root)) + root @ covariance @ root.T, root)  # (r, p)
+    told = pull - gain.T @ (root @ (covariance @ pull))
+    return root[:, :COMMON].T @ gain[:, :COMMON], told[:COMMON]
+
+
+@cache
 def _common() -> FloatArray:
     return Design(2).covariance
 
 
 def _extended(design: Design) -> FloatArray:
     """(p, p) covariance of what a door differs by from its class."""
-    out = design.covariance.copy()
+    return _own(design.regions).copy()
+
+
+@cache
+def _own(regions: int) -> FloatArray:
+    out = Design(regions).covariance.copy()
     out[:COMMON, :COMMON] *= 1.0 - BUILDING - CLASS
     return out
 
@@ -103,10 +133,6 @@ def _through(
     damp = np.linalg.inv(np.eye(len(pull)) + precision @ covariance)
     out = damp @ precision
     return (out + out.T) / 2.0, damp @ pull
-
-
-def _sum(messages: list[tuple[FloatArray, FloatArray]]) -> tuple[FloatArray, FloatArray]:
-    return sum(each[0] for each in messages), sum(each[1] for each in messages)  # type: ignore[return-value]
 
 
 def _moments(precision: FloatArray, pull: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -15,13 +15,20 @@ from objstate.habits.model import BURN_IN_NS, Gaussian, Known, fit, mode, prior
 RESTS = 48  # bins between the limits in which places are counted where a door stood
 
 
+NEGLIGIBLE = 1e-6  # information about a direction, in units of the prior's
+
+
 @dataclass(frozen=True, eq=False)
 class Site:
-    """A Gaussian factor: what was told beside the prior, in natural parameters."""
+    """A Gaussian factor: what was told beside the prior, in natural parameters.
+
+    A few looks tell of a few directions in the space of the parameters: the precision is the square
+    of a ``root``.
+    """
 
     bounds: tuple[float, ...]  # rad or m from closed, between the regions
     pull: FloatArray  # (p,) precision times mean
-    precision: FloatArray  # (p, p)
+    root: FloatArray  # (r, p)
     rests: FloatArray  # (RESTS,) how often the door stood in each part of its range
     looks: int = 0  # taken in
     fitted: int = 0  # of these by a fit to all looks, the others one after the other
@@ -32,12 +39,17 @@ class Site:
     def empty(bounds: tuple[float, ...]) -> Site:
         """Of a door that nobody has looked at, with so many bounds between its regions."""
         p = Design(len(bounds) + 1).parameters
-        return Site(bounds, np.zeros(p), np.zeros((p, p)), np.zeros(RESTS))
+        return Site(bounds, np.zeros(p), np.zeros((0, p)), np.zeros(RESTS))
 
     @property
     def design(self) -> Design:
         """Of the door's parameters."""
         return Design(len(self.bounds) + 1)
+
+    @property
+    def precision(self) -> FloatArray:
+        """(p, p) what was told."""
+        return self.root.T @ self.root
 
     def posterior(self, before: Gaussian) -> Gaussian:
         """The parameters after a prior and the looks."""
@@ -63,12 +75,21 @@ class Site:
         return replace(
             self,
             pull=self.pull + found.score + found.information @ found.theta,
-            precision=self.precision + found.information,
+            root=root_of(self.precision + found.information, self.design),
             rests=self.rests + rests,
             looks=self.looks + len(looks),
             first_ns=first if self.first_ns is None else min(first, self.first_ns),
             last=latest if is_last else self.last,
         )
+
+
+def root_of(precision: FloatArray, design: Design) -> FloatArray:
+    """(r, p) whose square is a precision (p, p), but for what tells next to nothing."""
+    spread = np.linalg.cholesky(design.covariance)
+    values, vectors = np.linalg.eigh(spread.T @ precision @ spread)
+    kept = values > NEGLIGIBLE
+    scaled = np.sqrt(values[kept])[:, None] * vectors[:, kept].T
+    return np.asarray(np.linalg.solve(spread.T, scaled.T).T)
 
 
 def fitted_site(
@@ -88,7 +109,7 @@ def fitted_site(
     return Site(
         bounds,
         told @ after.mean - assumed @ before.mean,
-        told - assumed,
+        root_of(told - assumed, empty.design),
         rests,
         len(looks),
         len(looks),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -104,7 +103,7 @@ def _write(connection: Connection, settings: Settings, name: str, site: Site) ->
 
 
 def pack_site(site: Site) -> bytes:
-    """A site as bytes; the precision in single ones."""
+    """A site as bytes; the root of its precision in single ones."""
     words: dict[str, Any] = {
         "bounds": site.bounds,
         "looks": site.looks,
@@ -112,10 +111,9 @@ def pack_site(site: Site) -> bytes:
         "first_ns": site.first_ns,
         "last_ns": None if site.last is None else site.last.stamp_ns,
     }
-    upper = site.precision[_upper(len(site.pull))]
     arrays = {
         "pull": np.asarray(site.pull, dtype="<f8"),
-        "precision": np.asarray(upper, dtype="<f4"),
+        "root": np.asarray(site.root, dtype="<f4"),
         "rests": np.asarray(site.rests, dtype="<f4"),
         "state": np.zeros(0) if site.last is None else np.asarray(site.last.state, dtype="<f8"),
     }
@@ -126,23 +124,14 @@ def unpack_site(packed: bytes, name: str) -> Site:
     """The site that was packed. Raises WorldError for damage."""
     words, arrays = unpack(packed, f"The habits of '{name}'")
     pull = arrays["pull"].astype(float)
-    precision = np.zeros((len(pull), len(pull)))
-    precision[_upper(len(pull))] = arrays["precision"]
-    precision += np.triu(precision, 1).T
     last = words["last_ns"]
     return Site(
         tuple(words["bounds"]),
         pull,
-        precision,
+        arrays["root"].astype(float).reshape(-1, len(pull)),
         arrays["rests"].astype(float),
         words["looks"],
         words["fitted"],
         words["first_ns"],
         None if last is None else Known(last, arrays["state"].astype(float)),
     )
-
-
-@cache
-def _upper(size: int) -> tuple[np.ndarray, ...]:
-    """Where the upper triangle of a square matrix lies; the same for each door of a world."""
-    return np.triu_indices(size)
