@@ -2,10 +2,11 @@
 # make docs: renew what the pages print, and README's picture.
 # make fuzz: ten minutes of mutated files of every kind, into out/fuzz what is read wrongly.
 # make bench: how fast it is, into docs/performance.md.   make bench-hour: memory over an hour of log.
+# make bench-service: how fast a service answers, and what kills cost it.
 PYTHON ?= $(firstword $(shell command -v python3.11 python3 python))
 BIN := .venv/bin
 
-.PHONY: run test docs fuzz bench bench-hour
+.PHONY: run test docs fuzz bench bench-hour bench-service
 
 run: .venv/.stamp
 	$(BIN)/objstate estimate logs/corridor.mcap --building models/corridor/corridor.urdf \
@@ -30,6 +31,11 @@ bench: .venv/.stamp
 
 bench-hour: .venv/.stamp
 	$(BIN)/python -m benchmarks.speed --hour
+
+bench-service: .venv/.stamp
+	$(BIN)/python benchmarks/service.py
+	$(BIN)/python benchmarks/service_live.py 4
+	$(BIN)/python benchmarks/service_live.py 8
 
 .venv/.stamp: pyproject.toml constraints.txt
 	$(PYTHON) -m venv .venv

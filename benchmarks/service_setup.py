@@ -18,7 +18,7 @@ from mcap.reader import make_reader
 from mcap.writer import Writer
 
 from objstate.building import load_building
-from objstate.config import Settings
+from objstate.config import Dynamics, ObjectRule, Settings
 from objstate.objects import filter_for
 from objstate.particles import Weights
 from objstate.world.store import DriveEntry, open_store
@@ -53,7 +53,8 @@ def many_doors(folder: Path, count: int) -> Path:
         seen = prior.with_weights(Weights.of(np.exp(-0.5 * off**2) + np.finfo(float).tiny))
         beliefs.append(replace(seen, stamp_ns=stamp_ns, last_observed_ns=stamp_ns))
     store = open_store(folder / "world.db", building)
-    store.add(DriveEntry("seen", stamp_ns, stamp_ns), beliefs)
+    rate = ObjectRule(match="*", dynamics=Dynamics(moves_per_hour=2.0))  # so that no habits are learnt
+    store.add(DriveEntry("seen", stamp_ns, stamp_ns, Settings(objects=(rate,))), beliefs)
     return urdf
 
 

@@ -22,9 +22,15 @@ from objstate.world.world import Snapshot, World
 class Known:
     """A world at one revision; of its past only what answers from its latest moment on need."""
 
-    revision: str
+    drive: int  # the number of the last one that it has learnt from
+    others: str  # what changes where more than a drive was added
     world: World
     latest_ns: int
+
+    @property
+    def revision(self) -> str:
+        """What changes with everything that is learnt."""
+        return f"{self.drive}.{self.others}"
 
 
 class Believed:
@@ -36,9 +42,8 @@ class Believed:
         self._database, self._store = database, store
         self._building, self._settings = building, settings
         self._lock = threading.Lock()
-        self._whole: tuple[str, World] | None = None
         self._live: dict[str, tuple[str, ObjectBelief]] = {}  # by object: the drive, its belief
-        self._known = self._loaded(self._asked())
+        self._known = self._loaded(*self._asked())
 
     @property
     def now(self) -> Known:
@@ -48,17 +53,23 @@ class Believed:
     def refresh(self) -> Known | None:
         """Look whether the world was taught; the new revision if so. Raises WorldError."""
         with self._lock:
-            revision = self._asked()
-            if revision == self._known.revision:
+            drive, others = self._asked()
+            known = self._known
+            if (drive, others) == (known.drive, known.others):
                 return None
-            self._known = self._loaded(revision)
+            if others == known.others and drive > known.drive:
+                world = self._store.later(known.world, known.drive).newest()
+                self._known = Known(drive, others, world, world.latest_ns or 0)
+            else:
+                self._known = self._loaded(drive, others)
             return self._known
 
-    def at(self, stamp_ns: int) -> Snapshot:
-        """What is believed at a moment. For one before the latest the whole world is loaded once."""
+    def at(self, stamp_ns: int, name: str | None = None) -> Snapshot:
+        """What is believed at a moment, of one object or of all. What is past is read anew."""
         known = self._known
         if stamp_ns < known.latest_ns:
-            return self.whole().at(stamp_ns)
+            names = known.world.objects if name is None else [name]
+            return self._store.then(known.world, stamp_ns, names).at(stamp_ns)
         return known.world.at(stamp_ns, {name: belief for name, (_, belief) in self._live.items()})
 
     def learn(self, drive: str, belief: ObjectBelief) -> None:
@@ -84,26 +95,21 @@ class Believed:
         """When a drive that goes on last learnt anything; 0 where none does."""
         return max((each.stamp_ns or 0 for _, each in self._live.values()), default=0)
 
-    def whole(self) -> World:
-        """The world with all its past. Raises WorldError."""
-        with self._lock:
-            revision = self._known.revision
-            if self._whole is None or self._whole[0] != revision:
-                world = self._store.load(self._settings, objects=self._building.objects)
-                self._whole = revision, world
-            return self._whole[1]
+    def history(self, name: str, most: int) -> tuple[ObjectBelief, ...]:
+        """What was learnt of an object, the newest of it. Raises WorldError."""
+        return self._store.history(self._known.world, name, most)
 
-    def _asked(self) -> str:
+    def _asked(self) -> tuple[int, str]:
         with self._database.reading() as connection:
             drives = connection.execute(select(func.max(DRIVES.c.id))).scalar() or 0
             objects = connection.execute(select(func.count()).select_from(OBJECTS)).scalar_one()
             deleted = connection.execute(select(func.max(DELETIONS.c.id))).scalar() or 0
-        return f"{drives}.{objects}.{deleted}"
+        return int(drives), f"{objects}.{deleted}"
 
-    def _loaded(self, revision: str) -> Known:
+    def _loaded(self, drive: int, others: str) -> Known:
         latest = self._store.latest_ns() or 0
         world = self._store.load(self._settings, objects=self._building.objects, since_ns=latest)
-        return Known(revision, world, latest)
+        return Known(drive, others, world, latest)
 
 
 def known_object(world: World, name: str) -> str:

@@ -76,7 +76,7 @@ class EvidenceDesk:
         identity = secrets.token_hex(8) if report.id is None else report.id
         with self._lock:
             self._on_taught()
-            before = self._believed.at(stamp_ns)[name]
+            before = self._believed.at(stamp_ns, name)[name]
             lower, upper = _region(before, report)
             after = told(before, lower, upper, report.reliability)
             row = {"object": name, "stamp_ns": stamp_ns, "source": report.source, "token": token}
@@ -85,7 +85,7 @@ class EvidenceDesk:
             on_record = insert(EVIDENCE).values(id=identity, **row)
             is_new = self._store.add(entry, [after], also=[on_record])
             self._on_taught()
-            return after if is_new else self._believed.at(stamp_ns)[name]
+            return after if is_new else self._believed.at(stamp_ns, name)[name]
 
     def reports(self, name: str) -> dict[str, Any]:
         """What was reported of an object, in time order. Raises Problem for an unknown one."""

@@ -166,8 +166,9 @@ class Parts:
 
     def forget(self, name: str, token: str) -> None:
         """Remove all that was learnt of an object, on record. Raises Problem, WorldError."""
-        past = self.believed.whole().history(known_object(self.believed.now.world, name))
-        self.store.forget(name, [deletion(token, "history", name, len(past))])
+        known_object(self.believed.now.world, name)
+        count = select(func.count()).select_from(BELIEFS).where(BELIEFS.c.object == name)
+        self.store.forget(name, [deletion(token, "history", name, count.scalar_subquery())])
         self.believed.refresh()
         self.events.add(("deleted", {"object": name}))
 

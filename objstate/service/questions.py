@@ -75,10 +75,9 @@ class Questions:
         belief = self._belief(name, when)
         return self._stamped(when) | self._words(belief, when, samples)
 
-    def history(self, name: str) -> dict[str, Any]:
-        """What was learnt of an object, in time order."""
-        world = self._believed.whole()
-        known = world.history(known_object(world, name))
+    def history(self, name: str, most: int) -> dict[str, Any]:
+        """What was learnt of an object, in time order, at most the newest so many."""
+        known = self._believed.history(known_object(self._believed.now.world, name), most)
         return {"object": name, "history": [belief_words(belief) for belief in known]}
 
     def passage(
@@ -160,7 +159,7 @@ class Questions:
 
     def _belief(self, name: str, when: int) -> ObjectBelief:
         known_object(self._believed.now.world, name)
-        return self._believed.at(when)[name]
+        return self._believed.at(when, name)[name]
 
     def _words(self, belief: ObjectBelief, when: int, samples: bool = False) -> dict[str, Any]:
         seen = belief.last_observed_ns

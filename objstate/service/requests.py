@@ -20,6 +20,7 @@ LARGEST_BODY = 4 * 2**20  # bytes of a question
 BURST_S = 1.0  # of requests that may come at once
 GUESSES_PER_S = 5.0  # requests of one address without a token that is in use
 TRUTHS = {"true": True, "1": True, "false": False, "0": False}
+MOST_WANTED = 100_000  # of things that are listed
 MOST_COUNTED = 10_000  # tokens and addresses whose requests are counted
 
 
@@ -128,6 +129,16 @@ def number_of(request: Request, name: str, otherwise: float | None = None) -> fl
     if not 0.0 <= value < float("inf"):
         raise Problem(422, f"{name}={text} is no length.", "Give metres, 0 or more.")
     return value
+
+
+def whole_number_of(request: Request, name: str, otherwise: int) -> int:
+    """A number of things that a request wants at most. Raises Problem."""
+    text = request.query_params.get(name)
+    if text is None:
+        return otherwise
+    if not (text.isascii() and text.isdigit() and 1 <= int(text) <= MOST_WANTED):
+        raise Problem(422, f"{name}={text} is none.", f"Give 1 to {MOST_WANTED}.")
+    return int(text)
 
 
 def check_query(request: Request, known: set[str]) -> None:

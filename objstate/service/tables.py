@@ -13,6 +13,7 @@ from sqlalchemy import (
     Insert,
     Integer,
     MetaData,
+    ScalarSelect,
     Table,
     Text,
     insert,
@@ -110,26 +111,28 @@ DELETIONS = Table(
 FORM = Table("service_form", METADATA, Column("form", Integer, nullable=False))
 
 
-def deletion(token: str, what: str, name: str, beliefs: int = 0) -> Insert:
+def deletion(token: str, what: str, name: str, beliefs: int | ScalarSelect[int] = 0) -> Insert:
     """The statement that puts a deletion on record."""
     row = {"token": token, "what": what, "name": name, "beliefs": beliefs}
     return insert(DELETIONS).values(stamp_ns=time.time_ns(), **row)
 
 
-def _first(connection: Connection) -> None:
+def _first(connection: Connection, _: str | None) -> None:
     tables = [FORM, TOKENS, DRIVES, EVENTS, EVIDENCE, DELETIONS]
     METADATA.create_all(connection, tables)
     connection.execute(insert(FORM).values(form=0))
 
 
-def _robots_and_uploads(connection: Connection) -> None:
+def _robots_and_uploads(connection: Connection, schema: str | None) -> None:
     METADATA.create_all(connection, [UPLOADS, TAKEN])
-    if "robot" not in {column["name"] for column in inspect(connection).get_columns(DRIVES.name)}:
+    if "robot" not in {
+        column["name"] for column in inspect(connection).get_columns(DRIVES.name, schema)
+    }:
         connection.execute(text(f"ALTER TABLE {DRIVES.name} ADD COLUMN robot TEXT"))
 
 
 # in order; only ever appended
-MIGRATIONS: tuple[Callable[[Connection], None], ...] = (_first, _robots_and_uploads)
+MIGRATIONS: tuple[Callable[[Connection, str | None], None], ...] = (_first, _robots_and_uploads)
 
 
 def make_tables(database: Database) -> None:
@@ -142,5 +145,5 @@ def make_tables(database: Database) -> None:
                 f"A newer objstate has served the world {database.location}; update objstate."
             )
         for step in MIGRATIONS[form:]:
-            step(connection)
+            step(connection, database.location.schema)
         connection.execute(update(FORM).values(form=len(MIGRATIONS)))

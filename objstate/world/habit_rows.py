@@ -34,13 +34,19 @@ def calendar_of(settings: CalendarSettings) -> Calendar:
 
 
 def read_habits(
-    connection: Connection, settings: Settings, filters: dict[str, ObjectFilter]
+    connection: Connection,
+    settings: Settings,
+    filters: dict[str, ObjectFilter],
+    *,
+    only: bool = False,
 ) -> Habits | None:
-    """The habits of doors, of which those that were learnt by another calendar are left out; None: no row."""
+    """The habits of doors, of which those that were learnt by another calendar are left out; None: no row.
+
+    With ``only`` no others are read than those of the ``filters``, which are few.
+    """
     text = settings.calendar.model_dump_json()
-    rows = connection.execute(
-        select(HABITS.c.object, HABITS.c.site).where(HABITS.c.calendar == text)
-    ).all()
+    query = select(HABITS.c.object, HABITS.c.site).where(HABITS.c.calendar == text)
+    rows = connection.execute(query.where(HABITS.c.object.in_(filters)) if only else query).all()
     sites, classes = {}, {}
     for name, packed in rows:
         filter_ = filters.get(name)

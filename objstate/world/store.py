@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from importlib.metadata import version
 from itertools import islice
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -121,6 +122,49 @@ class WorldStore:
         floors = tuple(KeptFloor(*row) for row in left)
         return replace(World.of(items, chosen, beliefs), floors=floors, habits=habits)
 
+    def later(self, world: World, after: int) -> World:
+        """A world that knows the drives up to a number, with what later ones taught.
+
+        Only what is new is read. ``world`` is one that ``load`` returned for all drives. Raises
+        WorldError.
+        """
+        b, items = BELIEFS.c, world.objects
+        query = select(b.object, b.stamp_ns, b.last_observed_ns, b.belief).where(b.drive > after)
+        f = FLOORS.c
+        floors = select(f.stamp_ns, f.forgotten_ns, f.floor).where(f.drive > after)
+        with self._database.reading() as connection:
+            rows = connection.execute(query.order_by(b.object, b.stamp_ns, b.drive)).all()
+            left = connection.execute(floors.order_by(f.stamp_ns, f.drive)).all()
+            filters = {name: world.filter_of(name) for name in {row[0] for row in rows}}
+            learnt = read_habits(connection, world.settings, filters, only=True)
+        beliefs = [unpack_belief(row[3], items[row[0]], row[1], row[2]) for row in rows]
+        habits = world.habits
+        if learnt is not None and habits is not None:
+            habits = habits.with_sites(learnt.sites, learnt.classes)
+        kept = sorted(
+            (*world.floors, *(KeptFloor(*row) for row in left)), key=attrgetter("stamp_ns")
+        )
+        return world.with_beliefs(beliefs).beside(tuple(kept), habits or learnt)
+
+    def then(self, world: World, stamp_ns: int, names: Iterable[str]) -> World:
+        """A world with only what was last learnt of some objects by a moment. Raises WorldError."""
+        found = []
+        with self._database.reading() as connection:
+            for name in names:
+                query = _of(name, None).where(BELIEFS.c.stamp_ns <= stamp_ns).limit(1)
+                row = connection.execute(query).first()
+                if row is not None:
+                    found.append(unpack_belief(row[2], world.objects[name], row[0], row[1]))
+        return world.only(found)
+
+    def history(self, world: World, name: str, most: int) -> tuple[ObjectBelief, ...]:
+        """What was learnt of an object, in time order, at most the newest so many. Raises WorldError."""
+        with self._database.reading() as connection:
+            rows = connection.execute(_of(name, None).limit(most)).all()
+        item = world.objects[name]
+        past = [unpack_belief(packed, item, *stamps) for *stamps, packed in reversed(rows)]
+        return world.only(past).history(name)
+
     def thin(self, rule: Thinning, now_ns: int | None = None) -> int:
         """Thin the history by its age (``forgetting``); how many beliefs went. Raises WorldError.
 
@@ -212,7 +256,8 @@ class WorldStore:
             seen = {belief.item.name for belief in taught}
             filters = filters_of(dict(_objects(connection, seen)), drive.settings)
             due = learn(connection, drive.settings, filters, taught)
-        self.fit_habits(drive.settings, due)
+        if due:
+            self.fit_habits(drive.settings, due)
         return True
 
     def forget(self, name: str, also: Iterable[Executable] = ()) -> int:
@@ -221,10 +266,10 @@ class WorldStore:
         Drives stay known, so that none is learnt from again. Raises WorldError.
         """
         with self._database.writing() as connection:
-            gone = connection.execute(delete(BELIEFS).where(BELIEFS.c.object == name)).rowcount
-            connection.execute(delete(HABITS).where(HABITS.c.object == name))
             for statement in also:
                 connection.execute(statement)
+            gone = connection.execute(delete(BELIEFS).where(BELIEFS.c.object == name)).rowcount
+            connection.execute(delete(HABITS).where(HABITS.c.object == name))
         return int(gone)
 
     def fit_habits(
@@ -235,7 +280,7 @@ class WorldStore:
         ``add`` takes each drive in by itself, and does this for a door when it knows twice as many
         looks as the last time; some seconds each. Raises WorldError.
         """
-        world = self.load(settings)
+        world = self.load(settings, newest=names is not None)
         chosen = list(world.objects) if names is None else list(names)
         for name in chosen:
             filter_, history = world.filter_of(name), world.history(name)

@@ -6,6 +6,7 @@ import math
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 from zlib import crc32
 
 import numpy as np
@@ -62,19 +63,36 @@ class World:
 
     def with_beliefs(self, beliefs: Iterable[ObjectBelief]) -> World:
         """The world that knows these beliefs too. Raises WorldError as ``of`` does."""
-        known = {
-            name: dict(zip(self._stamps(name), past, strict=True))
-            for name, past in self.histories.items()
-        }
+        known: dict[str, dict[int, ObjectBelief]] = {}
         for belief in beliefs:
             name = self._known(belief.item.name)
             if belief.stamp_ns is None:
                 raise WorldError(f"A belief of '{name}' has no stamp; say of when it is.")
-            known.setdefault(name, {})[belief.stamp_ns] = self.fitted(belief)
-        histories = {
+            if name not in known:
+                past = self.histories.get(name, ())
+                known[name] = dict(zip(self._stamps(name), past, strict=True))
+            known[name][belief.stamp_ns] = self.fitted(belief)
+        histories = dict(self.histories) | {
             name: tuple(past[stamp] for stamp in sorted(past)) for name, past in known.items()
         }
-        return replace(self, histories=histories)
+        return self._with(histories=histories)
+
+    def beside(self, floors: tuple[KeptFloor, ...], habits: Habits | None) -> World:
+        """The world with other floors and habits."""
+        return self._with(floors=floors, habits=habits)
+
+    def only(self, beliefs: Iterable[ObjectBelief]) -> World:
+        """The world with these beliefs alone, as if nothing else had been learnt."""
+        return self._with(histories={}).with_beliefs(beliefs)
+
+    def newest(self) -> World:
+        """The world with each object's last belief: what answers from its latest moment on need."""
+        return self._with(histories={name: past[-1:] for name, past in self.histories.items()})
+
+    def _with(self, **fields: Any) -> World:
+        later = replace(self, **fields)
+        later.__dict__["_filters"] = self._filters  # which follow from objects and settings
+        return later
 
     def fitted(self, belief: ObjectBelief) -> ObjectBelief:
         """A belief of a moment, with the states by which its object is predicted."""

@@ -10,7 +10,7 @@ from starlette.responses import JSONResponse, Response
 
 from objstate.service.evidence import Report
 from objstate.service.operations.operation import AT, LENGTH, WIDTH, Operation, Query, versioned
-from objstate.service.requests import body_of, moment_of, number_of, truth_of
+from objstate.service.requests import body_of, moment_of, number_of, truth_of, whole_number_of
 from objstate.service.tokens import Role, Token
 from objstate.world.words import belief_words
 
@@ -39,10 +39,11 @@ async def get_object(parts: Parts, request: Request, _: Token) -> Response:
 
 async def get_history(parts: Parts, request: Request, _: Token) -> Response:
     name = request.path_params["name"]
+    most = whole_number_of(request, MOST.name, USUAL_HISTORY)
     return await versioned(
         request,
         parts.questions.revision_of(name, 0),
-        lambda: asyncio.to_thread(parts.questions.history, name),
+        lambda: asyncio.to_thread(parts.questions.history, name, most),
     )
 
 
@@ -79,6 +80,8 @@ async def delete_history(parts: Parts, request: Request, token: Token) -> Respon
 
 
 SAMPLES = Query("samples", "boolean", "the states and weights of the whole posterior")
+USUAL_HISTORY = 200
+MOST = Query("most", "integer", f"the newest so many moments; default: {USUAL_HISTORY}")
 DOOR = {"object": "door_07", "state": {"angle": {"mean": 1.52, "std": 0.01}}}
 OPERATIONS = (
     Operation(
@@ -106,6 +109,7 @@ OPERATIONS = (
         "get_history",
         "What was learnt of it, in time order.",
         get_history,
+        query=(MOST,),
     ),
     Operation(
         "DELETE",
