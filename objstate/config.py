@@ -179,6 +179,13 @@ class ObjectUpdateSettings(Strict):
         return self
 
 
+class DoorErrorSettings(Strict):
+    """Standard deviations of one door's static errors, where drives told of them."""
+
+    hinge_std_m: Positive
+    bearing_std_deg: Positive
+
+
 class BuildingErrorSettings(Strict):
     """Prior standard deviations of errors of the building and of the lasers' mountings.
 
@@ -195,6 +202,7 @@ class BuildingErrorSettings(Strict):
     clock_std_s: Positive = 0.02  # offset of a laser's stamps from the odometry's
     range_std_m: ClassVar[float] = 0.03  # noise of a range
     robot_length_m: Positive = 0.5  # distance over which a recorded belief's error decorrelates
+    doors: dict[str, DoorErrorSettings] = {}  # by name, in place of hinge_std_m and bearing_std_deg
 
 
 class GridSettings(Strict):

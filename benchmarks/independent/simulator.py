@@ -19,17 +19,19 @@ from benchmarks.independent.scenarios import SCENARIOS, Plan
 from benchmarks.independent.shapes import Floats
 from benchmarks.independent.world import corridor
 
+DAY = 1_000_000  # between the seeds of one day and the next
 GENERATOR = 2  # raise it whenever the same seed gives other files
 
 
-def simulated(scenario: str, seed: int, cache: Path) -> Path:
+def simulated(scenario: str, seed: int, cache: Path, day: int = 0) -> Path:
     """The folder of a drive, made if the cache doesn't hold it."""
-    folder = cache / f"v{GENERATOR}" / scenario / str(seed)
+    name = str(seed) if day == 0 else f"{seed}-day{day}"
+    folder = cache / f"v{GENERATOR}" / scenario / name
     if not folder.exists():
         folder.parent.mkdir(parents=True, exist_ok=True)
         temporary = Path(tempfile.mkdtemp(dir=folder.parent, prefix=f".{seed}-"))
         try:
-            simulate(SCENARIOS[scenario](seed), seed, temporary)
+            simulate(SCENARIOS[scenario](seed), seed, temporary, day)
             os.chmod(temporary, 0o755)
             temporary.rename(folder)
         except OSError:
@@ -40,14 +42,15 @@ def simulated(scenario: str, seed: int, cache: Path) -> Path:
     return folder
 
 
-def simulate(plan: Plan, seed: int, folder: Path) -> None:
-    """Write a drive's files into a folder."""
+def simulate(plan: Plan, seed: int, folder: Path, day: int = 0) -> None:
+    """Write a drive's files into a folder. On other days doors, boxes and noise are others."""
     drive = corridor_drive(seed)
-    world = corridor(seed, plan.world, drive.along)
+    world = corridor(seed, plan.world, drive.along, day)
     lasers, mounts = _mounted(plan, seed)
-    readings = scans(seed, world, drive, lasers)
-    wheels = odometry(seed, drive, plan.odometry)
-    log.write_log(folder / "log.mcap", seed, drive, wheels, lasers, mounts, readings)
+    chance = seed + DAY * day
+    readings = scans(chance, world, drive, lasers)
+    wheels = odometry(chance, drive, plan.odometry)
+    log.write_log(folder / "log.mcap", chance, drive, wheels, lasers, mounts, readings)
     log.write_truth(folder / "truth.csv", world, drive.duration)
     log.write_path(folder / "path.tum", drive)
     log.write_seen(folder / "seen.npz", readings)

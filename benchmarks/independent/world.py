@@ -141,8 +141,8 @@ def dimensions(seed: int) -> tuple[float, float]:
     return rng.uniform(16.0, 19.0), rng.uniform(1.15, 1.45)
 
 
-def corridor(seed: int, options: WorldOptions, robot: Course) -> World:
-    """A corridor; the same seed gives the same walls and doors whatever the options.
+def corridor(seed: int, options: WorldOptions, robot: Course, day: int = 0) -> World:
+    """A corridor; the same seed gives the same walls and doors whatever the options and the day.
 
     ``robot`` is how far along the corridor the robot is, so that doors are moved before it.
     """
@@ -160,9 +160,12 @@ def corridor(seed: int, options: WorldOptions, robot: Course) -> World:
 
     doors = _furnished(np.random.default_rng([seed, 2]), doors, options)
     walls = _glazed(np.random.default_rng([seed, 3]), walls, options.glass_walls)
-    angles = _angles(np.random.default_rng([seed, 4]), doors, options)
-    courses, ends = _courses(np.random.default_rng([seed, 5]), doors, angles, options, robot)
-    rng = np.random.default_rng([seed, 6])
+    today = [day] if day else []
+    angles = _angles(np.random.default_rng([seed, 4, *today]), doors, options)
+    courses, ends = _courses(
+        np.random.default_rng([seed, 5, *today]), doors, angles, options, robot
+    )
+    rng = np.random.default_rng([seed, 6, *today])
     clutter = _frames(doors, thick, half) if options.frames else []
     clutter += _boxes(rng, doors, half, options.boxes)
     clutter += _doorway_boxes(rng, doors, courses, half, thick, options.doorway_boxes)

@@ -9,25 +9,29 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from objstate.cli.console import print_table, print_text
+from objstate.cli.console import print_notice, print_table, print_text
 from objstate.cli.options import Config, GlobalStart, InitialPose, Mounts, Overwrite, Quiet, Topics
 from objstate.cli.parsing import parse_mounts, parse_pose, split_topics
 from objstate.cli.progress import progress_bar
+from objstate.errors import SettingsError
 
 if TYPE_CHECKING:
     from rich.table import Table
 
     from objstate.discovery import Candidate
+    from objstate.run import RunOptions
 
 EXAMPLES = """\b
 Examples:
   objstate building learn monday.mcap tuesday.mcap --map map.yaml --out building
   objstate building edit building --drive monday.mcap
+  objstate building learn *.mcap --building office.urdf --out better
 \b
 What is written to the folder:
-  building.urdf   walls of the map without the leaves drawn into it, and the probable doors
-  doors.csv       all candidates, with probabilities and standard deviations
-  learn.json      the drives, and of each candidate the angles at which it was seen
+  *.urdf          walls of the map without the leaves drawn into it, and the probable doors;
+                  or the building with its doors where they hang
+  doors.csv       all candidates, with probabilities and standard deviations (--map)
+  learn.json      the drives, and what each told
 """
 
 
@@ -35,10 +39,19 @@ def learn(
     logs: Annotated[
         list[Path], typer.Argument(metavar="LOG", help="A drive; more drives tell more.")
     ],
-    map_yaml: Annotated[
-        Path, typer.Option("--map", metavar="MAP", help="A ROS map, YAML, that the drives fit.")
-    ],
     out: Annotated[Path, typer.Option(metavar="DIR", help="The folder to write.")],
+    map_yaml: Annotated[
+        Path | None,
+        typer.Option("--map", metavar="MAP", help="Find doors in a ROS map, YAML."),
+    ] = None,
+    building: Annotated[
+        Path | None,
+        typer.Option(metavar="URDF", help="Learn where a building's doors hang."),
+    ] = None,
+    jobs: Annotated[
+        int | None,
+        typer.Option(metavar="N", min=1, help="Drives at a time. Default: one a core."),
+    ] = None,
     config: Config = None,
     seed: Annotated[int, typer.Option(metavar="N", min=0, help="Of all random numbers.")] = 0,
     initial_pose: InitialPose = None,
@@ -48,16 +61,22 @@ def learn(
     overwrite: Overwrite = False,
     quiet: Quiet = False,
 ) -> None:
-    """Find the doors of a building in its map and in drives.
+    """Learn a building from drives: its doors in a map, or where a building's doors hang.
 
-    Each drive is localized in the map. Where its walls open, in the map or in a drive, a door is
-    weighed against an opening without a leaf, walls as they are drawn, and things that stand
-    about. Doors that stand differently in several drives are told best; one that is always closed,
-    and flush with its wall, can't be found.
+    With --map, each drive is localized in the map. Where its walls open, in the map or in a drive,
+    a door is weighed against an opening without a leaf, walls as they are drawn, and things that
+    stand about. Doors that stand differently in several drives are told best; one that is always
+    closed, and flush with its wall, can't be found.
+
+    With --building, hinges and closed bearings are adjusted to all drives, each with its own
+    deviation, which estimates then start from. A folder that was learnt before is gone on from.
     """
     from objstate.config import load_settings
     from objstate.discovery import learn_doors
     from objstate.run import RunOptions
+
+    if (map_yaml is None) == (building is None):
+        raise SettingsError("Give --map to find doors, or --building to learn where they hang.")
 
     options = RunOptions(
         settings=load_settings(config),
@@ -67,6 +86,10 @@ def learn(
         topics=split_topics(topics or []),
         mounts=parse_mounts(mount or []),
     )
+    if building is not None:
+        _refine(logs, building, out, options, jobs, overwrite=overwrite, quiet=quiet)
+        return
+    assert map_yaml is not None
     with progress_bar("Learning doors", quiet) as report:
         learnt = learn_doors(logs, map_yaml, out, options, overwrite=overwrite, on_progress=report)
     if learnt.candidates:
@@ -74,6 +97,49 @@ def learn(
     else:
         print_text("No doors found.")
     print_text(f"Written: {learnt.urdf}")
+
+
+def _refine(
+    logs: Sequence[Path],
+    building: Path,
+    out: Path,
+    options: RunOptions,
+    jobs: int | None,
+    *,
+    overwrite: bool,
+    quiet: bool,
+) -> None:
+    """Learn where a building's doors hang."""
+    from objstate.cli.tables import new_table
+    from objstate.discovery import refine_building
+
+    with progress_bar("Learning from drives", quiet) as report:
+        refined = refine_building(
+            logs,
+            building,
+            out,
+            options,
+            jobs=jobs,
+            overwrite=overwrite,
+            on_progress=None if report is None else lambda share: report(share, 0.0),
+        )
+    numbers = ("drives", "hinge x (cm)", "y (cm)", "± (cm)", "bearing (deg)", "± (deg)")
+    table = new_table(f"{refined.drives} drives", ("door",), numbers)
+    for each in refined.doors:
+        table.add_row(
+            each.name,
+            str(each.drives),
+            *(f"{100.0 * value:+.1f}" for value in each.hinge),
+            f"{100.0 * each.hinge_std:.1f}",
+            f"{math.degrees(each.bearing):+.2f}",
+            f"{math.degrees(each.bearing_std):.2f}",
+        )
+    print_table(table)
+    if refined.silent:
+        print_text(f"No drive tells of {', '.join(refined.silent)}.")
+    for log in refined.left_out:
+        print_notice(f"{log} contradicts all others, and is left out; is it of this building?")
+    print_text(f"Written: {refined.urdf}")
 
 
 def _table(candidates: Sequence[Candidate]) -> Table:

@@ -1,6 +1,7 @@
-"""Finding the doors of a building in its map and in drives."""
+"""A building from drives: its doors found in a map, and where they hang learnt."""
 
 from objstate.discovery.candidates import Candidate
 from objstate.discovery.learning import Learnt, learn_doors
+from objstate.discovery.refining import Refined, refine_building
 
-__all__ = ["Candidate", "Learnt", "learn_doors"]
+__all__ = ["Candidate", "Learnt", "Refined", "learn_doors", "refine_building"]

@@ -46,6 +46,10 @@ class Doors:
         self._building, self._settings, self._sensing = building, settings, sensing
         self._shapes: dict[tuple[str, float], kernels.Shape] = {}
         error = settings.building_error
+        self._known = {
+            name: Statics(own.hinge_std_m**2, math.radians(own.bearing_std_deg) ** 2)
+            for name, own in error.doors.items()
+        }
         self._hinge = Deviation(error.hinge_std_m, WIDEST_M)
         self._bearing = Deviation(
             math.radians(error.bearing_std_deg), math.radians(WIDEST_DEG), PARTS
@@ -103,6 +107,9 @@ class Doors:
     def cases(self, door: Doorway) -> list[tuple[float, Statics]]:
         """Deviations that a door's hinge and bearing may have, with probabilities."""
         name, bearings = door.item.name, self._bearings(door)
+        if name in self._known:
+            own = self._known[name]
+            return [(1.0, own if door.turn else Statics(own.hinge, 0.0))]
         return [
             (share * probability, Statics(hinge, bearing))
             for share, hinge in self._hinge.cases(name)
@@ -130,7 +137,9 @@ class Doors:
         )
 
     def _learn(self, name: str, posterior: DoorPosterior) -> None:
-        """Update the learnt deviations by a door."""
+        """Update the learnt deviations by a door, unless its own are known."""
+        if name in self._known:
+            return
         if posterior.door.turn:
             self._bearing.told(name, posterior.of_bearing(self._bearing.variances))
         bearings = self._bearings(posterior.door)

@@ -1,0 +1,226 @@
+"""What drives tell of where doors hang: likelihoods of hinges and bearings, put together.
+
+A drive's filter has, of each door, a mixture over its states with a Gaussian of the static errors in
+each component. Where the door may have been closed, the direction of its leaf tells of the bearing;
+elsewhere nothing does. So a drive's likelihood of the bearing is kept on a grid, that of the hinge as
+information. A door that is found in one direction drive after drive is closed there; one drive
+alone can't tell that from a door that is ajar.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.stats import chi2
+
+from objstate.config import BuildingErrorSettings
+from objstate.estimator.doors import Deviation
+from objstate.geometry import FloatArray
+from objstate.objects.door_posterior import DoorPosterior
+from objstate.objects.mixture_kernels import ZERO
+
+WIDEST_DEG, STEP_DEG = 9.0, 0.1  # of bearings that are considered
+BEARINGS = np.radians(np.arange(-WIDEST_DEG, WIDEST_DEG + STEP_DEG / 2, STEP_DEG))  # (g,)
+ROUGH_M = 0.002  # deviation of a hinge that one drive finds, beside what its filter knows of
+CONTRADICTS = 1e-6  # probability of a drive that differs so much from the others
+LEAST_DRIVES = 3  # of which one can contradict the others
+
+
+@dataclass(frozen=True, eq=False)
+class DoorEvidence:
+    """What one drive tells of one door's static errors, beside any prior."""
+
+    hinge: FloatArray  # (2, 2) 1/m^2, information about its offset
+    pull: FloatArray  # (2,) 1/m, that times the offset
+    bearing: FloatArray  # (g,) log-likelihood of ``BEARINGS``, its largest zero
+
+    @staticmethod
+    def of(posterior: DoorPosterior) -> DoorEvidence:
+        """What a filter knows when its drive has ended, without its prior."""
+        mixture = posterior.mixtures[-1]  # under the widest prior
+        mean, covariance = mixture.hinge
+        covariance = covariance + ROUGH_M**2 * np.eye(2)
+        told = np.linalg.inv(covariance)
+        information = _positive(told - np.eye(2) / mixture.statics.hinge)
+        offset = np.linalg.solve(information + 1e-9 * np.eye(2), told @ mean)
+        return DoorEvidence(information, information @ offset, _log_bearing(posterior))
+
+    def words(self) -> dict[str, Any]:
+        """As JSON has it."""
+        return {
+            "hinge": self.hinge.round(3).tolist(),
+            "pull": self.pull.round(4).tolist(),
+            "bearing": self.bearing.round(3).tolist(),
+        }
+
+    @staticmethod
+    def read(words: Mapping[str, Any]) -> DoorEvidence:
+        """Raises KeyError, TypeError or ValueError for what isn't such words."""
+        hinge, pull, bearing = (
+            np.array(words[name], dtype=float) for name in ("hinge", "pull", "bearing")
+        )
+        if (hinge.shape, pull.shape, bearing.shape) != ((2, 2), (2,), BEARINGS.shape):
+            raise ValueError("the evidence has another form")
+        return DoorEvidence(hinge, pull, bearing)
+
+
+Cases = Sequence[tuple[float, float]]  # probability, variance
+Drive = Mapping[str, DoorEvidence]  # by door
+
+
+@dataclass(frozen=True, eq=False)
+class DoorStatics:
+    """The posterior of one door's static errors."""
+
+    name: str
+    drives: int  # that tell of it
+    hinge: FloatArray  # (2,) m, offset from the model
+    hinge_covariance: FloatArray  # (2, 2) m^2
+    bearing: float  # rad, of the closed leaf, beside the model's
+    bearing_std: float  # rad
+
+    @property
+    def hinge_std(self) -> float:
+        """m, the root of the mean variance in both directions."""
+        return math.sqrt(float(np.trace(self.hinge_covariance)) / 2.0)
+
+
+def combined(drives: Sequence[Drive], error: BuildingErrorSettings) -> list[DoorStatics]:
+    """The posterior of each door that some drive tells of, in the order of their names.
+
+    How far hinges and bearings are off on the whole is learnt from all doors, but for those whose
+    own deviations ``error`` has.
+    """
+    names = sorted({name for drive in drives for name in drive})
+    hinges = Deviation(error.hinge_std_m, WIDEST_HINGE_M)
+    bearings = Deviation(math.radians(error.bearing_std_deg), math.radians(3.0), 3)
+    told = {name: [drive[name] for drive in drives if name in drive] for name in names}
+    for name, evidence in told.items():
+        if name in error.doors:
+            continue
+        hinges.told(name, _of_hinge(evidence, hinges.variances))
+        bearings.told(name, _of_bearing(evidence, bearings.variances))
+    out = []
+    for name in names:
+        of_hinge, of_bearing = hinges.cases(name), bearings.cases(name)
+        if name in error.doors:
+            own = error.doors[name]
+            of_hinge = [(1.0, own.hinge_std_m**2)]
+            of_bearing = [(1.0, math.radians(own.bearing_std_deg) ** 2)]
+        out.append(_posterior(name, told[name], of_hinge, of_bearing))
+    return out
+
+
+def contradicting(drives: Sequence[Drive]) -> int | None:
+    """The drive that contradicts all others most, if one does.
+
+    By the hinges, which drives tell of whether doors stood open or closed.
+    """
+    if len(drives) < LEAST_DRIVES:
+        return None
+    probabilities = [_probability(drives, number) for number in range(len(drives))]
+    worst = int(np.argmin(probabilities))
+    return worst if probabilities[worst] < CONTRADICTS else None
+
+
+WIDEST_HINGE_M = 0.1  # m; hinges farther off are typing errors
+
+
+def _log_bearing(posterior: DoorPosterior) -> FloatArray:
+    """(g,) the log-likelihood of bearings."""
+    if not posterior.door.turn:
+        return np.zeros(len(BEARINGS))
+    mixture = posterior.mixtures[-1]
+    weights, tied = mixture.weights, posterior.door.tied > 0.0
+    before = mixture.statics.bearing
+    likelihood = np.full(len(BEARINGS), float(weights[~tied].sum()))
+    for k in np.flatnonzero(tied):
+        mean, variance = mixture.means[k, ZERO], mixture.covariances[k, ZERO, ZERO]
+        variance += np.radians(STEP_DEG / 2.0) ** 2
+        after = _log_normal(BEARINGS - mean, variance)
+        likelihood += weights[k] * np.exp(after - _log_normal(BEARINGS, before))
+    log = np.log(np.maximum(likelihood, 1e-300))
+    return np.asarray(log - log.max())
+
+
+def _log_normal(off: FloatArray, variance: float) -> FloatArray:
+    return np.asarray(-0.5 * off**2 / variance - 0.5 * math.log(2.0 * math.pi * variance))
+
+
+def _positive(information: FloatArray) -> FloatArray:
+    """The nearest matrix that tells nothing negative."""
+    values, vectors = np.linalg.eigh((information + information.T) / 2.0)
+    return np.asarray((vectors * np.maximum(values, 0.0)) @ vectors.T)
+
+
+def _sums(evidence: Sequence[DoorEvidence]) -> tuple[FloatArray, FloatArray]:
+    return (
+        np.sum([each.hinge for each in evidence], axis=0),
+        np.sum([each.pull for each in evidence], axis=0),
+    )
+
+
+def _of_hinge(evidence: Sequence[DoorEvidence], variances: FloatArray) -> FloatArray:
+    """(k,) log p(z | variance) of the hinge, up to a constant."""
+    information, pull = _sums(evidence)
+    out = np.empty(len(variances))
+    for k, variance in enumerate(variances):
+        total = information + np.eye(2) / variance
+        _, log_det = np.linalg.slogdet(variance * total)
+        out[k] = 0.5 * (pull @ np.linalg.solve(total, pull) - log_det)
+    return out
+
+
+def _of_bearing(evidence: Sequence[DoorEvidence], variances: FloatArray) -> FloatArray:
+    """(k,) the same of the bearing."""
+    log = np.sum([each.bearing for each in evidence], axis=0)
+    return np.array([float(np.logaddexp.reduce(log + _prior(v))) for v in variances])
+
+
+def _prior(variance: float) -> FloatArray:
+    """(g,) log-probabilities of bearings before any drive."""
+    log = -0.5 * BEARINGS**2 / max(variance, np.radians(STEP_DEG / 2.0) ** 2)
+    return np.asarray(log - np.logaddexp.reduce(log))
+
+
+def _posterior(
+    name: str, evidence: Sequence[DoorEvidence], hinges: Cases, bearings: Cases
+) -> DoorStatics:
+    """Of one door, whose variances have probabilities."""
+    information, pull = _sums(evidence)
+    mean, second = np.zeros(2), np.zeros((2, 2))
+    for share, variance in hinges:
+        covariance = np.linalg.inv(information + np.eye(2) / variance)
+        own = covariance @ pull
+        mean += share * own
+        second += share * (covariance + np.outer(own, own))
+    log = np.sum([each.bearing for each in evidence], axis=0)
+    priors = [math.log(share) + _prior(variance) for share, variance in bearings]
+    log = log + np.logaddexp.reduce(priors, axis=0)
+    weights = np.exp(log - np.logaddexp.reduce(log))
+    bearing = float(weights @ BEARINGS)
+    variance = float(weights @ (BEARINGS - bearing) ** 2)
+    return DoorStatics(
+        name, len(evidence), mean, second - np.outer(mean, mean), bearing, math.sqrt(variance)
+    )
+
+
+def _probability(drives: Sequence[Drive], number: int) -> float:
+    """How probably a drive differs so much from the others, if it is of the same building."""
+    total, count = 0.0, 0
+    for name, own in drives[number].items():
+        others = [drive[name] for k, drive in enumerate(drives) if k != number and name in drive]
+        if not others or np.linalg.matrix_rank(own.hinge) < 2:
+            continue
+        information, pull = _sums(others)
+        if np.linalg.matrix_rank(information) < 2:
+            continue
+        off = np.linalg.solve(own.hinge, own.pull) - np.linalg.solve(information, pull)
+        covariance = np.linalg.inv(own.hinge) + np.linalg.inv(information)
+        total += float(off @ np.linalg.solve(covariance, off))
+        count += 2
+    return 1.0 if count == 0 else float(chi2.sf(total, count))
