@@ -67,9 +67,9 @@ class AsyncClient:
         """What is believed of one object; with ``samples`` the whole posterior."""
         return await self._ask(questions.object_(name, at, samples))
 
-    async def history(self, name: str) -> History:
-        """What was learnt of an object, in time order."""
-        return await self._ask(questions.history(name))
+    async def history(self, name: str, most: int | None = None) -> History:
+        """What was learnt of an object, in time order; the newest so many, by default 200."""
+        return await self._ask(questions.history(name, most))
 
     async def passage(
         self, name: str, width: float, length: float = 0.0, at: Moment = None

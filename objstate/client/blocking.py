@@ -66,9 +66,9 @@ class Client:
         """What is believed of one object; with ``samples`` the whole posterior."""
         return self._ask(questions.object_(name, at, samples))
 
-    def history(self, name: str) -> History:
-        """What was learnt of an object, in time order."""
-        return self._ask(questions.history(name))
+    def history(self, name: str, most: int | None = None) -> History:
+        """What was learnt of an object, in time order; the newest so many, by default 200."""
+        return self._ask(questions.history(name, most))
 
     def passage(self, name: str, width: float, length: float = 0.0, at: Moment = None) -> Passage:
         """How probably a robot of a width and a length, m, passes a door."""

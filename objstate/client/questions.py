@@ -51,8 +51,8 @@ def object_(name: str, at: Moment, samples: bool) -> Question[Believed]:
     return _get(f"/v1/objects/{_part(name)}", Believed, **asked)
 
 
-def history(name: str) -> Question[History]:
-    return _get(f"/v1/objects/{_part(name)}/history", History)
+def history(name: str, most: int | None) -> Question[History]:
+    return _get(f"/v1/objects/{_part(name)}/history", History, most=most)
 
 
 def passage(name: str, width: float, length: float, at: Moment) -> Question[Passage]:

@@ -1,0 +1,120 @@
+"""A building learnt from drives, against a known truth, and as a user types it."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import pytest
+import yaml
+
+from objstate.building import load_building
+from objstate.simulation import simulate
+from tests.cli.conftest import Run, run
+
+__all__ = ["run"]
+
+HALL = """
+<robot name="hall">
+  <link name="map">
+    <collision><origin xyz="3 2 1"/><geometry><box size="12 0.1 2"/></geometry></collision>
+    <collision><origin xyz="3 -2 1"/><geometry><box size="12 0.1 2"/></geometry></collision>
+    <collision><origin xyz="9 0 1"/><geometry><box size="0.1 4 2"/></geometry></collision>
+    <collision><origin xyz="-3 0 1"/><geometry><box size="0.1 4 2"/></geometry></collision>
+  </link>
+  {doors}
+</robot>
+"""
+DOOR = """
+  <link name="leaf_{name}">
+    <collision><origin xyz="0.45 0 1"/><geometry><box size="0.9 0.04 2"/></geometry></collision>
+  </link>
+  <joint name="{name}" type="revolute">
+    <parent link="map"/><child link="leaf_{name}"/>
+    <origin xyz="{x} {y} 0" rpy="0 0 {yaw}"/><axis xyz="0 0 {axis}"/>
+    <limit lower="0" upper="1.5" effort="0" velocity="0"/>
+  </joint>
+"""
+ROUTE = {"waypoints": [{"x": -0.5, "y": 0.0}, {"x": 5.5, "y": 0.0}]}
+# by door: place, yaw, axis; how far the model is off (m, m, rad)
+TRUTH = {"north": (1.0, 0.9, 0.0, 1), "south": (3.5, -0.9, 0.0, -1), "far": (4.8, 0.9, 0.0, 1)}
+OFF = {"north": (0.02, -0.02, 0.035), "south": (-0.02, 0.01, -0.035), "far": (0.01, 0.02, 0.03)}
+LEARN = ("building", "learn")
+DAYS = (
+    {"north": 0.0, "south": 0.0, "far": 0.9},
+    {"north": 0.7, "south": 0.0, "far": 0.0},
+    {"north": 0.0, "south": 0.5, "far": 0.0},
+    {"north": 0.0, "south": 0.0, "far": 0.0},
+)
+
+
+def urdf(off: dict[str, tuple[float, float, float]] | None = None) -> str:
+    doors = ""
+    for name, (x, y, yaw, axis) in TRUTH.items():
+        dx, dy, turn = (off or {}).get(name, (0.0, 0.0, 0.0))
+        doors += DOOR.format(name=name, x=x + dx, y=y + dy, yaw=yaw + turn, axis=axis)
+    return HALL.format(doors=doors)
+
+
+@pytest.fixture(scope="module")
+def drives(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[Path]]:
+    """A wrong model of a hall, and logs of drives through the true one on several days."""
+    folder = tmp_path_factory.mktemp("hall")
+    (folder / "true.urdf").write_text(urdf())
+    (folder / "hall.urdf").write_text(urdf(OFF))
+    logs = []
+    for day, angles in enumerate(DAYS):
+        objects = [{"name": name, "initial": angle} for name, angle in angles.items()]
+        scene = {"building": "true.urdf", "seed": day, "route": ROUTE, "objects": objects}
+        (folder / f"day{day}.yaml").write_text(yaml.safe_dump(scene))
+        logs.append(simulate(folder / f"day{day}.yaml", folder / f"day{day}").log)
+    return folder / "hall.urdf", logs
+
+
+def test_doors_are_found_where_they_hang(
+    run: Run,
+    drives: tuple[Path, list[Path]],
+    tmp_path: Path,  # noqa: F811
+) -> None:
+    model, logs = drives
+    done = run(*LEARN, *logs, "--building", model, "--out", tmp_path / "better", "--jobs", 2)
+    assert done.code == 0, done.err
+    assert all(name in done.out for name in TRUTH)
+    better = load_building(tmp_path / "better" / "hall.urdf")
+    for name, (x, y, yaw, _) in TRUTH.items():
+        item = better.objects[name]
+        assert item.hinge == pytest.approx([x, y], abs=0.006)
+        turned = math.atan2(item.origin[1, 0], item.origin[0, 0])
+        assert math.degrees(turned) == pytest.approx(math.degrees(yaw), abs=0.3)
+    assert better.error is not None
+    assert better.error.doors["north"].bearing_std_deg < 0.5
+
+
+def test_it_goes_on_from_what_it_knows(
+    run: Run, drives: tuple[Path, list[Path]], tmp_path: Path
+) -> None:
+    model, logs = drives
+    together, by_turns = tmp_path / "together", tmp_path / "by_turns"
+    run(*LEARN, *logs[:3], "--building", model, "--out", together)
+    run(*LEARN, *logs[:2], "--building", model, "--out", by_turns)
+    run(*LEARN, logs[2], logs[0], "--building", model, "--out", by_turns)  # one it knows already
+    words = [json.loads((each / "learn.json").read_text()) for each in (together, by_turns)]
+    assert len(words[1]["drives"]) == 3
+    for one, other in zip(words[0]["doors"], words[1]["doors"], strict=True):
+        assert one["hinge_m"] == pytest.approx(other["hinge_m"], abs=2e-4)
+        assert one["bearing_deg"] == pytest.approx(other["bearing_deg"], abs=0.01)
+
+
+def test_it_says_what_is_wrong(run: Run, drives: tuple[Path, list[Path]], tmp_path: Path) -> None:
+    model, logs = drives
+    out = tmp_path / "out"
+    both = run(*LEARN, logs[0], "--out", out)
+    assert (both.code, out.exists()) == (1, False)
+    assert "--map" in both.err
+    out.mkdir()
+    (out / "learn.json").write_text("{nothing")
+    damaged = run(*LEARN, logs[0], "--building", model, "--out", out)
+    assert damaged.code == 1
+    assert "can't be gone on from" in damaged.err
+    assert (out / "learn.json").read_text() == "{nothing"

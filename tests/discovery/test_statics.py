@@ -1,0 +1,81 @@
+"""What several drives tell of a door, put together."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from objstate.config import BuildingErrorSettings, DoorErrorSettings
+from objstate.discovery.statics import BEARINGS, DoorEvidence, combined, contradicting
+
+ERROR = BuildingErrorSettings()
+
+
+def evidence(x: float, y: float, std: float, bearing_deg: float | None = None) -> DoorEvidence:
+    """A drive that found a hinge, and perhaps a leaf that may have been closed."""
+    information = np.eye(2) / std**2
+    log = np.zeros(len(BEARINGS))
+    if bearing_deg is not None:
+        off = (BEARINGS - np.radians(bearing_deg)) / np.radians(0.1)
+        log = np.logaddexp(np.log(0.15), np.log(30.0) - 0.5 * off**2)
+        log -= log.max()
+    return DoorEvidence(information, information @ np.array([x, y]), log)
+
+
+@settings(deadline=None)
+@given(st.permutations(range(4)), st.floats(-0.05, 0.05), st.floats(-3.0, 3.0))
+def test_the_order_of_drives_changes_nothing(order: list[int], x: float, bearing: float) -> None:
+    drives = [{"door": evidence(x + 0.001 * k, 0.0, 0.005, bearing)} for k in range(4)]
+    (first,) = combined(drives, ERROR)
+    (second,) = combined([drives[k] for k in order], ERROR)
+    np.testing.assert_allclose(first.hinge, second.hinge, atol=1e-12)
+    assert first.bearing == pytest.approx(second.bearing, abs=1e-12)
+
+
+def test_more_drives_tell_more() -> None:
+    drives = [{"door": evidence(0.02, -0.01, 0.01, 2.0)} for _ in range(5)]
+    found = [combined(drives[:count], ERROR)[0] for count in range(1, 6)]
+    stds = [each.hinge_std for each in found]
+    assert stds == sorted(stds, reverse=True)
+    assert found[-1].hinge == pytest.approx([0.02, -0.01], abs=0.003)
+    assert np.degrees(found[-1].bearing) == pytest.approx(2.0, abs=0.1)
+    assert found[-1].bearing_std < found[0].bearing_std
+
+
+def test_one_drive_cant_tell_a_door_ajar_from_one_that_hangs_askew() -> None:
+    (once,) = combined([{"door": evidence(0.0, 0.0, 0.01, 2.0)}], ERROR)
+    assert 0.0 <= np.degrees(once.bearing) < 1.0
+
+
+def test_a_door_that_was_never_closed_keeps_its_bearing() -> None:
+    (door,) = combined([{"door": evidence(0.01, 0.0, 0.005)}] * 3, ERROR)
+    assert door.bearing == pytest.approx(0.0, abs=1e-9)
+    assert door.bearing_std > np.radians(0.05)
+
+
+def test_what_was_learnt_before_is_the_prior() -> None:
+    known = DoorErrorSettings(hinge_std_m=0.001, bearing_std_deg=0.05)
+    error = BuildingErrorSettings(doors={"door": known})
+    (door,) = combined([{"door": evidence(0.05, 0.0, 0.01, 2.0)}], error)
+    assert np.abs(door.hinge).max() < 0.001
+    assert abs(np.degrees(door.bearing)) < 0.1
+
+
+def test_a_drive_that_contradicts_all_others_is_named() -> None:
+    names = [f"door_{k}" for k in range(6)]
+    alike = [{name: evidence(0.01, 0.0, 0.005) for name in names} for _ in range(4)]
+    assert contradicting(alike) is None
+    elsewhere = {name: evidence(0.10, 0.05, 0.005) for name in names}
+    assert contradicting([*alike[:2], elsewhere, *alike[2:]]) == 2
+    assert contradicting([alike[0], elsewhere]) is None  # nobody knows which of two is wrong
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.floats(-0.05, 0.05), st.floats(0.002, 0.02), st.floats(-5.0, 5.0))
+def test_evidence_is_written_and_read(x: float, std: float, bearing: float) -> None:
+    once = evidence(x, -x, std, bearing)
+    again = DoorEvidence.read(once.words())
+    np.testing.assert_allclose(again.hinge, once.hinge, atol=1e-3)
+    np.testing.assert_allclose(again.bearing, once.bearing, atol=1e-3)
