@@ -80,7 +80,7 @@ def plain(value: Any) -> Any:
         return value.model_dump(mode="json")
     if isinstance(value, tuple):
         return [plain(each) for each in value]
-    return value if isinstance(value, int | float | str | bool | None) else str(value)
+    return value if isinstance(value, int | float | str | bool | dict | None) else str(value)
 
 
 def says(cell: str, default: Any) -> bool:

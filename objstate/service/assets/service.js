@@ -179,7 +179,7 @@
     const open = doors.filter((each) => each <= 1 - NARROW).length;
     fact("open", open, "doors open");
     fact("closed", closed, "doors closed");
-    fact("unsure", doors.length - open - closed, "doors open or closed");
+    fact("unsure", doors.length - open - closed, "doors uncertain");
     fact("robots", [...robots.values()].filter((each) => each.drive).length, "robots driving");
     const waiting = [...drives.values()].filter((each) => ["waiting", "running"].includes(each.state)).length;
     fact("drives", `${drives.size}`, waiting ? `drives, ${waiting} not done` : "drives");
