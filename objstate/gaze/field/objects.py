@@ -16,7 +16,7 @@ from objstate.gaze.prospects import LookLibrary, Prospects
 from objstate.geometry import FloatArray, wrap
 from objstate.objects import ObjectBelief
 
-STEP = math.radians(15.0)  # between the pans from which looks are simulated
+STEP = math.radians(20.0)  # between the pans from which looks are simulated
 HEAD = "head"
 
 
