@@ -113,6 +113,9 @@ def serve(
     is_global: Annotated[
         bool, typer.Option("--global", help="Robots may start anywhere in the building.")
     ] = False,
+    workers: Annotated[
+        int, typer.Option(metavar="N", help="Processes that answer.", min=1, max=64)
+    ] = 1,
     mount: Mounts = None,
     topics: Topics = None,
     config: Config = None,
@@ -154,6 +157,7 @@ def serve(
         robots=(*_robots("foxglove", foxglove), *_robots("rosbridge", rosbridge)),
         watched=tuple(watch or ()),
         foxglove_port=foxglove_port,
+        workers=workers,
         run=RunOptions(
             settings=load_settings(config),
             global_start=is_global,

@@ -75,6 +75,10 @@ class MessageType:
     text: str = ""
     language: str = MSG
 
+    def __reduce__(self) -> tuple[type[MessageType], tuple[str, ...]]:
+        """Other processes get what it is, without what was computed of it."""
+        return MessageType, (self.name, self.wire, self.text, self.language)
+
     @lazy
     def definition(self) -> str:
         """The ROS 2 ``.msg`` text with all dependencies, as MCAP's ``ros2msg`` schema has it.

@@ -6,9 +6,10 @@ import asyncio
 import logging
 import secrets
 import time
-from collections.abc import AsyncIterator, Awaitable, Callable
-from contextlib import asynccontextmanager
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
+from contextlib import asynccontextmanager, contextmanager
 
+import uvicorn
 from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect, Request
@@ -17,6 +18,7 @@ from starlette.routing import Route
 
 from objstate.errors import ObjstateError, OutageError, WorldError
 from objstate.outages import outage_of
+from objstate.service.forwarding import Forwarding
 from objstate.service.metrics import MEDIA
 from objstate.service.openapi import document
 from objstate.service.operations import OPERATIONS, Operation
@@ -25,6 +27,7 @@ from objstate.service.parts import Parts
 from objstate.service.problems import Problem
 from objstate.service.requests import check_query
 
+LEADS_AFTER_S = 1.0  # without a leader
 REFRESHED_EVERY_S = 1.0  # others may teach the world as well
 HEADERS = {
     "X-Content-Type-Options": "nosniff",
@@ -62,19 +65,22 @@ def service_app(parts: Parts) -> Starlette:
     @asynccontextmanager
     async def life(_: Starlette) -> AsyncIterator[None]:
         parts.events.listen_on(asyncio.get_running_loop())
-        parts.processing.start()
-        await asyncio.to_thread(parts.robots.recover)
-        parts.watch.start()
-        tasks = [asyncio.create_task(each.run()) for each in parts.links]
-        tasks += [asyncio.create_task(_watch(parts)), asyncio.create_task(parts.robots.watch())]
+        if parts.leadership.taken():
+            await asyncio.to_thread(parts.lead)
+        tasks = [asyncio.create_task(_lead(parts, app)), asyncio.create_task(_watch(parts))]
         yield
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
         await asyncio.to_thread(parts.end)
 
+    forwarding = Forwarding(parts.leadership)
     routes = [
-        Route(each.path, _watched(parts, each.path, _of(parts, each)), methods=[each.method])
+        Route(
+            each.path,
+            _watched(parts, each.path, _of(parts, each, forwarding)),
+            methods=[each.method],
+        )
         for each in OPERATIONS
     ]
     for path, handler in (
@@ -85,11 +91,36 @@ def service_app(parts: Parts) -> Starlette:
         ("/openapi.json", openapi),
     ):
         routes.append(Route(path, _watched(parts, path, handler)))
-    return Starlette(routes=routes, lifespan=life, exception_handlers={HTTPException: _unknown})
+    app = Starlette(routes=routes, lifespan=life, exception_handlers={HTTPException: _unknown})
+    return app
 
 
-def _of(parts: Parts, operation: Operation) -> Handler:
+async def _lead(parts: Parts, app: Starlette) -> None:
+    """Estimate and follow robots, as soon as no other process of the service does."""
+    if not parts.leadership.is_ours:
+        while not parts.leadership.taken():
+            await asyncio.sleep(LEADS_AFTER_S)
+        await asyncio.to_thread(parts.lead)
+    parts.leadership.socket.unlink(missing_ok=True)
+    config = uvicorn.Config(
+        app, uds=str(parts.leadership.socket), lifespan="off", log_level="warning", access_log=False
+    )
+    working = [each.run() for each in parts.links]
+    await asyncio.gather(_Inner(config).serve(), parts.robots.watch(), *working)
+
+
+class _Inner(uvicorn.Server):
+    """A second server in the same process, which leaves signals to the first."""
+
+    @contextmanager
+    def capture_signals(self) -> Iterator[None]:
+        yield
+
+
+def _of(parts: Parts, operation: Operation, forwarding: Forwarding) -> Handler:
     async def answer(request: Request) -> Response:
+        if operation.of_leader and not parts.leadership.is_ours:
+            return await forwarding.answer(request)
         token = await parts.gate.admit(request, operation.role)
         check_query(request, {each.name for each in operation.query})
         return await operation.answer(parts, request, token)
@@ -150,6 +181,8 @@ async def _watch(parts: Parts) -> None:
         try:
             await asyncio.to_thread(parts.refresh)
             await asyncio.to_thread(parts.events.follow)
+            if not parts.leadership.is_ours:
+                await asyncio.to_thread(parts.believed.follow_live)
         except ObjstateError as error:
             logger.warning("the world can't be read: %s", error)
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 import threading
 from dataclasses import dataclass
 
-from sqlalchemy import func, select
+from sqlalchemy import Executable, delete, func, insert, select
 
 from objstate.building.model import Building
 from objstate.config import Settings
 from objstate.objects import ObjectBelief
 from objstate.service.problems import Problem
-from objstate.service.tables import DELETIONS
+from objstate.service.tables import DELETIONS, LIVE
+from objstate.world.codec import pack_belief, unpack_belief
 from objstate.world.database import Database
 from objstate.world.schema import DRIVES, OBJECTS
 from objstate.world.store import WorldStore
@@ -72,16 +73,54 @@ class Believed:
             return self._store.then(known.world, stamp_ns, names).at(stamp_ns)
         return known.world.at(stamp_ns, {name: belief for name, (_, belief) in self._live.items()})
 
-    def learn(self, drive: str, belief: ObjectBelief) -> None:
-        """Take a belief of a drive that goes on, until it is in the world."""
-        live = self._live.get(belief.item.name)
-        if live is None or (live[1].stamp_ns or 0) <= (belief.stamp_ns or 0):
-            fitted = self._known.world.fitted(belief)
-            self._live = self._live | {belief.item.name: (drive, fitted)}
+    def learn(self, drive: str, belief: ObjectBelief) -> list[Executable]:
+        """Take a belief of a drive that goes on, until it is in the world.
+
+        Returns the statements that tell other processes of it.
+        """
+        name, live = belief.item.name, self._live.get(belief.item.name)
+        if live is not None and (live[1].stamp_ns or 0) > (belief.stamp_ns or 0):
+            return []
+        fitted = self._known.world.fitted(belief)
+        self._live = self._live | {name: (drive, fitted)}
+        row = insert(LIVE).values(
+            object=name,
+            drive=drive,
+            stamp_ns=belief.stamp_ns,
+            last_observed_ns=belief.last_observed_ns,
+            belief=pack_belief(fitted),
+        )
+        return [delete(LIVE).where(LIVE.c.object == name), row]
 
     def forget(self, drive: str) -> None:
         """Let go the beliefs of a drive, which is in the world now, or never will be."""
         self._live = {name: each for name, each in self._live.items() if each[0] != drive}
+        with self._database.writing() as connection:
+            connection.execute(delete(LIVE).where(LIVE.c.drive == drive))
+
+    def forget_all(self) -> None:
+        """Let go the beliefs of all drives that went on when an earlier leader ended."""
+        self._live = {}
+        with self._database.writing() as connection:
+            connection.execute(delete(LIVE))
+
+    def follow_live(self) -> None:
+        """Take what drives that go on have taught the leader. Raises WorldError."""
+        c, objects = LIVE.c, self._known.world.objects
+        known = {name: (drive, each.stamp_ns) for name, (drive, each) in self._live.items()}
+        with self._database.reading() as connection:
+            marks = connection.execute(select(c.object, c.drive, c.stamp_ns)).all()
+            new = [
+                row.object for row in marks if known.get(row.object) != (row.drive, row.stamp_ns)
+            ]
+            rows = connection.execute(select(LIVE).where(c.object.in_(new))).all() if new else []
+        there = {row.object for row in marks}
+        live = {name: each for name, each in self._live.items() if name in there}
+        for row in rows:
+            item = objects[row.object]
+            belief = unpack_belief(row.belief, item, row.stamp_ns, row.last_observed_ns)
+            live[row.object] = row.drive, self._known.world.fitted(belief)
+        self._live = live
 
     def learnt_ns(self, name: str) -> int:
         """When something was last learnt of an object, 0 for never. Raises WorldError."""

@@ -6,10 +6,10 @@ import asyncio
 import json
 import time
 from collections import deque
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Iterable
 from typing import Any, NamedTuple
 
-from sqlalchemy import delete, func, insert, select
+from sqlalchemy import Executable, delete, func, insert, select
 
 from objstate.service.tables import EVENTS
 from objstate.world.database import Database
@@ -55,13 +55,18 @@ class Events:
         """Wake listeners on this loop."""
         self._loop = loop
 
-    def add(self, *happened: tuple[str, dict[str, Any]]) -> None:
-        """Keep events, and wake who listens; from any thread. Raises WorldError."""
+    def add(self, *happened: tuple[str, dict[str, Any]], also: Iterable[Executable] = ()) -> None:
+        """Keep events, and wake who listens; from any thread. Raises WorldError.
+
+        ``also`` are statements that are made in the same transaction.
+        """
         now = time.time_ns()
         rows = [{"kind": k, "stamp_ns": now, "data": json.dumps(d)} for k, d in happened]
         if not rows:
             return
         with self._database.writing() as connection:
+            for statement in also:
+                connection.execute(statement)
             connection.execute(insert(EVENTS), rows)
             last = connection.execute(select(func.max(EVENTS.c.id))).scalar_one()
             connection.execute(delete(EVENTS).where(EVENTS.c.id <= last - KEPT))

@@ -35,6 +35,7 @@ class ServiceOptions:
     watched: tuple[str, ...] = ()  # folders and URLs where logs are dropped
     foxglove_port: int | None = None  # of a server that shows live drives; 0 takes a free one
     live: LiveLimits = field(default_factory=LiveLimits)
+    workers: int = 1  # processes that answer
     run: RunOptions = field(default_factory=RunOptions)
 
     def check(self) -> None:

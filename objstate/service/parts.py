@@ -14,6 +14,7 @@ from objstate.service.drives import DONE, FAILED, Drive, Drives
 from objstate.service.estimating import Context
 from objstate.service.events import Events
 from objstate.service.evidence import EvidenceDesk
+from objstate.service.leading import Leadership
 from objstate.service.live.drive import LiveDrive
 from objstate.service.live.links import Link
 from objstate.service.live.options import LiveContext
@@ -83,8 +84,17 @@ class Parts:
             options.data / "live", self.drives, live, options.live, self.note_live, self.note_end
         )
         self.links = [Link(where, self.robots) for where in options.robots]
-        port = options.foxglove_port
-        self.foxglove = None if port is None else FoxgloveServer(port)
+        self.foxglove: FoxgloveServer | None = None
+        self.leadership = Leadership(options.data)
+
+    def lead(self) -> None:
+        """Begin what one process of the service does: estimate, watch places, follow robots."""
+        if self.options.foxglove_port is not None:
+            self.foxglove = FoxgloveServer(self.options.foxglove_port)
+        self.believed.forget_all()
+        self.processing.start()
+        self.robots.recover()
+        self.watch.start()
 
     def queued(self, drive: Drive) -> None:
         """A drive has come."""
@@ -96,13 +106,13 @@ class Parts:
         who = {"robot": live.robot, "drive": live.id}
         if kind == "beliefs":
             stamp_ns, news = what
-            events = []
+            events, rows = [], []
             for name, belief in news:
                 own = altered(belief, item=self.building.objects[name])
-                self.believed.learn(live.id, own)
+                rows += self.believed.learn(live.id, own)
                 words = belief_words(own) | who | {"live": True}
                 events.append(("belief", words))
-            self.events.add(*events)
+            self.events.add(*events, also=rows)
             delay_s = live.delay_of(stamp_ns)
             if delay_s is not None:
                 self.metrics.note_delay(delay_s)
@@ -175,10 +185,12 @@ class Parts:
     def end(self) -> None:
         """The service ends; what isn't finished goes on at the next start."""
         self.watch.end()
-        self.robots.end()
-        self.processing.end()
+        if self.leadership.is_ours:
+            self.robots.end()
+            self.processing.end()
         if self.foxglove is not None:
             self.foxglove.end()
+        self.leadership.end()
 
     def gauges(self) -> dict[str, float]:
         """What is so now, for the metrics."""

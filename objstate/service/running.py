@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
+import base64
 import os
+import pickle
 import socket
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import uvicorn
+from starlette.applications import Starlette
+from uvicorn.supervisors import Multiprocess
 
 from objstate.errors import SettingsError
 from objstate.service.app import service_app
 from objstate.service.options import ServiceOptions
 from objstate.service.parts import Parts
-from objstate.service.tokens import Role
+from objstate.service.tokens import Role, Tokens
 
 FIRST = "first"  # the name of the token that is made at the first start
 WAITING = 2048  # connections that may wait to be accepted
+OPTIONS = "OBJSTATE_SERVICE_OPTIONS"  # variable of the environment, for worker processes
 PATIENCE_S = 3  # for listeners to leave at the end
 
 
@@ -25,15 +31,20 @@ def run_service(options: ServiceOptions, on_ready: Callable[[str, str | None], N
 
     Raises SettingsError where it can't listen or a file can't be written, BuildingError, WorldError.
     """
+    if options.foxglove_port:
+        _listening(replace(options, host="127.0.0.1", port=options.foxglove_port)).close()
     parts = Parts(options)
-    secret = _first_token(parts, options.token_file)
+    secret = _first_token(parts.tokens, options.token_file)
     listening = _listening(options)
     with listening:
         scheme = "http" if options.tls_certificate is None else "https"
         host = f"[{options.host}]" if ":" in options.host else options.host
         on_ready(f"{scheme}://{host}:{listening.getsockname()[1]}/", secret)
+        app = service_app(parts) if options.workers == 1 else f"{__name__}:app_of_worker"
         config = uvicorn.Config(
-            service_app(parts),
+            app,
+            factory=options.workers > 1,
+            workers=options.workers,
             log_level="warning",
             access_log=False,
             server_header=False,
@@ -42,7 +53,16 @@ def run_service(options: ServiceOptions, on_ready: Callable[[str, str | None], N
             ssl_certfile=options.tls_certificate,
             ssl_keyfile=options.tls_key,
         )
-        uvicorn.Server(config).run(sockets=[listening])
+        if options.workers == 1:
+            uvicorn.Server(config).run(sockets=[listening])
+            return
+        os.environ[OPTIONS] = base64.b64encode(pickle.dumps(options)).decode()
+        Multiprocess(config, sockets=[listening]).run()
+
+
+def app_of_worker() -> Starlette:
+    """The app of one of several processes, which its parent told by the environment."""
+    return service_app(Parts(pickle.loads(base64.b64decode(os.environ[OPTIONS]))))
 
 
 def _listening(options: ServiceOptions) -> socket.socket:
@@ -59,15 +79,15 @@ def _listening(options: ServiceOptions) -> socket.socket:
     return listening
 
 
-def _first_token(parts: Parts, file: Path | None) -> str | None:
+def _first_token(tokens: Tokens, file: Path | None) -> str | None:
     """The secret of a token for everything, made at the first start; None at later ones.
 
     Where a file was given that is missing, a new one is made, so that who deletes the file can start again.
     """
-    known = [token for token in parts.tokens.all() if token.revoked_ns is None]
+    known = [token for token in tokens.all() if token.revoked_ns is None]
     if known and (file is None or file.exists()):
         return None
-    token, secret = parts.tokens.make(FIRST, Role.ADMIN)
+    token, secret = tokens.make(FIRST, Role.ADMIN)
     if file is None:
         return secret
     try:
@@ -76,6 +96,6 @@ def _first_token(parts: Parts, file: Path | None) -> str | None:
             os.fchmod(writing.fileno(), 0o600)
             writing.write(secret + "\n")
     except OSError as error:
-        parts.tokens.revoke(token.id)
+        tokens.revoke(token.id)
         raise SettingsError(f"Can't write the token to {file} ({error}); give another.") from error
     return secret

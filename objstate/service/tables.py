@@ -12,6 +12,7 @@ from sqlalchemy import (
     Float,
     Insert,
     Integer,
+    LargeBinary,
     MetaData,
     ScalarSelect,
     Table,
@@ -63,6 +64,16 @@ UPLOADS = Table(
     Column("size", BigInteger, nullable=False),  # bytes
     Column("digest", Text),  # SHA-256, if stated
     Column("begun_ns", BigInteger, nullable=False),
+)
+# What drives that go on have learnt, for the other processes of the service.
+LIVE = Table(
+    "service_live",
+    METADATA,
+    Column("object", Text, primary_key=True),
+    Column("drive", Text, nullable=False),
+    Column("stamp_ns", BigInteger, nullable=False),
+    Column("last_observed_ns", BigInteger),
+    Column("belief", LargeBinary, nullable=False),  # as the world's
 )
 # Logs found at watched places.
 TAKEN = Table(
@@ -124,7 +135,7 @@ def _first(connection: Connection, _: str | None) -> None:
 
 
 def _robots_and_uploads(connection: Connection, schema: str | None) -> None:
-    METADATA.create_all(connection, [UPLOADS, TAKEN])
+    METADATA.create_all(connection, [UPLOADS, TAKEN, LIVE])
     if "robot" not in {
         column["name"] for column in inspect(connection).get_columns(DRIVES.name, schema)
     }:

@@ -75,7 +75,7 @@ def drives(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[Path]]:
 def test_doors_are_found_where_they_hang(
     run: Run,
     drives: tuple[Path, list[Path]],
-    tmp_path: Path,  # noqa: F811
+    tmp_path: Path,
 ) -> None:
     model, logs = drives
     done = run(*LEARN, *logs, "--building", model, "--out", tmp_path / "better", "--jobs", 2)

@@ -11,6 +11,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -241,9 +242,11 @@ def test_live_drives_are_shown_to_foxglove(
     port = free_port()
     serve(None, "--foxglove", f"r1=ws://127.0.0.1:{robot}", "--foxglove-port", str(port))
     topics: set[str] = set()
-    address = f"ws://127.0.0.1:{port}"
+    address, deadline = f"ws://127.0.0.1:{port}", time.monotonic() + PATIENCE_S
+    while time.monotonic() < deadline:
+        with suppress(OSError), socket.create_connection(("127.0.0.1", port)):
+            break
     with connect(address, subprotocols=[Subprotocol("foxglove.sdk.v1")]) as connection:
-        deadline = time.monotonic() + PATIENCE_S
         while "/r1/joint_states" not in topics and time.monotonic() < deadline:
             frame = connection.recv(timeout=PATIENCE_S)
             if isinstance(frame, str):

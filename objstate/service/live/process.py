@@ -38,14 +38,16 @@ class LiveProcess:
             start_new_session=True,  # Ctrl-C is for the service
         )
         theirs.close()
-        self._connection, self._said = ours, said
-        self._connection.send((context, dict(types), name))
+        self._connection, self._said, self._types = ours, said, dict(types)
+        self._connection.send((context, self._types, name))
         self._listener = threading.Thread(target=self._listen, name=f"live {name}", daemon=True)
         self._listener.start()
 
     def put(self, message: Message) -> None:
         """Hand a message on; it is lost where the process has died, which is said."""
-        self._send(tuple(message))
+        known, kind = self._types.get(message.topic), message.message_type
+        if known is not None and (known.name, known.wire) == (kind.name, kind.wire):
+            self._send((message.topic, message.recorded_ns, message.data))
 
     def finish(self) -> None:
         """No more messages will come."""

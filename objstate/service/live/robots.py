@@ -70,7 +70,10 @@ class Robots:
 
     def recover(self) -> None:
         """Queue the drives that went on when an earlier service ended."""
-        for journal in sorted(self._folder.glob("*.mcap")):
+        with self._lock:
+            going_on = {drive.journal for drive in self._driving.values()}
+            left = sorted(set(self._folder.glob("*.mcap")) - going_on)
+        for journal in left:
             self._queue(journal, journal.stem, journal.stem.rpartition("-")[0])
 
     async def watch(self) -> None:
@@ -94,6 +97,8 @@ class Robots:
                 logger.debug("the robot %s has just finished", drive.robot)
             except (ObjstateError, OSError) as error:
                 logger.warning("live drive %s: %s", drive.id, error)
+            except Exception:  # a fault in one drive must not stop the others
+                logger.exception("live drive %s", drive.id)
 
     def _drive(self, robot: str) -> LiveDrive:
         if not NAME.fullmatch(robot):

@@ -65,7 +65,8 @@ def main(descriptor: int) -> None:
 def _listen(connection: Connection, messages: LiveMessages) -> None:
     try:
         while (message := connection.recv()) is not None:
-            messages.put(Message(*message))
+            topic, recorded_ns, data = message
+            messages.put(Message(topic, messages.topics()[topic], recorded_ns, data))
     except (EOFError, OSError):
         os._exit(0)
     messages.close()

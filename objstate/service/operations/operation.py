@@ -41,6 +41,7 @@ class Operation:
     query: tuple[Query, ...] = ()
     body: type[BaseModel] | None = None
     takes_log: bool = False
+    of_leader: bool = False  # of several processes only the leader can answer
     status: int = 200
     media: str = "application/json"
     example: Mapping[str, Any] = field(default_factory=dict)

@@ -45,6 +45,7 @@ OPERATIONS = (
         "list_robots",
         "The robots that are driving, and those that can't be reached.",
         list_robots,
+        of_leader=True,
         example={"robots": [ROBOT]},
     ),
     Operation(
@@ -55,6 +56,7 @@ OPERATIONS = (
         send_records,
         Role.TEACH,
         body=Records,
+        of_leader=True,
         status=202,
         example={"robot": "robot_1", "drive": "robot_1-1790000000000000000", "taken": 12},
     ),
@@ -65,6 +67,7 @@ OPERATIONS = (
         "Its drive has ended: it is estimated as a whole, and teaches the world.",
         end_drive,
         Role.TEACH,
+        of_leader=True,
         status=202,
     ),
 )

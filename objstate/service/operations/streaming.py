@@ -40,6 +40,7 @@ OPERATIONS = (
         "stream",
         "What happens, as Server-Sent Events; resumed by Last-Event-ID.",
         stream,
+        of_leader=True,
         media="text/event-stream",
     ),
 )

@@ -1,0 +1,59 @@
+"""A service of several processes: all answer alike, and one takes over when another dies."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from pathlib import Path
+
+from tests.service.conftest import PATIENCE_S, Serve, Service
+from tests.service.test_live import records_of, until
+
+
+def workers_of(service: Service) -> list[int]:
+    """The processes that answer."""
+    told = Path(f"/proc/{service._process.pid}/task/{service._process.pid}/children").read_text()
+    return [int(each) for each in told.split()]
+
+
+def asked_often(service: Service, path: str) -> list[object]:
+    return [service.ask(path).json for _ in range(12)]
+
+
+def test_all_processes_know_what_robots_learn_and_survive_the_leader(
+    serve: Serve, hall: tuple[Path, Path]
+) -> None:
+    service = serve(None, "--workers", "3")
+    records = records_of(hall[1])
+    step = -(-len(records) // 8)
+    for first in range(0, len(records), step):
+        some = {"records": records[first : first + step]}
+        sent = service.ask("/v1/robots/r1/records", some)
+        assert sent.status == 202
+        time.sleep(0.4)
+    until(service, "/v1/objects/door", lambda told: told["last_observed_ns"] is not None)
+    time.sleep(2.5)  # for the others to follow
+    seen = {told["last_observed_ns"] for told in asked_often(service, "/v1/objects/door")}
+    assert len(seen) == 1
+    robots = {told["robots"][0]["drive"] for told in asked_often(service, "/v1/robots")}
+    assert robots == {sent.json["drive"]}
+
+    for worker in workers_of(service):
+        if (service.folder / "data").exists() and _leads(worker, service.folder / "data"):
+            os.kill(worker, signal.SIGKILL)
+    deadline = time.monotonic() + PATIENCE_S
+    drives: list[dict[str, object]] = []
+    while not drives and time.monotonic() < deadline:
+        time.sleep(0.2)
+        drives = service.ask("/v1/drives").json["drives"]
+    (drive,) = drives
+    assert drive["robot"] == "r1"
+    assert service.until(str(drive["id"]), "done", "failed")["state"] == "done"
+
+
+def _leads(process: int, data: Path) -> bool:
+    """Whether a process has the lock."""
+    files = Path(f"/proc/{process}/fd")
+    found = (each for each in files.iterdir() if each.exists())
+    return any(each.resolve() == (data / "leader.lock").resolve() for each in found)
