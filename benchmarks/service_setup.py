@@ -53,7 +53,9 @@ def many_doors(folder: Path, count: int) -> Path:
         seen = prior.with_weights(Weights.of(np.exp(-0.5 * off**2) + np.finfo(float).tiny))
         beliefs.append(replace(seen, stamp_ns=stamp_ns, last_observed_ns=stamp_ns))
     store = open_store(folder / "world.db", building)
-    rate = ObjectRule(match="*", dynamics=Dynamics(moves_per_hour=2.0))  # so that no habits are learnt
+    rate = ObjectRule(
+        match="*", dynamics=Dynamics(moves_per_hour=2.0)
+    )  # so that no habits are learnt
     store.add(DriveEntry("seen", stamp_ns, stamp_ns, Settings(objects=(rate,))), beliefs)
     return urdf
 

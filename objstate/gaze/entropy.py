@@ -6,15 +6,19 @@ Differences between entropies of one object don't depend on them.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
 
+from objstate.building.model import Kind
 from objstate.geometry import FloatArray
 from objstate.objects import ObjectBelief
 from objstate.particles import Weights, entropy
 
 NORMAL = 0.5 * (1.0 + np.log(2.0 * np.pi))  # nats, of a normal variable of variance one
+# rad and m, measure of a limit at which a door may stand exactly, beside that of states between
+LIMIT_RAD, LIMIT_M = math.radians(5.0), 0.03
 POINT = 1e-12  # m^2 or rad^2, least variance that counts: below it samples are copies of one
 
 # states (m, d) and former states (n, d) to transition densities p(q | q') (m, n)
@@ -64,12 +68,22 @@ def histogram_entropy(weights: FloatArray, cell: float) -> float:
 def belief_entropy(belief: ObjectBelief) -> float:
     """Of an object's belief, nats: a histogram's for doors, for furniture a Gaussian's.
 
+    A door has some probability of standing exactly at a limit. There the reference measure is that
+    of ``LIMIT_RAD`` or ``LIMIT_M``, so that a door which is surely closed is about as certain as one
+    that was seen elsewhere, whatever the lattice.
+
     Free samples stand for the Gaussian of their mean and covariance, which is the largest
     entropy that these allow (Cover and Thomas 2006, theorem 8.6.5): what is still open
     between two places counts as wholly open.
     """
     if (belief.cell > 0.0).all():
-        return histogram_entropy(belief.weights.values, float(np.prod(belief.cell)))
+        weights, item = belief.weights.values, belief.item
+        entropy = histogram_entropy(weights, float(np.prod(belief.cell)))
+        if item.kind is Kind.PLANAR or item.wraps:
+            return entropy
+        wide = LIMIT_RAD if item.kind is Kind.HINGED else LIMIT_M
+        at_limits = float(weights[0] + weights[-1])
+        return entropy + at_limits * math.log(wide / float(belief.cell[0]))
     return float(gaussian_entropy(sample_covariance(belief.deviations, belief.weights.values)))
 
 

@@ -75,8 +75,8 @@ def test_a_particle_filter_knows_as_much_as_a_kalman_filter() -> None:
 def test_an_unseen_door_is_at_a_limit_or_as_uncertain_as_these_are_wide() -> None:
     item = door("door", 0.0, 0.0, limits=(0.0, 1.5))
     prior = filter_for(item, Settings()).prior(np.random.default_rng(0))
-    cell = float(prior.cell[0])
-    expected = -0.5 * np.log(0.5 / 1.5) - 0.3 * np.log(0.3 / cell) - 0.2 * np.log(0.2 / cell)
+    limit = np.radians(5.0)
+    expected = -0.5 * np.log(0.5 / 1.5) - 0.3 * np.log(0.3 / limit) - 0.2 * np.log(0.2 / limit)
     assert belief_entropy(prior) == pytest.approx(expected, abs=0.03)
 
 
