@@ -31,7 +31,7 @@ def test_a_doors_posterior_is_that_of_brute_force() -> None:
     estimate = Estimate(door_case(10))
     prior, exact = estimate.prior.weights.values, by_brute_force(estimate)
     true = posterior(prior, exact, estimate.tempering)
-    assert true.max() > 3.0 * prior.max()
+    assert true.max() > 3.0 * prior[true.argmax()]
     np.testing.assert_allclose(estimate.posterior(0.0).weights.values, true, atol=1e-4)
 
 

@@ -86,7 +86,7 @@ def test_doors_that_hang_elsewhere_are_one_warning() -> None:
 
 
 def test_a_log_of_another_building_is_no_success(tmp_path: Path) -> None:
-    told = RunOptions(initial_pose=np.array([2.0, 0.0, 0.0]), end=40.0)
+    told = RunOptions(initial_pose=np.array([2.0, 0.0, 1.0]), end=40.0)
     result = estimate_log(
         [ROOT / "logs" / "corridor.mcap"],
         ROOT / "models" / "hotel" / "hotel.urdf",
