@@ -36,6 +36,8 @@ bench-service: .venv/.stamp
 	$(BIN)/python benchmarks/service.py
 	$(BIN)/python benchmarks/service_live.py 4
 	$(BIN)/python benchmarks/service_live.py 8
+	$(BIN)/python benchmarks/service_history.py
+	$(BIN)/python benchmarks/service_soak.py
 
 .venv/.stamp: pyproject.toml constraints.txt
 	$(PYTHON) -m venv .venv
