@@ -33,8 +33,9 @@ def keep_driving(port: int, speed: float, ended: threading.Event) -> None:
 
 def family_mb(service: Running) -> tuple[float, float]:
     """Resident memory of the service, and of all that it started."""
-    children = f"/proc/{service.process.pid}/task/{service.process.pid}/children"
-    return service.memory_mb, sum(map(_resident_mb, Path(children).read_text().split()))
+    tasks = Path(f"/proc/{service.process.pid}/task").iterdir()
+    children = [each for task in tasks for each in (task / "children").read_text().split()]
+    return service.memory_mb, sum(map(_resident_mb, children))
 
 
 def _resident_mb(process: str) -> float:

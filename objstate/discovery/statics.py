@@ -102,8 +102,8 @@ def combined(drives: Sequence[Drive], error: BuildingErrorSettings) -> list[Door
     for name, evidence in told.items():
         if name in error.doors:
             continue
-        hinges.told(name, _of_hinge(evidence, hinges.variances))
-        bearings.told(name, _of_bearing(evidence, bearings.variances))
+        hinges.observe(name, _of_hinge(evidence, hinges.variances))
+        bearings.observe(name, _of_bearing(evidence, bearings.variances))
     out = []
     for name in names:
         of_hinge, of_bearing = hinges.cases(name), bearings.cases(name)

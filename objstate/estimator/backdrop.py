@@ -29,7 +29,7 @@ class Backdrop:
         self._alone = {
             name: view.object(name, each.mean[None], poses)[:, 0]
             for name, each in beliefs.items()
-            if each.settled
+            if each.is_certain
         }
 
     def without(self, name: str) -> tuple[FloatArray, FloatArray]:

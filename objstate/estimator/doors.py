@@ -124,14 +124,14 @@ class Doors:
         """The posterior of a door's state, averaged over the deviations of hinge and bearing."""
         door = posterior.door
         shares, statics = zip(*self.cases(door), strict=True)
-        weights, swung = door.on_lattice(posterior.under(statics), belief)
-        swung = np.array(shares) @ (weights * swung)
+        weights, p_moving = door.on_lattice(posterior.under(statics), belief)
+        p_moving = np.array(shares) @ (weights * p_moving)
         weights = np.array(shares) @ weights
-        swung = np.minimum(swung / np.maximum(weights, NEVER), 1.0)
+        p_moving = np.minimum(p_moving / np.maximum(weights, NEVER), 1.0)
         return altered(
             belief,
             weights=Weights(weights),
-            swung=swung,
+            p_moving=p_moving,
             stamp_ns=posterior.stamp_ns,
             joint=posterior,
         )
@@ -141,9 +141,9 @@ class Doors:
         if name in self._known:
             return
         if posterior.door.turn:
-            self._bearing.told(name, posterior.of_bearing(self._bearing.variances))
+            self._bearing.observe(name, posterior.of_bearing(self._bearing.variances))
         bearings = self._bearings(posterior.door)
-        self._hinge.told(name, posterior.of_hinge(self._hinge.variances, bearings))
+        self._hinge.observe(name, posterior.of_hinge(self._hinge.variances, bearings))
 
     def _doorway(self, belief: ObjectBelief) -> Doorway:
         chosen = self._settings.for_object(belief.item.name, "door")
@@ -190,7 +190,7 @@ class Deviation:
         """Square of the posterior mean of the deviation."""
         return float(self._weights @ np.sqrt(self.variances)) ** 2
 
-    def told(self, name: str, log_likelihood: FloatArray) -> None:
+    def observe(self, name: str, log_likelihood: FloatArray) -> None:
         """Replace the log-likelihoods (k,), up to a constant, of all readings of a door."""
         usual = log_likelihood - log_likelihood[-1] + math.log1p(-OUTLIERS)
         both = np.logaddexp(usual, math.log(OUTLIERS))

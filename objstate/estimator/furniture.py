@@ -60,7 +60,7 @@ class Furniture:
         shape, outline = self._shape(exposure.name, exposure.sight.height)
         if outline is not None:
             stopped = exposure.stopped
-            if belief.settled:
+            if belief.is_certain:
                 stopped = stopped[~outline.holds(belief.mean[None], stopped, ON_OBJECT)[0]]
             proposed = _through(stopped, outline, mixture, rng)
             mixture = mixture.proposing(proposed, vantage.covariance)

@@ -57,7 +57,7 @@ class JointUpdate:
         out = {}
         for name in names:
             belief = self._believed.marginals[name]
-            if belief.settled:
+            if belief.is_certain:
                 ranges = np.full(len(sight.scan), np.inf)
                 alone = sight.whole.object(name, belief.mean[None], sight.robot.mean[None])
                 ranges[sight.valid] = alone[0, 0]

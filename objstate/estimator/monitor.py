@@ -95,7 +95,7 @@ class Monitor:
 
     # --- a given place --------------------------------------------------------------
 
-    def told(self, now_ns: int, *, is_start: bool) -> None:
+    def restart(self, now_ns: int, *, is_start: bool) -> None:
         """Note that a belief was given; as a start, it is probably right."""
         self._search.forget()
         if is_start:

@@ -39,4 +39,4 @@ class Start:
                 "robot belief."
             )
         robot.take(record)
-        monitor.told(now_ns, is_start=is_start)
+        monitor.restart(now_ns, is_start=is_start)

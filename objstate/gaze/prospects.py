@@ -93,7 +93,7 @@ class Prospects:
         self._standing = {
             name: _Standing(each.mean, (name, _rounded(each.mean)))
             for name, each in beliefs.items()
-            if each.settled
+            if each.is_certain
         }
         self._gains: dict[str, Gain] = {}
         self._told: dict[Mark, FloatArray | None] = {}
@@ -122,7 +122,7 @@ class Prospects:
         circles = self._circles + np.array([0.0, 0.0, MARGIN])
         return self._library.lasers[sensor].in_sight(poses, circles, reach, through_walls)
 
-    def told(
+    def evidence(
         self, sensor: str, name: str, pose: FloatArray, near: BoolArray, scans: float
     ) -> FloatArray | None:
         """The evidence of some scans from ``pose`` (3,) about an object among the ``near`` (o,)."""

@@ -129,9 +129,10 @@ def in_live_order(arrivals: Iterable[Arrival], notices: Notices) -> Iterator[Rec
     left_ns = now_ns = in_order_ns = -(2**63)
     for arrival in arrivals:
         item = arrival.item
+        is_back = now_ns - arrival.recorded_ns > BACKWARDS_NS  # the recorder has the robot's clock
         now_ns = max(now_ns, arrival.recorded_ns)
         if item.stamp_ns < left_ns:
-            if now_ns - in_order_ns > BACKWARDS_NS:
+            if is_back or now_ns - in_order_ns > BACKWARDS_NS:
                 back_s = (left_ns - item.stamp_ns) / 1e9
                 raise ClockSetBackError(f"The robot's clock was set back by {back_s:.1f} s.")
             notices.drop(type(item).__name__.replace("Sweep", "Scan"), "later than others")

@@ -337,7 +337,7 @@ class Coordinator:
                 continue
             scans = looks.scans if stop == end else looks.scans_on_way
             pose, near = candidate.poses[stop], candidate.near[stop]
-            told = prospects.told(candidate.sensor, name, pose, near, scans)
+            told = prospects.evidence(candidate.sensor, name, pose, near, scans)
             if told is not None:
                 together = told if together is None else together + told
         return together

@@ -296,7 +296,7 @@ def _around(
     """Segments (m, 4) of walls and certain objects in reach, their owners (m,), and names."""
     names, parts = [WALLS], [outline(building.walls, height)]
     for name, other in others.items():
-        if name != belief.item.name and other.settled:
+        if name != belief.item.name and other.is_certain:
             names.append(name)
             place = other.item.transforms(other.mean[None])[0]
             parts.append(outline(other.item.mesh, height, place))

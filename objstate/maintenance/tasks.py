@@ -153,7 +153,7 @@ def outcome(expected: Expectation, before: ObjectBelief, after: ObjectBelief) ->
         return Outcome.ABSENT
     if expected.share_inside(after) >= MAJORITY:
         return Outcome.CONFIRMED
-    return Outcome.MOVED if after.settled else Outcome.LOST
+    return Outcome.MOVED if after.is_certain else Outcome.LOST
 
 
 def scattered(belief: ObjectBelief, floor: Floor, rng: np.random.Generator) -> ObjectBelief:

@@ -82,7 +82,7 @@ class ObjectBelief:
     presence: float = 1.0  # probability that it is there; the states are conditioned on that
     stamp_ns: int | None = None  # None before the first update
     last_observed_ns: int | None = None
-    swung: FloatArray = field(  # (n,) or (1,), probability in each state that a door is moving
+    p_moving: FloatArray = field(  # (n,) or (1,), probability in each state that a door is moving
         default_factory=partial(np.zeros, 1)
     )
     # the mixture it was computed from, if any
@@ -289,7 +289,7 @@ class ObjectBelief:
         return float(self.weights.values[0 if home == item.lower else -1])
 
     @lazy
-    def settled(self) -> bool:
+    def is_certain(self) -> bool:
         """Whether the object certainly is there, in a state certain enough for a scene."""
         if self.presence < 0.5:
             return False
@@ -298,7 +298,7 @@ class ObjectBelief:
     def represented_by(self, count: int) -> UncertainObject:
         """A few states that represent the belief: the mean if certain, else a systematic sample."""
         name = self.item.name
-        if self.settled:
+        if self.is_certain:
             return UncertainObject(name, self.mean[None], np.array([self.presence]))
         states = self.states[evenly(self.weights, count)]
         return UncertainObject(name, states, np.full(count, self.presence / count))
@@ -306,7 +306,7 @@ class ObjectBelief:
     @property
     def best(self) -> FloatArray:
         """(d,) the most probable state: the mean of a unimodal belief, else the heaviest sample."""
-        if self.settled:
+        if self.is_certain:
             return self.mean
         return np.asarray(self.states[int(np.argmax(self.weights.log))])
 

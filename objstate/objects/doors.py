@@ -98,10 +98,10 @@ class LatticeFilter:
         self, belief: ObjectBelief, seconds: float, rng: np.random.Generator
     ) -> ObjectBelief:
         """The prediction: drift and moves."""
-        weights, swung = np.empty(len(belief.states)), np.empty(len(belief.states))
+        weights, p_moving = np.empty(len(belief.states)), np.empty(len(belief.states))
         mean, std = kernels.predict(
             belief.weights.values,
-            belief.swung,
+            belief.p_moving,
             *belief.lattice,
             self._cells_per_second * seconds,
             1.0 - self.stayed(seconds),
@@ -109,9 +109,9 @@ class LatticeFilter:
             self._swing,
             self._rest_weights,
             weights,
-            swung,
+            p_moving,
         )
-        return belief.on_lattice(weights, mean, std, swung=swung)
+        return belief.on_lattice(weights, mean, std, p_moving=p_moving)
 
     def carried(
         self, belief: ObjectBelief, kept: FloatArray, rest: FloatArray, seconds: float
@@ -120,7 +120,7 @@ class LatticeFilter:
 
         Where it was moved it rests after ``rest`` (n,), which sums to one.
         """
-        weights, swung = np.empty(len(belief.states)), np.empty(len(belief.states))
+        weights, p_moving = np.empty(len(belief.states)), np.empty(len(belief.states))
         stays = belief.weights.values * kept
         total = float(stays.sum())
         mean, std = kernels.predict(
@@ -133,9 +133,9 @@ class LatticeFilter:
             self._swing,
             rest,
             weights,
-            swung,
+            p_moving,
         )
-        return belief.on_lattice(weights, mean, std, swung=swung)
+        return belief.on_lattice(weights, mean, std, p_moving=p_moving)
 
     @lazy
     def distances(self) -> FloatArray:

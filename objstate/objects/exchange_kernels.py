@@ -165,9 +165,9 @@ def _add(
     cell: float,
     wraps: bool,
     out: FloatArray,
-    swung: FloatArray,
+    p_moving: FloatArray,
 ) -> None:
-    """Add a Gaussian to the cells ``out`` (n,) of a lattice, its moving share to ``swung`` (n,).
+    """Add a Gaussian to the cells ``out`` (n,) of a lattice, its moving share to ``p_moving`` (n,).
 
     What lies beyond the ends of a lattice that doesn't wrap is cut off.
     """
@@ -183,7 +183,7 @@ def _add(
         if inside < OUTSIDE:
             end = 0 if mean < lower else count - 1
             out[end] += weight
-            swung[end] += moving
+            p_moving[end] += moving
             return
         low, high = max(low, 0), min(high, count - 1)
     cut_low, cut_high = not wraps and low == 0, not wraps and high == count - 1
@@ -193,7 +193,7 @@ def _add(
         after = _below(edge, mean, std)
         share = (after - before) / inside
         out[j % count] += weight * share
-        swung[j % count] += moving * share
+        p_moving[j % count] += moving * share
         before = after
 
 
@@ -219,9 +219,9 @@ def read_off(
     wraps: bool,
     never: float,
     out: FloatArray,
-    swung: FloatArray,
+    p_moving: FloatArray,
 ) -> None:
-    """Probabilities ``out`` (k, n) of a lattice's cells, and of moving in each, ``swung`` (k, n).
+    """Probabilities ``out`` (k, n) of a lattice's cells, and of moving in each, ``p_moving`` (k, n).
 
     From Gaussians of the state with weights, means and variances (k, c), of which the last are
     atoms at the ends. No cell weighs less than ``never`` before atoms are added.
@@ -230,7 +230,7 @@ def read_off(
     for k in range(resting.shape[0]):
         all_moving, heaviest, most_moving = 0.0, 0.0, 0.0
         for j in range(count):
-            out[k, j] = swung[k, j] = 0.0
+            out[k, j] = p_moving[k, j] = 0.0
         for c in range(components):
             all_moving += moving[k, c]
             if c < cells:
@@ -242,8 +242,8 @@ def read_off(
             moved = moved if moved >= LEAST_WEIGHT * most_moving else 0.0
             if weight > 0.0 or moved > 0.0:
                 std = max(math.sqrt(variances[k, c]), NARROWEST * cell)
-                _add(weight, moved, means[k, c], std, first, cell, wraps, out[k], swung[k])
-        _scale(swung[k], all_moving)
+                _add(weight, moved, means[k, c], std, first, cell, wraps, out[k], p_moving[k])
+        _scale(p_moving[k], all_moving)
         if cells < components:
             lower = resting[k, cells] + moving[k, cells]
             upper = resting[k, cells + 1] + moving[k, cells + 1]
@@ -252,4 +252,4 @@ def read_off(
             out[k, count - 1] += upper
         _scale(out[k], 1.0)
         for j in range(count):
-            swung[k, j] = min(swung[k, j] / max(out[k, j], never), 1.0)
+            p_moving[k, j] = min(p_moving[k, j] / max(out[k, j], never), 1.0)

@@ -138,7 +138,7 @@ def moments(weights: FloatArray, first: float, cell: float, wraps: bool) -> Any:
 @_inner
 def _moved(
     weights: FloatArray,
-    swung: FloatArray,
+    p_moving: FloatArray,
     begun: float,
     seconds: float,
     swing: FloatArray,
@@ -149,7 +149,7 @@ def _moved(
 ) -> Any:
     """Prediction of the moving part of a lattice's ``weights`` (n,); its weight is returned.
 
-    Moving are a share ``swung`` (n,) or (1,), and of the others a share that has ``begun`` at any
+    Moving are a share ``p_moving`` (n,) or (1,), and of the others a share that has ``begun`` at any
     moment. By its ``swing`` (3,), a door comes to rest at one rate, and reaches the distribution
     ``rest`` (n,) at another. Until then it moves by at most 1, 2, 4, ... cells, up to a reach, with
     equal probabilities: doors are thrown and led slowly. At the limits that is reflected, or
@@ -171,7 +171,7 @@ def _moved(
     ended = (never_left - stayed) / begun if begun > 0.0 else ended
     nears[1] = near_on[1] + (1.0 - near_on[1]) * ended
     for j in range(count):
-        share = swung[min(j, swung.shape[0] - 1)]
+        share = p_moving[min(j, p_moving.shape[0] - 1)]
         before, since = weights[j] * share, weights[j] * (1.0 - share) * begun
         later[j] = nears[0] * before + nears[1] * since
         sums[0] += before
@@ -202,7 +202,7 @@ def _moved(
 @_compile
 def predict(
     weights: FloatArray,
-    swung: FloatArray,
+    p_moving: FloatArray,
     first: float,
     cell: float,
     wraps: bool,
@@ -212,21 +212,21 @@ def predict(
     swing: FloatArray,
     rest: FloatArray,
     later: FloatArray,
-    swung_later: FloatArray,
+    p_moving_later: FloatArray,
 ) -> Any:
     """Prediction of a lattice's ``weights`` (n,), into ``later`` (n,).
 
-    The resting part, in each state all but a share ``swung`` (n,) or (1,), that hasn't ``begun`` to
+    The resting part, in each state all but a share ``p_moving`` (n,) or (1,), that hasn't ``begun`` to
     move, takes a random walk with a ``variance`` in cells squared, except at the limits: a latched
-    door stands still. The rest moves as in ``_moved``, and of each state a share ``swung_later``
+    door stands still. The rest moves as in ``_moved``, and of each state a share ``p_moving_later``
     (n,) still does. Mean and deviation are returned; the lattice is as in ``_moments``.
     """
     count, total = weights.shape[0], 0.0
     taps = _taps(variance, count)
     moved, padded, stays = np.empty(count), np.empty(count + 2 * taps.shape[0]), np.empty(count)
-    gone = _moved(weights, swung, begun, seconds, swing, rest, wraps, moved, swung_later)
+    gone = _moved(weights, p_moving, begun, seconds, swing, rest, wraps, moved, p_moving_later)
     for j in range(count):
-        stays[j] = weights[j] * (1.0 - swung[min(j, swung.shape[0] - 1)])
+        stays[j] = weights[j] * (1.0 - p_moving[min(j, p_moving.shape[0] - 1)])
         total += stays[j]
     left = (1.0 - min(gone, 1.0)) / max(total, TINY)
     for k in range(taps.shape[0]):
@@ -238,7 +238,7 @@ def predict(
     _walked(stays, taps, wraps, moved, padded, later)
     _normalize(later)
     for j in range(count):
-        swung_later[j] /= max(later[j], TINY)
+        p_moving_later[j] /= max(later[j], TINY)
     return _moments(later, first, cell, wraps)
 
 

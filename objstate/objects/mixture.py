@@ -235,9 +235,9 @@ class Doorway:
     def on_lattice(self, states: States, lattice: ObjectBelief) -> tuple[FloatArray, FloatArray]:
         """Weights (k, n) of a lattice's states, and the probability of moving in each (k, n)."""
         first, cell, wraps = lattice.lattice
-        weights, swung = (np.empty((len(states.means), len(lattice.states))) for _ in range(2))
-        exchange_kernels.read_off(*states, self.cells, first, cell, wraps, NEVER, weights, swung)
-        return weights, swung
+        weights, p_moving = (np.empty((len(states.means), len(lattice.states))) for _ in range(2))
+        exchange_kernels.read_off(*states, self.cells, first, cell, wraps, NEVER, weights, p_moving)
+        return weights, p_moving
 
 
 class Statics(NamedTuple):
@@ -301,8 +301,10 @@ class DoorMixture:
             for atom, cell, edge in ((-2, 0, 0), (-1, door.cells - 1, -1)):
                 resting[door.cells + 2 + atom] = weights[edge]
                 resting[cell] -= weights[edge]
-        swung = belief.swung if len(belief.swung) == len(weights) else np.zeros(len(weights))
-        moving = np.bincount(where.clip(0, door.cells - 1), weights * swung, len(door.states))
+        p_moving = (
+            belief.p_moving if len(belief.p_moving) == len(weights) else np.zeros(len(weights))
+        )
+        moving = np.bincount(where.clip(0, door.cells - 1), weights * p_moving, len(door.states))
         resting = np.maximum(resting - moving, NEVER)
         total = resting.sum() + moving.sum()
         return altered(
@@ -407,8 +409,8 @@ class DoorMixture:
 
     def on_lattice(self, lattice: ObjectBelief) -> ObjectBelief:
         """The posterior of the state as weights of a lattice's states."""
-        (weights,), (swung,) = self.door.on_lattice(self.under([self.statics]), lattice)
-        return altered(lattice, weights=Weights(weights), swung=swung, stamp_ns=self.stamp_ns)
+        (weights,), (p_moving,) = self.door.on_lattice(self.under([self.statics]), lattice)
+        return altered(lattice, weights=Weights(weights), p_moving=p_moving, stamp_ns=self.stamp_ns)
 
 
 @lru_cache(maxsize=TAPS_KEPT)

@@ -74,15 +74,15 @@ def smoothed_door(history: DoorHistory, also_ns: Iterable[int] = ()) -> Smoothed
         means, variances = _carried_back(chain, filtered)
         chains.append((share, chain))
         states = States(chain.resting, chain.moving, means, variances)
-        each, swung = door.on_lattice(states, history.belief)
+        each, p_moving = door.on_lattice(states, history.belief)
         weights += share * each
-        moved += share * each * swung
-    swung = np.minimum(moved / np.maximum(weights, NEVER), 1.0)
+        moved += share * each * p_moving
+    p_moving = np.minimum(moved / np.maximum(weights, NEVER), 1.0)
     beliefs = [
         altered(
             history.belief,
             weights=Weights(weights[k]),
-            swung=swung[k],
+            p_moving=p_moving[k],
             stamp_ns=moments[k],
             joint=None,
             past=None,

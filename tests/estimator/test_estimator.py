@@ -334,7 +334,7 @@ def test_objects_behind_walls_and_closed_doors_are_not_observed() -> None:
     estimator = Estimator(place, settings, initial_pose=START)
     rows = fed(estimator, driven.records)
     assert {"a", "walled", "shut"} <= {row.object for row in rows}
-    assert estimator.objects["a"].settled
+    assert estimator.objects["a"].is_certain
     assert not any(row.observed for row in rows if row.object == "walled")
     late = START_NS + 2 * 10**9  # when the door is known to be closed
     assert not any(row.observed for row in rows if row.object == "shut" and row.stamp_ns > late)

@@ -195,7 +195,7 @@ def test_a_table_on_legs_is_found_anywhere_in_a_room(seed: int) -> None:
     belief = looked(legs(0.9, 0.9), true, chosen, seed)
     assert np.hypot(*(belief.mean - true)[:2]) < 0.03
     assert abs(wrap(4.0 * (belief.mean[2] - true[2]))) / 4.0 < np.radians(3.0)
-    assert belief.settled
+    assert belief.is_certain
     assert belief.presence > 0.99
 
 
@@ -204,7 +204,7 @@ def test_a_table_that_is_nowhere_is_gone_and_not_somewhere_else(prior: str) -> N
     chosen = rule(0.2 if prior == "gaussian" else 2.3, prior, dynamics=STILL)
     belief = looked(SQUARE, None, chosen, 0)
     assert belief.presence < 0.2
-    assert not belief.settled
+    assert not belief.is_certain
 
 
 @pytest.mark.parametrize("seed", range(3))

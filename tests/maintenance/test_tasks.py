@@ -75,7 +75,7 @@ def test_a_lost_object_is_the_same_object_when_it_is_seen_again(truth: tuple[flo
         np.array([[0.8, 0.0, 0.0], [1.2, 0.3, -0.4], [2.2, 0.1, 0.0], [1.6, 0.4, -0.8]]),
     )
     assert found.item is before.item
-    assert found.settled
+    assert found.is_certain
     off = found.item.symmetry.nearest(found.mean[None], truth[2])[0] - truth
     assert np.abs(off[:2]).max() < 0.08
     assert abs(wrap(off[2])) < 0.15

@@ -101,7 +101,7 @@ def test_the_spread_of_a_lattice_has_its_cells_width() -> None:
     ("std", "settled"), [(np.radians(1.0), True), (np.radians(4.0), True), (0.2, False)]
 )
 def test_a_belief_that_is_narrow_is_settled(std: float, settled: bool) -> None:
-    assert lattice(std=std).settled is settled
+    assert lattice(std=std).is_certain is settled
 
 
 def test_a_settled_belief_is_represented_by_its_mean_any_other_by_a_comb() -> None:

@@ -85,11 +85,11 @@ def test_a_state_is_read_off_as_normal_distributions_and_atoms() -> None:
     resting, moving = np.zeros((2, count)), np.zeros((2, count))
     resting[0, 10], moving[0, 10], resting[0, -2], resting[1, -1] = 0.5, 0.25, 0.25, 1.0
     means, variances = np.tile(opening.states, (2, 1)), np.full((2, count), 0.02**2)
-    weights, swung = opening.on_lattice(States(resting, moving, means, variances), belief)
+    weights, p_moving = opening.on_lattice(States(resting, moving, means, variances), belief)
     off = (belief.states[:, 0] - opening.states[10]) / 0.02
     near = np.exp(-0.5 * off**2)
     expected = 0.75 * near / near.sum()
     expected[0] += 0.25
     assert weights[0] == pytest.approx(expected, abs=2e-4)
-    assert swung[0][np.abs(off) < 3.0] == pytest.approx(1.0 / 3.0, abs=1e-6)
+    assert p_moving[0][np.abs(off) < 3.0] == pytest.approx(1.0 / 3.0, abs=1e-6)
     assert weights[1][-1] == pytest.approx(1.0)

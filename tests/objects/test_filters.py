@@ -186,7 +186,7 @@ def test_moves_in_small_steps_go_as_far_as_in_one_long(seconds: float) -> None:
     once = filter_.predict(belief, seconds, rng_of())
     far = np.abs(belief.states[:, 0] - 0.8) > 0.3
     share = stepped.weights.values[far].sum() / once.weights.values[far].sum()
-    going = (stepped.weights.values @ stepped.swung) / (once.weights.values @ once.swung)
+    going = (stepped.weights.values @ stepped.p_moving) / (once.weights.values @ once.p_moving)
     assert share == pytest.approx(1.0, rel=0.05)
     assert going == pytest.approx(1.0, rel=0.01)
 
@@ -194,9 +194,9 @@ def test_moves_in_small_steps_go_as_far_as_in_one_long(seconds: float) -> None:
 def test_a_door_last_seen_an_hour_ago_is_uncertain_again() -> None:
     filter_ = filter_for(HINGED, Settings())
     belief = knows(filter_, np.array([0.4]))
-    assert belief.settled
+    assert belief.is_certain
     later = filter_.predict(belief, 3600.0, rng_of())
-    assert not later.settled
+    assert not later.is_certain
     long_after = filter_.predict(belief, 100 * 3600.0, rng_of())
     rest, degrees = Rest(), np.degrees(long_after.states[:, 0])
     weights = long_after.weights.values
@@ -278,7 +278,7 @@ def test_a_door_hidden_behind_its_jamb_is_known_only_not_to_be_where_it_would_be
     sight = np.arctan2(1.0 + 0.6, 1.0)  # past the hinge, from where the robot stands
     assert lower > sight - np.radians(5.0)
     assert upper > np.radians(85.0)
-    assert not belief.settled
+    assert not belief.is_certain
 
 
 @pytest.mark.parametrize("stop", [HINGED.lower, HINGED.upper])
@@ -325,8 +325,8 @@ def test_a_door_that_swings_is_known_to_and_one_that_rests_is_not() -> None:
     filter_, belief = swinging(0.7, until=1.0)
     resting = filter_.predict(knows(filter_, np.array([0.3])), 0.1, rng_of())
     for each, least, most in ((belief, 0.5, 1.0), (resting, 0.0, 1e-4)):
-        assert ((each.swung >= 0.0) & (each.swung <= 1.0)).all()
-        assert least < each.weights.values @ each.swung < most
+        assert ((each.p_moving >= 0.0) & (each.p_moving <= 1.0)).all()
+        assert least < each.weights.values @ each.p_moving < most
 
 
 def test_a_door_that_came_to_rest_in_sight_is_known_out_of_sight() -> None:

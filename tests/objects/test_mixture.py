@@ -198,7 +198,7 @@ def test_a_door_that_is_next_to_surely_at_a_limit_has_a_belief() -> None:
     resting[-1] = 1.0 - resting[:-1].sum()
     found = altered(mixture, resting=resting, stamp_ns=0).on_lattice(lattice)
     assert found.weights.values[-1] == pytest.approx(1.0)
-    assert np.isfinite(found.swung).all()
+    assert np.isfinite(found.p_moving).all()
 
 
 def test_pieces_of_wall_are_short_and_together_the_wall() -> None:

@@ -52,7 +52,7 @@ class ObjectGains:
         for k, pose in enumerate(poses):
             for o in np.flatnonzero(near[k]).tolist():
                 name = prospects.names[o]
-                told = prospects.told(HEAD, name, pose, near[k], self._scans)
+                told = prospects.evidence(HEAD, name, pose, near[k], self._scans)
                 if told is not None:
                     own = found.setdefault(name, np.zeros(len(poses)))
                     own[k] = max(0.0, prospects.gain(name, told)) / math.log(2.0)
