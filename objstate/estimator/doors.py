@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from objstate.building.model import Building, Kind
 from objstate.config import BeamModelSettings, DoorSettings, Settings
-from objstate.estimator.exposure import Exposure, Seen
+from objstate.estimator.exposure import Exposure, Exposures, Seen
 from objstate.geometry import FloatArray
 from objstate.lazy import Later, altered
 from objstate.localization import Vantage
@@ -69,12 +70,20 @@ class Doors:
         return [Statics(self._hinge.variances[-1], bearing) for bearing in self._bearing.bounds]
 
     def observe(
-        self, belief: ObjectBelief, exposure: Exposure, rng: np.random.Generator
-    ) -> Seen | None:
-        """A door's belief after a scan, and whether some beam reached its leaf.
+        self,
+        names: Sequence[str],
+        beliefs: Mapping[str, ObjectBelief],
+        exposures: Exposures,
+        rngs: Mapping[str, np.random.Generator],
+    ) -> dict[str, Seen]:
+        """The doors' beliefs after a scan, and whether some beam reached each leaf.
 
-        None where no beam enters the circle that holds the door before it meets a wall.
+        Doors are left out where no beam enters the circle that holds them before it meets a wall.
         """
+        seen = {name: self._seen(beliefs[name], exposures.of(name)) for name in names}
+        return {name: each for name, each in seen.items() if each is not None}
+
+    def _seen(self, belief: ObjectBelief, exposure: Exposure) -> Seen | None:
         scan, vantage = exposure.scan, exposure.vantage
         until = np.minimum(exposure.walls, scan.range_max)
         beams = np.flatnonzero(scan.valid & (exposure.entered < until))
@@ -89,7 +98,7 @@ class Doors:
         posterior, reached = posterior.given(exposure.beams(beams), noise, shape)
         posterior = posterior.at(scan.stamp_ns)
         self._learn(exposure.name, posterior)
-        return Seen(self._read_off(posterior, belief), beams, reached > 0)
+        return Seen(self._read_off(posterior, belief), exposure, beams, reached > 0)
 
     def elsewhere(self, belief: ObjectBelief) -> FloatArray | None:
         """(2,) m, offset of a door's hinge where it is significant; None elsewhere."""

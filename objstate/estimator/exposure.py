@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -81,6 +81,7 @@ class Seen(NamedTuple):
     """An object's belief after a scan."""
 
     belief: ObjectBelief
+    exposure: Exposure
     beams: IntArray  # (k,) indices of those that may meet it
     is_observed: bool  # whether some of them reached it
 
@@ -108,9 +109,10 @@ class Exposures:
         of_pose = float(vantage.covariance[0, 0] + vantage.covariance[1, 1])
         self._variance = wall_std**2 + of_pose + ROUGH**2
 
-    def of(self, name: str) -> Exposure:
-        """The exposure of one object."""
-        others = [ranges for other, ranges in self._known.items() if other != name]
+    def of(self, name: str, unless: Collection[str] = ()) -> Exposure:
+        """The exposure of one object, before all certain ones ``unless`` they are named."""
+        left_out = {name, *unless}
+        others = [ranges for other, ranges in self._known.items() if other not in left_out]
         background = np.minimum.reduce([self._walls, *others])
         blur = np.where(np.isfinite(background), self._variance, 0.0)
         return Exposure(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,12 +10,19 @@ import numpy as np
 from objstate.building.model import Building, Kind
 from objstate.config import FurnitureSettings, Settings
 from objstate.estimator.doors import beam_noise
-from objstate.estimator.exposure import Exposure, Seen
-from objstate.geometry import BoolArray, FloatArray
+from objstate.estimator.exposure import Exposure, Exposures, Seen
+from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.lazy import Later
 from objstate.localization import Vantage
 from objstate.objects import ObjectBelief
-from objstate.objects.furniture_mixture import PROPOSED, FurnitureMixture, Piece, traced
+from objstate.objects.exclusion import alike, compete, exclusive
+from objstate.objects.furniture_mixture import (
+    PROPOSED,
+    Conditioned,
+    FurnitureMixture,
+    Piece,
+    traced,
+)
 from objstate.objects.proposals import TracedOutline
 from objstate.particles import Weights, systematic
 
@@ -41,20 +49,89 @@ class Furniture:
                 chosen = settings.for_object(name, "furniture")
                 assert isinstance(chosen, FurnitureSettings)
                 self._pieces[name] = Piece(item, chosen)
+        self._groups = alike(self._pieces)
+        self._alike = {
+            name: [other for other in group if other != name]
+            for group in self._groups
+            for name in group
+        }
         self._shapes: dict[tuple[str, float], tuple[kernels.Shape, TracedOutline | None]] = {}
 
     def __contains__(self, name: str) -> bool:
         return name in self._pieces
 
-    def observe(self, belief: ObjectBelief, exposure: Exposure, rng: np.random.Generator) -> Seen:
-        """Its belief after a scan, and whether some beam reached it."""
-        piece, scan, vantage = self._pieces[exposure.name], exposure.scan, exposure.vantage
-        before, now = belief.joint, scan.stamp_ns
-        if not isinstance(before, FurnitureMixture):
-            known = belief.stamp_ns is not None
-            before = (
-                FurnitureMixture.of(piece, belief) if known else FurnitureMixture.unknown(piece)
+    def observe(
+        self,
+        names: Sequence[str],
+        beliefs: Mapping[str, ObjectBelief],
+        exposures: Exposures,
+        rngs: Mapping[str, np.random.Generator],
+    ) -> dict[str, Seen]:
+        """The pieces' beliefs after a scan, and whether some beam reached each.
+
+        Those that look alike are updated together: no two stand at one place. So pieces that aren't
+        named are, too, if they may stand where a named one does.
+        """
+        mixtures, rivals = self._with_rivals(names, beliefs)
+        seen, conditioned = dict[str, Seen](), dict[str, Conditioned]()
+        for name, before in mixtures.items():
+            belief, exposure = beliefs[name], exposures.of(name, unless=rivals[name])
+            after, beams, reached = self._given(belief, before, exposure, rngs[name])
+            seen[name] = Seen(belief, exposure, beams, reached > 0)
+            if isinstance(after, FurnitureMixture):
+                mixtures[name] = after
+            else:
+                conditioned[name] = after
+        mixtures |= {
+            name: mixture
+            for group in self._groups
+            if (names := [name for name in group if name in conditioned])
+            for name, mixture in zip(
+                names, exclusive([conditioned[name] for name in names]), strict=True
             )
+        }
+        return {
+            name: each._replace(
+                belief=mixtures[name].at(each.exposure.scan.stamp_ns).sampled(each.belief)
+            )
+            for name, each in seen.items()
+        }
+
+    def _with_rivals(
+        self, names: Sequence[str], beliefs: Mapping[str, ObjectBelief]
+    ) -> tuple[dict[str, FurnitureMixture], dict[str, list[str]]]:
+        """The mixtures of named pieces and of all their rivals, and the rivals of each."""
+        rivals, left, mixtures = dict[str, list[str]](), list(names), dict[str, FurnitureMixture]()
+        while left:
+            name = left.pop(0)
+            for each in (name, *self._alike[name]):
+                mixtures.setdefault(each, self._mixture(beliefs[each]))
+            rivals[name] = [
+                other for other in self._alike[name] if compete(mixtures[name], mixtures[other])
+            ]
+            left += [other for other in rivals[name] if other not in rivals and other not in left]
+        return {name: mixtures[name] for name in rivals}, rivals
+
+    def _mixture(self, belief: ObjectBelief) -> FurnitureMixture:
+        """The mixture of a belief, as of its last scan."""
+        if isinstance(belief.joint, FurnitureMixture):
+            return belief.joint
+        piece = self._pieces[belief.item.name]
+        known = belief.stamp_ns is not None
+        return FurnitureMixture.of(piece, belief) if known else FurnitureMixture.unknown(piece)
+
+    def _given(
+        self,
+        belief: ObjectBelief,
+        before: FurnitureMixture,
+        exposure: Exposure,
+        rng: np.random.Generator,
+    ) -> tuple[Conditioned | FurnitureMixture, IntArray, int]:
+        """A mixture after a scan or, where no beam may meet the piece, only predicted.
+
+        With it, the beams that may meet it, and the number of those that reach its likeliest place.
+        """
+        scan, vantage = exposure.scan, exposure.vantage
         seconds = exposure.seconds_since(before.stamp_ns)
         mixture = before.later(seconds, *exposure.carried(), vantage.covariance)
         shape, outline = self._shape(exposure.name, exposure.sight.height)
@@ -67,10 +144,10 @@ class Furniture:
         until = np.minimum(exposure.background, scan.range_max)
         beams = np.flatnonzero(_meeting(mixture, vantage, until) & scan.valid)
         if len(beams) == 0:
-            return Seen(mixture.at(now).sampled(belief), beams, is_observed=False)
+            return mixture, beams, 0
         noise = beam_noise(self._beam_model, vantage, scan.range_max)
-        mixture, reached = mixture.given(exposure.beams(beams), noise, shape)
-        return Seen(mixture.at(now).sampled(belief), beams, reached > 0)
+        conditioned, reached = mixture.given(exposure.beams(beams), noise, shape)
+        return conditioned, beams, reached
 
     def _shape(self, name: str, height: float) -> tuple[kernels.Shape, TracedOutline | None]:
         key = name, height

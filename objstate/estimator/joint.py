@@ -11,7 +11,7 @@ from objstate.building.model import Building
 from objstate.config import Settings
 from objstate.estimator.believed import Believed
 from objstate.estimator.doors import Doors
-from objstate.estimator.exposure import Exposure, Exposures, Seen
+from objstate.estimator.exposure import Exposures, Seen
 from objstate.estimator.furniture import Furniture
 from objstate.estimator.publishing import Fits, share_explained
 from objstate.estimator.robot import Robot
@@ -32,9 +32,16 @@ class JointModel(Protocol):
         """Whether an object is of this kind."""
 
     def observe(
-        self, belief: ObjectBelief, exposure: Exposure, rng: np.random.Generator
-    ) -> Seen | None:
-        """An object's belief after a scan; None where no beam may meet it."""
+        self,
+        names: Sequence[str],
+        beliefs: Mapping[str, ObjectBelief],
+        exposures: Exposures,
+        rngs: Mapping[str, np.random.Generator],
+    ) -> dict[str, Seen]:
+        """Beliefs after a scan, of those named objects that some beam may meet.
+
+        ``beliefs`` are all before it.
+        """
 
 
 class JointUpdate:
@@ -77,17 +84,16 @@ class JointUpdate:
         vantage = robot.vantage(sight.scan)
         surfaces = self._sensing.surfaces(sight.height)
         exposures = Exposures(sight, vantage, surfaces, known, robot.wall_std, robot.carried)
+        marginals, rngs = self._believed.marginals, self._believed.rngs
         for model in self._models:
-            for name in filter(model.__contains__, names):
-                exposure, believed = exposures.of(name), self._believed
-                seen = model.observe(believed.marginals[name], exposure, believed.rngs[name])
-                if seen is not None:
-                    fits[name] = self._keep(seen, exposure)
+            pointed_at = [name for name in names if name in model]
+            for name, seen in model.observe(pointed_at, marginals, exposures, rngs).items():
+                fits[name] = self._keep(seen)
         return fits
 
-    def _keep(self, seen: Seen, exposure: Exposure) -> float | None:
+    def _keep(self, seen: Seen) -> float | None:
         """Keep a belief after a scan; return the share explained where beams reached the object."""
-        belief = seen.belief
+        belief, exposure = seen.belief, seen.exposure
         if seen.is_observed:
             belief = altered(belief, last_observed_ns=exposure.scan.stamp_ns)
         self._believed.keep([(exposure.name, belief)])

@@ -12,14 +12,14 @@ import math
 from dataclasses import dataclass
 from functools import lru_cache
 from statistics import NormalDist
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from objstate.building.model import MovableObject
 from objstate.building.outline import outline
 from objstate.config import FurnitureSettings
-from objstate.geometry import FloatArray, wrap
+from objstate.geometry import FloatArray, IntArray, wrap
 from objstate.lazy import Later, altered, lazy
 from objstate.objects.belief import ObjectBelief
 from objstate.objects.proposals import TracedOutline
@@ -255,7 +255,7 @@ class FurnitureMixture:
             self.stamp_ns,
         )
 
-    def given(self, beams: Beams, noise: Noise, shape: Shape) -> tuple[FurnitureMixture, int]:
+    def given(self, beams: Beams, noise: Noise, shape: Shape) -> tuple[Conditioned, int]:
         """Bayes' rule for a scan, and the number of beams that reach the most probable place."""
         means = np.zeros((len(self.weights), kernels.ERRORS))
         means[:, :3] = self.robots
@@ -276,32 +276,9 @@ class FurnitureMixture:
             )
         places = self.places + means[:, ORDER]
         places[:, 2] = wrap(places[:, 2])
-        weights = self.weights * np.exp(log_evidence - log_evidence.max())
-        weights /= weights.sum()
+        log_weights = np.log(np.maximum(self.weights, NEVER)) + log_evidence
         robots = np.ascontiguousarray(means[:, :3])
-        return self._reduced(weights, places, robots, covariances), int(reached)
-
-    def _reduced(
-        self, weights: FloatArray, places: FloatArray, robots: FloatArray, covariances: FloatArray
-    ) -> FurnitureMixture:
-        """The mixture with components at the same place merged, and the heaviest of those found."""
-        symmetry = self.piece.item.symmetry
-        furniture_kernels.merge(
-            weights, places, robots, covariances, symmetry.order, symmetry.centre, LEAST
-        )
-        cells = 1 + OF_PRIOR + NEARBY
-        found = cells + np.flatnonzero(weights[cells:] > LEAST)
-        found = found[np.argsort(-weights[found], kind="stable")[:FOUND]]
-        kept = np.concatenate([np.arange(cells), found])
-        weights = np.maximum(weights[kept], NEVER)
-        return FurnitureMixture(
-            self.piece,
-            weights / weights.sum(),
-            places[kept],
-            robots[kept],
-            covariances[kept],
-            self.stamp_ns,
-        )
+        return Conditioned(self, log_weights, places, robots, covariances), int(reached)
 
     def circles(self) -> FloatArray:
         """(c, 3) x, y, radius m of circles that hold the object, by component, given presence."""
@@ -329,6 +306,49 @@ class FurnitureMixture:
             presence=self.presence,
             stamp_ns=self.stamp_ns,
             joint=self,
+        )
+
+
+class Conditioned(NamedTuple):
+    """The components of a mixture after a scan."""
+
+    mixture: FurnitureMixture  # before it
+    log_weights: FloatArray  # (c,) logarithms of prior weight times likelihood
+    places: FloatArray  # (c, 3) as in the mixture
+    robots: FloatArray
+    covariances: FloatArray
+
+    @property
+    def alone(self) -> FloatArray:
+        """(c,) weights, if nothing else is known of where it stands."""
+        weights = np.exp(self.log_weights - self.log_weights.max())
+        return np.asarray(weights / weights.sum())
+
+    def only(self, chosen: IntArray) -> Conditioned:
+        """Some of the components."""
+        return Conditioned(self.mixture, *(each[chosen] for each in self[1:]))
+
+    def weighed(self, weights: FloatArray) -> FurnitureMixture:
+        """The mixture of weights (c,); components at one place are merged, the heaviest kept."""
+        mixture, weights = self.mixture, weights.copy()
+        places, robots = self.places.copy(), self.robots.copy()
+        covariances = self.covariances.copy()
+        symmetry = mixture.piece.item.symmetry
+        furniture_kernels.merge(
+            weights, places, robots, covariances, symmetry.order, symmetry.centre, LEAST
+        )
+        cells = 1 + OF_PRIOR + NEARBY
+        found = cells + np.flatnonzero(weights[cells:] > LEAST)
+        found = found[np.argsort(-weights[found], kind="stable")[:FOUND]]
+        kept = np.concatenate([np.arange(cells), found])
+        weights = np.maximum(weights[kept], NEVER)
+        return FurnitureMixture(
+            mixture.piece,
+            weights / weights.sum(),
+            places[kept],
+            robots[kept],
+            covariances[kept],
+            mixture.stamp_ns,
         )
 
 

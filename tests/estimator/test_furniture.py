@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from objstate.building.model import Building, Mesh, MovableObject
 from objstate.config import Dynamics, FurnitureSettings, ObjectRule, Settings
-from objstate.estimator.exposure import Exposures
+from objstate.estimator.exposure import Exposure, Exposures
 from objstate.estimator.furniture import Furniture
 from objstate.estimator.sight import Sight
 from objstate.estimator.surroundings import Surroundings
@@ -51,6 +51,17 @@ def rule(prior_std_m: float, prior: str = "gaussian", **also: object) -> Setting
     return Settings(objects=(ObjectRule.model_validate(told | also),))
 
 
+class Blurred:
+    """The exposures of a scan, before a background that is known to a centimetre."""
+
+    def __init__(self, exposures: Exposures) -> None:
+        self.exposures = exposures
+
+    def of(self, name: str, unless: Collection[str] = ()) -> Exposure:
+        exposure = self.exposures.of(name, unless)
+        return replace(exposure, blur=np.full(len(exposure.scan), 0.01**2))
+
+
 class Watch:
     """Looks at a piece of furniture in a room of 6 by 6 m, and what is believed of it."""
 
@@ -80,8 +91,11 @@ class Watch:
                              self.surroundings)  # fmt: skip
             surfaces = self.sensing.surfaces(sight.height)
             exposures = Exposures(sight, vantage, surfaces, {}, 0.0, lambda *_: CARRIED)
-            exposure = replace(exposures.of(self.item.name), blur=np.full(len(scan), 0.01**2))
-            self.belief, _, _ = self.furniture.observe(self.belief, exposure, self.rng)
+            name = self.item.name
+            seen = self.furniture.observe(
+                [name], {name: self.belief}, Blurred(exposures), {name: self.rng}
+            )
+            self.belief = seen[name].belief
         return self.belief
 
 

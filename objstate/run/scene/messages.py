@@ -10,6 +10,7 @@ import numpy as np
 from objstate.building.model import Kind, MovableObject
 from objstate.geometry import FloatArray
 from objstate.objects import ObjectBelief
+from objstate.recording.candidates import Found
 from objstate.recording.messages import (
     BASE,
     MAP,
@@ -48,6 +49,8 @@ SCALES = {
 }
 GHOST = (0.95, 0.73, 0.31)  # red, green, blue
 TRUE = (0.04, 0.48, 0.46)
+UNKNOWN = (0.82, 0.31, 0.82)
+DELETE_ALL = 3  # an action of visualization_msgs/Marker
 SECTOR_STEP = np.radians(4.0)  # of the fan that fills an interval
 SECTOR_HEIGHT = 0.02  # m above the lowest point of the leaf, so that no floor hides it
 EDGES = np.array(  # of a box, as pairs of corners numbered by their bits
@@ -118,6 +121,25 @@ def truth_message(stamp_ns: int, states: Iterable[tuple[MovableObject, FloatArra
         _marker(stamp_ns, "truth", number, LINE_LIST, _edges(item, state), 0.9, TRUE)
         for number, (item, state) in enumerate(states)
     ]
+    return make(MARKERS, markers=markers)
+
+
+def candidates_message(stamp_ns: int, found: Iterable[Found], height: float) -> Any:
+    """Outlines of candidates for objects, from the floor to a laser's ``height`` m, and labels."""
+    markers = [_marker(stamp_ns, "candidate", 0, LINE_LIST, np.empty((0, 3)), 0.0)]
+    markers[0].action = DELETE_ALL
+    for number, each in enumerate(found):
+        corners = np.array(each.outline)
+        rims = [np.column_stack([corners, np.full(len(corners), z)]) for z in (0.0, height)]
+        low, high = rims
+        sides = [(rim, np.roll(rim, -1, axis=0)) for rim in rims] + [(low, high)]
+        lines = np.concatenate([np.stack(side, axis=1).reshape(-1, 3) for side in sides])
+        above = np.array([[each.x, each.y, height + LABEL_HEIGHT]])
+        text = f"{each.name}: {each.probability:.2f}"
+        markers += [
+            _marker(stamp_ns, "candidate", number, LINE_LIST, lines, each.probability, UNKNOWN),
+            _marker(stamp_ns, "candidate_name", number, TEXT, above, 0.9, UNKNOWN, text),
+        ]
     return make(MARKERS, markers=markers)
 
 

@@ -29,6 +29,7 @@ from objstate.recording.tables import read_truth
 from objstate.recording.tum import read_tum
 from objstate.records import Estimate, Record, Scan
 from objstate.records import Path as RobotPath
+from objstate.run.candidates import found_of
 from objstate.run.floor import Floor
 from objstate.run.scene import LAYOUT, SCENE
 from objstate.run.scene.ground import GRID, grid_message, map_message
@@ -40,6 +41,7 @@ from objstate.run.scene.messages import (
     MARKERS,
     PATH,
     beams_message,
+    candidates_message,
     ghosts_message,
     joints_message,
     path_message,
@@ -121,6 +123,7 @@ class SceneRecorder:
         self._floor = floor
         self._beliefs_ns: int | None = None
         self._floor_ns: int | None = None
+        self._height = 0.0  # m above the floor of the first scan's laser
         self._true_states: dict[str, tuple[float, ...]] = {}  # that were last written
 
     def note(self, record: Record, estimator: Estimator, estimates: Sequence[Estimate]) -> None:
@@ -152,8 +155,8 @@ class SceneRecorder:
         now, heights = scan.stamp_ns, scan.rays.origins[:, 2]
         description = make(STRING, data=self_contained_urdf(self._building))
         self._write("/robot_description", STRING, now, description)
-        height = float(heights[0]) if len(heights) else 0.0
-        self._write("/map", GRID, now, map_message(now, self._building, height))
+        self._height = float(heights[0]) if len(heights) else 0.0
+        self._write("/map", GRID, now, map_message(now, self._building, self._height))
         if self._true_path is not None:
             self._write("/true_path", PATH, now, path_message(now, self._true_path))
 
@@ -167,6 +170,10 @@ class SceneRecorder:
         values = floor.occupied(now, estimator)
         if values is not None and floor.grid is not None:
             self._write("/grid", GRID, now, grid_message(now, values, floor.grid.layout))
+        if floor.candidates is not None:
+            found = found_of(floor.candidates)
+            message = candidates_message(now, found, self._height)
+            self._write("/candidates", MARKERS, now, message)
 
     def _write_particles(self, now: int, robot: PoseBelief) -> None:
         shown = robot.thinned(PARTICLES, np.random.default_rng(now))

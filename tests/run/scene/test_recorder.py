@@ -74,7 +74,7 @@ def decoded(schema: Any, data: bytes) -> Any:
 def test_every_topic_is_there(messages: dict[str, list[tuple[int, Any]]]) -> None:
     assert set(messages) == {
         "/robot_description", "/tf", "/beams/laser", "/particles", "/joint_states", "/intervals",
-        "/object_states", "/diagnostics", "/map", "/truth", "/true_path", "/grid",
+        "/object_states", "/diagnostics", "/map", "/truth", "/true_path", "/grid", "/candidates",
     }  # fmt: skip
     (_, description), = messages["/robot_description"]  # fmt: skip
     robot = ElementTree.fromstring(description.data)

@@ -10,10 +10,11 @@ from objstate.config import Settings, parse_strict
 from objstate.estimator import Estimator
 from objstate.geometry import FloatArray
 from objstate.objects import ObjectBelief
+from objstate.recording.candidates import Found
 from objstate.recording.ros import ros2_types
 from objstate.records import TrueState
 from objstate.run.scene.ground import MOST_CELLS, map_message
-from objstate.run.scene.messages import ghosts_message, joints_message
+from objstate.run.scene.messages import candidates_message, ghosts_message, joints_message
 from objstate.run.scene.states import (
     STALE,
     STATES,
@@ -96,3 +97,17 @@ def test_the_map_of_a_very_large_building_has_larger_cells() -> None:
 def test_a_building_without_walls_has_a_map_of_one_free_cell() -> None:
     grid = map_message(NOW, building(enclosure(8.0, 6.0)), 99.0)
     assert grid.data.tolist() == [0]
+
+
+def test_candidates_are_drawn_from_the_floor_to_the_laser_and_earlier_ones_removed() -> None:
+    outline = ((0.0, 0.0), (0.4, 0.0), (0.4, 0.6), (0.0, 0.6))
+    crate = Found("unknown_3", 0.75, 4, 0.2, 0.3, 0.0, 0.6, 0.4, 0, NOW, outline)
+    first, lines, label = candidates_message(NOW, [crate], 0.3).markers
+    assert first.action == 3
+    points = np.array([[point.x, point.y, point.z] for point in lines.points])
+    assert len(points) == 2 * 3 * len(outline)
+    assert {tuple(corner) for corner in points[:, :2].tolist()} == set(outline)
+    assert set(points[:, 2].tolist()) == {0.0, 0.3}
+    assert lines.color.a == pytest.approx(0.75)
+    assert label.text == "unknown_3: 0.75"
+    assert len(candidates_message(NOW, [], 0.3).markers) == 1
