@@ -265,6 +265,7 @@ class FurnitureSettings(Strict):
     prior_std_deg: Positive = 15.0
     dynamics: Dynamics = Dynamics(moves_per_hour=1.0, drift_deg=0.1, drift_m=0.001)
     presence: Annotated[float, Field(gt=0, lt=1)] = 0.95  # probability that it is there
+    motion: Literal["carried", "pushed"] = "carried"  # pushed: it may move while it is seen
     samples: Samples = 400  # in marginal inference
     nudge_m: Positive = 0.1  # deviation of small moves, which are as frequent as moves to the prior
     nudge_deg: Positive = 20.0
@@ -299,6 +300,7 @@ class ObjectRule(Strict):
     dynamics: Dynamics | None = None
     rest: Rest | None = None
     presence: Annotated[float, Field(gt=0, lt=1)] | None = None
+    motion: Literal["carried", "pushed"] | None = None
 
     @model_validator(mode="before")
     @classmethod

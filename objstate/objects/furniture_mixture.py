@@ -21,6 +21,7 @@ from objstate.building.outline import outline
 from objstate.config import FurnitureSettings
 from objstate.geometry import FloatArray, IntArray, wrap
 from objstate.lazy import Later, altered, lazy
+from objstate.objects import pushing
 from objstate.objects.belief import ObjectBelief
 from objstate.objects.proposals import TracedOutline
 from objstate.objects.shape import shape_of
@@ -58,6 +59,11 @@ class Piece:
 
     item: MovableObject
     settings: FurnitureSettings
+
+    @property
+    def columns(self) -> int:
+        """Number of columns that describe a component's velocity."""
+        return pushing.COLUMNS if self.settings.motion == "pushed" else 0
 
     @lazy
     def prior_covariance(self) -> FloatArray:
@@ -117,6 +123,7 @@ class FurnitureMixture:
     places: FloatArray  # (c, 3) x, y, yaw
     robots: FloatArray  # (c, 3) mean error of the robot's pose
     covariances: FloatArray  # (c, 7, 7) of errors, see ``mixture_kernels``
+    motions: FloatArray  # (c, 10) of furniture that may be pushed, see ``pushing``; else (c, 0)
     stamp_ns: int | None = None
 
     @staticmethod
@@ -166,6 +173,7 @@ class FurnitureMixture:
             all_places,
             np.zeros((len(all_places), 3)),
             covariances,
+            np.zeros((len(all_places), piece.columns)),
         )
 
     def at(self, stamp_ns: int | None) -> FurnitureMixture:
@@ -176,6 +184,12 @@ class FurnitureMixture:
     def presence(self) -> float:
         """Probability that it is there."""
         return float(1.0 - self.weights[ABSENT])
+
+    @property
+    def p_moving(self) -> float:
+        """Probability that it is being pushed, if it is there."""
+        weights = self.weights[1:]
+        return float(weights[pushing.moving(self.motions[1:])].sum() / weights.sum())
 
     @property
     def best(self) -> FloatArray:
@@ -213,7 +227,10 @@ class FurnitureMixture:
                 covariances[part],
             )
             first += len(cells)
-        return FurnitureMixture(piece, weights, places, robots, covariances, self.stamp_ns)
+        after = weights, places, robots, covariances, self.motions
+        if piece.columns:
+            after = _pushed(seconds, *after)
+        return FurnitureMixture(piece, *after, self.stamp_ns)
 
     def density(self, places: FloatArray) -> FloatArray:
         """Density (p,) at places (p, 3) of components that are wider than proposed ones."""
@@ -246,12 +263,16 @@ class FurnitureMixture:
         covariances = np.zeros((len(proposed), kernels.ERRORS, kernels.ERRORS))
         covariances[:, :3, :3] = robot
         covariances[:, ORDER, ORDER] = std**2
+        motions = pushing.shared(
+            self.motions, self.weights, self.places, self.covariances, proposed, std
+        )
         return FurnitureMixture(
             self.piece,
             np.concatenate([self.weights, weights]),
             np.concatenate([self.places, proposed]),
             np.concatenate([self.robots, np.zeros((len(proposed), 3))]),
             np.concatenate([self.covariances, covariances]),
+            np.concatenate([self.motions, motions]),
             self.stamp_ns,
         )
 
@@ -274,11 +295,14 @@ class FurnitureMixture:
                 covariances[part],
                 log_evidence[part],
             )
-        places = self.places + means[:, ORDER]
+        shift = means[:, ORDER]
+        places = self.places + shift
         places[:, 2] = wrap(places[:, 2])
         log_weights = np.log(np.maximum(self.weights, NEVER)) + log_evidence
         robots = np.ascontiguousarray(means[:, :3])
-        return Conditioned(self, log_weights, places, robots, covariances), int(reached)
+        motions = pushing.corrected(self.motions, self.covariances, covariances, shift[:, :2])
+        after = Conditioned(self, log_weights, places, robots, covariances, motions)
+        return after, int(reached)
 
     def circles(self) -> FloatArray:
         """(c, 3) x, y, radius m of circles that hold the object, by component, given presence."""
@@ -306,6 +330,7 @@ class FurnitureMixture:
             presence=self.presence,
             stamp_ns=self.stamp_ns,
             joint=self,
+            p_moving=np.array([self.p_moving]),
         )
 
 
@@ -317,6 +342,7 @@ class Conditioned(NamedTuple):
     places: FloatArray  # (c, 3) as in the mixture
     robots: FloatArray
     covariances: FloatArray
+    motions: FloatArray
 
     @property
     def alone(self) -> FloatArray:
@@ -333,10 +359,14 @@ class Conditioned(NamedTuple):
         mixture, weights = self.mixture, weights.copy()
         places, robots = self.places.copy(), self.robots.copy()
         covariances = self.covariances.copy()
-        symmetry = mixture.piece.item.symmetry
-        furniture_kernels.merge(
-            weights, places, robots, covariances, symmetry.order, symmetry.centre, LEAST
-        )
+        symmetry, is_moving = mixture.piece.item.symmetry, pushing.moving(self.motions)
+        modes = [each for each in (~is_moving, is_moving) if each.any()]
+        for mode in modes:
+            own = weights * mode
+            furniture_kernels.merge(
+                own, places, robots, covariances, symmetry.order, symmetry.centre, LEAST
+            )
+            weights[mode] = own[mode]
         cells = 1 + OF_PRIOR + NEARBY
         found = cells + np.flatnonzero(weights[cells:] > LEAST)
         found = found[np.argsort(-weights[found], kind="stable")[:FOUND]]
@@ -348,8 +378,26 @@ class Conditioned(NamedTuple):
             places[kept],
             robots[kept],
             covariances[kept],
+            self.motions[kept],
             mixture.stamp_ns,
         )
+
+
+def _pushed(
+    seconds: float,
+    weights: FloatArray,
+    places: FloatArray,
+    robots: FloatArray,
+    covariances: FloatArray,
+    motions: FloatArray,
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+    """The components (c,) after some time in which they may begin and cease to be pushed."""
+    left, of, parts, new = pushing.switched(seconds, weights, motions, ABSENT)
+    places, covariances = (np.concatenate([each, each[of]]) for each in (places, covariances))
+    motions = np.concatenate([motions, new])
+    pushing.advance(seconds, places, covariances, motions)
+    robots = np.concatenate([robots, robots[of]])
+    return np.concatenate([left, parts]), places, robots, covariances, motions
 
 
 def traced(item: MovableObject, height: float) -> TracedOutline | None:

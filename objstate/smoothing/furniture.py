@@ -169,6 +169,11 @@ def _published(piece: Piece, mixture: Places, belief: ObjectBelief) -> ObjectBel
     covariances = np.zeros((len(mixture.weights), kernels.ERRORS, kernels.ERRORS))
     covariances[np.ix_(range(len(covariances)), ORDER, ORDER)] = mixture.covariances
     whole = FurnitureMixture(
-        piece, mixture.weights, mixture.places, np.zeros((len(covariances), 3)), covariances
+        piece,
+        mixture.weights,
+        mixture.places,
+        np.zeros((len(covariances), 3)),
+        covariances,
+        np.zeros((len(covariances), piece.columns)),
     )
     return whole.sampled(belief)

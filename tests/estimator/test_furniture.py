@@ -145,7 +145,7 @@ def test_as_time_goes_by_weights_sum_to_one_and_presence_returns_to_the_priors(
     weights = mixture.weights.copy()
     weights[0], weights[1:] = 1.0 - presence, presence / (len(weights) - 1)
     known = FurnitureMixture(
-        mixture.piece, weights, mixture.places, mixture.robots, mixture.covariances
+        mixture.piece, weights, mixture.places, mixture.robots, mixture.covariances, mixture.motions
     )
     later = known.later(3600.0 * hours, 0.5 * np.eye(3), 0.75 * KNOWN, KNOWN)
     assert later.weights.sum() == pytest.approx(1.0)

@@ -35,6 +35,7 @@ def mixture(weights: Sequence[float], places: Sequence[tuple[float, float]]) -> 
         np.concatenate([BLANK.places, at]),
         np.concatenate([BLANK.robots, np.zeros((len(at), 3))]),
         np.concatenate([BLANK.covariances, covariances]),
+        np.zeros((len(cells) + len(at), 0)),
     )
 
 
@@ -46,7 +47,8 @@ def seen(
     shows = (off < 0.1).any(axis=1) & (np.arange(len(off)) >= len(BLANK.weights))
     log_likelihood = np.where(shows, nats, 0.0)
     log_weights = np.log(before.weights) + log_likelihood
-    return Conditioned(before, log_weights, before.places, before.robots, before.covariances)
+    return Conditioned(before, log_weights, before.places, before.robots, before.covariances,
+                       before.motions)  # fmt: skip
 
 
 def at(after: FurnitureMixture, place: tuple[float, float]) -> float:
