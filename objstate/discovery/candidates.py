@@ -14,9 +14,9 @@ from objstate.building.model import Building
 from objstate.building.occupancy import OccupancyMap
 from objstate.config import BeamModelSettings
 from objstate.discovery.doorway import doorway, together
-from objstate.discovery.explaining import Explained, explain
+from objstate.discovery.explaining import Explained, Refined, explain
 from objstate.discovery.gathering import Beams
-from objstate.discovery.walls import distinct, openings, wall_lines
+from objstate.discovery.walls import distinct, fitted, openings, wall_lines
 from objstate.geometry import FloatArray
 
 LEAST = 0.05  # probability below which a doorway isn't worth telling of
@@ -54,7 +54,7 @@ def find_doors(
     on_progress: Progress | None = None,
 ) -> list[Candidate]:
     """Doors of a map in what drives saw, the most probable first, named in that order."""
-    lines = wall_lines(outline(walls.walls, HEIGHT))
+    lines = fitted(wall_lines(outline(walls.walls, HEIGHT)), beams)
     places = together(distinct(openings(lines, plan, beams)))
     found: list[Candidate] = []
     for number, place in enumerate(places):
@@ -63,13 +63,12 @@ def find_doors(
         seen = doorway(place, beams, settings)
         explained = explain(seen, plan) if seen.groups else None
         if explained is not None and explained.probability >= LEAST:
-            found.append(_candidate(explained))
+            found += [_candidate(explained, each) for each in explained.leaves]
     found.sort(key=lambda each: (-each.probability, -each.log_odds))
     return _named(_apart(found))
 
 
-def _candidate(explained: Explained) -> Candidate:
-    best = explained.best
+def _candidate(explained: Explained, best: Refined) -> Candidate:
     leaf = best.leaf
     cos, sin = np.cos(leaf.bearing), np.sin(leaf.bearing)
     axes = np.array([[cos, sin], [-sin, cos]])

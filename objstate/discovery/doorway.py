@@ -23,9 +23,11 @@ MOST_SCANS = 20  # of one look
 # beams of a look that tell something of their own: all share the robot's and the map's error
 TOLD = 150.0
 ROUGH = 250  # beams of a look for a first search
+STAYS, UNMOVED = 0.9, 0.5  # probability that a door stands as before: in the same drive, in the next
 MARGIN = 0.3  # m about all places of a leaf that count
 TOLERANCE, INSET = 0.75, 0.5  # cells, as `building from-map` straightens walls
 DEEP = 0.27  # m from the wall's line, within which a closed leaf may lie
+FILLED = 0.7  # of an opening's width that something covers which closes it
 JAMB = 0.03  # m of a jamb that stays when a doorway is cleared
 
 
@@ -40,6 +42,7 @@ class Doorway:
     group: IntArray = field(repr=False)  # (n,) number of the look
     groups: int
     exponents: FloatArray  # (groups,) on the likelihood of each look
+    stays: FloatArray  # (groups,) probability that nothing was moved since the look before, or the map
     model: FloatArray = field(repr=False)  # (5,) beam model
 
     @property
@@ -81,9 +84,11 @@ def doorway(found: list[Opening], beams: Beams, settings: BeamModelSettings) -> 
     middle = np.mean([opening.middle for opening in found], axis=0)
     radius = widest / 2 + leaf + MARGIN
     inside, past = _through(beams, middle, radius)
-    group = _looks(beams, inside, middle)
+    group = _looks(beams, inside)
     chosen = np.flatnonzero(group >= 0)
     index = inside[chosen]
+    first = np.unique(group[chosen], return_index=True)[1]
+    is_same = np.diff(beams.drive[index[first]], prepend=-1) == 0
     model = BeamModel(settings)
     peak, per_sigma, random, missing, hit = model.parameters(1.0)[:5]
     ranges = beams.ranges[index]
@@ -105,6 +110,7 @@ def doorway(found: list[Opening], beams: Beams, settings: BeamModelSettings) -> 
         group=group[chosen],
         groups=int(group.max(initial=-1)) + 1,
         exponents=exponents(group[chosen]),
+        stays=np.where(is_same, STAYS, UNMOVED),
         model=np.array([hit, per_sigma, peak, random, missing]),
     )
 
@@ -120,7 +126,7 @@ def _through(beams: Beams, middle: FloatArray, radius: float) -> tuple[IntArray,
     return index, (along + half)[index]
 
 
-def _looks(beams: Beams, index: IntArray, middle: FloatArray) -> IntArray:
+def _looks(beams: Beams, index: IntArray) -> IntArray:
     """(n,) the number of each beam's look, without a pause in which a door may be moved; -1: left out."""
     out = np.full(len(index), -1)
     scans, place = np.unique(beams.scan[index], return_inverse=True)
@@ -181,6 +187,13 @@ class Cells:
         """(n,) the cells between its jambs."""
         along, aside = beside(self.middles, opening.start, opening.bearing)
         return (along > JAMB) & (along < opening.width - JAMB) & (np.abs(aside) < DEEP)
+
+    def fills(self, opening: Opening) -> bool:
+        """Whether something in the map closes an opening, within a wall's depth."""
+        inside = self.in_doorway(opening)
+        along, _ = beside(self.middles[inside], opening.start, opening.bearing)
+        bins = np.unique(np.floor(along / self.plan.resolution))
+        return len(bins) * self.plan.resolution > FILLED * (opening.width - 2 * JAMB)
 
     def on_leaf(self, hinge: FloatArray, bearing: float, width: float) -> BoolArray:
         """(n,) the cells about a leaf; those at its hinge are the jamb."""

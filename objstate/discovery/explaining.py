@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from objstate.building.occupancy import OccupancyMap
-from objstate.discovery.doorway import Doorway
+from objstate.discovery.doorway import Doorway, beside
 from objstate.discovery.proposals import backgrounds, proposals
-from objstate.discovery.scoring import Behind, Lattice, Leaf, gains, log_joint, turned
+from objstate.discovery.scoring import Behind, Lattice, Leaf, chained, gains, log_joint, turned
 from objstate.geometry import FloatArray
 
 LOG_DOOR = np.log(0.5)  # prior of a doorway to have a leaf
@@ -18,7 +18,6 @@ LOG_BARE = np.log(0.5)
 LOG_KINDS = np.log(0.25)  # of the side of the hinge and the way it opens
 THING = -16.0  # nats: place, direction and length of something straight, of all there might be
 PLUG = -6.0  # nats: something that fills a doorway, such as a shelf, at some depth
-LOG_HALF = np.log(0.5)
 REFINED = 4  # leaves
 FINE, ABOUT = np.radians(0.75), np.radians(6.0)  # angles of a refined leaf
 SCALE = np.array([0.02, 0.02, np.radians(1.0), 0.02])  # m, m, rad, m: about a posterior's width
@@ -34,13 +33,14 @@ class Refined:
     covariance: FloatArray  # (4, 4) of hinge, bearing and width
     log_evidence: float
     angles: FloatArray  # (groups,) rad, the most probable of each look
+    log_prior: float  # the evidence without the likelihood of the most probable angles
 
 
 @dataclass(frozen=True, eq=False)
 class Explained:
     """What a doorway holds."""
 
-    best: Refined
+    leaves: tuple[Refined, ...]  # one, or the two of a double door
     probability: float
     log_door: float  # evidence, against the map as it is
     log_bare: float
@@ -59,19 +59,44 @@ def explain(place: Doorway, plan: OccupancyMap) -> Explained | None:
     if not found:
         return None
     base = float(as_is.log_likelihood.sum())
-    best = max(found, key=lambda each: each.log_evidence)
+    leaves: tuple[Refined, ...] = (max(found, key=lambda each: each.log_evidence),)
     kinds: dict[tuple[int, bool, float], float] = {}
     for each in found:
         key = each.leaf.sense, each.leaf.from_end, each.leaf.share
         kinds[key] = max(kinds.get(key, -np.inf), each.log_evidence)
-    door = float(np.logaddexp.reduce(list(kinds.values()))) + LOG_KINDS + LOG_DOOR - base
+    several = list(kinds.values())
+    for first in [each for each in found if each.leaf.share < 1.0]:
+        second = _second(place, first)
+        if second is not None:
+            found.append(second)
+            both = first.log_prior + second.log_evidence
+            if both > max(several):
+                leaves = first, second
+            several.append(both)
+    door = float(np.logaddexp.reduce(several)) + LOG_KINDS + LOG_DOOR - base
     things = _things(found)
     bare = max(
         _bare(place, as_is, open_, things) for several in cleared.values() for open_ in several
     )
     bare += LOG_BARE - base
     odds = door - bare
-    return Explained(best, float(1.0 / (1.0 + np.exp(-np.clip(odds, -50, 50)))), door, bare)
+    return Explained(leaves, float(1.0 / (1.0 + np.exp(-np.clip(odds, -50, 50)))), door, bare)
+
+
+def _second(place: Doorway, first: Refined) -> Refined | None:
+    """The other leaf of a double door, and its evidence with the first one in its angles."""
+    opening, leaf = place.openings[first.leaf.about], first.leaf
+    start, bearing = (
+        (opening.start, opening.bearing)
+        if leaf.from_end
+        else (opening.end, opening.bearing + np.pi)
+    )
+    own = (opening.end, opening.bearing + np.pi) if leaf.from_end else (opening.start, opening.bearing)
+    _, aside = beside(leaf.hinge[None], *own)
+    hinge = start - float(aside[0]) * np.array([-np.sin(bearing), np.cos(bearing)])
+    other = Leaf(hinge, bearing, -leaf.sense, leaf.width, leaf.about, not leaf.from_end, leaf.share)
+    behind = first.behind.before(place, leaf, first.angles)
+    return _refine(place, behind, other)
 
 
 def _tried(place: Doorway, plan: OccupancyMap) -> list[tuple[int, Leaf]]:
@@ -94,7 +119,8 @@ def _refine(place: Doorway, behind: Behind, leaf: Leaf) -> Refined | None:
     from scipy.optimize import minimize
 
     whole = Lattice.whole()
-    lattice = whole.about(gains(place, behind, turned(leaf, whole.angles)), FINE, ABOUT)
+    gain = behind.with_map(leaf, whole.angles, gains(place, behind, turned(leaf, whole.angles)))
+    lattice = whole.about(gain, FINE, ABOUT)
     start = leaf.vector
 
     def score(offset: FloatArray) -> float:
@@ -111,9 +137,12 @@ def _refine(place: Doorway, behind: Behind, leaf: Leaf) -> Refined | None:
     full = log_joint(place, behind, leaf, whole)
     value = max(-float(found.fun), full)
     volume = 0.5 * np.linalg.slogdet(2 * np.pi * covariance)[1]
-    gain = gains(place, behind, turned(leaf, lattice.angles)) + lattice.log_prior[:, None]
-    angles = lattice.angles[np.argmax(gain, axis=0)]
-    return Refined(leaf, behind, covariance, value + float(volume), angles)
+    gain = gains(place, behind, turned(leaf, lattice.angles))
+    gain = behind.with_map(leaf, lattice.angles, gain) + lattice.log_prior[:, None]
+    best, evidence = np.argmax(gain, axis=0), value + float(volume)
+    seen = (gain - lattice.log_prior[:, None])[best, np.arange(place.groups)]
+    log_prior = evidence - float(seen.sum() + behind.log_likelihood.sum())
+    return Refined(leaf, behind, covariance, evidence, lattice.angles[best], log_prior)
 
 
 def _covariance(score: Callable[[FloatArray], float], middle: FloatArray) -> FloatArray | None:
@@ -153,23 +182,30 @@ def _things(found: list[Refined]) -> list[tuple[float, FloatArray]]:
 def _bare(
     place: Doorway, as_is: Behind, open_: Behind, things: list[tuple[float, FloatArray]]
 ) -> float:
-    """Log evidence of a doorway without a leaf: in each look as drawn, or open, with things where they pay.
+    """Log evidence of a doorway without a leaf: in each look as drawn, or open, or with things.
 
     A thing may stand in any of the looks, and is paid for once.
     """
-    total = np.logaddexp(as_is.log_likelihood, open_.log_likelihood) + LOG_HALF
+    logs = [as_is.log_likelihood, open_.log_likelihood]
+
+    def total(more: list[FloatArray]) -> float:
+        gain = np.array([*logs, *more])
+        prior = np.full(len(gain), -np.log(len(gain)))
+        first = np.full(len(gain), -np.inf)
+        first[0] = open_.log_map_bare
+        return chained(first, prior, gain, place.stays)
+
+    value, chosen = total([]), list[FloatArray]()
     if not things:
-        return float(total.sum())
-    gain = gains(place, open_, np.array([each for _, each in things]))
-    costs = np.array([cost for cost, _ in things])
-    value, left = 0.0, list(range(len(things)))
+        return value
+    gain = open_.log_likelihood + gains(place, open_, np.array([each for _, each in things]))
+    costs, spent, left = [cost for cost, _ in things], 0.0, list(range(len(things)))
     while left:
-        better = np.maximum(open_.log_likelihood + gain[left] + 2 * LOG_HALF, total)
-        pays = costs[left] + (better - total).sum(axis=1)
+        pays = [spent + costs[k] + total([*chosen, gain[k]]) for k in left]
         best = int(np.argmax(pays))
-        if pays[best] <= 0:
+        if pays[best] <= value:
             break
-        value += costs[left[best]]
-        total = better[best]
-        left.pop(best)
-    return value + float(total.sum())
+        value, number = pays[best], left.pop(best)
+        spent += costs[number]
+        chosen.append(gain[number])
+    return value

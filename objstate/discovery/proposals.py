@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 
 from objstate.building.occupancy import OccupancyMap
 from objstate.discovery.doorway import Cells, Doorway, background, beside
-from objstate.discovery.scoring import Behind, Leaf
-from objstate.geometry import FloatArray
+from objstate.discovery.scoring import DRAWN, Behind, Leaf
+from objstate.geometry import BoolArray, FloatArray
+
+SHIFTS = np.arange(-0.06, 0.061, 0.015)  # m, of the map across a wall
+SHIFT_STD = 0.03  # m
+TURNS = np.radians(np.arange(-155.0, 156.0, 5.0))  # of a leaf in the map that are tried
+LEAST_TURN = np.radians(24.0)  # what stands nearer may be the wall
+ABOUT = 0.1, 0.2  # m along the wall and across it within which a hinge lies about a jamb
+DRAWN_SHARE = 0.7  # of a leaf's length that the map shows
+LONGER = 8  # cells beyond a leaf's end that have to be free
 
 
 def proposals(place: Doorway) -> list[Leaf]:
@@ -28,42 +38,85 @@ def proposals(place: Doorway) -> list[Leaf]:
 
 
 def backgrounds(place: Doorway, plan: OccupancyMap) -> tuple[Behind, dict[int, list[Behind]]]:
-    """The map as it is, and by opening without what it shows in the doorway, and without leaves there."""
+    """The map as it is, and by opening without what it shows in the doorway, and without leaves there.
+
+    The map is shifted across the wall so that it fits the readings best.
+    """
     cells = Cells.about(plan, place.middle, place.radius + 0.3)
-    as_is = Behind(*background(place, cells.segments()))
+    bearing = place.openings[0].bearing
+    across = np.tile([-np.sin(bearing), np.cos(bearing)], 2)
+    segments = cells.segments()
+    shifts = [shift * across for shift in SHIFTS]
+    fits = [
+        background(place, segments + shift)[1].sum() - 0.5 * (float(np.hypot(*shift[:2])) / SHIFT_STD) ** 2
+        for shift in shifts
+    ]
+    shift = shifts[int(np.argmax(fits))]
+    as_is = Behind(*background(place, segments + shift))
     cleared = {}
     for about, opening in enumerate(place.openings):
         between = cells.in_doorway(opening)
-        variants = [between]
-        for hinge, bearing in (
-            (opening.start, opening.bearing),
-            (opening.end, opening.bearing + np.pi),
+        fills = cells.fills(opening)
+        leaves: list[tuple[tuple[bool | None, float], BoolArray]] = []
+        for from_end, start, bearing in (
+            (False, opening.start, opening.bearing),
+            (True, opening.end, opening.bearing + np.pi),
         ):
-            for turn in _drawn(cells, hinge, bearing, opening.width):
-                variants.append(between | cells.on_leaf(hinge, bearing + turn, opening.width))
-        cleared[about] = [Behind(*background(place, cells.segments(each))) for each in variants]
+            for hinge, turn in _drawn(cells, start, bearing, opening.width):
+                leaf = cells.on_leaf(hinge, bearing + turn, opening.width)
+                leaves.append(((from_end, turn), between | leaf))
+        inside: tuple[bool | None, float] | None = (None, 0.0) if fills else None
+        left = DRAWN if leaves else 0.0
+        cleared[about] = [
+            _without(place, cells.segments(each) + shift, as_is, drawn, log_left)
+            for drawn, each, log_left in ((inside, between, left), *((*leaf, 0.0) for leaf in leaves))
+        ]
     return as_is, cleared
 
 
-def _drawn(cells: Cells, hinge: FloatArray, bearing: float, width: float) -> list[float]:
-    """Turns from the closed leaf at which the map shows something as long as a leaf, and no longer."""
-    found: list[tuple[float, float]] = []
-    size = cells.plan.resolution
-    for turn in np.radians(np.arange(-175.0, 176.0, 5.0)):
-        if abs(turn) < np.radians(15.0):
-            continue
-        along, aside = beside(cells.middles, hinge, bearing + float(turn))
-        near = np.abs(aside) < 1.5 * size
-        bins = np.unique(np.floor(along[near & (along > 2 * size) & (along < width)] / size))
-        beyond = np.unique(
-            np.floor(along[near & (along > width + 2 * size) & (along < width + 8 * size)] / size)
-        )
-        share = len(bins) * size / max(width - 2 * size, size)
-        if share > 0.6 and len(beyond) <= 2:
-            found.append((share, float(turn)))
-    found.sort(reverse=True)
-    kept: list[float] = []
-    for _, turn in found:
-        if all(abs(turn - other) > np.radians(20.0) for other in kept):
-            kept.append(turn)
+def _without(
+    place: Doorway,
+    segments: FloatArray,
+    as_is: Behind,
+    drawn: tuple[bool | None, float] | None,
+    log_left: float,
+) -> Behind:
+    """A map from which something was taken out."""
+    expected, log_likelihood = background(place, segments)
+    return Behind(
+        expected, log_likelihood, drawn, as_is.log_likelihood - log_likelihood, log_left
+    )
+
+
+def _drawn(
+    cells: Cells, start: FloatArray, bearing: float, width: float
+) -> list[tuple[FloatArray, float]]:
+    """Hinges about a jamb, and turns from the closed leaf, at which the map shows a leaf.
+
+    That is something as long as a leaf, and no longer.
+    """
+    size, turns = cells.plan.resolution, TURNS[np.abs(TURNS) > LEAST_TURN]
+    near = np.hypot(*(cells.middles - start).T) < width + LONGER * size + np.hypot(*ABOUT)
+    points = cells.middles[near]
+    cos, sin = np.cos(bearing), np.sin(bearing)
+    found: list[tuple[float, FloatArray, float]] = []
+    for along, aside in product(*(np.arange(-reach, reach + 0.01, size) for reach in ABOUT)):
+        hinge = start + np.array([along * cos - aside * sin, along * sin + aside * cos])
+        off = points - hinge
+        far = np.hypot(off[:, 0], off[:, 1])
+        turned = np.arctan2(off[:, 1], off[:, 0]) - bearing - turns[:, None]
+        on_line = (np.abs(far * np.sin(turned)) < size) & (np.cos(turned) > 0.0)
+        bins = np.floor(far / size).astype(np.int64)
+        last, beyond = int(width / size), int(width / size) + LONGER
+        shown = np.zeros((len(turns), beyond + 1), dtype=bool)
+        rows, columns = np.nonzero(on_line & (bins <= beyond))
+        shown[rows, bins[columns]] = True
+        shares = shown[:, 2:last].mean(axis=1)
+        able = (shares > DRAWN_SHARE) & (shown[:, last + 2 :].sum(axis=1) <= 2)
+        found += [(float(shares[k]), hinge, float(turns[k])) for k in np.flatnonzero(able)]
+    found.sort(key=lambda each: -each[0])
+    kept: list[tuple[FloatArray, float]] = []
+    for _, hinge, turn in found:
+        if all(abs(turn - other) > np.radians(20.0) for _, other in kept):
+            kept.append((hinge, turn))
     return kept[:2]

@@ -22,6 +22,10 @@ WIDEST_TURN = np.radians(168.0)  # beyond it a leaf is like the wall that it lie
 USUAL_TURN = np.radians(110.0)  # beyond which few doors open
 CLOSED, USUAL, WIDE = 0.35, 0.55, 0.1  # where leaves are found
 CLOSED_STD = np.radians(2.0)
+DRAWN = -10.0  # nats: a map shows something as long as a leaf that ends at a jamb, and is none
+FILLED = -2.5  # nats: an opening without a leaf is filled within a wall's depth
+MISSED = -1.2  # nats: the map doesn't show a leaf that is there
+MAP_STD = np.radians(4.0)  # of the turn of a leaf in a map
 ALONG_STD, WIDTH_STD = 0.05, 0.05  # m of hinge and width about what an opening shows
 BEARING_STD = np.radians(2.0)  # about the wall's
 
@@ -51,10 +55,64 @@ class Leaf:
 
 @dataclass(frozen=True, eq=False)
 class Behind:
-    """What there is without the leaf."""
+    """What there is without the leaf, and what the map has in its place."""
 
     expected: FloatArray = field(repr=False)  # (n,) m
     log_likelihood: FloatArray  # (groups,)
+    # what was taken out of the map: (None, 0) something that fills the opening; a leaf that is
+    # hinged at the opening's end or not, and its turn from there, rad; None: nothing
+    drawn: tuple[bool | None, float] | None = None
+    as_drawn: FloatArray = field(default_factory=lambda: np.empty(0), repr=False)  # (groups,) gained by it
+    log_left: float = 0.0  # log-probability of what is left in the map beside a leaf
+
+    def _is_drawn(self, leaf: Leaf) -> bool:
+        """Whether what was taken out may be a leaf."""
+        if self.drawn is None:
+            return False
+        from_end, turn = self.drawn
+        return from_end is None or (from_end == leaf.from_end and leaf.sense * turn >= 0.0)
+
+    def log_map(self, leaf: Leaf, angles: FloatArray) -> FloatArray:
+        """(a,) log-likelihood of the map, if the leaf stood at these angles while it was made."""
+        if self.drawn is None:
+            return np.full(len(angles), MISSED + self.log_left)
+        if not self._is_drawn(leaf):
+            return np.full(len(angles), MISSED + DRAWN + self.log_left)
+        off = (angles - abs(self.drawn[1])) / MAP_STD
+        return np.maximum(-0.5 * off**2, MISSED + DRAWN) + self.log_left
+
+    @property
+    def log_map_bare(self) -> float:
+        """The same, if there is no leaf."""
+        if self.drawn is None:
+            return self.log_left
+        return self.log_left + (FILLED if self.drawn[0] is None else DRAWN)
+
+    def before(self, place: Doorway, leaf: Leaf, angles: FloatArray) -> Behind:
+        """What there is with a leaf that stands at angles (groups,), which the map's leaf isn't."""
+        expected, log_likelihood = self.expected.copy(), self.log_likelihood.copy()
+        for k, own in enumerate(turned(leaf, angles)):
+            mine = np.flatnonzero(place.group == k)
+            met = np.empty(len(mine))
+            ends = own[:2], own[:2] + own[3] * np.array([np.cos(own[2]), np.sin(own[2])])
+            beams = np.ascontiguousarray(place.beams[:, mine])
+            kernels.cast(beams, np.concatenate(ends)[None], met)
+            expected[mine] = np.minimum(expected[mine], met - HALF)
+        log_likelihood[:] = 0.0
+        kernels.background_log_likelihood(
+            place.beams, expected, place.group, place.model, log_likelihood
+        )
+        return Behind(expected, place.exponents * log_likelihood)
+
+    def with_map(self, leaf: Leaf, angles: FloatArray, gain: FloatArray) -> FloatArray:
+        """Gains (a, groups) of a leaf, which at the map's own angle may look as the map has it."""
+        if not self._is_drawn(leaf):
+            return gain
+        assert self.drawn is not None
+        near = np.abs(angles - abs(self.drawn[1])) <= MAP_STD
+        out = gain.copy()
+        out[near] = np.maximum(gain[near], self.as_drawn)
+        return out
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,5 +187,21 @@ def log_joint(place: Doorway, behind: Behind, leaf: Leaf, lattice: Lattice) -> f
     if prior == -np.inf:
         return prior
     gain = gains(place, behind, turned(leaf, lattice.angles))
-    total = np.logaddexp.reduce(gain + lattice.log_prior[:, None], axis=0)
-    return prior + float(total.sum() + behind.log_likelihood.sum())
+    gain = behind.with_map(leaf, lattice.angles, gain)
+    first = lattice.log_prior + behind.log_map(leaf, lattice.angles)
+    total = chained(first, lattice.log_prior, gain, place.stays)
+    return prior + total + float(behind.log_likelihood.sum())
+
+
+def chained(first: FloatArray, prior: FloatArray, gain: FloatArray, stays: FloatArray) -> float:
+    """Log evidence of looks whose log-likelihoods are (s, groups), by states (s,).
+
+    Between looks the state stays with probabilities (groups,), and is drawn anew from the ``prior``
+    (s,) else; ``first`` (s,) is the log-probability of states in the map, together with the map.
+    """
+    before = first
+    for k, stay in enumerate(stays.tolist()):
+        total = np.logaddexp.reduce(before)
+        moved = np.log1p(-stay) + total + prior
+        before = np.logaddexp(np.log(stay) + before, moved) + gain[:, k]
+    return float(np.logaddexp.reduce(before))

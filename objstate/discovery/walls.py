@@ -15,12 +15,16 @@ BIN = 0.025  # m along a line
 LEAST_WALL = 0.25  # m: shorter pieces make no line
 SAME_WAY = np.radians(4.0)  # between pieces of one line
 SAME_LINE = 0.08  # m aside, likewise
-BESIDE = 0.10  # m within which a reading is of the wall
+BESIDE = 0.07  # m within which a reading is of the wall
 STEEP = 0.15  # cosine of the incidence below which a beam doesn't tell
 NARROWEST, WIDEST = 0.45, 2.5  # m: a leaf that stands ajar hides a part of its opening
 MARGIN = 0.3  # m of unknown that may part an opening from its wall
 JAMB = 0.1  # m of wall that has to show beside an opening
+WALLS, LEAST_WALLS = 1.0, 0.6  # m on each side of an opening, and how much of them has to be wall
 ENOUGH = 2  # beams that tell of a bin
+WIDTHS = 0.08, 0.05, 0.03, 0.02, 0.02  # m, of the weights with which a line is fitted, in turn
+FEWEST = 30  # readings by which a line is fitted
+LEAN = 0.01  # rad, prior deviation of a line's direction from the map's
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,6 +91,71 @@ def wall_lines(segments: FloatArray) -> list[WallLine]:
     return lines
 
 
+def fitted(lines: list[WallLine], beams: Beams) -> list[WallLine]:
+    """The lines through the readings about them, the longest first; those that coincide are one.
+
+    A map's walls are half a cell off, and lean where a recess begins.
+    """
+    returned = np.flatnonzero(np.isfinite(beams.ranges))
+    directions = beams.directions[returned]
+    ends = beams.origins[returned] + beams.ranges[returned, None] * directions
+    steep = np.array([np.abs(directions @ line.normal) > STEEP for line in lines])
+    for width in WIDTHS:
+        places, asides = _beside(lines, ends)
+        lengths = np.array([[line.length] for line in lines])
+        able = steep & (np.abs(asides) < 3.0 * width) & (places > 0.0) & (places < lengths)
+        nearest = np.where(able, np.abs(asides), np.inf)
+        of = np.where(able.any(axis=0), nearest.argmin(axis=0), -1)
+        lines = [
+            _moved(line, places[k, of == k], asides[k, of == k], width)
+            for k, line in enumerate(lines)
+        ]
+    found: list[WallLine] = []
+    for line in sorted(lines, key=lambda each: -each.length):
+        for number, other in enumerate(found):
+            joined = _joined(other, line)
+            if joined is not None:
+                found[number] = joined
+                break
+        else:
+            found.append(line)
+    return found
+
+
+def _beside(lines: list[WallLine], points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """(k, n) m along each line and to its left, of points (n, 2)."""
+    places = [(points - line.start) @ line.along for line in lines]
+    asides = [(points - line.start) @ line.normal for line in lines]
+    return np.array(places), np.array(asides)
+
+
+def _moved(line: WallLine, places: FloatArray, asides: FloatArray, width: float) -> WallLine:
+    """A line by weighted least squares (Cauchy) to readings (n,) along and aside of it."""
+    if len(places) < FEWEST:
+        return line
+    places = places - line.length / 2.0
+    weights = 1.0 / (1.0 + (asides / width) ** 2)
+    design = np.column_stack([np.ones(len(places)), places])
+    normal = design.T @ (weights[:, None] * design) + np.diag([0.0, (width / LEAN) ** 2])
+    shift, lean = np.linalg.solve(normal, design.T @ (weights * asides)).tolist()
+    along = line.along + lean * line.normal
+    along /= np.hypot(*along)
+    middle = line.at(line.length / 2.0) + shift * line.normal
+    return WallLine(middle - line.length / 2.0 * along, along, line.length)
+
+
+def _joined(one: WallLine, other: WallLine) -> WallLine | None:
+    """The first line, as long as both; None where the second isn't on it."""
+    ends = np.array([other.start, other.at(other.length)]) - one.start
+    if np.abs(ends @ one.normal).max() > SAME_LINE / 2.0:
+        return None
+    places = ends @ one.along
+    if places.max() < -WIDEST or places.min() > one.length + WIDEST:
+        return None
+    low, high = min(0.0, float(places.min())), max(one.length, float(places.max()))
+    return WallLine(one.at(low), one.along, high - low)
+
+
 def openings(lines: list[WallLine], plan: OccupancyMap, beams: Beams) -> list[Opening]:
     """Where the lines are open with wall on both sides, in the map or in some drive; each once."""
     found: list[Opening] = []
@@ -94,23 +163,27 @@ def openings(lines: list[WallLine], plan: OccupancyMap, beams: Beams) -> list[Op
         count = int(np.ceil(line.length / BIN))
         if line.length < NARROWEST + 2 * JAMB:
             continue
-        shows = [_of_map(line, count, plan)]
-        shows += [
+        drives = [
             _of_drive(line, count, beams.take(np.flatnonzero(beams.drive == drive)))
             for drive in range(int(beams.drive.max()) + 1)
         ]
+        # what no beam has reached may be unknown in the map as well
+        reached = np.any([wall | is_open for wall, is_open in drives], axis=0)
+        drawn = _of_map(line, count, plan)
+        shows = [(drawn, ~drawn & reached), *drives]
         for begin, end in _gaps(shows):
             found.append(Opening(line.at(begin * BIN), line.at(end * BIN)))
     return found
 
 
-def _of_map(line: WallLine, count: int, plan: OccupancyMap) -> tuple[BoolArray, BoolArray]:
-    """(count,) the bins where the map shows the wall, and those where it doesn't."""
+def _of_map(line: WallLine, count: int, plan: OccupancyMap) -> BoolArray:
+    """(count,) the bins where the map shows the wall."""
     places = (np.arange(count) + 0.5) * BIN
-    aside = np.arange(-BESIDE, BESIDE + 1e-9, plan.resolution / 2)
+    reach = BESIDE + plan.resolution / 2  # of its cells' middles
+    aside = np.arange(-reach, reach + 1e-9, plan.resolution / 2)
     points = line.start + places[:, None, None] * line.along + aside[:, None] * line.normal
     wall: BoolArray = np.any(occupied_at(plan, points.reshape(-1, 2)).reshape(count, -1), axis=1)
-    return wall, np.logical_not(wall)
+    return wall
 
 
 def occupied_at(plan: OccupancyMap, points: FloatArray) -> BoolArray:
@@ -160,6 +233,10 @@ def _gaps(shows: list[tuple[BoolArray, BoolArray]]) -> Iterator[tuple[int, int]]
             before = ever_wall[max(begin - beside[0], 0) : begin].sum()
             behind = ever_wall[end : end + beside[0]].sum()
             if min(before, behind) < beside[1]:
+                continue
+            wide = round(WALLS / BIN)
+            about = ever_wall[max(begin - wide, 0) : begin].sum() + ever_wall[end : end + wide].sum()
+            if about < round(LEAST_WALLS / BIN):
                 continue
             told.add((begin, end))
             yield begin, end
