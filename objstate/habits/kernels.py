@@ -205,3 +205,58 @@ def forward(
             chance, count = _condition(state, slope, live, is_live, count, look, score)
             total += np.log(chance)
     return total
+
+
+@_inner
+def _over(
+    rates: FloatArray, right: FloatArray, left: FloatArray, seconds: float, passes: FloatArray
+) -> None:
+    """Let ``passes`` (s, s) be the transition probabilities over some seconds."""
+    _transitions(right, left, np.exp(rates * seconds), passes)
+    for m in range(rates.shape[0]):
+        for j in range(rates.shape[0]):
+            passes[m, j] = max(passes[m, j], 0.0)
+
+
+@_compile
+def sampled(
+    rates: FloatArray,
+    right: FloatArray,
+    left: FloatArray,
+    keys: IntArray,
+    seconds: FloatArray,
+    looks: IntArray,
+    likelihood: FloatArray,
+    dice: FloatArray,
+    filtered: FloatArray,
+    out: IntArray,
+) -> None:
+    """A path of states ``out`` (m,) at the ends of steps, by filtering forward and sampling backward.
+
+    Rates (k, s) and eigenvectors (k, s, s) are those of a process by key. Steps have keys (m,),
+    seconds (m,) and looks (m,), numbers of likelihoods (n, s), or -1. ``dice`` (m,) are uniform.
+    ``filtered`` (m + 1, s) begins with the state before the first step.
+    """
+    count, states = keys.shape[0], rates.shape[1]
+    passes = np.empty((states, states))
+    for i in range(count):
+        _over(rates[keys[i]], right[keys[i]], left[keys[i]], seconds[i], passes)
+        total = 0.0
+        for j in range(states):
+            x = 0.0
+            for m in range(states):
+                x += filtered[i, m] * passes[m, j]
+            filtered[i + 1, j] = x * likelihood[looks[i], j] if looks[i] >= 0 else x
+            total += filtered[i + 1, j]
+        for j in range(states):
+            filtered[i + 1, j] = filtered[i + 1, j] / total if total > 0.0 else filtered[i, j]
+    chance = filtered[count].copy()
+    for i in range(count - 1, -1, -1):
+        rest, state = dice[i] * chance.sum(), 0
+        while state < states - 1 and rest >= chance[state]:
+            rest -= chance[state]
+            state += 1
+        out[i] = state
+        _over(rates[keys[i]], right[keys[i]], left[keys[i]], seconds[i], passes)
+        for j in range(states):
+            chance[j] = filtered[i, j] * passes[j, state]

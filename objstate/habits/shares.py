@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.habits.calendar import NANOSECONDS
-from objstate.habits.chain import Chain
 from objstate.habits.forecast import Forecast
 from objstate.habits.looks import RegionLooks
 from objstate.habits.steps import CELL_NS, Steps, steps
+from objstate.lazy import Later
+
+if TYPE_CHECKING:
+    from objstate.habits import kernels
+else:
+    kernels = Later("objstate.habits.kernels")
 
 SEED = 1  # of the paths, so that the same looks give the same figures
 
@@ -46,9 +52,7 @@ def paths(forecast: Forecast, looks: RegionLooks, least_s: float = 0.0) -> Paths
     begin = int(looks.stamps_ns[0])
     end = max(int(looks.stamps_ns[-1]), begin + round(least_s * NANOSECONDS))
     cut = steps(forecast.calendar, begin, looks.stamps_ns, end)
-    of = forecast.process
-    filtered = _filtered(forecast, of, cut, looks, begin)
-    states = _sampled(forecast, cut, filtered)
+    states = _sampled(forecast, cut, looks, begin)
     first, last = begin // CELL_NS, end // CELL_NS + 1
     keys = forecast.calendar.keys(first, last)
     ends = begin + np.cumsum(np.round(cut.seconds * NANOSECONDS)).astype(np.int64)
@@ -58,43 +62,16 @@ def paths(forecast: Forecast, looks: RegionLooks, least_s: float = 0.0) -> Paths
     return Paths(forecast, first, keys, np.isin(keys // 4, hours), states[:, at], leaving)
 
 
-def _transition(forecast: Forecast, of: Chain, cut: Steps, i: int) -> FloatArray:
-    """(d, s, s) of a step."""
-    key, seconds = int(cut.keys[i]), float(cut.seconds[i])
-    if seconds == CELL_NS / NANOSECONDS:
-        return forecast.over_cell(key)
-    kept = np.exp(of.rates[:, key] * seconds)
-    return np.asarray(np.clip((of.right[:, key] * kept[:, None, :]) @ of.left[:, key], 0.0, None))
-
-
-def _filtered(
-    forecast: Forecast, of: Chain, cut: Steps, looks: RegionLooks, begin: int
-) -> FloatArray:
-    """(m, d, s) after each step and its look."""
-    state = forecast.marginal(begin)
-    out = np.empty((len(cut.keys), *state.shape))
-    for i, look in enumerate(cut.looks):
-        if cut.seconds[i] > 0.0:
-            state = (state[:, None, :] @ _transition(forecast, of, cut, i))[:, 0]
-        if look >= 0:
-            state = forecast.given(state, looks.likelihood[look])
-        out[i] = state
-    return out
-
-
-def _sampled(forecast: Forecast, cut: Steps, filtered: FloatArray) -> IntArray:
+def _sampled(forecast: Forecast, cut: Steps, looks: RegionLooks, begin: int) -> IntArray:
     """(d, m) a path of each draw, at the ends of the steps."""
-    rng, of = np.random.default_rng(SEED), forecast.process
-    count, draws, _ = filtered.shape
-    out, every = np.empty((draws, count), dtype=np.int64), np.arange(draws)
-    stays = np.broadcast_to(np.eye(filtered.shape[2]), (draws, *filtered.shape[2:] * 2))
-    chance = filtered[-1]
-    for i in range(count - 1, -1, -1):
-        heights = np.asarray(chance.cumsum(axis=1))
-        dice = rng.random((draws, 1)) * heights[:, -1:]
-        out[:, i] = (dice >= heights).sum(axis=1).clip(max=chance.shape[1] - 1)
-        if i:
-            moves = cut.seconds[i] > 0.0
-            passes = _transition(forecast, of, cut, i) if moves else stays
-            chance = filtered[i - 1] * passes[every, :, out[:, i]]
+    of, start = forecast.process, forecast.marginal(begin)
+    draws, states = start.shape
+    likelihood = np.repeat(looks.likelihood, 2, axis=1)
+    filtered = np.empty((len(cut.keys) + 1, states))
+    out = np.empty((draws, len(cut.keys)), dtype=np.int64)
+    for draw in range(draws):
+        filtered[0] = start[draw]
+        dice = np.random.default_rng([SEED, draw]).random(len(cut.keys))
+        process = of.rates[draw], of.right[draw], of.left[draw]
+        kernels.sampled(*process, *cut, likelihood, dice, filtered, out[draw])
     return out
