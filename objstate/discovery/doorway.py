@@ -23,7 +23,10 @@ MOST_SCANS = 20  # of one look
 # beams of a look that tell something of their own: all share the robot's and the map's error
 TOLD = 150.0
 ROUGH = 250  # beams of a look for a first search
-STAYS, UNMOVED = 0.9, 0.5  # probability that a door stands as before: in the same drive, in the next
+STAYS, UNMOVED = (
+    0.9,
+    0.5,
+)  # probability that a door stands as before: in the same drive, in the next
 MARGIN = 0.3  # m about all places of a leaf that count
 TOLERANCE, INSET = 0.75, 0.5  # cells, as `building from-map` straightens walls
 DEEP = 0.27  # m from the wall's line, within which a closed leaf may lie
@@ -42,7 +45,9 @@ class Doorway:
     group: IntArray = field(repr=False)  # (n,) number of the look
     groups: int
     exponents: FloatArray  # (groups,) on the likelihood of each look
-    stays: FloatArray  # (groups,) probability that nothing was moved since the look before, or the map
+    stays: (
+        FloatArray  # (groups,) probability that nothing was moved since the look before, or the map
+    )
     model: FloatArray = field(repr=False)  # (5,) beam model
 
     @property

@@ -10,7 +10,16 @@ import numpy as np
 from objstate.building.occupancy import OccupancyMap
 from objstate.discovery.doorway import Doorway, beside
 from objstate.discovery.proposals import backgrounds, proposals
-from objstate.discovery.scoring import Behind, Lattice, Leaf, chained, gains, log_joint, turned
+from objstate.discovery.scoring import (
+    FLAT,
+    Behind,
+    Lattice,
+    Leaf,
+    chained,
+    gains,
+    log_joint,
+    turned,
+)
 from objstate.geometry import FloatArray
 
 LOG_DOOR = np.log(0.5)  # prior of a doorway to have a leaf
@@ -91,7 +100,11 @@ def _second(place: Doorway, first: Refined) -> Refined | None:
         if leaf.from_end
         else (opening.end, opening.bearing + np.pi)
     )
-    own = (opening.end, opening.bearing + np.pi) if leaf.from_end else (opening.start, opening.bearing)
+    own = (
+        (opening.end, opening.bearing + np.pi)
+        if leaf.from_end
+        else (opening.start, opening.bearing)
+    )
     _, aside = beside(leaf.hinge[None], *own)
     hinge = start - float(aside[0]) * np.array([-np.sin(bearing), np.cos(bearing)])
     other = Leaf(hinge, bearing, -leaf.sense, leaf.width, leaf.about, not leaf.from_end, leaf.share)
@@ -119,8 +132,7 @@ def _refine(place: Doorway, behind: Behind, leaf: Leaf) -> Refined | None:
     from scipy.optimize import minimize
 
     whole = Lattice.whole()
-    gain = behind.with_map(leaf, whole.angles, gains(place, behind, turned(leaf, whole.angles)))
-    lattice = whole.about(gain, FINE, ABOUT)
+    lattice = whole.about(whole.gains(place, behind, leaf), FINE, ABOUT)
     start = leaf.vector
 
     def score(offset: FloatArray) -> float:
@@ -137,8 +149,7 @@ def _refine(place: Doorway, behind: Behind, leaf: Leaf) -> Refined | None:
     full = log_joint(place, behind, leaf, whole)
     value = max(-float(found.fun), full)
     volume = 0.5 * np.linalg.slogdet(2 * np.pi * covariance)[1]
-    gain = gains(place, behind, turned(leaf, lattice.angles))
-    gain = behind.with_map(leaf, lattice.angles, gain) + lattice.log_prior[:, None]
+    gain = lattice.gains(place, behind, leaf) + lattice.log_prior[:, None]
     best, evidence = np.argmax(gain, axis=0), value + float(volume)
     seen = (gain - lattice.log_prior[:, None])[best, np.arange(place.groups)]
     log_prior = evidence - float(seen.sum() + behind.log_likelihood.sum())
@@ -173,7 +184,7 @@ def _things(found: list[Refined]) -> list[tuple[float, FloatArray]]:
     """What leaves that were found would be, if they were just things: their prior, and place (4,)."""
     things = []
     for each in found:
-        for angle in np.unique(each.angles):
+        for angle in np.unique(each.angles[each.angles < FLAT]):
             cost = PLUG if angle < np.radians(10.0) else THING
             things.append((cost, turned(each.leaf, np.array([angle]))[0]))
     return things

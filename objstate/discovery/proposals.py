@@ -7,14 +7,15 @@ from itertools import product
 import numpy as np
 
 from objstate.building.occupancy import OccupancyMap
-from objstate.discovery.doorway import Cells, Doorway, background, beside
+from objstate.discovery.doorway import Cells, Doorway, background
 from objstate.discovery.scoring import DRAWN, Behind, Leaf
+from objstate.discovery.walls import Opening
 from objstate.geometry import BoolArray, FloatArray
 
 SHIFTS = np.arange(-0.06, 0.061, 0.015)  # m, of the map across a wall
 SHIFT_STD = 0.03  # m
 TURNS = np.radians(np.arange(-155.0, 156.0, 5.0))  # of a leaf in the map that are tried
-LEAST_TURN = np.radians(24.0)  # what stands nearer may be the wall
+LEAST_TURN = np.radians(19.0)  # what stands nearer may be the wall
 ABOUT = 0.1, 0.2  # m along the wall and across it within which a hinge lies about a jamb
 DRAWN_SHARE = 0.7  # of a leaf's length that the map shows
 LONGER = 8  # cells beyond a leaf's end that have to be free
@@ -48,30 +49,37 @@ def backgrounds(place: Doorway, plan: OccupancyMap) -> tuple[Behind, dict[int, l
     segments = cells.segments()
     shifts = [shift * across for shift in SHIFTS]
     fits = [
-        background(place, segments + shift)[1].sum() - 0.5 * (float(np.hypot(*shift[:2])) / SHIFT_STD) ** 2
+        background(place, segments + shift)[1].sum()
+        - 0.5 * (float(np.hypot(*shift[:2])) / SHIFT_STD) ** 2
         for shift in shifts
     ]
     shift = shifts[int(np.argmax(fits))]
     as_is = Behind(*background(place, segments + shift))
+    drawn = {about: _leaves(cells, opening) for about, opening in enumerate(place.openings)}
+    left = DRAWN if any(drawn.values()) else 0.0  # what looks like a leaf in the map is none
     cleared = {}
     for about, opening in enumerate(place.openings):
         between = cells.in_doorway(opening)
-        fills = cells.fills(opening)
-        leaves: list[tuple[tuple[bool | None, float], BoolArray]] = []
-        for from_end, start, bearing in (
-            (False, opening.start, opening.bearing),
-            (True, opening.end, opening.bearing + np.pi),
-        ):
-            for hinge, turn in _drawn(cells, start, bearing, opening.width):
-                leaf = cells.on_leaf(hinge, bearing + turn, opening.width)
-                leaves.append(((from_end, turn), between | leaf))
-        inside: tuple[bool | None, float] | None = (None, 0.0) if fills else None
-        left = DRAWN if leaves else 0.0
-        cleared[about] = [
-            _without(place, cells.segments(each) + shift, as_is, drawn, log_left)
-            for drawn, each, log_left in ((inside, between, left), *((*leaf, 0.0) for leaf in leaves))
+        inside = (None, 0.0) if cells.fills(opening) else None
+        open_ = _without(place, cells.segments(between) + shift, as_is, inside, left)
+        cleared[about] = [open_] + [
+            _without(place, cells.segments(between | leaf) + shift, as_is, shown, 0.0)
+            for shown, leaf in drawn[about]
         ]
     return as_is, cleared
+
+
+def _leaves(cells: Cells, opening: Opening) -> list[tuple[tuple[bool | None, float], BoolArray]]:
+    """Leaves of an opening that the map shows: the end of the hinge and the turn, and their cells."""
+    found: list[tuple[tuple[bool | None, float], BoolArray]] = []
+    for from_end, start, bearing in (
+        (False, opening.start, opening.bearing),
+        (True, opening.end, opening.bearing + np.pi),
+    ):
+        for hinge, turn in _drawn(cells, start, bearing, opening.width):
+            leaf = cells.on_leaf(hinge, bearing + turn, opening.width)
+            found.append(((from_end, turn), leaf))
+    return found
 
 
 def _without(
@@ -83,9 +91,7 @@ def _without(
 ) -> Behind:
     """A map from which something was taken out."""
     expected, log_likelihood = background(place, segments)
-    return Behind(
-        expected, log_likelihood, drawn, as_is.log_likelihood - log_likelihood, log_left
-    )
+    return Behind(expected, log_likelihood, drawn, as_is.log_likelihood - log_likelihood, log_left)
 
 
 def _drawn(

@@ -18,9 +18,10 @@ from objstate.geometry import FloatArray
 
 HALF = 0.02  # m, of a leaf's thickness
 STEP = np.radians(3.0)  # between angles of a leaf that are summed over
-WIDEST_TURN = np.radians(168.0)  # beyond it a leaf is like the wall that it lies on
+WIDEST_TURN = np.radians(140.0)  # beyond it a leaf is like the wall that it lies on
+FLAT = np.radians(165.0)  # stands for all angles beyond
 USUAL_TURN = np.radians(110.0)  # beyond which few doors open
-CLOSED, USUAL, WIDE = 0.35, 0.55, 0.1  # where leaves are found
+CLOSED, USUAL, WIDE, AT_WALL = 0.35, 0.5, 0.05, 0.1  # where leaves are found
 CLOSED_STD = np.radians(2.0)
 DRAWN = -10.0  # nats: a map shows something as long as a leaf that ends at a jamb, and is none
 FILLED = -2.5  # nats: an opening without a leaf is filled within a wall's depth
@@ -62,7 +63,9 @@ class Behind:
     # what was taken out of the map: (None, 0) something that fills the opening; a leaf that is
     # hinged at the opening's end or not, and its turn from there, rad; None: nothing
     drawn: tuple[bool | None, float] | None = None
-    as_drawn: FloatArray = field(default_factory=lambda: np.empty(0), repr=False)  # (groups,) gained by it
+    as_drawn: FloatArray = field(
+        default_factory=lambda: np.empty(0), repr=False
+    )  # (groups,) gained by it
     log_left: float = 0.0  # log-probability of what is left in the map beside a leaf
 
     def _is_drawn(self, leaf: Leaf) -> bool:
@@ -79,7 +82,7 @@ class Behind:
         if not self._is_drawn(leaf):
             return np.full(len(angles), MISSED + DRAWN + self.log_left)
         off = (angles - abs(self.drawn[1])) / MAP_STD
-        return np.maximum(-0.5 * off**2, MISSED + DRAWN) + self.log_left
+        return np.asarray(np.maximum(-0.5 * off**2, MISSED + DRAWN) + self.log_left)
 
     @property
     def log_map_bare(self) -> float:
@@ -92,6 +95,8 @@ class Behind:
         """What there is with a leaf that stands at angles (groups,), which the map's leaf isn't."""
         expected, log_likelihood = self.expected.copy(), self.log_likelihood.copy()
         for k, own in enumerate(turned(leaf, angles)):
+            if angles[k] >= FLAT:
+                continue
             mine = np.flatnonzero(place.group == k)
             met = np.empty(len(mine))
             ends = own[:2], own[:2] + own[3] * np.array([np.cos(own[2]), np.sin(own[2])])
@@ -117,7 +122,7 @@ class Behind:
 
 @dataclass(frozen=True, eq=False)
 class Lattice:
-    """Angles by which a leaf may stand open, and how probable each is before any look."""
+    """Angles by which a leaf may stand open; the last one stands for a leaf at the wall."""
 
     angles: FloatArray  # (a,) rad
     log_prior: FloatArray  # (a,)
@@ -129,11 +134,12 @@ class Lattice:
 
     @staticmethod
     def of(each: FloatArray, step: float) -> Lattice:
-        """Some of the angles that lie ``step`` apart."""
+        """Some of the angles that lie ``step`` apart, and a leaf at the wall."""
         usual = np.where(each <= USUAL_TURN, USUAL / USUAL_TURN, WIDE / (WIDEST_TURN - USUAL_TURN))
         half = np.sqrt(np.pi / 2) * CLOSED_STD  # the integral, as no door opens beyond closed
         closed = CLOSED / half * np.exp(-0.5 * (each / CLOSED_STD) ** 2)
-        return Lattice(each, np.log(step * (usual + closed)))
+        prior = np.log(step * (usual + closed))
+        return Lattice(np.append(each, FLAT), np.append(prior, np.log(AT_WALL)))
 
     def about(self, gain: FloatArray, step: float, near: float) -> Lattice:
         """A finer one about what each look finds best, of gains (a, groups)."""
@@ -141,6 +147,12 @@ class Lattice:
         fine = np.arange(0.0, WIDEST_TURN, step)
         kept = (np.abs(fine[:, None] - best) <= near).any(axis=1)
         return Lattice.of(fine[kept], step)
+
+    def gains(self, place: Doorway, behind: Behind, leaf: Leaf) -> FloatArray:
+        """(a, groups) what a leaf at each angle adds to the log-likelihood of each look."""
+        out = gains(place, behind, turned(leaf, self.angles))
+        out[-1] = 0.0  # at the wall it looks as the wall does
+        return behind.with_map(leaf, self.angles, out)
 
 
 def gains(place: Doorway, behind: Behind, leaves: FloatArray) -> FloatArray:
@@ -186,8 +198,7 @@ def log_joint(place: Doorway, behind: Behind, leaf: Leaf, lattice: Lattice) -> f
     prior = log_prior(place, leaf)
     if prior == -np.inf:
         return prior
-    gain = gains(place, behind, turned(leaf, lattice.angles))
-    gain = behind.with_map(leaf, lattice.angles, gain)
+    gain = lattice.gains(place, behind, leaf)
     first = lattice.log_prior + behind.log_map(leaf, lattice.angles)
     total = chained(first, lattice.log_prior, gain, place.stays)
     return prior + total + float(behind.log_likelihood.sum())

@@ -22,6 +22,8 @@ MARGIN = 0.3  # m of unknown that may part an opening from its wall
 JAMB = 0.1  # m of wall that has to show beside an opening
 WALLS, LEAST_WALLS = 1.0, 0.6  # m on each side of an opening, and how much of them has to be wall
 ENOUGH = 2  # beams that tell of a bin
+THICKEST = 0.35  # m of a wall
+HIDDEN = 0.5  # share of an opening behind another wall from which on it is none
 WIDTHS = 0.08, 0.05, 0.03, 0.02, 0.02  # m, of the weights with which a line is fitted, in turn
 FEWEST = 30  # readings by which a line is fitted
 LEAN = 0.01  # rad, prior deviation of a line's direction from the map's
@@ -159,6 +161,7 @@ def _joined(one: WallLine, other: WallLine) -> WallLine | None:
 def openings(lines: list[WallLine], plan: OccupancyMap, beams: Beams) -> list[Opening]:
     """Where the lines are open with wall on both sides, in the map or in some drive; each once."""
     found: list[Opening] = []
+    on_wall = _on_walls(lines, beams)
     for line in lines:
         count = int(np.ceil(line.length / BIN))
         if line.length < NARROWEST + 2 * JAMB:
@@ -167,13 +170,34 @@ def openings(lines: list[WallLine], plan: OccupancyMap, beams: Beams) -> list[Op
             _of_drive(line, count, beams.take(np.flatnonzero(beams.drive == drive)))
             for drive in range(int(beams.drive.max()) + 1)
         ]
+        behind = _behind_wall(line, count, beams, on_wall)
         # what no beam has reached may be unknown in the map as well
         reached = np.any([wall | is_open for wall, is_open in drives], axis=0)
         drawn = _of_map(line, count, plan)
         shows = [(drawn, ~drawn & reached), *drives]
         for begin, end in _gaps(shows):
+            if behind[begin:end].mean() > HIDDEN:
+                continue
             found.append(Opening(line.at(begin * BIN), line.at(end * BIN)))
     return found
+
+
+def _on_walls(lines: list[WallLine], beams: Beams) -> BoolArray:
+    """(n,) the beams that end at one of the lines."""
+    out, returned = np.zeros(len(beams), dtype=bool), np.flatnonzero(np.isfinite(beams.ranges))
+    ends = beams.origins[returned] + beams.ranges[returned, None] * beams.directions[returned]
+    places, asides = _beside(lines, ends)
+    lengths = np.array([[line.length] for line in lines])
+    out[returned] = ((np.abs(asides) < BESIDE) & (places > 0.0) & (places < lengths)).any(axis=0)
+    return out
+
+
+def _behind_wall(line: WallLine, count: int, beams: Beams, on_wall: BoolArray) -> BoolArray:
+    """(count,) the bins to which most beams end at another wall that is a wall's thickness before."""
+    index, bins, beyond = _crossed(line, count, beams)
+    before = on_wall[index] & (beyond < -BESIDE) & (beyond > -THICKEST)
+    counts = [np.bincount(bins[chosen], minlength=count) for chosen in (before, beyond > -BESIDE)]
+    return np.asarray(counts[0] > counts[1])
 
 
 def _of_map(line: WallLine, count: int, plan: OccupancyMap) -> BoolArray:
@@ -199,21 +223,25 @@ def occupied_at(plan: OccupancyMap, points: FloatArray) -> BoolArray:
 
 def _of_drive(line: WallLine, count: int, beams: Beams) -> tuple[BoolArray, BoolArray]:
     """(count,) the bins where most beams of a drive end at the line, and where most pass it."""
+    _, bins, beyond = _crossed(line, count, beams)
+    hits = np.bincount(bins[np.abs(beyond) < BESIDE], minlength=count)
+    passed = np.bincount(bins[beyond >= BESIDE], minlength=count)
+    enough = hits + passed >= ENOUGH
+    return np.asarray(enough & (hits > passed)), np.asarray(enough & (hits <= passed))
+
+
+def _crossed(line: WallLine, count: int, beams: Beams) -> tuple[IntArray, IntArray, FloatArray]:
+    """Beams (k,) that cross a line or would, the bins (k,) where, and how far they get beyond, m."""
     offset = line.start - beams.origins
     cosine = beams.directions @ line.normal
     with np.errstate(divide="ignore", invalid="ignore"):
         way = (offset @ line.normal) / cosine
-    tells = (np.abs(cosine) > STEEP) & (way > 0.2)
-    place = np.full(len(beams), -1.0)
-    crossing = beams.origins[tells] + way[tells, None] * beams.directions[tells] - line.start
-    place[tells] = crossing @ line.along
-    beyond = np.where(tells, (beams.ranges - way) * np.abs(cosine), -1.0)
-    bins = np.floor(place / BIN).astype(np.int64)
-    inside = tells & (bins >= 0) & (bins < count) & (beyond > -BESIDE) & (way < beams.reach)
-    hits = np.bincount(bins[inside & (beyond < BESIDE)], minlength=count)
-    passed = np.bincount(bins[inside & (beyond >= BESIDE)], minlength=count)
-    enough = hits + passed >= ENOUGH
-    return np.asarray(enough & (hits > passed)), np.asarray(enough & (hits <= passed))
+    index = np.flatnonzero((np.abs(cosine) > STEEP) & (way > 0.2) & (way < beams.reach))
+    crossing = beams.origins[index] + way[index, None] * beams.directions[index] - line.start
+    bins = np.floor(crossing @ line.along / BIN).astype(np.int64)
+    inside = (bins >= 0) & (bins < count)
+    index, bins = index[inside], bins[inside]
+    return index, bins, (beams.ranges[index] - way[index]) * np.abs(cosine[index])
 
 
 def _gaps(shows: list[tuple[BoolArray, BoolArray]]) -> Iterator[tuple[int, int]]:
@@ -235,7 +263,9 @@ def _gaps(shows: list[tuple[BoolArray, BoolArray]]) -> Iterator[tuple[int, int]]
             if min(before, behind) < beside[1]:
                 continue
             wide = round(WALLS / BIN)
-            about = ever_wall[max(begin - wide, 0) : begin].sum() + ever_wall[end : end + wide].sum()
+            about = (
+                ever_wall[max(begin - wide, 0) : begin].sum() + ever_wall[end : end + wide].sum()
+            )
             if about < round(LEAST_WALLS / BIN):
                 continue
             told.add((begin, end))
