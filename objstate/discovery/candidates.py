@@ -60,7 +60,7 @@ def find_doors(
     for number, place in enumerate(places):
         if on_progress is not None:
             on_progress(number / len(places))
-        seen = doorway(place, beams, settings)
+        seen = doorway(place, lines, beams, settings)
         explained = explain(seen, plan) if seen.groups else None
         if explained is not None and explained.probability >= LEAST:
             found += [_candidate(explained, each) for each in explained.leaves]

@@ -11,7 +11,7 @@ from objstate.building.occupancy import OccupancyMap
 from objstate.config import BeamModelSettings
 from objstate.discovery import kernels
 from objstate.discovery.gathering import Beams
-from objstate.discovery.walls import Opening
+from objstate.discovery.walls import Opening, WallLine
 from objstate.geometry import BoolArray, FloatArray, IntArray, wrap
 from objstate.sensing.beam_model import BeamModel
 
@@ -39,6 +39,7 @@ class Doorway:
     """Openings in one place, and what was seen of it."""
 
     openings: list[Opening]
+    walls: list[WallLine] = field(repr=False)  # all of the building's
     middle: FloatArray = field(repr=False)  # (2,) m
     radius: float  # m, of the disc in which a leaf may be
     beams: FloatArray = field(repr=False)  # (9, n) as the kernels take them
@@ -82,7 +83,9 @@ def together(found: list[Opening]) -> list[list[Opening]]:
     return places
 
 
-def doorway(found: list[Opening], beams: Beams, settings: BeamModelSettings) -> Doorway:
+def doorway(
+    found: list[Opening], walls: list[WallLine], beams: Beams, settings: BeamModelSettings
+) -> Doorway:
     """What drives saw of openings that are together."""
     widest = max(opening.width for opening in found)
     leaf = widest if widest < 1.4 else widest / 2
@@ -109,6 +112,7 @@ def doorway(found: list[Opening], beams: Beams, settings: BeamModelSettings) -> 
     )
     return Doorway(
         openings=found,
+        walls=walls,
         middle=middle,
         radius=radius,
         beams=np.ascontiguousarray(rows),

@@ -9,7 +9,7 @@ import numpy as np
 from objstate.building.occupancy import OccupancyMap
 from objstate.discovery.doorway import Cells, Doorway, background
 from objstate.discovery.scoring import DRAWN, Behind, Leaf
-from objstate.discovery.walls import Opening
+from objstate.discovery.walls import Opening, WallLine
 from objstate.geometry import BoolArray, FloatArray
 
 SHIFTS = np.arange(-0.06, 0.061, 0.015)  # m, of the map across a wall
@@ -55,7 +55,9 @@ def backgrounds(place: Doorway, plan: OccupancyMap) -> tuple[Behind, dict[int, l
     ]
     shift = shifts[int(np.argmax(fits))]
     as_is = Behind(*background(place, segments + shift))
-    drawn = {about: _leaves(cells, opening) for about, opening in enumerate(place.openings)}
+    drawn = {
+        about: _leaves(cells, opening, place.walls) for about, opening in enumerate(place.openings)
+    }
     left = DRAWN if any(drawn.values()) else 0.0  # what looks like a leaf in the map is none
     cleared = {}
     for about, opening in enumerate(place.openings):
@@ -69,7 +71,9 @@ def backgrounds(place: Doorway, plan: OccupancyMap) -> tuple[Behind, dict[int, l
     return as_is, cleared
 
 
-def _leaves(cells: Cells, opening: Opening) -> list[tuple[tuple[bool | None, float], BoolArray]]:
+def _leaves(
+    cells: Cells, opening: Opening, walls: list[WallLine]
+) -> list[tuple[tuple[bool | None, float], BoolArray]]:
     """Leaves of an opening that the map shows: the end of the hinge and the turn, and their cells."""
     found: list[tuple[tuple[bool | None, float], BoolArray]] = []
     for from_end, start, bearing in (
@@ -77,6 +81,8 @@ def _leaves(cells: Cells, opening: Opening) -> list[tuple[tuple[bool | None, flo
         (True, opening.end, opening.bearing + np.pi),
     ):
         for hinge, turn in _drawn(cells, start, bearing, opening.width):
+            if any(wall.holds(hinge, bearing + turn, opening.width) for wall in walls):
+                continue
             leaf = cells.on_leaf(hinge, bearing + turn, opening.width)
             found.append(((from_end, turn), leaf))
     return found

@@ -46,6 +46,17 @@ class WallLine:
         """The point (2,) so many metres along."""
         return np.asarray(self.start + place * self.along)
 
+    def holds(self, start: FloatArray, bearing: float, length: float) -> bool:
+        """Whether something straight is a piece of this line, which is at least twice as long."""
+        along = np.array([np.cos(bearing), np.sin(bearing)])
+        off = start + length / 2.0 * along - self.start
+        return bool(
+            self.length >= 2.0 * length
+            and abs(along @ self.normal) < np.sin(2.0 * SAME_WAY)
+            and abs(off @ self.normal) < 2.0 * SAME_LINE
+            and 0.0 < off @ self.along < self.length
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class Opening:
