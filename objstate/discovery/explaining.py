@@ -22,8 +22,8 @@ from objstate.discovery.scoring import (
 )
 from objstate.geometry import FloatArray
 
-LOG_DOOR = np.log(0.5)  # prior of a doorway to have a leaf
-LOG_BARE = np.log(0.5)
+LOG_DOOR = np.log(0.65)  # prior of a doorway to have a leaf
+LOG_BARE = np.log(0.35)
 LOG_KINDS = np.log(0.25)  # of the side of the hinge and the way it opens
 THING = -16.0  # nats: place, direction and length of something straight, of all there might be
 PLUG = -6.0  # nats: something that fills a doorway, such as a shelf, at some depth

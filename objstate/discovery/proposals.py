@@ -8,7 +8,7 @@ import numpy as np
 
 from objstate.building.occupancy import OccupancyMap
 from objstate.discovery.doorway import Cells, Doorway, background
-from objstate.discovery.scoring import DRAWN, Behind, Leaf
+from objstate.discovery.scoring import DRAWN, Behind, Drawn, Leaf
 from objstate.discovery.walls import Opening, WallLine
 from objstate.geometry import BoolArray, FloatArray
 
@@ -62,7 +62,8 @@ def backgrounds(place: Doorway, plan: OccupancyMap) -> tuple[Behind, dict[int, l
     cleared = {}
     for about, opening in enumerate(place.openings):
         between = cells.in_doorway(opening)
-        inside = (None, 0.0) if cells.fills(opening) else None
+        fills = cells.fills(opening)
+        inside = Drawn(None, 0.0, cells.middles[between]) if fills else None
         open_ = _without(place, cells.segments(between) + shift, as_is, inside, left)
         cleared[about] = [open_] + [
             _without(place, cells.segments(between | leaf) + shift, as_is, shown, 0.0)
@@ -71,11 +72,9 @@ def backgrounds(place: Doorway, plan: OccupancyMap) -> tuple[Behind, dict[int, l
     return as_is, cleared
 
 
-def _leaves(
-    cells: Cells, opening: Opening, walls: list[WallLine]
-) -> list[tuple[tuple[bool | None, float], BoolArray]]:
+def _leaves(cells: Cells, opening: Opening, walls: list[WallLine]) -> list[tuple[Drawn, BoolArray]]:
     """Leaves of an opening that the map shows: the end of the hinge and the turn, and their cells."""
-    found: list[tuple[tuple[bool | None, float], BoolArray]] = []
+    found: list[tuple[Drawn, BoolArray]] = []
     for from_end, start, bearing in (
         (False, opening.start, opening.bearing),
         (True, opening.end, opening.bearing + np.pi),
@@ -84,7 +83,7 @@ def _leaves(
             if any(wall.holds(hinge, bearing + turn, opening.width) for wall in walls):
                 continue
             leaf = cells.on_leaf(hinge, bearing + turn, opening.width)
-            found.append(((from_end, turn), leaf))
+            found.append((Drawn(from_end, turn, cells.middles[leaf]), leaf))
     return found
 
 
@@ -92,7 +91,7 @@ def _without(
     place: Doorway,
     segments: FloatArray,
     as_is: Behind,
-    drawn: tuple[bool | None, float] | None,
+    drawn: Drawn | None,
     log_left: float,
 ) -> Behind:
     """A map from which something was taken out."""

@@ -27,6 +27,8 @@ DRAWN = -10.0  # nats: a map shows something as long as a leaf that ends at a ja
 FILLED = -2.5  # nats: an opening without a leaf is filled within a wall's depth
 MISSED = -1.2  # nats: the map doesn't show a leaf that is there
 MAP_STD = np.radians(4.0)  # of the turn of a leaf in a map
+MAP_ASIDE, MAP_END = 0.03, 0.05  # m, of a leaf's place and of its end in a map
+LAST = 0.97  # share of a leaf's cells that lie before its end
 ALONG_STD, WIDTH_STD = 0.05, 0.05  # m of hinge and width about what an opening shows
 BEARING_STD = np.radians(2.0)  # about the wall's
 
@@ -55,14 +57,39 @@ class Leaf:
 
 
 @dataclass(frozen=True, eq=False)
+class Drawn:
+    """What a map shows in a doorway that may be a leaf."""
+
+    from_end: bool | None  # where it is hinged; None: it fills the opening
+    turn: float  # rad, from the closed leaf; to the left is positive
+    points: FloatArray = field(repr=False)  # (m, 2) m, middles of its cells
+
+    def off(self, leaf: Leaf, angles: FloatArray) -> FloatArray:
+        """(a,) squared deviations of a leaf at these angles from what is drawn."""
+        if self.from_end is None:
+            return np.asarray(np.square((angles - abs(self.turn)) / MAP_STD))
+        away = self.points - leaf.hinge
+        bearings = leaf.bearing + leaf.sense * angles
+        cos, sin = np.cos(bearings)[:, None], np.sin(bearings)[:, None]
+        along, aside = cos * away[:, 0] + sin * away[:, 1], cos * away[:, 1] - sin * away[:, 0]
+        middle = along.mean(axis=1, keepdims=True)
+        spread = np.square(along - middle).sum(axis=1)
+        slope = (aside * (along - middle)).sum(axis=1) / np.maximum(spread, 1e-9)
+        end = np.quantile(along, LAST, axis=1) - leaf.width
+        return np.asarray(
+            np.square(aside.mean(axis=1) / MAP_ASIDE)
+            + np.square(slope / MAP_STD)
+            + np.square(end / MAP_END)
+        )
+
+
+@dataclass(frozen=True, eq=False)
 class Behind:
     """What there is without the leaf, and what the map has in its place."""
 
     expected: FloatArray = field(repr=False)  # (n,) m
     log_likelihood: FloatArray  # (groups,)
-    # what was taken out of the map: (None, 0) something that fills the opening; a leaf that is
-    # hinged at the opening's end or not, and its turn from there, rad; None: nothing
-    drawn: tuple[bool | None, float] | None = None
+    drawn: Drawn | None = None  # what was taken out of the map
     as_drawn: FloatArray = field(
         default_factory=lambda: np.empty(0), repr=False
     )  # (groups,) gained by it
@@ -72,7 +99,7 @@ class Behind:
         """Whether what was taken out may be a leaf."""
         if self.drawn is None:
             return False
-        from_end, turn = self.drawn
+        from_end, turn = self.drawn.from_end, self.drawn.turn
         return from_end is None or (from_end == leaf.from_end and leaf.sense * turn >= 0.0)
 
     def log_map(self, leaf: Leaf, angles: FloatArray) -> FloatArray:
@@ -81,15 +108,15 @@ class Behind:
             return np.full(len(angles), MISSED + self.log_left)
         if not self._is_drawn(leaf):
             return np.full(len(angles), MISSED + DRAWN + self.log_left)
-        off = (angles - abs(self.drawn[1])) / MAP_STD
-        return np.asarray(np.maximum(-0.5 * off**2, MISSED + DRAWN) + self.log_left)
+        off = self.drawn.off(leaf, angles)
+        return np.asarray(np.maximum(-0.5 * off, MISSED + DRAWN) + self.log_left)
 
     @property
     def log_map_bare(self) -> float:
         """The same, if there is no leaf."""
         if self.drawn is None:
             return self.log_left
-        return self.log_left + (FILLED if self.drawn[0] is None else DRAWN)
+        return self.log_left + (FILLED if self.drawn.from_end is None else DRAWN)
 
     def before(self, place: Doorway, leaf: Leaf, angles: FloatArray) -> Behind:
         """What there is with a leaf that stands at angles (groups,), which the map's leaf isn't."""
@@ -114,7 +141,7 @@ class Behind:
         if not self._is_drawn(leaf):
             return gain
         assert self.drawn is not None
-        near = np.abs(angles - abs(self.drawn[1])) <= MAP_STD
+        near = np.abs(angles - abs(self.drawn.turn)) <= MAP_STD
         out = gain.copy()
         out[near] = np.maximum(gain[near], self.as_drawn)
         return out
