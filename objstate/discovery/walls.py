@@ -160,7 +160,7 @@ def _moved(line: WallLine, places: FloatArray, asides: FloatArray, width: float)
 def _joined(one: WallLine, other: WallLine) -> WallLine | None:
     """The first line, as long as both; None where the second isn't on it."""
     ends = np.array([other.start, other.at(other.length)]) - one.start
-    if np.abs(ends @ one.normal).max() > SAME_LINE / 2.0:
+    if np.abs(ends @ one.normal).max() > SAME_LINE:
         return None
     places = ends @ one.along
     if places.max() < -WIDEST or places.min() > one.length + WIDEST:
