@@ -17,7 +17,7 @@ test: .venv/.stamp
 	$(BIN)/ruff format --check
 	$(BIN)/mypy --strict objstate
 	$(BIN)/lint-imports
-	$(BIN)/pytest
+	$(BIN)/pytest -n 2 --dist loadfile
 
 docs: .venv/.stamp
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e .[docs]
