@@ -10,13 +10,19 @@ swapped.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from objstate.association.assignments import assignments
 from objstate.association.motion import STATE, Motion, Tracks
 from objstate.geometry import BoolArray, FloatArray, IntArray
+from objstate.lazy import Later
+
+if TYPE_CHECKING:
+    from scipy import optimize
+else:
+    optimize = Later("scipy.optimize")
 
 MOST = 40  # hypotheses kept
 LEAST = 1e-9  # weight of a hypothesis that is kept, relative to the best
@@ -97,7 +103,7 @@ class Joint:
         found = np.zeros((len(places), len(places)))
         for weight, positions in zip(self.weights, self.tracks.positions, strict=True):
             distances = np.hypot(*np.moveaxis(positions[:, None] - places, -1, 0))
-            rows, columns = linear_sum_assignment(distances)
+            rows, columns = optimize.linear_sum_assignment(distances)
             found[rows, columns] += weight
         return found
 

@@ -23,10 +23,8 @@ MOST_SCANS = 20  # of one look
 # beams of a look that tell something of their own: all share the robot's and the map's error
 TOLD = 150.0
 ROUGH = 250  # beams of a look for a first search
-STAYS, UNMOVED = (
-    0.9,
-    0.5,
-)  # probability that a door stands as before: in the same drive, in the next
+# probability that a door stands as before: in the same drive, in the next
+STAYS, UNMOVED = 0.9, 0.5
 MARGIN = 0.3  # m about all places of a leaf that count
 TOLERANCE, INSET = 0.75, 0.5  # cells, as `building from-map` straightens walls
 DEEP = 0.27  # m from the wall's line, within which a closed leaf may lie
@@ -46,10 +44,15 @@ class Doorway:
     group: IntArray = field(repr=False)  # (n,) number of the look
     groups: int
     exponents: FloatArray  # (groups,) on the likelihood of each look
-    stays: (
-        FloatArray  # (groups,) probability that nothing was moved since the look before, or the map
-    )
+    # (groups,) probability that nothing was moved since the look before, or since the map
+    stays: FloatArray
     model: FloatArray = field(repr=False)  # (5,) beam model
+
+    def log_likelihood(self, expected: FloatArray) -> FloatArray:
+        """(groups,) of the looks, tempered, for expected distances (n,) m of the beams."""
+        out = np.zeros(self.groups)
+        kernels.background_log_likelihood(self.beams, expected, self.group, self.model, out)
+        return np.asarray(self.exponents * out)
 
     @property
     def rough(self) -> Doorway:
@@ -220,7 +223,6 @@ def beside(points: FloatArray, start: FloatArray, bearing: float) -> tuple[Float
 
 def background(place: Doorway, segments: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Expected distances (n,) of the beams, and their log-likelihood by look (groups,), tempered."""
-    expected, out = np.empty(place.beams.shape[1]), np.zeros(place.groups)
+    expected = np.empty(place.beams.shape[1])
     kernels.cast(place.beams, np.ascontiguousarray(segments), expected)
-    kernels.background_log_likelihood(place.beams, expected, place.group, place.model, out)
-    return expected, place.exponents * out
+    return expected, place.log_likelihood(expected)

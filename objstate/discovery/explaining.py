@@ -9,7 +9,7 @@ import numpy as np
 
 from objstate.building.occupancy import OccupancyMap
 from objstate.discovery.doorway import Doorway, beside
-from objstate.discovery.proposals import backgrounds, proposals
+from objstate.discovery.proposals import Shown, backgrounds, proposals
 from objstate.discovery.scoring import (
     FLAT,
     Behind,
@@ -57,9 +57,9 @@ class Explained:
 
 def explain(place: Doorway, plan: OccupancyMap) -> Explained | None:
     """The most probable leaf of a doorway, and the probability that there is one; None where nothing fits."""
-    rough = place.rough
-    tried = _tried(rough, plan)
-    as_is, cleared = backgrounds(place, plan)
+    shown = Shown.about(place, plan)
+    tried = _tried(place.rough, shown)
+    as_is, cleared = backgrounds(place, shown)
     found: list[Refined] = []
     for number, leaf in tried:
         refined = _refine(place, cleared[leaf.about][number], leaf)
@@ -85,7 +85,7 @@ def explain(place: Doorway, plan: OccupancyMap) -> Explained | None:
     door = float(np.logaddexp.reduce(several)) + LOG_KINDS + LOG_DOOR - base
     things = _things(found)
     bare = max(
-        _bare(place, as_is, open_, things) for several in cleared.values() for open_ in several
+        _bare(place, as_is, open_, things) for variants in cleared.values() for open_ in variants
     )
     bare += LOG_BARE - base
     odds = door - bare
@@ -95,26 +95,17 @@ def explain(place: Doorway, plan: OccupancyMap) -> Explained | None:
 def _second(place: Doorway, first: Refined) -> Refined | None:
     """The other leaf of a double door, and its evidence with the first one in its angles."""
     opening, leaf = place.openings[first.leaf.about], first.leaf
-    start, bearing = (
-        (opening.start, opening.bearing)
-        if leaf.from_end
-        else (opening.end, opening.bearing + np.pi)
-    )
-    own = (
-        (opening.end, opening.bearing + np.pi)
-        if leaf.from_end
-        else (opening.start, opening.bearing)
-    )
-    _, aside = beside(leaf.hinge[None], *own)
+    start, bearing = opening.jamb(not leaf.from_end)
+    _, aside = beside(leaf.hinge[None], *opening.jamb(leaf.from_end))
     hinge = start - float(aside[0]) * np.array([-np.sin(bearing), np.cos(bearing)])
     other = Leaf(hinge, bearing, -leaf.sense, leaf.width, leaf.about, not leaf.from_end, leaf.share)
     behind = first.behind.before(place, leaf, first.angles)
     return _refine(place, behind, other)
 
 
-def _tried(place: Doorway, plan: OccupancyMap) -> list[tuple[int, Leaf]]:
+def _tried(place: Doorway, shown: Shown) -> list[tuple[int, Leaf]]:
     """The best proposals of each kind, with the number of the background."""
-    _, cleared = backgrounds(place, plan)
+    _, cleared = backgrounds(place, shown)
     lattice = Lattice.whole()
     best: dict[tuple[int, bool, float], tuple[float, int, Leaf]] = {}
     for leaf in proposals(place):
@@ -149,9 +140,9 @@ def _refine(place: Doorway, behind: Behind, leaf: Leaf) -> Refined | None:
     full = log_joint(place, behind, leaf, whole)
     value = max(-float(found.fun), full)
     volume = 0.5 * np.linalg.slogdet(2 * np.pi * covariance)[1]
-    gain = lattice.gains(place, behind, leaf) + lattice.log_prior[:, None]
-    best, evidence = np.argmax(gain, axis=0), value + float(volume)
-    seen = (gain - lattice.log_prior[:, None])[best, np.arange(place.groups)]
+    gain, evidence = lattice.gains(place, behind, leaf), value + float(volume)
+    best = np.argmax(gain + lattice.log_prior[:, None], axis=0)
+    seen = gain[best, np.arange(place.groups)]
     log_prior = evidence - float(seen.sum() + behind.log_likelihood.sum())
     return Refined(leaf, behind, covariance, evidence, lattice.angles[best], log_prior)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
@@ -25,9 +26,9 @@ def proposals(place: Doorway) -> list[Leaf]:
     """Leaves on either side of each opening, in some places about its jambs."""
     found = []
     for about, opening in enumerate(place.openings):
-        ends = (opening.start, opening.bearing, False), (opening.end, opening.bearing + np.pi, True)
         shares = [share for share in (1.0, 0.5) if 0.55 <= share * opening.width <= 1.4]
-        for start, bearing, from_end in ends:
+        for from_end in (False, True):
+            start, bearing = opening.jamb(from_end)
             normal = np.array([-np.sin(bearing), np.cos(bearing)])
             for share in shares:
                 for aside in np.arange(-0.2, 0.21, 0.05):
@@ -38,13 +39,34 @@ def proposals(place: Doorway) -> list[Leaf]:
     return found
 
 
-def backgrounds(place: Doorway, plan: OccupancyMap) -> tuple[Behind, dict[int, list[Behind]]]:
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """What a map shows about a doorway, by opening."""
+
+    cells: Cells
+    between: list[BoolArray]  # the cells in the opening
+    filling: list[Drawn | None]  # what fills it
+    leaves: list[list[tuple[Drawn, BoolArray]]]  # what may be its leaves, and their cells
+
+    @staticmethod
+    def about(place: Doorway, plan: OccupancyMap) -> Shown:
+        """What it shows about one."""
+        cells, openings = Cells.about(plan, place.middle, place.radius + 0.3), place.openings
+        between = [cells.in_doorway(opening) for opening in openings]
+        filling = [
+            Drawn(None, 0.0, cells.middles[inside]) if cells.fills(opening) else None
+            for opening, inside in zip(openings, between, strict=True)
+        ]
+        leaves = [_leaves(cells, opening, place.walls) for opening in openings]
+        return Shown(cells, between, filling, leaves)
+
+
+def backgrounds(place: Doorway, shown: Shown) -> tuple[Behind, dict[int, list[Behind]]]:
     """The map as it is, and by opening without what it shows in the doorway, and without leaves there.
 
     The map is shifted across the wall so that it fits the readings best.
     """
-    cells = Cells.about(plan, place.middle, place.radius + 0.3)
-    bearing = place.openings[0].bearing
+    cells, bearing = shown.cells, place.openings[0].bearing
     across = np.tile([-np.sin(bearing), np.cos(bearing)], 2)
     segments = cells.segments()
     shifts = [shift * across for shift in SHIFTS]
@@ -55,19 +77,14 @@ def backgrounds(place: Doorway, plan: OccupancyMap) -> tuple[Behind, dict[int, l
     ]
     shift = shifts[int(np.argmax(fits))]
     as_is = Behind(*background(place, segments + shift))
-    drawn = {
-        about: _leaves(cells, opening, place.walls) for about, opening in enumerate(place.openings)
-    }
-    left = DRAWN if any(drawn.values()) else 0.0  # what looks like a leaf in the map is none
+    left = DRAWN if any(shown.leaves) else 0.0  # what looks like a leaf in the map is none
     cleared = {}
-    for about, opening in enumerate(place.openings):
-        between = cells.in_doorway(opening)
-        fills = cells.fills(opening)
-        inside = Drawn(None, 0.0, cells.middles[between]) if fills else None
-        open_ = _without(place, cells.segments(between) + shift, as_is, inside, left)
-        cleared[about] = [open_] + [
-            _without(place, cells.segments(between | leaf) + shift, as_is, shown, 0.0)
-            for shown, leaf in drawn[about]
+    for about, between in enumerate(shown.between):
+        variants = [(shown.filling[about], between, left)]
+        variants += [(drawn, between | leaf, 0.0) for drawn, leaf in shown.leaves[about]]
+        cleared[about] = [
+            _without(place, cells.segments(taken) + shift, as_is, drawn, log_left)
+            for drawn, taken, log_left in variants
         ]
     return as_is, cleared
 
@@ -75,10 +92,8 @@ def backgrounds(place: Doorway, plan: OccupancyMap) -> tuple[Behind, dict[int, l
 def _leaves(cells: Cells, opening: Opening, walls: list[WallLine]) -> list[tuple[Drawn, BoolArray]]:
     """Leaves of an opening that the map shows: the end of the hinge and the turn, and their cells."""
     found: list[tuple[Drawn, BoolArray]] = []
-    for from_end, start, bearing in (
-        (False, opening.start, opening.bearing),
-        (True, opening.end, opening.bearing + np.pi),
-    ):
+    for from_end in (False, True):
+        start, bearing = opening.jamb(from_end)
         for hinge, turn in _drawn(cells, start, bearing, opening.width):
             if any(wall.holds(hinge, bearing + turn, opening.width) for wall in walls):
                 continue

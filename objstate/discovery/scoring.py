@@ -90,9 +90,8 @@ class Behind:
     expected: FloatArray = field(repr=False)  # (n,) m
     log_likelihood: FloatArray  # (groups,)
     drawn: Drawn | None = None  # what was taken out of the map
-    as_drawn: FloatArray = field(
-        default_factory=lambda: np.empty(0), repr=False
-    )  # (groups,) gained by it
+    # (groups,) what it gains
+    as_drawn: FloatArray = field(default_factory=lambda: np.empty(0), repr=False)
     log_left: float = 0.0  # log-probability of what is left in the map beside a leaf
 
     def _is_drawn(self, leaf: Leaf) -> bool:
@@ -120,7 +119,7 @@ class Behind:
 
     def before(self, place: Doorway, leaf: Leaf, angles: FloatArray) -> Behind:
         """What there is with a leaf that stands at angles (groups,), which the map's leaf isn't."""
-        expected, log_likelihood = self.expected.copy(), self.log_likelihood.copy()
+        expected = self.expected.copy()
         for k, own in enumerate(turned(leaf, angles)):
             if angles[k] >= FLAT:
                 continue
@@ -130,11 +129,7 @@ class Behind:
             beams = np.ascontiguousarray(place.beams[:, mine])
             kernels.cast(beams, np.concatenate(ends)[None], met)
             expected[mine] = np.minimum(expected[mine], met - HALF)
-        log_likelihood[:] = 0.0
-        kernels.background_log_likelihood(
-            place.beams, expected, place.group, place.model, log_likelihood
-        )
-        return Behind(expected, place.exponents * log_likelihood)
+        return Behind(expected, place.log_likelihood(expected))
 
     def with_map(self, leaf: Leaf, angles: FloatArray, gain: FloatArray) -> FloatArray:
         """Gains (a, groups) of a leaf, which at the map's own angle may look as the map has it."""
@@ -204,9 +199,7 @@ def turned(leaf: Leaf, angle: FloatArray) -> FloatArray:
 def log_prior(place: Doorway, leaf: Leaf) -> float:
     """Log density of a leaf's hinge and width about what its opening shows, and of its bearing."""
     opening = place.openings[leaf.about]
-    start, bearing = opening.start, opening.bearing
-    if leaf.from_end:
-        start, bearing = opening.end, bearing + np.pi
+    start, bearing = opening.jamb(leaf.from_end)
     along, aside = beside(leaf.hinge[None], start, bearing)
     if abs(aside[0]) > DEEP:
         return -np.inf

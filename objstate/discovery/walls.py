@@ -80,6 +80,10 @@ class Opening:
         """rad, from start to end."""
         return float(np.arctan2(*(self.end - self.start)[::-1]))
 
+    def jamb(self, is_end: bool) -> tuple[FloatArray, float]:
+        """One of the jambs (2,), and the bearing from there to the other, rad."""
+        return (self.end, self.bearing + np.pi) if is_end else (self.start, self.bearing)
+
 
 def wall_lines(segments: FloatArray) -> list[WallLine]:
     """Lines through pieces of wall (k, 2, 2), the longest piece's first; each piece belongs to one."""

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from objstate.building.model import Building, Kind
 from objstate.config import BeamModelSettings, DoorSettings, Settings
+from objstate.estimator.believed import Believed
 from objstate.estimator.exposure import Exposure, Exposures, Seen
 from objstate.geometry import FloatArray
 from objstate.lazy import Later, altered
@@ -70,17 +71,13 @@ class Doors:
         return [Statics(self._hinge.variances[-1], bearing) for bearing in self._bearing.bounds]
 
     def observe(
-        self,
-        names: Sequence[str],
-        beliefs: Mapping[str, ObjectBelief],
-        exposures: Exposures,
-        rngs: Mapping[str, np.random.Generator],
+        self, names: Sequence[str], believed: Believed, exposures: Exposures
     ) -> dict[str, Seen]:
         """The doors' beliefs after a scan, and whether some beam reached each leaf.
 
         Doors are left out where no beam enters the circle that holds them before it meets a wall.
         """
-        seen = {name: self._seen(beliefs[name], exposures.of(name)) for name in names}
+        seen = {name: self._seen(believed.marginals[name], exposures.of(name)) for name in names}
         return {name: each for name, each in seen.items() if each is not None}
 
     def _seen(self, belief: ObjectBelief, exposure: Exposure) -> Seen | None:

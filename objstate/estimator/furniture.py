@@ -9,6 +9,7 @@ import numpy as np
 
 from objstate.building.model import Building, Kind
 from objstate.config import FurnitureSettings, Settings
+from objstate.estimator.believed import Believed
 from objstate.estimator.doors import beam_noise
 from objstate.estimator.exposure import Exposure, Exposures, Seen
 from objstate.geometry import BoolArray, FloatArray, IntArray
@@ -18,6 +19,7 @@ from objstate.objects import ObjectBelief
 from objstate.objects.exclusion import alike, compete, exclusive
 from objstate.objects.furniture_mixture import (
     PROPOSED,
+    PROPOSED_STD,
     Conditioned,
     FurnitureMixture,
     Piece,
@@ -61,35 +63,28 @@ class Furniture:
         return name in self._pieces
 
     def observe(
-        self,
-        names: Sequence[str],
-        beliefs: Mapping[str, ObjectBelief],
-        exposures: Exposures,
-        rngs: Mapping[str, np.random.Generator],
+        self, names: Sequence[str], believed: Believed, exposures: Exposures
     ) -> dict[str, Seen]:
         """The pieces' beliefs after a scan, and whether some beam reached each.
 
         Those that look alike are updated together: no two stand at one place. So pieces that aren't
         named are, too, if they may stand where a named one does.
         """
+        beliefs = believed.marginals
         mixtures, rivals = self._with_rivals(names, beliefs)
         seen, conditioned = dict[str, Seen](), dict[str, Conditioned]()
         for name, before in mixtures.items():
             belief, exposure = beliefs[name], exposures.of(name, unless=rivals[name])
-            after, beams, reached = self._given(belief, before, exposure, rngs[name])
+            after, beams, reached = self._given(belief, before, exposure, believed.rngs[name])
             seen[name] = Seen(belief, exposure, beams, reached > 0)
             if isinstance(after, FurnitureMixture):
                 mixtures[name] = after
             else:
                 conditioned[name] = after
-        mixtures |= {
-            name: mixture
-            for group in self._groups
-            if (names := [name for name in group if name in conditioned])
-            for name, mixture in zip(
-                names, exclusive([conditioned[name] for name in names]), strict=True
-            )
-        }
+        for group in self._groups:
+            own = [name for name in group if name in conditioned]
+            together = exclusive([conditioned[name] for name in own])
+            mixtures |= zip(own, together, strict=True)
         return {
             name: each._replace(
                 belief=mixtures[name].at(each.exposure.scan.stamp_ns).sampled(each.belief)
@@ -176,7 +171,7 @@ def _through(
     states, explained = outline.states_through(stopped, TRIED, rng)
     if len(states) == 0:
         return states
-    able = mixture.density(states) * np.exp(explained - explained.max())
+    able = mixture.density(states, PROPOSED_STD) * np.exp(explained - explained.max())
     if not able.sum() > 0.0:
         return np.empty((0, 3))
     return states[np.unique(systematic(Weights.of(able), PROPOSED, rng))]

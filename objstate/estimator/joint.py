@@ -32,16 +32,9 @@ class JointModel(Protocol):
         """Whether an object is of this kind."""
 
     def observe(
-        self,
-        names: Sequence[str],
-        beliefs: Mapping[str, ObjectBelief],
-        exposures: Exposures,
-        rngs: Mapping[str, np.random.Generator],
+        self, names: Sequence[str], believed: Believed, exposures: Exposures
     ) -> dict[str, Seen]:
-        """Beliefs after a scan, of those named objects that some beam may meet.
-
-        ``beliefs`` are all before it.
-        """
+        """Beliefs after a scan, of those named objects that some beam may meet."""
 
 
 class JointUpdate:
@@ -84,10 +77,9 @@ class JointUpdate:
         vantage = robot.vantage(sight.scan)
         surfaces = self._sensing.surfaces(sight.height)
         exposures = Exposures(sight, vantage, surfaces, known, robot.wall_std, robot.carried)
-        marginals, rngs = self._believed.marginals, self._believed.rngs
         for model in self._models:
             pointed_at = [name for name in names if name in model]
-            for name, seen in model.observe(pointed_at, marginals, exposures, rngs).items():
+            for name, seen in model.observe(pointed_at, self._believed, exposures).items():
                 fits[name] = self._keep(seen)
         return fits
 

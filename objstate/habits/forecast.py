@@ -105,10 +105,6 @@ class Forecast:
         """(r,) probabilities of the regions, averaged over the draws."""
         return np.asarray((state[:, 0::2] + state[:, 1::2]).mean(axis=0))
 
-    def over_cell(self, key: int) -> FloatArray:
-        """(d, s, s) transition probabilities over a whole cell."""
-        return np.asarray(self._cells[:, key])
-
     def _within(self, state: FloatArray, cell: int, seconds: float) -> FloatArray:
         if seconds <= 0.0:
             return state

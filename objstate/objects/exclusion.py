@@ -20,18 +20,24 @@ from itertools import combinations
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.special import log_ndtr, logsumexp
 
 from objstate.building.model import MovableObject
 from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.lazy import Later
 from objstate.objects.footprint import OBJECTS_KEPT, silhouette
-from objstate.objects.furniture_mixture import ABSENT, ORDER, Conditioned, FurnitureMixture, Piece
+from objstate.objects.furniture_mixture import (
+    ABSENT,
+    ANY_STD,
+    ORDER,
+    Conditioned,
+    FurnitureMixture,
+    Piece,
+)
 
 if TYPE_CHECKING:
-    from objstate.objects import furniture_kernels
+    from scipy import special
 else:
-    furniture_kernels = Later("objstate.objects.furniture_kernels")
+    special = Later("scipy.special")
 
 SAME_FORM = 1e-3  # m by which corners of one form may differ
 TOUCHING = 0.9  # of the least distance at which two pieces touch: nearer ones overlap
@@ -43,7 +49,6 @@ NARROW = 0.25  # of that distance: deviation up to which a component is at one p
 WEIGHED = 1e-5  # weight from which a component competes for a place
 IMPOSSIBLE = -1e9  # a log-probability
 NEVER = 1e-300
-NO_STD = np.zeros(3)  # deviations that every component exceeds
 
 
 def alike(pieces: Mapping[str, Piece]) -> list[list[str]]:
@@ -78,16 +83,17 @@ def spacing(item: MovableObject) -> float:
 
 def exclusive(pieces: Sequence[Conditioned]) -> list[FurnitureMixture]:
     """The mixtures of several pieces of one form after a scan of them all."""
-    after = [each.weighed(each.alone) for each in pieces]
+    together = dict[int, FurnitureMixture]()
     if len(pieces) > 1:
         near = spacing(pieces[0].mixture.piece.item)
         places = _places(pieces, near)
         for group in _groups(pieces, places, near):
             shown = [place for place in places if place.owner in group]
             candidates = {i: Candidate.of(pieces[i], shown, near) for i in group}
-            for i, mixture in _together(candidates, shown, near).items():
-                after[i] = mixture
-    return after
+            together |= _together(candidates, shown, near)
+    return [
+        together[i] if i in together else each.weighed(each.alone) for i, each in enumerate(pieces)
+    ]
 
 
 class Place(NamedTuple):
@@ -104,7 +110,7 @@ def _places(pieces: Sequence[Conditioned], near: float) -> list[Place]:
     """The places at which pieces may be, the most probable first, each named once."""
     found = list[Place]()
     for owner, piece in enumerate(pieces):
-        own, total = list[Place](), logsumexp(piece.log_weights)
+        own, total = list[Place](), special.logsumexp(piece.log_weights)
         narrow = _narrow(piece.covariances, near)
         for c in np.argsort(-piece.log_weights, kind="stable").tolist():
             at = piece.places[c]
@@ -168,13 +174,13 @@ class Candidate(NamedTuple):
     def likelihood(self, place: Place, k: int) -> float:
         """Logarithm of how much likelier the scan is with a piece at its place ``k``."""
         density = np.logaddexp(self.settled[k], self.arriving[k])
-        return float(logsumexp(self.piece.log_weights[place.seen]) - self.none - density)
+        return float(special.logsumexp(self.piece.log_weights[place.seen]) - self.none - density)
 
     def scores(self, factor: FloatArray, likelihoods: FloatArray) -> FloatArray:
         """(m + 1,) logarithm of its weight after the scan, for a factor (m + 1,) before it."""
         ratio = factor - self.prior
         there = np.logaddexp(ratio[:-1] + self.settled, ratio[-1] + self.arriving) + likelihoods
-        left = logsumexp(self.piece.log_weights[~self.taken]) - self.none
+        left = special.logsumexp(self.piece.log_weights[~self.taken]) - self.none
         return np.asarray(np.maximum(np.append(there, ratio[-1] + left), IMPOSSIBLE))
 
     def mixture(
@@ -182,11 +188,11 @@ class Candidate(NamedTuple):
     ) -> FurnitureMixture:
         """Its mixture, at each place as the owner has it, by the probability (m + 1,) of each."""
         own = self.piece
-        weights = [marginal[-1] * _softmax(np.where(self.taken, -np.inf, own.log_weights))]
+        weights = [marginal[-1] * special.softmax(np.where(self.taken, -np.inf, own.log_weights))]
         parts = [own]
         for (owner, here), share in zip(seen, marginal, strict=False):
             parts.append(owner.only(here))
-            weights.append(share * _softmax(owner.log_weights[here]))
+            weights.append(share * special.softmax(owner.log_weights[here]))
         joined = (np.concatenate(each) for each in zip(*(part[1:] for part in parts), strict=True))
         return Conditioned(own.mixture, *joined).weighed(np.concatenate(weights))
 
@@ -255,25 +261,14 @@ def _log_apart(places: Sequence[Place], near: float) -> FloatArray:
     along = off / np.maximum(distance, NEVER)[..., None]
     variance = np.einsum("abi,abij,abj->ab", along, spread[:, None] + spread, along)
     out = np.zeros((len(places) + 1, len(places) + 1))
-    out[:-1, :-1] = log_ndtr((distance - near) / np.sqrt(np.maximum(variance, NEVER)))
+    out[:-1, :-1] = special.log_ndtr((distance - near) / np.sqrt(np.maximum(variance, NEVER)))
     return np.maximum(out, IMPOSSIBLE)
 
 
 def _log_density(mixture: FurnitureMixture, at: FloatArray, part: BoolArray) -> FloatArray:
     """(m,) log-density of some components (c,) of a mixture at places (m, 3)."""
-    out, symmetry = np.zeros(len(at)), mixture.piece.item.symmetry
     part = part & (np.arange(len(part)) != ABSENT)
-    furniture_kernels.densities(
-        np.ascontiguousarray(at),
-        mixture.weights[part],
-        mixture.places[part],
-        mixture.covariances[part],
-        NO_STD,
-        symmetry.order,
-        symmetry.centre,
-        out,
-    )
-    return np.log(np.maximum(out, NEVER))
+    return np.log(np.maximum(mixture.density(at, ANY_STD, part), NEVER))
 
 
 def _narrow(covariances: FloatArray, near: float) -> BoolArray:
@@ -282,11 +277,6 @@ def _narrow(covariances: FloatArray, near: float) -> BoolArray:
     out = covariances[:, x, x] + covariances[:, y, y] < (NARROW * near) ** 2
     out[ABSENT] = False
     return np.asarray(out)
-
-
-def _softmax(logs: FloatArray) -> FloatArray:
-    weights = np.exp(logs - logs.max())
-    return np.asarray(weights / weights.sum())
 
 
 def _at(places: Sequence[Place]) -> FloatArray:

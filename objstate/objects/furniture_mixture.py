@@ -19,7 +19,7 @@ import numpy as np
 from objstate.building.model import MovableObject
 from objstate.building.outline import outline
 from objstate.config import FurnitureSettings
-from objstate.geometry import FloatArray, IntArray, wrap
+from objstate.geometry import BoolArray, FloatArray, IntArray, wrap
 from objstate.lazy import Later, altered, lazy
 from objstate.objects import pushing
 from objstate.objects.belief import ObjectBelief
@@ -39,6 +39,8 @@ SECONDS_PER_HOUR = 3600.0
 OF_PRIOR, NEARBY = 64, 16  # number of cells
 FOUND = 24  # most components besides cells
 ABSENT = 0  # the component of an object that isn't there
+PRESENT = slice(1, None)  # the others
+ANY_STD = np.zeros(3)  # deviations that every component exceeds
 FAR = 1e6  # m; no object is there
 PROPOSED = 16  # most components proposed by a scan
 # m, m, rad; small enough for linear ranges
@@ -232,15 +234,17 @@ class FurnitureMixture:
             after = _pushed(seconds, *after)
         return FurnitureMixture(piece, *after, self.stamp_ns)
 
-    def density(self, places: FloatArray) -> FloatArray:
-        """Density (p,) at places (p, 3) of components that are wider than proposed ones."""
+    def density(
+        self, places: FloatArray, std: FloatArray, part: slice | BoolArray = PRESENT
+    ) -> FloatArray:
+        """Density (p,) at places (p, 3) of components wider than ``std`` (3,), or of a part of them."""
         symmetry, out = self.piece.item.symmetry, np.empty(len(places))
         furniture_kernels.densities(
             np.ascontiguousarray(places),
-            self.weights[1:],
-            self.places[1:],
-            self.covariances[1:],
-            PROPOSED_STD,
+            self.weights[part],
+            self.places[part],
+            self.covariances[part],
+            std,
             symmetry.order,
             symmetry.centre,
             out,
@@ -255,7 +259,7 @@ class FurnitureMixture:
         """
         if len(proposed) == 0:
             return self
-        std, density = PROPOSED_STD, self.density(proposed)
+        std, density = PROPOSED_STD, self.density(proposed, PROPOSED_STD)
         off = proposed[:, None] - proposed
         off[..., 2] = wrap(off[..., 2])
         crowd = np.exp(-0.5 * ((off / std) ** 2).sum(axis=2)).sum(axis=1)

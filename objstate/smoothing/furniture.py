@@ -13,6 +13,7 @@ from objstate.lazy import Later, altered
 from objstate.objects import ObjectBelief
 from objstate.objects.furniture_mixture import (
     ABSENT,
+    ANY_STD,
     FAR,
     NEVER,
     ORDER,
@@ -34,7 +35,6 @@ else:
 MOST = 24  # largest number of components of a smoothed mixture
 NUMBERS = 1024  # largest number of components of one moment
 LEAST = 1e-4  # weight below which a component is dropped
-NONE = np.zeros(3)  # deviations that every component exceeds
 SAME = np.diag(PROPOSED_STD**2)  # (m, m, rad) covariance of places that count as the same
 
 
@@ -141,7 +141,7 @@ def _densities(
         wide[spread] = covariances + at.covariances[1 + j] + SAME
         place = at.places[1 + j : 2 + j]
         furniture_kernels.densities(
-            place, weights, places, wide, NONE, symmetry.order, symmetry.centre, out[j]
+            place, weights, places, wide, ANY_STD, symmetry.order, symmetry.centre, out[j]
         )
     return out[:, 0]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -92,9 +93,8 @@ class Watch:
             surfaces = self.sensing.surfaces(sight.height)
             exposures = Exposures(sight, vantage, surfaces, {}, 0.0, lambda *_: CARRIED)
             name = self.item.name
-            seen = self.furniture.observe(
-                [name], {name: self.belief}, Blurred(exposures), {name: self.rng}
-            )
+            believed = SimpleNamespace(marginals={name: self.belief}, rngs={name: self.rng})
+            seen = self.furniture.observe([name], believed, Blurred(exposures))
             self.belief = seen[name].belief
         return self.belief
 
