@@ -19,7 +19,6 @@ from objstate.objects import ObjectBelief
 from objstate.objects.exclusion import alike, compete, exclusive
 from objstate.objects.furniture_mixture import (
     PROPOSED,
-    PROPOSED_STD,
     Conditioned,
     FurnitureMixture,
     Piece,
@@ -171,7 +170,7 @@ def _through(
     states, explained = outline.states_through(stopped, TRIED, rng)
     if len(states) == 0:
         return states
-    able = mixture.density(states, PROPOSED_STD) * np.exp(explained - explained.max())
+    able = mixture.density(states) * np.exp(explained - explained.max())
     if not able.sum() > 0.0:
         return np.empty((0, 3))
     return states[np.unique(systematic(Weights.of(able), PROPOSED, rng))]

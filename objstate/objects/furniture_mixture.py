@@ -235,7 +235,10 @@ class FurnitureMixture:
         return FurnitureMixture(piece, *after, self.stamp_ns)
 
     def density(
-        self, places: FloatArray, std: FloatArray, part: slice | BoolArray = PRESENT
+        self,
+        places: FloatArray,
+        std: FloatArray = PROPOSED_STD,
+        part: slice | BoolArray = PRESENT,
     ) -> FloatArray:
         """Density (p,) at places (p, 3) of components wider than ``std`` (3,), or of a part of them."""
         symmetry, out = self.piece.item.symmetry, np.empty(len(places))
@@ -259,7 +262,7 @@ class FurnitureMixture:
         """
         if len(proposed) == 0:
             return self
-        std, density = PROPOSED_STD, self.density(proposed, PROPOSED_STD)
+        std, density = PROPOSED_STD, self.density(proposed)
         off = proposed[:, None] - proposed
         off[..., 2] = wrap(off[..., 2])
         crowd = np.exp(-0.5 * ((off / std) ** 2).sum(axis=2)).sum(axis=1)
