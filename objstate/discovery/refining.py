@@ -7,33 +7,31 @@ import math
 import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import yaml
 
 from objstate.building.digest import geometry_digest
-from objstate.building.model import Building, MovableObject
+from objstate.building.model import Building
 from objstate.building.writing import LEARN_FILE, check_target, write_buildings
 from objstate.config import BuildingErrorSettings
-from objstate.discovery.statics import (
+from objstate.errors import BuildingError
+from objstate.run import BuildingInput, RunOptions, open_run
+from objstate.run.inputs import describe_log, log_identity
+from objstate.world.statics import (
     DoorEvidence,
     DoorStatics,
     Drive,
     combined,
     contradicting,
+    evidence_of,
+    rehung,
 )
-from objstate.errors import BuildingError
-from objstate.geometry import rotation_about, transform
-from objstate.objects.door_posterior import DoorPosterior
-from objstate.run import BuildingInput, RunOptions, open_run
-from objstate.run.inputs import describe_log, log_identity
 
 FORM = 1  # of what is written to LEARN_FILE
-LEAST_STD_M, LEAST_STD_DEG = 0.001, 0.02  # of what is learnt: models of leaves aren't finer
 
 Report = Callable[[float], None]  # share of all drives done
 
@@ -88,12 +86,12 @@ def refine_building(
     counting = [each for k, each in enumerate(told) if k != out_of_line]
     error = read.model.error or BuildingErrorSettings()
     doors = combined([each.doors for each in counting], error)
-    better = _better(read.model, doors)
+    better = rehung(read.model, doors)
     about = _about(str(building), digest, told, out_of_line, doors)
     urdf = write_buildings(
         target,
         {".": better},
-        {".": _sidecar(error, doors)},
+        {".": _sidecar(better)},
         {LEARN_FILE: json.dumps(about, indent=1) + "\n"},
     )[0]
     left_out = () if out_of_line is None else (told[out_of_line].log,)
@@ -132,11 +130,7 @@ def _told(log: Path, building: Path, run: RunOptions) -> Told:
     records, estimator = open_run([log], BuildingInput.read(building).model, run)
     for record in records:
         estimator.feed(record)
-    doors = {
-        name: DoorEvidence.of(belief.joint)
-        for name, belief in sorted(estimator.objects.items())
-        if isinstance(belief.joint, DoorPosterior) and belief.last_observed_ns is not None
-    }
+    doors = evidence_of(estimator.objects)
     return Told(str(log), _digest(log, run), doors)
 
 
@@ -148,31 +142,14 @@ def _hinged(building: Building) -> list[str]:
     return [name for name, item in building.objects.items() if item.kind.value != "planar"]
 
 
-def _better(building: Building, doors: Sequence[DoorStatics]) -> Building:
-    """The building with its doors where they were learnt to hang."""
-    moved = {each.name: _rehung(building.objects[each.name], each) for each in doors}
-    return replace(building, objects={**building.objects, **moved})
-
-
-def _rehung(item: MovableObject, learnt: DoorStatics) -> MovableObject:
-    """A door with another hinge and another closed bearing."""
-    turn = transform(rotation_about(item.axis, learnt.bearing), np.zeros(3))
-    origin = item.origin @ turn
-    origin[:2, 3] = item.hinge + learnt.hinge
-    return replace(item, origin=origin)
-
-
-def _sidecar(error: BuildingErrorSettings, doors: Sequence[DoorStatics]) -> str:
+def _sidecar(building: Building) -> str:
     """The deviations of the building, and of each door that was learnt."""
-    own = {
-        each.name: {
-            "hinge_std_m": round(max(each.hinge_std, LEAST_STD_M), 4),
-            "bearing_std_deg": round(max(math.degrees(each.bearing_std), LEAST_STD_DEG), 3),
-        }
-        for each in doors
+    assert building.error is not None
+    words = building.error.model_dump(exclude_unset=True)
+    words["doors"] = {
+        name: {key: round(value, 4) for key, value in own.model_dump(exclude_unset=True).items()}
+        for name, own in building.error.doors.items()
     }
-    words = error.model_dump(exclude_unset=True)
-    words["doors"] = words.get("doors", {}) | own
     head = (
         "# How far walls, hinges and lasers may be off; standard deviations. Learnt from drives.\n"
     )

@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass, field, replace
 from importlib.metadata import version
 from itertools import chain
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from objstate.building.model import Building
 from objstate.errors import LogError
@@ -49,6 +49,9 @@ from objstate.run.posteriors import PosteriorRecorder
 from objstate.run.scans import ScanRecorder
 from objstate.run.smoothing import write_smoothed
 from objstate.run.start import check_start
+
+if TYPE_CHECKING:
+    from objstate.world.floor import FloorMemory
 
 FILES = (
     ESTIMATES,
@@ -159,6 +162,7 @@ def estimate_log(
         records, begin_ns = _begun(log)
         described = [file for path in log_paths for file in describe_log(path)]
         memory = _memory(world, model, options, log_identity(described, options), begin_ns)
+        model = model if memory is None else memory.building
         known = None if memory is None else memory.known
         driving = options if memory is None else replace(options, settings=memory.settings)
         estimator = make_estimator(model, driving, known, history=True)
@@ -205,7 +209,7 @@ def estimate_log(
             lost_probabilities=estimator.lost_probabilities,
             p_localized=tuple(drive.localized),
             symmetry=model.symmetries,
-            world=None if memory is None else memory.keep(drive.end_ns, options.settings, left),
+            world=_kept(memory, drive, options, estimator, left),
             laser_heights=drive.heights,
             odometry_error=estimator.odometry_error.to_dict(),
         )
@@ -250,6 +254,19 @@ def _begun(log: Log) -> tuple[Iterator[Record], int]:
         if isinstance(record, Odometry | Scan):
             break
     return chain(head, records), head[-1].stamp_ns
+
+
+def _kept(
+    memory: Memory | None,
+    drive: Drive,
+    options: RunOptions,
+    estimator: Estimator,
+    floor: FloorMemory | None,
+) -> WorldUse | None:
+    """What a world kept of the drive."""
+    if memory is None:
+        return None
+    return memory.keep(drive.end_ns, options.settings, estimator.objects, floor)
 
 
 def _memory(

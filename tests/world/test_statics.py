@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from objstate.config import BuildingErrorSettings, DoorErrorSettings
-from objstate.discovery.statics import BEARINGS, DoorEvidence, combined, contradicting
+from objstate.world.statics import BEARINGS, DoorEvidence, combined, contradicting
 
 ERROR = BuildingErrorSettings()
 

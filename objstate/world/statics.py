@@ -11,23 +11,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.stats import chi2
 
-from objstate.config import BuildingErrorSettings
+from objstate.building.model import Building, MovableObject
+from objstate.config import BuildingErrorSettings, DoorErrorSettings
 from objstate.estimator.doors import Deviation
-from objstate.geometry import FloatArray
+from objstate.geometry import FloatArray, rotation_about, transform
+from objstate.objects import ObjectBelief
 from objstate.objects.door_posterior import DoorPosterior
 from objstate.objects.mixture_kernels import ZERO
+from objstate.packing import pack, unpack
 
 WIDEST_DEG, STEP_DEG = 9.0, 0.1  # of bearings that are considered
 BEARINGS = np.radians(np.arange(-WIDEST_DEG, WIDEST_DEG + STEP_DEG / 2, STEP_DEG))  # (g,)
 ROUGH_M = 0.002  # deviation of a hinge that one drive finds, beside what its filter knows of
 CONTRADICTS = 1e-6  # probability of a drive that differs so much from the others
 LEAST_DRIVES = 3  # of which one can contradict the others
+LEAST_STD_M, LEAST_STD_DEG = 0.001, 0.02  # of what is learnt: models of leaves aren't finer
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +51,29 @@ class DoorEvidence:
         information = _positive(told - np.eye(2) / mixture.statics.hinge)
         offset = np.linalg.solve(information + 1e-9 * np.eye(2), told @ mean)
         return DoorEvidence(information, information @ offset, _log_bearing(posterior))
+
+    def __add__(self, other: DoorEvidence) -> DoorEvidence:
+        """What both tell."""
+        bearing = self.bearing + other.bearing
+        return DoorEvidence(
+            self.hinge + other.hinge, self.pull + other.pull, bearing - bearing.max()
+        )
+
+    def beside(self, hinge: FloatArray, bearing: float) -> DoorEvidence:
+        """The same about a model, where this is about one whose hinge and bearing are off it by so much."""
+        shifted = np.interp(BEARINGS - bearing, BEARINGS, self.bearing)
+        return DoorEvidence(self.hinge, self.pull + self.hinge @ hinge, shifted - shifted.max())
+
+    def packed(self) -> bytes:
+        """As bytes."""
+        arrays = {"hinge": self.hinge, "pull": self.pull, "bearing": self.bearing}
+        return pack({}, {name: np.asarray(each, dtype="<f8") for name, each in arrays.items()})
+
+    @staticmethod
+    def unpacked(content: bytes, name: str) -> DoorEvidence:
+        """What was packed of a door. Raises WorldError for damage."""
+        _, arrays = unpack(content, f"What is known of the hinge of '{name}'")
+        return DoorEvidence(*(arrays[each].astype(float) for each in ("hinge", "pull", "bearing")))
 
     def words(self) -> dict[str, Any]:
         """As JSON has it."""
@@ -87,6 +113,43 @@ class DoorStatics:
     def hinge_std(self) -> float:
         """m, the root of the mean variance in both directions."""
         return math.sqrt(float(np.trace(self.hinge_covariance)) / 2.0)
+
+
+def evidence_of(beliefs: Mapping[str, ObjectBelief]) -> dict[str, DoorEvidence]:
+    """What a drive told of the doors that it passed, by its beliefs at the end."""
+    return {
+        name: DoorEvidence.of(belief.joint)
+        for name, belief in sorted(beliefs.items())
+        if isinstance(belief.joint, DoorPosterior) and belief.last_observed_ns is not None
+    }
+
+
+def rehung(building: Building, doors: Sequence[DoorStatics]) -> Building:
+    """The building with its doors where they were learnt to hang, and how surely."""
+    if not doors:
+        return building
+    error = building.error or BuildingErrorSettings()
+    own = {
+        each.name: DoorErrorSettings(
+            hinge_std_m=max(each.hinge_std, LEAST_STD_M),
+            bearing_std_deg=max(math.degrees(each.bearing_std), LEAST_STD_DEG),
+        )
+        for each in doors
+    }
+    moved = {each.name: _moved(building.objects[each.name], each) for each in doors}
+    return replace(
+        building,
+        objects={**building.objects, **moved},
+        error=error.model_copy(update={"doors": {**error.doors, **own}}),
+    )
+
+
+def _moved(item: MovableObject, learnt: DoorStatics) -> MovableObject:
+    """A door with another hinge and another closed bearing."""
+    turn = transform(rotation_about(item.axis, learnt.bearing), np.zeros(3))
+    origin = item.origin @ turn
+    origin[:2, 3] = item.hinge + learnt.hinge
+    return replace(item, origin=origin)
 
 
 def combined(drives: Sequence[Drive], error: BuildingErrorSettings) -> list[DoorStatics]:
@@ -209,8 +272,15 @@ def _posterior(
     )
 
 
+def contradicts(known: Drive, new: Drive) -> bool:
+    """Whether a drive tells of hinges that can't be those which others told of."""
+    return _probability([new, known], 0) < CONTRADICTS
+
+
 def _probability(drives: Sequence[Drive], number: int) -> float:
     """How probably a drive differs so much from the others, if it is of the same building."""
+    from scipy.special import chdtrc
+
     total, count = 0.0, 0
     for name, own in drives[number].items():
         others = [drive[name] for k, drive in enumerate(drives) if k != number and name in drive]
@@ -223,4 +293,4 @@ def _probability(drives: Sequence[Drive], number: int) -> float:
         covariance = np.linalg.inv(own.hinge) + np.linalg.inv(information)
         total += float(off @ np.linalg.solve(covariance, off))
         count += 2
-    return 1.0 if count == 0 else float(chi2.sf(total, count))
+    return 1.0 if count == 0 else float(chdtrc(count, total))
