@@ -172,7 +172,8 @@ def make_drives(floor: Floor, folder: Path, seed: int, count: int, moved: float)
         scene = folder / f"drive{number}.scene.yaml"
         shelves = [shelf for shelf in floor.shelves if moved == 0.0 or rng.random() < 0.7]
         scene.write_text(_scene(floor, state, shelves, rng, seed * 100 + number))
-        simulate(scene, folder / f"drive{number}")
+        if not (folder / f"drive{number}").is_dir():
+            simulate(scene, folder / f"drive{number}")
     logs = [folder / f"drive{number}" / "log.mcap" for number in range(1, count + 1)]
     return Drives(make_map(folder / "drive0", folder), logs, states)
 

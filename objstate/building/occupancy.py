@@ -23,6 +23,7 @@ from objstate.yaml_files import YamlError, read_yaml
 RAW_FULL = 100  # value of a certainly occupied cell in mode raw; larger ones are unknown
 OPAQUE = 1.0
 OCCUPIED_THRESH = 0.65  # map_saver's
+UNKNOWN = 0.19  # map_saver draws what is unknown as 205 of 255, whatever its free_thresh
 SAMPLE = "image, resolution, origin, negate, occupied_thresh and free_thresh, as map_saver writes"
 
 Share = Annotated[float, Field(ge=0, le=1)]
@@ -48,6 +49,7 @@ class OccupancyMap:
     """Which cells of the floor are occupied. Cell [row, column] counts from the lower left."""
 
     occupied: BoolArray = field(repr=False)  # (rows, columns)
+    free: BoolArray = field(repr=False)  # (rows, columns); others are unknown
     resolution: float  # m
     origin: FloatArray  # (3,) pose of the lower left corner in the building
     name: str = "map"  # of what is made of it
@@ -63,7 +65,8 @@ class OccupancyMap:
         occupied = percent >= RAW_FULL * OCCUPIED_THRESH  # as map_saver draws it black
         if not occupied.any():
             raise BuildingError(f"The map of {name} has no occupied cell; give another.")
-        return OccupancyMap(occupied, resolution, origin, name)
+        free = (percent >= 0) & (percent <= RAW_FULL * UNKNOWN)
+        return OccupancyMap(occupied, free, resolution, origin, name)
 
     def to_building(self, cells: FloatArray) -> FloatArray:
         """Points (n, 2) m in the building from points (n, 2) in cells: column, row."""
@@ -74,13 +77,17 @@ class OccupancyMap:
 def read_map(path: Path) -> OccupancyMap:
     """A ROS occupancy map. Raises BuildingError if the YAML or the image can't be used."""
     header = _read_header(path)
-    occupied = _occupied(_read_image(path, header), header)
+    occupancy, known = _occupancy(_read_image(path, header), header)
+    occupied = known & (occupancy > header.occupied_thresh)
     if not occupied.any():
         raise BuildingError(
             f"The map {path} has no occupied cell; check 'negate' ({header.negate}), 'mode' "
             f"({header.mode}) and 'occupied_thresh' ({header.occupied_thresh:g})."
         )
-    return OccupancyMap(occupied[::-1], header.resolution, np.array(header.origin), path.stem)
+    free = known & (occupancy < min(header.free_thresh, UNKNOWN))
+    return OccupancyMap(
+        occupied[::-1], free[::-1], header.resolution, np.array(header.origin), path.stem
+    )
 
 
 def read_probabilities(path: Path) -> tuple[NDArray[np.float32], float, FloatArray]:
@@ -158,13 +165,12 @@ def _read_image(path: Path, header: MapFile) -> FloatArray:
     return np.stack([white.mean(axis=-1), alpha], axis=-1)
 
 
-def _occupied(image: FloatArray, header: MapFile) -> BoolArray:
-    """(rows, columns) the certainly occupied cells; unknown ones are not."""
+def _occupancy(image: FloatArray, header: MapFile) -> tuple[FloatArray, BoolArray]:
+    """(rows, columns) how occupied each cell is, 0 to 1, and whether that is known."""
     white, alpha = image[..., 0], image[..., 1]
     if header.mode == "raw":
         percent = np.round(white * np.iinfo(np.uint8).max)
-        known = percent <= RAW_FULL
-        return np.asarray(known & (percent / RAW_FULL > header.occupied_thresh))
+        return percent / RAW_FULL, percent <= RAW_FULL
     occupancy = white if header.negate else 1.0 - white
-    shown = alpha == OPAQUE if header.mode == "scale" else np.full(alpha.shape, fill_value=True)
-    return np.asarray(shown & (occupancy > header.occupied_thresh))
+    is_scale = header.mode == "scale"
+    return occupancy, alpha == OPAQUE if is_scale else np.ones(alpha.shape, dtype=bool)

@@ -20,6 +20,7 @@ from objstate.discovery.scoring import (
     log_joint,
     turned,
 )
+from objstate.discovery.walls import Opening
 from objstate.geometry import FloatArray
 
 LOG_DOOR = np.log(0.65)  # prior of a doorway to have a leaf
@@ -27,6 +28,8 @@ LOG_BARE = np.log(0.35)
 LOG_KINDS = np.log(0.25)  # of the side of the hinge and the way it opens
 THING = -16.0  # nats: place, direction and length of something straight, of all there might be
 PLUG = -6.0  # nats: something that fills a doorway, such as a shelf, at some depth
+GAP = -3.0  # nats: the map lacks a piece of a wall
+SAME_WALL = 0.04  # m aside
 REFINED = 4  # leaves
 FINE, ABOUT = np.radians(0.75), np.radians(6.0)  # angles of a refined leaf
 SCALE = np.array([0.02, 0.02, np.radians(1.0), 0.02])  # m, m, rad, m: about a posterior's width
@@ -83,7 +86,7 @@ def explain(place: Doorway, plan: OccupancyMap) -> Explained | None:
                 leaves = first, second
             several.append(both)
     door = float(np.logaddexp.reduce(several)) + LOG_KINDS + LOG_DOOR - base
-    things = _things(found)
+    things = _things(found) + [(GAP, _wall(opening)) for opening in _of_first_line(place)]
     bare = max(
         _bare(place, as_is, open_, things) for variants in cleared.values() for open_ in variants
     )
@@ -179,6 +182,19 @@ def _things(found: list[Refined]) -> list[tuple[float, FloatArray]]:
             cost = PLUG if angle < np.radians(10.0) else THING
             things.append((cost, turned(each.leaf, np.array([angle]))[0]))
     return things
+
+
+def _of_first_line(place: Doorway) -> list[Opening]:
+    """The openings of the longest wall; a recess has lines of its own."""
+    first = place.openings[0]
+    asides = [beside(each.middle[None], first.start, first.bearing)[1] for each in place.openings]
+    pairs = zip(place.openings, asides, strict=True)
+    return [each for each, aside in pairs if abs(float(aside[0])) < SAME_WALL]
+
+
+def _wall(opening: Opening) -> FloatArray:
+    """(4,) what would be in the place of an opening, if the wall went on there."""
+    return np.array([*opening.start, opening.bearing, opening.width])
 
 
 def _bare(

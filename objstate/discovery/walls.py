@@ -127,6 +127,7 @@ def fitted(lines: list[WallLine], beams: Beams) -> list[WallLine]:
             _moved(line, places[k, of == k], asides[k, of == k], width)
             for k, line in enumerate(lines)
         ]
+    lines = [_extended(line, ends, directions) for line in lines]
     found: list[WallLine] = []
     for line in sorted(lines, key=lambda each: -each.length):
         for number, other in enumerate(found):
@@ -161,6 +162,28 @@ def _moved(line: WallLine, places: FloatArray, asides: FloatArray, width: float)
     return WallLine(middle - line.length / 2.0 * along, along, line.length)
 
 
+def _extended(line: WallLine, ends: FloatArray, directions: FloatArray) -> WallLine:
+    """A line as far as readings (n, 2) show the same wall, across openings: maps leave walls out.
+
+    It gets three times as long at most, as the direction of a short one isn't known well.
+    """
+    off = ends - line.start
+    on_line = np.abs(off @ line.normal) < BESIDE
+    bins = np.floor((off @ line.along)[on_line & (np.abs(directions @ line.normal) > STEEP)] / BIN)
+    known, counts = np.unique(bins, return_counts=True)
+    shown = known[counts >= ENOUGH] * BIN
+    pieces = np.split(shown, np.flatnonzero(np.diff(shown) > 2.5 * BIN) + 1)
+    walls = [(piece[0], piece[-1] + BIN) for piece in pieces if len(piece) * BIN >= LEAST_WALL]
+    low, high = 0.0, line.length
+    for begin, end in walls:
+        if high < end < 2.0 * line.length and begin - high < WIDEST:
+            high = float(end)
+    for begin, end in reversed(walls):
+        if -line.length < begin < low and low - end < WIDEST:
+            low = float(begin)
+    return WallLine(line.at(low), line.along, high - low)
+
+
 def _joined(one: WallLine, other: WallLine) -> WallLine | None:
     """The first line, as long as both; None where the second isn't on it."""
     ends = np.array([other.start, other.at(other.length)]) - one.start
@@ -186,10 +209,8 @@ def openings(lines: list[WallLine], plan: OccupancyMap, beams: Beams) -> list[Op
             for drive in range(int(beams.drive.max()) + 1)
         ]
         behind = _behind_wall(line, count, beams, on_wall)
-        # what no beam has reached may be unknown in the map as well
-        reached = np.any([wall | is_open for wall, is_open in drives], axis=0)
-        drawn = _of_map(line, count, plan)
-        shows = [(drawn, ~drawn & reached), *drives]
+        drawn = _of_map(line, count, plan, plan.occupied)
+        shows = [(drawn, ~drawn & _of_map(line, count, plan, plan.free)), *drives]
         for begin, end in _gaps(shows):
             if behind[begin:end].mean() > HIDDEN:
                 continue
@@ -215,24 +236,26 @@ def _behind_wall(line: WallLine, count: int, beams: Beams, on_wall: BoolArray) -
     return np.asarray(counts[0] > counts[1])
 
 
-def _of_map(line: WallLine, count: int, plan: OccupancyMap) -> BoolArray:
-    """(count,) the bins where the map shows the wall."""
+def _of_map(line: WallLine, count: int, plan: OccupancyMap, cells: BoolArray) -> BoolArray:
+    """(count,) the bins where some of the map's cells, such as occupied ones, lie on the line."""
     places = (np.arange(count) + 0.5) * BIN
     reach = BESIDE + plan.resolution / 2  # of its cells' middles
     aside = np.arange(-reach, reach + 1e-9, plan.resolution / 2)
     points = line.start + places[:, None, None] * line.along + aside[:, None] * line.normal
-    wall: BoolArray = np.any(occupied_at(plan, points.reshape(-1, 2)).reshape(count, -1), axis=1)
-    return wall
+    shown: BoolArray = np.any(
+        shown_at(plan, cells, points.reshape(-1, 2)).reshape(count, -1), axis=1
+    )
+    return shown
 
 
-def occupied_at(plan: OccupancyMap, points: FloatArray) -> BoolArray:
-    """(n,) whether the map shows something at points (n, 2); nothing outside of it."""
+def shown_at(plan: OccupancyMap, cells: BoolArray, points: FloatArray) -> BoolArray:
+    """(n,) whether some of the map's cells are at points (n, 2); none are outside of it."""
     flat = between(plan.origin, np.column_stack([points, np.zeros(len(points))]))[:, :2]
     column, row = np.floor(flat / plan.resolution).astype(np.int64).T
-    rows, columns = plan.occupied.shape
+    rows, columns = cells.shape
     inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
     out = np.zeros(len(points), dtype=bool)
-    out[inside] = plan.occupied[row[inside], column[inside]]
+    out[inside] = cells[row[inside], column[inside]]
     return out
 
 

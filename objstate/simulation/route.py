@@ -7,6 +7,7 @@ as speed limits and accelerations allow.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -17,6 +18,7 @@ from objstate.geometry import FloatArray, between, compose, wrap
 from objstate.simulation.scene import PlanarState, Route
 
 STEP = 0.005  # m or rad between the poses of a piece; what lies between is interpolated
+SHARPEST = math.radians(135.0)  # of a rounded corner: beyond, its arc stays far from the waypoint
 STRAIGHT = 1e-6  # rad; a corner that turns by less is none
 JUMP = 1e-6  # s that it takes to carry the robot elsewhere; so soon no scan is taken
 
@@ -167,6 +169,8 @@ def _corner(leg: _Leg, next_leg: _Leg | None, route: Route) -> _Corner | None:
         return None
     turn = float(wrap(next_leg.yaw - leg.yaw))
     speed = min(leg.speed, next_leg.speed)
+    if abs(turn) > SHARPEST:
+        return None
     if abs(turn) < STRAIGHT:
         return _Corner(0.0, 0.0, 0.0, speed)
     tangent = float(np.tan(abs(turn) / 2))

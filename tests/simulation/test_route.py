@@ -58,6 +58,13 @@ def test_robot_looks_where_it_drives_and_passes_by_every_waypoint(route: Route) 
             assert nearest < 0.02
 
 
+def test_a_sharp_corner_is_reached_whatever_the_radius() -> None:
+    points = (Waypoint(x=0, y=0), Waypoint(x=20, y=0.2), Waypoint(x=0, y=-0.2))
+    motion = drive(Route(waypoints=points, corner_radius=0.3))
+    track = motion.at(np.linspace(0.0, motion.duration, 4000))
+    assert np.hypot(*(track[:, :2] - [20.0, 0.2]).T).min() < 0.02
+
+
 def test_way_and_time_of_a_straight_drive() -> None:
     # 0.5 m/s^2 up to 0.5 m/s takes 1 s and 0.25 m, so 4 m take 1 + 7 + 1 s; 2 s of pause before
     points = (Waypoint(x=0, y=0, pause=2.0), Waypoint(x=0, y=4))
