@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import struct
 import zlib
 from collections.abc import Mapping
@@ -55,7 +56,7 @@ def _split(content: bytes) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     description = json.loads(content[WORDS.size : place])
     arrays = {}
     for name, (kind, shape) in description["arrays"].items():
-        count = int(np.prod(shape, dtype=np.int64))
+        count = math.prod(shape)
         arrays[name] = np.frombuffer(content, kind, count, place).reshape(shape)
         place += arrays[name].nbytes
     return description["words"], arrays

@@ -154,6 +154,17 @@ def listed(address: str) -> list[str]:
     return retried(look, f"Can't reach {address}")
 
 
+@cache
+def listed_sizes(address: str) -> dict[str, int]:
+    """Bytes of the files right in a remote folder, by name, as listed; none where it can't be listed."""
+    try:
+        files, path = opened(address)
+        found = files.ls(path, detail=True)
+    except Exception:  # a server may have files, and no list of them
+        return {}
+    return {str(each["name"]).rsplit("/", 1)[-1]: int(each.get("size") or 0) for each in found}
+
+
 def exists(address: str) -> bool:
     """Whether there is a remote file. Raises OutageError."""
 

@@ -12,9 +12,10 @@ from typing import Any
 
 from objstate.errors import LogError
 from objstate.logs import is_log
-from objstate.storage import get, is_remote, joined, opened, retried
+from objstate.storage import get, is_remote, joined, listed_sizes, opened, retried
 
 SURE = re.compile(r"\.(mcap|bag|db3)$", re.IGNORECASE)  # logs by their names
+TRUTHS = (".csv", ".tum")  # tables of true states and true paths, which lie beside logs
 PERHAPS = re.compile(r"(\.(log|clf|carmen|txt|gz|zstd|active))+$|^[^.]+$", re.IGNORECASE)
 HEAD = 65536  # bytes of a remote file by which its format is told
 METADATA = "metadata.yaml"  # in the folder of a ROS 2 bag
@@ -67,6 +68,17 @@ def size_of(address: str) -> int:
         raise LogError(f"Can't read {address}: {error.strerror}.") from error
 
 
+def about_size_of(address: str) -> int:
+    """Bytes of a log, without a request for each; 0 where they aren't to be had so."""
+    if not is_remote(address):
+        try:
+            return size_of(address)
+        except LogError:
+            return 0
+    folder, _, name = address.rpartition("/")
+    return listed_sizes(folder).get(name, 0)
+
+
 def _remote_size(address: str) -> int:
     files, place = opened(address)
     info = files.info(place)  # raises where ``du`` would say that there is nothing
@@ -100,10 +112,15 @@ def _logs_in(path: Path, above: frozenset[str] = frozenset()) -> list[str]:
         inner = sorted((e for e in listed if not e.name.startswith(".")), key=lambda e: e.name)
     found: list[str] = []
     for each in inner:
-        if not each.is_symlink() and each.is_file() and SURE.search(each.name):
-            found.append(os.path.join(home, each.name))
-        elif Path(each.path).is_dir() or is_log(Path(each.path)):
+        is_link = each.is_symlink()  # which may lead nowhere, or to itself
+        if os.path.isdir(each.path) if is_link else each.is_dir():
             found += _logs_in(Path(each.path), above | {here})
+        elif (
+            (os.path.isfile(each.path) if is_link else each.is_file())
+            and not each.name.endswith(TRUTHS)
+            and (SURE.search(each.name) or is_log(Path(each.path)))
+        ):
+            found.append(os.path.join(home, each.name))
     return found
 
 

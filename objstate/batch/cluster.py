@@ -12,15 +12,17 @@ import json
 import logging
 import queue
 import secrets
+import time
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing, contextmanager, suppress
 from importlib.metadata import version
 from pathlib import Path
+from statistics import median
 from typing import TYPE_CHECKING, Any
 
 from objstate.batch.attempts import KILLED, MOST_ATTEMPTS
 from objstate.batch.delivery import unpack
-from objstate.batch.events import Began, Ended, Event, Progressed, Waiting
+from objstate.batch.events import Began, Connected, Ended, Event, Progressed, Waiting
 from objstate.batch.jobs import Context, Job
 from objstate.batch.process import Work
 from objstate.errors import OutageError, SettingsError
@@ -35,6 +37,8 @@ if TYPE_CHECKING:
 
 PREFIX = "objstate-batch"  # how the names of plugins, topics and counters begin
 POLL = 1.0  # s without news after which the scheduler and its workers are looked at
+STRAGGLES = 2.0  # times as long as half of the logs took, after which a log is run once more
+STRAGGLES_S = 5.0  # s, at least
 CLOSING = 3.0  # s for taking leave of a scheduler
 
 
@@ -96,46 +100,120 @@ def _run_by(
     """Run jobs by one client. Raises SchedulerLostError and OutageError."""
     batch = f"{PREFIX}-{secrets.token_hex(4)}"
     news: News = queue.SimpleQueue()
+    if client.dashboard_link:
+        yield Connected(client.dashboard_link)
     with _equipped(client, batch, work, context, time_limit):
         client.subscribe_topic(batch, lambda event: news.put(_told(*event[1])))
-        waiting = _submit(client, batch, jobs, news)
+        tasks = Tasks(client, batch, news)
+        for job in jobs:
+            tasks.submit(job)
         try:
-            yield from _as_it_comes(client, news, waiting)
+            yield from _as_it_comes(client, news, tasks)
         finally:
-            _leave(
-                client,
-                lambda: client.cancel(list(waiting), force=True),
-                lambda: client.unsubscribe_topic(batch),
-            )
+            _leave(client, tasks.cancel, lambda: client.unsubscribe_topic(batch))
 
 
-def _as_it_comes(client: Client, news: News, waiting: dict[Future[Any], Job]) -> Iterator[Event]:
+def _as_it_comes(client: Client, news: News, tasks: Tasks) -> Iterator[Event]:
     """What happens until every job has ended. Raises SchedulerLostError and OutageError."""
     had_workers = True
-    while waiting:
+    while tasks.waiting:
         heed_interrupts()
         try:
             event = news.get(timeout=POLL)
         except queue.Empty:
-            has_workers = _has_workers(client)
-            if had_workers and not has_workers:
+            threads = _threads(client)
+            if had_workers and not threads:
                 yield Waiting("Waiting for workers; start some with `dask worker`.")
-            had_workers = has_workers
+            had_workers = threads > 0
+            tasks.repeat_stragglers(threads)
             continue
-        if isinstance(event, Began | Progressed | Ended | Waiting):
+        if isinstance(event, Event):
+            if isinstance(event, Began):
+                tasks.began(event.name)
             yield event
-        else:
-            yield Ended(_received(event, waiting.pop(event)))
+        elif (outcome := tasks.ended(event)) is not None:
+            yield Ended(outcome)
 
 
-def _has_workers(client: Client) -> bool:
-    """Raises SchedulerLostError where the scheduler doesn't answer."""
+def _threads(client: Client) -> int:
+    """How many logs its workers run at a time. Raises SchedulerLostError where it doesn't answer."""
     if client.status != "running":
         raise SchedulerLostError
     try:
-        return bool(client.scheduler_info()["workers"])
+        return sum(each["nthreads"] for each in client.scheduler_info(-1)["workers"].values())
     except Exception as error:  # whatever the wire has
         raise SchedulerLostError from error
+
+
+class Tasks:
+    """The tasks of a batch at the scheduler, one for each log, and a second one of stragglers.
+
+    Of two tasks of one log, the first that is done counts. A straggler runs longer than others
+    took, while workers have nothing to do.
+    """
+
+    def __init__(self, client: Client, batch: str, news: News) -> None:
+        self._client, self._batch, self._news = client, batch, news
+        self.waiting: dict[Future[Any], Job] = {}
+        self._futures: dict[str, list[Future[Any]]] = {}  # of each log that hasn't ended
+        self._since: dict[str, float] = {}  # when its first task began, s
+        self._took: list[float] = []  # s, by logs that have ended
+
+    def submit(self, job: Job) -> None:
+        """Submit a task of a log, which goes to the news when it ends."""
+        from objstate.batch.equipment import run_log
+
+        own = self._futures.setdefault(job.name, [])
+        key = f"{self._batch}-{job.name}-{len(own)}"
+        future = self._client.submit(
+            run_log, self._batch, job, version("objstate"), key=key, pure=False
+        )
+        self.waiting[future] = job
+        own.append(future)
+        future.add_done_callback(self._news.put)
+
+    def began(self, name: str) -> None:
+        """A worker took up a log."""
+        self._since.setdefault(name, time.monotonic())
+
+    def ended(self, future: Future[Any]) -> Outcome | None:
+        """How a log ended, with one of its tasks; None where another task of it may do better."""
+        job = self.waiting.pop(future, None)
+        if job is None:  # the other task of a log that is done
+            return None
+        outcome = _received(future, job)
+        own = self._futures[job.name]
+        own.remove(future)
+        if own and outcome.status != "done":
+            return None
+        for other in own:
+            del self.waiting[other]
+        _leave(self._client, lambda: self._client.cancel(own, force=True))
+        del self._futures[job.name]
+        since = self._since.pop(job.name, None)
+        if since is not None:
+            self._took.append(time.monotonic() - since)
+        return outcome
+
+    def repeat_stragglers(self, threads: int) -> None:
+        """Submit logs once more that take long, to as many threads of workers as have nothing to do.
+
+        A log that its worker writes to a store itself isn't among them, as two would write at once.
+        """
+        idle, now = threads - len(self.waiting), time.monotonic()
+        if idle <= 0 or not self._took:
+            return
+        long = max(STRAGGLES * median(self._took), STRAGGLES_S)
+        for job in list(self.waiting.values()):
+            since = self._since.get(job.name, now)
+            is_long = now - since > long and not is_remote(job.out)
+            if idle > 0 and is_long and len(self._futures[job.name]) == 1:
+                self.submit(job)
+                idle -= 1
+
+    def cancel(self) -> None:
+        """Give all up that haven't ended."""
+        self._client.cancel(list(self.waiting), force=True)
 
 
 @contextmanager
@@ -210,20 +288,6 @@ def _leave(client: Client, *steps: Callable[[], object]) -> None:
         with suppress(Exception):
             for step in steps:
                 step()
-
-
-def _submit(client: Client, batch: str, jobs: Sequence[Job], news: News) -> dict[Future[Any], Job]:
-    """Every job as a task of its own, which goes to the news when it ends."""
-    from objstate.batch.equipment import run_log
-
-    waiting: dict[Future[Any], Job] = {}
-    for job in jobs:
-        key = f"{batch}-{job.name}"
-        future = client.submit(run_log, batch, job, version("objstate"), key=key, pure=False)
-        waiting[future] = job
-    for future in waiting:
-        future.add_done_callback(news.put)
-    return waiting
 
 
 def _told(name: str, share: float | None, seconds: float | None) -> Event:

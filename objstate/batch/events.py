@@ -38,5 +38,12 @@ class Waiting:
     reason: str
 
 
-Event = Began | Progressed | Ended | Waiting
+@dataclass(frozen=True)
+class Connected:
+    """A cluster takes the batch."""
+
+    dashboard: str  # the URL of its page
+
+
+Event = Began | Progressed | Ended | Waiting | Connected
 OnEvent = Callable[[Event], None]

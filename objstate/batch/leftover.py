@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from objstate.batch.addresses import size_of
+from objstate.batch.addresses import about_size_of, size_of
 from objstate.batch.jobs import Context, Job
 from objstate.batch.options import BatchOptions
 from objstate.batch.request import Requested
@@ -60,21 +60,24 @@ def plan(
         building = buildings[each.log.building]
         groups[_state(each, asked, building, entry, folder, options)].append(each.log.name)
     wanted = {*groups["run"], *groups["anew"]}
+    jobs = [
+        Job(
+            name=each.log.name,
+            log=each.log.log,
+            building=each.log.building,
+            options=numbers[each.log.name],
+            out=out_of(each.log.name),
+            truth=each.log.truth,
+            path=each.log.path,
+        )
+        for each in requested
+        if each.log.name in wanted
+    ]
+    if len(jobs) > 1:  # the largest first, so that none of these is left for the end
+        jobs.sort(key=lambda job: -about_size_of(job.log))
     return Leftover(
         context=context,
-        jobs=tuple(
-            Job(
-                name=each.log.name,
-                log=each.log.log,
-                building=each.log.building,
-                options=numbers[each.log.name],
-                out=out_of(each.log.name),
-                truth=each.log.truth,
-                path=each.log.path,
-            )
-            for each in requested
-            if each.log.name in wanted
-        ),
+        jobs=tuple(jobs),
         finished=tuple(groups["finished"]),
         given_up=tuple(groups["given up"]),
         anew=tuple(groups["anew"]),

@@ -16,7 +16,7 @@ from objstate.batch.manifest import is_manifest, read_manifest
 from objstate.errors import LogError, SettingsError, TruthError
 from objstate.recording.batches import BatchLog
 from objstate.run import RunOptions
-from objstate.storage import is_remote, joined, listed, parent
+from objstate.storage import is_remote, listed
 
 TABLE = ".csv"  # how a remote table of true states ends, and a folder doesn't
 ENDINGS = re.compile(r"(\.(mcap|bag|db3|log|clf|carmen|txt|gz|zstd|active))+$", re.IGNORECASE)
@@ -161,24 +161,24 @@ def _is_folder(address: str) -> bool:
 
 
 def _truth_in(folder: str, log: str) -> str | None:
-    stem, home = _stem(log), parent(log)
-    names = [
-        f"{stem}.csv",
-        f"{stem}.truth.csv",
-        f"{stem}/truth.csv",
-        f"{home.rpartition('/')[2]}/truth.csv",
+    stem, (home, _, _) = _stem(log), log.rpartition("/")
+    folder = folder.rstrip("/")
+    candidates = [
+        f"{folder}/{stem}.csv",
+        f"{folder}/{stem}.truth.csv",
+        f"{folder}/{stem}/truth.csv",
+        f"{folder}/{home.rpartition('/')[2]}/truth.csv",
     ]
-    candidates = [joined(folder, name) for name in names]
-    if f"{home}/".startswith(f"{folder.rstrip('/')}/"):
-        candidates.append(joined(home, "truth.csv"))
+    if f"{home}/".startswith(f"{folder}/"):
+        candidates.append(f"{home}/truth.csv")
     return next((address for address in candidates if _is_there(address)), None)
 
 
 def _path_beside(truth: str) -> str | None:
     """The true path, named after the table: ``NAME.path.tum``, or ``path.tum``."""
-    stem = truth.rpartition("/")[2].removesuffix(".csv").removesuffix("truth")
-    name = f"{stem}path.tum" if not stem or stem.endswith(".") else f"{stem}.path.tum"
-    path = joined(parent(truth), name)
+    home, _, name = truth.rpartition("/")
+    stem = name.removesuffix(".csv").removesuffix("truth")
+    path = f"{home}/{stem}{'.' if stem and not stem.endswith('.') else ''}path.tum"
     return path if _is_there(path) else None
 
 

@@ -76,10 +76,12 @@ class Lines:
 
     def tell(self, event: Event) -> None:
         """Say that a log has ended, or that none can be run."""
-        from objstate.batch import Ended, Waiting
+        from objstate.batch import Connected, Ended, Waiting
 
         if isinstance(event, Waiting):
             print(event.reason, file=sys.stderr)
+        if isinstance(event, Connected):
+            print_notice(f"The cluster's page: {event.dashboard}")
         if not isinstance(event, Ended):
             return
         self._ended += 1
@@ -109,7 +111,7 @@ class Bars:
 
     def tell(self, event: Event) -> None:
         """Move the bars."""
-        from objstate.batch import Began, Ended, Progressed, Waiting
+        from objstate.batch import Began, Connected, Ended, Progressed, Waiting
 
         match event:
             case Began(name):
@@ -120,6 +122,8 @@ class Bars:
                 self._progress.update(self._running[name], completed=share)
             case Waiting(reason):
                 self._progress.console.print(reason, markup=False)
+            case Connected(dashboard):
+                self._progress.console.print(f"The cluster's page: {dashboard}", markup=False)
             case Ended(outcome):
                 self._forget(outcome.name)
                 self._ended += 1

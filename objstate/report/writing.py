@@ -15,7 +15,7 @@ from objstate.report.habits import DoneDoor, done_door
 from objstate.report.material import read_material
 from objstate.report.news import note_news
 from objstate.report.page import report_page
-from objstate.statistics.doors import statistics_of
+from objstate.statistics.doors import statistics_of_all
 from objstate.statistics.looks import OpenAbove, door_looks
 
 
@@ -100,4 +100,6 @@ def _doors(material: BatchMaterial, zone: tzinfo, filtered: bool) -> list[DoneDo
     if not material.lines:
         return []
     found = door_looks(material.folder, OpenAbove(), filtered=filtered)
-    return [done_door(each, statistics_of(each, zone), zone) for each in found if len(each.looks)]
+    decided = [each for each in found if len(each.looks)]
+    known = statistics_of_all(decided, zone)
+    return [done_door(each, own, zone) for each, own in zip(decided, known, strict=True)]

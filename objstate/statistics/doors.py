@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime, tzinfo
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -55,7 +59,13 @@ def door_statistics(
     at the time. Raises ResultError for a folder that is no batch, or has no estimates.
     """
     found = door_looks(folder, above or OpenAbove(), filtered=filtered)
-    return tuple(statistics_of(each, zone) for each in found if len(each.looks))
+    return statistics_of_all([each for each in found if len(each.looks)], zone)
+
+
+def statistics_of_all(seen: Iterable[DoorLooks], zone: tzinfo = UTC) -> tuple[DoorStatistics, ...]:
+    """The statistics of doors with decided looks; most of the work is compiled and runs in threads."""
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        return tuple(pool.map(partial(statistics_of, zone=zone), seen))
 
 
 def statistics_of(seen: DoorLooks, zone: tzinfo = UTC) -> DoorStatistics:

@@ -27,6 +27,8 @@ def play(folder: Path, job: Antic, report: Report) -> None:
             raise LogError("the log is no log")
         case "hangs":
             time.sleep(600)
+        case "straggles" if before < 1:
+            time.sleep(600)
         case "stumbles" if before < 2:
             os.kill(os.getpid(), signal.SIGKILL)
         case "crashes":

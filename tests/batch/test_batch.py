@@ -139,7 +139,8 @@ def test_broken_off_it_keeps_what_is_finished_and_goes_on_from_there(
     finished = [log.name for log in read_logs(out) if is_result(result_of(out, log.name))]
     assert len(finished) == 1
     partial = pl.read_parquet(out / "summary.parquet")
-    assert dict(partial["status"].value_counts().rows())["not run"] == COUNT - 1
+    # the largest was run first, the broken one is the smallest
+    assert dict(partial["status"].value_counts().rows()) == {"done": 1, "not run": COUNT}
     assert set(scan_batch(out).collect()["log"]) == set(finished)
     assert list((out / "logs").glob(".*")) == []
     left, _ = batch(drives, out)

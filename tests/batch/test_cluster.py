@@ -120,6 +120,19 @@ def test_a_log_that_kills_three_workers_is_set_aside(cluster: Cluster, tmp_path:
     assert ended["fails"].reason == "the log is no log"
 
 
+def test_a_log_that_straggles_is_run_once_more_by_a_worker_that_idles(
+    cluster: Cluster, tmp_path: Path
+) -> None:
+    jobs = [Job(name, "", "", 0, str(tmp_path / name)) for name in ("straggles", "a", "b", "c")]
+    events = run_on_cluster(play, tmp_path, jobs, cluster.address, 120.0)
+    ended = [event.outcome for event in events if isinstance(event, Ended)]
+    assert {outcome.name: outcome.status for outcome in ended} == dict.fromkeys(
+        ("a", "b", "c", "straggles"), "done"
+    )
+    assert ended[-1].name == "straggles"
+    assert (tmp_path / "straggles.begun").stat().st_size == 2
+
+
 def test_ctrl_c_ends_a_batch_that_waits_for_workers(drives: Drives, tmp_path: Path) -> None:
     pytest.importorskip("distributed")
     lonely = Cluster(tmp_path, workers=0)
