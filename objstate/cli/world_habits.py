@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 HABITS = """\b
 Examples:
   objstate world habits world.db
-  objstate world habits world.db --door door_07
+  objstate world habits world.db --object door_07
   objstate world habits world.db --json | jq '.doors[].moves_per_day'
 """
 WHEN = """\b
@@ -43,8 +44,11 @@ Place = Annotated[
 
 def habits(
     world: Place,
-    door: Annotated[
-        str | None, typer.Option(metavar="NAME", help="This door alone, hour by hour.")
+    name: Annotated[
+        str | None,
+        typer.Option(
+            "--object", "--door", metavar="NAME", help="This door or piece alone, hour by hour."
+        ),
     ] = None,
     fit: Annotated[
         bool,
@@ -52,34 +56,43 @@ def habits(
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """How the doors of a building are used: when they stand open, and how often they are moved.
+    """How doors are used and furniture is moved: how often, at which hours, and where to.
 
     Learnt from the looks of all drives, at whatever hours these were. By which clock, and which
     days are holidays, is in the settings of the drives (calendar).
     """
-    from objstate.world.habit_words import habit_words
+    from objstate.world.habit_words import habit_words, piece_words
     from objstate.world.store import open_store
 
     store = open_store(world)
     if fit:
         store.fit_habits()
     known = store.load()
-    words = habit_words(known)
-    if door is not None:
-        if door not in words:
-            _ = known.history(door)  # tells of an unknown object
-            raise WorldError(f"Nothing is known of the habits of '{door}': nobody looked at it.")
-        words = {door: words[door]}
+    words, pieces = habit_words(known), piece_words(known)
+    if name is not None:
+        words = {name: words[name]} if name in words else {}
+        pieces = {name: pieces[name]} if name in pieces else {}
+        if not (words or pieces):
+            _ = known.history(name)  # tells of an unknown object
+            raise WorldError(f"Nothing is known of the habits of '{name}': nobody looked at it.")
     if as_json:
-        document = {"calendar": known.settings.calendar.model_dump(mode="json"), "doors": words}
-        print_text(json.dumps(document, indent=2))
+        calendar = known.settings.calendar.model_dump(mode="json")
+        print_text(
+            json.dumps({"calendar": calendar, "doors": words, "furniture": pieces}, indent=2)
+        )
         return
-    if not words:
-        print_text("No door has been looked at.")
+    if not (words or pieces):
+        print_text("No object has been looked at.")
         return
-    print_table(_table(known, words))
-    if door is not None:
-        print_table(_hours(known, door))
+    if words:
+        print_table(_table(known, words))
+    if pieces:
+        print_table(_pieces(pieces))
+    if name in words:
+        print_table(_hours(known, name))
+    elif name in pieces:
+        print_table(_places(name, pieces[name]))
+        print_table(_moves(known, name))
     print_text(LEGEND.format(zone=known.settings.calendar.timezone))
 
 
@@ -186,6 +199,47 @@ def _table(world: World, words: dict[str, dict[str, object]]) -> Table:
             f"{week.moves_per_day.value:.1f} ({week.moves_per_day.lower:.1f} to "
             f"{week.moves_per_day.upper:.1f})",
         )
+    return table
+
+
+def _pieces(words: dict[str, dict[str, Any]]) -> Table:
+    headings = ("looks", "moves a day", "places", "away (%)")
+    table = new_table("Furniture", ("piece",), headings)
+    for name, each in words.items():
+        moves = each["moves_per_day"]
+        table.add_row(
+            name,
+            str(each["looks"]),
+            f"{moves['value']:.2f} ({moves['lower']:.2f} to {moves['upper']:.2f})",
+            str(len(each["places"])),
+            percent(each["away"]),
+        )
+    return table
+
+
+def _places(name: str, words: dict[str, Any]) -> Table:
+    headings = ("share of arrivals (%)", "x (m)", "y (m)", "yaw (deg)")
+    table = new_table(f"Where {name} stood", (), (*headings, "also of"))
+    for place in sorted(words["places"], key=lambda each: -float(each["share"])):
+        at = place["state"]
+        table.add_row(
+            percent(place["share"]),
+            f"{at['x']:.2f}",
+            f"{at['y']:.2f}",
+            f"{math.degrees(at['yaw']):.0f}",
+            ", ".join(place["also_of"]),
+        )
+    return table
+
+
+def _moves(world: World, name: str) -> Table:
+    from objstate.world.habit_words import moves_of
+
+    table = new_table(f"{name} by hour", ("day", "hour"), ("moves an hour",))
+    for hour in moves_of(world, name).hours:
+        moves = hour.moves_per_hour
+        rate = f"{moves.value:.3f} ({moves.lower:.3f} to {moves.upper:.3f})"
+        table.add_row(hour.kind, f"{hour.hour:02d}", rate)
     return table
 
 

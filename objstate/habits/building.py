@@ -1,70 +1,77 @@
-"""The habits of all doors of a building: each like its class, each class like the building.
+"""The habits of all doors, or all furniture, of a building: each like its class, each class like the building.
 
-A door's parameters are those of its building, plus what its class differs by, plus what it
-differs by itself: all Gaussian, with shares of the covariance of a single door's prior. So what looks
-told of each door (``Site``) becomes what is known of every other one in closed form.
+An object's parameters are those of its building, plus what its class differs by, plus what it
+differs by itself: all Gaussian, with shares of the covariance of a single object's prior. So what
+looks told of each (``Factor``) becomes what is known of every other one in closed form.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cache
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
 from objstate.geometry import FloatArray
 from objstate.habits.calendar import Calendar
 from objstate.habits.design import Design
+from objstate.habits.factor import F, Factor
 from objstate.habits.forecast import Forecast
-from objstate.habits.model import Gaussian
+from objstate.habits.model import Gaussian, Parameters
+from objstate.habits.moves import Moves
+from objstate.habits.piece import PieceSite
 from objstate.habits.site import Site
 from objstate.lazy import lazy
 
-BUILDING, CLASS = 0.4, 0.2  # shares of the prior's covariance; the remainder is the door's own
-FEWEST = 2  # looks at a door whose habits count
-Message = tuple[FloatArray, FloatArray]  # information (COMMON, COMMON), and pull
-COMMON = Design(2).parameters  # that doors of any number of regions have
+BUILDING, CLASS = 0.4, 0.2  # shares of the prior's covariance; the remainder is the object's own
+FEWEST = 2  # looks at an object whose habits count
+Message = tuple[FloatArray, FloatArray]  # information (c, c) of what is common, and pull
+DOORS = Design(2)  # what doors of any number of regions have in common
+S = TypeVar("S", bound=Factor[Any])
 
 
 @dataclass(frozen=True, eq=False)
-class Habits:
+class Habits(Generic[S, F]):
     """A value; ``with_sites`` makes another one."""
 
     calendar: Calendar
-    sites: Mapping[str, Site]  # by door
-    classes: Mapping[str, str]  # of those doors
-    _forecasts: dict[str, Forecast] = field(default_factory=dict, init=False, repr=False)
+    sites: Mapping[str, S]  # by object
+    classes: Mapping[str, str]  # of those objects
+    common: Parameters = DOORS  # the first ones of each object
+    _forecasts: dict[str, Any] = field(default_factory=dict, init=False, repr=False)
 
     def __contains__(self, name: object) -> bool:
-        """Whether a door has been looked at more than once: one look tells nothing of moves."""
+        """Whether an object has been looked at more than once: one look tells nothing of moves."""
         site = self.sites.get(name) if isinstance(name, str) else None
         return site is not None and site.looks >= FEWEST
 
-    def with_sites(self, sites: Mapping[str, Site], classes: Mapping[str, str]) -> Habits:
-        """The habits with other sites of some doors."""
-        return Habits(self.calendar, {**self.sites, **sites}, {**self.classes, **classes})
+    def with_sites(self, sites: Mapping[str, S], classes: Mapping[str, str]) -> Habits[S, F]:
+        """The habits with other sites of some objects."""
+        every = {**self.sites, **sites}
+        return Habits(self.calendar, every, {**self.classes, **classes}, self.common)
 
-    def forecast(self, name: str) -> Forecast:
-        """By what is known of a door."""
-        found = self._forecasts.get(name)
+    def forecast(self, name: str) -> F:
+        """By what is known of an object."""
+        found: F | None = self._forecasts.get(name)
         if found is None:
             site = self.sites[name]
             after = site.posterior(self.before(site.design, self.classes[name], but=name))
-            found = self._forecasts[name] = Forecast(site.design, self.calendar, after)
+            found = self._forecasts[name] = site.forecast(self.calendar, after)
         return found
 
-    def before(self, design: Design, of_class: str, but: str | None = None) -> Gaussian:
-        """What other doors than ``but`` make one expect of a door of a class."""
-        own = _extended(design)
-        precision = np.asarray(np.linalg.inv(BUILDING * _common()), dtype=float)
-        pull = np.zeros(COMMON)
+    def before(self, design: Parameters, of_class: str, but: str | None = None) -> Gaussian:
+        """What other objects than ``but`` make one expect of one of a class."""
+        own, common = self._own(design), self.common.covariance
+        shared = len(common)
+        precision = np.asarray(np.linalg.inv(BUILDING * common), dtype=float)
+        pull = np.zeros(shared)
         for name in sorted(self._of_classes):
             if name != of_class:
                 told = self._of_classes[name]
                 precision, pull = precision + told[0], pull + told[1]
         mean, covariance = _moments(precision, pull)
-        covariance = covariance + CLASS * _common()
+        covariance = covariance + CLASS * common
         if of_class in self._sums:
             information, told_of = self._sums[of_class]
             if but in self._messages:
@@ -73,13 +80,13 @@ class Habits:
             before = np.linalg.inv(covariance)
             mean, covariance = _moments(before + information, before @ mean + told_of)
         out = design.mean.copy()
-        out[:COMMON] += mean
-        own[:COMMON, :COMMON] += covariance
+        out[:shared] += mean
+        own[:shared, :shared] += covariance
         return Gaussian(out, own)
 
     @lazy
     def _sums(self) -> dict[str, Message]:
-        """What the doors of each class tell of it."""
+        """What the objects of each class tell of it."""
         out: dict[str, Message] = {}
         for door in sorted(self._messages):
             name, (information, pull) = self.classes[door], self._messages[door]
@@ -92,38 +99,28 @@ class Habits:
     @lazy
     def _of_classes(self) -> dict[str, Message]:
         """What each class tells of the building."""
-        return {name: _through(*message, CLASS * _common()) for name, message in self._sums.items()}
+        spread = CLASS * self.common.covariance
+        return {name: _through(*message, spread) for name, message in self._sums.items()}
 
     @lazy
     def _messages(self) -> dict[str, Message]:
-        """What each door tells of its class, in natural parameters about the prior's mean."""
-        return {name: _message(site) for name, site in self.sites.items() if name in self}
+        """What each tells of its class, in natural parameters about the prior's mean."""
+        return {name: self._message(site) for name, site in self.sites.items() if name in self}
 
+    def _message(self, site: S) -> Message:
+        """What an object tells of what it shares with others: its own differences are integrated out."""
+        covariance, root = self._own(site.design), site.root
+        pull = site.pull - root.T @ (root @ site.design.mean)
+        gain = np.linalg.solve(np.eye(len(root)) + root @ covariance @ root.T, root)  # (r, p)
+        of_all = pull - gain.T @ (root @ (covariance @ pull))
+        shared = len(self.common.covariance)
+        return root[:, :shared].T @ gain[:, :shared], of_all[:shared]
 
-def _message(site: Site) -> Message:
-    """What a door tells of what it shares with others: its own differences are integrated out."""
-    covariance, root = _extended(site.design), site.root
-    pull = site.pull - root.T @ (root @ site.design.mean)
-    gain = np.linalg.solve(np.eye(len(root)) + root @ covariance @ root.T, root)  # (r, p)
-    told = pull - gain.T @ (root @ (covariance @ pull))
-    return root[:, :COMMON].T @ gain[:, :COMMON], told[:COMMON]
-
-
-@cache
-def _common() -> FloatArray:
-    return Design(2).covariance
-
-
-def _extended(design: Design) -> FloatArray:
-    """(p, p) covariance of what a door differs by from its class."""
-    return _own(design.regions).copy()
-
-
-@cache
-def _own(regions: int) -> FloatArray:
-    out = Design(regions).covariance.copy()
-    out[:COMMON, :COMMON] *= 1.0 - BUILDING - CLASS
-    return out
+    def _own(self, design: Parameters) -> FloatArray:
+        """(p, p) covariance of what an object differs by from its class."""
+        out, shared = design.covariance.copy(), len(self.common.covariance)
+        out[:shared, :shared] *= 1.0 - BUILDING - CLASS
+        return out
 
 
 def _through(
@@ -138,3 +135,7 @@ def _through(
 def _moments(precision: FloatArray, pull: FloatArray) -> tuple[FloatArray, FloatArray]:
     covariance = np.linalg.inv(precision)
     return covariance @ pull, (covariance + covariance.T) / 2.0
+
+
+DoorHabits = Habits[Site, Forecast]
+PieceHabits = Habits[PieceSite, Moves]

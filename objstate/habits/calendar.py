@@ -14,11 +14,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from objstate.geometry import IntArray
+from objstate.geometry import FloatArray, IntArray
 
 CELL_S = 900
 PER_DAY = 86400 // CELL_S  # cells of a day on which no clock is changed
 NANOSECONDS = 10**9
+CELL_NS = CELL_S * NANOSECONDS
 WEEKEND = (5, 6)  # of the days of the week from 0, Monday
 WORKING, FREE = 0, 1  # kinds of days: on free ones, weekends and holidays, few are expected
 KINDS = 2
@@ -55,6 +56,14 @@ class Calendar:
     def key_at(self, stamp_ns: int) -> int:
         """The key of the cell of a moment."""
         return self.key(stamp_ns // (CELL_S * NANOSECONDS))
+
+    def seconds_by_key(self, begin_ns: int, end_ns: int) -> FloatArray:
+        """(k,) how much of a stretch of time lies in cells of each key."""
+        first, last = begin_ns // CELL_NS, end_ns // CELL_NS
+        ends = np.arange(first, last + 2) * CELL_NS
+        seconds = np.diff(np.clip(ends, begin_ns, end_ns)) / NANOSECONDS
+        by_key = np.bincount(self.keys(first, last + 1), seconds, minlength=KINDS * PER_DAY)
+        return np.asarray(by_key, dtype=float)
 
     def local(self, stamp_ns: int) -> datetime:
         """A moment by the clock."""

@@ -24,10 +24,10 @@ from objstate.lazy import lazy
 SETTLED, AWAY, BRIEF, BRIEF_FIRST, BRIEF_OTHER, LOCAL = range(6)
 CONSTANTS = {  # of these: prior mean and deviation
     BRIEF: (np.log(60.0), 1.3),
-    BRIEF_FIRST: (0.7, 2.5),
-    BRIEF_OTHER: (0.7, 2.5),
+    BRIEF_FIRST: (-0.7, 3.5),
+    BRIEF_OTHER: (-0.7, 3.5),
 }
-MEANS = {SETTLED: np.log(1.5), AWAY: -0.7}
+MEANS = {SETTLED: np.log(0.7), AWAY: -0.7}
 SLOW_H, QUICK_H = 4.0, 0.5  # over which functions of the time of day stay similar
 LEAST_STD = 0.03  # of a single value
 # Of what is added while a building is empty, at night and on free days: prior mean and deviation.
@@ -134,7 +134,7 @@ class Design:
         out = np.zeros((self.parameters, self.parameters))
         for first, block in zip(FIRST, BLOCKS, strict=False):
             at = slice(first, first + block.knots)
-            out[at, at] = _similarity(block)
+            out[at, at] = similarity(block)
         stds = [std for _, std in (*EMPTY.values(), *CONSTANTS.values())]
         stds += [REGION_STD] * (self.regions - 2)
         for k, std in enumerate(stds, start=FIRST[-1]):
@@ -151,7 +151,7 @@ def _empty(kind: int, hour: float) -> float:
     )
 
 
-def _similarity(block: Block) -> FloatArray:
+def similarity(block: Block) -> FloatArray:
     """(n, n) covariance of a function's values, by the time of day between them."""
     hours = np.arange(block.knots) * 24.0 / block.knots
     apart = np.sin(np.pi * (hours[:, None] - hours) / 24.0) * 24.0 / np.pi

@@ -7,11 +7,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from objstate.geometry import FloatArray, IntArray
-from objstate.habits.calendar import NANOSECONDS, PER_DAY, Calendar
+from objstate.habits.calendar import CELL_NS, NANOSECONDS, PER_DAY, Calendar
 from objstate.habits.chain import Chain, chain
 from objstate.habits.design import Design
 from objstate.habits.model import Gaussian, draws
-from objstate.habits.steps import CELL_NS
 from objstate.lazy import lazy
 
 DRAWS = 16  # of the parameters
@@ -77,11 +76,7 @@ class Forecast:
 
     def kept(self, begin_ns: int, end_ns: int) -> FloatArray:
         """(d, s) probability that a door doesn't leave its region from one moment to another."""
-        first, last = begin_ns // CELL_NS, end_ns // CELL_NS
-        keys = self.calendar.keys(first, last + 1)
-        ends = np.arange(first, last + 2) * CELL_NS
-        seconds = np.diff(np.clip(ends, begin_ns, end_ns)) / NANOSECONDS
-        of_key = np.bincount(keys, weights=seconds, minlength=self.process.leaves.shape[1])
+        of_key = self.calendar.seconds_by_key(begin_ns, end_ns)
         return np.asarray(np.exp(-np.einsum("dks,k->ds", self.leaving, of_key)))
 
     @lazy

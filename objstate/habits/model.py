@@ -11,8 +11,9 @@ uncertain as the prior has them, however often others were looked at.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -56,6 +57,21 @@ class Evidence:
     state: FloatArray = field(repr=False)  # (s,) after the last look
 
 
+class Parameters(Protocol):
+    """What a habit is described by, before any look."""
+
+    @property
+    def mean(self) -> FloatArray:
+        """(p,) prior mean."""
+
+    @property
+    def covariance(self) -> FloatArray:
+        """(p, p) prior covariance."""
+
+
+Told = Callable[[FloatArray], Evidence]  # at parameters (p,)
+
+
 @dataclass(frozen=True, eq=False)
 class Known:
     """The state at a moment, from which on looks are taken in."""
@@ -64,57 +80,52 @@ class Known:
     state: FloatArray  # (s,)
 
 
-def prior(design: Design) -> Gaussian:
-    """What is assumed of a door that nobody has looked at."""
+def prior(design: Parameters) -> Gaussian:
+    """What is assumed of an object that nobody has looked at."""
     return Gaussian(design.mean, design.covariance)
 
 
-def evidence(
-    design: Design,
-    calendar: Calendar,
-    looks: RegionLooks,
-    theta: FloatArray,
-    after: Known | None = None,
-) -> Evidence:
-    """Log-likelihood of looks, at least one, with its derivatives at ``theta``.
+def evidence_of(
+    design: Design, calendar: Calendar, looks: RegionLooks, after: Known | None = None
+) -> Told:
+    """Log-likelihood of looks, at least one, with its derivatives at any parameters.
 
     The door is known at a moment before them, or else whatever it is at such a time.
     """
-    u = design.matrix @ theta
-    of = chain(u)
     begin = int(looks.stamps_ns[0]) - BURN_IN_NS if after is None else after.stamp_ns
     cut = steps(calendar, begin, looks.stamps_ns)
-    state = of.settled[cut.keys[0]].copy() if after is None else after.state.copy()
-    slope = np.zeros((design.parameters, design.states))
-    score = np.zeros(design.parameters)
-    information = np.zeros((design.parameters, design.parameters))
-    total = kernels.forward(
-        state,
-        slope,
-        cut.keys,
-        cut.seconds,
-        cut.looks,
-        looks.likelihood,
-        of.rates,
-        np.ascontiguousarray(of.right),
-        np.ascontiguousarray(of.left),
-        slopes(u, of),
-        *design.active,
-        score,
-        information,
-    )
-    return Evidence(theta, float(total), score, information, state)
+
+    def told(theta: FloatArray) -> Evidence:
+        u = design.matrix @ theta
+        of = chain(u)
+        state = of.settled[cut.keys[0]].copy() if after is None else after.state.copy()
+        slope = np.zeros((design.parameters, design.states))
+        score = np.zeros(design.parameters)
+        information = np.zeros((design.parameters, design.parameters))
+        total = kernels.forward(
+            state,
+            slope,
+            cut.keys,
+            cut.seconds,
+            cut.looks,
+            looks.likelihood,
+            of.rates,
+            np.ascontiguousarray(of.right),
+            np.ascontiguousarray(of.left),
+            slopes(u, of),
+            *design.active,
+            score,
+            information,
+        )
+        return Evidence(theta, float(total), score, information, state)
+
+    return told
 
 
 def ready() -> None:
     """Load the compiled loops, or compile them, where this must not be waited for later."""
-    design = Design(2)
-    evidence(
-        design,
-        Calendar(),
-        RegionLooks.certain(np.zeros(1, dtype=np.int64), np.zeros(1, dtype=np.int64), 2),
-        design.mean,
-    )
+    design, nothing = Design(2), np.zeros(1, dtype=np.int64)
+    evidence_of(design, Calendar(), RegionLooks.certain(nothing, nothing, 2))(design.mean)
 
 
 def fit(
@@ -128,24 +139,23 @@ def fit(
     before = before or prior(design)
     if not len(looks):
         return before, None
-    found = mode(design, calendar, looks, before, start=start)
+    return fit_to(evidence_of(design, calendar, looks), before, start)
+
+
+def fit_to(
+    told: Told, before: Gaussian, start: FloatArray | None = None
+) -> tuple[Gaussian, Evidence]:
+    """The posterior of the parameters by the evidence at any of them, and the evidence at its mode."""
+    found = mode(told, before, start)
     after = Gaussian(found.theta, _inverse(_inverse(before.covariance) + found.information))
-    return _spread(design, calendar, looks, before, after), found
+    return _spread(told, before, after), found
 
 
-def mode(
-    design: Design,
-    calendar: Calendar,
-    looks: RegionLooks,
-    before: Gaussian,
-    *,
-    start: FloatArray | None = None,
-    after: Known | None = None,
-) -> Evidence:
-    """The evidence of looks, at least one, at the parameters that are most probable after them."""
+def mode(told: Told, before: Gaussian, start: FloatArray | None = None) -> Evidence:
+    """The evidence at the parameters that are most probable after it."""
     precision = _inverse(before.covariance)
     theta = before.mean if start is None else start
-    found = evidence(design, calendar, looks, theta, after)
+    found = told(theta)
     height = _height(found, before, precision)
     for _ in range(ROUNDS):
         total = precision + found.information
@@ -154,7 +164,7 @@ def mode(
         if step @ total @ step < CONVERGED:
             break
         for _ in range(HALVINGS):
-            tried = evidence(design, calendar, looks, theta + step, after)
+            tried = told(theta + step)
             higher = _height(tried, before, precision)
             if higher >= height:
                 break
@@ -165,9 +175,7 @@ def mode(
     return found
 
 
-def _spread(
-    design: Design, calendar: Calendar, looks: RegionLooks, before: Gaussian, after: Gaussian
-) -> Gaussian:
+def _spread(told: Told, before: Gaussian, after: Gaussian) -> Gaussian:
     """The Gaussian nearest to the posterior, from Laplace's about its mode.
 
     Of an hour in which a door was never seen to move, the likelihood falls off steeply towards higher rates
@@ -177,7 +185,7 @@ def _spread(
     """
     precision = _inverse(before.covariance)
     for _ in range(SPREADS):
-        found = [evidence(design, calendar, looks, theta) for theta in draws(after, SPREAD_DRAWS)]
+        found = [told(theta) for theta in draws(after, SPREAD_DRAWS)]
         total = precision + np.mean([each.information for each in found], axis=0)
         score = np.mean([each.score for each in found], axis=0)
         pull = score - precision @ (after.mean - before.mean)

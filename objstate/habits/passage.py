@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from objstate.geometry import BoolArray, FloatArray
-from objstate.habits.calendar import NANOSECONDS
+from objstate.habits.calendar import CELL_NS, NANOSECONDS
 from objstate.habits.forecast import Forecast
-from objstate.habits.steps import CELL_NS
 
 STEPS = 3  # of a cell, after each of which it is asked whether the door has been there
 

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from objstate.geometry import BoolArray, FloatArray, IntArray
-from objstate.habits.calendar import NANOSECONDS
+from objstate.habits.calendar import CELL_NS, NANOSECONDS
 from objstate.habits.forecast import Forecast
 from objstate.habits.looks import RegionLooks
-from objstate.habits.steps import CELL_NS, Steps, steps
+from objstate.habits.steps import Steps, steps
 from objstate.lazy import Later
 
 if TYPE_CHECKING:

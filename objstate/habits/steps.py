@@ -7,9 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from objstate.geometry import FloatArray, IntArray
-from objstate.habits.calendar import CELL_S, NANOSECONDS, Calendar
-
-CELL_NS = CELL_S * NANOSECONDS
+from objstate.habits.calendar import CELL_NS, NANOSECONDS, Calendar
 
 
 class Steps(NamedTuple):

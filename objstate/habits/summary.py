@@ -8,7 +8,7 @@ from datetime import date, datetime, timedelta
 import numpy as np
 
 from objstate.geometry import FloatArray
-from objstate.habits.calendar import FREE, NANOSECONDS, WORKING
+from objstate.habits.calendar import FREE, KINDS, NANOSECONDS, WORKING
 from objstate.habits.forecast import Forecast
 
 LEVEL = 0.9  # of intervals
@@ -70,6 +70,18 @@ def week_habit(forecast: Forecast, since: date) -> WeekHabit:
         hours.append(HourHabit(KIND_NAMES[kind], hour, _figures(shares), Figure.of(moves)))
     shares, moves = (np.mean([each[k] for each in every], axis=0) for k in (0, 1))
     return WeekHabit(_figures(shares), Figure.of(24.0 * moves), tuple(hours))
+
+
+def week_moves(rates: FloatArray) -> WeekHabit:
+    """The week of something that is moved at rates (d, k), 1/s, by key of a cell; in no regions."""
+    by_hour = rates.reshape(len(rates), KINDS, 24, -1).mean(axis=3) * 3600.0  # (d, kinds, 24)
+    days = (5 * by_hour[:, WORKING] + 2 * by_hour[:, FREE]) / 7.0
+    hours = [
+        HourHabit(KIND_NAMES[kind], hour, (), Figure.of(by_hour[:, kind, hour]))
+        for kind in (WORKING, FREE)
+        for hour in range(24)
+    ]
+    return WeekHabit((), Figure.of(days.sum(axis=1)), tuple(hours))
 
 
 def _at(forecast: Forecast, stamp_ns: int) -> tuple[FloatArray, FloatArray]:

@@ -23,6 +23,7 @@ second counts from the logger's start in most logs, the recording time as well.
 from __future__ import annotations
 
 import math
+import re
 import zlib
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
@@ -252,7 +253,7 @@ class CarmenFile:
 
 def is_carmen(head: bytes) -> bool:
     """Whether a file's beginning is a CARMEN log: one of its lines starts with a CARMEN keyword."""
-    return any(line.split(b" ", 1)[0] in KEYWORDS for line in head.splitlines())
+    return BEGINS.search(head) is not None
 
 
 def _old_laser(laser: Laser, words: list[str]) -> Reading:
@@ -290,6 +291,8 @@ PARSERS: dict[str, Callable[[list[str]], Reading]] = {
 }
 
 KEYWORDS = {b"PARAM", b"ODOM", *(name.encode() for name in PARSERS)}
+# At the begin of a line, and a whole word
+BEGINS = re.compile(rb"(?:\A|[\r\n])(?:" + b"|".join(sorted(KEYWORDS)) + rb")(?=[ \r\n]|\Z)")
 
 
 def _half_circle(count: int) -> tuple[float, float]:

@@ -18,6 +18,10 @@ class ObjectFilter(Protocol):
     """The estimation of one object's state, as functions of a belief."""
 
     @property
+    def item(self) -> MovableObject:
+        """What is estimated."""
+
+    @property
     def settings(self) -> ObjectSettings:
         """By which it is estimated."""
 

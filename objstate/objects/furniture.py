@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import radians
 
@@ -43,16 +44,34 @@ class SampleFilter:
     ) -> ObjectBelief:
         """The prediction: drift, small moves, and moves to the prior."""
         s, count = self.settings, len(belief.states)
-        drift = np.array([s.dynamics.drift_m, s.dynamics.drift_m, radians(s.dynamics.drift_deg)])
         nudge = np.array([s.nudge_m, s.nudge_m, radians(s.nudge_deg)])
         moved = -math.expm1(-s.dynamics.moves_per_hour * seconds / SECONDS_PER_HOUR)
-        is_moved, is_nudged = rng.random(count) < moved, rng.random(count) < 0.5
-        step = np.where((is_moved & is_nudged)[:, None], nudge, math.sqrt(seconds) * drift)
+        presence = belief.presence + moved * (s.presence - belief.presence)
+        came = moved * s.presence / max(presence, LEAST_PRESENCE)  # of what is there then
+        is_moved, is_nudged = rng.random(count) < came, rng.random(count) < 0.5
+        step = np.where((is_moved & is_nudged)[:, None], nudge, math.sqrt(seconds) * self._drift)
         states = belief.states + step * rng.standard_normal(belief.states.shape)
         states[:, 2] = wrap(states[:, 2])
         anew = is_moved & ~is_nudged
         states[anew] = self._of_prior(int(anew.sum()), rng)
-        presence = belief.presence + moved * (s.presence - belief.presence)
+        return altered(belief.with_samples(states, belief.weights), presence=presence)
+
+    def carried(
+        self,
+        belief: ObjectBelief,
+        seconds: float,
+        moved: float,
+        arrive: Callable[[int, np.random.Generator], FloatArray],
+        presence: float,
+        rng: np.random.Generator,
+    ) -> ObjectBelief:
+        """The belief after a time in which a sample was moved with a probability, to where samples arrive."""
+        states = belief.states + math.sqrt(seconds) * self._drift * rng.standard_normal(
+            belief.states.shape
+        )
+        states[:, 2] = wrap(states[:, 2])
+        is_moved = rng.random(len(states)) < moved
+        states[is_moved] = arrive(int(is_moved.sum()), rng)
         return altered(belief.with_samples(states, belief.weights), presence=presence)
 
     def update(
@@ -106,6 +125,12 @@ class SampleFilter:
         states = self.item.home + self._width * unit
         states[:, 2] = wrap(states[:, 2])
         return states
+
+    @lazy
+    def _drift(self) -> FloatArray:
+        """(3,) deviations after a second."""
+        d = self.settings.dynamics
+        return np.array([d.drift_m, d.drift_m, radians(d.drift_deg)])
 
     @lazy
     def _width(self) -> FloatArray:

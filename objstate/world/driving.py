@@ -1,4 +1,4 @@
-"""Settings for a drive: how often doors are moved while it lasts, and where to, by their habits."""
+"""Settings for a drive: how often objects are moved while it lasts, and where doors rest, by their habits."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import math
 import numpy as np
 
 from objstate.config import Dynamics, ObjectRule, Rest, Settings
+from objstate.objects import ObjectFilter
 from objstate.objects.doors import LatticeFilter
 from objstate.records import NANOSECONDS
 from objstate.world.world import World
@@ -18,31 +19,35 @@ MOST_MOVED = 0.95  # probability
 
 
 def drive_settings(world: World, stamp_ns: int) -> Settings:
-    """The world's settings with a rule for each door whose habits are known, at a moment.
+    """The world's settings with a rule for each object whose habits are known, at a moment.
 
     Within a drive a door is moved at one rate, and rests after one distribution, both such
-    that it leaves its region within ten minutes as often as its habits say.
+    that it leaves its region within ten minutes as often as its habits say. Furniture is moved as
+    often as within the first ten minutes.
     """
-    rules = []
+    rules, later_ns = list[ObjectRule](), stamp_ns + round(AGAIN_S * NANOSECONDS)
     for name in world.objects:
-        habits, filter_ = world.habits_of(name), world.filter_of(name)
-        if habits is None or not isinstance(filter_, LatticeFilter):
-            continue
-        forecast, later_ns = habits.forecast(name), stamp_ns + round(AGAIN_S * NANOSECONDS)
-        state = forecast.marginal(stamp_ns)
-        stays = state * forecast.kept(stamp_ns, later_ns)
-        shares = forecast.regions(state)
-        differs = float(np.sum(shares * (1.0 - shares)))
-        moved = min(float(1.0 - stays.sum(axis=1).mean()) / max(differs, 1e-9), MOST_MOVED)
-        rate = min(max(-math.log1p(-moved) / AGAIN_S * 3600.0, LEAST_RATE), MOST_RATE)
-        rules.append(
-            ObjectRule(
-                match=glob.escape(name),
-                dynamics=Dynamics(moves_per_hour=rate, **_drift(filter_.settings.dynamics)),
-                rest=_rest(filter_, float(shares[0])),
-            )
-        )
+        filter_ = world.filter_of(name)
+        if (moves := world.moves_of(name)) is not None:
+            stays = moves.forecast(name).stays(stamp_ns, later_ns)
+            rules.append(_rule(filter_, 1.0 - stays))
+        elif (habits := world.habits_of(name)) is not None and isinstance(filter_, LatticeFilter):
+            forecast = habits.forecast(name)
+            state = forecast.marginal(stamp_ns)
+            kept = state * forecast.kept(stamp_ns, later_ns)
+            shares = forecast.regions(state)
+            differs = float(np.sum(shares * (1.0 - shares)))
+            moved = float(1.0 - kept.sum(axis=1).mean()) / max(differs, 1e-9)
+            rules.append(_rule(filter_, moved, rest=_rest(filter_, float(shares[0]))))
     return world.settings.model_copy(update={"objects": (*world.settings.objects, *rules)})
+
+
+def _rule(filter_: ObjectFilter, moved: float, **also: Rest) -> ObjectRule:
+    """A rule for an object that is moved within ten minutes with a probability."""
+    rate = -math.log1p(-min(moved, MOST_MOVED)) / AGAIN_S * 3600.0
+    drift = _drift(filter_.settings.dynamics)
+    dynamics = Dynamics(moves_per_hour=min(max(rate, LEAST_RATE), MOST_RATE), **drift)
+    return ObjectRule(match=glob.escape(filter_.item.name), dynamics=dynamics, **also)
 
 
 def _drift(dynamics: Dynamics) -> dict[str, float]:

@@ -4,24 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import exp, radians
+from math import radians
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from objstate.geometry import FloatArray, wrap
-from objstate.objects import ObjectBelief, ObjectFilter
+from objstate.objects import ObjectBelief
 from objstate.objects.furniture import SampleFilter
 from objstate.records import NANOSECONDS
 from objstate.world.allowed import PRESENT, Task
+from objstate.world.moving import moves_by
 
 if TYPE_CHECKING:
     from objstate.world.world import World
 
-SECONDS_PER_HOUR = 3600.0
 SOONEST = 1.0 / 30.0  # s, from which on a crossing is searched, in steps of twice the time
 PRECISION = 1e-3  # relative, to which its moment is found
-HALF_FURNITURE = 0.5  # of furniture that is moved, the share that is moved near by
 
 Variances = Callable[[float], FloatArray]  # seconds from a belief to variances (d,)
 
@@ -54,7 +53,7 @@ def _due_of(world: World, task: Task, name: str, horizon_s: float, stamp_ns: int
     belief = past[-1] if past else world.belief(name, stamp_ns)
     assert belief.stamp_ns is not None  # a world has none such
     age = (stamp_ns - belief.stamp_ns) / NANOSECONDS
-    variances, found = variances_of(belief, world.filter_of(name)), []
+    variances, found = variances_of(world, belief), []
     rested = 1.0 / task.most_per_second
     for key, most in allowed.items():
         of = _one(variances, coordinates.index(key))
@@ -66,14 +65,16 @@ def _due_of(world: World, task: Task, name: str, horizon_s: float, stamp_ns: int
     return found
 
 
-def variances_of(belief: ObjectBelief, filter_: ObjectFilter) -> Variances:
+def variances_of(world: World, belief: ObjectBelief) -> Variances:
     """Predicted variances (d + 1,) of a belief's coordinates and presence, by seconds from it on."""
+    name, filter_ = belief.item.name, world.filter_of(belief.item.name)
+    assert belief.stamp_ns is not None
+    begin_ns = belief.stamp_ns
     if isinstance(filter_, SampleFilter):
-        return _of_furniture(belief, filter_)
-    rng = np.random.default_rng(0)  # doors draw nothing
+        return _of_furniture(world, belief, filter_)
 
     def of_door(seconds: float) -> FloatArray:
-        later = filter_.predict(belief, seconds, rng) if seconds > 0.0 else belief
+        later = world.belief(name, begin_ns + round(seconds * NANOSECONDS), belief)
         return np.append(later.std**2, 0.0)
 
     return of_door
@@ -84,28 +85,28 @@ def _one(variances: Variances, k: int) -> Callable[[float], float]:
     return lambda seconds: float(variances(seconds)[k])
 
 
-def _of_furniture(belief: ObjectBelief, filter_: SampleFilter) -> Variances:
-    """In closed form: of what drifts, what was moved near by, and what the prior has.
+def _of_furniture(world: World, belief: ObjectBelief, filter_: SampleFilter) -> Variances:
+    """In closed form: of what drifts, and of where it goes when it is moved.
 
-    As ``SampleFilter.predict`` moves samples, but that headings don't wrap.
+    As ``World.at`` moves samples, but that headings don't wrap.
     """
-    s = filter_.settings
-    drift = np.array([s.dynamics.drift_m, s.dynamics.drift_m, radians(s.dynamics.drift_deg)]) ** 2
-    nudge = np.array([s.nudge_m, s.nudge_m, radians(s.nudge_deg)]) ** 2
-    width = np.array([s.prior_std_m, s.prior_std_m, radians(s.prior_std_deg)]) ** 2
-    prior = width if s.prior == "gaussian" else width / 3.0
-    off = belief.item.symmetry.nearest(belief.mean[None], belief.item.home[2])[0] - belief.item.home
-    off[2] = wrap(off[2])
-    start, presence = belief.std**2, belief.presence
+    dynamics, start, presence = filter_.settings.dynamics, belief.std**2, belief.presence
+    drift = np.array([dynamics.drift_m, dynamics.drift_m, radians(dynamics.drift_deg)]) ** 2
+    moved, goes = moves_by(world, filter_, belief)
+    shares = goes.weights / goes.weights.sum()
+    nearest = belief.item.symmetry.nearest
+    off = np.stack([nearest(m[None], float(belief.mean[2]))[0] for m in goes.middles]) - belief.mean
+    off[:, 2] = wrap(off[:, 2])
+    middle = shares @ off
+    spread = shares @ (goes.variances + (off - middle) ** 2)
 
     def of_furniture(seconds: float) -> FloatArray:
-        moved = 1.0 - exp(-s.dynamics.moves_per_hour * seconds / SECONDS_PER_HOUR)
-        near, anew = HALF_FURNITURE * moved, (1.0 - HALF_FURNITURE) * moved
-        rest = 1.0 - near - anew
-        within = rest * (start + seconds * drift) + near * (start + nudge) + anew * prior
-        between = (1.0 - anew) * anew * off**2
-        there = presence + moved * (s.presence - presence)
-        return np.append(within + between, there * (1.0 - there))
+        left = moved(seconds)
+        stays, came = (1.0 - left) * presence, left * (1.0 - goes.away)
+        there = stays + came
+        anew = came / there if there > 0.0 else 0.0
+        within = (1.0 - anew) * (start + seconds * drift) + anew * spread
+        return np.append(within + (1.0 - anew) * anew * middle**2, there * (1.0 - there))
 
     return of_furniture
 

@@ -1,20 +1,26 @@
-"""Habits in a world's database: one row per door, brought up to date by each drive."""
+"""Habits in a world's database: one row per object, brought up to date by each drive."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from sqlalchemy import Connection, delete, insert, select
 
 from objstate.config import CalendarSettings, Settings
-from objstate.habits.building import Habits
+from objstate.habits.building import DOORS, DoorHabits, Habits, PieceHabits, S
 from objstate.habits.calendar import Calendar
+from objstate.habits.factor import F, Factor
 from objstate.habits.model import Known
+from objstate.habits.moves import MOVES
+from objstate.habits.piece import PieceSite, Sighting
 from objstate.habits.site import Site, fitted_site
 from objstate.objects import ObjectBelief, ObjectFilter
 from objstate.objects.doors import LatticeFilter
+from objstate.objects.furniture import SampleFilter
 from objstate.packing import pack, unpack
 from objstate.world.habitual import (
     class_of,
@@ -23,6 +29,7 @@ from objstate.world.habitual import (
     has_habits,
     region_looks,
 )
+from objstate.world.moving import elsewhere, form_of, has_moves, sightings
 from objstate.world.schema import HABITS
 
 FIRST_FIT = 64  # looks from which on habits are fitted to all of them, again when twice as many
@@ -33,42 +40,67 @@ def calendar_of(settings: CalendarSettings) -> Calendar:
     return Calendar(settings.zone, frozenset(settings.holidays))
 
 
+@dataclass(frozen=True, eq=False)
+class Learnt:
+    """What a world knows of habits; None: of nothing of the kind."""
+
+    doors: DoorHabits | None = None
+    pieces: PieceHabits | None = None
+
+    def also(self, newer: Learnt) -> Learnt:
+        """With what is newer of some objects."""
+        return Learnt(_with(self.doors, newer.doors), _with(self.pieces, newer.pieces))
+
+
 def read_habits(
     connection: Connection,
     settings: Settings,
-    filters: dict[str, ObjectFilter],
+    filters: Mapping[str, ObjectFilter],
     *,
     only: bool = False,
-) -> Habits | None:
-    """The habits of doors, of which those that were learnt by another calendar are left out; None: no row.
+) -> Learnt:
+    """The habits of objects, of which those that were learnt by another calendar are left out.
 
     With ``only`` no others are read than those of the ``filters``, which are few.
     """
     text = settings.calendar.model_dump_json()
     query = select(HABITS.c.object, HABITS.c.site).where(HABITS.c.calendar == text)
     rows = connection.execute(query.where(HABITS.c.object.in_(filters)) if only else query).all()
-    sites, classes = {}, {}
+    sites, pieces = dict[str, Site](), dict[str, PieceSite]()
+    classes, forms = dict[str, str](), dict[str, str]()
     for name, packed in rows:
         filter_ = filters.get(name)
         if isinstance(filter_, LatticeFilter):
             sites[name], classes[name] = unpack_site(packed, name), class_of(filter_)
-    return Habits(calendar_of(settings.calendar), sites, classes) if sites else None
+        elif isinstance(filter_, SampleFilter):
+            pieces[name], forms[name] = unpack_piece(packed, name), form_of(filter_)
+    calendar = calendar_of(settings.calendar)
+    return Learnt(
+        DoorHabits(calendar, sites, classes, DOORS) if sites else None,
+        PieceHabits(calendar, pieces, forms, MOVES) if pieces else None,
+    )
+
+
+def _with(known: Habits[S, F] | None, newer: Habits[S, F] | None) -> Habits[S, F] | None:
+    if known is None or newer is None:
+        return known or newer
+    return known.with_sites(newer.sites, newer.classes)
 
 
 def learn(
     connection: Connection,
     settings: Settings,
-    filters: dict[str, ObjectFilter],
+    filters: Mapping[str, ObjectFilter],
     beliefs: Iterable[ObjectBelief],
 ) -> list[str]:
-    """Let the habits take in what a drive taught; the doors whose habits are to be fitted anew."""
-    calendar, of_door = calendar_of(settings.calendar), dict[str, list[ObjectBelief]]()
+    """Let the habits take in what a drive taught; the objects whose habits are to be fitted anew."""
+    of_object = dict[str, list[ObjectBelief]]()
     for belief in beliefs:
-        of_door.setdefault(belief.item.name, []).append(belief)
+        of_object.setdefault(belief.item.name, []).append(belief)
     due = []
-    for name, seen in of_door.items():
+    for name, seen in of_object.items():
         filter_ = filters[name]
-        if not (isinstance(filter_, LatticeFilter) and has_habits(filter_)):
+        if not (has_habits(filter_) or has_moves(filter_)):
             continue
         row = connection.execute(
             select(HABITS.c.calendar, HABITS.c.site).where(HABITS.c.object == name)
@@ -76,52 +108,68 @@ def learn(
         if row is not None and row[0] != settings.calendar.model_dump_json():
             due.append(name)
             continue
-        site = Site.empty(first_bounds(filter_)) if row is None else unpack_site(row[1], name)
-        looks, rests = region_looks(filter_, site.bounds, seen)
-        site = site.with_looks(calendar, looks, rests)
+        packed = None if row is None else row[1]
+        site = _grown(calendar_of(settings.calendar), filter_, packed, seen)
         _write(connection, settings, name, site)
         if site.looks >= max(FIRST_FIT, 2 * site.fitted):
             due.append(name)
     return due
 
 
+def _grown(
+    calendar: Calendar,
+    filter_: LatticeFilter | SampleFilter,
+    packed: bytes | None,
+    seen: Sequence[ObjectBelief],
+) -> Site | PieceSite:
+    """The site of an object after a drive's beliefs."""
+    name = filter_.item.name
+    if isinstance(filter_, SampleFilter):
+        piece = PieceSite.empty() if packed is None else unpack_piece(packed, name)
+        nearest = filter_.item.symmetry.nearest
+        return piece.with_looks(calendar, sightings(seen), elsewhere(filter_), nearest)
+    site = Site.empty(first_bounds(filter_)) if packed is None else unpack_site(packed, name)
+    return site.with_looks(calendar, *region_looks(filter_, site.bounds, seen))
+
+
 def refit(
     connection: Connection,
     settings: Settings,
-    filter_: LatticeFilter,
+    filter_: LatticeFilter | SampleFilter,
     beliefs: Sequence[ObjectBelief],
 ) -> None:
-    """Fit a door's habits to all of its history, with regions that it tells of."""
-    bounds = found_bounds(filter_, beliefs)
-    looks, rests = region_looks(filter_, bounds, beliefs)
-    site = fitted_site(bounds, calendar_of(settings.calendar), looks, rests)
+    """Fit an object's habits to all of its history; a door's with regions that it tells of."""
+    calendar = calendar_of(settings.calendar)
+    site: Site | PieceSite
+    if isinstance(filter_, SampleFilter):
+        nearest = filter_.item.symmetry.nearest
+        site = PieceSite.fitted_to(calendar, sightings(beliefs), elsewhere(filter_), nearest)
+    else:
+        bounds = found_bounds(filter_, beliefs)
+        site = fitted_site(bounds, calendar, *region_looks(filter_, bounds, beliefs))
     _write(connection, settings, filter_.item.name, site)
 
 
-def _write(connection: Connection, settings: Settings, name: str, site: Site) -> None:
+def _write(connection: Connection, settings: Settings, name: str, site: Site | PieceSite) -> None:
     connection.execute(delete(HABITS).where(HABITS.c.object == name))
     row = {
         "object": name,
         "calendar": settings.calendar.model_dump_json(),
-        "site": pack_site(site),
+        "site": pack_site(site) if isinstance(site, Site) else pack_piece(site),
     }
     connection.execute(insert(HABITS), [row])
 
 
 def pack_site(site: Site) -> bytes:
-    """A site as bytes; the root of its precision in single ones."""
-    words: dict[str, Any] = {
+    """A door's site as bytes; the root of its precision in single ones."""
+    last = site.last
+    words = _words(site) | {
         "bounds": site.bounds,
-        "looks": site.looks,
-        "fitted": site.fitted,
-        "first_ns": site.first_ns,
-        "last_ns": None if site.last is None else site.last.stamp_ns,
+        "last_ns": None if last is None else last.stamp_ns,
     }
-    arrays = {
-        "pull": np.asarray(site.pull, dtype="<f8"),
-        "root": np.asarray(site.root, dtype="<f4"),
+    arrays = _arrays(site) | {
         "rests": np.asarray(site.rests, dtype="<f4"),
-        "state": np.zeros(0) if site.last is None else np.asarray(site.last.state, dtype="<f8"),
+        "state": np.zeros(0) if last is None else np.asarray(last.state, dtype="<f8"),
     }
     return pack(words, arrays)
 
@@ -129,15 +177,56 @@ def pack_site(site: Site) -> bytes:
 def unpack_site(packed: bytes, name: str) -> Site:
     """The site that was packed. Raises WorldError for damage."""
     words, arrays = unpack(packed, f"The habits of '{name}'")
-    pull = arrays["pull"].astype(float)
     last = words["last_ns"]
     return Site(
-        tuple(words["bounds"]),
-        pull,
-        arrays["root"].astype(float).reshape(-1, len(pull)),
-        arrays["rests"].astype(float),
-        words["looks"],
-        words["fitted"],
-        words["first_ns"],
-        None if last is None else Known(last, arrays["state"].astype(float)),
+        **_factor(words, arrays),
+        bounds=tuple(words["bounds"]),
+        rests=arrays["rests"].astype(float),
+        last=None if last is None else Known(last, arrays["state"].astype(float)),
     )
+
+
+def pack_piece(site: PieceSite) -> bytes:
+    """A piece's site as bytes."""
+    last = site.last
+    words = _words(site) | {"taken": site.taken, "last_ns": None if last is None else last.stamp_ns}
+    arrays = _arrays(site) | {
+        each: np.asarray(getattr(site, each), dtype="<f8")
+        for each in ("middles", "squares", "arrivals")
+    }
+    nothing = np.empty(0)
+    state = None if last is None else last.state
+    arrays["state"] = np.asarray(nothing if state is None else state, dtype="<f8")
+    arrays["variance"] = np.asarray(nothing if last is None else last.variance, dtype="<f8")
+    return pack(words, arrays)
+
+
+def unpack_piece(packed: bytes, name: str) -> PieceSite:
+    """The site that was packed. Raises WorldError for damage."""
+    words, arrays = unpack(packed, f"The habits of '{name}'")
+    state, last = arrays["state"].astype(float), words["last_ns"]
+    seen = state if len(state) else None
+    return PieceSite(
+        **_factor(words, arrays),
+        middles=arrays["middles"].astype(float).reshape(-1, 3),
+        squares=arrays["squares"].astype(float).reshape(-1, 3),
+        arrivals=arrays["arrivals"].astype(float),
+        taken=words["taken"],
+        last=None if last is None else Sighting(last, seen, arrays["variance"].astype(float)),
+    )
+
+
+def _words(site: Factor[Any]) -> dict[str, Any]:
+    return {"looks": site.looks, "fitted": site.fitted, "first_ns": site.first_ns}
+
+
+def _arrays(site: Factor[Any]) -> dict[str, NDArray[Any]]:
+    return {"pull": np.asarray(site.pull, dtype="<f8"), "root": np.asarray(site.root, dtype="<f4")}
+
+
+def _factor(words: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
+    """The fields of a factor."""
+    pull = arrays["pull"].astype(float)
+    root = arrays["root"].astype(float).reshape(-1, len(pull))
+    counts = {each: words[each] for each in ("looks", "fitted", "first_ns")}
+    return {"pull": pull, "root": root, **counts}

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from typing import TypeGuard
 
 import numpy as np
 
 from objstate.building.model import Kind
 from objstate.geometry import FloatArray
-from objstate.habits.building import Habits
+from objstate.habits.building import DoorHabits
 from objstate.habits.looks import RegionLooks
 from objstate.habits.regions import (
     CLOSED_M,
@@ -27,7 +28,7 @@ RESTS_AT_FIRST = 5.0  # looks that the settings' places of rest count for
 LEAST = 1e-12  # probability
 
 
-def has_habits(filter_: object) -> bool:
+def has_habits(filter_: object) -> TypeGuard[LatticeFilter]:
     """Whether habits are learnt of what a filter estimates: doors with two limits.
 
     Settings that say how often an object is moved are taken at their word.
@@ -81,7 +82,7 @@ def region_looks(
 
 
 def carried(
-    habits: Habits, filter_: LatticeFilter, belief: ObjectBelief, begin_ns: int, end_ns: int
+    habits: DoorHabits, filter_: LatticeFilter, belief: ObjectBelief, begin_ns: int, end_ns: int
 ) -> ObjectBelief:
     """A belief as it is after a time in which nobody looked."""
     name = filter_.item.name
@@ -102,7 +103,7 @@ def carried(
 
 
 def state_of(
-    habits: Habits, filter_: LatticeFilter, belief: ObjectBelief, stamp_ns: int
+    habits: DoorHabits, filter_: LatticeFilter, belief: ObjectBelief, stamp_ns: int
 ) -> FloatArray:
     """(d, s) the state of a door's habits where this is believed of it."""
     site, forecast = habits.sites[filter_.item.name], habits.forecast(filter_.item.name)

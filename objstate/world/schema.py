@@ -76,6 +76,15 @@ HABITS = Table(
     Column("site", LargeBinary, nullable=False),  # habit_rows.pack_site
 )
 
+# What drives told together of each door's hinge and closed bearing, beside the building's.
+STATICS = Table(
+    "door_static",
+    METADATA,
+    Column("object", ForeignKey("world_object.name"), primary_key=True),
+    Column("drives", Integer, nullable=False),
+    Column("evidence", LargeBinary, nullable=False),  # DoorEvidence.packed
+)
+
 
 def _first(connection: Connection) -> None:
     METADATA.create_all(connection, [WORLD, OBJECTS, DRIVES, BELIEFS])
@@ -89,10 +98,15 @@ def _habits(connection: Connection) -> None:
     METADATA.create_all(connection, [HABITS])
 
 
+def _statics(connection: Connection) -> None:
+    METADATA.create_all(connection, [STATICS])
+
+
 MIGRATIONS: tuple[Callable[[Connection], None], ...] = (
     _first,
     _second,
     _habits,
+    _statics,
 )  # in order; only ever appended
 
 

@@ -19,15 +19,15 @@ from objstate.config import Settings, parse_strict
 from objstate.errors import SettingsError, WorldError
 from objstate.habits.model import ready
 from objstate.objects import ObjectBelief
-from objstate.objects.doors import LatticeFilter
 from objstate.world.codec import pack_belief, pack_object, unpack_belief, unpack_object
 from objstate.world.database import WAIT_S, Database
 from objstate.world.floor import FloorMemory, KeptFloor
 from objstate.world.forgetting import Thinning, thinned
-from objstate.world.habit_rows import learn, read_habits, refit
+from objstate.world.habit_rows import Learnt, learn, read_habits, refit
 from objstate.world.habitual import has_habits
 from objstate.world.lately import History, Lately
 from objstate.world.location import parse_location
+from objstate.world.moving import has_moves
 from objstate.world.schema import (
     BELIEFS,
     DRIVES,
@@ -35,10 +35,12 @@ from objstate.world.schema import (
     HABITS,
     MIGRATIONS,
     OBJECTS,
+    STATICS,
     WORLD,
     form_of,
     migrate,
 )
+from objstate.world.statics import DoorEvidence, Drive
 from objstate.world.world import World, filters_of
 
 ROWS_AT_ONCE = 100  # beliefs sent to the database in one go
@@ -112,15 +114,15 @@ class WorldStore:
                 return self._newest(connection, items, chosen)
             rows = connection.execute(_beliefs(since_ns, until_ns, without)).all()
             left = connection.execute(_floors(since_ns, until_ns, without)).all()
-            habits = None  # those that a drive taught can't be told from the others'
+            learnt = Learnt()  # what a drive taught of habits can't be told from the others'
             if without is None or not _has_drive(connection, without):
-                habits = read_habits(connection, chosen, filters_of(items, chosen))
+                learnt = read_habits(connection, chosen, filters_of(items, chosen))
         beliefs = (
             unpack_belief(packed, items[name], stamp_ns, last_observed_ns)
             for name, stamp_ns, last_observed_ns, packed in rows
         )
         floors = tuple(KeptFloor(*row) for row in left)
-        return replace(World.of(items, chosen, beliefs), floors=floors, habits=habits)
+        return World.of(items, chosen, beliefs).beside(floors, learnt.doors, learnt.pieces)
 
     def later(self, world: World, after: int) -> World:
         """A world that knows the drives up to a number, with what later ones taught.
@@ -138,13 +140,11 @@ class WorldStore:
             filters = {name: world.filter_of(name) for name in {row[0] for row in rows}}
             learnt = read_habits(connection, world.settings, filters, only=True)
         beliefs = [unpack_belief(row[3], items[row[0]], row[1], row[2]) for row in rows]
-        habits = world.habits
-        if learnt is not None and habits is not None:
-            habits = habits.with_sites(learnt.sites, learnt.classes)
+        learnt = Learnt(world.habits, world.pieces).also(learnt)
         kept = sorted(
             (*world.floors, *(KeptFloor(*row) for row in left)), key=attrgetter("stamp_ns")
         )
-        return world.with_beliefs(beliefs).beside(tuple(kept), habits or learnt)
+        return world.with_beliefs(beliefs).beside(tuple(kept), learnt.doors, learnt.pieces)
 
     def then(self, world: World, stamp_ns: int, names: Iterable[str]) -> World:
         """A world with only what was last learnt of some objects by a moment. Raises WorldError."""
@@ -201,11 +201,13 @@ class WorldStore:
 
         latest = max(stamps.values(), default=None)
         left = connection.execute(_floors(latest, None, None)).all()
+        learnt = read_habits(connection, settings, filters_of(items, settings))
         return replace(
             world,
             histories=Lately(stamps, last, read),
             floors=tuple(KeptFloor(*row) for row in left),
-            habits=read_habits(connection, settings, filters_of(items, settings)),
+            habits=learnt.doors,
+            pieces=learnt.pieces,
         )
 
     def drives(self) -> list[DriveEntry]:
@@ -221,10 +223,12 @@ class WorldStore:
         beliefs: Iterable[ObjectBelief],
         floor: FloorMemory | None = None,
         also: Iterable[Executable] = (),
+        statics: Drive | None = None,
     ) -> bool:
         """Add what a drive taught, whole or not at all; False where the world has the drive already.
 
-        ``floor`` is what it left of its grid, where it had one. ``also`` are statements of whoever
+        ``floor`` is what it left of its grid, where it had one, and ``statics`` what it told of where
+        doors hang, beside the world's building. ``also`` are statements of whoever
         keeps tables beside the world, made in the same transaction.
 
         Beliefs hold from their stamps on, whichever drive was added first. Raises WorldError
@@ -253,6 +257,7 @@ class WorldStore:
                 connection.execute(insert(FLOORS), [row])
             for statement in also:
                 connection.execute(statement)
+            _learn_statics(connection, statics or {})
             seen = {belief.item.name for belief in taught}
             filters = filters_of(dict(_objects(connection, seen)), drive.settings)
             due = learn(connection, drive.settings, filters, taught)
@@ -269,22 +274,35 @@ class WorldStore:
             for statement in also:
                 connection.execute(statement)
             gone = connection.execute(delete(BELIEFS).where(BELIEFS.c.object == name)).rowcount
-            connection.execute(delete(HABITS).where(HABITS.c.object == name))
+            for table in (HABITS, STATICS):
+                connection.execute(delete(table).where(table.c.object == name))
         return int(gone)
+
+    def statics(self, without: str | None = None) -> Drive:
+        """What drives told of where doors hang, beside the world's building, put together.
+
+        Nothing, where the drive of a digest has told of it already: what it told can't be taken out
+        again. Raises WorldError.
+        """
+        with self._database.reading() as connection:
+            if without is not None and _has_drive(connection, without):
+                return {}
+            rows = connection.execute(select(STATICS.c.object, STATICS.c.evidence)).all()
+        return {name: DoorEvidence.unpacked(packed, name) for name, packed in rows}
 
     def fit_habits(
         self, settings: Settings | None = None, names: Iterable[str] | None = None
     ) -> None:
-        """Fit the habits of some doors, by default all, to everything that was seen of them.
+        """Fit the habits of some objects, by default all, to everything that was seen of them.
 
-        ``add`` takes each drive in by itself, and does this for a door when it knows twice as many
+        ``add`` takes each drive in by itself, and does this for an object when it knows twice as many
         looks as the last time; some seconds each. Raises WorldError.
         """
         world = self.load(settings, newest=names is not None)
         chosen = list(world.objects) if names is None else list(names)
         for name in chosen:
             filter_, history = world.filter_of(name), world.history(name)
-            if history and isinstance(filter_, LatticeFilter) and has_habits(filter_):
+            if history and (has_habits(filter_) or has_moves(filter_)):
                 with self._database.writing() as connection:
                     refit(connection, world.settings, filter_, history)
 
@@ -339,6 +357,19 @@ def open_store(
 def _has_drive(connection: Connection, digest: str) -> bool:
     known = select(DRIVES.c.id).where(DRIVES.c.digest == digest)
     return connection.execute(known).first() is not None
+
+
+def _learn_statics(connection: Connection, new: Drive) -> None:
+    """Add what a drive told of where doors hang."""
+    for name, evidence in new.items():
+        own = STATICS.c.object == name
+        row = connection.execute(select(STATICS.c.drives, STATICS.c.evidence).where(own)).first()
+        drives, total = 1, evidence
+        if row is not None:
+            drives, total = row[0] + 1, DoorEvidence.unpacked(row[1], name) + evidence
+            connection.execute(delete(STATICS).where(own))
+        values = {"object": name, "drives": drives, "evidence": total.packed()}
+        connection.execute(insert(STATICS), [values])
 
 
 def _check_that_it_is_there(database: Database) -> None:

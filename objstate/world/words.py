@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from objstate.building.model import Kind
 from objstate.objects import ObjectBelief
-from objstate.world.habit_words import habit_words
+from objstate.world.habit_words import habit_words, piece_words
 from objstate.world.world import Snapshot, World
 
 if TYPE_CHECKING:
@@ -84,4 +84,5 @@ def world_words(
         ],
         "objects": {name: history_words(world, name, samples) for name in world.objects},
         "habits": habit_words(world),
+        "furniture_habits": piece_words(world),
     }

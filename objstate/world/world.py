@@ -15,10 +15,9 @@ from numpy.typing import ArrayLike
 from objstate.building.model import Kind, MovableObject
 from objstate.config import Settings
 from objstate.errors import WorldError
-from objstate.habits.building import Habits
+from objstate.habits.building import DoorHabits, PieceHabits
 from objstate.lazy import lazy
 from objstate.objects import ObjectBelief, ObjectFilter, filter_for
-from objstate.objects.doors import LatticeFilter
 from objstate.records import NANOSECONDS
 from objstate.world.allowed import Task
 from objstate.world.blocking import Blockage, blocked
@@ -27,6 +26,7 @@ from objstate.world.fitting import fitted
 from objstate.world.floor import KeptFloor, Occupancy, occupied
 from objstate.world.habitual import carried, has_habits, state_of
 from objstate.world.lately import Lately
+from objstate.world.moving import has_moves, moved_on
 
 SECONDS_PER_HOUR = 3600.0
 NAMES_SHOWN = 10  # so many names tell what the others are like
@@ -38,7 +38,7 @@ class World:
     """The beliefs of every object over time. A value: what is learnt later makes a new one.
 
     Between two beliefs, and after the last, an object's dynamics model says how the
-    belief goes on (eq. (5) of Schulz and Burgard 2001): of doors whose habits are known by these,
+    belief goes on (eq. (5) of Schulz and Burgard 2001): where its habits are known by these,
     unless the settings say how often it is moved. Before the first, its prior holds.
     """
 
@@ -46,7 +46,8 @@ class World:
     settings: Settings = field(repr=False)
     histories: Mapping[str, tuple[ObjectBelief, ...]] = field(repr=False)  # in time order
     floors: tuple[KeptFloor, ...] = field(default=(), repr=False)  # of drives, in time order
-    habits: Habits | None = field(default=None, repr=False)  # of doors; None: nobody learnt any
+    habits: DoorHabits | None = field(default=None, repr=False)  # None: nobody learnt any
+    pieces: PieceHabits | None = field(default=None, repr=False)  # habits of furniture
 
     @staticmethod
     def of(
@@ -77,9 +78,14 @@ class World:
         }
         return self._with(histories=histories)
 
-    def beside(self, floors: tuple[KeptFloor, ...], habits: Habits | None) -> World:
+    def beside(
+        self,
+        floors: tuple[KeptFloor, ...],
+        habits: DoorHabits | None,
+        pieces: PieceHabits | None,
+    ) -> World:
         """The world with other floors and habits."""
-        return self._with(floors=floors, habits=habits)
+        return self._with(floors=floors, habits=habits, pieces=pieces)
 
     def only(self, beliefs: Iterable[ObjectBelief]) -> World:
         """The world with these beliefs alone, as if nothing else had been learnt."""
@@ -173,8 +179,10 @@ class World:
     ) -> ObjectBelief:
         """A belief after a time in which nobody looked."""
         filter_ = self._filters[name]
-        if (habits := self.habits_of(name)) is not None and isinstance(filter_, LatticeFilter):
+        if (habits := self.habits_of(name)) is not None and has_habits(filter_):
             return carried(habits, filter_, belief, begin_ns, end_ns)
+        if (moves := self.moves_of(name)) is not None and has_moves(filter_):
+            return moved_on(moves, filter_, belief, begin_ns, end_ns, rng)
         return filter_.predict(belief, (end_ns - begin_ns) / NANOSECONDS, rng)
 
     def probability_moved(self, name: str, stamp_ns: int) -> float | None:
@@ -186,7 +194,9 @@ class World:
         if not past or past[-1].last_observed_ns is None:
             return None
         begin_ns, filter_ = past[-1].last_observed_ns, self._filters[name]
-        if (habits := self.habits_of(name)) is not None and isinstance(filter_, LatticeFilter):
+        if (moves := self.moves_of(name)) is not None:
+            return 1.0 - moves.forecast(name).stays(begin_ns, stamp_ns)
+        if (habits := self.habits_of(name)) is not None and has_habits(filter_):
             stays = state_of(habits, filter_, past[-1], begin_ns)
             return 1.0 - float(
                 (stays * habits.forecast(name).kept(begin_ns, stamp_ns)).sum(1).mean()
@@ -194,13 +204,18 @@ class World:
         hours = (stamp_ns - begin_ns) / NANOSECONDS / SECONDS_PER_HOUR
         return -math.expm1(-filter_.settings.dynamics.moves_per_hour * hours)
 
-    def habits_of(self, name: str) -> Habits | None:
-        """The habits by which an object is predicted; None where the settings serve.
+    def habits_of(self, name: str) -> DoorHabits | None:
+        """The habits by which a door is predicted; None where the settings serve.
 
         Raises WorldError for an unknown object.
         """
         knows = self.habits is not None and self._known(name) in self.habits
         return self.habits if knows and has_habits(self._filters[name]) else None
+
+    def moves_of(self, name: str) -> PieceHabits | None:
+        """The habits by which furniture is predicted, as ``habits_of`` has those of doors."""
+        knows = self.pieces is not None and self._known(name) in self.pieces
+        return self.pieces if knows and has_moves(self._filters[name]) else None
 
     @lazy
     def _filters(self) -> dict[str, ObjectFilter]:

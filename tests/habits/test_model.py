@@ -8,7 +8,7 @@ from objstate.habits.calendar import NANOSECONDS, Calendar
 from objstate.habits.design import Design
 from objstate.habits.forecast import Forecast
 from objstate.habits.looks import RegionLooks
-from objstate.habits.model import evidence, fit, prior
+from objstate.habits.model import evidence_of, fit, prior
 
 HOUR = 3600 * NANOSECONDS
 MONDAY = 18262 * 24 * HOUR + 5 * 24 * HOUR  # 6 January 2020
@@ -38,10 +38,10 @@ def test_score_is_the_derivative_of_the_likelihood() -> None:
     stamps = MONDAY + np.sort(rng.integers(0, 5 * 24 * HOUR, 40))
     looks = RegionLooks.of(stamps, rng.uniform(0.1, 1.0, (40, 2)))
     theta = DESIGN.mean + 0.3 * rng.standard_normal(DESIGN.parameters)
-    found, step = evidence(DESIGN, CALENDAR, looks, theta), 1e-4
+    found, step = evidence_of(DESIGN, CALENDAR, looks)(theta), 1e-4
     for k in (20, 55, 100, DESIGN.parameters - 1):
         off = step * np.eye(DESIGN.parameters)[k]
-        high, low = (evidence(DESIGN, CALENDAR, looks, theta + sign * off) for sign in (1, -1))
+        high, low = (evidence_of(DESIGN, CALENDAR, looks)(theta + sign * off) for sign in (1, -1))
         slope = (high.log_likelihood - low.log_likelihood) / (2 * step)
         assert found.score[k] == pytest.approx(slope, rel=1e-4, abs=1e-6)
 

@@ -30,7 +30,7 @@ def task(**allowed: float) -> Task:
 def test_variances_cross_what_is_allowed_at_the_moment_that_is_said(most: float) -> None:
     for key in ("angle", "x", "yaw"):
         found = WORLD.due(task(**{key: most}), DAY)
-        variance = variances_of(*known(key))
+        variance = variances_of(WORLD, known(key))
         k = 2 if key == "yaw" else 0
         for each in found:
             assert each.coordinate == key
@@ -42,9 +42,8 @@ def test_variances_cross_what_is_allowed_at_the_moment_that_is_said(most: float)
             assert variance(DAY)[k] <= most
 
 
-def known(key: str) -> tuple[ObjectBelief, object]:
-    name = "door" if key == "angle" else "desk"
-    return WORLD.history(name)[-1], WORLD.filter_of(name)
+def known(key: str) -> ObjectBelief:
+    return WORLD.history("door" if key == "angle" else "desk")[-1]
 
 
 @pytest.mark.parametrize("seconds", [10.0, 1800.0, 4 * 3600.0])
@@ -55,7 +54,7 @@ def test_variances_of_furniture_are_those_of_predicted_samples(seconds: float) -
     filter_ = filter_for(DESK, Settings())
     later = filter_.predict(there, seconds, rng)
     expected = np.append(later.std**2, later.presence * (1.0 - later.presence))
-    assert variances_of(there, filter_)(seconds) == pytest.approx(expected, rel=0.03)
+    assert variances_of(WORLD, there)(seconds) == pytest.approx(expected, rel=0.03)
 
 
 def test_the_soonest_comes_first_and_what_is_too_uncertain_is_due_now() -> None:

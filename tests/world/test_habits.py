@@ -11,14 +11,15 @@ import pytest
 
 from objstate.config import CalendarSettings, Dynamics, ObjectRule, Settings
 from objstate.errors import WorldError
+from objstate.habits.piece import PieceSite
 from objstate.habits.site import Site
-from objstate.world import World
+from objstate.world import Allowed, Task, World
 from objstate.world.driving import drive_settings
-from objstate.world.habit_rows import pack_site, unpack_site
+from objstate.world.habit_rows import pack_piece, pack_site, unpack_piece, unpack_site
 from objstate.world.store import DriveEntry, WorldStore, open_store
 from objstate.world.when import best_departure, spans, wait
 from objstate.world.words import world_words
-from tests.world.examples import BUILDING, HOUR, at_angle
+from tests.world.examples import BUILDING, HOUR, at_angle, desk_at
 
 DAY = 24 * HOUR
 MONDAY = int(datetime(2026, 1, 5, tzinfo=UTC).timestamp()) * 10**9
@@ -144,3 +145,80 @@ def test_exports_have_the_habits(store: WorldStore) -> None:
     assert door["looks"] == 14 * len(HOURS)
     noon = next(h for h in door["hours"] if (h["kind"], h["hour"]) == ("working", 12))
     assert noon["shares"][1]["lower"] < noon["shares"][1]["value"] <= noon["shares"][1]["upper"]
+
+
+def where(day: int, hour: float) -> float:
+    """Of a desk that stands at another place from noon to six, on working days."""
+    return 3.6 if day % 7 < 5 and 12 <= hour < 18 else 2.9
+
+
+@pytest.fixture(scope="module")
+def furnished(tmp_path_factory: pytest.TempPathFactory) -> WorldStore:
+    """A world that has looked at a desk for two weeks."""
+    found = open_store(tmp_path_factory.mktemp("moves") / "world.db", BUILDING)
+    for day in range(14):
+        looks = [desk_at(where(day, h), MONDAY + day * DAY + int(h * HOUR)) for h in HOURS]
+        assert found.add(drive(day), looks)
+    return found
+
+
+def test_furniture_is_foretold_at_the_places_where_it_stood(furnished: WorldStore) -> None:
+    world = furnished.load()
+    assert world.moves_of("desk") is not None
+    monday = MONDAY + 14 * DAY
+    x = world.at(monday + 14 * HOUR)["desk"].states[:, 0]
+    by_place = [float((np.abs(x - place) < 0.2).mean()) for place in (2.9, 3.6)]
+    assert by_place[1] > 0.15
+    assert sum(by_place) > 0.8
+    night = world.at(monday + 4 * HOUR)["desk"].states[:, 0]
+    assert float((np.abs(night - 2.9) < 0.2).mean()) > by_place[0]
+    assert world.probability_moved("desk", monday + 4 * HOUR) < 0.5  # type: ignore[operator]
+    kept, faded = (each.at(monday)["desk"].states for each in (world, replace(world, pieces=None)))
+    near = [float((np.abs(states[:, 0] - 2.9) < 0.05).mean()) for states in (kept, faded)]
+    assert near[0] > 1.25 * near[1]
+
+
+def test_settings_that_say_how_often_furniture_is_moved_are_taken_at_their_word(
+    furnished: WorldStore,
+) -> None:
+    still = Settings(objects=(ObjectRule(match="desk", dynamics=Dynamics(moves_per_hour=0)),))
+    assert furnished.load(still).moves_of("desk") is None
+
+
+def test_a_drive_expects_furniture_to_be_moved_by_day(furnished: WorldStore) -> None:
+    world = furnished.load()
+    day, night = (
+        drive_settings(world, MONDAY + 14 * DAY + hour * HOUR).for_object("desk", "furniture")
+        for hour in (12, 27)
+    )
+    assert day.dynamics.moves_per_hour > 3.0 * night.dynamics.moves_per_hour
+
+
+def test_pieces_come_back_from_bytes(furnished: WorldStore) -> None:
+    pieces = furnished.load().pieces
+    assert pieces is not None
+    site = pieces.sites["desk"]
+    again = unpack_piece(pack_piece(site), "desk")
+    assert np.array_equal(again.middles, site.middles)
+    assert np.allclose(again.precision, site.precision, rtol=1e-6)
+    assert (again.looks, again.fitted, again.taken) == (site.looks, site.fitted, site.taken)
+    assert again.last is not None
+    assert site.last is not None
+    assert np.array_equal(again.last.variance, site.last.variance)
+    assert unpack_piece(pack_piece(PieceSite.empty()), "desk").last is None
+
+
+def test_exports_have_the_places_of_furniture(furnished: WorldStore) -> None:
+    words = world_words(furnished.load(), "office", furnished.drives())["furniture_habits"]["desk"]
+    assert len(words["places"]) == 2
+    assert words["places"][0]["state"]["x"] == pytest.approx(2.9, abs=0.05)
+    assert 0.5 < words["moves_per_day"]["lower"] < words["moves_per_day"]["upper"] < 10.0
+    assert len(words["hours"]) == 48
+
+
+def test_the_soonest_moment_for_a_task_follows_from_habits(furnished: WorldStore) -> None:
+    world = furnished.load()
+    task = Task(name="some", default=Allowed(x=0.02))
+    by_habit = world.due(task, 86400.0)[0].due_ns
+    by_settings = replace(world, pieces=None).due(task, 86400.0)[0].due_ns
+    assert by_habit > by_settings

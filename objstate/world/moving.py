@@ -1,0 +1,117 @@
+"""Furniture by its habits: what beliefs tell of it, and what they tell of a piece that nobody sees."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, TypeGuard
+
+import numpy as np
+
+from objstate.geometry import FloatArray
+from objstate.habits.building import PieceHabits
+from objstate.habits.piece import Places, Sighting, shared
+from objstate.objects import ObjectBelief
+from objstate.objects.furniture import SampleFilter
+from objstate.records import NANOSECONDS
+
+if TYPE_CHECKING:
+    from objstate.world.world import World
+
+SECONDS_PER_HOUR = 3600.0
+
+# Deviations of x, y, yaw up to which a look tells where a piece stands, m, m, rad
+PLACED = np.array([0.15, 0.15, math.radians(15.0)])
+THERE, AWAY = 0.5, 0.1  # probability of presence from which it stands there; up to which it is away
+
+
+def has_moves(filter_: object) -> TypeGuard[SampleFilter]:
+    """Whether habits are learnt of what a filter estimates: furniture.
+
+    Settings that say how often a piece is moved are taken at their word.
+    """
+    return isinstance(filter_, SampleFilter) and "dynamics" not in filter_.settings.model_fields_set
+
+
+def form_of(filter_: SampleFilter) -> str:
+    """Pieces of one size learn more from each other than from others, and change places."""
+    corners = filter_.item.upright_mesh.vertices
+    return " by ".join(f"{size:.2f}" for size in np.ptp(corners, axis=0))
+
+
+def sightings(beliefs: Iterable[ObjectBelief]) -> list[Sighting]:
+    """What beliefs at the ends of looks tell of where a piece stands, in their order.
+
+    Looks that didn't decide it are left out.
+    """
+    found = []
+    for belief in beliefs:
+        if belief.stamp_ns is None or belief.last_observed_ns != belief.stamp_ns:
+            continue
+        if belief.presence <= AWAY:
+            found.append(Sighting(belief.stamp_ns, None, np.zeros(3)))
+        elif belief.presence > THERE and (belief.std < PLACED).all():
+            found.append(Sighting(belief.stamp_ns, belief.mean, belief.std**2))
+    return found
+
+
+def elsewhere(filter_: SampleFilter) -> Callable[[FloatArray | None], Places]:
+    """Where the settings have a piece go that stood at (3,), or was away: as ``SampleFilter.predict``."""
+    s = filter_.settings
+    width = np.array([s.prior_std_m, s.prior_std_m, math.radians(s.prior_std_deg)])
+    prior = width**2 if s.prior == "gaussian" else width**2 / 3.0
+    nudge = np.array([s.nudge_m, s.nudge_m, math.radians(s.nudge_deg)]) ** 2
+
+    def of(state: FloatArray | None) -> Places:
+        there, home = s.presence, filter_.item.home
+        if state is None:
+            return Places(np.array([there]), home[None], prior[None], 1.0 - there)
+        weights = np.array([there / 2.0, there / 2.0])
+        return Places(weights, np.stack([state, home]), np.stack([nudge, prior]), 1.0 - there)
+
+    return of
+
+
+def goes_to(habits: PieceHabits, filter_: SampleFilter, state: FloatArray) -> Places:
+    """Where a piece that stood at (3,) goes when it is moved."""
+    name = filter_.item.name
+    others = [
+        habits.sites[other]
+        for other, form in habits.classes.items()
+        if other != name and form == habits.classes[name]
+    ]
+    return habits.sites[name].next(shared(others, elsewhere(filter_)(state)))
+
+
+def moves_by(
+    world: World, filter_: SampleFilter, belief: ObjectBelief
+) -> tuple[Callable[[float], float], Places]:
+    """How probably a piece was moved within seconds after a belief, and where it went then."""
+    begin_ns, state = belief.stamp_ns or 0, belief.mean
+    if (habits := world.moves_of(filter_.item.name)) is None:
+        rate = filter_.settings.dynamics.moves_per_hour / SECONDS_PER_HOUR
+        return lambda seconds: -math.expm1(-rate * seconds), elsewhere(filter_)(state)
+    forecast = habits.forecast(filter_.item.name)
+
+    def moved(seconds: float) -> float:
+        return 1.0 - forecast.stays(begin_ns, begin_ns + round(seconds * NANOSECONDS))
+
+    return moved, goes_to(habits, filter_, state)
+
+
+def moved_on(
+    habits: PieceHabits,
+    filter_: SampleFilter,
+    belief: ObjectBelief,
+    begin_ns: int,
+    end_ns: int,
+    rng: np.random.Generator,
+) -> ObjectBelief:
+    """A belief as it is after a time in which nobody looked."""
+    stays = habits.forecast(filter_.item.name).stays(begin_ns, end_ns)
+    goes = goes_to(habits, filter_, belief.mean)
+    came = (1.0 - stays) * (1.0 - goes.away)
+    presence = stays * belief.presence + came
+    share = came / presence if presence > 0.0 else 0.0
+    seconds = (end_ns - begin_ns) / NANOSECONDS
+    return filter_.carried(belief, seconds, share, goes.drawn, presence, rng)

@@ -1,0 +1,134 @@
+"""How often furniture is moved, and to which places."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from objstate.geometry import FloatArray
+from objstate.habits.building import PieceHabits
+from objstate.habits.calendar import NANOSECONDS, Calendar
+from objstate.habits.moves import MOVES, Moves, Spans
+from objstate.habits.piece import PieceSite, Places, Sighting, shared
+from objstate.habits.summary import week_moves
+
+HOUR = 3600 * NANOSECONDS
+MONDAY = 18267 * 24 * HOUR  # 6 January 2020
+HERE, THERE = np.array([1.0, 2.0, 0.1]), np.array([4.0, 2.0, -1.0])
+ROOM = Places(np.array([0.95]), np.array([[2.5, 2.5, 0.0]]), np.array([[9.0, 9.0, 3.0]]), 0.05)
+
+
+def as_it_is(states: FloatArray, _: float) -> FloatArray:
+    return states
+
+
+def seen(hour: float, state: FloatArray | None, seed: int = 0) -> Sighting:
+    off = 0.005 * np.random.default_rng([seed, int(60 * hour)]).standard_normal(3)
+    at = MONDAY + round(hour * HOUR)
+    return Sighting(at, None if state is None else state + off, np.full(3, 0.005**2))
+
+
+def taught(looks: list[Sighting]) -> PieceSite:
+    return PieceSite.fitted_to(Calendar(), looks, lambda _: ROOM, as_it_is)
+
+
+def moved_at_ten(days: int) -> list[Sighting]:
+    """A chair that is moved between two places at ten of two working days in five, seen every two hours."""
+    looks = []
+    for hour in range(1, 24 * days, 2):
+        moves = sum(day % 7 in (1, 4) and 24 * day + 10 <= hour for day in range(days))
+        looks.append(seen(hour, (HERE, THERE)[moves % 2]))
+    return looks
+
+
+def of(site: PieceSite) -> Moves:
+    return PieceHabits(Calendar(), {"a": site}, {"a": "chair"}, MOVES).forecast("a")
+
+
+def test_it_is_moved_at_the_hours_at_which_it_was() -> None:
+    site = taught(moved_at_ten(21))
+    week = week_moves(of(site).rates)
+    assert week.moves_per_day.lower < 2 / 7 < week.moves_per_day.upper
+    hours = {(h.kind, h.hour): h.moves_per_hour.value for h in week.hours}
+    assert hours["working", 10] > 5.0 * hours["working", 2]
+    assert hours["working", 10] > 5.0 * hours["free", 10]
+    day = of(site).stays(MONDAY + 28 * 24 * HOUR + 8 * HOUR, MONDAY + 28 * 24 * HOUR + 12 * HOUR)
+    night = of(site).stays(MONDAY + 28 * 24 * HOUR, MONDAY + 28 * 24 * HOUR + 4 * HOUR)
+    assert day < 0.8
+    assert night > 0.95
+
+
+def test_its_places_are_those_where_it_stood_as_often_as_it_came() -> None:
+    site = taught(moved_at_ten(21))
+    assert len(site.middles) == 2
+    assert np.abs(site.middles - [HERE, THERE]).max() < 0.02
+    assert site.arrivals.tolist() == [4.0, 3.0]
+    assert site.taken == 0.0
+
+
+def test_what_is_away_was_taken() -> None:
+    looks = [seen(1, HERE), seen(2, HERE), seen(3, None), seen(4, None), seen(30, THERE)]
+    site = taught(looks)
+    assert site.taken == 1.0
+    assert len(site.arrivals) == 2
+    assert site.next(ROOM).away == pytest.approx((1.0 + 0.05) / 4.0)
+
+
+def test_a_piece_that_stands_still_is_expected_to() -> None:
+    still = taught([seen(hour, HERE) for hour in range(0, 21 * 24, 6)])
+    assert of(still).stays(MONDAY, MONDAY + 24 * HOUR) > 0.9
+    assert len(still.arrivals) == 1
+
+
+def test_drive_after_drive_tells_about_what_all_tell_together() -> None:
+    looks, site = moved_at_ten(14), PieceSite.empty()
+    for k in range(0, len(looks), 12):
+        site = site.with_looks(Calendar(), looks[k : k + 12], lambda _: ROOM, as_it_is)
+    all_ = taught(looks)
+    assert site.looks == all_.looks == len(looks)
+    assert site.arrivals.tolist() == all_.arrivals.tolist()
+    rates = [week_moves(of(each).rates).moves_per_day.value for each in (site, all_)]
+    assert rates[0] == pytest.approx(rates[1], rel=0.6)
+
+
+def test_looks_of_the_past_tell_nothing_of_moves() -> None:
+    site = taught([seen(10, HERE), seen(12, HERE)])
+    late = site.with_looks(Calendar(), [seen(5, THERE)], lambda _: ROOM, as_it_is)
+    assert late.arrivals.tolist() == site.arrivals.tolist()
+    assert late.looks == site.looks + 1
+    assert np.array_equal(late.pull, site.pull)
+
+
+def test_pieces_of_a_form_change_places() -> None:
+    one, other = taught([seen(1, HERE)]), taught([seen(1, THERE)])
+    alone, beside = one.next(ROOM), one.next(shared([other], ROOM))
+    swapped = seen(9, THERE)
+    assert beside.density(swapped, as_it_is) > 5.0 * alone.density(swapped, as_it_is)
+    for each in (alone, beside):
+        assert each.weights.sum() + each.away == pytest.approx(1.0)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 10_000), st.floats(0.01, 100.0))
+def test_the_score_is_the_slope_of_the_log_likelihood(seed: int, odds: float) -> None:
+    rng = np.random.default_rng(seed)
+    seconds = np.where(rng.random((4, len(MOVES.matrix))) < 0.05, 900.0, 0.0)
+    seconds[:, 0] += 60.0
+    spans = Spans(seconds, odds ** rng.choice([-1.0, 1.0], 4))
+    theta = MOVES.mean + 0.3 * rng.standard_normal(len(MOVES.mean))
+    along = rng.standard_normal(len(theta))
+    found, step = spans.evidence(theta), 1e-5
+    up, down = (spans.evidence(theta + sign * step * along).log_likelihood for sign in (1, -1))
+    assert found.score @ along == pytest.approx((up - down) / (2 * step), rel=1e-4, abs=1e-7)
+    assert np.linalg.eigvalsh(found.information).min() > -1e-9
+
+
+def test_what_chairs_do_is_expected_of_another_chair() -> None:
+    still = taught([seen(hour, HERE) for hour in range(0, 21 * 24, 6)])
+    busy, new = taught(moved_at_ten(21)), taught([seen(1, HERE), seen(2, HERE)])
+    stays = []
+    for others in (still, busy):
+        sites = {"new": new, "b": others, "c": others}
+        habits = PieceHabits(Calendar(), sites, dict.fromkeys(sites, "chair"), MOVES)
+        stays.append(habits.forecast("new").stays(MONDAY, MONDAY + 24 * HOUR))
+    assert stays[1] < stays[0]
