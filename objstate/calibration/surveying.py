@@ -9,17 +9,20 @@ likelihood of what all drives share.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from base64 import b64decode, b64encode
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from objstate.building import load_building
 from objstate.building.warping import Columns
 from objstate.calibration.adjustment import TUKEY, biweight, link_blocks, spread_of
 from objstate.calibration.blocks import Blocks, NormalEquations
-from objstate.calibration.gathering import Gathered
+from objstate.calibration.gathering import Gathered, gather
 from objstate.calibration.motion import links_between
 from objstate.calibration.options import CalibrationOptions
 from objstate.calibration.walls import WallReader
@@ -27,6 +30,7 @@ from objstate.config import BuildingErrorSettings
 from objstate.geometry import FloatArray, IntArray, wrap
 from objstate.lazy import Later
 from objstate.localization.pose_filter import EDGE, GRAZING
+from objstate.run import RunOptions, open_run
 from objstate.sensing.surfaces import Surfaces
 
 if TYPE_CHECKING:
@@ -37,6 +41,7 @@ else:
     kernels = Later("objstate.localization.pose_kernels")
 
 POSE, MOUNTING = 3, 4  # x, y, yaw; and those of a laser with the bias of its ranges
+BIAS = 3  # index of the bias
 ERRORS = 2  # systematic ones of odometry
 
 
@@ -54,13 +59,63 @@ class Survey:
     pull: FloatArray  # (4l + 2c,) information times the unknowns
     spread: float  # m, deviation of readings from walls
 
-    def placed(self, lasers: Sequence[str], count: int) -> IntArray:
-        """Where its unknowns are among those of all ``lasers`` and of ``count`` columns."""
+    def placed(self, lasers: Sequence[str]) -> IntArray:
+        """Where its unknowns are among those of all ``lasers``, and of all columns after these."""
         first = [4 * lasers.index(laser) for laser in self.lasers]
         mountings = [place + k for place in first for k in range(MOUNTING)]
         walls = 4 * len(lasers) + 2 * self.columns[:, None] + np.arange(2)
-        assert len(self.columns) == 0 or self.columns[-1] < count
         return np.concatenate([np.array(mountings, dtype=np.int64), walls.ravel()])
+
+    def without(self, columns: IntArray) -> Survey:
+        """The same, where nothing is told of some ``columns`` (h,)."""
+        hidden = np.isin(self.columns, columns)
+        if not hidden.any():
+            return self
+        gone = np.concatenate([np.zeros(MOUNTING * len(self.lasers)), np.repeat(hidden, 2)])
+        kept, gone = np.flatnonzero(gone == 0.0), np.flatnonzero(gone)
+        own = self.information[np.ix_(gone, gone)] + np.eye(len(gone))  # 1/m^2, next to nothing
+        across = np.linalg.solve(own, self.information[np.ix_(gone, kept)]).T
+        information = self.information[np.ix_(kept, kept)]
+        information = information - across @ self.information[np.ix_(gone, kept)]
+        return Survey(
+            self.lasers,
+            self.columns[~hidden],
+            0.5 * (information + information.T),
+            self.pull[kept] - across @ self.pull[gone],
+            self.spread,
+        )
+
+    def words(self) -> dict[str, Any]:
+        """As JSON has it: arrays in single precision, by base64."""
+        upper = self.information[np.triu_indices(len(self.pull))]
+        return {
+            "lasers": list(self.lasers),
+            "columns": self.columns.tolist(),
+            "information": _encoded(upper),
+            "pull": _encoded(self.pull),
+            "spread_m": round(self.spread, 5),
+        }
+
+    @staticmethod
+    def read(words: Mapping[str, Any]) -> Survey:
+        """Raises KeyError, TypeError or ValueError for what isn't such words."""
+        lasers, columns = tuple(words["lasers"]), np.array(words["columns"], dtype=np.int64)
+        pull, upper = _decoded(words["pull"]), _decoded(words["information"])
+        count = MOUNTING * len(lasers) + 2 * len(columns)
+        if len(pull) != count or len(upper) != count * (count + 1) // 2:
+            raise ValueError("the survey has another form")
+        information = np.zeros((count, count))
+        information[np.triu_indices(count)] = upper
+        information += np.triu(information, 1).T
+        return Survey(lasers, columns, information, pull, float(words["spread_m"]))
+
+
+def _encoded(values: FloatArray) -> str:
+    return b64encode(np.asarray(values, dtype="<f4").tobytes()).decode()
+
+
+def _decoded(text: str) -> FloatArray:
+    return np.frombuffer(b64decode(text, validate=True), dtype="<f4").astype(float)
 
 
 def deviations(error: BuildingErrorSettings) -> FloatArray:
@@ -298,3 +353,17 @@ class _Drive:
             met,
             np.concatenate([columns[..., None], by], axis=-1),
         )
+
+
+def survey_log(log: Path, building: Path, run: RunOptions) -> tuple[Survey, dict[str, FloatArray]]:
+    """What one drive tells of walls and lasers, and its lasers' mountings (4, 4) by frame.
+
+    Raises BuildingError, SettingsError or LogError.
+    """
+    options, model = CalibrationOptions(), load_building(building)
+    records, estimator = open_run([log], model, run)
+    gathered = gather(records, estimator, options)
+    error = estimator.settings.building_error
+    reader = WallReader(model, estimator.settings, options)
+    survey = Surveyor(Columns.of(model.walls), reader, error, options).survey(gathered)
+    return survey, {frame: records.mountings[frame] for frame in survey.lasers}
