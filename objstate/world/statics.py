@@ -31,6 +31,8 @@ ROUGH_M = 0.002  # deviation of a hinge that one drive finds, beside what its fi
 WIDEST_HINGE_M = 0.1  # m; hinges farther off are typing errors
 CONTRADICTS = 1e-6  # probability of a drive that differs so much from the others
 ROUGHNESS_M = 0.004  # first guess of a drive's own error of a hinge, beside ROUGH_M
+ROUGHNESS_DEG = 0.1  # the same of a bearing
+ELSE = np.array([0.01, 0.03, 0.1, 0.3])  # shares of closed leaves that are something else
 ROUGHNESS = np.geomspace(0.25, 8.0, 11)  # times this, that are considered
 LEAST_DRIVES = 3  # of which one can contradict the others
 LEAST_STD_M, LEAST_STD_DEG = 0.001, 0.02  # of what is learnt: models of leaves aren't finer
@@ -42,7 +44,7 @@ class DoorEvidence:
 
     hinge: FloatArray  # (2, 2) 1/m^2, information about its offset
     pull: FloatArray  # (2,) 1/m, that times the offset
-    bearing: FloatArray  # (g,) log-likelihood of ``BEARINGS``, its largest zero
+    bearing: FloatArray  # (g,) log-likelihood of ``BEARINGS``, up to a constant
 
     @staticmethod
     def of(posterior: DoorPosterior) -> DoorEvidence:
@@ -79,6 +81,18 @@ class DoorEvidence:
         """The same with an own error of the drive, of a ``variance`` in m^2, in each direction."""
         left = np.linalg.inv(np.eye(2) + variance * self.hinge)
         return DoorEvidence(left @ self.hinge, left @ self.pull, self.bearing)
+
+    def doubted(self, deviation: float, share: float) -> DoorEvidence:
+        """The same with an own error of the drive, of a ``deviation`` in rad, in the bearing.
+
+        With the probability ``share`` it was something else in the doorway that looked closed.
+        """
+        likelihood = np.exp(self.bearing)
+        kernel = np.exp(-0.5 * (BEARINGS / max(deviation, np.radians(STEP_DEG / 4.0))) ** 2)
+        padded = np.pad(likelihood, len(kernel) // 2, mode="edge")
+        blurred = np.convolve(padded, kernel / kernel.sum(), mode="valid")
+        log = np.log((1.0 - share) * blurred + share * likelihood.mean())
+        return DoorEvidence(self.hinge, self.pull, np.asarray(log))
 
     def packed(self) -> bytes:
         """As bytes."""
@@ -171,13 +185,18 @@ def _moved(item: MovableObject, learnt: DoorStatics) -> MovableObject:
 def combined(drives: Sequence[Drive], error: BuildingErrorSettings) -> list[DoorStatics]:
     """The posterior of each door that some drive tells of, in the order of their names.
 
+    Each drive has an own error, as large as the differences between drives show. Its causes, leaves
+    of other thickness, handles, walls off their place, are there in every drive. So all drives are
+    assumed to share another error that is as large.
+
     How far hinges and bearings are off on the whole is learnt from all doors, but for those whose
     own deviations ``error`` has.
     """
-    drives = agreed(drives)
+    drives, rough = agreed(drives)
     names = sorted({name for drive in drives for name in drive})
     hinges = Deviation(error.hinge_std_m, WIDEST_HINGE_M)
     bearings = Deviation(math.radians(error.bearing_std_deg), math.radians(3.0), 3)
+    drives, swung = _doubted(drives, bearings.variances)
     told = {name: [drive[name] for drive in drives if name in drive] for name in names}
     for name, evidence in told.items():
         if name in error.doors:
@@ -191,12 +210,14 @@ def combined(drives: Sequence[Drive], error: BuildingErrorSettings) -> list[Door
             own = error.doors[name]
             of_hinge = [(1.0, own.hinge_std_m**2)]
             of_bearing = [(1.0, math.radians(own.bearing_std_deg) ** 2)]
-        out.append(_posterior(name, told[name], of_hinge, of_bearing))
+        out.append(_posterior(name, told[name], of_hinge, of_bearing, rough, swung))
     return out
 
 
-def agreed(drives: Sequence[Drive]) -> list[Drive]:
+def agreed(drives: Sequence[Drive]) -> tuple[list[Drive], float]:
     """The same drives, each door's hinge with an own error of each drive, and without outliers.
+
+    Also returned is the variance of these errors, m^2.
 
     Boxes, handles and other thicknesses than modelled make a drive find a hinge off its place by
     more than its filter knows. How much is learnt from how drives differ. One in a hundred is an
@@ -211,7 +232,7 @@ def agreed(drives: Sequence[Drive]) -> list[Drive]:
             for odds, number in _outlying(kept, name, rough)
         ]
         if not outliers or max(outliers)[0] < math.log((1.0 - OUTLIERS) / OUTLIERS):
-            return [_rougher(own, rough) for own in kept]
+            return [_rougher(own, rough) for own in kept], rough
         _, number, name = max(outliers)
         del kept[number][name]
 
@@ -244,6 +265,32 @@ def _log_agreement(told: Sequence[tuple[FloatArray, FloatArray]], variance: floa
         log += 0.5 * (float(np.linalg.slogdet(own)[1]) - float(mean @ own @ mean))
     _, log_det = np.linalg.slogdet(information)
     return log + 0.5 * (float(pull @ np.linalg.solve(information, pull)) - float(log_det))
+
+
+def _doubted(drives: Sequence[Drive], variances: FloatArray) -> tuple[list[Drive], float]:
+    """The same drives, each with an own error in each bearing; and the variance of these, rad^2.
+
+    How large they are, and in how many drives something else looked like a closed leaf, is learnt.
+    """
+    prior = np.asarray(np.logaddexp.reduce([_prior(each) for each in variances], axis=0))
+    log = np.empty((len(ROUGHNESS), len(ELSE)))
+    for k, times in enumerate(ROUGHNESS):
+        for m, share in enumerate(ELSE):
+            by_door: dict[str, FloatArray] = {}
+            for drive in drives:
+                for name, each in drive.items():
+                    own = each.doubted(math.radians(times * ROUGHNESS_DEG), share).bearing
+                    by_door[name] = by_door.get(name, prior) + own
+            log[k, m] = sum(float(np.logaddexp.reduce(each)) for each in by_door.values())
+    log -= 0.5 * np.log(ROUGHNESS)[:, None] ** 2
+    weights = np.exp(log - log.max())
+    weights /= weights.sum()
+    deviation = math.radians(ROUGHNESS_DEG) * float(weights.sum(axis=1) @ ROUGHNESS)
+    share = float(weights.sum(axis=0) @ ELSE)
+    doubted: list[Drive] = [
+        {name: each.doubted(deviation, share) for name, each in own.items()} for own in drives
+    ]
+    return doubted, deviation**2
 
 
 def _outlying(drives: Sequence[Drive], name: str, rough: float) -> list[tuple[float, int]]:
@@ -355,10 +402,20 @@ def _prior(variance: float) -> FloatArray:
 
 
 def _posterior(
-    name: str, evidence: Sequence[DoorEvidence], hinges: Cases, bearings: Cases
+    name: str,
+    evidence: Sequence[DoorEvidence],
+    hinges: Cases,
+    bearings: Cases,
+    rough: float,
+    swung: float,
 ) -> DoorStatics:
-    """Of one door, whose variances have probabilities."""
+    """Of one door, whose variances have probabilities.
+
+    All drives share errors with variances, ``rough`` m^2 and ``swung`` rad^2.
+    """
     information, pull = _sums(evidence)
+    left = np.linalg.inv(np.eye(2) + rough * information)
+    information, pull = left @ information, left @ pull
     mean, second = np.zeros(2), np.zeros((2, 2))
     for share, variance in hinges:
         covariance = np.linalg.inv(information + np.eye(2) / variance)
@@ -366,6 +423,7 @@ def _posterior(
         mean += share * own
         second += share * (covariance + np.outer(own, own))
     log = np.sum([each.bearing for each in evidence], axis=0)
+    log = DoorEvidence(information, pull, log - log.max()).doubted(math.sqrt(swung), 0.0).bearing
     priors = [math.log(share) + _prior(variance) for share, variance in bearings]
     log = log + np.logaddexp.reduce(priors, axis=0)
     weights = np.exp(log - np.logaddexp.reduce(log))
