@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 PIECE = 2.0  # m, largest distance of columns along a wall
 SAME = 1e-5  # m: vertices so near to each other, seen from above, are of one column
 UPRIGHT = 1e-3  # largest vertical component of the normal of a wall's face
+ABOUT = 2.0  # m about a place that its walls are
 SHORTEST = 0.01  # m: shorter distances of columns count as this one
 
 
@@ -69,6 +70,20 @@ class Columns:
         vertices = self.mesh.vertices.copy()
         vertices[:, :2] += displacements[self.of_vertex]
         return Mesh(vertices, self.mesh.faces)
+
+    def motion(self, displacements: FloatArray, place: FloatArray) -> tuple[FloatArray, float]:
+        """The rigid motion of the walls about a place (2,): its shift (2,) m, and its turn in rad.
+
+        By least squares over the ``displacements`` (c, 2) m of columns, weighted by distance.
+        """
+        x, y = (self.places - place).T
+        weights = np.exp(-0.5 * np.hypot(x, y) / ABOUT)
+        by_x = np.column_stack([np.ones(len(x)), np.zeros(len(x)), -y])
+        by_y = np.column_stack([np.zeros(len(x)), np.ones(len(x)), x])
+        over = np.concatenate([by_x, by_y]) * np.tile(weights, 2)[:, None]
+        off = (displacements * weights[:, None]).T.ravel()
+        shift_x, shift_y, turn = np.linalg.lstsq(over, off, rcond=None)[0].tolist()
+        return np.array([shift_x, shift_y]), turn
 
     @lazy
     def edges(self) -> tuple[IntArray, FloatArray]:

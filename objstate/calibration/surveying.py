@@ -27,6 +27,7 @@ from objstate.calibration.motion import links_between
 from objstate.calibration.options import CalibrationOptions
 from objstate.calibration.walls import WallReader
 from objstate.config import BuildingErrorSettings
+from objstate.errors import LogError
 from objstate.geometry import FloatArray, IntArray, wrap
 from objstate.lazy import Later
 from objstate.localization.pose_filter import EDGE, GRAZING
@@ -58,6 +59,7 @@ class Survey:
     information: FloatArray  # (4l + 2c, 4l + 2c)
     pull: FloatArray  # (4l + 2c,) information times the unknowns
     spread: float  # m, deviation of readings from walls
+    height: float  # m, of its first laser
 
     def placed(self, lasers: Sequence[str]) -> IntArray:
         """Where its unknowns are among those of all ``lasers``, and of all columns after these."""
@@ -83,6 +85,7 @@ class Survey:
             0.5 * (information + information.T),
             self.pull[kept] - across @ self.pull[gone],
             self.spread,
+            self.height,
         )
 
     def words(self) -> dict[str, Any]:
@@ -94,6 +97,7 @@ class Survey:
             "information": _encoded(upper),
             "pull": _encoded(self.pull),
             "spread_m": round(self.spread, 5),
+            "height_m": round(self.height, 3),
         }
 
     @staticmethod
@@ -107,7 +111,9 @@ class Survey:
         information = np.zeros((count, count))
         information[np.triu_indices(count)] = upper
         information += np.triu(information, 1).T
-        return Survey(lasers, columns, information, pull, float(words["spread_m"]))
+        return Survey(
+            lasers, columns, information, pull, float(words["spread_m"]), float(words["height_m"])
+        )
 
 
 def _encoded(values: FloatArray) -> str:
@@ -202,7 +208,12 @@ class _Drive:
         ]
 
     def survey(self) -> Survey:
-        """Linearize and step, round by round; the loss narrows to what readings spread by."""
+        """Linearize and step, round by round; the loss narrows to what readings spread by.
+
+        Raises LogError where no laser is level.
+        """
+        if not self._scans:
+            raise LogError("No laser of the log is level, so walls can't be learnt from it.")
         lasers, count = len(self._lasers), len(self._by.columns.places)
         state = _State(
             self._start,
@@ -233,6 +244,7 @@ class _Drive:
             information[np.ix_(seen, seen)],
             pull[seen],
             spread,
+            float(self._scans[0].rays.origins[0, 2]),
         )
 
     def _precision(self, scans: int, lasers: int) -> csc_array:

@@ -34,6 +34,8 @@ class Surveyed:
     covariances: FloatArray  # (c, 2, 2) m^2
     wall_std: float  # m, learnt deviation of walls from the model
     remaining_std: float  # m, of walls that were seen, after they were learnt
+    before: FloatArray  # (c,) m, how far drives find a column off the model; NaN if none saw it
+    after: FloatArray  # (c,) m, the same of where it is now
     hidden: int  # number of columns that a drive saw something else in place of, all drives
 
     def correction(self, frame: str, mount: FloatArray, told_below: float) -> LaserCorrection:
@@ -80,6 +82,8 @@ class Surveys:
             covariances,
             math.sqrt(variance),
             self._remaining(covariances, variance),
+            self._off(kept, np.append(mean[:mounted], np.zeros(2 * count)), lasers),
+            self._off(kept, mean, lasers),
             sum(map(len, hidden)),
         )
 
@@ -110,6 +114,25 @@ class Surveys:
         evidence = [self._evidence(information, pull, lasers, v) for v in deviation.variances]
         deviation.observe("walls", np.array(evidence))
         return deviation.variance
+
+    def _off(
+        self, surveys: Sequence[Survey], mean: FloatArray, lasers: Sequence[str]
+    ) -> FloatArray:
+        """(c,) m, how far drives find each column from where a mean has it, all others held.
+
+        The root of the mean square over the drives that saw it; NaN for columns that none saw.
+        """
+        squares, seen = np.zeros(len(self._columns.places)), np.zeros(len(self._columns.places))
+        for each in surveys:
+            first = MOUNTING * len(each.lasers)
+            pull = (each.pull - each.information @ mean[each.placed(lasers)])[first:].reshape(-1, 2)
+            blocks = each.information[first:, first:].reshape(len(pull), 2, len(pull), 2)
+            own = blocks[range(len(pull)), :, range(len(pull))] + np.eye(2) / WIDEST_M**2
+            off = np.linalg.solve(own, pull[..., None])[..., 0]
+            squares[each.columns] += np.sum(off**2, axis=1)
+            seen[each.columns] += 1.0
+        with np.errstate(invalid="ignore"):
+            return np.asarray(np.sqrt(squares / seen))
 
     def _sums(
         self, surveys: Sequence[Survey], lasers: Sequence[str]

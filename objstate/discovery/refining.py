@@ -7,7 +7,7 @@ new drive is estimated in the building whose walls stand right, and tells where 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -22,7 +22,13 @@ import yaml
 from objstate.building.digest import geometry_digest
 from objstate.building.model import Building
 from objstate.building.warping import Columns
-from objstate.building.writing import CALIBRATION, LEARN_FILE, check_target, write_buildings
+from objstate.building.writing import (
+    CALIBRATION,
+    LEARN_FILE,
+    REPORT_FILE,
+    check_target,
+    write_buildings,
+)
 from objstate.calibration import (
     CalibrationOptions,
     LaserCorrection,
@@ -33,6 +39,7 @@ from objstate.calibration import (
     survey_log,
 )
 from objstate.config import BuildingErrorSettings
+from objstate.discovery.refining_report import report_of
 from objstate.discovery.told import Told, learn_text, told_before
 from objstate.errors import LogError
 from objstate.geometry import FloatArray
@@ -83,9 +90,9 @@ def refine_building(
 
     Each log is a drive of its own, all by one robot, and ``jobs`` are done at a time. ``out`` gets
     the building with its sidecar, in which each door has its own deviations, ``calibration.yaml``
-    with the lasers' mountings, and ``learn.json``, whole or not at all. A folder that was learnt of
-    the same building before is gone on from: drives that it knows are not read again, and tell of
-    doors what they told in the walls as these were known then. Raises BuildingError, SettingsError,
+    with the lasers' mountings, ``learn.json`` and ``report.html``, whole or not at all. A folder that was learnt of
+    the same building before is gone on from: drives that it knows are not read again, and what they
+    told of doors follows the walls about them. Raises BuildingError, SettingsError,
     LogError and ResultError.
     """
     run, target, model = run or RunOptions(), Path(out), BuildingInput.read(building).model
@@ -107,16 +114,19 @@ def refine_building(
         hang = partial(_hung, Path(building), walls.walls, replace(run, mounts=mounts))
         hung = list(_counted(each(hang, fresh), len(fresh), SURVEYING, 1.0, on_progress))
     old = len(told) - len(fresh)
-    fresh_told = [replace(one, doors=doors) for one, doors in zip(told[old:], hung, strict=True)]
+    motions = _motions(model, columns, walls)
+    found = [_beside(doors, motions, -1.0) for doors in hung]
+    fresh_told = [replace(one, doors=doors) for one, doors in zip(told[old:], found, strict=True)]
     told = [*told[:old], *fresh_told]
     if out_of_line is None:
         out_of_line = contradicting([one.doors for one in told])
     counting = _but(told, out_of_line)
-    doors = combined([one.doors for one in counting], error)
+    doors = combined([_beside(one.doors, motions, 1.0) for one in counting], error)
     better = _better(model, columns, walls, doors)
     left_out = [one for one in told if one not in counting]
     about = learn_text(str(building), digest, told, left_out, columns, walls, lasers, doors)
-    beside = {LEARN_FILE: about, CALIBRATION: calibration_text(lasers)}
+    page = report_of(better, columns, walls, lasers, doors, counting)
+    beside = {LEARN_FILE: about, CALIBRATION: calibration_text(lasers), REPORT_FILE: page}
     urdf = write_buildings(target, {".": better}, {".": _sidecar(better)}, beside)[0]
     silent = tuple(sorted(set(_hinged(model)) - {door.name for door in doors}))
     return Refined(
@@ -165,6 +175,29 @@ def _hung(building: Path, walls: FloatArray, run: RunOptions, log: Path) -> Driv
     for record in records:
         estimator.feed(record)
     return evidence_of(estimator.objects)
+
+
+def _motions(
+    building: Building, columns: Columns, walls: Surveyed
+) -> dict[str, tuple[FloatArray, float]]:
+    """How the walls about each door were moved: a shift (2,) m, and a turn about its axis, rad."""
+    out = {}
+    for name in _hinged(building):
+        item = building.objects[name]
+        shift, turn = columns.motion(walls.walls, item.hinge)
+        out[name] = shift, turn * float(np.sign(item.direction[2]))
+    return out
+
+
+def _beside(drive: Drive, motions: Mapping[str, tuple[FloatArray, float]], times: float) -> Drive:
+    """What a drive tells, about doors that were moved.
+
+    A drive tells where a door hangs beside the walls about it, as these were known then.
+    """
+    return {
+        name: each.beside(times * motions[name][0], times * motions[name][1])
+        for name, each in drive.items()
+    }
 
 
 def _corrections(walls: Surveyed, told: Sequence[Told]) -> tuple[LaserCorrection, ...]:
