@@ -66,10 +66,17 @@ class Surveys:
             variance = self._variance(information, pull, lasers)
             covariance = _inverse(information + self._prior(lasers, variance))
             mean = covariance @ pull
-            found = [_hidden(each, mean, covariance, each.placed(lasers)) for each in kept]
-            if not any(map(len, found)):
+            odds = np.full((len(kept), len(self._columns.places)), -np.inf)
+            for number, each in enumerate(kept):
+                odds[number, each.columns] = _hiding(each, mean, covariance, each.placed(lasers))
+            # first those that are likeliest of their column, and of their drive
+            found = (odds > 0.0) & (odds == odds.max(axis=0)) & (odds == odds.max(axis=1)[:, None])
+            if not found.any():
                 break
-            hidden = [np.union1d(gone, more) for gone, more in zip(hidden, found, strict=True)]
+            hidden = [
+                np.union1d(gone, np.flatnonzero(more))
+                for gone, more in zip(hidden, found, strict=True)
+            ]
         mounted, count = MOUNTING * len(lasers), len(self._columns.places)
         blocks = covariance[mounted:, mounted:].reshape(count, 2, count, 2)
         covariances = blocks[np.arange(count), :, np.arange(count)]
@@ -95,6 +102,14 @@ class Surveys:
         """
         if len(surveys) < LEAST_DRIVES:
             return None
+        medians = self._misfits(surveys)
+        worst = int(np.argmax(medians))
+        usual = float(np.median(self._misfits([*surveys[:worst], *surveys[worst + 1 :]])))
+        probability = math.exp(-0.5 * medians[worst] / max(usual / MEDIAN, 1.0))
+        return worst if probability < CONTRADICTS else None
+
+    def _misfits(self, surveys: Sequence[Survey]) -> list[float]:
+        """Of each drive, chi squared of its median column beside those of the other drives."""
         lasers, medians = _lasers(surveys), []
         for number, own in enumerate(surveys):
             others = [each for k, each in enumerate(surveys) if k != number]
@@ -103,10 +118,7 @@ class Surveys:
             off, spread = _apart(own, covariance @ pull, covariance, own.placed(lasers), alone=True)
             squares = np.einsum("ci,cij,cj->c", off, np.linalg.inv(spread), off)
             medians.append(float(np.median(squares)) if len(squares) else 0.0)
-        worst = int(np.argmax(medians))
-        usual = float(np.median([each for k, each in enumerate(medians) if k != worst]))
-        probability = math.exp(-0.5 * medians[worst] / max(usual / MEDIAN, 1.0))
-        return worst if probability < CONTRADICTS else None
+        return medians
 
     def _variance(self, information: FloatArray, pull: FloatArray, lasers: Sequence[str]) -> float:
         """m^2, of walls from the model: the square of the posterior mean of their deviation."""
@@ -180,8 +192,10 @@ def _lasers(surveys: Sequence[Survey]) -> tuple[str, ...]:
     return tuple(sorted({laser for each in surveys for laser in each.lasers}))
 
 
-def _hidden(survey: Survey, mean: FloatArray, covariance: FloatArray, placed: IntArray) -> IntArray:
-    """The columns (h,) that something else is seen in place of, more probably than not.
+def _hiding(
+    survey: Survey, mean: FloatArray, covariance: FloatArray, placed: IntArray
+) -> FloatArray:
+    """(c,) log-odds that something else was seen in place of a column.
 
     By Bayes' rule on the score test: an additional error of the drive's readings of one column.
     """
@@ -189,8 +203,7 @@ def _hidden(survey: Survey, mean: FloatArray, covariance: FloatArray, placed: In
     precision = np.eye(2) / HIDING_M**2
     told = 0.5 * np.einsum("ci,cij,cj->c", pull, np.linalg.inv(precision + spread), pull)
     _, log_det = np.linalg.slogdet(np.eye(2) + HIDING_M**2 * spread)
-    likelier = told - 0.5 * log_det > math.log((1.0 - HIDDEN) / HIDDEN)
-    return np.asarray(survey.columns[likelier])
+    return np.asarray(told - 0.5 * log_det - math.log((1.0 - HIDDEN) / HIDDEN))
 
 
 def _apart(
