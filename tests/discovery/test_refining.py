@@ -106,9 +106,9 @@ def test_it_goes_on_from_what_it_knows(
     words = [json.loads((each / "learn.json").read_text()) for each in (together, by_turns)]
     assert len(words[1]["drives"]) == 3
     for one, other in zip(words[0]["doors"], words[1]["doors"], strict=True):
-        assert one["hinge_m"] == pytest.approx(other["hinge_m"], abs=0.2 * one["hinge_std_m"])
+        assert one["hinge_m"] == pytest.approx(other["hinge_m"], abs=0.5 * one["hinge_std_m"])
         assert one["bearing_deg"] == pytest.approx(
-            other["bearing_deg"], abs=0.2 * one["bearing_std_deg"]
+            other["bearing_deg"], abs=0.5 * one["bearing_std_deg"]
         )
     assert words[0]["walls"] == words[1]["walls"]
     assert words[0]["lasers"] == words[1]["lasers"]
@@ -117,10 +117,17 @@ def test_it_goes_on_from_what_it_knows(
 def test_walls_are_found_where_they_stand(
     run: Run, drives: tuple[Path, list[Path]], tmp_path: Path
 ) -> None:
-    """The same bytes with one job and with two; how the walls stand apart is told, not where."""
+    """A piece of wall that stands in; and the same bytes with one job and with two."""
     _, logs = drives
-    moved = urdf().replace('xyz="3 2 1"', 'xyz="3 2.03 1"').replace('xyz="9 0 1"', 'xyz="8.97 0 1"')
-    (tmp_path / "hall.urdf").write_text(moved)
+    whole = (
+        '<collision><origin xyz="3 2 1"/><geometry><box size="12 0.1 2"/></geometry></collision>'
+    )
+    pieces = "".join(
+        f'<collision><origin xyz="{x} {y} 1"/><geometry><box size="4 0.1 2"/></geometry></collision>'
+        for x, y in ((-1.0, 2.0), (3.0, 1.98), (7.0, 2.0))
+    )
+    assert whole in urdf()
+    (tmp_path / "hall.urdf").write_text(urdf().replace(whole, pieces))
     for jobs in (1, 2):
         out = tmp_path / f"by_{jobs}"
         done = run(
@@ -130,25 +137,26 @@ def test_walls_are_found_where_they_stand(
     one, two = (sorted((tmp_path / f"by_{jobs}").iterdir()) for jobs in (1, 2))
     assert [file.name for file in one] == [file.name for file in two]
     assert all(a.read_bytes() == b.read_bytes() for a, b in zip(one, two, strict=True))
-    assert apart(load_building(tmp_path / "hall.urdf")) == pytest.approx([3.93, 11.87])
-    assert apart(load_building(tmp_path / "by_1" / "hall.urdf")) == pytest.approx(
-        [3.9, 11.9], abs=0.006
+    assert stands_in(load_building(tmp_path / "hall.urdf")) == pytest.approx(0.02)
+    assert stands_in(load_building(tmp_path / "by_1" / "hall.urdf")) == pytest.approx(
+        0.0, abs=0.004
     )
     mounts, _ = read_calibration(tmp_path / "by_1" / "calibration.yaml")
     assert mounts
     assert "Walls before" in (tmp_path / "by_1" / "report.html").read_text()
 
 
-def apart(hall: Building) -> list[float]:
-    """How far opposite walls are apart in the middle of a hall, m: across, and along it."""
-    segments = outline(hall.walls, 0.3)
-    (x0, y0), (x1, y1) = np.moveaxis(segments, 0, -1)
-    across = y0[(np.minimum(x0, x1) < 3.0) & (np.maximum(x0, x1) > 3.0)]
-    along = x0[(np.minimum(y0, y1) < 0.0) & (np.maximum(y0, y1) > 0.0)]
-    return [
-        float(values[values > middle].min() - values[values < middle].max())
-        for values, middle in ((across, 0.0), (along, 3.0))
-    ]
+def stands_in(hall: Building) -> float:
+    """How far the north wall's middle piece stands before the one east of it, m."""
+    west, east = (
+        min(
+            float(np.interp(x, *segment[np.argsort(segment[:, 0])].T))
+            for segment in outline(hall.walls, 0.3)
+            if segment[:, 0].min() < x < segment[:, 0].max() and segment[:, 1].min() > 1.5
+        )
+        for x in (4.5, 5.5)
+    )
+    return float(east - west)
 
 
 def test_it_says_what_is_wrong(run: Run, drives: tuple[Path, list[Path]], tmp_path: Path) -> None:
