@@ -13,7 +13,7 @@ from objstate.calibration.calibration import LaserCorrection
 from objstate.calibration.surveying import BIAS, MOUNTING, Survey, deviations
 from objstate.config import BuildingErrorSettings
 from objstate.estimator.doors import Deviation
-from objstate.geometry import FloatArray, IntArray
+from objstate.geometry import FloatArray
 
 WIDEST_M = 0.05  # deviation of walls; maps that are farther off are of no use
 CONTRADICTS = 1e-6  # probability of a drive that differs so much more from the others than they do
@@ -60,15 +60,16 @@ class Surveys:
     def together(self, surveys: Sequence[Survey]) -> Surveyed:
         """The posterior by all drives. How far walls are off on the whole is learnt."""
         lasers, hidden = _lasers(surveys), [np.zeros(0, dtype=np.int64)] * len(surveys)
+        variance = self._variance(*self._sums(surveys, lasers), lasers)
         while True:
             kept = [each.without(gone) for each, gone in zip(surveys, hidden, strict=True)]
             information, pull = self._sums(kept, lasers)
-            variance = self._variance(information, pull, lasers)
             covariance = _inverse(information + self._prior(lasers, variance))
             mean = covariance @ pull
             odds = np.full((len(kept), len(self._columns.places)), -np.inf)
             for number, each in enumerate(kept):
-                odds[number, each.columns] = _hiding(each, mean, covariance, each.placed(lasers))
+                own = each.placed(lasers)
+                odds[number, each.columns] = _hiding(each, mean[own], covariance[np.ix_(own, own)])
             # first those that are likeliest of their column, and of their drive
             found = (odds > 0.0) & (odds == odds.max(axis=0)) & (odds == odds.max(axis=1)[:, None])
             if not found.any():
@@ -77,6 +78,9 @@ class Surveys:
                 np.union1d(gone, np.flatnonzero(more))
                 for gone, more in zip(hidden, found, strict=True)
             ]
+        variance = self._variance(information, pull, lasers)
+        covariance = _inverse(information + self._prior(lasers, variance))
+        mean = covariance @ pull
         mounted, count = MOUNTING * len(lasers), len(self._columns.places)
         blocks = covariance[mounted:, mounted:].reshape(count, 2, count, 2)
         covariances = blocks[np.arange(count), :, np.arange(count)]
@@ -111,11 +115,15 @@ class Surveys:
     def _misfits(self, surveys: Sequence[Survey]) -> list[float]:
         """Of each drive, chi squared of its median column beside those of the other drives."""
         lasers, medians = _lasers(surveys), []
-        for number, own in enumerate(surveys):
-            others = [each for k, each in enumerate(surveys) if k != number]
-            information, pull = self._sums(others, lasers)
-            covariance = _inverse(information + self._prior(lasers, WIDEST_M**2))
-            off, spread = _apart(own, covariance @ pull, covariance, own.placed(lasers), alone=True)
+        information, pull = self._sums(surveys, lasers)
+        covariance = _inverse(information + self._prior(lasers, WIDEST_M**2))
+        mean = covariance @ pull
+        for own in surveys:
+            placed = own.placed(lasers)
+            together = _inverse(covariance[np.ix_(placed, placed)])
+            alone = _inverse(together - own.information + np.eye(len(placed)))  # without this one
+            found = alone @ (together @ mean[placed] - own.pull)
+            off, spread = _apart(own, found, own.information @ alone @ own.information)
             squares = np.einsum("ci,cij,cj->c", off, np.linalg.inv(spread), off)
             medians.append(float(np.median(squares)) if len(squares) else 0.0)
         return medians
@@ -192,35 +200,27 @@ def _lasers(surveys: Sequence[Survey]) -> tuple[str, ...]:
     return tuple(sorted({laser for each in surveys for laser in each.lasers}))
 
 
-def _hiding(
-    survey: Survey, mean: FloatArray, covariance: FloatArray, placed: IntArray
-) -> FloatArray:
+def _hiding(survey: Survey, mean: FloatArray, covariance: FloatArray) -> FloatArray:
     """(c,) log-odds that something else was seen in place of a column.
 
     By Bayes' rule on the score test: an additional error of the drive's readings of one column.
+    ``mean`` (u,) and ``covariance`` (u, u) are those by all drives, of the drive's unknowns.
     """
-    pull, spread = _apart(survey, mean, covariance, placed)
+    known = -(survey.information @ covariance @ survey.information)
+    pull, spread = _apart(survey, mean, known)
     precision = np.eye(2) / HIDING_M**2
     told = 0.5 * np.einsum("ci,cij,cj->c", pull, np.linalg.inv(precision + spread), pull)
     _, log_det = np.linalg.slogdet(np.eye(2) + HIDING_M**2 * spread)
     return np.asarray(told - 0.5 * log_det - math.log((1.0 - HIDDEN) / HIDDEN))
 
 
-def _apart(
-    survey: Survey,
-    mean: FloatArray,
-    covariance: FloatArray,
-    placed: IntArray,
-    *,
-    alone: bool = False,
-) -> tuple[FloatArray, FloatArray]:
-    """Of each column, the drive's pull (c, 2) away from a mean, and its covariance (c, 2, 2).
+def _apart(survey: Survey, mean: FloatArray, known: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Of each column, the drive's pull (c, 2) away from a mean (u,), and its covariance (c, 2, 2).
 
-    ``alone`` is whether the mean is that without this drive.
+    ``known`` (u, u) is what the mean's error adds to the covariance of the pull.
     """
-    pull = survey.pull - survey.information @ mean[placed]
-    across = survey.information @ covariance[np.ix_(placed, placed)] @ survey.information
-    spread = survey.information + (across if alone else -across)
+    pull = survey.pull - survey.information @ mean
+    spread = survey.information + known
     first, count = MOUNTING * len(survey.lasers), len(survey.columns)
     blocks = spread[first:, first:].reshape(count, 2, count, 2)[range(count), :, range(count)]
     return pull[first:].reshape(-1, 2), blocks + np.eye(2)
