@@ -10,6 +10,7 @@ alone can't tell that from a door that is ajar.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -273,16 +274,19 @@ def _doubted(drives: Sequence[Drive], variances: FloatArray) -> tuple[list[Drive
     How large they are, and in how many drives something else looked like a closed leaf, is learnt.
     """
     prior = np.asarray(np.logaddexp.reduce([_prior(each) for each in variances], axis=0))
+    count = Counter(name for drive in drives for name in drive)
     log = np.empty((len(ROUGHNESS), len(ELSE)))
     for k, times in enumerate(ROUGHNESS):
         for m, share in enumerate(ELSE):
             by_door: dict[str, FloatArray] = {}
             for drive in drives:
                 for name, each in drive.items():
+                    if count[name] < 2:
+                        continue
                     own = each.doubted(math.radians(times * ROUGHNESS_DEG), share).bearing
                     by_door[name] = by_door.get(name, prior) + own
             log[k, m] = sum(float(np.logaddexp.reduce(each)) for each in by_door.values())
-    log -= 0.5 * np.log(ROUGHNESS)[:, None] ** 2
+    log -= 0.5 * np.log(ROUGHNESS)[:, None] ** 2 + np.log(ELSE)  # priors; few doorways are full
     weights = np.exp(log - log.max())
     weights /= weights.sum()
     deviation = math.radians(ROUGHNESS_DEG) * float(weights.sum(axis=1) @ ROUGHNESS)
