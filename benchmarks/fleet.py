@@ -19,6 +19,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from objstate.batch.combine import combine
+from objstate.batch.compacting import pieces
 from objstate.evaluation import batch as evaluation
 from objstate.evaluation import evaluate_batch
 from objstate.packing import pack, unpack
@@ -91,7 +92,10 @@ def make(result: Path, log: Path, drives: Path, batch: Path, count: int) -> None
     write_logs(batch, logs)
     with open_index(batch) as index:
         (entry,) = index.entries().values()
-        index.describe({each.name: as_if(entry, batch, each) for each in logs})
+        entries = {each.name: as_if(entry, batch, each) for each in logs}
+        index.describe(entries)
+        for piece in pieces(entries):  # as if the tables over all logs were there
+            index.note_piece(piece.file, piece.stamp)
         for kind, stamped in KINDS.items():
             ((_, _, content),) = index.parts(kind)
             index.keep(
