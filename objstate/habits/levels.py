@@ -64,10 +64,15 @@ class Levels:
     def component(self, level: float) -> Gaussian:
         """The prior of parameters whose level is normal about ``level``, a component wide."""
         of, std = self.prior, self._std
-        gain = of.covariance @ self.along / std**2
+        gain = self.gain(of)
         narrower = std**2 * (1.0 - 1.0 / NARROWER**2)
         mean = of.mean + gain * (level - self.along @ of.mean)
         return Gaussian(mean, of.covariance - np.outer(gain, gain) * narrower)
+
+    def gain(self, of: Gaussian) -> FloatArray:
+        """(p,) by how much parameters change with the level."""
+        towards = of.covariance @ self.along
+        return np.asarray(towards / (self.along @ towards))
 
     def log_weight(self, level: float) -> float:
         """Of a component, but for a constant, such that the mixture of all is the prior."""
@@ -86,10 +91,11 @@ def mixture(told: Told, levels: Levels) -> Mixture:
     centre = float(levels.along @ middle)
     found = {0: _component(told, levels, centre, middle)}
     for side in (1, -1):
-        start = found[0][2].theta
+        at = found[0]
         for k in range(1, FURTHEST + 1):
+            start = at[2].theta + side * levels.step * levels.gain(at[1])
             at = _component(told, levels, centre + side * k * levels.step, start)
-            found[side * k], start = at, at[2].theta
+            found[side * k] = at
             if at[0] < max(each[0] for each in found.values()) + LEAST_LOG:
                 break
     ordered = [found[k] for k in sorted(found)]

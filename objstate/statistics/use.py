@@ -20,7 +20,7 @@ from objstate.habits.shares import paths
 from objstate.statistics.summed import Summed
 from objstate.statistics.two_state import Interval, interval_of
 
-FITTED = 2000  # most looks, the latest, by which habits are fitted; paths go through all
+FITTED = 1000  # most looks, the latest, by which habits are fitted; paths go through all
 FEW = 16  # draws of doors with more looks, of which little is unknown
 DRAWS = 64  # of habits, with a path each
 LEAST_S = 7 * 86400.0  # s, a week from the first look on, if looks end earlier
