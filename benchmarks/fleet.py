@@ -3,7 +3,7 @@
 RESULT is a log's result in a batch along the sample corridor, LOG the log that it was made of, with
 its truth beside it. DIR gets ``drives``, COUNT names of the log, and ``batch``, as many names of its
 result. The index is made of one of them, and tells the same of the others, each an hour after
-the one before. Prints the seconds and the largest memory of ``batch`` with nothing to do, ``evaluate``,
+the one before. Prints the seconds, those of processor, and the largest memory of ``batch`` with nothing to do, ``evaluate``,
 ``statistics`` and ``report``, and the size of the page.
 """
 
@@ -58,7 +58,8 @@ def measure(*words: str) -> None:
     process = subprocess.Popen([sys.executable, "-c", code, *words], stdout=subprocess.DEVNULL)
     _, status, usage = os.wait4(process.pid, 0)
     print(
-        f"{words[0]}: {time.monotonic() - began:.1f} s, {usage.ru_maxrss / 1024:.0f} MB, "
+        f"{words[0]}: {time.monotonic() - began:.1f} s, "
+        f"{usage.ru_utime + usage.ru_stime:.1f} s of processor, {usage.ru_maxrss / 1024:.0f} MB, "
         f"exit {os.waitstatus_to_exitcode(status)}",
         flush=True,
     )
