@@ -13,6 +13,7 @@ from objstate.discovery.proposals import Shown, backgrounds, proposals
 from objstate.discovery.scoring import (
     FLAT,
     Behind,
+    Drawn,
     Lattice,
     Leaf,
     chained,
@@ -47,6 +48,11 @@ class Refined:
     angles: FloatArray  # (groups,) rad, the most probable of each look
     log_prior: float  # the evidence without the likelihood of the most probable angles
 
+    @property
+    def drawn(self) -> Drawn | None:
+        """What the map shows of it, if it does."""
+        return self.behind.drawn if self.behind.is_drawn(self.leaf) else None
+
 
 @dataclass(frozen=True, eq=False)
 class Explained:
@@ -56,6 +62,11 @@ class Explained:
     probability: float
     log_door: float  # evidence, against the map as it is
     log_bare: float
+
+    @property
+    def log_odds(self) -> float:
+        """Of a door, against none."""
+        return self.log_door - self.log_bare
 
 
 def explain(place: Doorway, plan: OccupancyMap) -> Explained | None:
@@ -144,7 +155,7 @@ def _refine(place: Doorway, behind: Behind, leaf: Leaf) -> Refined | None:
     value = max(-float(found.fun), full)
     volume = 0.5 * np.linalg.slogdet(2 * np.pi * covariance)[1]
     gain, evidence = lattice.gains(place, behind, leaf), value + float(volume)
-    best = np.argmax(gain + lattice.log_prior[:, None], axis=0)
+    best = lattice.best(gain)
     seen = gain[best, np.arange(place.groups)]
     log_prior = evidence - float(seen.sum() + behind.log_likelihood.sum())
     return Refined(leaf, behind, covariance, evidence, lattice.angles[best], log_prior)
@@ -178,8 +189,8 @@ def _things(found: list[Refined]) -> list[tuple[float, FloatArray]]:
     """What leaves that were found would be, if they were just things: their prior, and place (4,)."""
     things = []
     for each in found:
-        for angle in np.unique(each.angles[each.angles < FLAT]):
-            cost = PLUG if angle < np.radians(10.0) else THING
+        for angle in np.unique(each.angles):
+            cost = GAP if angle == FLAT else PLUG if angle < np.radians(10.0) else THING
             things.append((cost, turned(each.leaf, np.array([angle]))[0]))
     return things
 
@@ -211,7 +222,7 @@ def _bare(
         prior = np.full(len(gain), -np.log(len(gain)))
         first = np.full(len(gain), -np.inf)
         first[0] = open_.log_map_bare
-        return chained(first, prior, gain, place.stays)
+        return float(chained(first, prior, gain, place.stays))
 
     value, chosen = total([]), list[FloatArray]()
     if not things:

@@ -9,7 +9,7 @@ import numpy as np
 
 from objstate.building.occupancy import OccupancyMap
 from objstate.discovery.gathering import Beams
-from objstate.geometry import BoolArray, FloatArray, IntArray, between
+from objstate.geometry import BoolArray, FloatArray, IntArray
 
 BIN = 0.025  # m along a line
 LEAST_WALL = 0.25  # m: shorter pieces make no line
@@ -250,8 +250,7 @@ def _of_map(line: WallLine, count: int, plan: OccupancyMap, cells: BoolArray) ->
 
 def shown_at(plan: OccupancyMap, cells: BoolArray, points: FloatArray) -> BoolArray:
     """(n,) whether some of the map's cells are at points (n, 2); none are outside of it."""
-    flat = between(plan.origin, np.column_stack([points, np.zeros(len(points))]))[:, :2]
-    column, row = np.floor(flat / plan.resolution).astype(np.int64).T
+    column, row = np.floor(plan.to_cells(points)).astype(np.int64).T
     rows, columns = cells.shape
     inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
     out = np.zeros(len(points), dtype=bool)
