@@ -57,7 +57,7 @@ def find_doors(
     """Doors of a map in what drives saw, the most probable first, named in that order."""
     lines = fitted(wall_lines(outline(walls.walls, HEIGHT)), beams)
     places = together(distinct(openings(lines, plan, beams)))
-    seen = [doorway(place, lines, beams, settings) for place in places]
+    seen = [doorway(place, lines, plan, beams, settings) for place in places]
     left = dict[int, Explained]()
     for number, place in enumerate(seen):
         if on_progress is not None:
@@ -73,7 +73,7 @@ def find_doors(
             continue
         plan, beams = _explained_away(seen[number], best, plan, beams)
         for other in [each for each in left if seen[each].is_near(seen[number])]:
-            seen[other] = doorway(places[other], lines, beams, settings)
+            seen[other] = doorway(places[other], lines, plan, beams, settings)
             again = _explained(seen[other], plan)
             if again is None:
                 del left[other]

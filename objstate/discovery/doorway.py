@@ -114,7 +114,11 @@ def together(found: list[Opening]) -> list[list[Opening]]:
 
 
 def doorway(
-    found: list[Opening], walls: list[WallLine], beams: Beams, settings: BeamModelSettings
+    found: list[Opening],
+    walls: list[WallLine],
+    plan: OccupancyMap,
+    beams: Beams,
+    settings: BeamModelSettings,
 ) -> Doorway:
     """What drives saw of openings that are together."""
     widest = max(opening.width for opening in found)
@@ -139,8 +143,12 @@ def doorway(
             past[chosen],
             beams.reach[index],
             model.short(np.where(np.isfinite(ranges), ranges, 1e3)),
+            np.empty(len(index)),
         ]
     )
+    known = plan.occupied | plan.free
+    cells = 1.0 / plan.resolution
+    kernels.enter_unknown(rows, known, plan.origin, cells, rows[kernels.UNKNOWN])
     return Doorway(
         openings=found,
         walls=walls,

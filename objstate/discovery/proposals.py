@@ -8,7 +8,7 @@ from itertools import product
 import numpy as np
 
 from objstate.building.occupancy import OccupancyMap
-from objstate.discovery.doorway import Cells, Doorway, background
+from objstate.discovery.doorway import Cells, Doorway, background, beside
 from objstate.discovery.scoring import DRAWN, Behind, Drawn, Leaf
 from objstate.discovery.walls import Opening, WallLine
 from objstate.geometry import BoolArray, FloatArray
@@ -125,7 +125,7 @@ def _drawn(
     near = np.hypot(*(cells.middles - start).T) < width + LONGER * size + np.hypot(*ABOUT)
     points = cells.middles[near]
     cos, sin = np.cos(bearing), np.sin(bearing)
-    found: list[tuple[float, FloatArray, float]] = []
+    found: list[tuple[float, FloatArray, float]] = []  # how well it fits
     for along, aside in product(*(np.arange(-reach, reach + 0.01, size) for reach in ABOUT)):
         hinge = start + np.array([along * cos - aside * sin, along * sin + aside * cos])
         off = points - hinge
@@ -137,12 +137,32 @@ def _drawn(
         shown = np.zeros((len(turns), beyond + 1), dtype=bool)
         rows, columns = np.nonzero(on_line & (bins <= beyond))
         shown[rows, bins[columns]] = True
+        shown[:, 1:-1] |= shown[:, :-2] & shown[:, 2:]  # scans miss single cells
         shares = shown[:, 2:last].mean(axis=1)
         able = (shares > DRAWN_SHARE) & (shown[:, last + 2 :].sum(axis=1) <= 2)
-        found += [(float(shares[k]), hinge, float(turns[k])) for k in np.flatnonzero(able)]
+        # a jamb may go on as the leaf does: the leaf's end tells where it begins
+        ends = beyond - np.argmax(shown[:, ::-1], axis=1)
+        fits = shares - np.abs((ends + 1) * size - width) / width
+        found += [(float(fits[k]), hinge, float(turns[k])) for k in np.flatnonzero(able)]
     found.sort(key=lambda each: -each[0])
     kept: list[tuple[FloatArray, float]] = []
     for _, hinge, turn in found:
         if all(abs(turn - other) > np.radians(20.0) for _, other in kept):
-            kept.append((hinge, turn))
+            hinge, along = _fitted(points, hinge, bearing + turn, width, size)
+            kept.append((hinge, along - bearing))
     return kept[:2]
+
+
+def _fitted(
+    points: FloatArray, hinge: FloatArray, bearing: float, width: float, size: float
+) -> tuple[FloatArray, float]:
+    """A leaf's hinge and bearing by the cells (n, 2) about it, whose middles lie on it on average."""
+    for reach in (1.5, 1.5, 1.0):
+        along, aside = beside(points, hinge, bearing)
+        on = (np.abs(aside) < reach * size) & (along > 2.0 * size) & (along < width + 2.0 * size)
+        if on.sum() < 4:
+            break
+        lean, shift = np.polyfit(along[on], aside[on], 1).tolist()
+        hinge = hinge + shift * np.array([-np.sin(bearing), np.cos(bearing)])
+        bearing = bearing + float(np.arctan(lean))
+    return hinge, bearing

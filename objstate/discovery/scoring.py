@@ -31,13 +31,16 @@ FILLED = -2.5  # nats: an opening without a leaf is filled within a wall's depth
 MISSED = -1.2  # nats: the map doesn't show a leaf that is there
 MAP_STD = np.radians(4.0)  # of the turn of a leaf in a map
 MAP_ASIDE, MAP_END = 0.03, 0.05  # m, of a leaf's place and of its end in a map
+SAME_PLACE = 9.0  # squared deviations up to which a leaf stands where the map has it
 LAST = 0.97  # share of a leaf's cells that lie before its end
-ALONG_STD, WIDTH_STD = 0.05, 0.05  # m of hinge and width about what an opening shows
+SLIT = 0.01  # m, between a leaf and the jambs
+ALONG_STD, WIDTH_STD = 0.02, 0.025  # m of hinge and width about what an opening shows
+TAIL = 3.0  # degrees of freedom of these: some openings are shown wrongly
 # A leaf lies in that face of its wall to which it opens: at the front if it opens to the robot,
 # or as deep as the wall is thick. Few lie elsewhere.
 FRONT, FRONT_STD = 0.01, 0.03  # m
-THINNEST, THICKEST = 0.04, DEEP  # m, of walls
-SOFT = 0.02  # m, of these
+THINNEST, THICKEST = 0.06, DEEP  # m, depths of leaves that open away
+SOFT = 0.01  # m, of these
 ELSEWHERE = 0.1
 BEARING_STD = np.radians(2.0)  # about the wall's
 
@@ -75,21 +78,18 @@ class Drawn:
 
     def off(self, leaf: Leaf, angles: FloatArray) -> FloatArray:
         """(a,) squared deviations of a leaf at these angles from what is drawn."""
-        if self.from_end is None:
-            return np.asarray(np.square((angles - abs(self.turn)) / MAP_STD))
         away = self.points - leaf.hinge
-        bearings = leaf.bearing + leaf.sense * angles
+        bearings = leaf.bearing + leaf.sense * (np.zeros(1) if self.from_end is None else angles)
         cos, sin = np.cos(bearings)[:, None], np.sin(bearings)[:, None]
         along, aside = cos * away[:, 0] + sin * away[:, 1], cos * away[:, 1] - sin * away[:, 0]
+        off = np.square(np.median(aside, axis=1) / MAP_ASIDE)
+        if self.from_end is None:
+            return np.asarray(off + np.square((angles - abs(self.turn)) / MAP_STD))
         middle = along.mean(axis=1, keepdims=True)
         spread = np.square(along - middle).sum(axis=1)
         slope = (aside * (along - middle)).sum(axis=1) / np.maximum(spread, 1e-9)
         end = np.quantile(along, LAST, axis=1) - leaf.width
-        return np.asarray(
-            np.square(aside.mean(axis=1) / MAP_ASIDE)
-            + np.square(slope / MAP_STD)
-            + np.square(end / MAP_END)
-        )
+        return np.asarray(off + np.square(slope / MAP_STD) + np.square(end / MAP_END))
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,14 +141,11 @@ class Behind:
         return Behind(expected, place.log_likelihood(expected))
 
     def with_map(self, leaf: Leaf, angles: FloatArray, gain: FloatArray) -> FloatArray:
-        """Gains (a, groups) of a leaf, which at the map's own angle may look as the map has it."""
-        if not self.is_drawn(leaf):
+        """Gains (a, groups) of a leaf, which where the map has it may look as it is drawn."""
+        if self.drawn is None or not self.is_drawn(leaf):
             return gain
-        assert self.drawn is not None
-        near = np.abs(angles - abs(self.drawn.turn)) <= MAP_STD
-        out = gain.copy()
-        out[near] = np.maximum(gain[near], self.as_drawn)
-        return out
+        there = self.drawn.off(leaf, angles)[:, None] < SAME_PLACE
+        return np.asarray(np.where(there, np.maximum(gain, self.as_drawn), gain))
 
 
 @dataclass(frozen=True, eq=False)
@@ -231,15 +228,19 @@ def log_prior(place: Doorway, leaf: Leaf) -> float:
     depth = -float(aside[0]) * place.side(start, bearing)
     if abs(depth) > DEEP:
         return -np.inf
-    turn = (leaf.bearing - bearing + np.pi) % (2 * np.pi) - np.pi
-    off = (
-        (float(along[0]) / ALONG_STD),
-        (leaf.width + float(along[0]) - leaf.share * opening.width) / WIDTH_STD,
-        turn / BEARING_STD,
-    )
-    norm = np.log(2 * np.pi) * 1.5 + np.log(ALONG_STD * WIDTH_STD * BEARING_STD)
+    turned_by = (leaf.bearing - bearing + np.pi) % (2 * np.pi) - np.pi
+    end = leaf.width + float(along[0]) - leaf.share * (opening.width - SLIT)
+    log = _log_student(float(along[0]) - SLIT, ALONG_STD) + _log_student(end, WIDTH_STD)
+    log += -0.5 * (turned_by / BEARING_STD) ** 2 - math.log(math.sqrt(2 * math.pi) * BEARING_STD)
     is_toward = leaf.sense == place.side(start, bearing)
-    return float(-0.5 * np.sum(np.square(off)) - norm + _log_depth(depth, is_toward))
+    return log + _log_depth(depth, is_toward)
+
+
+def _log_student(off: float, std: float) -> float:
+    """Log density of Student's distribution."""
+    norm = math.lgamma((TAIL + 1.0) / 2.0) - math.lgamma(TAIL / 2.0)
+    norm -= math.log(math.sqrt(TAIL * math.pi) * std)
+    return float(norm) - (TAIL + 1.0) / 2.0 * math.log1p((off / std) ** 2 / TAIL)
 
 
 def _log_depth(depth: float, is_toward: bool) -> float:
