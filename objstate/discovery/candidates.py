@@ -35,6 +35,7 @@ class Candidate:
 
     door: Door
     probability: float
+    side_probability: float  # of the hinge at this end, and of opening this way, if it is a door
     hinge_std: FloatArray  # (2,) m along and across the closed leaf
     bearing_std: float  # rad
     width_std: float  # m
@@ -120,6 +121,7 @@ def _candidate(explained: Explained, best: Refined) -> Candidate:
     return Candidate(
         door=door,
         probability=explained.probability,
+        side_probability=explained.side_probability,
         hinge_std=np.sqrt(np.diag(hinge)),
         bearing_std=float(np.sqrt(best.covariance[2, 2])),
         width_std=float(np.sqrt(best.covariance[3, 3])),

@@ -24,8 +24,8 @@ from objstate.discovery.scoring import (
 from objstate.discovery.walls import Opening
 from objstate.geometry import FloatArray
 
-LOG_DOOR = np.log(0.65)  # prior of a doorway to have a leaf
-LOG_BARE = np.log(0.35)
+LOG_DOOR = np.log(0.75)  # prior of a doorway to have a leaf
+LOG_BARE = np.log(0.25)
 LOG_KINDS = np.log(0.25)  # of the side of the hinge and the way it opens
 THING = -16.0  # nats: place, direction and length of something straight, of all there might be
 PLUG = -6.0  # nats: something that fills a doorway, such as a shelf, at some depth
@@ -59,6 +59,7 @@ class Explained:
     """What a doorway holds."""
 
     leaves: tuple[Refined, ...]  # one, or the two of a double door
+    side_probability: float  # of hinges at these ends, and of leaves that open this way
     probability: float
     log_door: float  # evidence, against the map as it is
     log_bare: float
@@ -88,22 +89,24 @@ def explain(place: Doorway, plan: OccupancyMap) -> Explained | None:
         key = each.leaf.sense, each.leaf.from_end, each.leaf.share
         kinds[key] = max(kinds.get(key, -np.inf), each.log_evidence)
     several = list(kinds.values())
+    best = max(several)
     for first in [each for each in found if each.leaf.share < 1.0]:
         second = _second(place, first)
         if second is not None:
             found.append(second)
             both = first.log_prior + second.log_evidence
-            if both > max(several):
-                leaves = first, second
+            if both > best:
+                leaves, best = (first, second), both
             several.append(both)
+    side = float(np.exp(best - np.logaddexp.reduce(several)))
     door = float(np.logaddexp.reduce(several)) + LOG_KINDS + LOG_DOOR - base
     things = _things(found) + [(GAP, _wall(opening)) for opening in _of_first_line(place)]
     bare = max(
         _bare(place, as_is, open_, things) for variants in cleared.values() for open_ in variants
     )
     bare += LOG_BARE - base
-    odds = door - bare
-    return Explained(leaves, float(1.0 / (1.0 + np.exp(-np.clip(odds, -50, 50)))), door, bare)
+    probability = float(1.0 / (1.0 + np.exp(-np.clip(door - bare, -50, 50))))
+    return Explained(leaves, side, probability, door, bare)
 
 
 def _second(place: Doorway, first: Refined) -> Refined | None:

@@ -113,6 +113,7 @@ def candidates_table(candidates: Sequence[Candidate]) -> str:
                 round(door.width, 4),
                 round(math.degrees(door.upper), 1),
                 round(each.probability, 4),
+                round(each.side_probability, 4),
                 round(each.hinge_deviation, 4),
                 round(math.degrees(each.bearing_std), 2),
                 round(each.width_std, 4),

@@ -115,19 +115,19 @@ def _without(
 
 
 def _drawn(
-    cells: Cells, start: FloatArray, bearing: float, width: float
+    cells: Cells, jamb: FloatArray, bearing: float, width: float
 ) -> list[tuple[FloatArray, float]]:
     """Hinges about a jamb, and turns from the closed leaf, at which the map shows a leaf.
 
     That is something as long as a leaf, and no longer.
     """
     size, turns = cells.plan.resolution, TURNS[np.abs(TURNS) > LEAST_TURN]
-    near = np.hypot(*(cells.middles - start).T) < width + LONGER * size + np.hypot(*ABOUT)
+    near = np.hypot(*(cells.middles - jamb).T) < width + LONGER * size + np.hypot(*ABOUT)
     points = cells.middles[near]
     cos, sin = np.cos(bearing), np.sin(bearing)
     found: list[tuple[float, FloatArray, float]] = []  # how well it fits
     for along, aside in product(*(np.arange(-reach, reach + 0.01, size) for reach in ABOUT)):
-        hinge = start + np.array([along * cos - aside * sin, along * sin + aside * cos])
+        hinge = jamb + np.array([along * cos - aside * sin, along * sin + aside * cos])
         off = points - hinge
         far = np.hypot(off[:, 0], off[:, 1])
         turned = np.arctan2(off[:, 1], off[:, 0]) - bearing - turns[:, None]
@@ -146,9 +146,9 @@ def _drawn(
         found += [(float(fits[k]), hinge, float(turns[k])) for k in np.flatnonzero(able)]
     found.sort(key=lambda each: -each[0])
     kept: list[tuple[FloatArray, float]] = []
-    for _, hinge, turn in found:
+    for _, start, turn in found:
         if all(abs(turn - other) > np.radians(20.0) for _, other in kept):
-            hinge, along = _fitted(points, hinge, bearing + turn, width, size)
+            hinge, along = _fitted(points, start, bearing + turn, width, size)
             kept.append((hinge, along - bearing))
     return kept[:2]
 

@@ -27,10 +27,11 @@ LIMITS = np.append(np.radians(np.arange(60.0, 136.0, 7.5)), FLAT)  # where a doo
 USUAL_LIMIT, USUAL_LIMIT_STD = np.radians(95.0), np.radians(18.0)
 OPENS_FLAT = 0.15  # of doors that open as far as the wall
 DRAWN = -10.0  # nats: a map shows something as long as a leaf that ends at a jamb, and is none
-FILLED = -2.5  # nats: an opening without a leaf is filled within a wall's depth
+FILLED = -3.0  # nats: an opening without a leaf is filled within a wall's depth
 MISSED = -1.2  # nats: the map doesn't show a leaf that is there
 MAP_STD = np.radians(4.0)  # of the turn of a leaf in a map
-MAP_ASIDE, MAP_END = 0.03, 0.05  # m, of a leaf's place and of its end in a map
+# m, of a leaf's place in a map, of an end beyond the leaf's, and before it, where it wasn't seen
+MAP_ASIDE, MAP_END, MAP_UNSEEN = 0.03, 0.05, 0.2
 SAME_PLACE = 9.0  # squared deviations up to which a leaf stands where the map has it
 LAST = 0.97  # share of a leaf's cells that lie before its end
 SLIT = 0.01  # m, between a leaf and the jambs
@@ -89,7 +90,8 @@ class Drawn:
         spread = np.square(along - middle).sum(axis=1)
         slope = (aside * (along - middle)).sum(axis=1) / np.maximum(spread, 1e-9)
         end = np.quantile(along, LAST, axis=1) - leaf.width
-        return np.asarray(off + np.square(slope / MAP_STD) + np.square(end / MAP_END))
+        end = np.where(end > 0.0, end / MAP_END, end / MAP_UNSEEN)
+        return np.asarray(off + np.square(slope / MAP_STD) + np.square(end))
 
 
 @dataclass(frozen=True, eq=False)
@@ -233,14 +235,14 @@ def log_prior(place: Doorway, leaf: Leaf) -> float:
     log = _log_student(float(along[0]) - SLIT, ALONG_STD) + _log_student(end, WIDTH_STD)
     log += -0.5 * (turned_by / BEARING_STD) ** 2 - math.log(math.sqrt(2 * math.pi) * BEARING_STD)
     is_toward = leaf.sense == place.side(start, bearing)
-    return log + _log_depth(depth, is_toward)
+    return float(log + _log_depth(depth, is_toward))
 
 
 def _log_student(off: float, std: float) -> float:
     """Log density of Student's distribution."""
-    norm = math.lgamma((TAIL + 1.0) / 2.0) - math.lgamma(TAIL / 2.0)
-    norm -= math.log(math.sqrt(TAIL * math.pi) * std)
-    return float(norm) - (TAIL + 1.0) / 2.0 * math.log1p((off / std) ** 2 / TAIL)
+    norm = math.gamma((TAIL + 1.0) / 2.0) / math.gamma(TAIL / 2.0)
+    norm /= math.sqrt(TAIL * math.pi) * std
+    return math.log(norm) - (TAIL + 1.0) / 2.0 * math.log1p((off / std) ** 2 / TAIL)
 
 
 def _log_depth(depth: float, is_toward: bool) -> float:
