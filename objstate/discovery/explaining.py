@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from objstate.discovery.scoring import (
     turned,
 )
 from objstate.discovery.walls import Opening
-from objstate.geometry import FloatArray
+from objstate.geometry import FloatArray, wrap
 
 LOG_DOOR = np.log(0.75)  # prior of a doorway to have a leaf
 LOG_BARE = np.log(0.25)
@@ -31,9 +31,11 @@ THING = -16.0  # nats: place, direction and length of something straight, of all
 PLUG = -6.0  # nats: something that fills a doorway, such as a shelf, at some depth
 GAP = -3.0  # nats: the map lacks a piece of a wall
 SAME_WALL = 0.04  # m aside
-REFINED = 4  # leaves
+REFINED = 6  # leaves
+DEPTH_APART = 0.1  # m, of leaves that are refined apart
 FINE, ABOUT = np.radians(0.75), np.radians(6.0)  # angles of a refined leaf
 SCALE = np.array([0.02, 0.02, np.radians(1.0), 0.02])  # m, m, rad, m: about a posterior's width
+SHARED_STD = np.array([0.012, 0.012, 0.0, 0.012])  # m, of what all looks share: poses, the map
 STEP = 0.5  # of the scale, for curvatures
 
 
@@ -83,21 +85,25 @@ def explain(place: Doorway, plan: OccupancyMap) -> Explained | None:
     if not found:
         return None
     base = float(as_is.log_likelihood.sum())
-    leaves: tuple[Refined, ...] = (max(found, key=lambda each: each.log_evidence),)
+    likeliest = max(found, key=lambda each: each.log_evidence)
+    leaves: tuple[Refined, ...] = (_with_others(likeliest, found),)
     kinds: dict[tuple[int, bool, float], float] = {}
     for each in found:
-        key = each.leaf.sense, each.leaf.from_end, each.leaf.share
-        kinds[key] = max(kinds.get(key, -np.inf), each.log_evidence)
-    several = list(kinds.values())
+        kinds[each.leaf.kind] = max(kinds.get(each.leaf.kind, -np.inf), each.log_evidence)
+    pairs: dict[int, tuple[float, Refined, Refined]] = {}  # by the way that the first one opens
+    for one in [each for each in found if each.leaf.share < 1.0]:
+        other = _second(place, one)
+        if other is None:
+            continue
+        found.append(other)
+        both, way = one.log_prior + other.log_evidence, one.leaf.sense * (-1) ** one.leaf.from_end
+        if way not in pairs or both > pairs[way][0]:
+            pairs[way] = both, one, other
+    several = [*kinds.values(), *(both for both, _, _ in pairs.values())]
     best = max(several)
-    for first in [each for each in found if each.leaf.share < 1.0]:
-        second = _second(place, first)
-        if second is not None:
-            found.append(second)
-            both = first.log_prior + second.log_evidence
-            if both > best:
-                leaves, best = (first, second), both
-            several.append(both)
+    for both, one, other in pairs.values():
+        if both == best:
+            leaves = one, other
     side = float(np.exp(best - np.logaddexp.reduce(several)))
     door = float(np.logaddexp.reduce(several)) + LOG_KINDS + LOG_DOOR - base
     things = _things(found) + [(GAP, _wall(opening)) for opening in _of_first_line(place)]
@@ -121,18 +127,32 @@ def _second(place: Doorway, first: Refined) -> Refined | None:
 
 
 def _tried(place: Doorway, shown: Shown) -> list[tuple[int, Leaf]]:
-    """The best proposals of each kind, with the number of the background."""
+    """The best proposals of each kind and depth, with the number of the background."""
     _, cleared = backgrounds(place, shown)
     lattice = Lattice.whole()
-    best: dict[tuple[int, bool, float], tuple[float, int, Leaf]] = {}
+    best: dict[tuple[int, bool, float, int], tuple[float, int, Leaf]] = {}
     for leaf in proposals(place):
+        _, aside = beside(leaf.hinge[None], *place.openings[leaf.about].jamb(leaf.from_end))
+        key = leaf.sense, leaf.from_end, leaf.share, round(float(aside[0]) / DEPTH_APART)
         for number, behind in enumerate(cleared[leaf.about]):
             score = log_joint(place, behind, leaf, lattice)
-            key = leaf.sense, leaf.from_end, leaf.share
             if key not in best or score > best[key][0]:
                 best[key] = score, number, leaf
     ordered = sorted(best.values(), key=lambda each: -each[0])[:REFINED]
     return [(number, leaf) for _, number, leaf in ordered]
+
+
+def _with_others(best: Refined, found: list[Refined]) -> Refined:
+    """A leaf whose covariance covers others of its kind that explain about as much."""
+    alike = [each for each in found if each.leaf.kind == best.leaf.kind]
+    log = np.array([each.log_evidence for each in alike])
+    weights = np.exp(log - np.logaddexp.reduce(log))
+    total = np.zeros((4, 4))
+    for weight, each in zip(weights, alike, strict=True):
+        off = each.leaf.vector - best.leaf.vector
+        off[2] = wrap(off[2])
+        total += weight * (each.covariance + np.outer(off, off))
+    return replace(best, covariance=total + np.diag(SHARED_STD**2))
 
 
 def _refine(place: Doorway, behind: Behind, leaf: Leaf) -> Refined | None:

@@ -59,6 +59,11 @@ class Leaf:
     share: float  # of the opening's width that it closes: 1, or 0.5 of two leaves
 
     @property
+    def kind(self) -> tuple[int, bool, float]:
+        """Which way it opens, where it is hinged, and how much it closes."""
+        return self.sense, self.from_end, self.share
+
+    @property
     def vector(self) -> FloatArray:
         """(4,) hinge, bearing, width: what is refined."""
         return np.array([*self.hinge, self.bearing, self.width])
