@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -31,12 +31,15 @@ THING = -16.0  # nats: place, direction and length of something straight, of all
 PLUG = -6.0  # nats: something that fills a doorway, such as a shelf, at some depth
 GAP = -3.0  # nats: the map lacks a piece of a wall
 SAME_WALL = 0.04  # m aside
-REFINED = 6  # leaves
+REFINED = 5  # leaves, beside those that the map shows
 DEPTH_APART = 0.1  # m, of leaves that are refined apart
 FINE, ABOUT = np.radians(0.75), np.radians(6.0)  # angles of a refined leaf
 SCALE = np.array([0.02, 0.02, np.radians(1.0), 0.02])  # m, m, rad, m: about a posterior's width
 SHARED_STD = np.array([0.012, 0.012, 0.0, 0.012])  # m, of what all looks share: poses, the map
 STEP = 0.5  # of the scale, for curvatures
+
+
+Thing = tuple[float, FloatArray]  # log prior; (k, 4) places of something straight, as of leaves
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,37 +85,45 @@ def explain(place: Doorway, plan: OccupancyMap) -> Explained | None:
         refined = _refine(place, cleared[leaf.about][number], leaf)
         if refined is not None:
             found.append(refined)
-    if not found:
+    pairs = _pairs(place, found)
+    each_kind: dict[tuple[int, bool, float], Refined] = {}
+    for each in sorted(found, key=lambda leaf: leaf.log_evidence):
+        if each.leaf.share == 1.0:
+            each_kind[each.leaf.kind] = each
+    several = [(one.log_evidence, (one,)) for one in each_kind.values()] + pairs
+    if not several:
         return None
+    best, leaves = max(several, key=lambda one: one[0])
+    all_log = float(np.logaddexp.reduce([log for log, _ in several]))
     base = float(as_is.log_likelihood.sum())
-    likeliest = max(found, key=lambda each: each.log_evidence)
-    leaves: tuple[Refined, ...] = (_with_others(likeliest, found),)
-    kinds: dict[tuple[int, bool, float], float] = {}
-    for each in found:
-        kinds[each.leaf.kind] = max(kinds.get(each.leaf.kind, -np.inf), each.log_evidence)
-    pairs: dict[int, tuple[float, Refined, Refined]] = {}  # by the way that the first one opens
-    for one in [each for each in found if each.leaf.share < 1.0]:
-        other = _second(place, one)
-        if other is None:
-            continue
-        found.append(other)
-        both, way = one.log_prior + other.log_evidence, one.leaf.sense * (-1) ** one.leaf.from_end
-        if way not in pairs or both > pairs[way][0]:
-            pairs[way] = both, one, other
-    several = [*kinds.values(), *(both for both, _, _ in pairs.values())]
-    best = max(several)
-    for both, one, other in pairs.values():
-        if both == best:
-            leaves = one, other
-    side = float(np.exp(best - np.logaddexp.reduce(several)))
-    door = float(np.logaddexp.reduce(several)) + LOG_KINDS + LOG_DOOR - base
-    things = _things(found) + [(GAP, _wall(opening)) for opening in _of_first_line(place)]
+    door = all_log + LOG_KINDS + LOG_DOOR - base
+    things = _things([(0.0, (each,)) for each in found] + pairs)
+    things += [(GAP, _wall(opening)[None]) for opening in _of_first_line(place)]
+    found += [other for _, (_, other) in pairs]
     bare = max(
         _bare(place, as_is, open_, things) for variants in cleared.values() for open_ in variants
     )
     bare += LOG_BARE - base
-    probability = float(1.0 / (1.0 + np.exp(-np.clip(door - bare, -50, 50))))
-    return Explained(leaves, side, probability, door, bare)
+    return Explained(
+        leaves=tuple(_with_others(each, found) for each in leaves),
+        side_probability=float(np.exp(best - all_log)),
+        probability=float(1.0 / (1.0 + np.exp(-np.clip(door - bare, -50, 50)))),
+        log_door=door,
+        log_bare=bare,
+    )
+
+
+def _pairs(place: Doorway, found: list[Refined]) -> list[tuple[float, tuple[Refined, ...]]]:
+    """The leaves of double doors and their log evidence, the best ones for each way to open."""
+    best: dict[int, tuple[float, tuple[Refined, ...]]] = {}
+    for one in [each for each in found if each.leaf.share < 1.0]:
+        other = _second(place, one)
+        if other is None:
+            continue
+        log, way = one.log_prior + other.log_evidence, one.leaf.sense * (-1) ** one.leaf.from_end
+        if way not in best or log > best[way][0]:
+            best[way] = log, (one, other)
+    return list(best.values())
 
 
 def _second(place: Doorway, first: Refined) -> Refined | None:
@@ -139,7 +150,7 @@ def _tried(place: Doorway, shown: Shown) -> list[tuple[int, Leaf]]:
             if key not in best or score > best[key][0]:
                 best[key] = score, number, leaf
     ordered = sorted(best.values(), key=lambda each: -each[0])[:REFINED]
-    return [(number, leaf) for _, number, leaf in ordered]
+    return [(number, leaf) for _, number, leaf in ordered] + shown.proposed(place)
 
 
 def _with_others(best: Refined, found: list[Refined]) -> Refined:
@@ -208,13 +219,17 @@ def _covariance(score: Callable[[FloatArray], float], middle: FloatArray) -> Flo
     return np.asarray(vectors @ np.diag(1.0 / values) @ vectors.T * np.outer(SCALE, SCALE))
 
 
-def _things(found: list[Refined]) -> list[tuple[float, FloatArray]]:
-    """What leaves that were found would be, if they were just things: their prior, and place (4,)."""
+def _things(several: Sequence[tuple[float, tuple[Refined, ...]]]) -> list[Thing]:
+    """What leaves would be, if they were just things: their prior, and places (k, 4) side by side."""
     things = []
-    for each in found:
-        for angle in np.unique(each.angles):
-            cost = GAP if angle == FLAT else PLUG if angle < np.radians(10.0) else THING
-            things.append((cost, turned(each.leaf, np.array([angle]))[0]))
+    for _, leaves in several:
+        for angles in np.unique(np.array([each.angles for each in leaves]).T, axis=0).tolist():
+            cost = sum(
+                GAP if angle == FLAT else PLUG if angle < np.radians(10.0) else THING
+                for angle in angles
+            )
+            pairs = zip(leaves, angles, strict=True)
+            things.append((cost, np.concatenate([turned(e.leaf, np.array([a])) for e, a in pairs])))
     return things
 
 
@@ -231,9 +246,7 @@ def _wall(opening: Opening) -> FloatArray:
     return np.array([*opening.start, opening.bearing, opening.width])
 
 
-def _bare(
-    place: Doorway, as_is: Behind, open_: Behind, things: list[tuple[float, FloatArray]]
-) -> float:
+def _bare(place: Doorway, as_is: Behind, open_: Behind, things: list[Thing]) -> float:
     """Log evidence of a doorway without a leaf: in each look as drawn, or open, or with things.
 
     A thing may stand in any of the looks, and is paid for once.
@@ -250,7 +263,7 @@ def _bare(
     value, chosen = total([]), list[FloatArray]()
     if not things:
         return value
-    gain = open_.log_likelihood + gains(place, open_, np.array([each for _, each in things]))
+    gain = open_.log_likelihood + [gains(place, open_, each).sum(axis=0) for _, each in things]
     costs, spent, left = [cost for cost, _ in things], 0.0, list(range(len(things)))
     while left:
         pays = [spent + costs[k] + total([*chosen, gain[k]]) for k in left]

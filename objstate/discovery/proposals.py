@@ -17,6 +17,7 @@ SHIFTS = np.arange(-0.06, 0.061, 0.015)  # m, of the map across a wall
 SHIFT_STD = 0.03  # m
 TURNS = np.radians(np.arange(-155.0, 156.0, 5.0))  # of a leaf in the map that are tried
 LEAST_TURN = np.radians(19.0)  # what stands nearer may be the wall
+NARROWEST_LEAF, WIDEST_LEAF = 0.55, 1.4  # m
 ABOUT = 0.1, 0.2  # m along the wall and across it within which a hinge lies about a jamb
 DRAWN_SHARE = 0.7  # of a leaf's length that the map shows
 LONGER = 8  # cells beyond a leaf's end that have to be free
@@ -26,7 +27,8 @@ def proposals(place: Doorway) -> list[Leaf]:
     """Leaves on either side of each opening, in some places about its jambs."""
     found = []
     for about, opening in enumerate(place.openings):
-        shares = [share for share in (1.0, 0.5) if 0.55 <= share * opening.width <= 1.4]
+        widths = {share: share * opening.width for share in (1.0, 0.5)}
+        shares = [k for k, width in widths.items() if NARROWEST_LEAF <= width <= WIDEST_LEAF]
         for from_end in (False, True):
             start, bearing = opening.jamb(from_end)
             normal = np.array([-np.sin(bearing), np.cos(bearing)])
@@ -48,13 +50,28 @@ class Shown:
     filling: list[Drawn | None]  # what fills it
     leaves: list[list[tuple[Drawn, BoolArray]]]  # what may be its leaves, and their cells
 
+    def proposed(self, place: Doorway) -> list[tuple[int, Leaf]]:
+        """The leaves that it may show, with the numbers of the backgrounds without them."""
+        found = []
+        for about, (opening, leaves) in enumerate(zip(place.openings, self.leaves, strict=True)):
+            for number, (drawn, _) in enumerate(leaves, start=1):
+                _, bearing = opening.jamb(bool(drawn.from_end))
+                sense = 1 if drawn.turn > 0.0 else -1
+                for share in (1.0, 0.5):
+                    width = share * opening.width
+                    if NARROWEST_LEAF <= width <= WIDEST_LEAF:
+                        from_end = bool(drawn.from_end)
+                        leaf = Leaf(drawn.hinge, bearing, sense, width, about, from_end, share)
+                        found.append((number, leaf))
+        return found
+
     @staticmethod
     def about(place: Doorway, plan: OccupancyMap) -> Shown:
         """What it shows about one."""
         cells, openings = Cells.about(plan, place.middle, place.radius + 0.3), place.openings
         between = [cells.in_doorway(opening) for opening in openings]
         filling = [
-            Drawn(None, 0.0, cells.middles[inside]) if cells.fills(opening) else None
+            Drawn(None, 0.0, opening.start, cells.middles[inside]) if cells.fills(opening) else None
             for opening, inside in zip(openings, between, strict=True)
         ]
         leaves = [_leaves(cells, opening, place.walls) for opening in openings]
@@ -98,7 +115,7 @@ def _leaves(cells: Cells, opening: Opening, walls: list[WallLine]) -> list[tuple
             if any(wall.holds(hinge, bearing + turn, opening.width) for wall in walls):
                 continue
             leaf = cells.on_leaf(hinge, bearing + turn, opening.width)
-            found.append((Drawn(from_end, turn, cells.middles[leaf]), leaf))
+            found.append((Drawn(from_end, turn, hinge, cells.middles[leaf]), leaf))
     return found
 
 

@@ -21,7 +21,7 @@ HALF = 0.02  # m, of a leaf's thickness
 STEP = np.radians(3.0)  # between angles of a leaf that are summed over
 WIDEST_TURN = np.radians(140.0)  # beyond it a leaf lies along the wall
 FLAT = np.radians(172.0)  # stands for all angles beyond
-CLOSED, AT_LIMIT, BETWEEN = 0.35, 0.25, 0.4  # where leaves are found
+CLOSED, AT_LIMIT, BETWEEN = 0.45, 0.25, 0.3  # where leaves are found
 CLOSED_STD, LIMIT_STD = np.radians(2.0), np.radians(4.0)
 LIMITS = np.append(np.radians(np.arange(60.0, 136.0, 7.5)), FLAT)  # where a door may stop
 USUAL_LIMIT, USUAL_LIMIT_STD = np.radians(95.0), np.radians(18.0)
@@ -80,6 +80,7 @@ class Drawn:
 
     from_end: bool | None  # where it is hinged; None: it fills the opening
     turn: float  # rad, from the closed leaf; to the left is positive
+    hinge: FloatArray  # (2,) m, where it begins
     points: FloatArray = field(repr=False)  # (m, 2) m, middles of its cells
 
     def off(self, leaf: Leaf, angles: FloatArray) -> FloatArray:
@@ -174,14 +175,15 @@ class Lattice:
     @staticmethod
     def of(each: FloatArray, step: float) -> Lattice:
         """Some of the angles that lie ``step`` apart, and a leaf along the wall."""
-        half = np.sqrt(np.pi / 2) * CLOSED_STD  # the integral, as no door opens beyond closed
+        half = np.sqrt(np.pi / 2) * CLOSED_STD  # the integral
         closed = CLOSED / half * np.exp(-0.5 * (each / CLOSED_STD) ** 2)
         limit = LIMITS[:, None]
         width = np.sqrt(2 * np.pi) * LIMIT_STD
         at_limit = AT_LIMIT / width * np.exp(-0.5 * ((each - limit) / LIMIT_STD) ** 2)
         between = BETWEEN / limit / (1.0 + np.exp((each - limit) / (LIMIT_STD / 2.0)))
         flat = np.where(limit < FLAT, 1e-6, AT_LIMIT + BETWEEN * (1.0 - WIDEST_TURN / FLAT))
-        prior = np.hstack([step * (closed + at_limit + between), flat])
+        cell = np.where(each > 0.0, step, step / 2.0)  # no door opens beyond closed
+        prior = np.hstack([cell * (closed + at_limit + between), flat])
         usual = np.exp(-0.5 * ((LIMITS[:-1] - USUAL_LIMIT) / USUAL_LIMIT_STD) ** 2)
         limits = np.append((1.0 - OPENS_FLAT) * usual / usual.sum(), OPENS_FLAT)
         return Lattice(np.append(each, FLAT), np.log(prior), np.log(limits))

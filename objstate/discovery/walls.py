@@ -252,7 +252,8 @@ def _between_jambs(line: WallLine, low: float, high: float, beams: Beams) -> tup
         off = sign * (places - jamb)
         about = np.flatnonzero((np.abs(off) < JAMB_REACH) & (sign * inward > 0.0))
         order = about[np.argsort(off[about])]
-        edges = np.append(off[order], JAMB_REACH)
+        ends = np.concatenate([[-JAMB_REACH], off[order], [JAMB_REACH]])
+        edges = (ends[:-1] + ends[1:]) / 2.0
         log = np.concatenate([[0.0], np.cumsum(gain[order])])
         log *= min(JAMB_BEAMS / max(len(order), 1), 1.0)
         log -= 0.5 * np.square((edges - JAMB_BIAS) / JAMB_STD)
