@@ -27,15 +27,12 @@ def proposals(place: Doorway) -> list[Leaf]:
     """Leaves on either side of each opening, in some places about its jambs."""
     found = []
     for about, opening in enumerate(place.openings):
-        widths = {share: share * opening.width for share in (1.0, 0.5)}
-        shares = [k for k, width in widths.items() if NARROWEST_LEAF <= width <= WIDEST_LEAF]
         for from_end in (False, True):
             start, bearing = opening.jamb(from_end)
             normal = np.array([-np.sin(bearing), np.cos(bearing)])
-            for share in shares:
+            for share, width in _widths(opening).items():
                 for aside in np.arange(-0.2, 0.21, 0.05):
                     hinge = start + aside * normal
-                    width = share * opening.width
                     for sense in (1, -1):
                         found.append(Leaf(hinge, bearing, sense, width, about, from_end, share))
     return found
@@ -57,12 +54,9 @@ class Shown:
             for number, (drawn, _) in enumerate(leaves, start=1):
                 _, bearing = opening.jamb(bool(drawn.from_end))
                 sense = 1 if drawn.turn > 0.0 else -1
-                for share in (1.0, 0.5):
-                    width = share * opening.width
-                    if NARROWEST_LEAF <= width <= WIDEST_LEAF:
-                        from_end = bool(drawn.from_end)
-                        leaf = Leaf(drawn.hinge, bearing, sense, width, about, from_end, share)
-                        found.append((number, leaf))
+                from_end, width = bool(drawn.from_end), drawn.share * opening.width
+                leaf = Leaf(drawn.hinge, bearing, sense, width, about, from_end, drawn.share)
+                found.append((number, leaf))
         return found
 
     @staticmethod
@@ -71,7 +65,9 @@ class Shown:
         cells, openings = Cells.about(plan, place.middle, place.radius + 0.3), place.openings
         between = [cells.in_doorway(opening) for opening in openings]
         filling = [
-            Drawn(None, 0.0, opening.start, cells.middles[inside]) if cells.fills(opening) else None
+            Drawn(None, 0.0, opening.start, 1.0, cells.middles[inside])
+            if cells.fills(opening)
+            else None
             for opening, inside in zip(openings, between, strict=True)
         ]
         leaves = [_leaves(cells, opening, place.walls) for opening in openings]
@@ -109,14 +105,20 @@ def backgrounds(place: Doorway, shown: Shown) -> tuple[Behind, dict[int, list[Be
 def _leaves(cells: Cells, opening: Opening, walls: list[WallLine]) -> list[tuple[Drawn, BoolArray]]:
     """Leaves of an opening that the map shows: the end of the hinge and the turn, and their cells."""
     found: list[tuple[Drawn, BoolArray]] = []
-    for from_end in (False, True):
+    for from_end, (share, width) in product((False, True), _widths(opening).items()):
         start, bearing = opening.jamb(from_end)
-        for hinge, turn in _drawn(cells, start, bearing, opening.width):
-            if any(wall.holds(hinge, bearing + turn, opening.width) for wall in walls):
+        for hinge, turn in _drawn(cells, start, bearing, width):
+            if any(wall.holds(hinge, bearing + turn, width) for wall in walls):
                 continue
-            leaf = cells.on_leaf(hinge, bearing + turn, opening.width)
-            found.append((Drawn(from_end, turn, hinge, cells.middles[leaf]), leaf))
+            leaf = cells.on_leaf(hinge, bearing + turn, width)
+            found.append((Drawn(from_end, turn, hinge, share, cells.middles[leaf]), leaf))
     return found
+
+
+def _widths(opening: Opening) -> dict[float, float]:
+    """The widths, m, that leaves of an opening may have, by the share of it that they close."""
+    widths = {share: share * opening.width for share in (1.0, 0.5)}
+    return {k: width for k, width in widths.items() if NARROWEST_LEAF <= width <= WIDEST_LEAF}
 
 
 def _without(

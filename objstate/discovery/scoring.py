@@ -81,6 +81,7 @@ class Drawn:
     from_end: bool | None  # where it is hinged; None: it fills the opening
     turn: float  # rad, from the closed leaf; to the left is positive
     hinge: FloatArray  # (2,) m, where it begins
+    share: float  # of the opening that it would close
     points: FloatArray = field(repr=False)  # (m, 2) m, middles of its cells
 
     def off(self, leaf: Leaf, angles: FloatArray) -> FloatArray:
@@ -115,8 +116,9 @@ class Behind:
         """Whether what was taken out may be a leaf."""
         if self.drawn is None:
             return False
-        from_end, turn = self.drawn.from_end, self.drawn.turn
-        return from_end is None or (from_end == leaf.from_end and leaf.sense * turn >= 0.0)
+        drawn = self.drawn
+        is_its = drawn.from_end == leaf.from_end and drawn.share == leaf.share
+        return drawn.from_end is None or (is_its and leaf.sense * drawn.turn >= 0.0)
 
     def log_map(self, leaf: Leaf, angles: FloatArray) -> FloatArray:
         """(a,) log-likelihood of the map, if the leaf stood at these angles while it was made."""
