@@ -112,23 +112,31 @@ def leaf_gain(
     ``leaves`` (m, 4) are its hinge, bearing and width; it is ``half`` m thick to either side.
     Without it (n,) is ``expected``.
     """
+    count = leaves.shape[0]
+    along_x, along_y = np.cos(leaves[:, 2]), np.sin(leaves[:, 2])
     for j in range(beams.shape[1]):
         ox, oy = beams[ORIGIN_X, j], beams[ORIGIN_Y, j]
         dx, dy = beams[DIRECTION_X, j], beams[DIRECTION_Y, j]
-        without = density(beams, j, expected[j], model)
-        for m in range(leaves.shape[0]):
-            ux, uy = np.cos(leaves[m, 2]), np.sin(leaves[m, 2])
+        nearest = min(expected[j], beams[PAST, j])
+        without = -1.0
+        for m in range(count):
+            ux, uy = along_x[m], along_y[m]
             ax, ay = leaves[m, 0] - ox, leaves[m, 1] - oy
+            aside, width = ax * dy - ay * dx, leaves[m, 3]
+            if abs(aside) > width + SOFT:
+                continue
             cross = dx * uy - dy * ux
             if abs(cross) < LEAST_CROSS:
                 continue
-            along = (ax * uy - ay * ux) / cross - half / abs(cross)
-            place = (ax * dy - ay * dx) / cross
-            if along <= 0.0 or along >= expected[j] or along >= beams[PAST, j]:
-                continue
-            met = min(place, leaves[m, 3] - place) * abs(cross) / SOFT + 0.5
+            place = aside / cross
+            met = min(place, width - place) * abs(cross) / SOFT + 0.5
             if met <= 0.0:
                 continue
+            along = (ax * uy - ay * ux) / cross - half / abs(cross)
+            if along <= 0.0 or along >= nearest:
+                continue
             met = min(met, 1.0)
+            if without < 0.0:
+                without = density(beams, j, expected[j], model)
             there = density(beams, j, along, model)
             out[m, group[j]] += np.log(met * there / without + 1.0 - met)
