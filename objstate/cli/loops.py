@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 
-from objstate.estimator import kernels as sight
 from objstate.grid import kernels as grid
 from objstate.habits import kernels as habits
 from objstate.localization import kernels as robot
@@ -28,6 +27,7 @@ from objstate.objects import kernels as lattice
 from objstate.objects import mixture_kernels as mixture
 from objstate.objects import sampling as furniture
 from objstate.particles import kernels as particles
+from objstate.sensing import circles as sight
 from objstate.sensing import front_to_back, likelihood, projection, surface_kernels
 from objstate.sensing import kernels as scans
 
@@ -43,7 +43,6 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
         (mixture.join, "f1 f1 f2 f1 f2 f3"),
         (exchange.evidence_under, "f1 f2 f3 b f f1 f"),
         (exchange.exchange, "f1 f1 f2 f3 f1 f1 f2 f3 f2 f2"),
-        (front_to_back.cast, "f2 f2 i1 f2 f1 i1 f1 f1 b1 i1 f2 i1 f1 f1 f1 f2"),
     ),
     (
         (mixture.condition, "beams shape noise f2 f1 f1 f2 f3 f1"),
@@ -51,6 +50,7 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
         (surface_kernels.meet, "f2 f2 i1 f2 f2 f1 i1"),
         (scans.take, "b1 i1 f2 i1 f1 f1"),
         (scans.stand, "f2 f2"),
+        (scans.stand_about, "f3 f3 f2"),
         (scans.hinged, "f f f f f2 f2"),
         (scans.short, "f1 f f f1"),
         (scans.total_log_likelihoods, "f2 f2 f2 f1 f2"),
@@ -63,7 +63,7 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
     ),
     (
         (projection.cast, "f2 f2 f2 i b1 i1 f2 i1 f1 f1 f1 f3"),
-        (likelihood.pose_log_likelihood, "f2 f2 f2 i1 i1 f2 i1 f1 b1 i1 f2 i1 f1 f1 f1 f1 f1"),
+        (likelihood.pose_log_likelihood, "f3 f2 walls near f3 scenery f2 b1 laser f1 f1 f2"),
         (search.by_cell, "f2 f i i"),
         (search.look_round, "f2 f2 f2 i1 i2 i2 f f f"),
     ),
@@ -86,7 +86,7 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
         (sight.within, "f2 f f f"),
         (sight.near, "f2 f f f f2 b1"),
         (sight.entries, "f2 f1 f f f2 f2 f1"),
-        (sight.seen, "f2 f1 f f f f2 f2 f1 b1 f1 f"),
+        (sight.seen, "f2 f1 f f f f2 f2 f1 b1 f1"),
     ),
     (
         (likelihood.object_log_likelihood, "f2 f2 f2 f2 i f2 i1 f2 f1 i1 f1 f1 f f f2 b1"),
@@ -162,10 +162,14 @@ def _records() -> dict[str, Any]:
     """The types of records of parameters, as examples of them have them."""
     from numba import typeof
 
-    line, rows = np.empty(1), np.empty((1, 2))
+    line, rows, whole = np.empty(1), np.empty((1, 2)), np.empty(1, dtype=np.int64)
     examples = {
         "beams": mixture.Beams(line, rows, rows, line, line, line),
         "shape": mixture.Shape(rows, rows, rows, np.empty((1, 2), dtype=np.int64), 1.0, line),
+        "walls": front_to_back.WallGroups(rows, whole, rows, line),
+        "near": front_to_back.NearGroups(rows, whole, whole, line),
+        "scenery": scans.Scenery(rows, whole, whole, rows, whole, line),
+        "laser": scans.Beams(whole, rows, whole, line, line),
         "noise": mixture.Noise(*(1.0,) * len(mixture.Noise._fields)),
     }
     return {name: typeof(each) for name, each in examples.items()}  # type: ignore[no-untyped-call]

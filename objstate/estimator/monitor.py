@@ -30,7 +30,6 @@ from objstate.localization import (
 from objstate.localization.anywhere import BLUR
 from objstate.localization.search import SAME
 from objstate.objects import ObjectBelief
-from objstate.particles import Weights
 from objstate.records import NANOSECONDS, Scan
 from objstate.sensing import Sensing
 
@@ -203,7 +202,8 @@ class Monitor:
         for moment in moments:
             log_likelihood = self._explained(moment.scan)
             there = compose(place, between(moments[-1].odometry, moment.odometry))
-            new, old = (log_likelihood(each[None], BLUR)[0] for each in (there, moment.followed))
+            both = np.array([[there], [moment.followed]])
+            new, old = log_likelihood(both, BLUR)[:, 0].tolist()
             gained.append(new - old)
         first = int(np.cumsum(gained[::-1])[::-1].argmax())
         last = moments[max(first - 1, 0)]
@@ -215,26 +215,17 @@ class Monitor:
         return Kept(dict(self._believed.marginals), self._robot.learnt)
 
     def _explained(self, scan: Scan) -> LogLikelihood:
-        """A function giving the tempered log p(o | l) (p,) of a scan for nearby poses.
+        """A function giving the tempered log p(o | l) of a scan for groups of nearby poses.
 
         Objects are averaged over their priors.
         """
-        anywhere = PoseBelief(np.zeros((1, 3)), Weights.uniform(1))
-        looked = Sight.of(scan, anywhere, self._sensing, self._believed.surroundings)
-        beams, priors = self._scenery.thinned(looked.valid), self._believed.priors
-        view = looked.view(beams)
+        beams = self._scenery.thinned(scan.valid)
+        view = self._sensing.view(scan, beams)
         view = view.take(np.ones(np.count_nonzero(beams), dtype=bool))  # these beams are all
-        tempering = self._settings.localization.tempering
+        tempering, around = self._settings.localization.tempering, self._scenery.around
 
         def log_likelihood(poses: FloatArray, blur: float) -> FloatArray:
-            sight = looked.by(PoseBelief(poses, Weights.uniform(len(poses))))
-            around = poses  # and their mean, around which objects are looked up
-            if len(poses) > 1:
-                around = np.concatenate([sight.robot.mean[None], poses])
-            walls = view.walls(around)
-            objects = self._scenery.objects(sight, beams, priors, walls[0].copy())
-            told = view.pose_log_likelihood(around, blur, objects, walls)
-            return tempering * told[-len(poses) :]
+            return tempering * view.nearby_log_likelihood(poses, blur, around)
 
         return log_likelihood
 

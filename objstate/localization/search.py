@@ -19,7 +19,7 @@ from objstate.records import Scan
 from objstate.sensing import Sensing
 
 LogLikelihood = Callable[[FloatArray, float], FloatArray]
-"""Tempered log p(o | l) (p,) of poses (p, 3), with ranges blurred by some m."""
+"""Tempered log p(o | l) (h, p) of poses (h, p, 3), each row close together; ranges blurred by m."""
 
 # poses that differ by more are different hypotheses
 APART = np.array([0.75, 0.75, np.radians(20.0)])
@@ -190,14 +190,15 @@ class Search:
         views = [explained(look.scan) for look in looks]
 
         def looked_up(k: int, poses: FloatArray, _: float) -> FloatArray:
-            log = tables[k].log_likelihood(looks[k].scan, model, beams, poses, np.zeros(3))
-            return tempering * log
+            flat = poses.reshape(-1, 3)
+            log = tables[k].log_likelihood(looks[k].scan, model, beams, flat, np.zeros(3))
+            return tempering * log.reshape(poses.shape[:2])
 
         def exact(k: int, poses: FloatArray, blur: float) -> FloatArray:
             return views[k](poses, blur)
 
         coarse, fine = (_Joint(looks, steps, tables[-1], each) for each in (looked_up, exact))
-        score = coarse.log_odds(found, 0.0)
+        score = coarse.log_odds(found[None], 0.0)[0]
         score[: len(known)] += score.max() - score.min()  # they aren't removed before refinement
         found = _distinct(found, score, HYPOTHESES + len(known))
         poses, score = _refined(found, fine.log_odds, rng)
@@ -208,12 +209,12 @@ class Search:
             is_followed = np.all(np.abs(_off(poses, latest.followed)) <= within, axis=1)
         for pose in poses[is_followed]:
             fine.refine(pose, FINEST)
-        log_odds = fine.log_odds(poses, FINEST)
+        log_odds = fine.log_odds(poses[:, None], FINEST)[:, 0]
         own = log_odds[is_followed].max(initial=0.0)
         outside = fine.outside(FINEST) - own
         log_odds -= own
         if self._last is not None:
-            gained = fine.gained(poses, FINEST, self._last.stamp_ns).sum(axis=0)
+            gained = fine.gained(poses[:, None], FINEST, self._last.stamp_ns).sum(axis=0)[:, 0]
             if is_followed.any():  # they follow the odometry like the others
                 gained -= gained[is_followed].max()
             carried = self._carried(self._last, poses) + gained
@@ -328,17 +329,18 @@ class _Joint:
         log_likelihood: Callable[[int, FloatArray, float], FloatArray],
     ) -> None:
         self._looks, self._steps, self._places = looks, np.array(steps), places
-        self._log_likelihood = log_likelihood  # of a keyframe, from poses (p, 3), with a blur in m
+        self._log_likelihood = log_likelihood  # of a keyframe, see ``LogLikelihood``
         self._own: dict[tuple[int, float], float] = {}
 
     def log_odds(self, poses: FloatArray, blur: float) -> FloatArray:
-        """Log odds (p,) of poses (p, 3) at the last keyframe."""
+        """Log odds (h, p) of poses (h, p, 3) at the last keyframe, each row close together."""
         looks, gained = self._looks, self.gained(poses, blur)
         since = gained[::-1].cumsum(axis=0)[::-1]
         if looks[-1].followed is None:
             cells = max(len(self._places.points), 1) * TURNS
             return np.asarray(since[0] - np.log(cells))
-        return np.asarray(np.logaddexp.reduce(self._priors(poses) + since, axis=0))
+        priors = self._priors(poses.reshape(-1, 3)).reshape(since.shape)
+        return np.asarray(np.logaddexp.reduce(priors + since, axis=0))
 
     @lazy
     def _priors(self) -> _Priors:
@@ -351,7 +353,7 @@ class _Joint:
     def refine(self, pose: FloatArray, blur: float) -> None:
         """Evaluate the followed place also at a pose (3,) that was refined as other places are."""
         for k, step in enumerate(self._steps):
-            refined = float(self._log_likelihood(k, compose(pose[None], step), blur)[0])
+            refined = float(self._log_likelihood(k, compose(pose, step)[None, None], blur)[0, 0])
             self._own[k, blur] = max(self._known(k, blur), refined)
 
     def outside(self, blur: float) -> float:
@@ -368,14 +370,14 @@ class _Joint:
         return float(np.logaddexp.reduce(prior + gained[::-1].cumsum()[::-1]))
 
     def gained(self, poses: FloatArray, blur: float, after_ns: int = -1) -> FloatArray:
-        """Log-likelihood ratios (k, p) of later keyframes: poses (p, 3) to the followed one."""
-        at = compose(poses, self._steps[:, None])  # (k, p, 3)
+        """Log-likelihood ratios (k, h, p) of later keyframes, of poses (h, p, 3) as above."""
+        at = compose(poses, self._steps[:, None, None])  # (k, h, p, 3)
         gained = [
             self._log_likelihood(k, at[k], blur) - self._known(k, blur)
             for k, look in enumerate(self._looks)
             if look.scan.stamp_ns > after_ns
         ]
-        return INDEPENDENCE * np.array(gained).reshape(-1, len(poses))
+        return INDEPENDENCE * np.array(gained).reshape(-1, *poses.shape[:2])
 
     def _driven_on(self, look: Look) -> FloatArray:
         """The pose (3,) that was followed at a keyframe, moved on to the last one."""
@@ -390,7 +392,7 @@ class _Joint:
             self._own[k, blur] = (
                 self._looks[k].chance
                 if followed is None
-                else float(self._log_likelihood(k, followed[None], blur)[0])
+                else float(self._log_likelihood(k, followed[None, None], blur)[0, 0])
             )
         return self._own[k, blur]
 
@@ -422,11 +424,13 @@ def _refined(
     for step in STEPS:
         off = rng.standard_normal((TRIES, 3)) * SPREAD * step
         off[0] = 0.0
-        for h in np.flatnonzero(score >= score.max() - HOPELESS):
-            blur = step * float(SPREAD[0]) / 2.0
-            found = joint(poses[h] + off, blur)
-            weights = np.exp(found - found.max())
-            ends = poses[h] + np.array([off[found.argmax()], weights @ off / weights.sum()])
-            told = found.max(), joint(ends[1:], blur)[0]
-            poses[h], score[h] = ends[int(told[1] > told[0])], max(told)
+        rows = np.flatnonzero(score >= score.max() - HOPELESS)
+        blur = step * float(SPREAD[0]) / 2.0
+        found = joint(poses[rows, None] + off, blur)
+        weights = np.exp(found - found.max(axis=1, keepdims=True))
+        mean = poses[rows] + weights @ off / weights.sum(axis=1, keepdims=True)
+        best, of_mean = found.max(axis=1), joint(mean[:, None], blur)[:, 0]
+        nearest = poses[rows] + off[found.argmax(axis=1)]
+        poses[rows] = np.where((of_mean > best)[:, None], mean, nearest)
+        score[rows] = np.maximum(of_mean, best)
     return poses, score

@@ -10,7 +10,7 @@ from it. Poses and placements are (4,): x, y, cosine and sine of the yaw.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -24,6 +24,7 @@ CENTRE_X, CENTRE_Y, SPREAD = range(3)
 X, Y, COS, SIN = range(4)
 PEAK, PER_SIGMA, RANDOM, MISSING, HIT, RANGE_MAX, GAUSSIAN, UNEXPECTED, LASTING = range(9)
 
+TURN = 2.0 * np.pi  # rad
 FLAT_BELL = 36.0  # exponent from which a Gaussian counts as flat: 2e-16 of its height
 DECADES = 150  # decades by which a product may change before it is checked
 # products are kept between these, so that one more density can't overflow
@@ -33,6 +34,27 @@ GRAZING = 0.1  # cosine of incidence below which a range has no information abou
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner_product = inner(nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
+
+
+class Beams(NamedTuple):
+    """Some beams of a scan and their readings."""
+
+    order: IntArray  # (n,) the beams by bearing
+    rows: FloatArray  # (7, n) in that order; (5, n) for a laser, without readings
+    lookup: IntArray  # (m + 1,) first beam at or after each of some even steps of the pseudo-angle
+    measured: FloatArray  # (n,) m
+    short: FloatArray  # (n,) densities of being stopped before the target
+
+
+class Scenery(NamedTuple):
+    """Objects that may each stand in several places."""
+
+    outlines: FloatArray  # (k, 4) segments of all objects in turn
+    outline_ends: IntArray  # (j,) where each object's segments end
+    rims: IntArray  # (j,) how many of each object's segments are its rim
+    placements: FloatArray  # (s, 4) of all objects in turn
+    placement_ends: IntArray  # (j,) where each object's placements end
+    shares: FloatArray  # (s,) their weights
 
 
 @_compile
@@ -73,6 +95,40 @@ def stand(poses: FloatArray, out: FloatArray) -> Any:
         left, bottom, right, top = min(left, x), min(bottom, y), max(right, x), max(top, y)
         out[p, X], out[p, Y], out[p, COS], out[p, SIN] = x, y, np.cos(yaw), np.sin(yaw)
     return left, bottom, right, top
+
+
+@_compile
+def stand_about(poses: FloatArray, out: FloatArray, stds: FloatArray) -> Any:
+    """Poses (h, p, 3) in h groups as the loops take them; the largest distance from a mean, m.
+
+    ``out`` (h, p + 1, 4) begins with each group's mean, unless it has one pose alone. ``stds``
+    (h, 2) are the deviations of position, m, and yaw, rad.
+    """
+    count, farthest = poses.shape[1], 0.0
+    first = out.shape[1] - count
+    for h in range(poses.shape[0]):
+        x, y, cos, sin = 0.0, 0.0, 0.0, 0.0
+        for p in range(count):
+            place, yaw = out[h, first + p], poses[h, p, 2]
+            place[X], place[Y] = poses[h, p, 0], poses[h, p, 1]
+            place[COS], place[SIN] = np.cos(yaw), np.sin(yaw)
+            x, y = x + place[X] / count, y + place[Y] / count
+            cos, sin = cos + place[COS], sin + place[SIN]
+        xx, xy, yy, turned = 0.0, 0.0, 0.0, 0.0
+        yaw = np.arctan2(sin, cos)
+        for p in range(count if count > 1 else 0):
+            dx, dy = poses[h, p, 0] - x, poses[h, p, 1] - y
+            turn = poses[h, p, 2] - yaw
+            turn -= TURN * np.floor((turn + np.pi) / TURN)
+            xx, xy, yy = xx + dx * dx / count, xy + dx * dy / count, yy + dy * dy / count
+            turned += turn * turn / count
+            farthest = max(farthest, np.hypot(dx, dy))
+        stds[h, 0] = np.sqrt(0.5 * (xx + yy) + np.hypot(0.5 * (xx - yy), xy))
+        stds[h, 1] = np.sqrt(turned)
+        if first > 0:
+            mean = out[h, 0]
+            mean[X], mean[Y], mean[COS], mean[SIN] = x, y, np.cos(yaw), np.sin(yaw)
+    return farthest
 
 
 @_inner

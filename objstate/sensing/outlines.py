@@ -17,6 +17,7 @@ from objstate.building.outline import outline
 from objstate.building.visible import visible
 from objstate.geometry import FloatArray, IntArray
 from objstate.sensing import kernels
+from objstate.sensing.kernels import Scenery
 from objstate.sensing.level import UncertainObject, flat, moves_in_plane
 from objstate.sensing.neighbourhood import Walls
 
@@ -68,17 +69,6 @@ class ObjectOutline:
     segments: FloatArray  # (k, 4)
     # number of first segments that form closed loops, clockwise, with all others inside
     rim: int = 0
-
-
-class Scenery(NamedTuple):
-    """Objects that may each stand in several places, as the kernels take them."""
-
-    outlines: FloatArray  # (k, 4) segments of all objects in turn
-    outline_ends: IntArray  # (j,) where each object's segments end
-    rims: IntArray  # (j,) how many of each object's segments are its rim
-    placements: FloatArray  # (s, 4) of all objects in turn
-    placement_ends: IntArray  # (j,) where each object's placements end
-    shares: FloatArray  # (s,) their weights
 
 
 class LevelOutlines:

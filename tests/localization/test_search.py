@@ -15,7 +15,7 @@ from objstate.geometry import FloatArray, compose, wrap
 from objstate.localization import Hypotheses, LogLikelihood, Look, Search, apart
 from objstate.localization.places import CLEARANCE, TURNS, Places
 from objstate.records import Rays, Scan
-from objstate.sensing import BeamModel, ExpectedRanges, Sensing
+from objstate.sensing import Around, BeamModel, ExpectedRanges, Sensing
 from tests.rooms import LASER_HEIGHT, block, building, fan, fence, observed, wall
 
 RAYS = fan(181, 1.5 * np.pi)
@@ -44,7 +44,7 @@ def searched(place: Building, pose: FloatArray, step: FloatArray, looks: int) ->
 
     def explained(scan: Scan) -> LogLikelihood:
         view = sensing.view(scan)
-        return lambda poses, blur: TEMPERING * view.pose_log_likelihood(poses, blur, [])
+        return lambda poses, blur: TEMPERING * view.nearby_log_likelihood(poses, blur, NONE)
 
     odometry = np.array([3.0, 1.0, -2.0])
     for _ in range(looks):
@@ -54,6 +54,7 @@ def searched(place: Building, pose: FloatArray, step: FloatArray, looks: int) ->
 
 
 MODEL = BeamModel(Settings().beam_model)
+NONE = Around((), np.empty((0, 3)))
 
 
 @pytest.mark.parametrize("x, y, yaw", [(1.0, -2.0, 0.4), (6.5, 1.0, 2.5), (3.0, 2.0, -1.6)])  # noqa: PT006
@@ -144,7 +145,7 @@ def test_where_walls_enclose_nothing_a_told_place_alone_is_held_against_scans(wa
 
     def explained(scan: Scan) -> LogLikelihood:
         view = sensing.view(scan)
-        return lambda poses, blur: TEMPERING * view.pose_log_likelihood(poses, blur, [])
+        return lambda poses, blur: TEMPERING * view.nearby_log_likelihood(poses, blur, NONE)
 
     scan = observed(expected, {}, pose, RAYS, rng)
     assert search.note(Look(scan, np.zeros(3)))
