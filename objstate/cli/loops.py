@@ -54,6 +54,7 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
         (scans.hinged, "f f f f f2 f2"),
         (scans.short, "f1 f f f1"),
         (scans.total_log_likelihoods, "f2 f2 f2 f1 f2"),
+        (scans.ranges_to, "i1 f2 f1 f1 f2 f2 f2"),
         (scans.share_explained, "b1 i1 f2 f1 f1 f1 f2 f2 f f"),
         (particles.normalize, "f1 f1 f1"),
         (particles.largest_step, "f1 f1 f f"),
@@ -62,7 +63,6 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
         (lattice.interval, "f1 f f f"),
     ),
     (
-        (projection.cast, "f2 f2 f2 i b1 i1 f2 i1 f1 f1 f1 f3"),
         (likelihood.pose_log_likelihood, "f3 f2 walls near f3 scenery f2 b1 laser f1 f1 f2"),
         (search.by_cell, "f2 f i i"),
         (search.look_round, "f2 f2 f2 i1 i2 i2 f f f"),
@@ -89,6 +89,7 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
         (sight.seen, "f2 f1 f f f f2 f2 f1 b1 f1"),
     ),
     (
+        (projection.cast, "f2 f2 f2 i b1 i1 f2 i1 f1 f1 f1 f3"),
         (likelihood.object_log_likelihood, "f2 f2 f2 f2 i f2 i1 f2 f1 i1 f1 f1 f f f2 b1"),
         (furniture.moments, "f2 f1 f i f1 f1 f1"),
         (likelihood.scan_log_likelihood, "f2 f1 f1 f1 f1 f1"),

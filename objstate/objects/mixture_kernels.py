@@ -138,7 +138,7 @@ def _cast(
         work.expected[i], work.side[i] = np.inf, -1
         if i == 0:
             _see_corners(beams, shape, tied, x, prior, placed, work)
-        left, right = _outermost(i, 0, work.corners.shape[0], work)
+        left, right = _outermost(i, np.int64(0), work.corners.shape[0], work)
         work.share[i] = 0.0
         if left < 0 or _surely_past(i, left, 1.0, work) or _surely_past(i, right, -1.0, work):
             continue
@@ -195,7 +195,7 @@ def _surely_past(i: int, corner: int, side: float, work: Work) -> Any:
 
 
 @_inner
-def _outermost(i: int, first: int, past: int, work: Work) -> Any:
+def _outermost(i: int, first: int | np.int64, past: int, work: Work) -> Any:
     """The outermost corners to a beam's left and right, of a part that begins at ``first``.
 
     Only corners before the beam; -1 for none.
@@ -480,10 +480,18 @@ def _step(mean: FloatArray, prior: FloatArray, x: FloatArray, pull: FloatArray, 
 
 @_inner
 def _settle(
-    mean: FloatArray, prior: FloatArray, x: FloatArray, pull: FloatArray, work: Work
+    mean: FloatArray,
+    prior: FloatArray,
+    x: FloatArray,
+    pull: FloatArray,
+    log_determinant: float,
+    work: Work,
 ) -> Any:
-    """Set mean and prior to the posterior, linearized at x = mean + prior pull; log evidence."""
-    log_determinant, gained, spent = _posterior(prior, work), 0.0, 0.0
+    """Set mean and prior to the posterior, linearized at x = mean + prior pull; log evidence.
+
+    ``work`` has the posterior covariance, and ``_posterior`` gave the logarithm of its determinant.
+    """
+    gained, spent = 0.0, 0.0
     for a in range(ERRORS):
         spent += pull[a] * (x[a] - mean[a])
     for a in range(ERRORS):
@@ -552,6 +560,19 @@ def _see_edges(
                     covariance[a, b] -= bend * step[a] * step[b]
 
 
+@_inner
+def _heaviest_first(weights: FloatArray) -> Any:
+    """The components by descending weights (c,); ``argsort`` takes longer to compile."""
+    order = np.empty(weights.shape[0], dtype=np.int64)
+    for c in range(weights.shape[0]):
+        k = c
+        while k > 0 and weights[order[k - 1]] < weights[c]:
+            order[k] = order[k - 1]
+            k -= 1
+        order[k] = c
+    return order
+
+
 @_compile
 def condition(
     beams: Beams,
@@ -595,7 +616,7 @@ def condition(
     x, pull, spread = np.empty(ERRORS), np.zeros(ERRORS), np.empty((ERRORS, ERRORS))
     _told(beams, noise, work)
     likeliest, first = -np.inf, -np.inf  # log posteriors, after and before refinement
-    for c in np.argsort(-weights):
+    for c in _heaviest_first(weights):
         mean, prior, wide = means[c], covariances[c], 0.0
         for a in range(ERRORS):
             x[a] = mean[a]
@@ -605,6 +626,7 @@ def condition(
         wide += tied[c] * prior[ZERO, ZERO]
         looks = 1 if wide < WIDE * noise.variance else MOST_LOOKS
         total, unrefined, hopeless, reach, placed = 0.0, 0.0, False, 0, (1.0, 0.0, 0.0, 0.0)
+        log_weight, log_determinant = math.log(weights[c]), 0.0
         for look in range(looks + 1):
             if look == looks:  # the evidence is computed without these errors
                 for a in range(ERRORS):
@@ -613,23 +635,25 @@ def condition(
             total, reach, placed = _linearize(
                 beams, shape, noise, placements[c], tied[c], x, prior, spread, work
             )
-            unrefined = total if look == 0 else unrefined
-            hopeless = look == 0 and math.log(weights[c]) + total < first - HOPELESS
+            now, unrefined = log_weight + total, total if look == 0 else unrefined
+            hopeless = (look == 0 and now < first - HOPELESS) or (
+                look == looks and now < likeliest - HOPELESS
+            )
             if hopeless:
                 break
+            log_determinant = _posterior(prior, work)
             if look < looks:
-                _posterior(prior, work)
                 _step(mean, prior, x, pull, work)
                 for a in range(ERRORS):
                     for b in range(ERRORS):
                         spread[a, b] = work.right[a, b]
-        first = max(first, math.log(weights[c]) + unrefined)
+        first = max(first, log_weight + unrefined)
         most = max(most, reach)
         log_evidence[c] = total
-        if hopeless or math.log(weights[c]) + total < likeliest - HOPELESS:
+        if hopeless:
             continue
-        log_evidence[c] += _settle(mean, prior, x, pull, work)
-        likeliest = max(likeliest, math.log(weights[c]) + log_evidence[c])
+        log_evidence[c] += _settle(mean, prior, x, pull, log_determinant, work)
+        likeliest = max(likeliest, log_weight + log_evidence[c])
         _see_edges(beams, shape, noise.independence, tied[c], x, mean, prior, placed, pull, work)
     return most
 

@@ -146,19 +146,21 @@ def walls_before(
     first, last = near.ends[place - 1] if place > 0 else 0, near.ends[place]
     for j in range(first, last + 1):
         is_over = j == last or near.distances[j] - off - margin > reached
-        k = end = 0
+        k = end = group = 0
         if not is_over:
             group = near.groups[j]
             k, end = walls.starts[group], walls.starts[group + 1]
-            if end - k > 1:
-                _seen_from(middle, fixed, walls.circles[group : group + 1], seen)
-                if _is_hidden(seen[0], margin + walls.radii[group], turned, beams, index, farthest):
-                    k = end
+            k -= end - k > 1  # where there are several, their circle comes first
         while k < end or (is_over and held > 0):
             if k < end:
-                _seen_from(middle, fixed, walls.segments[k : k + 1], seen)
-                if not _is_hidden(seen[0], margin, turned, beams, index, farthest):
-                    front[held] = walls.segments[k]
+                is_circle = k < walls.starts[group]
+                line = walls.circles[group] if is_circle else walls.segments[k]
+                around = margin + walls.radii[group] if is_circle else margin
+                _seen_from(middle, fixed, line.reshape(1, 4), seen)
+                if _is_hidden(seen[0], around, turned, beams, index, farthest):
+                    k = end if is_circle else k
+                elif not is_circle:
+                    front[held] = line
                     held += 1
                 k += 1
             if held == TOGETHER or is_over:
@@ -169,7 +171,7 @@ def walls_before(
                     turned,
                     fixed,
                     front[:held],
-                    0,
+                    np.int64(0),
                     beams,
                     index,
                     spread,

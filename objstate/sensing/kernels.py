@@ -224,6 +224,29 @@ def ends(
     return out
 
 
+@_inner
+def _met(
+    i: int,
+    beams: FloatArray,
+    sweep: FloatArray,
+    pose: FloatArray,
+    place: FloatArray,
+    outline: FloatArray,
+) -> Any:
+    """The range of sorted beam ``i`` to an outline (k, 4) at a place (4,), from a pose (4,)."""
+    x, y = sweep[CENTRE_X] + beams[ORIGIN_X, i], sweep[CENTRE_Y] + beams[ORIGIN_Y, i]
+    east = pose[X] + pose[COS] * x - pose[SIN] * y - place[X]
+    north = pose[Y] + pose[SIN] * x + pose[COS] * y - place[Y]
+    dx = pose[COS] * beams[DIRECTION_X, i] - pose[SIN] * beams[DIRECTION_Y, i]
+    dy = pose[SIN] * beams[DIRECTION_X, i] + pose[COS] * beams[DIRECTION_Y, i]
+    own_x, own_y = place[COS] * east + place[SIN] * north, place[COS] * north - place[SIN] * east
+    own_dx, own_dy = place[COS] * dx + place[SIN] * dy, place[COS] * dy - place[SIN] * dx
+    nearest = np.inf
+    for j in range(outline.shape[0]):
+        nearest = min(nearest, hit(own_x, own_y, own_dx, own_dy, outline[j]))
+    return nearest
+
+
 @_compile
 def share_explained(
     bears: BoolArray,
@@ -240,33 +263,37 @@ def share_explained(
     """Share of the beams reaching an object (n,) which read what is expected, within a margin.
 
     Expected is the smaller of the ``background`` (n,) and the range to an outline (k, 4) at
-    placements (s, 4), from a pose (3,). All ranges beyond ``range_max`` are equal. Sorted beam i is
+    placements (s, 4), from a pose (4,). All ranges beyond ``range_max`` are equal. Sorted beam i is
     ``order[i]`` of the scan, in whose order ``bears`` and ``background`` are.
     """
-    cos, sin = np.cos(pose[2]), np.sin(pose[2])
     bearing, explained = 0, 0
     for i in range(order.shape[0]):
         if not bears[order[i]]:
             continue
         bearing += 1
-        expected = background[order[i]]
-        x, y = sweep[CENTRE_X] + beams[ORIGIN_X, i], sweep[CENTRE_Y] + beams[ORIGIN_Y, i]
-        x, y = pose[0] + cos * x - sin * y, pose[1] + sin * x + cos * y
-        dx = cos * beams[DIRECTION_X, i] - sin * beams[DIRECTION_Y, i]
-        dy = sin * beams[DIRECTION_X, i] + cos * beams[DIRECTION_Y, i]
+        alone = np.inf
         for s in range(placements.shape[0]):
-            place_cos, place_sin = placements[s, COS], placements[s, SIN]
-            east, north = x - placements[s, X], y - placements[s, Y]
-            own_x, own_y = (
-                place_cos * east + place_sin * north,
-                place_cos * north - place_sin * east,
-            )
-            own_dx, own_dy = place_cos * dx + place_sin * dy, place_cos * dy - place_sin * dx
-            for j in range(outline.shape[0]):
-                expected = min(expected, hit(own_x, own_y, own_dx, own_dy, outline[j]))
+            alone = min(alone, _met(i, beams, sweep, pose, placements[s], outline))
+        expected = min(background[order[i]], alone)
         off = min(beams[MEASURED, i], range_max) - min(expected, range_max)
         explained += abs(off) <= margin
     return explained / bearing
+
+
+@_compile
+def ranges_to(
+    order: IntArray,
+    beams: FloatArray,
+    sweep: FloatArray,
+    pose: FloatArray,
+    placements: FloatArray,
+    outline: FloatArray,
+    out: FloatArray,
+) -> None:
+    """Ranges ``out`` (s, n) of an outline (k, 4) at placements (s, 4), from one pose (4,)."""
+    for s in range(placements.shape[0]):
+        for i in range(order.shape[0]):
+            out[s, order[i]] = _met(i, beams, sweep, pose, placements[s], outline)
 
 
 @_inner

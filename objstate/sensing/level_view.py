@@ -142,7 +142,7 @@ class LevelView:
             self._beams.order,
             self._beams.rows,
             self._sweep.centre,
-            pose,
+            self._outlines.stand(pose[None]).poses[0],
             np.ascontiguousarray(background),
             self._outlines.placements(name, states),
             self._outlines.of_object(name, self._sweep.height).segments,
@@ -242,6 +242,13 @@ class LevelView:
 
     def _cast(self, outline: ObjectOutline, placements: FloatArray, stand: Stand) -> FloatArray:
         """Ranges (p, s, n) m of an outline at placements (s, 4)."""
+        if len(stand.poses) == 1:  # a loop that is compiled at once
+            beams, found = self._beams, np.empty((len(placements), self._count))
+            order, rows, centre = beams.order, beams.rows, self._sweep.centre
+            kernels.ranges_to(
+                order, rows, centre, stand.poses[0], placements, outline.segments, found
+            )
+            return found[None]
 
         def ranges(abreast: FloatArray) -> FloatArray:
             found = np.empty((len(placements), self._count, len(abreast)))
