@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from objstate.compiling import inner, njit
+from objstate.compiling import called_with, inner, njit
 from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.linear import solve
 
@@ -37,6 +37,7 @@ def _wall_sums(
     return squares, count
 
 
+@called_with("f1 f2 i1 f f")
 @_compile
 def wall_sums(
     mean: FloatArray, covariance: FloatArray, columns: IntArray, prior: float, farthest: float
@@ -49,6 +50,7 @@ def wall_sums(
     return _wall_sums(mean, covariance, columns, prior, farthest)
 
 
+@called_with("f1 f2 f2 f1 f f f f f f i1 f f f")
 @_compile
 def drive(
     mean: FloatArray,
@@ -117,6 +119,7 @@ def drive(
         covariance[pieces[k], pieces[k]] += added
 
 
+@called_with("f2 f2 f1 f1 i f2 f2 f1 f1 f1")
 @_compile
 def leave(
     origins: FloatArray,
@@ -164,6 +167,7 @@ def leave(
         towards[i, 1] = sin_both * dx + cos_both * dy
 
 
+@called_with("i1 i1 f1 i i2 f1")
 @_compile
 def columns_of(
     numbers: IntArray,
@@ -189,6 +193,7 @@ def columns_of(
         offsets[i] = mean[own] if own >= 0 else 0.0
 
 
+@called_with("f2 i1 f1 f2 f2 f1 f1 f1 f2")
 @_compile
 def rows(
     normals: FloatArray,
@@ -228,6 +233,7 @@ def rows(
         out[i, OFFSET] = 1.0 / cosine
 
 
+@called_with("b1 f1 f1 f1 f2 i2 f1 f1 f2 f f f f f f f f f2 f1 f1 f1")
 @_compile
 def gather(
     used: BoolArray,
@@ -368,6 +374,7 @@ def _evidence_of_pose(  # noqa: PLR0912
     return independence * total - 0.5 * (pull + log_determinant)
 
 
+@called_with("b1 i f1 f1 f1 f2 i2 f1 f2 f f f f f f f f f1 f")
 @_compile
 def slipped(
     used: BoolArray,
@@ -421,6 +428,7 @@ def slipped(
     return 1.0 / (1.0 + math.exp(-min(max(log_odds, -50.0), 50.0)))
 
 
+@called_with("b1 f1 f1 i1 f2 f1 f f")
 @_compile
 def surely_met(
     used: BoolArray,
@@ -450,6 +458,7 @@ def surely_met(
                 used[i] = False
 
 
+@called_with("f1 f1 f1")
 @_compile
 def agreement(residuals: FloatArray, before: FloatArray, sums: FloatArray) -> None:
     """Add to ``sums`` (4,) the products of residuals (n,) with those ``before`` and neighbours.

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from objstate.compiling import inner, njit
+from objstate.compiling import called_with, inner, njit
 from objstate.geometry import FloatArray, IntArray
 from objstate.sensing.section_kernels import SLACK, hit
 
@@ -14,6 +14,7 @@ _compile = njit(nogil=True, error_model="numpy", fastmath={"contract", "nnan", "
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract", "nnan", "nsz"})
 
 
+@called_with("f2 f i i")
 @_compile
 def by_cell(segments: FloatArray, side: float, columns: int, rows: int) -> Any:
     """The segments (k, 4) that pass each cell of a grid.
@@ -82,6 +83,7 @@ def _distance(
     return nearest
 
 
+@called_with("f2 f2 f2 i1 i2 i2 f f f")
 @_compile
 def look_round(
     points: FloatArray,
@@ -177,6 +179,7 @@ def _cell(x: float, y: float, cells: IntArray, spacing: float) -> Any:
     return -1
 
 
+@called_with("f2 i2 f1 f f2 f2 f2 i1 f2 f1 f f1 f")
 @_compile
 def scores(
     poses: FloatArray,
@@ -233,6 +236,7 @@ def scores(
     return out
 
 
+@called_with("f2 f1 i2 f1 f f2 f2 f2 i1 f2 f1 f f1 f")
 @_compile
 def scores_all_round(
     points: FloatArray,

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from objstate.compiling import inner, njit
+from objstate.compiling import called_with, inner, njit
 from objstate.geometry import FloatArray
 from objstate.objects.mixture_kernels import ORIGIN, STATE, ZERO
 
@@ -50,6 +50,7 @@ def _factor_of_two(mean: FloatArray, covariance: FloatArray, prior: float, preci
     return log, a / determinant, b / determinant, d / determinant, pulled_x, pulled_y
 
 
+@called_with("f1 f2 f3 b f f1 f")
 @_compile
 def evidence_under(
     weights: FloatArray,
@@ -87,6 +88,7 @@ def evidence_under(
     return out
 
 
+@called_with("f1 f1 f2 f3 f1 f1 f2 f3 f2 f2")
 @_compile
 def exchange(
     resting: FloatArray,
@@ -207,6 +209,7 @@ def _scale(values: FloatArray, to: float) -> None:
         values[j] *= to / total
 
 
+@called_with("f2 f2 f2 f2 i f f b f f2 f2")
 @_compile
 def read_off(
     resting: FloatArray,

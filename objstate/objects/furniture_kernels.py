@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from objstate.compiling import inner, njit
+from objstate.compiling import called_with, inner, njit
 from objstate.geometry import BoolArray, FloatArray
 from objstate.objects.mixture_kernels import ERRORS, ROBOT
 from objstate.objects.sampling import alike, wrapped
@@ -66,6 +66,7 @@ def _blend(
     place[2] = wrapped(place[2] + share * off[YAW])
 
 
+@called_with("f f2 f2 f2 f1 f2 f2 f3")
 @_compile
 def arrive(
     weight: float,
@@ -102,6 +103,7 @@ def arrive(
         weights[c] = total
 
 
+@called_with("f2 f1 f2 f3 f1 i f1 f1")
 @_compile
 def densities(
     proposed: FloatArray,
@@ -132,6 +134,7 @@ def densities(
             out[p] += peak * math.exp(-0.5 * squared)
 
 
+@called_with("f1 f2 f2 f3 i f1 f")
 @_compile
 def merge(
     weights: FloatArray,
@@ -180,6 +183,7 @@ def merge(
             weights[i], weights[j] = total, 0.0
 
 
+@called_with("f2 f2 f2 f1 b1")
 @_compile
 def meeting(
     circles: FloatArray,

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from objstate.compiling import inner, njit
+from objstate.compiling import called_with, inner, njit
 from objstate.geometry import FloatArray, IntArray
 
 LEAST_EVIDENCE = 1e-250
@@ -129,6 +129,7 @@ def _moments(weights: FloatArray, first: float, cell: float, wraps: bool) -> Any
     return mean, np.sqrt(variance + cell * cell / 12.0)
 
 
+@called_with("f1 f f b")
 @_compile
 def moments(weights: FloatArray, first: float, cell: float, wraps: bool) -> Any:
     """``_moments``, for Python."""
@@ -199,6 +200,7 @@ def _moved(
     return gone
 
 
+@called_with("f1 f1 f f b f f f f1 f1 f1 f1")
 @_compile
 def predict(
     weights: FloatArray,
@@ -268,6 +270,7 @@ def _lay(chosen: IntArray, values: FloatArray, to: FloatArray) -> None:
     to[chosen[-1]] = values[-1]
 
 
+@called_with("f1 i1 f2 f1 f f b f1 f1")
 @_compile_sums
 def condition(
     prior: FloatArray,
@@ -331,12 +334,14 @@ def _interval(weights: FloatArray, first: float, cell: float, tail: float) -> An
     return lower, _quantile(weights, first, cell, 1.0 - tail)
 
 
+@called_with("f1 f f f")
 @_compile
 def interval(weights: FloatArray, first: float, cell: float, tail: float) -> Any:
     """``_interval``, for Python."""
     return _interval(weights, first, cell, tail)
 
 
+@called_with("f1 f i i")
 @_compile
 def worth_casting(weights: FloatArray, negligible: float, fine: int, coarse: int) -> Any:
     """Indices (m,) of the states to cast, by their weights (n,).

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from objstate.compiling import inner, njit
+from objstate.compiling import called_with, inner, njit, record
 from objstate.geometry import FloatArray, IntArray
 from objstate.linear import solve
 from objstate.sensing.surface_kernels import met
@@ -40,6 +40,7 @@ _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
 
 
+@record("beams", "f1 f2 f2 f1 f1 f1")
 class Beams(NamedTuple):
     """The beams that may meet an object, in the scan's order, from the robot's mean pose."""
 
@@ -51,6 +52,7 @@ class Beams(NamedTuple):
     blur: FloatArray  # (n,) m^2, the variance of the background
 
 
+@record("noise", "f f f f f f f f f f f f")
 class Noise(NamedTuple):
     """The beam model, given the expected range; see ``objstate.likelihood``."""
 
@@ -68,6 +70,7 @@ class Noise(NamedTuple):
     edge: float  # share of beams beside an edge that meet the neighbouring surface
 
 
+@record("shape", "f2 f2 f2 i2 f f1")
 class Shape(NamedTuple):
     """An object's outline at the laser's height, and how its state moves it."""
 
@@ -573,6 +576,7 @@ def _heaviest_first(weights: FloatArray) -> Any:
     return order
 
 
+@called_with("beams shape noise f2 f1 f1 f2 f3 f1")
 @_compile
 def condition(
     beams: Beams,
@@ -658,6 +662,7 @@ def condition(
     return most
 
 
+@called_with("f2 f3 f2 f2")
 @_compile
 def renew_robot(
     means: FloatArray, covariances: FloatArray, transfer: FloatArray, added: FloatArray
@@ -682,6 +687,7 @@ def renew_robot(
                     covariance[a, b] += moved[a, k] * transfer[b, k]
 
 
+@called_with("f1 f2 f3")
 @_compile
 def pooled(weights: FloatArray, means: FloatArray, covariances: FloatArray) -> Any:
     """Mean (7,) and covariance (7, 7) of a mixture of Gaussians with weights (c,) of sum one."""
@@ -699,6 +705,7 @@ def pooled(weights: FloatArray, means: FloatArray, covariances: FloatArray) -> A
     return mean, covariance
 
 
+@called_with("f1 f1 f2 f1 f2 f3")
 @_compile
 def join(
     arriving: FloatArray,

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from objstate.compiling import inner, njit
+from objstate.compiling import called_with, inner, njit
 from objstate.geometry import BoolArray, FloatArray
 
 SPREAD_SIGMAS = 3.0  # standard deviations within which samples of a belief lie
@@ -48,6 +48,7 @@ def entry(x: float, y: float, radius: float, dx: float, dy: float) -> Any:
     return max(along - half, 0.0) if enters else np.inf
 
 
+@called_with("f2 f f f")
 @_compile
 def within(circles: FloatArray, x: float, y: float, distance: float) -> Any:
     """Indices of the circles (m, 3), x, y and radius, within a distance of a place, and these."""
@@ -62,6 +63,7 @@ def within(circles: FloatArray, x: float, y: float, distance: float) -> Any:
     return found[:count], near
 
 
+@called_with("f2 f1 f f f2 f2 f1")
 @_compile
 def entries(
     circles: FloatArray,
@@ -88,6 +90,7 @@ def entries(
     return out
 
 
+@called_with("f2 f f f f2 b1")
 @_compile
 def near(
     circles: FloatArray,
@@ -118,6 +121,7 @@ def near(
     return found[0, :count], found[1, :some], enters
 
 
+@called_with("f2 f1 f f f f2 f2 f1 b1 f1")
 @_compile
 def seen(
     circles: FloatArray,
@@ -156,6 +160,7 @@ def seen(
     return found[:count]
 
 
+@called_with("b1 i")
 @_compile
 def evenly_spread(beams: BoolArray, most: int) -> Any:
     """At most ``most`` of the chosen beams (n,), evenly spread among them."""

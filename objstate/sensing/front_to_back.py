@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from objstate.compiling import inner
+from objstate.compiling import inner, record
 from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.sensing.kernels import COS, SIN, X, Y
 from objstate.sensing.projection import (
@@ -92,6 +92,7 @@ def _is_hidden(
     return True
 
 
+@record("walls", "f2 i1 f2 f1")
 class WallGroups(NamedTuple):
     """Wall segments in groups of neighbours, each within a circle."""
 
@@ -101,6 +102,7 @@ class WallGroups(NamedTuple):
     radii: FloatArray  # (g,) m
 
 
+@record("near", "f2 i1 i1 f1")
 class NearGroups(NamedTuple):
     """The groups of walls near some places, one place after the other, the nearest first."""
 

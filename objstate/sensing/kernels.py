@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from objstate.compiling import inner, njit
+from objstate.compiling import called_with, inner, njit, record
 from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.sensing.beam_model import LEAST_DENSITY
 from objstate.sensing.section_kernels import hit
@@ -36,6 +36,7 @@ _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner_product = inner(nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
 
 
+@record("laser", "i1 f2 i1 f1 f1")
 class Beams(NamedTuple):
     """Some beams of a scan and their readings."""
 
@@ -46,6 +47,7 @@ class Beams(NamedTuple):
     short: FloatArray  # (n,) densities of being stopped before the target
 
 
+@record("scenery", "f2 i1 i1 f2 i1 f1")
 class Scenery(NamedTuple):
     """Objects that may each stand in several places."""
 
@@ -57,6 +59,7 @@ class Scenery(NamedTuple):
     shares: FloatArray  # (s,) their weights
 
 
+@called_with("f2 f f2")
 @_compile
 def with_trigonometry(poses: FloatArray, home: float, out: FloatArray) -> None:
     """Poses (n, 3) as the loops take them, ``out`` (n, 4), with yaws relative to ``home``."""
@@ -70,6 +73,7 @@ def with_trigonometry(poses: FloatArray, home: float, out: FloatArray) -> None:
         )
 
 
+@called_with("f f f f f2 f2")
 @_compile
 def hinged(
     x: float, y: float, direction: float, home: float, states: FloatArray, out: FloatArray
@@ -83,6 +87,7 @@ def hinged(
         out[k, X], out[k, Y], out[k, COS], out[k, SIN] = x, y, np.cos(turn), np.sin(turn)
 
 
+@called_with("f2 f2")
 @_compile
 def stand(poses: FloatArray, out: FloatArray) -> Any:
     """Left, bottom, right and top, m, of the positions of poses (n, 3).
@@ -97,6 +102,7 @@ def stand(poses: FloatArray, out: FloatArray) -> Any:
     return left, bottom, right, top
 
 
+@called_with("f3 f3 f2")
 @_compile
 def stand_about(poses: FloatArray, out: FloatArray, stds: FloatArray) -> Any:
     """Poses (h, p, 3) in h groups as the loops take them; the largest distance from a mean, m.
@@ -169,6 +175,7 @@ def taken(
     return some, beams, lookup
 
 
+@called_with("b1 i1 f2 i1 f1 f1")
 @_compile
 def take(
     chosen: BoolArray,
@@ -182,6 +189,7 @@ def take(
     return taken(chosen, order, rows, index, measured, short)
 
 
+@called_with("f1 f f f1")
 @_compile
 def short(measured: FloatArray, rate: float, peak: float, out: FloatArray) -> None:
     """Densities ``out`` (n,) of being stopped at ``measured`` (n,): ``peak`` exp(-rate d).
@@ -193,6 +201,7 @@ def short(measured: FloatArray, rate: float, peak: float, out: FloatArray) -> No
         out[i] = peak * np.exp(-rate * stopped)
 
 
+@called_with("f1 f f f1")
 @_compile
 def lasting(measured: FloatArray, std: float, peak: float, out: FloatArray) -> None:
     """Densities ``out`` (n,) of ranges that continue the previous one ``measured`` (n,).
@@ -205,6 +214,7 @@ def lasting(measured: FloatArray, std: float, peak: float, out: FloatArray) -> N
         out[j] = peak * np.exp(-0.5 * off * off) if np.isfinite(off) else 0.0
 
 
+@called_with("i1 f2 f1 f f1")
 @_compile
 def ends(
     order: IntArray, beams: FloatArray, sweep: FloatArray, height: float, pose: FloatArray
@@ -247,6 +257,7 @@ def _met(
     return nearest
 
 
+@called_with("b1 i1 f2 f1 f1 f1 f2 f2 f f")
 @_compile
 def share_explained(
     bears: BoolArray,
@@ -280,6 +291,7 @@ def share_explained(
     return explained / bearing
 
 
+@called_with("i1 f2 f1 f1 f2 f2 f2")
 @_compile
 def ranges_to(
     order: IntArray,
@@ -399,6 +411,7 @@ def _product(factors: FloatArray) -> Any:
     return product
 
 
+@called_with("f2 f2 f2 f1 f2")
 @_compile
 def total_log_likelihoods(
     measured: FloatArray,

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from objstate.compiling import inner, njit
+from objstate.compiling import called_with, inner, njit
 from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.sensing.circles import SPREAD_SIGMAS, comes_within, entry, seen_from
 from objstate.sensing.front_to_back import NearGroups, WallGroups, walls_before
@@ -248,6 +248,7 @@ def _average(
             change[p] += 0.5 * (pulled * pulled * variance / surely - np.log(surely))
 
 
+@called_with("f2 f1 f1 f1 f1 f1")
 @_compile
 def scan_log_likelihood(
     expected: FloatArray,
@@ -273,6 +274,7 @@ def scan_log_likelihood(
     _flush(free, out)
 
 
+@called_with("f2 f2 f2 f2 i f2 i1 f2 f1 i1 f1 f1 f f f2 b1")
 @_compile
 def object_log_likelihood(
     poses: FloatArray,
@@ -472,6 +474,7 @@ def _get_walls(expected: FloatArray, order: IntArray, ranges: FloatArray) -> Non
             ranges[i, p] = expected[order[i], p]
 
 
+@called_with("f3 f2 walls near f3 scenery f2 b1 laser f1 f1 f2")
 @_compile
 def pose_log_likelihood(
     poses: FloatArray,

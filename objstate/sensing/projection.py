@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from objstate.compiling import inner, njit
+from objstate.compiling import called_with, inner, njit
 from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.sensing.kernels import (
     BEARING,
@@ -226,7 +226,7 @@ def _is_behind(segment: FloatArray, margin: float) -> Any:
 
 
 @_inner
-def _is_outside(seen: FloatArray, rim: int, margin: float) -> Any:
+def _is_outside(seen: FloatArray, rim: int | np.int64, margin: float) -> Any:
     """Whether a margin around the origin is outside of the closed loops ``seen[:rim]`` (k, 4)."""
     turns = 0  # winding number of the loops about the origin
     for j in range(rim):
@@ -331,6 +331,7 @@ def untouched(nearest: FloatArray, is_touched: BoolArray) -> None:
             nearest[i, p] = np.inf
 
 
+@called_with("f2 f2 f2 i b1 i1 f2 i1 f1 f1 f1 f3")
 @_compile
 def cast(
     poses: FloatArray,
