@@ -13,20 +13,19 @@ from itertools import chain
 from typing import Any
 
 from objstate.compiling import types_of
-from objstate.grid import kernels as grid
+from objstate.grid import rasters as grid
 from objstate.habits import kernels as habits
-from objstate.localization import kernels as robot
-from objstate.localization import pose_kernels as pose
-from objstate.localization import search_kernels as search
+from objstate.localization import pose_update as pose
+from objstate.localization import samples as robot
+from objstate.localization import tables as search
+from objstate.objects import components, lattice
 from objstate.objects import exchange_kernels as exchange
-from objstate.objects import furniture_kernels as components
-from objstate.objects import kernels as lattice
 from objstate.objects import mixture_kernels as mixture
 from objstate.objects import sampling as furniture
-from objstate.particles import kernels as particles
+from objstate.particles import reweighting as particles
 from objstate.sensing import circles as sight
-from objstate.sensing import kernels as scans
-from objstate.sensing import likelihood, projection, surface_kernels
+from objstate.sensing import likelihood, pieces, projection
+from objstate.sensing import sweeps as scans
 
 Part = tuple[Any, ...]  # loops
 
@@ -53,7 +52,7 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
     (
         mixture.condition,
         exchange.read_off,
-        surface_kernels.meet,
+        pieces.meet,
         scans.take,
         scans.stand,
         scans.stand_about,

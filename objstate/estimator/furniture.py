@@ -28,10 +28,10 @@ from objstate.objects.proposals import TracedOutline
 from objstate.particles import Weights, systematic
 
 if TYPE_CHECKING:
-    from objstate.objects import furniture_kernels
+    from objstate.objects import components
     from objstate.objects import mixture_kernels as kernels
 else:
-    furniture_kernels = Later("objstate.objects.furniture_kernels")
+    components = Later("objstate.objects.components")
     kernels = Later("objstate.objects.mixture_kernels")
 
 TRIED = 400  # states that are tried, of which some are proposed
@@ -154,7 +154,7 @@ class Furniture:
 def _meeting(mixture: FurnitureMixture, vantage: Vantage, until: FloatArray) -> BoolArray:
     """Which beams (n,) enter the circle of some component before ranges (n,) m."""
     out = np.empty(len(until), dtype=bool)
-    furniture_kernels.meeting(mixture.circles(), vantage.origins, vantage.directions, until, out)
+    components.meeting(mixture.circles(), vantage.origins, vantage.directions, until, out)
     return out
 
 

@@ -25,9 +25,9 @@ from objstate.records import Scan
 from objstate.sensing.surfaces import Surfaces
 
 if TYPE_CHECKING:
-    from objstate.localization import pose_kernels as kernels
+    from objstate.localization import pose_update
 else:
-    kernels = Later("objstate.localization.pose_kernels")
+    pose_update = Later("objstate.localization.pose_update")
 
 POSE = 3
 FRAME = slice(3, 5)  # local shift of the whole model: x, y
@@ -185,7 +185,7 @@ class PoseFilter:
         self._since += seconds
         starts = -math.expm1(-self._slip_rate * seconds)
         self._slips = starts + (math.exp(-seconds / SLIP_S) - starts) * self._slips
-        kernels.drive(
+        pose_update.drive(
             self._mean,
             self._covariance,
             self._clones.cross,
@@ -282,7 +282,7 @@ class PoseFilter:
             self._mean[:POSE] += off
         seen, used = self._meet(scan, surfaces), scan.valid.copy()
         within = np.minimum(most, scan.range_max)
-        kernels.surely_met(
+        pose_update.surely_met(
             used, scan.ranges, seen.ranges, seen.numbers, seen.row, within, EDGE, GRAZING
         )
         if not used.any():
@@ -296,7 +296,7 @@ class PoseFilter:
         slipping = (np.array(SLIPPING) * min(self._since, 1.0)) ** 2
         if about is None and self._slips > 0.0:
             columns, offsets = self._columns(scan, seen.numbers)
-            self._slips = kernels.slipped(
+            self._slips = pose_update.slipped(
                 used,
                 EVERY,
                 scan.ranges,
@@ -341,8 +341,8 @@ class PoseFilter:
         origins, directions, pose, laser, moving = self._beams_of(scan)
         ranges, numbers = surfaces.meet(origins, directions, scan.range_max)
         ranges += self._mean[self._laser(scan.laser) + BIAS]
-        row = np.empty((len(scan), kernels.COLUMNS))
-        kernels.rows(
+        row = np.empty((len(scan), pose_update.COLUMNS))
+        pose_update.rows(
             surfaces.normals,
             numbers,
             ranges,
@@ -374,7 +374,7 @@ class PoseFilter:
         count = len(off)
         information, gradient = np.zeros((count, count)), np.zeros(count)
         sums, residuals = np.zeros(5), np.empty(len(scan))
-        kernels.gather(
+        pose_update.gather(
             used,
             scan.ranges,
             seen.ranges,
@@ -415,7 +415,7 @@ class PoseFilter:
             np.empty((count, 2)), np.empty((count, 2)), np.empty(3), np.empty(2), np.empty(3)
         )
         first = self._laser(scan.laser)
-        kernels.leave(
+        pose_update.leave(
             np.ascontiguousarray(rays.origins),
             np.ascontiguousarray(rays.directions),
             self._mean,
@@ -492,7 +492,7 @@ class PoseFilter:
     def _offs_of(self, columns: IntArray) -> tuple[float, float]:
         """Such sums for the pieces in some columns (k,)."""
         first, known = self._first_walls
-        sums: tuple[float, float] = kernels.wall_sums(
+        sums: tuple[float, float] = pose_update.wall_sums(
             self._mean, self._covariance, columns, first / known, FARTHEST
         )
         return sums
@@ -505,11 +505,11 @@ class PoseFilter:
 
     def _columns(self, scan: Scan, numbers: IntArray) -> tuple[IntArray, FloatArray]:
         """The state's columns (n, 11) that each beam depends on, and its wall's offset (n,)."""
-        columns = np.empty((len(numbers), kernels.COLUMNS), dtype=np.int64)
+        columns = np.empty((len(numbers), pose_update.COLUMNS), dtype=np.int64)
         offsets = np.empty(len(numbers))
         table = self._tables[float(scan.rays.origins[0, 2])]
         first = self._laser(scan.laser)
-        kernels.columns_of(numbers, table, self._mean, first, columns, offsets)
+        pose_update.columns_of(numbers, table, self._mean, first, columns, offsets)
         return columns, offsets
 
     def _shares(self, range_max: float) -> tuple[float, float, float]:
@@ -524,7 +524,7 @@ class PoseFilter:
         found, residuals = np.concatenate([taken.sums, np.zeros(4)]), taken.residuals
         before = self._residuals.get(laser)
         if before is not None and len(before) == len(residuals):
-            kernels.agreement(residuals, before, found[5:])
+            pose_update.agreement(residuals, before, found[5:])
         self._residuals[laser] = residuals
         total = self._noise.get(laser, np.zeros(9)) + found
         self._known_noise.pop(laser, None)

@@ -21,12 +21,12 @@ from objstate.records import Estimate
 from objstate.sensing import UncertainObject
 
 if TYPE_CHECKING:
-    from objstate.objects import kernels, sampling
+    from objstate.objects import lattice, sampling
     from objstate.objects.door_posterior import DoorPosterior
     from objstate.objects.furniture_mixture import FurnitureMixture
     from objstate.objects.steps import Past
 else:
-    kernels = Later("objstate.objects.kernels")
+    lattice = Later("objstate.objects.lattice")
     sampling = Later("objstate.objects.sampling")
 
 CENTRAL = 0.9  # probability between lower and upper
@@ -131,7 +131,7 @@ class ObjectBelief:
     def _moments(self) -> tuple[FloatArray, FloatArray]:
         """Mean (d,) and standard deviations (d,)."""
         if self.item.kind is not Kind.PLANAR:
-            mean, std = kernels.moments(self.weights.values, *self.lattice)
+            mean, std = lattice.moments(self.weights.values, *self.lattice)
             return np.array([mean]), np.array([std])
         middle, off, symmetry = np.empty(3), np.empty(3), self.item.symmetry
         home = float(self.item.home[2])
@@ -203,7 +203,7 @@ class ObjectBelief:
 
     def _interval_on_line(self, tail: float) -> tuple[FloatArray, FloatArray]:
         return within_limits(
-            self.item, *kernels.interval(self.weights.values, *self.lattice[:2], tail)
+            self.item, *lattice.interval(self.weights.values, *self.lattice[:2], tail)
         )
 
     def _quantiles(self, coordinate: int, shares: FloatArray) -> FloatArray:

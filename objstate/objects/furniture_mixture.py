@@ -28,12 +28,12 @@ from objstate.objects.shape import shape_of
 from objstate.particles import Weights, evenly
 
 if TYPE_CHECKING:
-    from objstate.objects import furniture_kernels
+    from objstate.objects import components
     from objstate.objects import mixture_kernels as kernels
     from objstate.objects.mixture_kernels import Beams, Noise, Shape
 else:
     kernels = Later("objstate.objects.mixture_kernels")
-    furniture_kernels = Later("objstate.objects.furniture_kernels")
+    components = Later("objstate.objects.components")
 
 SECONDS_PER_HOUR = 3600.0
 OF_PRIOR, NEARBY = 64, 16  # number of cells
@@ -218,7 +218,7 @@ class FurnitureMixture:
         robots, first = np.ascontiguousarray(means[:, :3]), 1
         for cells, covariance in (piece.cells, piece.nearby(self.best)):
             part = slice(first, first + len(cells))
-            furniture_kernels.arrive(
+            components.arrive(
                 0.5 * moved * there / len(cells),
                 cells,
                 covariance,
@@ -242,7 +242,7 @@ class FurnitureMixture:
     ) -> FloatArray:
         """Density (p,) at places (p, 3) of components wider than ``std`` (3,), or of a part of them."""
         symmetry, out = self.piece.item.symmetry, np.empty(len(places))
-        furniture_kernels.densities(
+        components.densities(
             np.ascontiguousarray(places),
             self.weights[part],
             self.places[part],
@@ -370,7 +370,7 @@ class Conditioned(NamedTuple):
         modes = [each for each in (~is_moving, is_moving) if each.any()]
         for mode in modes:
             own = weights * mode
-            furniture_kernels.merge(
+            components.merge(
                 own, places, robots, covariances, symmetry.order, symmetry.centre, LEAST
             )
             weights[mode] = own[mode]

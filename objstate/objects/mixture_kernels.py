@@ -17,7 +17,7 @@ import numpy as np
 from objstate.compiling import called_with, inner, njit, record
 from objstate.geometry import FloatArray, IntArray
 from objstate.linear import solve
-from objstate.sensing.surface_kernels import met
+from objstate.sensing.pieces import met
 
 ERRORS = 7  # robot x, y, yaw; state; origin x, y; zero of the state
 ROBOT = 3  # the first of these

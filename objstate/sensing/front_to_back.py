@@ -4,7 +4,7 @@ A building has thousands of wall segments, of which a laser sees a few dozen. Se
 in the order of their distance. A segment that lies, from all poses, behind what every beam that may
 meet it has hit can't change any range. It is skipped after a few operations whose number doesn't
 depend on that of the poses. So the ranges are exactly those of all segments. Beams, poses and
-outlines are as in ``kernels``.
+outlines are as in ``sweeps``.
 """
 
 from __future__ import annotations
@@ -15,7 +15,6 @@ import numpy as np
 
 from objstate.compiling import inner, record
 from objstate.geometry import BoolArray, FloatArray, IntArray
-from objstate.sensing.kernels import COS, SIN, X, Y
 from objstate.sensing.projection import (
     SLACK,
     _bearing,
@@ -26,6 +25,7 @@ from objstate.sensing.projection import (
     pseudo_angle,
     untouched,
 )
+from objstate.sensing.sweeps import COS, SIN, X, Y
 
 TOGETHER = 16  # segments that are projected at a time
 

@@ -10,12 +10,12 @@ import numpy as np
 from objstate.geometry import BoolArray, FloatArray
 from objstate.lazy import lazy
 from objstate.records import Scan
-from objstate.sensing import kernels, likelihood, projection
+from objstate.sensing import likelihood, projection, sweeps
 from objstate.sensing.beam_model import BeamModel
 from objstate.sensing.front_to_back import NearGroups
-from objstate.sensing.kernels import Beams, Scenery
 from objstate.sensing.level import Sweep, UncertainObject
 from objstate.sensing.outlines import SPREAD, LevelOutlines, ObjectOutline, Stand
+from objstate.sensing.sweeps import Beams, Scenery
 from objstate.sensing.view import EXPLAINED_SIGMAS, Around, Comparison
 
 # no walls to cast; no objects; objects without a choice
@@ -51,7 +51,7 @@ class LevelView:
         self._chosen = chosen  # (n,) of those
         self._beam_model = beam_model
         self._parameters = parameters  # (9,) the beam model as the kernels take it
-        self._range_max = float(parameters[kernels.RANGE_MAX])
+        self._range_max = float(parameters[sweeps.RANGE_MAX])
 
     @staticmethod
     def of(
@@ -77,7 +77,7 @@ class LevelView:
     def _beams(self) -> Beams:
         """The beams of this view."""
         among, chosen = self._among, self._chosen
-        order, rows, lookup = kernels.take(chosen, *among)
+        order, rows, lookup = sweeps.take(chosen, *among)
         return Beams(order, rows, lookup, among.measured[chosen], among.short[chosen])
 
     def walls(self, poses: FloatArray) -> FloatArray:
@@ -137,7 +137,7 @@ class LevelView:
         background: FloatArray,
         bears: BoolArray,
     ) -> float:
-        share = kernels.share_explained(
+        share = sweeps.share_explained(
             bears,
             self._beams.order,
             self._beams.rows,
@@ -155,7 +155,7 @@ class LevelView:
         margin = EXPLAINED_SIGMAS * self._beam_model.sigma_hit
         (stand,) = self._outlines.stand(pose[None]).poses
         beams, sweep = self._beams, self._sweep
-        ends = kernels.ends(beams.order, beams.rows, sweep.centre, sweep.height, stand)
+        ends = sweeps.ends(beams.order, beams.rows, sweep.centre, sweep.height, stand)
         return np.asarray(ends[beams.measured < expected - margin])
 
     def log_likelihood(self, expected: FloatArray) -> FloatArray:
@@ -192,7 +192,7 @@ class LevelView:
         groups, size = poses.shape[:2]
         model = self._beam_model.blurred(blur).parameters(self._range_max)
         abreast, stds = np.empty((groups, size + (size > 1), 4)), np.empty((groups, 2))
-        spread = kernels.stand_about(poses, abreast, stds)
+        spread = sweeps.stand_about(poses, abreast, stds)
         found = np.empty(abreast.shape[:2])
         self._weigh(
             abreast,
@@ -245,7 +245,7 @@ class LevelView:
         if len(stand.poses) == 1:  # a loop that is compiled at once
             beams, found = self._beams, np.empty((len(placements), self._count))
             order, rows, centre = beams.order, beams.rows, self._sweep.centre
-            kernels.ranges_to(
+            sweeps.ranges_to(
                 order, rows, centre, stand.poses[0], placements, outline.segments, found
             )
             return found[None]

@@ -2,7 +2,7 @@
 
 As in ``projection``, poses run along the last axis of every array here, and the loops over them
 hold one statement each, so that the processor handles several poses at a time. Beams, poses,
-placements and outlines are as in ``kernels``.
+placements and outlines are as in ``sweeps``.
 """
 
 from __future__ import annotations
@@ -15,7 +15,9 @@ from objstate.compiling import called_with, inner, njit
 from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.sensing.circles import SPREAD_SIGMAS, comes_within, entry, seen_from
 from objstate.sensing.front_to_back import NearGroups, WallGroups, walls_before
-from objstate.sensing.kernels import (
+from objstate.sensing.projection import SPARE, project, stands, strays, untouched
+from objstate.sensing.runs import fared, half_precision, hit, hit_density, look_past, step, told
+from objstate.sensing.sweeps import (
     CENTRE_X,
     CENTRE_Y,
     COS,
@@ -45,8 +47,6 @@ from objstate.sensing.kernels import (
     floor_of,
     taken,
 )
-from objstate.sensing.projection import SPARE, project, stands, strays, untouched
-from objstate.sensing.runs import fared, half_precision, hit, hit_density, look_past, step, told
 
 SCALE, LOG_SCALE = 10.0**DECADES, DECADES * np.log(10.0)
 # a range that is shorter than expected by more sigmas was stopped by something else

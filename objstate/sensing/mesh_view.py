@@ -17,9 +17,9 @@ from objstate.sensing.level import UncertainObject
 from objstate.sensing.view import EXPLAINED_SIGMAS, Around, Comparison, agree
 
 if TYPE_CHECKING:
-    from objstate.sensing import circles, kernels
+    from objstate.sensing import circles, sweeps
 else:
-    circles, kernels = Later("objstate.sensing.circles"), Later("objstate.sensing.kernels")
+    circles, sweeps = Later("objstate.sensing.circles"), Later("objstate.sensing.sweeps")
 
 
 class MeshView:
@@ -97,7 +97,7 @@ class MeshView:
     def nearby_log_likelihood(self, poses: FloatArray, blur: float, around: Around) -> FloatArray:
         groups, size = poses.shape[:2]
         abreast, stds = np.empty((groups, size + (size > 1), 4)), np.empty((groups, 2))
-        kernels.stand_about(poses, abreast, stds)
+        sweeps.stand_about(poses, abreast, stds)
         every, out = np.ones(len(self._measured), dtype=bool), np.empty((groups, size))
         (directions, level), origins = self._rays.courses, self._rays.origins
         for h, (x, y, cos, sin) in enumerate(abreast[:, 0].tolist()):
@@ -136,7 +136,7 @@ class MeshView:
             told = touched & np.isfinite(self._measured)
             np.subtract(self._measured, alone, out=off, where=told)
             cosine = self._cosines(poses, comparison.normals)
-            told &= np.abs(cosine) > kernels.GRAZING
+            told &= np.abs(cosine) > sweeps.GRAZING
             per_shift = np.divide(1.0, cosine, out=np.zeros_like(cosine), where=told)
             pull = (share * per_shift * off).sum(axis=2)
             hold = (share * per_shift**2).sum(axis=2)

@@ -5,7 +5,7 @@ the work for a scan grows with its beams, not with beams times segments. Robot s
 together, so that an outline covers about the same beams from all of them. Poses therefore run along
 the last axis of every array here, and the loops over them are short and without branches: the
 processor handles several poses at a time. Beams, poses, placements and outlines are as in
-``kernels``.
+``sweeps``.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 
 from objstate.compiling import called_with, inner, njit
 from objstate.geometry import BoolArray, FloatArray, IntArray
-from objstate.sensing.kernels import (
+from objstate.sensing.sweeps import (
     BEARING,
     CENTRE_X,
     CENTRE_Y,

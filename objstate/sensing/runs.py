@@ -14,7 +14,7 @@ import numpy as np
 
 from objstate.compiling import inner
 from objstate.geometry import FloatArray
-from objstate.sensing.kernels import (
+from objstate.sensing.sweeps import (
     GAUSSIAN,
     HIT,
     LASTING,

@@ -17,7 +17,7 @@ import numpy as np
 from objstate.compiling import called_with, inner, njit, record
 from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.sensing.beam_model import LEAST_DENSITY
-from objstate.sensing.section_kernels import hit
+from objstate.sensing.segments import hit
 
 BEARING, DIRECTION_X, DIRECTION_Y, ORIGIN_X, ORIGIN_Y, MEASURED, SHORT = range(7)
 CENTRE_X, CENTRE_Y, SPREAD = range(3)

@@ -8,7 +8,7 @@ import numpy as np
 
 from objstate.compiling import called_with, inner, njit
 from objstate.geometry import FloatArray, IntArray
-from objstate.sensing.section_kernels import SLACK, hit
+from objstate.sensing.segments import SLACK, hit
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract", "nnan", "nsz"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract", "nnan", "nsz"})
