@@ -19,6 +19,7 @@ from objstate.config import Settings
 from objstate.geometry import FloatArray
 from objstate.localization import Hypotheses, Odds
 from objstate.localization.anywhere import Chance
+from objstate.particles.weights import NEVER
 from objstate.records import NANOSECONDS, Scan
 
 HOUR = 3600.0  # s
@@ -31,7 +32,6 @@ REPLACED = 0.95  # probability from which another place is followed instead
 PLACES, PLACES_NEAR = 4e5, 150.0  # cells of 25 cm and 4 degrees in 300 m^2, and within a slip
 USUALLY = 20.0  # keyframes over which the usual advantage is averaged
 HALF = 0.5
-NEVER = 1e-300  # odds that stand for zero
 
 MOMENTS = 100  # number that are kept
 

@@ -35,7 +35,7 @@ else:
     kernels = Later("objstate.objects.mixture_kernels")
 
 TRIED = 400  # states that are tried, of which some are proposed
-FEWEST = 3  # least number of ends of beams that may show an object
+FEWEST_ENDS = 3  # least number of ends of beams that may show an object
 ON_OBJECT = 0.1  # m from a certain object within which a beam counts as stopped by it
 
 
@@ -165,7 +165,7 @@ def _through(
     rng: np.random.Generator,
 ) -> FloatArray:
     """At most ``PROPOSED`` states (p, 3) whose outline passes through ends of beams (k, 2)."""
-    if len(stopped) < FEWEST:
+    if len(stopped) < FEWEST_ENDS:
         return np.empty((0, 3))
     states, explained = outline.states_through(stopped, TRIED, rng)
     if len(states) == 0:

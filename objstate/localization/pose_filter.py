@@ -18,10 +18,10 @@ from objstate.config import BeamModelSettings, BuildingErrorSettings
 from objstate.geometry import BoolArray, FloatArray, IntArray, wrapped
 from objstate.lazy import Later
 from objstate.localization.belief import PoseBelief
-from objstate.localization.carried import Carried, Clones
+from objstate.localization.carried import POSE, Carried, Clones
 from objstate.localization.motion import Variances
 from objstate.particles import Weights
-from objstate.records import Scan
+from objstate.records import SECONDS_PER_HOUR, Scan
 from objstate.sensing.surfaces import Surfaces
 
 if TYPE_CHECKING:
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 else:
     pose_update = Later("objstate.localization.pose_update")
 
-POSE = 3
 FRAME = slice(3, 5)  # local shift of the whole model: x, y
 LASER = 5  # x, y, yaw; range bias, m; clock, s
 BIAS, CLOCK = 3, 4  # indices among a laser's errors
@@ -39,7 +38,6 @@ SIDEWAYS = 0.25  # variance of a step to the side, as a share of that of its len
 LEVER = 1.0  # m; distance that decorrelates walls as a turn by a radian does
 STANDING = 0.5  # 1/m, density of ranges to an object of uncertain state
 EDGE = 0.25  # m between ranges of neighbouring beams that meet different walls
-GRAZING = 0.12  # cosine of incidence below which a range has no information about a wall
 FEWEST = 3  # beams on a piece of wall from which it is followed
 FOLLOWED = 40  # most pieces of wall; those out of reach are dropped first
 NEAR = 0.02, math.radians(0.5)  # m and rad of deviation below which one linearization is enough
@@ -48,7 +46,6 @@ SLIPPING = 0.3, 0.3, math.radians(20.0)  # m/s, m/s, rad/s: error of odometry wh
 NEGLIGIBLE = 1e-3  # probability of slipping below which one linearization is enough
 EVERY = 3  # of so many beams, one is used to detect slipping
 SLIP_S = 0.5  # s, mean duration of a slip
-SECONDS_PER_HOUR = 3600.0
 LEARNT_BEAMS = 4000.0  # beams over which a laser's noise is averaged
 FIRST_BEAMS = 200.0  # beams that the first guess of the noise counts for
 FIRST_RANGES = np.array((1.0, 5.0))  # m, ranges of these beams
@@ -282,9 +279,7 @@ class PoseFilter:
             self._mean[:POSE] += off
         seen, used = self._meet(scan, surfaces), scan.valid.copy()
         within = np.minimum(most, scan.range_max)
-        pose_update.surely_met(
-            used, scan.ranges, seen.ranges, seen.numbers, seen.row, within, EDGE, GRAZING
-        )
+        pose_update.surely_met(used, scan.ranges, seen.ranges, seen.numbers, seen.row, within, EDGE)
         if not used.any():
             self._mean[:POSE] -= off
             return 0

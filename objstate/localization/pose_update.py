@@ -9,15 +9,16 @@ import numpy as np
 
 from objstate.compiling import called_with, inner, njit
 from objstate.geometry import BoolArray, FloatArray, IntArray
-from objstate.linear import solve
+from objstate.linear import ROOT_TAU, solve
+from objstate.localization.carried import POSE
+from objstate.sensing.pieces import GRAZING
 
 # columns of a beam: pose x, y, yaw; shift x, y; laser x, y, yaw, range bias, clock; wall offset
 COLUMNS = 11
-POSE, SHIFTS = 3, 2
+SHIFTS = 2
 OFFSET = 10
 SURELY_HIT = 3.0  # deviations within which a range counts for the noise
 CUT_OFF = 0.973  # mean square of a standard normal variable that is cut off there
-ROOT_TAU = math.sqrt(2.0 * math.pi)
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
@@ -428,7 +429,7 @@ def slipped(
     return 1.0 / (1.0 + math.exp(-min(max(log_odds, -50.0), 50.0)))
 
 
-@called_with("b1 f1 f1 i1 f2 f1 f f")
+@called_with("b1 f1 f1 i1 f2 f1 f")
 @_compile
 def surely_met(
     used: BoolArray,
@@ -438,19 +439,18 @@ def surely_met(
     row: FloatArray,
     most: FloatArray,
     step: float,
-    grazing: float,
 ) -> None:
     """Keep those ``used`` beams (n,) that return and meet a wall before ``most`` (n,) m.
 
     Not beside an edge: a wall has an edge where neighbouring beams meet others, ``step`` and a
-    tenth of their range apart. Not at a cosine below ``grazing``.
+    tenth of their range apart. Not at a grazing incidence.
     """
     last = used.shape[0] - 1
     for i in range(last + 1):
         if numbers[i] < 0 or not measured[i] < np.inf or ranges[i] >= most[i]:
             used[i] = False
             continue
-        if abs(row[i, OFFSET]) * grazing > 1.0:
+        if abs(row[i, OFFSET]) * GRAZING > 1.0:
             used[i] = False
             continue
         for j in (max(i - 1, 0), min(i + 1, last)):

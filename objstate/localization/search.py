@@ -15,6 +15,7 @@ from objstate.lazy import lazy
 from objstate.localization.belief import PoseBelief
 from objstate.localization.places import HEADINGS, TURNS, Places
 from objstate.particles import Weights
+from objstate.particles.weights import NEVER
 from objstate.records import Scan
 from objstate.sensing import Sensing
 
@@ -36,7 +37,6 @@ INDEPENDENCE = (
     0.6  # exponent on the likelihoods of keyframes, since those from near places share evidence
 )
 OUTSIDE = 0.1  # share of kidnaps that lead to places that the map doesn't show
-NEVER = 1e-300  # odds that stand for zero
 HEIGHT_STEP = 0.1  # m; lasers whose heights differ by less share one table
 
 

@@ -32,7 +32,6 @@ else:
 CENTRAL = 0.9  # probability between lower and upper
 SETTLED_ANGLE = np.radians(5.0)  # rad; a state with a smaller deviation counts as certain
 SETTLED_LENGTH = 0.05  # m
-TINY = float(np.finfo(float).tiny)
 ROUNDING = 1e-12  # rounding error of sums of weights
 SETTLED = {  # largest deviation of a certain state, by coordinate
     Kind.HINGED: (SETTLED_ANGLE,),

@@ -9,11 +9,11 @@ import numpy as np
 
 from objstate.compiling import called_with, inner, njit
 from objstate.geometry import BoolArray, FloatArray
+from objstate.linear import ROOT_TAU
 from objstate.objects.mixture_kernels import ERRORS, ROBOT
 from objstate.objects.sampling import alike, wrapped
 
 SAME_PLACE = 1.0  # nats of divergence below which a component merges with a heavier one
-ROOT_TAU = math.sqrt(2.0 * math.pi)
 YAW, EAST, NORTH = 3, 4, 5  # indices of the errors
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})

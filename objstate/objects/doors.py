@@ -18,13 +18,13 @@ from objstate.lazy import Later, lazy
 from objstate.objects.belief import ObjectBelief
 from objstate.objects.evidence import ScanEvidence, Update
 from objstate.particles import Weights
+from objstate.records import SECONDS_PER_HOUR
 
 if TYPE_CHECKING:
     from objstate.objects import lattice
 else:
     lattice = Later("objstate.objects.lattice")
 
-SECONDS_PER_HOUR = 3600.0
 FINE = 50  # most states with weight that are cast; of more, a regular selection
 NEGLIGIBLE = 1e-4  # weight, relative to the largest, below which a state is cast only coarsely
 COARSE = 0.05  # m between states that are cast whatever their weight, at a leaf's outer edge

@@ -13,13 +13,13 @@ import numpy as np
 
 from objstate.compiling import called_with, inner, njit
 from objstate.geometry import FloatArray
+from objstate.linear import ROOT_2
 from objstate.objects.mixture_kernels import ORIGIN, STATE, ZERO
 
 LEAST_WEIGHT = 1e-7  # relative weight below which a component is left off a lattice
 SIGMAS = 6.0  # deviations beyond which a Gaussian is zero
 NARROWEST = 1e-3  # least deviation of a Gaussian on a lattice, in its cells
 OUTSIDE = 1e-9  # probability within a lattice below which a Gaussian lies beyond its end
-ROOT_2 = math.sqrt(2.0)
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})

@@ -33,6 +33,7 @@ from objstate.objects.furniture_mixture import (
     FurnitureMixture,
     Piece,
 )
+from objstate.particles.weights import NEVER
 
 if TYPE_CHECKING:
     from scipy import special
@@ -48,7 +49,6 @@ TAKEN = 1e-6  # probability from which a piece may take a place
 NARROW = 0.25  # of that distance: deviation up to which a component is at one place
 WEIGHED = 1e-5  # weight from which a component competes for a place
 IMPOSSIBLE = -1e9  # a log-probability
-NEVER = 1e-300
 
 
 def alike(pieces: Mapping[str, Piece]) -> list[list[str]]:

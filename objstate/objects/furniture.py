@@ -16,8 +16,8 @@ from objstate.lazy import altered, lazy
 from objstate.objects.belief import ObjectBelief
 from objstate.objects.evidence import ScanEvidence, Update
 from objstate.particles import Weights, systematic
+from objstate.records import SECONDS_PER_HOUR
 
-SECONDS_PER_HOUR = 3600.0
 RESAMPLE_BELOW = 0.5  # share of samples; resample when the effective number falls below
 LEAST_PRESENCE = 1e-6  # least probability of presence, and of absence
 

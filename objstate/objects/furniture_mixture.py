@@ -23,9 +23,11 @@ from objstate.geometry import BoolArray, FloatArray, IntArray, wrap
 from objstate.lazy import Later, altered, lazy
 from objstate.objects import pushing
 from objstate.objects.belief import ObjectBelief
+from objstate.objects.mixture import NEVER
 from objstate.objects.proposals import TracedOutline
 from objstate.objects.shape import shape_of
 from objstate.particles import Weights, evenly
+from objstate.records import SECONDS_PER_HOUR
 
 if TYPE_CHECKING:
     from objstate.objects import components
@@ -35,7 +37,6 @@ else:
     kernels = Later("objstate.objects.mixture_kernels")
     components = Later("objstate.objects.components")
 
-SECONDS_PER_HOUR = 3600.0
 OF_PRIOR, NEARBY = 64, 16  # number of cells
 FOUND = 24  # most components besides cells
 ABSENT = 0  # the component of an object that isn't there
@@ -46,7 +47,6 @@ PROPOSED = 16  # most components proposed by a scan
 # m, m, rad; small enough for linear ranges
 PROPOSED_STD = np.array([0.05, 0.05, math.radians(4.0)])
 HEIGHT_STEP = 0.01  # m; outlines at closer heights are the same
-NEVER = 1e-30  # least weight of a cell, so that nothing is impossible
 LEAST = 1e-9  # weight below which a component that isn't a cell is dropped
 TELLING = 1e-4  # weight from which a component is published
 PUBLISHED, FEWEST = 400, 6  # samples that are published, and the least number of a component

@@ -7,14 +7,13 @@ from typing import Any
 import numpy as np
 
 from objstate.compiling import called_with, inner, njit
-from objstate.geometry import FloatArray, IntArray
+from objstate.geometry import TURN, FloatArray, IntArray
 
 LEAST_EVIDENCE = 1e-250
 TAIL_SIGMAS = 4.0  # deviations at which a Gaussian is cut off
 MOST_DECAY = 600.0  # largest exponent; exp(-600) doesn't underflow
 TINY = 2.3e-308  # the least deviation, against division by zero
 LEAST_ENDS = 1e-9  # expected number of ends below which a move doesn't end
-TURN = 2.0 * np.pi
 # of a swing: s until it ends and until it leaves, cells a second
 ENDS_S, LEAVES_S, MOST_CELLS = range(3)
 

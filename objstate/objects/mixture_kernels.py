@@ -16,13 +16,13 @@ import numpy as np
 
 from objstate.compiling import called_with, inner, njit, record
 from objstate.geometry import FloatArray, IntArray
-from objstate.linear import solve
-from objstate.sensing.pieces import met
+from objstate.linear import ROOT_2, ROOT_TAU, solve
+from objstate.sensing.pieces import GRAZING, met
+from objstate.sensing.sweeps import LARGE, SMALL
 
 ERRORS = 7  # robot x, y, yaw; state; origin x, y; zero of the state
 ROBOT = 3  # the first of these
 STATE, ORIGIN, ZERO = 3, 4, 6
-GRAZING = 0.12  # cosine of incidence below which a range has no information about a surface
 GRAZED_STD = 0.01  # m; roughness of a surface at a grazing incidence
 STEP = 0.05  # m between ranges of neighbouring beams that meet different surfaces
 # probability of a hit below which a beam carries no information about the object
@@ -30,11 +30,9 @@ LEAST_SHARE = 1e-6
 MOST_LOOKS = 3  # most linearizations before that of the evidence, where errors are wide
 WIDE = 4.0  # times the variance of a range: errors below which one is enough
 REACHED = 4.0  # deviations by which a range may fall short of an object that the beam reaches
-TINY = 1e-200  # product of densities at which its logarithm is taken
 FOOTPRINT = 0.02  # m, half the width of a beam, and variation of ranges at the edge of a surface
 SURE = 4.0  # deviations of its distance from a corner from which a beam surely passes on its side
 HOPELESS = 30.0  # nats below the most probable component from which a component isn't refined
-ROOT_2, ROOT_TAU = math.sqrt(2.0), math.sqrt(2.0 * math.pi)
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
@@ -434,7 +432,7 @@ def _linearize(
         work.odds[i] = odds / density
         fared = (free / density, stopped / density)
         product *= density
-        if not TINY < product < 1.0 / TINY:
+        if not SMALL < product < LARGE:
             total, product = total + math.log(product), 1.0
         if is_met and abs(cosine) >= GRAZING and hit > LEAST_SHARE * density:
             weight = noise.independence * hit / density / scatter

@@ -7,9 +7,7 @@ from typing import Any
 import numpy as np
 
 from objstate.compiling import called_with, inner, njit
-from objstate.geometry import BoolArray, FloatArray
-
-TURN = 2.0 * np.pi
+from objstate.geometry import TURN, BoolArray, FloatArray
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _compile_nearest = njit(

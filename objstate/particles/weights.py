@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 else:
     reweighting = Later("objstate.particles.reweighting")
 
+NEVER = 1e-300  # probability or odds that stand for zero
 UNIFORM_KEPT = 16  # number of different sizes that are cached
 
 

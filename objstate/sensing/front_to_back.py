@@ -16,7 +16,6 @@ import numpy as np
 from objstate.compiling import inner, record
 from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.sensing.projection import (
-    SLACK,
     _bearing,
     _first_at_or_after,
     _gap,
@@ -25,6 +24,7 @@ from objstate.sensing.projection import (
     pseudo_angle,
     untouched,
 )
+from objstate.sensing.segments import SLACK
 from objstate.sensing.sweeps import COS, SIN, X, Y
 
 TOGETHER = 16  # segments that are projected at a time

@@ -9,6 +9,8 @@ import numpy as np
 from objstate.compiling import called_with, inner, njit
 from objstate.geometry import FloatArray, IntArray
 
+GRAZING = 0.12  # cosine of incidence below which a range has no information about a wall
+
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
 

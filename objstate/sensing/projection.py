@@ -16,6 +16,7 @@ import numpy as np
 
 from objstate.compiling import called_with, inner, njit
 from objstate.geometry import BoolArray, FloatArray, IntArray
+from objstate.sensing.segments import SLACK
 from objstate.sensing.sweeps import (
     BEARING,
     CENTRE_X,
@@ -32,9 +33,8 @@ from objstate.sensing.sweeps import (
     taken,
 )
 
-SLACK = 1e-9  # m, or pseudo-angle, by which a beam may pass the end of a segment and still hit
 SPARE = 10  # number of work arrays over the poses, shared by many placements
-TINY = 1e-200  # length of the mean direction of headings over the whole circle
+LEAST_LENGTH = 1e-200  # length of the mean direction of headings over the whole circle
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
@@ -107,7 +107,7 @@ def strays(lasers: FloatArray, middle: FloatArray) -> Any:
         for p in range(lasers.shape[1]):
             total += lasers[row, p]
         middle[row] = total / lasers.shape[1]
-    length = max(np.hypot(middle[COS], middle[SIN]), TINY)
+    length = max(np.hypot(middle[COS], middle[SIN]), LEAST_LENGTH)
     middle[COS] /= length
     middle[SIN] /= length
     strayed, least = 0.0, 1.0

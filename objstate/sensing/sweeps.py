@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from objstate.compiling import called_with, inner, njit, record
-from objstate.geometry import BoolArray, FloatArray, IntArray
+from objstate.geometry import TURN, BoolArray, FloatArray, IntArray
 from objstate.sensing.beam_model import LEAST_DENSITY
 from objstate.sensing.segments import hit
 
@@ -24,7 +24,6 @@ CENTRE_X, CENTRE_Y, SPREAD = range(3)
 X, Y, COS, SIN = range(4)
 PEAK, PER_SIGMA, RANDOM, MISSING, HIT, RANGE_MAX, GAUSSIAN, UNEXPECTED, LASTING = range(9)
 
-TURN = 2.0 * np.pi  # rad
 FLAT_BELL = 36.0  # exponent from which a Gaussian counts as flat: 2e-16 of its height
 DECADES = 150  # decades by which a product may change before it is checked
 # products are kept between these, so that one more density can't overflow

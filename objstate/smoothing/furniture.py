@@ -15,12 +15,12 @@ from objstate.objects.furniture_mixture import (
     ABSENT,
     ANY_STD,
     FAR,
-    NEVER,
     ORDER,
     PROPOSED_STD,
     FurnitureMixture,
     Piece,
 )
+from objstate.objects.mixture import NEVER
 from objstate.objects.steps import FurnitureStep
 from objstate.records import NANOSECONDS
 from objstate.smoothing.doors import moments_of
