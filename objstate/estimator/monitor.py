@@ -20,9 +20,9 @@ from objstate.estimator.sight import Sight
 from objstate.geometry import BoolArray, FloatArray, between, compose
 from objstate.localization import (
     Anywhere,
+    Keyframe,
     Learnt,
     LogLikelihood,
-    Look,
     PoseBelief,
     Search,
     apart,
@@ -112,7 +112,7 @@ class Monitor:
             return
         self._bank.publish(0.0, now)
         chance = self._everywhere.chance(scan, self._scenery.thinned(beams)).mean
-        if not self._search.note(Look(scan, robot.odometry, chance=chance)):
+        if not self._search.note(Keyframe(scan, robot.odometry, chance=chance)):
             return
         found = self._search.hypotheses(self._explained, self._rng)
         if self._bank.begin(found):
@@ -134,13 +134,15 @@ class Monitor:
             beams = self._scenery.thinned(self._everywhere.usable(scan))
             if beams.any():
                 chance = self._everywhere.chance(scan, beams)
-                told = self._log_evidence(sight, beams)
+                log_evidence = self._log_evidence(sight, beams)
                 moment = Moment(scan, robot.odometry, sight.robot.mean, self._kept)
-                self._bank.take(moment, told, chance)
-                look = Look(scan, robot.odometry, sight.robot.mean, *self._bank.odds, chance.mean)
-                if self._search.note(look):
-                    self._bank.looked()
-                    self._look_elsewhere(sight)
+                self._bank.take(moment, log_evidence, chance)
+                keyframe = Keyframe(
+                    scan, robot.odometry, sight.robot.mean, *self._bank.odds, chance.mean
+                )
+                if self._search.note(keyframe):
+                    self._bank.keyframe_kept()
+                    self._search_elsewhere(sight)
         self._publish(scan.stamp_ns)
 
     def _publish(self, now_ns: int) -> None:
@@ -168,12 +170,12 @@ class Monitor:
         tempering = self._settings.localization.tempering
         if self._robot.is_filtered:
             return tempering * scenery.log_likelihood_of_mean(sight, beams, BLUR, beliefs)
-        told = tempering * scenery.log_likelihood(sight, beams, BLUR, beliefs)
-        return float(np.logaddexp.reduce(told + sight.robot.weights.log))
+        log_likelihood = tempering * scenery.log_likelihood(sight, beams, BLUR, beliefs)
+        return float(np.logaddexp.reduce(log_likelihood + sight.robot.weights.log))
 
     # --- search: other places -------------------------------------------------------
 
-    def _look_elsewhere(self, sight: Sight) -> None:
+    def _search_elsewhere(self, sight: Sight) -> None:
         """Search the whole building if other places are probable enough; follow one that wins."""
         bank, now = self._bank, sight.scan.stamp_ns
         if not bank.may_search(now, self._settings.search.every_s):

@@ -26,7 +26,7 @@ class Localizer:
     settings: LocalizationSettings
 
     @property
-    def told_covariance(self) -> FloatArray:
+    def start_covariance(self) -> FloatArray:
         """(3, 3) of a start pose that is given without a covariance."""
         s = self.settings
         std = np.array([s.initial_xy_std, s.initial_xy_std, np.radians(s.initial_yaw_std_deg)])

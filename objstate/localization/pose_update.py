@@ -423,9 +423,9 @@ def slipped(
         for b in range(3):
             gripping[a, b] = widened[a, b] = covariance[a, b]
         widened[a, a] += slipping[a]
-    told = residuals, own, row[some], other, hit, independence
+    readings = residuals, own, row[some], other, hit, independence
     log_odds = math.log(slips) - math.log1p(-slips)
-    log_odds += _evidence_of_pose(*told, widened) - _evidence_of_pose(*told, gripping)
+    log_odds += _evidence_of_pose(*readings, widened) - _evidence_of_pose(*readings, gripping)
     return 1.0 / (1.0 + math.exp(-min(max(log_odds, -50.0), 50.0)))
 
 

@@ -271,14 +271,14 @@ def scores_all_round(
             table[place],
         )
     nowhere, out = _nowhere(beams, missing), np.empty((points.shape[0], count))
-    aside, turn = np.empty((count, 2)), np.empty(count, np.int64)
+    off, turn = np.empty((count, 2)), np.empty(count, np.int64)
     for t in range(count):
         cos, sin = np.cos(headings[t]), np.sin(headings[t])
-        aside[t, 0] = cos * offset[0] - sin * offset[1] - corner[0]
-        aside[t, 1] = sin * offset[0] + cos * offset[1] - corner[1]
+        off[t, 0] = cos * offset[0] - sin * offset[1] - corner[0]
+        off[t, 1] = sin * offset[0] + cos * offset[1] - corner[1]
         turn[t] = int(np.rint((headings[t] + offset[2]) / (2.0 * np.pi) * turns)) % turns
     for p in range(points.shape[0]):
         for t in range(count):
-            place = _cell(points[p, 0] + aside[t, 0], points[p, 1] + aside[t, 1], cells, spacing)
+            place = _cell(points[p, 0] + off[t, 0], points[p, 1] + off[t, 1], cells, spacing)
             out[p, t] = nowhere if place < 0 else table[place, turn[t]]
     return out

@@ -198,8 +198,8 @@ def meeting(
         for c in range(circles.shape[0]):
             to_x, to_y = circles[c, 0] - origins[i, 0], circles[c, 1] - origins[i, 1]
             along = to_x * directions[i, 0] + to_y * directions[i, 1]
-            aside = to_x * directions[i, 1] - to_y * directions[i, 0]
-            squared = circles[c, 2] * circles[c, 2] - aside * aside
+            across = to_x * directions[i, 1] - to_y * directions[i, 0]
+            squared = circles[c, 2] * circles[c, 2] - across * across
             if squared > 0.0 and -math.sqrt(squared) < along < until[i] + math.sqrt(squared):
                 out[i] = True
                 break

@@ -68,12 +68,12 @@ def _walked(
     """
     last, reach = row.shape[0] - 1, taps.shape[0] - 1
     if reach == 1:
-        here, aside = taps[0], taps[1]
+        here, beside = taps[0], taps[1]
         for j in range(1, last):
-            to[j] = here * row[j] + aside * (row[j - 1] + row[j + 1]) + besides[j]
+            to[j] = here * row[j] + beside * (row[j - 1] + row[j + 1]) + besides[j]
         below, above = (row[last], row[0]) if wraps else (row[0], row[last])
-        to[0] = here * row[0] + aside * (below + row[1]) + besides[0]
-        to[last] = here * row[last] + aside * (row[last - 1] + above) + besides[last]
+        to[0] = here * row[0] + beside * (below + row[1]) + besides[0]
+        to[last] = here * row[last] + beside * (row[last - 1] + above) + besides[last]
         return
     _pad(row, reach, wraps, padded)
     for j in range(last + 1):

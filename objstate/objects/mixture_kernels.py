@@ -345,7 +345,7 @@ def _variance(
 
 
 @_inner
-def _told(beams: Beams, noise: Noise, work: Work) -> None:
+def _set_densities(beams: Beams, noise: Noise, work: Work) -> None:
     """Set ``work.past``, ``work.begun`` and ``work.gone_on``, which don't depend on the state."""
     for i in range(beams.measured.shape[0]):
         measured, background = beams.measured[i], beams.background[i]
@@ -480,7 +480,7 @@ def _step(mean: FloatArray, prior: FloatArray, x: FloatArray, pull: FloatArray, 
 
 
 @_inner
-def _settle(
+def _set_posterior(
     mean: FloatArray,
     prior: FloatArray,
     x: FloatArray,
@@ -616,7 +616,7 @@ def condition(
         np.empty((ERRORS, ERRORS)),
     )
     x, pull, spread = np.empty(ERRORS), np.zeros(ERRORS), np.empty((ERRORS, ERRORS))
-    _told(beams, noise, work)
+    _set_densities(beams, noise, work)
     likeliest, first = -np.inf, -np.inf  # log posteriors, after and before refinement
     for c in _heaviest_first(weights):
         mean, prior, wide = means[c], covariances[c], 0.0
@@ -654,7 +654,7 @@ def condition(
         log_evidence[c] = total
         if hopeless:
             continue
-        log_evidence[c] += _settle(mean, prior, x, pull, log_determinant, work)
+        log_evidence[c] += _set_posterior(mean, prior, x, pull, log_determinant, work)
         likeliest = max(likeliest, log_weight + log_evidence[c])
         _see_edges(beams, shape, noise.independence, tied[c], x, mean, prior, placed, pull, work)
     return most

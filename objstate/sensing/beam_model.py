@@ -127,7 +127,7 @@ class BeamModel:
         floor = LEAST_DENSITY if gaussian else floor
         short, lasting = self.short(measured), self.lasting(read)
 
-        def told(expected: FloatArray) -> tuple[FloatArray, FloatArray]:
+        def densities(expected: FloatArray) -> tuple[FloatArray, FloatArray]:
             stopped, share = np.full(expected.shape[:-1], unexpected), np.empty(expected.shape)
             log = np.zeros(expected.shape[:-1])
             for j, reading in enumerate(read):
@@ -147,7 +147,7 @@ class BeamModel:
                 log += np.log(density)
             return log, share
 
-        return told
+        return densities
 
     def totals(self, measured: FloatArray, expected: FloatArray, range_max: float) -> FloatArray:
         """log p(o | d-hat) (m, p) of scans (m, n) of independent beams.

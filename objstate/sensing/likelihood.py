@@ -16,7 +16,15 @@ from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.sensing.circles import SPREAD_SIGMAS, comes_within, entry, seen_from
 from objstate.sensing.front_to_back import NearGroups, WallGroups, walls_before
 from objstate.sensing.projection import SPARE, project, stands, strays, untouched
-from objstate.sensing.runs import fared, half_precision, hit, hit_density, look_past, step, told
+from objstate.sensing.runs import (
+    densities_of,
+    fared,
+    half_precision,
+    hit,
+    hit_density,
+    look_past,
+    step,
+)
 from objstate.sensing.sweeps import (
     CENTRE_X,
     CENTRE_Y,
@@ -265,7 +273,7 @@ def scan_log_likelihood(
         free[p], stopped[p], out[p] = 1.0 - model[UNEXPECTED], model[UNEXPECTED], 0.0
     most = min(at_once(short, model), at_once(lasting, model))
     for j in range(count):
-        beam = told(_read(measured[j], model), short[j], lasting[j], model)
+        beam = densities_of(_read(measured[j], model), short[j], lasting[j], model)
         step(expected[j], beam, model, free, stopped)
         if (j + 1) % most == 0:
             _rescale(free, stopped, out)
@@ -350,7 +358,7 @@ def object_log_likelihood(
             if j == first:
                 for p in range(size):
                     free[p], stopped[p] = 1.0 - before[j, p], before[j, p]
-            beam = told(measured[j], short[j], lasting[j], model)
+            beam = densities_of(measured[j], short[j], lasting[j], model)
             shift = _per_shift(normals, k, middle, beams, i) if variance > 0.0 else 0.0
             rows = nearest[i], background[j], per_density[j]
             _pass(*rows, beam, shift, model, free, stopped, gradient, curvature)

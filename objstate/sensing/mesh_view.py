@@ -133,11 +133,11 @@ class MeshView:
         variance = comparison.shift_std**2
         if comparison.normals is not None and variance > 0.0:
             off = np.zeros(alone.shape)
-            told = touched & np.isfinite(self._measured)
-            np.subtract(self._measured, alone, out=off, where=told)
+            informative = touched & np.isfinite(self._measured)
+            np.subtract(self._measured, alone, out=off, where=informative)
             cosine = self._cosines(poses, comparison.normals)
-            told &= np.abs(cosine) > sweeps.GRAZING
-            per_shift = np.divide(1.0, cosine, out=np.zeros_like(cosine), where=told)
+            informative &= np.abs(cosine) > sweeps.GRAZING
+            per_shift = np.divide(1.0, cosine, out=np.zeros_like(cosine), where=informative)
             pull = (share * per_shift * off).sum(axis=2)
             hold = (share * per_shift**2).sum(axis=2)
             precision = comparison.tempering / self._beam_model.sigma_hit**2

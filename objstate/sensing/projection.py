@@ -191,7 +191,7 @@ def _covered(
 
 
 @_inner
-def _is_aside(
+def _lies_between_beams(
     segment: FloatArray,
     strayed: float,
     turned: float,
@@ -293,7 +293,7 @@ def project(
     for j in range(rim if is_outside else outline.shape[0]):
         if is_outside and _is_behind(seen[j], strayed + spread):
             continue
-        if _is_aside(seen[j], strayed, turned, spread, beams, index):
+        if _lies_between_beams(seen[j], strayed, turned, spread, beams, index):
             continue
         along_x, along_y = outline[j, 2] - outline[j, 0], outline[j, 3] - outline[j, 1]
         for p in range(size):

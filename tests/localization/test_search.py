@@ -12,7 +12,7 @@ from objstate.building.model import Building, Mesh
 from objstate.config import SearchSettings, Settings
 from objstate.errors import BuildingError
 from objstate.geometry import FloatArray, compose, wrap
-from objstate.localization import Hypotheses, LogLikelihood, Look, Search, apart
+from objstate.localization import Hypotheses, Keyframe, LogLikelihood, Search, apart
 from objstate.localization.places import CLEARANCE, TURNS, Places
 from objstate.records import Rays, Scan
 from objstate.sensing import Around, BeamModel, ExpectedRanges, Sensing
@@ -48,7 +48,7 @@ def searched(place: Building, pose: FloatArray, step: FloatArray, looks: int) ->
 
     odometry = np.array([3.0, 1.0, -2.0])
     for _ in range(looks):
-        assert search.note(Look(observed(expected, {}, pose, RAYS, rng), odometry))
+        assert search.note(Keyframe(observed(expected, {}, pose, RAYS, rng), odometry))
         pose, odometry = compose(pose, step), compose(odometry, step)
     return search.hypotheses(explained, rng)
 
@@ -99,9 +99,9 @@ def test_scans_from_one_place_are_remembered_once() -> None:
     place = hall()
     search = Search(Sensing(place, MODEL), Settings())
     scan = observed(ExpectedRanges(place), {}, np.array([1.0, -2.0, 0.4]), RAYS)
-    assert search.note(Look(scan, np.zeros(3)))
-    assert not search.note(Look(scan, np.array([0.05, 0.0, 0.0])))
-    assert search.note(Look(scan, np.array([1.0, 0.0, 0.0])))
+    assert search.note(Keyframe(scan, np.zeros(3)))
+    assert not search.note(Keyframe(scan, np.array([0.05, 0.0, 0.0])))
+    assert search.note(Keyframe(scan, np.array([1.0, 0.0, 0.0])))
 
 
 def test_places_are_free_inside_the_building_and_no_more_than_asked_for(
@@ -148,11 +148,11 @@ def test_where_walls_enclose_nothing_a_told_place_alone_is_held_against_scans(wa
         return lambda poses, blur: TEMPERING * view.nearby_log_likelihood(poses, blur, NONE)
 
     scan = observed(expected, {}, pose, RAYS, rng)
-    assert search.note(Look(scan, np.zeros(3)))
+    assert search.note(Keyframe(scan, np.zeros(3)))
     with pytest.raises(BuildingError, match=r"enclose at the laser's height \(0\.3 m\)"):
         search.hypotheses(explained, rng)
     search.forget()
-    assert search.note(Look(scan, np.zeros(3), pose))
+    assert search.note(Keyframe(scan, np.zeros(3), pose))
     found = search.hypotheses(explained, rng)
     assert len(found.poses) == 1
     assert apart(found.poses[0], pose) < 1.0
