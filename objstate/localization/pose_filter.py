@@ -301,7 +301,7 @@ class PoseFilter:
                 columns,
                 offsets,
                 gripping,
-                *self._densities(scan),
+                self._densities(scan),
                 slipping,
                 self._slips,
             )
@@ -379,7 +379,7 @@ class PoseFilter:
             off,
             offsets,
             gate,
-            *self._densities(scan),
+            self._densities(scan),
             information,
             gradient,
             sums,
@@ -389,11 +389,9 @@ class PoseFilter:
         shift = left @ (prior @ gradient)
         return _Taken(left, shift, sums, residuals)
 
-    def _densities(
-        self, scan: Scan
-    ) -> tuple[float, float, float, float, float, float, float, float]:
-        """Variance and growth of a range, as the loops take them."""
-        return (
+    def _densities(self, scan: Scan) -> pose_update.Densities:
+        """The beam model of a scan, as the loops take it."""
+        return pose_update.Densities(
             *self._shares(scan.range_max),
             STANDING,
             *self.range_noise(scan.laser),
