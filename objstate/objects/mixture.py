@@ -24,6 +24,7 @@ from objstate.geometry import FloatArray, wrap
 from objstate.lazy import Later, altered, lazy
 from objstate.objects.belief import ObjectBelief
 from objstate.particles import Weights
+from objstate.records import SECONDS_PER_HOUR
 
 if TYPE_CHECKING:
     from objstate.objects import exchange_kernels
@@ -33,7 +34,6 @@ else:
     exchange_kernels = Later("objstate.objects.exchange_kernels")
     kernels = Later("objstate.objects.mixture_kernels")
 
-SECONDS_PER_HOUR = 3600.0
 CELL_DEG, CELL_M = 2.5, 0.05  # width of a cell, hinged and sliding; ranges are linear within one
 OVERLAP = 0.6  # deviation of the state within a cell, in cells: their sum is nearly flat
 PLAY_DEG, PLAY_M = 0.1, 0.002  # deviation of a latched door's state from its limit
