@@ -38,6 +38,9 @@ GRID, LEAST = 15, 0.1
 FACTOR = 1.0  # prior standard deviation of the logarithm of a deviation
 USUAL = 2.0  # deviations of that logarithm within which a deviation counts as usual
 EDGE_SHARE = 0.1  # of the beams beside an edge that meet the neighbouring surface
+# (r, r) probabilities of a door's rate of movements, given the usual one of all doors
+RATES = FACTORS / FACTORS[:, None] / (1.0 + (FACTORS / FACTORS[:, None]) ** 2)
+RATES = RATES / RATES.sum(axis=1, keepdims=True)
 LEAST_DENSITY = 1e-9  # 1/m, of a random range
 
 
@@ -57,7 +60,8 @@ class Doors:
             math.radians(error.bearing_std_deg), math.radians(WIDEST_DEG), PARTS
         )
 
-        self._rates: dict[str, FloatArray] = {}  # (r,) log p(z | rate) of each door
+        self._rates_of: dict[str, FloatArray] = {}  # (r,) p(z | rate of the door) of each door
+        self._rates: dict[str, FloatArray] = {}  # (r,) log p(z | usual rate) of each door
 
     def __contains__(self, name: str) -> bool:
         return self._building.objects[name].kind is not Kind.PLANAR
@@ -150,18 +154,21 @@ class Doors:
         if posterior.door.turn and name not in self._known:
             self._bearing.observe(name, posterior.of_bearing(self._bearing.variances))
         bearings = self._bearings(posterior.door)
-        self._rates[name] = np.log(np.maximum(posterior.of_rates(bearings), NEVER))
+        self._rates_of[name] = posterior.of_rates(bearings)
+        self._rates[name] = np.log(RATES @ np.maximum(self._rates_of[name], NEVER))
         if name not in self._known:
             self._hinge.observe(name, posterior.of_hinge(self._hinge.variances, bearings))
 
     def _rates_for(self, name: str) -> FloatArray:
-        """(r,) probabilities of the rates of movements, given the other doors."""
+        """(r,) probabilities of a door's rate of movements, given the other doors."""
         others = sum(own for other, own in self._rates.items() if other != name)
-        return _normalized(np.log(FACTORS_PRIOR) + others)
+        return np.asarray(_normalized(np.log(FACTORS_PRIOR) + others) @ RATES)
 
     def learnt(self, door: Doorway) -> Doorway:
-        """A door with the mean of the rate of movements, given all doors."""
-        factor = float(_normalized(np.log(FACTORS_PRIOR) + sum(self._rates.values())) @ FACTORS)
+        """A door with the mean of its rate of movements, given all doors."""
+        name = door.item.name
+        given = self._rates_for(name) * self._rates_of[name]
+        factor = float(given @ FACTORS / given.sum())
         dynamics = door.settings.dynamics
         learnt = dynamics.model_copy(
             update={"moves_per_hour": factor * dynamics.moves_per_hour}
