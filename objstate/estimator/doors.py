@@ -170,9 +170,7 @@ class Doors:
         given = self._rates_for(name) * self._rates_of[name]
         factor = float(given @ FACTORS / given.sum())
         dynamics = door.settings.dynamics
-        learnt = dynamics.model_copy(
-            update={"moves_per_hour": factor * dynamics.moves_per_hour}
-        )
+        learnt = dynamics.model_copy(update={"moves_per_hour": factor * dynamics.moves_per_hour})
         return altered(door, settings=door.settings.model_copy(update={"dynamics": learnt}))
 
     def _doorway(self, belief: ObjectBelief) -> Doorway:
