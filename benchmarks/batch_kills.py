@@ -60,7 +60,7 @@ def results(out: Path) -> set[str]:
 
 def tables(out: Path) -> dict[str, bytes]:
     """The combined tables."""
-    files = [out / "summary.parquet", *sorted(out.glob("estimates.parquet/*/*"))]
+    files = [out / "summary.parquet", *sorted(out.glob("*.parquet/*"))]
     return {str(file.relative_to(out)): file.read_bytes() for file in files}
 
 

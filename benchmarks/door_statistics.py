@@ -1,6 +1,6 @@
-"""How often the intervals of door statistics hold the truth: ``python benchmarks/door_statistics.py [SEED...]``
+"""How often the intervals of door statistics hold the truth: ``python -m benchmarks.door_statistics [SEED...]``
 
-On simulated doors with constant rates, and on the door that ../shared/data records minute by minute
+On simulated doors with constant rates, on those of simulated offices, and on the door that ../shared/data records minute by minute
 (skipped where it is missing), of which some minutes are picked at random.
 """
 
@@ -12,6 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.simulated_habits import BEGIN, corridor_door, office, store
+from benchmarks.simulated_habits import DAY as MINUTES
 from objstate.statistics.shares import share_open, shares_by
 from objstate.statistics.two_state import LONGEST_MEMORY, SHORTEST_MEMORY, Interval, Looks, memory
 from objstate.statistics.use import use_of
@@ -39,6 +41,22 @@ def simulated(seed: int) -> dict[str, float]:
             ("share of an hour", share_open(0, looks.summed(), door).share, share),
         ):
             held.setdefault(name, []).append(holds(interval, true))
+    return {name: float(np.mean(each)) for name, each in held.items()}
+
+
+def planned(seed: int, per_day: int) -> dict[str, float]:
+    """The same of doors of a building whose days are planned, seen ``per_day`` times a day."""
+    rng = np.random.default_rng(seed)
+    doors = [kind(rng) for kind in (*(office,) * 8, *(store,) * 3, corridor_door)]
+    held: dict[str, list[bool]] = {}
+    for door in doors:
+        days = len(door) // MINUTES
+        picked = np.sort(rng.choice(len(door), per_day * days, replace=False))
+        looks = Looks((BEGIN + 60 * picked) * 10**9, door[picked].astype(bool))
+        use = use_of(looks.summed(), UTC)
+        moves = float(np.count_nonzero(np.diff(door)) / days)
+        held.setdefault("share of all time", []).append(holds(use.share_open, float(door.mean())))
+        held.setdefault("moves a day", []).append(holds(use.moves_per_day, moves))
     return {name: float(np.mean(each)) for name, each in held.items()}
 
 
@@ -93,6 +111,7 @@ def told(label: str, shares: dict[str, float]) -> None:
 if __name__ == "__main__":
     for argument in sys.argv[1:] or ["1", "2"]:
         told(f"simulated, seed {argument}", simulated(int(argument)))
+        told(f"offices, 4 looks a day, seed {argument}", planned(int(argument), 4))
     if RECORDED.exists():
         for looks_a_day in PER_DAY:
             for office, when in ((False, "at any hour"), (True, "on working days from 8 to 18 h")):

@@ -38,6 +38,8 @@ class Tally:
     width_m: list[float] = field(default_factory=list)
     bearing_deg: list[float] = field(default_factory=list)
     held: list[tuple[bool, bool, bool]] = field(default_factory=list)  # hinge, bearing, width
+    # of the end with the hinge and the way to open: the stated probability, and whether it is right
+    sides: list[tuple[float, bool]] = field(default_factory=list)
 
 
 def closed(door: Door) -> tuple[np.ndarray, np.ndarray]:
@@ -57,7 +59,10 @@ def compare(floor: Floor, found: Sequence[Candidate], tally: Tally) -> None:
             continue
         best = near[0]
         left.remove(best)
-        if np.hypot(*(best.door.hinge - door.hinge)) > door.width / 2.0:
+        is_swapped = bool(np.hypot(*(best.door.hinge - door.hinge)) > door.width / 2.0)
+        is_right = not is_swapped and best.door.sense == door.sense
+        tally.sides.append((best.side_probability, is_right))
+        if is_swapped:
             tally.swapped += 1
             continue
         tally.found += 1
@@ -84,13 +89,14 @@ def row(name: str, tally: Tally, seconds: float) -> str:
     """A row of the table."""
     hinge, width = 100.0 * np.array(tally.hinge_m), 100.0 * np.array(tally.width_m)
     held = 100.0 * np.mean(tally.held, axis=0) if tally.held else np.zeros(3)
+    stated, right = np.mean(tally.sides, axis=0) if tally.sides else np.zeros(2)
     claimed = max(tally.found + tally.swapped + tally.false, 1)
     return (
         f"| {name} | {tally.doors} | {tally.found / tally.doors:.0%} "
         f"| {tally.swapped / tally.doors:.0%} | {tally.false / claimed:.0%} "
         f"| {np.median(hinge):.1f}, {np.quantile(hinge, 0.95):.1f} "
         f"| {np.median(width):.1f}, {np.quantile(width, 0.95):.1f} "
-        f"| {np.median(tally.bearing_deg):.1f} | {held[0]:.0f}, {held[1]:.0f}, {held[2]:.0f} % "
+        f"| {np.median(tally.bearing_deg):.1f} | {stated:.0%}, {right:.0%} | {held[0]:.0f}, {held[1]:.0f}, {held[2]:.0f} % "
         f"| {seconds:.0f} |"
     )
 
@@ -104,8 +110,8 @@ def main() -> None:
     cases = {"three drives, half of the doors moved": (3, 0.5), "one drive, none moved": (1, 0.0)}
     print(
         "| drives | doors | found | hinge at the other end | false | hinge: median, 95 % (cm) "
-        "| width: median, 95 % (cm) | bearing: median (deg) | in 90 %: hinge, bearing, width "
-        "| s a floor |\n|" + " --- |" * 10
+        "| width: median, 95 % (cm) | bearing: median (deg) | end and way: stated, right | in 90 %: hinge, bearing, width "
+        "| s a floor |\n|" + " --- |" * 11
     )
     for name, (count, moved) in cases.items():
         tally, seconds = Tally(), 0.0

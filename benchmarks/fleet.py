@@ -3,7 +3,7 @@
 RESULT is a log's result in a batch along the sample corridor, LOG the log that it was made of, with
 its truth beside it. DIR gets ``drives``, COUNT names of the log, and ``batch``, as many names of its
 result. The index is made of one of them, and tells the same of the others, each an hour after
-the one before. Prints the seconds and the largest memory of ``batch`` with nothing to do, ``evaluate``,
+the one before. Prints the seconds, those of processor, and the largest memory of ``batch`` with nothing to do, ``evaluate``,
 ``statistics`` and ``report``, and the size of the page.
 """
 
@@ -19,6 +19,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from objstate.batch.combine import combine
+from objstate.batch.compacting import pieces
 from objstate.evaluation import batch as evaluation
 from objstate.evaluation import evaluate_batch
 from objstate.packing import pack, unpack
@@ -57,7 +58,8 @@ def measure(*words: str) -> None:
     process = subprocess.Popen([sys.executable, "-c", code, *words], stdout=subprocess.DEVNULL)
     _, status, usage = os.wait4(process.pid, 0)
     print(
-        f"{words[0]}: {time.monotonic() - began:.1f} s, {usage.ru_maxrss / 1024:.0f} MB, "
+        f"{words[0]}: {time.monotonic() - began:.1f} s, "
+        f"{usage.ru_utime + usage.ru_stime:.1f} s of processor, {usage.ru_maxrss / 1024:.0f} MB, "
         f"exit {os.waitstatus_to_exitcode(status)}",
         flush=True,
     )
@@ -91,7 +93,10 @@ def make(result: Path, log: Path, drives: Path, batch: Path, count: int) -> None
     write_logs(batch, logs)
     with open_index(batch) as index:
         (entry,) = index.entries().values()
-        index.describe({each.name: as_if(entry, batch, each) for each in logs})
+        entries = {each.name: as_if(entry, batch, each) for each in logs}
+        index.describe(entries)
+        for piece in pieces(entries):  # as if the tables over all logs were there
+            index.note_piece(piece.file, piece.stamp)
         for kind, stamped in KINDS.items():
             ((_, _, content),) = index.parts(kind)
             index.keep(

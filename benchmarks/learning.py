@@ -1,7 +1,7 @@
-"""What is gained by learning where doors hang: ``python -m benchmarks.learning --seeds 401:404``
+"""What is gained by learning a building from drives: ``python -m benchmarks.learning --seeds 401:404``
 
 Each seed is a building of the independent simulator, whose model has the errors of a scenario. Its
-doors are learnt from some drives on different days, and other days' drives are estimated with the
+walls, doors and lasers are learnt from some drives on different days, and other days' drives are estimated with the
 model as it was, as it was learnt, and with none of these errors.
 """
 
@@ -28,11 +28,11 @@ from objstate.discovery import refine_building
 EXACT = "nothing"  # the scenario without errors
 
 
-def held_out(drive: Path, building: Path, name: str, seed: int) -> list[Measured]:
+def held_out(drive: Path, building: Path, name: str, seed: int, run: RunOptions) -> list[Measured]:
     """The measures of a drive estimated in a building."""
     with tempfile.TemporaryDirectory() as folder:
         began = time.perf_counter()
-        estimate_log([drive / "log.mcap"], building, Path(folder) / "out", RunOptions())
+        estimate_log([drive / "log.mcap"], building, Path(folder) / "out", run)
         return measure(name, seed, drive, Path(folder) / "out", time.perf_counter() - began)
 
 
@@ -92,13 +92,14 @@ def main() -> None:
             for day in range(arguments.days + 1, arguments.days + 1 + arguments.held_out):
                 drive = simulated(arguments.scenario, seed, arguments.cache, day)
                 exact = simulated(EXACT, seed, arguments.cache, day)
+                mounts = {each.frame: each.corrected_mount for each in refined.lasers}
                 kinds = (
-                    ("as modelled", drive / "building.urdf"),
-                    ("as learnt", refined.urdf),
-                    ("exact", exact / "building.urdf"),
+                    ("as modelled", drive / "building.urdf", RunOptions()),
+                    ("as learnt", refined.urdf, RunOptions(mounts=mounts)),
+                    ("exact", exact / "building.urdf", RunOptions()),
                 )
-                for name, building in kinds:
-                    found += held_out(drive, building, name, seed)
+                for name, building, run in kinds:
+                    found += held_out(drive, building, name, seed, run)
             for day in days:
                 simulated(EXACT, seed, arguments.cache, day)
             print(f"seed {seed}: learnt in {seconds:.0f} s;", end=" ")

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import fcntl
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from objstate.batch.cluster import run_on_cluster
-from objstate.batch.combine import combine
+from objstate.batch.combine import Combined, combine
 from objstate.batch.events import Ended, Event, OnEvent
 from objstate.batch.jobs import run_job
 from objstate.batch.leftover import Leftover, OnStart, plan
@@ -21,6 +21,7 @@ from objstate.outputs import WORKSHOP, make_folder, refuse_url, remove_folder, s
 from objstate.recording.batches import (
     LOGS,
     OUTCOMES,
+    BatchLog,
     Outcome,
     is_batch,
     read_logs,
@@ -97,24 +98,35 @@ def _run(
                         index.note([event.outcome])
                         if mirror is not None:
                             if event.outcome.status == "done":
-                                mirror.take_in([event.outcome.name])
-                            mirror.send_if_due(lambda: combine(folder, logs.values()))
+                                mirror.expect(event.outcome.name)
+                            mirror.send_if_due(
+                                lambda: combine(folder, logs.values(), compacted=False)
+                            )
                         ran.append(event.outcome.name)
                     if on_event is not None:
                         on_event(event)
         except OutageError as error:
             _sweep(folder)
             with suppress(OutageError):  # the same again, most likely
-                combine(folder, logs.values())
+                _settle(folder, logs.values(), mirror, compacted=False)
             count = len(leftover.jobs) - len(ran)
             raise type(error)(f"{error} The batch has stopped; {_told(count)}") from error
         except BaseException:
             _sweep(folder)
-            combine(folder, logs.values())
+            _settle(folder, logs.values(), mirror, compacted=False)
             raise
         _sweep(folder)
-        combined = combine(folder, logs.values())
+        combined = _settle(folder, logs.values(), mirror, compacted=True)
         return BatchResult(folder, combined.outcomes, tuple(ran), combined.has_changed)
+
+
+def _settle(
+    folder: Path, logs: Iterable[BatchLog], mirror: Mirror | None, *, compacted: bool
+) -> Combined:
+    """Write the tables over all that has been finished."""
+    if mirror is not None:
+        mirror.take_in_expected()
+    return combine(folder, logs, compacted=compacted)
 
 
 def _drop_old_notes(folder: Path) -> None:

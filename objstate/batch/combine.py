@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from objstate.batch.partitions import link_tables, unlink_tables
+from objstate.batch.compacting import compact
 from objstate.batch.rows import ROWS, rows_of
 from objstate.outputs import whole
 from objstate.recording.batches import (
@@ -42,8 +42,10 @@ class Combined:
     has_changed: bool  # since they were written last
 
 
-def combine(folder: Path, known: Iterable[BatchLog] | None = None) -> Combined:
-    """Write the combined tables of a batch.
+def combine(
+    folder: Path, known: Iterable[BatchLog] | None = None, *, compacted: bool = True
+) -> Combined:
+    """Write the combined tables of a batch; those of estimates and events only if ``compacted``.
 
     Only what changed since they were written is read. ``known`` are the batch's logs, where they
     have been read.
@@ -52,7 +54,6 @@ def combine(folder: Path, known: Iterable[BatchLog] | None = None) -> Combined:
     with open_index(folder) as index:
         entries = settled(index, folder, logs)
         unlisted = index.names() - entries.keys()
-        unlink_tables(folder, sorted(unlisted))
         index.drop(sorted(unlisted))
         has_changed = _bring_up_to_date(index, folder, logs, entries) or bool(unlisted)
         tables = (folder / TIMINGS_TABLE, folder / SUMMARY_TABLE)
@@ -60,6 +61,8 @@ def combine(folder: Path, known: Iterable[BatchLog] | None = None) -> Combined:
         if has_changed:
             _write_tables(folder, logs, entries)
             index.compact()
+        if compacted:
+            compact(index, folder, entries)
         return Combined(tuple(entries[log.name].outcome for log in logs), has_changed)
 
 
@@ -68,27 +71,18 @@ def _bring_up_to_date(
 ) -> bool:
     """Fill in what entries lack, here and in the index; whether any did."""
     stale = {log.name: log for log in logs if _is_stale(log, entries[log.name])}
-    gone = [e.outcome.name for e in entries.values() if e.linked and e.outcome.status != "done"]
-    unlink_tables(folder, gone)
-    names = [*stale, *(name for name in gone if name not in stale)]
+    names = list(stale)
     for begin in range(0, len(names), AT_ONCE):
         some = names[begin : begin + AT_ONCE]
-        link_tables(folder, [n for n in some if _is_to_be_linked(entries[n])])
-        fresh = {name: entries[name] for name in some}
-        fresh |= {n: _with_rows(index, folder, stale[n], entries[n]) for n in some if n in stale}
-        fresh = {n: replace(e, linked=e.outcome.status == "done") for n, e in fresh.items()}
+        fresh = {name: _with_rows(index, folder, stale[name], entries[name]) for name in some}
         index.describe(fresh)
         entries.update(fresh)
     return bool(names)
 
 
-def _is_to_be_linked(entry: Entry) -> bool:
-    return entry.outcome.status == "done" and not entry.linked
-
-
 def _is_stale(log: BatchLog, entry: Entry) -> bool:
     """Whether the log's rows aren't there, or its truth is another one than they were made by."""
-    if entry.summary is None or entry.times is None or _is_to_be_linked(entry):
+    if entry.summary is None or entry.times is None:
         return True
     return entry.outcome.status == "done" and entry.truth != json.dumps(truth_state(log))
 

@@ -26,7 +26,9 @@ COLUMNS = (
     "upper_limit_deg",
 )
 PROBABILITY = "probability"  # that a candidate is a door
-OPTIONAL = (PROBABILITY, "hinge_std_m", "bearing_std_deg", "width_std_m", "type")  # of candidates
+SIDE = "side_probability"  # that a candidate is hinged at this end and opens this way
+# of candidates
+OPTIONAL = (PROBABILITY, SIDE, "hinge_std_m", "bearing_std_deg", "width_std_m", "type")
 HINGED = "hinged"  # the only type that a row can describe
 SENSE = {"ccw": 1, "cw": -1}  # of opening, seen from above
 FULL_TURN = 360.0  # degrees

@@ -5,7 +5,7 @@ Source: the map_server and nav2_map_server documentation of the map format.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -16,7 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from objstate.config import Angle
 from objstate.errors import BuildingError
 from objstate.faults import faults
-from objstate.geometry import BoolArray, FloatArray, compose
+from objstate.geometry import BoolArray, FloatArray, between, compose
 from objstate.kinds import IMAGE, MAP, instead, kind_of
 from objstate.yaml_files import YamlError, read_yaml
 
@@ -67,6 +67,18 @@ class OccupancyMap:
             raise BuildingError(f"The map of {name} has no occupied cell; give another.")
         free = (percent >= 0) & (percent <= RAW_FULL * UNKNOWN)
         return OccupancyMap(occupied, free, resolution, origin, name)
+
+    def without(self, points: FloatArray) -> OccupancyMap:
+        """The map with free cells at points (n, 2) m of the building."""
+        column, row = np.floor(self.to_cells(points)).astype(np.int64).T
+        occupied, free = self.occupied.copy(), self.free.copy()
+        occupied[row, column], free[row, column] = False, True
+        return replace(self, occupied=occupied, free=free)
+
+    def to_cells(self, points: FloatArray) -> FloatArray:
+        """Points (n, 2) in cells (column, row) from points (n, 2) m in the building."""
+        poses = np.column_stack([points, np.zeros(len(points))])
+        return np.asarray(between(self.origin, poses)[:, :2] / self.resolution)
 
     def to_building(self, cells: FloatArray) -> FloatArray:
         """Points (n, 2) m in the building from points (n, 2) in cells: column, row."""

@@ -27,17 +27,25 @@ def outline(mesh: Mesh, height: float, transform: FloatArray | None = None) -> F
 
 def _section(mesh: Mesh, height: float) -> FloatArray:
     """One segment (k, 2, 2) for each triangle that the plane passes through."""
+    tips, others, shares = crossings(mesh, height)
+    start, end = mesh.vertices[tips, None, :2], mesh.vertices[others, :2]
+    return np.asarray(start + shares[..., None] * (end - start))
+
+
+def crossings(mesh: Mesh, height: float) -> tuple[IntArray, IntArray, FloatArray]:
+    """Where the plane z = ``height`` crosses the edges of k triangles, two of each.
+
+    The edges lead from vertices (k,) to vertices (k, 2), and are crossed at shares (k, 2) of them.
+    """
     above = mesh.vertices[:, 2] - height
     above = np.where(np.abs(above) < SNAP, 0.0, above)
     first, second, third = (above >= 0.0)[mesh.faces.T]
     cut = (first != second) | (second != third)
     lone = np.where(second == third, 0, np.where(first == third, 1, 2))[cut]  # on its side alone
     faces, rows = mesh.faces[cut], np.arange(len(lone))
-    tip = faces[rows, lone]
+    tips = faces[rows, lone]
     others = np.column_stack([faces[rows, (lone + 1) % 3], faces[rows, (lone + 2) % 3]])
-    share = above[tip, None] / (above[tip, None] - above[others])  # of the way from the tip
-    start, end = mesh.vertices[tip, None, :2], mesh.vertices[others, :2]
-    return np.asarray(start + share[..., None] * (end - start))
+    return tips, others, above[tips, None] / (above[tips, None] - above[others])
 
 
 def join_collinear(segments: FloatArray) -> FloatArray:

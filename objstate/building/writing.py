@@ -20,7 +20,14 @@ from objstate.outputs import whole
 WALLS_FILE = "walls.stl"
 SHAPE_FILE = "shape_{}.stl"  # of an object, numbered from 1
 DOORS_FILE, DECISIONS_FILE, LEARN_FILE = "doors.csv", "decisions.json", "learn.json"
-BESIDE = (DOORS_FILE, DECISIONS_FILE, LEARN_FILE)  # of a building that was edited, or learnt
+CALIBRATION, REPORT_FILE = "calibration.yaml", "report.html"
+BESIDE = (
+    DOORS_FILE,
+    DECISIONS_FILE,
+    LEARN_FILE,
+    CALIBRATION,
+    REPORT_FILE,
+)  # of a building that was edited, or learnt
 SAME = 1e-9  # m: corners no further from those of a box are its
 JOINTS = {Kind.HINGED: "revolute", Kind.SLIDING: "prismatic", Kind.PLANAR: "planar"}
 

@@ -1,5 +1,6 @@
 """Where the lasers really sit and how their clocks run, from the log itself."""
 
+from objstate.building.writing import CALIBRATION
 from objstate.calibration.calibration import (
     QUANTITIES,
     Calibration,
@@ -7,8 +8,14 @@ from objstate.calibration.calibration import (
     calibrate,
     calibrate_log,
 )
-from objstate.calibration.files import CALIBRATION, read_calibration, write_calibration
+from objstate.calibration.files import (
+    calibration_text,
+    read_calibration,
+    write_calibration,
+)
 from objstate.calibration.options import CalibrationOptions
+from objstate.calibration.surveying import Survey, survey_log
+from objstate.calibration.surveys import Surveyed, Surveys
 
 __all__ = [
     "CALIBRATION",
@@ -16,8 +23,13 @@ __all__ = [
     "Calibration",
     "CalibrationOptions",
     "LaserCorrection",
+    "Survey",
+    "Surveyed",
+    "Surveys",
     "calibrate",
     "calibrate_log",
+    "calibration_text",
     "read_calibration",
+    "survey_log",
     "write_calibration",
 ]

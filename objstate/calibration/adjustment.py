@@ -16,7 +16,7 @@ import numpy as np
 
 from objstate.calibration.blocks import Blocks, NormalEquations
 from objstate.calibration.gathering import Gathered
-from objstate.calibration.motion import links_between
+from objstate.calibration.motion import Links, links_between
 from objstate.calibration.options import CalibrationOptions
 from objstate.calibration.walls import WallReader, WallReadings
 from objstate.geometry import FloatArray, IntArray, compose, wrap
@@ -105,7 +105,7 @@ class Adjustment:
         spread = self._options.spread / TUKEY
         for _ in range(self._options.rounds):
             unknowns, walls, covariance, off = self._round(unknowns, walls, spread)
-            spread = _spread(off, self._options.spread)
+            spread = spread_of(off, self._options.spread)
         return Adjusted(
             frames=self.frames,
             unknowns=unknowns,
@@ -119,24 +119,28 @@ class Adjustment:
         self, unknowns: Unknowns, walls: Walls, spread: float
     ) -> tuple[Unknowns, Walls, FloatArray, FloatArray]:
         """Improved unknowns, the covariance of those but poses, and distances (n,) from walls."""
+        from scipy.sparse import diags_array
+
         readings = self._read(unknowns)
         pieces = readings.pieces(self._options.place)
         off = readings.distances - walls.behind(pieces)
         known, piece = np.unique(pieces, return_inverse=True)
-        weights = self._options.shared / spread**2 * _biweight(off / (TUKEY * spread))
+        weights = self._options.shared / spread**2 * biweight(off / (TUKEY * spread))
         blocks = (
             self._wall_blocks(unknowns, readings, piece.reshape(-1), weights),
-            self._link_blocks(unknowns),
+            link_blocks(self._links, unknowns.poses, unknowns.errors),
         )
         poses, others = unknowns.poses.size, len(unknowns.others)
         equations = NormalEquations(
             blocks,
-            precision=np.concatenate(
-                [
-                    np.zeros(poses),
-                    prior_deviations(self._options, len(self.frames)) ** -2.0,
-                    np.full(len(known), walls.spread**-2.0),
-                ]
+            precision=diags_array(
+                np.concatenate(
+                    [
+                        np.zeros(poses),
+                        prior_deviations(self._options, len(self.frames)) ** -2.0,
+                        np.full(len(known), walls.spread**-2.0),
+                    ]
+                )
             ),
             values=np.concatenate([np.zeros(poses), unknowns.others, np.zeros(len(known))]),
         )
@@ -198,30 +202,29 @@ class Adjustment:
         np.add.at(pull, block.reshape(-1), (weights * readings.distances)[:, None] * over)
         slight = np.concatenate([SLIGHT, SLIGHT, [SLIGHT_CLOCK]])
         jacobian = np.zeros((len(pairs), 4, columns.shape[1] + 1))
-        jacobian[:, :3, :-1] = _derivative(poses, slight)[pairs[:, 0]]
+        jacobian[:, :3, :-1] = derivative(poses, slight)[pairs[:, 0]]
         jacobian[:, 3, -1] = 1.0
         of_piece = count + len(unknowns.others) + pairs[:, 1:]
         return Blocks(np.hstack([columns[pairs[:, 0]], of_piece]), jacobian, information, pull)
 
-    def _link_blocks(self, unknowns: Unknowns) -> Blocks:
-        begin, end = unknowns.poses[:-1], unknowns.poses[1:]
-        residuals = self._links.residuals(begin, end, unknowns.errors)
-        weights = HUBER / np.linalg.norm(residuals, axis=1).clip(min=HUBER)
 
-        def errors(off: FloatArray) -> FloatArray:
-            return self._links.residuals(begin + off[:3], end + off[3:6], unknowns.errors + off[6:])
+def link_blocks(links: Links, poses: FloatArray, errors: FloatArray) -> Blocks:
+    """One block for each link, over the ``poses`` (n, 3) in turn, and odometry's ``errors`` (2,)."""
+    begin, end = poses[:-1], poses[1:]
+    residuals = links.residuals(begin, end, errors)
+    weights = HUBER / np.linalg.norm(residuals, axis=1).clip(min=HUBER)
 
-        count = len(begin)
-        errors_of = unknowns.poses.size + np.arange(2)
-        others = np.broadcast_to(errors_of, (count, 2))
-        return Blocks(
-            columns=np.hstack([3 * np.arange(count)[:, None] + np.arange(6), others]),
-            jacobian=_derivative(
-                errors, np.concatenate([SLIGHT, SLIGHT, np.full(2, SLIGHT_ERROR)])
-            ),
-            information=weights[:, None, None] * np.eye(3),
-            pull=weights[:, None] * residuals,
-        )
+    def whitened(off: FloatArray) -> FloatArray:
+        return links.residuals(begin + off[:3], end + off[3:6], errors + off[6:])
+
+    count = len(begin)
+    others = np.broadcast_to(poses.size + np.arange(2), (count, 2))
+    return Blocks(
+        columns=np.hstack([3 * np.arange(count)[:, None] + np.arange(6), others]),
+        jacobian=derivative(whitened, np.concatenate([SLIGHT, SLIGHT, np.full(2, SLIGHT_ERROR)])),
+        information=weights[:, None, None] * np.eye(3),
+        pull=weights[:, None] * residuals,
+    )
 
 
 def prior_deviations(options: CalibrationOptions, lasers: int) -> FloatArray:
@@ -240,18 +243,18 @@ def about_laser(mounts: FloatArray, corrections: FloatArray) -> FloatArray:
     return np.column_stack([mounts + corrections[:, :2] - turned[:, :2], corrections[:, 2]])
 
 
-def _biweight(off: FloatArray) -> FloatArray:
+def biweight(off: FloatArray) -> FloatArray:
     """Tukey's weights (n,): one at zero, none from one on."""
     return np.asarray((1.0 - off**2).clip(min=0.0) ** 2)
 
 
-def _spread(off: FloatArray, widest: float) -> float:
+def spread_of(off: FloatArray, widest: float) -> float:
     """Deviation, m, of the readings that are of walls."""
     near = np.abs(off)[np.abs(off) < widest]
     return max(MEDIAN * float(np.median(near)), NARROWEST) if len(near) else widest
 
 
-def _derivative(function: Callable[[FloatArray], FloatArray], slight: FloatArray) -> FloatArray:
+def derivative(function: Callable[[FloatArray], FloatArray], slight: FloatArray) -> FloatArray:
     """(n, 3, c) central differences of ``function`` (c,) -> (n, 3) at zero; yaws wrapped."""
     columns = []
     for k, step in enumerate(slight):

@@ -4,10 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from objstate.geometry import FloatArray, IntArray
+from objstate.lazy import lazy
+
+if TYPE_CHECKING:
+    from scipy.sparse import sparray
+    from scipy.sparse.linalg import SuperLU
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,16 +37,15 @@ class Blocks:
 
 
 class NormalEquations:
-    """Blocks and a prior in one quadratic form, factored once."""
+    """Blocks and a prior in one quadratic form, factored where needed."""
 
-    def __init__(self, blocks: Sequence[Blocks], precision: FloatArray, values: FloatArray) -> None:
-        """``values`` (n,) are the unknowns now, whose prior is zero with ``precision`` (n,)."""
-        from scipy.sparse import coo_array, diags_array
-        from scipy.sparse.linalg import splu
+    def __init__(self, blocks: Sequence[Blocks], precision: sparray, values: FloatArray) -> None:
+        """``values`` (n,) are the unknowns now, whose prior is zero with ``precision`` (n, n)."""
+        from scipy.sparse import coo_array
 
-        count = len(precision)
-        self._gradient = precision * values
-        hessian = diags_array(precision).tocsc()
+        count = len(values)
+        self._gradient = np.asarray(precision @ values)
+        hessian = precision.tocsc()
         for each in blocks:
             np.add.at(self._gradient, each.columns.ravel(), each.slopes.ravel())
             width = each.columns.shape[1]
@@ -48,8 +53,13 @@ class NormalEquations:
             columns = np.tile(each.columns, (1, width)).ravel()
             entries = each.curvatures.ravel()
             hessian = hessian + coo_array((entries, (rows, columns)), shape=(count, count)).tocsc()
-        self._factor = splu(hessian.tocsc())
-        self._count = count
+        self._hessian = hessian.tocsc()
+
+    @lazy
+    def _factor(self) -> SuperLU:
+        from scipy.sparse.linalg import splu
+
+        return splu(self._hessian)
 
     def step(self) -> FloatArray:
         """(n,) the step of all unknowns to the least value."""
@@ -57,6 +67,16 @@ class NormalEquations:
 
     def covariance(self, unknowns: IntArray) -> FloatArray:
         """(k, k) of some unknowns (k,)."""
-        picked = np.zeros((self._count, len(unknowns)))
+        picked = np.zeros((len(self._gradient), len(unknowns)))
         picked[unknowns, np.arange(len(unknowns))] = 1.0
         return np.asarray(self._factor.solve(picked)[unknowns])
+
+    def marginal(self, count: int) -> tuple[FloatArray, FloatArray]:
+        """Hessian (k, k) and gradient (k,) of all but the first ``count``, at the best of these."""
+        from scipy.sparse.linalg import splu
+
+        own, across = splu(self._hessian[:count, :count].tocsc()), self._hessian[:count, count:]
+        solved = own.solve(across.toarray())
+        hessian = self._hessian[count:, count:].toarray() - across.T @ solved
+        gradient = self._gradient[count:] - solved.T @ self._gradient[:count]
+        return np.asarray(0.5 * (hessian + hessian.T)), np.asarray(gradient)

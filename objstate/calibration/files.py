@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated
 
@@ -12,11 +13,10 @@ from objstate.calibration.calibration import Calibration, LaserCorrection
 from objstate.config import Strict, load_yaml, parse_strict
 from objstate.geometry import FloatArray, rotation_from_rpy, rpy_from_rotation, transform
 
-CALIBRATION = "calibration.yaml"  # in a result folder
 DECIMALS = 6  # micrometres, microseconds, millionths of degrees
 
 HEADER = """\
-# Mountings and clocks of a robot's lasers, by objstate calibrate.
+# Mountings and clocks of a robot's lasers, by objstate.
 # mount: m and degrees in base_link; clock_offset: s by which stamps are ahead of the odometry's.
 # Apply with: objstate estimate LOG --building URDF --out DIR --calibration THIS_FILE
 # correction: difference to the log's own values; std: its standard deviation; corrections under
@@ -65,11 +65,15 @@ class CalibrationFile(Strict):
 
 def write_calibration(path: str | Path, calibration: Calibration) -> None:
     """Write the file; lasers by frame, in order."""
+    Path(path).write_text(calibration_text(calibration.lasers), encoding="utf-8")
+
+
+def calibration_text(lasers: Iterable[LaserCorrection]) -> str:
+    """The file's content."""
     import yaml
 
-    content = CalibrationFile(lasers={each.frame: _entry(each) for each in calibration.lasers})
-    text = yaml.safe_dump(content.model_dump(mode="json"), sort_keys=False)
-    Path(path).write_text(HEADER + text, encoding="utf-8")
+    content = CalibrationFile(lasers={each.frame: _entry(each) for each in lasers})
+    return HEADER + yaml.safe_dump(content.model_dump(mode="json"), sort_keys=False)
 
 
 def read_calibration(path: str | Path) -> tuple[dict[str, FloatArray], dict[str, float]]:

@@ -84,6 +84,10 @@ class WallReader:
         chosen[usable[:: max(1, len(usable) // self._beams)]] = True
         return chosen
 
+    def is_level(self, scan: Scan) -> bool:
+        """Whether a laser sees walls at one height."""
+        return self._sensing.is_level(scan)
+
     def fits(self, scan: Scan, pose: FloatArray) -> bool:
         """Whether most readings of a scan from a pose (3,) lie near walls."""
         beams = self.beams_on_walls(scan, pose)

@@ -35,7 +35,7 @@ A manifest has a row for each log, and these columns, of which only the first is
 \b
 DIR gets:
   logs/NAME/            each log's result, as estimate writes it
-  estimates.parquet/    all estimates, a partition for each log
+  estimates.parquet/    all estimates, some dozen logs in a file
   smoothed.parquet/     the same states, given each whole log
   events.parquet/       when objects were moved
   summary.parquet       a row per log: how it ended, counts, warnings, errors

@@ -29,9 +29,10 @@ Examples:
 \b
 What is written to the folder:
   *.urdf          walls of the map without the leaves drawn into it, and the probable doors;
-                  or the building with its doors where they hang
+                  or the building with its walls and doors where they are
   doors.csv       all candidates, with probabilities and standard deviations (--map)
   learn.json      the drives, and what each told
+  calibration.yaml, report.html   the lasers' mountings, and pictures (--building)
 """
 
 
@@ -46,7 +47,7 @@ def learn(
     ] = None,
     building: Annotated[
         Path | None,
-        typer.Option(metavar="URDF", help="Learn where a building's doors hang."),
+        typer.Option(metavar="URDF", help="Learn where a building's walls and doors are."),
     ] = None,
     jobs: Annotated[
         int | None,
@@ -61,22 +62,25 @@ def learn(
     overwrite: Overwrite = False,
     quiet: Quiet = False,
 ) -> None:
-    """Learn a building from drives: its doors in a map, or where a building's doors hang.
+    """Learn a building from drives: its doors in a map, or where its walls and doors are.
 
     With --map, each drive is localized in the map. Where its walls open, in the map or in a drive,
     a door is weighed against an opening without a leaf, walls as they are drawn, and things that
     stand about. Doors that stand differently in several drives are told best; one that is always
     closed, and flush with its wall, can't be found.
 
-    With --building, hinges and closed bearings are adjusted to all drives, each with its own
-    deviation, which estimates then start from. A folder that was learnt before is gone on from.
+    With --building, walls, the lasers' mountings, hinges and closed bearings are adjusted to all
+    drives, which are of one robot. Estimates start from their deviations. Apply the mountings with
+    --calibration. A folder that was learnt before is gone on from.
     """
     from objstate.config import load_settings
     from objstate.discovery import learn_doors
     from objstate.run import RunOptions
 
     if (map_yaml is None) == (building is None):
-        raise SettingsError("Give --map to find doors, or --building to learn where they hang.")
+        raise SettingsError(
+            "Give --map to find doors, or --building to learn where walls and doors are."
+        )
 
     options = RunOptions(
         settings=load_settings(config),
@@ -109,7 +113,7 @@ def _refine(
     overwrite: bool,
     quiet: bool,
 ) -> None:
-    """Learn where a building's doors hang."""
+    """Learn where a building's walls and doors are."""
     from objstate.cli.tables import new_table
     from objstate.discovery import refine_building
 
@@ -135,6 +139,14 @@ def _refine(
             f"{math.degrees(each.bearing_std):.2f}",
         )
     print_table(table)
+    walls = refined.walls
+    print_text(
+        f"Walls differ from the model by {100.0 * walls.wall_std:.1f} cm, and are known to "
+        f"{100.0 * walls.remaining_std:.1f} cm."
+    )
+    for laser in refined.lasers:
+        yaw, std = math.degrees(laser.correction[2]), math.degrees(laser.std[2])
+        print_text(f"Laser {laser.frame} is turned by {yaw:+.2f} ± {std:.2f} degrees.")
     if refined.silent:
         print_text(f"No drive tells of {', '.join(refined.silent)}.")
     for log in refined.left_out:

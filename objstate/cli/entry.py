@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import gc
+import os
 import traceback
 from collections.abc import Sequence
 
@@ -39,6 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     that was written but isn't reliable; 130 after Ctrl-C; 70 for a bug, with its traceback.
     """
     gc.set_threshold(OBJECTS_BEFORE_COLLECTION)
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # for small matrices, more only spin
     try:
         code = app(args=arguments, prog_name="objstate", standalone_mode=False) or FINE
         return _interrupted() if code == INTERRUPTED else code

@@ -13,12 +13,13 @@ from objstate.building.door_table import Door
 from objstate.building.model import Building
 from objstate.building.occupancy import OccupancyMap
 from objstate.config import BeamModelSettings
-from objstate.discovery.doorway import doorway, together
+from objstate.discovery.doorway import Doorway, doorway, ended_on, together
 from objstate.discovery.explaining import Explained, Refined, explain
 from objstate.discovery.gathering import Beams
 from objstate.discovery.walls import distinct, fitted, openings, wall_lines
 from objstate.geometry import FloatArray
 
+PROBABLE = 0.5  # from which on a candidate is a door
 LEAST = 0.05  # probability below which a doorway isn't worth telling of
 HEIGHT = 0.3  # m, where the walls of a map are cut: they are upright
 SWING = math.radians(5.0)  # by which a door opens wider than it was seen
@@ -34,6 +35,7 @@ class Candidate:
 
     door: Door
     probability: float
+    side_probability: float  # of the hinge at this end, and of opening this way, if it is a door
     hinge_std: FloatArray  # (2,) m along and across the closed leaf
     bearing_std: float  # rad
     width_std: float  # m
@@ -56,16 +58,49 @@ def find_doors(
     """Doors of a map in what drives saw, the most probable first, named in that order."""
     lines = fitted(wall_lines(outline(walls.walls, HEIGHT)), beams)
     places = together(distinct(openings(lines, plan, beams)))
-    found: list[Candidate] = []
-    for number, place in enumerate(places):
+    seen = [doorway(place, lines, plan, beams, settings) for place in places]
+    left = dict[int, Explained]()
+    for number, place in enumerate(seen):
         if on_progress is not None:
             on_progress(number / len(places))
-        seen = doorway(place, lines, beams, settings)
-        explained = explain(seen, plan) if seen.groups else None
-        if explained is not None and explained.probability >= LEAST:
-            found += [_candidate(explained, each) for each in explained.leaves]
+        if (explained := _explained(place, plan)) is not None:
+            left[number] = explained
+    found: list[Candidate] = []
+    while left:
+        number = max(left, key=lambda each: (left[each].log_odds, -each))
+        best = left.pop(number)
+        found += [_candidate(best, each) for each in best.leaves]
+        if best.probability < PROBABLE:
+            continue
+        plan, beams = _explained_away(seen[number], best, plan, beams)
+        for other in [each for each in left if seen[each].is_near(seen[number])]:
+            seen[other] = doorway(places[other], lines, plan, beams, settings)
+            again = _explained(seen[other], plan)
+            if again is None:
+                del left[other]
+            else:
+                left[other] = again
     found.sort(key=lambda each: (-each.probability, -each.log_odds))
     return _named(_apart(found))
+
+
+def _explained(place: Doorway, plan: OccupancyMap) -> Explained | None:
+    """What a doorway holds, if that may be a door."""
+    explained = explain(place, plan) if place.groups else None
+    return explained if explained is not None and explained.probability >= LEAST else None
+
+
+def _explained_away(
+    place: Doorway, best: Explained, plan: OccupancyMap, beams: Beams
+) -> tuple[OccupancyMap, Beams]:
+    """The map and the beams without those that a door explains: they tell nothing of other doors."""
+    for each in best.leaves:
+        bearings = each.leaf.bearing + each.leaf.sense * each.angles
+        vector = np.array([*each.leaf.hinge, each.leaf.width])
+        beams = beams.take(~ended_on(place, beams, vector, bearings))
+        if each.drawn is not None:
+            plan = plan.without(each.drawn.points)
+    return plan, beams
 
 
 def _candidate(explained: Explained, best: Refined) -> Candidate:
@@ -86,11 +121,12 @@ def _candidate(explained: Explained, best: Refined) -> Candidate:
     return Candidate(
         door=door,
         probability=explained.probability,
+        side_probability=explained.side_probability,
         hinge_std=np.sqrt(np.diag(hinge)),
         bearing_std=float(np.sqrt(best.covariance[2, 2])),
         width_std=float(np.sqrt(best.covariance[3, 3])),
         angles=tuple(best.angles.tolist()),
-        log_odds=explained.log_door - explained.log_bare,
+        log_odds=explained.log_odds,
     )
 
 

@@ -29,6 +29,7 @@ MARGIN = 0.3  # m about all places of a leaf that count
 TOLERANCE, INSET = 0.75, 0.5  # cells, as `building from-map` straightens walls
 DEEP = 0.27  # m from the wall's line, within which a closed leaf may lie
 FILLED = 0.7  # of an opening's width that something covers which closes it
+ON_LEAF = 0.08  # m from a leaf within which a reading is of it
 JAMB = 0.03  # m of a jamb that stays when a doorway is cleared
 
 
@@ -40,13 +41,25 @@ class Doorway:
     walls: list[WallLine] = field(repr=False)  # all of the building's
     middle: FloatArray = field(repr=False)  # (2,) m
     radius: float  # m, of the disc in which a leaf may be
+    robot: FloatArray  # (2,) m, from where it was seen, mostly
     beams: FloatArray = field(repr=False)  # (9, n) as the kernels take them
     group: IntArray = field(repr=False)  # (n,) number of the look
     groups: int
+    drive: IntArray  # (groups,) number of the drive of each look
+    seconds: FloatArray  # (groups, 2) s, when each look began and ended
     exponents: FloatArray  # (groups,) on the likelihood of each look
     # (groups,) probability that nothing was moved since the look before, or since the map
     stays: FloatArray
     model: FloatArray = field(repr=False)  # (5,) beam model
+
+    def is_near(self, other: Doorway) -> bool:
+        """Whether leaves of both may be in one place."""
+        return bool(np.hypot(*(self.middle - other.middle)) < self.radius + other.radius)
+
+    def side(self, start: FloatArray, bearing: float) -> int:
+        """On which side of a line the robot was: 1 is the left."""
+        _, aside = beside(self.robot[None], start, bearing)
+        return 1 if aside[0] > 0.0 else -1
 
     def log_likelihood(self, expected: FloatArray) -> FloatArray:
         """(groups,) of the looks, tempered, for expected distances (n,) m of the beams."""
@@ -65,6 +78,20 @@ class Doorway:
         return replace(
             self, beams=beams, group=self.group[kept], exponents=exponents(self.group[kept])
         )
+
+
+def ended_on(place: Doorway, beams: Beams, leaf: FloatArray, bearings: FloatArray) -> BoolArray:
+    """(n,) the beams that ended on a leaf with its hinge and width (3,), at bearings (groups,)."""
+    out = np.zeros(len(beams), dtype=bool)
+    for k, bearing in enumerate(bearings.tolist()):
+        begin, end = place.seconds[k] + np.array([-REST_S, REST_S]) / 2.0
+        meant = (beams.drive == place.drive[k]) & (beams.seconds > begin) & (beams.seconds < end)
+        index = np.flatnonzero(meant & np.isfinite(beams.ranges))
+        ends = beams.origins[index] + beams.ranges[index, None] * beams.directions[index]
+        along, aside = beside(ends, leaf[:2], bearing)
+        is_on = (np.abs(aside) < ON_LEAF) & (along > -ON_LEAF) & (along < leaf[2] + ON_LEAF)
+        out[index[is_on]] = True
+    return out
 
 
 def exponents(group: IntArray) -> FloatArray:
@@ -87,7 +114,11 @@ def together(found: list[Opening]) -> list[list[Opening]]:
 
 
 def doorway(
-    found: list[Opening], walls: list[WallLine], beams: Beams, settings: BeamModelSettings
+    found: list[Opening],
+    walls: list[WallLine],
+    plan: OccupancyMap,
+    beams: Beams,
+    settings: BeamModelSettings,
 ) -> Doorway:
     """What drives saw of openings that are together."""
     widest = max(opening.width for opening in found)
@@ -99,6 +130,7 @@ def doorway(
     chosen = np.flatnonzero(group >= 0)
     index = inside[chosen]
     first = np.unique(group[chosen], return_index=True)[1]
+    last = np.append(first[1:], len(index)) - 1
     is_same = np.diff(beams.drive[index[first]], prepend=-1) == 0
     model = BeamModel(settings)
     peak, per_sigma, random, missing, hit = model.parameters(1.0)[:5]
@@ -111,16 +143,23 @@ def doorway(
             past[chosen],
             beams.reach[index],
             model.short(np.where(np.isfinite(ranges), ranges, 1e3)),
+            np.empty(len(index)),
         ]
     )
+    known = plan.occupied | plan.free
+    cells = 1.0 / plan.resolution
+    kernels.enter_unknown(rows, known, plan.origin, cells, rows[kernels.UNKNOWN])
     return Doorway(
         openings=found,
         walls=walls,
         middle=middle,
         radius=radius,
+        robot=np.median(beams.origins[index], axis=0) if len(index) else middle,
         beams=np.ascontiguousarray(rows),
         group=group[chosen],
         groups=int(group.max(initial=-1)) + 1,
+        drive=beams.drive[index[first]],
+        seconds=np.column_stack([beams.seconds[index[first]], beams.seconds[index[last]]]),
         exponents=exponents(group[chosen]),
         stays=np.where(is_same, STAYS, UNMOVED),
         model=np.array([hit, per_sigma, peak, random, missing]),

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from objstate.discovery.proposals import Shown, backgrounds, proposals
 from objstate.discovery.scoring import (
     FLAT,
     Behind,
+    Drawn,
     Lattice,
     Leaf,
     chained,
@@ -21,19 +22,24 @@ from objstate.discovery.scoring import (
     turned,
 )
 from objstate.discovery.walls import Opening
-from objstate.geometry import FloatArray
+from objstate.geometry import FloatArray, wrap
 
-LOG_DOOR = np.log(0.65)  # prior of a doorway to have a leaf
-LOG_BARE = np.log(0.35)
+LOG_DOOR = np.log(0.75)  # prior of a doorway to have a leaf
+LOG_BARE = np.log(0.25)
 LOG_KINDS = np.log(0.25)  # of the side of the hinge and the way it opens
 THING = -16.0  # nats: place, direction and length of something straight, of all there might be
 PLUG = -6.0  # nats: something that fills a doorway, such as a shelf, at some depth
 GAP = -3.0  # nats: the map lacks a piece of a wall
 SAME_WALL = 0.04  # m aside
-REFINED = 4  # leaves
+REFINED = 5  # leaves, beside those that the map shows
+DEPTH_APART = 0.1  # m, of leaves that are refined apart
 FINE, ABOUT = np.radians(0.75), np.radians(6.0)  # angles of a refined leaf
 SCALE = np.array([0.02, 0.02, np.radians(1.0), 0.02])  # m, m, rad, m: about a posterior's width
+SHARED_STD = np.array([0.012, 0.012, 0.0, 0.012])  # m, of what all looks share: poses, the map
 STEP = 0.5  # of the scale, for curvatures
+
+
+Thing = tuple[float, FloatArray]  # log prior; (k, 4) places of something straight, as of leaves
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,15 +53,26 @@ class Refined:
     angles: FloatArray  # (groups,) rad, the most probable of each look
     log_prior: float  # the evidence without the likelihood of the most probable angles
 
+    @property
+    def drawn(self) -> Drawn | None:
+        """What the map shows of it, if it does."""
+        return self.behind.drawn if self.behind.is_drawn(self.leaf) else None
+
 
 @dataclass(frozen=True, eq=False)
 class Explained:
     """What a doorway holds."""
 
     leaves: tuple[Refined, ...]  # one, or the two of a double door
+    side_probability: float  # of hinges at these ends, and of leaves that open this way
     probability: float
     log_door: float  # evidence, against the map as it is
     log_bare: float
+
+    @property
+    def log_odds(self) -> float:
+        """Of a door, against none."""
+        return self.log_door - self.log_bare
 
 
 def explain(place: Doorway, plan: OccupancyMap) -> Explained | None:
@@ -68,31 +85,45 @@ def explain(place: Doorway, plan: OccupancyMap) -> Explained | None:
         refined = _refine(place, cleared[leaf.about][number], leaf)
         if refined is not None:
             found.append(refined)
-    if not found:
+    pairs = _pairs(place, found)
+    each_kind: dict[tuple[int, bool, float], Refined] = {}
+    for each in sorted(found, key=lambda leaf: leaf.log_evidence):
+        if each.leaf.share == 1.0:
+            each_kind[each.leaf.kind] = each
+    several = [(one.log_evidence, (one,)) for one in each_kind.values()] + pairs
+    if not several:
         return None
+    best, leaves = max(several, key=lambda one: one[0])
+    all_log = float(np.logaddexp.reduce([log for log, _ in several]))
     base = float(as_is.log_likelihood.sum())
-    leaves: tuple[Refined, ...] = (max(found, key=lambda each: each.log_evidence),)
-    kinds: dict[tuple[int, bool, float], float] = {}
-    for each in found:
-        key = each.leaf.sense, each.leaf.from_end, each.leaf.share
-        kinds[key] = max(kinds.get(key, -np.inf), each.log_evidence)
-    several = list(kinds.values())
-    for first in [each for each in found if each.leaf.share < 1.0]:
-        second = _second(place, first)
-        if second is not None:
-            found.append(second)
-            both = first.log_prior + second.log_evidence
-            if both > max(several):
-                leaves = first, second
-            several.append(both)
-    door = float(np.logaddexp.reduce(several)) + LOG_KINDS + LOG_DOOR - base
-    things = _things(found) + [(GAP, _wall(opening)) for opening in _of_first_line(place)]
+    door = all_log + LOG_KINDS + LOG_DOOR - base
+    things = _things([(0.0, (each,)) for each in found] + pairs)
+    things += [(GAP, _wall(opening)[None]) for opening in _of_first_line(place)]
+    found += [other for _, (_, other) in pairs]
     bare = max(
         _bare(place, as_is, open_, things) for variants in cleared.values() for open_ in variants
     )
     bare += LOG_BARE - base
-    odds = door - bare
-    return Explained(leaves, float(1.0 / (1.0 + np.exp(-np.clip(odds, -50, 50)))), door, bare)
+    return Explained(
+        leaves=tuple(_with_others(each, found) for each in leaves),
+        side_probability=float(np.exp(best - all_log)),
+        probability=float(1.0 / (1.0 + np.exp(-np.clip(door - bare, -50, 50)))),
+        log_door=door,
+        log_bare=bare,
+    )
+
+
+def _pairs(place: Doorway, found: list[Refined]) -> list[tuple[float, tuple[Refined, ...]]]:
+    """The leaves of double doors and their log evidence, the best ones for each way to open."""
+    best: dict[int, tuple[float, tuple[Refined, ...]]] = {}
+    for one in [each for each in found if each.leaf.share < 1.0]:
+        other = _second(place, one)
+        if other is None:
+            continue
+        log, way = one.log_prior + other.log_evidence, one.leaf.sense * (-1) ** one.leaf.from_end
+        if way not in best or log > best[way][0]:
+            best[way] = log, (one, other)
+    return list(best.values())
 
 
 def _second(place: Doorway, first: Refined) -> Refined | None:
@@ -107,18 +138,32 @@ def _second(place: Doorway, first: Refined) -> Refined | None:
 
 
 def _tried(place: Doorway, shown: Shown) -> list[tuple[int, Leaf]]:
-    """The best proposals of each kind, with the number of the background."""
+    """The best proposals of each kind and depth, with the number of the background."""
     _, cleared = backgrounds(place, shown)
     lattice = Lattice.whole()
-    best: dict[tuple[int, bool, float], tuple[float, int, Leaf]] = {}
+    best: dict[tuple[int, bool, float, int], tuple[float, int, Leaf]] = {}
     for leaf in proposals(place):
+        _, aside = beside(leaf.hinge[None], *place.openings[leaf.about].jamb(leaf.from_end))
+        key = leaf.sense, leaf.from_end, leaf.share, round(float(aside[0]) / DEPTH_APART)
         for number, behind in enumerate(cleared[leaf.about]):
             score = log_joint(place, behind, leaf, lattice)
-            key = leaf.sense, leaf.from_end, leaf.share
             if key not in best or score > best[key][0]:
                 best[key] = score, number, leaf
     ordered = sorted(best.values(), key=lambda each: -each[0])[:REFINED]
-    return [(number, leaf) for _, number, leaf in ordered]
+    return [(number, leaf) for _, number, leaf in ordered] + shown.proposed(place)
+
+
+def _with_others(best: Refined, found: list[Refined]) -> Refined:
+    """A leaf whose covariance covers others of its kind that explain about as much."""
+    alike = [each for each in found if each.leaf.kind == best.leaf.kind]
+    log = np.array([each.log_evidence for each in alike])
+    weights = np.exp(log - np.logaddexp.reduce(log))
+    total = np.zeros((4, 4))
+    for weight, each in zip(weights, alike, strict=True):
+        off = each.leaf.vector - best.leaf.vector
+        off[2] = wrap(off[2])
+        total += weight * (each.covariance + np.outer(off, off))
+    return replace(best, covariance=total + np.diag(SHARED_STD**2))
 
 
 def _refine(place: Doorway, behind: Behind, leaf: Leaf) -> Refined | None:
@@ -144,7 +189,7 @@ def _refine(place: Doorway, behind: Behind, leaf: Leaf) -> Refined | None:
     value = max(-float(found.fun), full)
     volume = 0.5 * np.linalg.slogdet(2 * np.pi * covariance)[1]
     gain, evidence = lattice.gains(place, behind, leaf), value + float(volume)
-    best = np.argmax(gain + lattice.log_prior[:, None], axis=0)
+    best = lattice.best(gain)
     seen = gain[best, np.arange(place.groups)]
     log_prior = evidence - float(seen.sum() + behind.log_likelihood.sum())
     return Refined(leaf, behind, covariance, evidence, lattice.angles[best], log_prior)
@@ -174,13 +219,17 @@ def _covariance(score: Callable[[FloatArray], float], middle: FloatArray) -> Flo
     return np.asarray(vectors @ np.diag(1.0 / values) @ vectors.T * np.outer(SCALE, SCALE))
 
 
-def _things(found: list[Refined]) -> list[tuple[float, FloatArray]]:
-    """What leaves that were found would be, if they were just things: their prior, and place (4,)."""
+def _things(several: Sequence[tuple[float, tuple[Refined, ...]]]) -> list[Thing]:
+    """What leaves would be, if they were just things: their prior, and places (k, 4) side by side."""
     things = []
-    for each in found:
-        for angle in np.unique(each.angles[each.angles < FLAT]):
-            cost = PLUG if angle < np.radians(10.0) else THING
-            things.append((cost, turned(each.leaf, np.array([angle]))[0]))
+    for _, leaves in several:
+        for angles in np.unique(np.array([each.angles for each in leaves]).T, axis=0).tolist():
+            cost = sum(
+                GAP if angle == FLAT else PLUG if angle < np.radians(10.0) else THING
+                for angle in angles
+            )
+            pairs = zip(leaves, angles, strict=True)
+            things.append((cost, np.concatenate([turned(e.leaf, np.array([a])) for e, a in pairs])))
     return things
 
 
@@ -197,9 +246,7 @@ def _wall(opening: Opening) -> FloatArray:
     return np.array([*opening.start, opening.bearing, opening.width])
 
 
-def _bare(
-    place: Doorway, as_is: Behind, open_: Behind, things: list[tuple[float, FloatArray]]
-) -> float:
+def _bare(place: Doorway, as_is: Behind, open_: Behind, things: list[Thing]) -> float:
     """Log evidence of a doorway without a leaf: in each look as drawn, or open, or with things.
 
     A thing may stand in any of the looks, and is paid for once.
@@ -211,12 +258,12 @@ def _bare(
         prior = np.full(len(gain), -np.log(len(gain)))
         first = np.full(len(gain), -np.inf)
         first[0] = open_.log_map_bare
-        return chained(first, prior, gain, place.stays)
+        return float(chained(first, prior, gain, place.stays))
 
     value, chosen = total([]), list[FloatArray]()
     if not things:
         return value
-    gain = open_.log_likelihood + gains(place, open_, np.array([each for _, each in things]))
+    gain = open_.log_likelihood + [gains(place, open_, each).sum(axis=0) for _, each in things]
     costs, spent, left = [cost for cost, _ in things], 0.0, list(range(len(things)))
     while left:
         pays = [spent + costs[k] + total([*chosen, gain[k]]) for k in left]

@@ -18,12 +18,11 @@ from objstate.building.model import Building
 from objstate.building.occupancy import OccupancyMap, read_map
 from objstate.building.sidecar import sidecar_text
 from objstate.building.writing import DOORS_FILE, LEARN_FILE, check_target, write_buildings
-from objstate.discovery.candidates import Candidate, find_doors
+from objstate.discovery.candidates import PROBABLE, Candidate, find_doors
 from objstate.discovery.gathering import Beams, gather
 from objstate.run import RunOptions
 
 NAME = "building"  # of what is written
-PROBABLE = 0.5  # from which on a candidate is in the building
 
 LOCALIZING = 0.5  # of the whole work, on average
 
@@ -114,6 +113,7 @@ def candidates_table(candidates: Sequence[Candidate]) -> str:
                 round(door.width, 4),
                 round(math.degrees(door.upper), 1),
                 round(each.probability, 4),
+                round(each.side_probability, 4),
                 round(each.hinge_deviation, 4),
                 round(math.degrees(each.bearing_std), 2),
                 round(each.width_std, 4),

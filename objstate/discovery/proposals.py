@@ -8,7 +8,7 @@ from itertools import product
 import numpy as np
 
 from objstate.building.occupancy import OccupancyMap
-from objstate.discovery.doorway import Cells, Doorway, background
+from objstate.discovery.doorway import Cells, Doorway, background, beside
 from objstate.discovery.scoring import DRAWN, Behind, Drawn, Leaf
 from objstate.discovery.walls import Opening, WallLine
 from objstate.geometry import BoolArray, FloatArray
@@ -17,6 +17,7 @@ SHIFTS = np.arange(-0.06, 0.061, 0.015)  # m, of the map across a wall
 SHIFT_STD = 0.03  # m
 TURNS = np.radians(np.arange(-155.0, 156.0, 5.0))  # of a leaf in the map that are tried
 LEAST_TURN = np.radians(19.0)  # what stands nearer may be the wall
+NARROWEST_LEAF, WIDEST_LEAF = 0.55, 1.4  # m
 ABOUT = 0.1, 0.2  # m along the wall and across it within which a hinge lies about a jamb
 DRAWN_SHARE = 0.7  # of a leaf's length that the map shows
 LONGER = 8  # cells beyond a leaf's end that have to be free
@@ -26,14 +27,12 @@ def proposals(place: Doorway) -> list[Leaf]:
     """Leaves on either side of each opening, in some places about its jambs."""
     found = []
     for about, opening in enumerate(place.openings):
-        shares = [share for share in (1.0, 0.5) if 0.55 <= share * opening.width <= 1.4]
         for from_end in (False, True):
             start, bearing = opening.jamb(from_end)
             normal = np.array([-np.sin(bearing), np.cos(bearing)])
-            for share in shares:
+            for share, width in _widths(opening).items():
                 for aside in np.arange(-0.2, 0.21, 0.05):
                     hinge = start + aside * normal
-                    width = share * opening.width
                     for sense in (1, -1):
                         found.append(Leaf(hinge, bearing, sense, width, about, from_end, share))
     return found
@@ -48,13 +47,27 @@ class Shown:
     filling: list[Drawn | None]  # what fills it
     leaves: list[list[tuple[Drawn, BoolArray]]]  # what may be its leaves, and their cells
 
+    def proposed(self, place: Doorway) -> list[tuple[int, Leaf]]:
+        """The leaves that it may show, with the numbers of the backgrounds without them."""
+        found = []
+        for about, (opening, leaves) in enumerate(zip(place.openings, self.leaves, strict=True)):
+            for number, (drawn, _) in enumerate(leaves, start=1):
+                _, bearing = opening.jamb(bool(drawn.from_end))
+                sense = 1 if drawn.turn > 0.0 else -1
+                from_end, width = bool(drawn.from_end), drawn.share * opening.width
+                leaf = Leaf(drawn.hinge, bearing, sense, width, about, from_end, drawn.share)
+                found.append((number, leaf))
+        return found
+
     @staticmethod
     def about(place: Doorway, plan: OccupancyMap) -> Shown:
         """What it shows about one."""
         cells, openings = Cells.about(plan, place.middle, place.radius + 0.3), place.openings
         between = [cells.in_doorway(opening) for opening in openings]
         filling = [
-            Drawn(None, 0.0, cells.middles[inside]) if cells.fills(opening) else None
+            Drawn(None, 0.0, opening.start, 1.0, cells.middles[inside])
+            if cells.fills(opening)
+            else None
             for opening, inside in zip(openings, between, strict=True)
         ]
         leaves = [_leaves(cells, opening, place.walls) for opening in openings]
@@ -92,14 +105,20 @@ def backgrounds(place: Doorway, shown: Shown) -> tuple[Behind, dict[int, list[Be
 def _leaves(cells: Cells, opening: Opening, walls: list[WallLine]) -> list[tuple[Drawn, BoolArray]]:
     """Leaves of an opening that the map shows: the end of the hinge and the turn, and their cells."""
     found: list[tuple[Drawn, BoolArray]] = []
-    for from_end in (False, True):
+    for from_end, (share, width) in product((False, True), _widths(opening).items()):
         start, bearing = opening.jamb(from_end)
-        for hinge, turn in _drawn(cells, start, bearing, opening.width):
-            if any(wall.holds(hinge, bearing + turn, opening.width) for wall in walls):
+        for hinge, turn in _drawn(cells, start, bearing, width):
+            if any(wall.holds(hinge, bearing + turn, width) for wall in walls):
                 continue
-            leaf = cells.on_leaf(hinge, bearing + turn, opening.width)
-            found.append((Drawn(from_end, turn, cells.middles[leaf]), leaf))
+            leaf = cells.on_leaf(hinge, bearing + turn, width)
+            found.append((Drawn(from_end, turn, hinge, share, cells.middles[leaf]), leaf))
     return found
+
+
+def _widths(opening: Opening) -> dict[float, float]:
+    """The widths, m, that leaves of an opening may have, by the share of it that they close."""
+    widths = {share: share * opening.width for share in (1.0, 0.5)}
+    return {k: width for k, width in widths.items() if NARROWEST_LEAF <= width <= WIDEST_LEAF}
 
 
 def _without(
@@ -115,19 +134,19 @@ def _without(
 
 
 def _drawn(
-    cells: Cells, start: FloatArray, bearing: float, width: float
+    cells: Cells, jamb: FloatArray, bearing: float, width: float
 ) -> list[tuple[FloatArray, float]]:
     """Hinges about a jamb, and turns from the closed leaf, at which the map shows a leaf.
 
     That is something as long as a leaf, and no longer.
     """
     size, turns = cells.plan.resolution, TURNS[np.abs(TURNS) > LEAST_TURN]
-    near = np.hypot(*(cells.middles - start).T) < width + LONGER * size + np.hypot(*ABOUT)
+    near = np.hypot(*(cells.middles - jamb).T) < width + LONGER * size + np.hypot(*ABOUT)
     points = cells.middles[near]
     cos, sin = np.cos(bearing), np.sin(bearing)
-    found: list[tuple[float, FloatArray, float]] = []
+    found: list[tuple[float, FloatArray, float]] = []  # how well it fits
     for along, aside in product(*(np.arange(-reach, reach + 0.01, size) for reach in ABOUT)):
-        hinge = start + np.array([along * cos - aside * sin, along * sin + aside * cos])
+        hinge = jamb + np.array([along * cos - aside * sin, along * sin + aside * cos])
         off = points - hinge
         far = np.hypot(off[:, 0], off[:, 1])
         turned = np.arctan2(off[:, 1], off[:, 0]) - bearing - turns[:, None]
@@ -137,12 +156,32 @@ def _drawn(
         shown = np.zeros((len(turns), beyond + 1), dtype=bool)
         rows, columns = np.nonzero(on_line & (bins <= beyond))
         shown[rows, bins[columns]] = True
+        shown[:, 1:-1] |= shown[:, :-2] & shown[:, 2:]  # scans miss single cells
         shares = shown[:, 2:last].mean(axis=1)
         able = (shares > DRAWN_SHARE) & (shown[:, last + 2 :].sum(axis=1) <= 2)
-        found += [(float(shares[k]), hinge, float(turns[k])) for k in np.flatnonzero(able)]
+        # a jamb may go on as the leaf does: the leaf's end tells where it begins
+        ends = beyond - np.argmax(shown[:, ::-1], axis=1)
+        fits = shares - np.abs((ends + 1) * size - width) / width
+        found += [(float(fits[k]), hinge, float(turns[k])) for k in np.flatnonzero(able)]
     found.sort(key=lambda each: -each[0])
     kept: list[tuple[FloatArray, float]] = []
-    for _, hinge, turn in found:
+    for _, start, turn in found:
         if all(abs(turn - other) > np.radians(20.0) for _, other in kept):
-            kept.append((hinge, turn))
+            hinge, along = _fitted(points, start, bearing + turn, width, size)
+            kept.append((hinge, along - bearing))
     return kept[:2]
+
+
+def _fitted(
+    points: FloatArray, hinge: FloatArray, bearing: float, width: float, size: float
+) -> tuple[FloatArray, float]:
+    """A leaf's hinge and bearing by the cells (n, 2) about it, whose middles lie on it on average."""
+    for reach in (1.5, 1.5, 1.0):
+        along, aside = beside(points, hinge, bearing)
+        on = (np.abs(aside) < reach * size) & (along > 2.0 * size) & (along < width + 2.0 * size)
+        if on.sum() < 4:
+            break
+        lean, shift = np.polyfit(along[on], aside[on], 1).tolist()
+        hinge = hinge + shift * np.array([-np.sin(bearing), np.cos(bearing)])
+        bearing = bearing + float(np.arctan(lean))
+    return hinge, bearing

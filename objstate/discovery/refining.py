@@ -1,28 +1,52 @@
-"""A building's doors, adjusted to all drives that passed them, and the files that say so."""
+"""A building adjusted to all drives through it, and the files that say so.
+
+Walls and lasers come first: each drive is surveyed once, and all surveys are put together. Then each
+new drive is estimated in the building whose walls stand right, and tells where doors hang.
+"""
 
 from __future__ import annotations
 
-import json
-import math
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, field
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
+from typing import TypeVar
 
+import numpy as np
 import yaml
 
 from objstate.building.digest import geometry_digest
 from objstate.building.model import Building
-from objstate.building.writing import LEARN_FILE, check_target, write_buildings
+from objstate.building.warping import Columns
+from objstate.building.writing import (
+    CALIBRATION,
+    LEARN_FILE,
+    REPORT_FILE,
+    check_target,
+    write_buildings,
+)
+from objstate.calibration import (
+    CalibrationOptions,
+    LaserCorrection,
+    Survey,
+    Surveyed,
+    Surveys,
+    calibration_text,
+    survey_log,
+)
 from objstate.config import BuildingErrorSettings
-from objstate.errors import BuildingError
+from objstate.discovery.refining_report import report_of
+from objstate.discovery.told import Told, learn_text, told_before
+from objstate.errors import LogError
+from objstate.geometry import FloatArray
 from objstate.run import BuildingInput, RunOptions, open_run
 from objstate.run.inputs import describe_log, log_identity
 from objstate.world.statics import (
-    DoorEvidence,
+    LEAST_STD_M,
     DoorStatics,
     Drive,
     combined,
@@ -31,18 +55,12 @@ from objstate.world.statics import (
     rehung,
 )
 
-FORM = 1  # of what is written to LEARN_FILE
+SURVEYING = 0.5  # of the whole work
+SAME_M = 1e-6  # elements of mountings that differ by less are the same
 
 Report = Callable[[float], None]  # share of all drives done
-
-
-@dataclass(frozen=True, eq=False)
-class Told:
-    """What one drive told."""
-
-    log: str
-    digest: str
-    doors: Drive
+Result = TypeVar("Result")
+Each = Callable[[Callable[[Path], Result], Sequence[Path]], Iterator[Result]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +69,8 @@ class Refined:
 
     urdf: Path
     doors: list[DoorStatics]
+    walls: Surveyed
+    lasers: tuple[LaserCorrection, ...]
     drives: int  # that count
     left_out: tuple[str, ...] = ()  # logs of drives that contradict the others
     silent: tuple[str, ...] = field(default=())  # doors of which no drive tells
@@ -66,72 +86,143 @@ def refine_building(
     overwrite: bool = False,
     on_progress: Report | None = None,
 ) -> Refined:
-    """Learn from drives where a building's doors hang, and write a better building to ``out``.
+    """Learn from drives where walls, doors and lasers are, and write a better building to ``out``.
 
-    Each log is a drive of its own, and ``jobs`` are done at a time. ``out`` gets the building with
-    its sidecar, in which each door has its own deviations, and ``learn.json``, whole or not at all.
-    A folder that was learnt of the same building before is gone on from: drives that it knows are
-    not read again. Raises BuildingError, SettingsError, LogError and ResultError.
+    Each log is a drive of its own, all by one robot, and ``jobs`` are done at a time. ``out`` gets
+    the building with its sidecar, in which each door has its own deviations, ``calibration.yaml``
+    with the lasers' mountings, ``learn.json`` and ``report.html``, whole or not at all. A folder that was learnt of
+    the same building before is gone on from: drives that it knows are not read again, and what they
+    told of doors follows the walls about them. Raises BuildingError, SettingsError,
+    LogError and ResultError.
     """
-    run, target = run or RunOptions(), Path(out)
-    read = BuildingInput.read(building)
-    digest = geometry_digest(read.model)
-    before = _before(target, digest)
+    run, target, model = run or RunOptions(), Path(out), BuildingInput.read(building).model
+    digest, columns = geometry_digest(model), Columns.of(model.walls)
+    error = model.error or BuildingErrorSettings()
+    before = told_before(target, digest)
     if before is None:
         check_target(target, overwrite)
     known = {told.digest for told in before or ()}
     fresh = [log for log in map(Path, logs) if _digest(log, run) not in known]
-    told = [*(before or ()), *_all_told(fresh, Path(building), run, jobs, on_progress)]
-    out_of_line = contradicting([each.doors for each in told])
-    counting = [each for k, each in enumerate(told) if k != out_of_line]
-    error = read.model.error or BuildingErrorSettings()
-    doors = combined([each.doors for each in counting], error)
-    better = rehung(read.model, doors)
-    about = _about(str(building), digest, told, out_of_line, doors)
-    urdf = write_buildings(
-        target,
-        {".": better},
-        {".": _sidecar(better)},
-        {LEARN_FILE: json.dumps(about, indent=1) + "\n"},
-    )[0]
-    left_out = () if out_of_line is None else (told[out_of_line].log,)
-    silent = tuple(sorted(set(_hinged(read.model)) - {each.name for each in doors}))
-    return Refined(urdf, doors, len(counting), left_out, silent)
+    surveys = Surveys(columns, error)
+    with _workers(jobs, len(fresh)) as each:
+        surveyed = each(partial(_surveyed, Path(building), run), fresh)
+        told = [*(before or ()), *_counted(surveyed, len(fresh), 0.0, SURVEYING, on_progress)]
+        out_of_line = surveys.contradicting([one.survey for one in told])
+        walls = surveys.together([one.survey for one in _but(told, out_of_line)])
+        lasers = _corrections(walls, told)
+        mounts = {**run.mounts, **{laser.frame: laser.corrected_mount for laser in lasers}}
+        hang = partial(_hung, Path(building), walls.walls, replace(run, mounts=mounts))
+        hung = list(_counted(each(hang, fresh), len(fresh), SURVEYING, 1.0, on_progress))
+    old = len(told) - len(fresh)
+    motions = _motions(model, columns, walls)
+    found = [_beside(doors, motions, -1.0) for doors in hung]
+    fresh_told = [replace(one, doors=doors) for one, doors in zip(told[old:], found, strict=True)]
+    told = [*told[:old], *fresh_told]
+    if out_of_line is None:
+        out_of_line = contradicting([one.doors for one in told])
+    counting = _but(told, out_of_line)
+    doors = combined([_beside(one.doors, motions, 1.0) for one in counting], error)
+    better = _better(model, columns, walls, doors)
+    left_out = [one for one in told if one not in counting]
+    about = learn_text(str(building), digest, told, left_out, columns, walls, lasers, doors)
+    page = report_of(better, columns, walls, lasers, doors, counting)
+    beside = {LEARN_FILE: about, CALIBRATION: calibration_text(lasers), REPORT_FILE: page}
+    urdf = write_buildings(target, {".": better}, {".": _sidecar(better)}, beside)[0]
+    silent = tuple(sorted(set(_hinged(model)) - {door.name for door in doors}))
+    return Refined(
+        urdf, doors, walls, lasers, len(counting), tuple(one.log for one in left_out), silent
+    )
 
 
-def _all_told(
-    logs: Sequence[Path],
-    building: Path,
-    run: RunOptions,
-    jobs: int | None,
-    on_progress: Report | None,
-) -> Iterator[Told]:
-    """What each drive tells, in the order of the logs whatever the number of jobs."""
-    count = min(jobs or os.cpu_count() or 1, len(logs))
+def _but(told: Sequence[Told], number: int | None) -> list[Told]:
+    return [one for k, one in enumerate(told) if k != number]
+
+
+@contextmanager
+def _workers(jobs: int | None, most: int) -> Iterator[Each]:  # type: ignore[type-arg]
+    """A map over logs, in their order, by as many processes as there are jobs."""
+    count = min(jobs or os.cpu_count() or 1, most)
     if count <= 1:
-        for number, log in enumerate(logs):
-            yield _told(log, building, run)
-            _report(on_progress, number + 1, len(logs))
+        yield map
         return
     with ProcessPoolExecutor(count, mp_context=get_context("spawn")) as pool:
-        running = [pool.submit(_told, log, building, run) for log in logs]
-        for number, each in enumerate(running):
-            yield each.result()
-            _report(on_progress, number + 1, len(logs))
+        yield pool.map
 
 
-def _report(on_progress: Report | None, done: int, count: int) -> None:
-    if on_progress is not None:
-        on_progress(done / count)
+def _counted(
+    results: Iterable[Result], count: int, begin: float, end: float, report: Report | None
+) -> Iterator[Result]:
+    """The results, and how far the work has come with each."""
+    for number, each in enumerate(results, start=1):
+        yield each
+        if report is not None:
+            report(begin + (end - begin) * number / count)
 
 
-def _told(log: Path, building: Path, run: RunOptions) -> Told:
-    """What one drive tells of the doors that it passed. Raises LogError and others."""
-    records, estimator = open_run([log], BuildingInput.read(building).model, run)
+def _surveyed(building: Path, run: RunOptions, log: Path) -> Told:
+    """What one drive tells of walls and lasers. Raises LogError and others."""
+    survey, mounts = survey_log(log, building, run)
+    # as it is read again, so that going on gives the same
+    survey = Survey.read(survey.words())
+    return Told(str(log), _digest(log, run), mounts, survey, {})
+
+
+def _hung(building: Path, walls: FloatArray, run: RunOptions, log: Path) -> Drive:
+    """What one drive tells of doors, where the walls' columns are displaced. Raises LogError."""
+    model = BuildingInput.read(building).model
+    model = replace(model, walls=Columns.of(model.walls).warped(walls))
+    records, estimator = open_run([log], model, run)
     for record in records:
         estimator.feed(record)
-    doors = evidence_of(estimator.objects)
-    return Told(str(log), _digest(log, run), doors)
+    return evidence_of(estimator.objects)
+
+
+def _motions(
+    building: Building, columns: Columns, walls: Surveyed
+) -> dict[str, tuple[FloatArray, float]]:
+    """How the walls about each door were moved: a shift (2,) m, and a turn about its axis, rad."""
+    out = {}
+    for name in _hinged(building):
+        item = building.objects[name]
+        shift, turn = columns.motion(walls.walls, item.hinge)
+        out[name] = shift, turn * float(np.sign(item.direction[2]))
+    return out
+
+
+def _beside(drive: Drive, motions: Mapping[str, tuple[FloatArray, float]], times: float) -> Drive:
+    """What a drive tells, about doors that were moved.
+
+    A drive tells where a door hangs beside the walls about it, as these were known then.
+    """
+    return {
+        name: each.beside(times * motions[name][0], times * motions[name][1])
+        for name, each in drive.items()
+    }
+
+
+def _corrections(walls: Surveyed, told: Sequence[Told]) -> tuple[LaserCorrection, ...]:
+    """Of each laser's mounting. Raises LogError where drives have it at several places."""
+    mounts: dict[str, tuple[FloatArray, str]] = {}
+    for one in told:
+        for frame, mount in one.mounts.items():
+            first, log = mounts.setdefault(frame, (mount, one.log))
+            if np.abs(first - mount).max() > SAME_M:
+                raise LogError(
+                    f"Laser '{frame}' is mounted elsewhere in {one.log} than in {log}; learn from "
+                    f"the drives of one robot alone, or give its mounting with --mount."
+                )
+    told_below = CalibrationOptions().told_below
+    return tuple(walls.correction(frame, mounts[frame][0], told_below) for frame in walls.lasers)
+
+
+def _better(
+    building: Building, columns: Columns, walls: Surveyed, doors: Sequence[DoorStatics]
+) -> Building:
+    """The building as it was learnt."""
+    hung = rehung(replace(building, walls=columns.warped(walls.walls)), doors)
+    error = hung.error or BuildingErrorSettings()
+    std = max(walls.remaining_std, LEAST_STD_M)
+    return replace(hung, error=error.model_copy(update={"wall_std_m": std}))
 
 
 def _digest(log: Path, run: RunOptions) -> str:
@@ -146,6 +237,7 @@ def _sidecar(building: Building) -> str:
     """The deviations of the building, and of each door that was learnt."""
     assert building.error is not None
     words = building.error.model_dump(exclude_unset=True)
+    words["wall_std_m"] = round(words["wall_std_m"], 4)
     words["doors"] = {
         name: {key: round(value, 4) for key, value in own.model_dump(exclude_unset=True).items()}
         for name, own in building.error.doors.items()
@@ -154,63 +246,3 @@ def _sidecar(building: Building) -> str:
         "# How far walls, hinges and lasers may be off; standard deviations. Learnt from drives.\n"
     )
     return head + yaml.safe_dump({"building_error": words}, sort_keys=False)
-
-
-def _about(
-    building: str,
-    digest: str,
-    told: Sequence[Told],
-    out_of_line: int | None,
-    doors: Sequence[DoorStatics],
-) -> dict[str, Any]:
-    return {
-        "form": FORM,
-        "building": building,
-        "geometry_sha256": digest,
-        "drives": [
-            {
-                "log": each.log,
-                "sha256": each.digest,
-                "contradicts": number == out_of_line,
-                "doors": {name: door.words() for name, door in each.doors.items()},
-            }
-            for number, each in enumerate(told)
-        ],
-        "doors": [
-            {
-                "door": each.name,
-                "drives": each.drives,
-                "hinge_m": each.hinge.round(4).tolist(),
-                "hinge_std_m": round(each.hinge_std, 4),
-                "bearing_deg": round(math.degrees(each.bearing), 3),
-                "bearing_std_deg": round(math.degrees(each.bearing_std), 3),
-            }
-            for each in doors
-        ],
-    }
-
-
-def _before(out: Path, digest: str) -> list[Told] | None:
-    """What earlier drives told, where ``out`` was learnt of this building; else None.
-
-    Raises BuildingError for a folder whose file is damaged.
-    """
-    file = out / LEARN_FILE
-    if not file.is_file():
-        return None
-    try:
-        words = json.loads(file.read_text(encoding="utf-8"))
-        if words.get("form") != FORM or words.get("geometry_sha256") != digest:
-            return None
-        return [
-            Told(
-                each["log"],
-                each["sha256"],
-                {name: DoorEvidence.read(door) for name, door in each["doors"].items()},
-            )
-            for each in words["drives"]
-        ]
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise BuildingError(
-            f"{file} can't be gone on from ({error}); remove it, or choose another folder."
-        ) from error

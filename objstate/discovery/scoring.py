@@ -8,28 +8,41 @@ to gain more than that.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from objstate.discovery import kernels
 from objstate.discovery.doorway import DEEP, Doorway, beside
-from objstate.geometry import FloatArray
+from objstate.geometry import FloatArray, IntArray
 
 HALF = 0.02  # m, of a leaf's thickness
 STEP = np.radians(3.0)  # between angles of a leaf that are summed over
-WIDEST_TURN = np.radians(140.0)  # beyond it a leaf is like the wall that it lies on
-FLAT = np.radians(165.0)  # stands for all angles beyond
-USUAL_TURN = np.radians(110.0)  # beyond which few doors open
-CLOSED, USUAL, WIDE, AT_WALL = 0.35, 0.5, 0.05, 0.1  # where leaves are found
-CLOSED_STD = np.radians(2.0)
+WIDEST_TURN = np.radians(140.0)  # beyond it a leaf lies along the wall
+FLAT = np.radians(172.0)  # stands for all angles beyond
+CLOSED, AT_LIMIT, BETWEEN = 0.45, 0.25, 0.3  # where leaves are found
+CLOSED_STD, LIMIT_STD = np.radians(2.0), np.radians(4.0)
+LIMITS = np.append(np.radians(np.arange(60.0, 136.0, 7.5)), FLAT)  # where a door may stop
+USUAL_LIMIT, USUAL_LIMIT_STD = np.radians(95.0), np.radians(18.0)
+OPENS_FLAT = 0.15  # of doors that open as far as the wall
 DRAWN = -10.0  # nats: a map shows something as long as a leaf that ends at a jamb, and is none
-FILLED = -2.5  # nats: an opening without a leaf is filled within a wall's depth
+FILLED = -3.0  # nats: an opening without a leaf is filled within a wall's depth
 MISSED = -1.2  # nats: the map doesn't show a leaf that is there
 MAP_STD = np.radians(4.0)  # of the turn of a leaf in a map
-MAP_ASIDE, MAP_END = 0.03, 0.05  # m, of a leaf's place and of its end in a map
+# m, of a leaf's place in a map, of an end beyond the leaf's, and before it, where it wasn't seen
+MAP_ASIDE, MAP_END, MAP_UNSEEN = 0.03, 0.05, 0.2
+SAME_PLACE = 9.0  # squared deviations up to which a leaf stands where the map has it
 LAST = 0.97  # share of a leaf's cells that lie before its end
-ALONG_STD, WIDTH_STD = 0.05, 0.05  # m of hinge and width about what an opening shows
+SLIT = 0.01  # m, between a leaf and the jambs
+ALONG_STD, WIDTH_STD = 0.02, 0.025  # m of hinge and width about what an opening shows
+TAIL = 3.0  # degrees of freedom of these: some openings are shown wrongly
+# A leaf lies in that face of its wall to which it opens: at the front if it opens to the robot,
+# or as deep as the wall is thick. Few lie elsewhere.
+FRONT, FRONT_STD = 0.01, 0.03  # m
+THINNEST, THICKEST = 0.06, DEEP  # m, depths of leaves that open away
+SOFT = 0.01  # m, of these
+ELSEWHERE = 0.1
 BEARING_STD = np.radians(2.0)  # about the wall's
 
 
@@ -44,6 +57,11 @@ class Leaf:
     about: int  # number of the opening that it closes
     from_end: bool  # whether its hinge is at the opening's end
     share: float  # of the opening's width that it closes: 1, or 0.5 of two leaves
+
+    @property
+    def kind(self) -> tuple[int, bool, float]:
+        """Which way it opens, where it is hinged, and how much it closes."""
+        return self.sense, self.from_end, self.share
 
     @property
     def vector(self) -> FloatArray:
@@ -62,25 +80,25 @@ class Drawn:
 
     from_end: bool | None  # where it is hinged; None: it fills the opening
     turn: float  # rad, from the closed leaf; to the left is positive
+    hinge: FloatArray  # (2,) m, where it begins
+    share: float  # of the opening that it would close
     points: FloatArray = field(repr=False)  # (m, 2) m, middles of its cells
 
     def off(self, leaf: Leaf, angles: FloatArray) -> FloatArray:
         """(a,) squared deviations of a leaf at these angles from what is drawn."""
-        if self.from_end is None:
-            return np.asarray(np.square((angles - abs(self.turn)) / MAP_STD))
         away = self.points - leaf.hinge
-        bearings = leaf.bearing + leaf.sense * angles
+        bearings = leaf.bearing + leaf.sense * (np.zeros(1) if self.from_end is None else angles)
         cos, sin = np.cos(bearings)[:, None], np.sin(bearings)[:, None]
         along, aside = cos * away[:, 0] + sin * away[:, 1], cos * away[:, 1] - sin * away[:, 0]
+        off = np.square(np.median(aside, axis=1) / MAP_ASIDE)
+        if self.from_end is None:
+            return np.asarray(off + np.square((angles - abs(self.turn)) / MAP_STD))
         middle = along.mean(axis=1, keepdims=True)
         spread = np.square(along - middle).sum(axis=1)
         slope = (aside * (along - middle)).sum(axis=1) / np.maximum(spread, 1e-9)
         end = np.quantile(along, LAST, axis=1) - leaf.width
-        return np.asarray(
-            np.square(aside.mean(axis=1) / MAP_ASIDE)
-            + np.square(slope / MAP_STD)
-            + np.square(end / MAP_END)
-        )
+        end = np.where(end > 0.0, end / MAP_END, end / MAP_UNSEEN)
+        return np.asarray(off + np.square(slope / MAP_STD) + np.square(end))
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,18 +112,19 @@ class Behind:
     as_drawn: FloatArray = field(default_factory=lambda: np.empty(0), repr=False)
     log_left: float = 0.0  # log-probability of what is left in the map beside a leaf
 
-    def _is_drawn(self, leaf: Leaf) -> bool:
+    def is_drawn(self, leaf: Leaf) -> bool:
         """Whether what was taken out may be a leaf."""
         if self.drawn is None:
             return False
-        from_end, turn = self.drawn.from_end, self.drawn.turn
-        return from_end is None or (from_end == leaf.from_end and leaf.sense * turn >= 0.0)
+        drawn = self.drawn
+        is_its = drawn.from_end == leaf.from_end and drawn.share == leaf.share
+        return drawn.from_end is None or (is_its and leaf.sense * drawn.turn >= 0.0)
 
     def log_map(self, leaf: Leaf, angles: FloatArray) -> FloatArray:
         """(a,) log-likelihood of the map, if the leaf stood at these angles while it was made."""
         if self.drawn is None:
             return np.full(len(angles), MISSED + self.log_left)
-        if not self._is_drawn(leaf):
+        if not self.is_drawn(leaf):
             return np.full(len(angles), MISSED + DRAWN + self.log_left)
         off = self.drawn.off(leaf, angles)
         return np.asarray(np.maximum(-0.5 * off, MISSED + DRAWN) + self.log_left)
@@ -132,22 +151,23 @@ class Behind:
         return Behind(expected, place.log_likelihood(expected))
 
     def with_map(self, leaf: Leaf, angles: FloatArray, gain: FloatArray) -> FloatArray:
-        """Gains (a, groups) of a leaf, which at the map's own angle may look as the map has it."""
-        if not self._is_drawn(leaf):
+        """Gains (a, groups) of a leaf, which where the map has it may look as it is drawn."""
+        if self.drawn is None or not self.is_drawn(leaf):
             return gain
-        assert self.drawn is not None
-        near = np.abs(angles - abs(self.drawn.turn)) <= MAP_STD
-        out = gain.copy()
-        out[near] = np.maximum(gain[near], self.as_drawn)
-        return out
+        there = self.drawn.off(leaf, angles)[:, None] < SAME_PLACE
+        return np.asarray(np.where(there, np.maximum(gain, self.as_drawn), gain))
 
 
 @dataclass(frozen=True, eq=False)
 class Lattice:
-    """Angles by which a leaf may stand open; the last one stands for a leaf at the wall."""
+    """Angles by which a leaf may stand open; the last one stands for a leaf along the wall.
+
+    A door stops somewhere. It stands closed, or at its limit, or anywhere between.
+    """
 
     angles: FloatArray  # (a,) rad
-    log_prior: FloatArray  # (a,)
+    log_prior: FloatArray  # (u, a) of angles, given each limit
+    log_limit: FloatArray  # (u,) of limits
 
     @staticmethod
     def whole(step: float = STEP) -> Lattice:
@@ -156,25 +176,40 @@ class Lattice:
 
     @staticmethod
     def of(each: FloatArray, step: float) -> Lattice:
-        """Some of the angles that lie ``step`` apart, and a leaf at the wall."""
-        usual = np.where(each <= USUAL_TURN, USUAL / USUAL_TURN, WIDE / (WIDEST_TURN - USUAL_TURN))
-        half = np.sqrt(np.pi / 2) * CLOSED_STD  # the integral, as no door opens beyond closed
+        """Some of the angles that lie ``step`` apart, and a leaf along the wall."""
+        half = np.sqrt(np.pi / 2) * CLOSED_STD  # the integral
         closed = CLOSED / half * np.exp(-0.5 * (each / CLOSED_STD) ** 2)
-        prior = np.log(step * (usual + closed))
-        return Lattice(np.append(each, FLAT), np.append(prior, np.log(AT_WALL)))
+        limit = LIMITS[:, None]
+        width = np.sqrt(2 * np.pi) * LIMIT_STD
+        at_limit = AT_LIMIT / width * np.exp(-0.5 * ((each - limit) / LIMIT_STD) ** 2)
+        between = BETWEEN / limit / (1.0 + np.exp((each - limit) / (LIMIT_STD / 2.0)))
+        flat = np.where(limit < FLAT, 1e-6, AT_LIMIT + BETWEEN * (1.0 - WIDEST_TURN / FLAT))
+        cell = np.where(each > 0.0, step, step / 2.0)  # no door opens beyond closed
+        prior = np.hstack([cell * (closed + at_limit + between), flat])
+        usual = np.exp(-0.5 * ((LIMITS[:-1] - USUAL_LIMIT) / USUAL_LIMIT_STD) ** 2)
+        limits = np.append((1.0 - OPENS_FLAT) * usual / usual.sum(), OPENS_FLAT)
+        return Lattice(np.append(each, FLAT), np.log(prior), np.log(limits))
+
+    def best(self, gain: FloatArray) -> IntArray:
+        """(groups,) numbers of the most probable angles of looks, of gains (a, groups)."""
+        marginal = np.logaddexp.reduce(self.log_prior + self.log_limit[:, None], axis=0)
+        return np.asarray(np.argmax(gain + marginal[:, None], axis=0))
 
     def about(self, gain: FloatArray, step: float, near: float) -> Lattice:
         """A finer one about what each look finds best, of gains (a, groups)."""
-        best = self.angles[np.argmax(gain + self.log_prior[:, None], axis=0)]
+        best = self.angles[self.best(gain)]
         fine = np.arange(0.0, WIDEST_TURN, step)
         kept = (np.abs(fine[:, None] - best) <= near).any(axis=1)
         return Lattice.of(fine[kept], step)
 
     def gains(self, place: Doorway, behind: Behind, leaf: Leaf) -> FloatArray:
         """(a, groups) what a leaf at each angle adds to the log-likelihood of each look."""
-        out = gains(place, behind, turned(leaf, self.angles))
-        out[-1] = 0.0  # at the wall it looks as the wall does
-        return behind.with_map(leaf, self.angles, out)
+        return behind.with_map(leaf, self.angles, gains(place, behind, turned(leaf, self.angles)))
+
+    def log_evidence(self, log_map: FloatArray, gain: FloatArray, stays: FloatArray) -> float:
+        """Of looks with gains (a, groups), where the map has the log-likelihood (a,) of angles."""
+        each = chained(self.log_prior + log_map, self.log_prior, gain, stays)
+        return float(np.logaddexp.reduce(self.log_limit + each))
 
 
 def gains(place: Doorway, behind: Behind, leaves: FloatArray) -> FloatArray:
@@ -201,16 +236,33 @@ def log_prior(place: Doorway, leaf: Leaf) -> float:
     opening = place.openings[leaf.about]
     start, bearing = opening.jamb(leaf.from_end)
     along, aside = beside(leaf.hinge[None], start, bearing)
-    if abs(aside[0]) > DEEP:
+    depth = -float(aside[0]) * place.side(start, bearing)
+    if abs(depth) > DEEP:
         return -np.inf
-    turn = (leaf.bearing - bearing + np.pi) % (2 * np.pi) - np.pi
-    off = (
-        (float(along[0]) / ALONG_STD),
-        (leaf.width + float(along[0]) - leaf.share * opening.width) / WIDTH_STD,
-        turn / BEARING_STD,
-    )
-    norm = np.log(2 * np.pi) * 1.5 + np.log(ALONG_STD * WIDTH_STD * BEARING_STD)
-    return float(-0.5 * np.sum(np.square(off)) - norm - np.log(2 * DEEP))
+    turned_by = (leaf.bearing - bearing + np.pi) % (2 * np.pi) - np.pi
+    end = leaf.width + float(along[0]) - leaf.share * (opening.width - SLIT)
+    log = _log_student(float(along[0]) - SLIT, ALONG_STD) + _log_student(end, WIDTH_STD)
+    log += -0.5 * (turned_by / BEARING_STD) ** 2 - math.log(math.sqrt(2 * math.pi) * BEARING_STD)
+    is_toward = leaf.sense == place.side(start, bearing)
+    return float(log + _log_depth(depth, is_toward))
+
+
+def _log_student(off: float, std: float) -> float:
+    """Log density of Student's distribution."""
+    norm = math.gamma((TAIL + 1.0) / 2.0) / math.gamma(TAIL / 2.0)
+    norm /= math.sqrt(TAIL * math.pi) * std
+    return math.log(norm) - (TAIL + 1.0) / 2.0 * math.log1p((off / std) ** 2 / TAIL)
+
+
+def _log_depth(depth: float, is_toward: bool) -> float:
+    """Log density, 1/m, of how deep in its wall a leaf lies that opens toward the robot or away."""
+    if is_toward:
+        usual = math.exp(-0.5 * ((depth - FRONT) / FRONT_STD) ** 2) / FRONT_STD
+        usual /= math.sqrt(2.0 * math.pi)
+    else:
+        rise = math.erf((depth - THINNEST) / SOFT) - math.erf((depth - THICKEST) / SOFT)
+        usual = 0.5 * rise / (THICKEST - THINNEST)
+    return math.log((1.0 - ELSEWHERE) * usual + ELSEWHERE / (2.0 * DEEP))
 
 
 def log_joint(place: Doorway, behind: Behind, leaf: Leaf, lattice: Lattice) -> float:
@@ -219,20 +271,21 @@ def log_joint(place: Doorway, behind: Behind, leaf: Leaf, lattice: Lattice) -> f
     if prior == -np.inf:
         return prior
     gain = lattice.gains(place, behind, leaf)
-    first = lattice.log_prior + behind.log_map(leaf, lattice.angles)
-    total = chained(first, lattice.log_prior, gain, place.stays)
+    total = lattice.log_evidence(behind.log_map(leaf, lattice.angles), gain, place.stays)
     return prior + total + float(behind.log_likelihood.sum())
 
 
-def chained(first: FloatArray, prior: FloatArray, gain: FloatArray, stays: FloatArray) -> float:
-    """Log evidence of looks whose log-likelihoods are (s, groups), by states (s,).
+def chained(
+    first: FloatArray, prior: FloatArray, gain: FloatArray, stays: FloatArray
+) -> FloatArray:
+    """Log evidence (...,) of looks whose log-likelihoods are (s, groups), by states (s,).
 
     Between looks the state stays with probabilities (groups,), and is drawn anew from the ``prior``
-    (s,) else; ``first`` (s,) is the log-probability of states in the map, together with the map.
+    (..., s) else; ``first`` (..., s) is the log-probability of states in the map, with the map.
     """
     before = first
     for k, stay in enumerate(stays.tolist()):
-        total = np.logaddexp.reduce(before)
+        total = np.logaddexp.reduce(before, axis=-1, keepdims=True)
         moved = np.log1p(-stay) + total + prior
         before = np.logaddexp(np.log(stay) + before, moved) + gain[:, k]
-    return float(np.logaddexp.reduce(before))
+    return np.asarray(np.logaddexp.reduce(before, axis=-1))

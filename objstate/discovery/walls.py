@@ -9,7 +9,7 @@ import numpy as np
 
 from objstate.building.occupancy import OccupancyMap
 from objstate.discovery.gathering import Beams
-from objstate.geometry import BoolArray, FloatArray, IntArray, between
+from objstate.geometry import BoolArray, FloatArray, IntArray
 
 BIN = 0.025  # m along a line
 LEAST_WALL = 0.25  # m: shorter pieces make no line
@@ -24,6 +24,15 @@ WALLS, LEAST_WALLS = 1.0, 0.6  # m on each side of an opening, and how much of t
 ENOUGH = 2  # beams that tell of a bin
 THICKEST = 0.35  # m of a wall
 HIDDEN = 0.5  # share of an opening behind another wall from which on it is none
+WALL_STD = 0.02  # m, of readings about their wall
+FREE, STRAY = 1.0, 0.02  # m over which beams end that pass an opening; share that end anywhere
+INNER = 0.6  # share of an opening in which its beams are counted
+JAMB_REACH = 0.15  # m about a jamb within which it may be
+JAMB_BIAS, JAMB_STD = (
+    -0.02,
+    0.04,
+)  # m, of jambs from where bins show them: bins and cells reach beyond
+JAMB_BEAMS = 40.0  # beams about a jamb that tell something of their own
 WIDTHS = 0.08, 0.05, 0.03, 0.02, 0.02  # m, of the weights with which a line is fitted, in turn
 FEWEST = 30  # readings by which a line is fitted
 LEAN = 0.01  # rad, prior deviation of a line's direction from the map's
@@ -214,8 +223,42 @@ def openings(lines: list[WallLine], plan: OccupancyMap, beams: Beams) -> list[Op
         for begin, end in _gaps(shows):
             if behind[begin:end].mean() > HIDDEN:
                 continue
-            found.append(Opening(line.at(begin * BIN), line.at(end * BIN)))
+            low, high = _between_jambs(line, begin * BIN, end * BIN, beams)
+            found.append(Opening(line.at(low), line.at(high)))
     return found
+
+
+def _between_jambs(line: WallLine, low: float, high: float, beams: Beams) -> tuple[float, float]:
+    """Where along a line its opening begins and ends, by the beams that cross it about the jambs.
+
+    Beside an opening beams end at the wall. Inside they pass, but for as many as end at a closed leaf.
+    Those that come from inside end at the jamb's own face and don't count.
+    """
+    index, places, beyond = _crossed(line, beams)
+    at_wall = np.exp(-0.5 * np.square(beyond / WALL_STD)) / (np.sqrt(2.0 * np.pi) * WALL_STD)
+    free = np.where(beyond > 0.0, 1.0 / FREE, STRAY / FREE)
+    inside = np.abs(places - (low + high) / 2.0) < INNER * (high - low) / 2.0
+    share = np.zeros(len(index))
+    for drive in np.unique(beams.drive[index]):
+        mine = beams.drive[index] == drive
+        hits = np.abs(beyond[mine & inside]) < BESIDE
+        share[mine] = hits.mean() if len(hits) else 1.0
+    gain = np.log(
+        (at_wall + STRAY / FREE) / (share * at_wall + (1.0 - share) * free + STRAY / FREE)
+    )
+    inward = beams.directions[index] @ line.along
+    found = []
+    for jamb, sign in ((low, 1.0), (high, -1.0)):
+        off = sign * (places - jamb)
+        about = np.flatnonzero((np.abs(off) < JAMB_REACH) & (sign * inward > 0.0))
+        order = about[np.argsort(off[about])]
+        ends = np.concatenate([[-JAMB_REACH], off[order], [JAMB_REACH]])
+        edges = (ends[:-1] + ends[1:]) / 2.0
+        log = np.concatenate([[0.0], np.cumsum(gain[order])])
+        log *= min(JAMB_BEAMS / max(len(order), 1), 1.0)
+        log -= 0.5 * np.square((edges - JAMB_BIAS) / JAMB_STD)
+        found.append(jamb + sign * float(edges[np.argmax(log)]))
+    return found[0], found[1]
 
 
 def _on_walls(lines: list[WallLine], beams: Beams) -> BoolArray:
@@ -230,7 +273,7 @@ def _on_walls(lines: list[WallLine], beams: Beams) -> BoolArray:
 
 def _behind_wall(line: WallLine, count: int, beams: Beams, on_wall: BoolArray) -> BoolArray:
     """(count,) the bins to which most beams end at another wall that is a wall's thickness before."""
-    index, bins, beyond = _crossed(line, count, beams)
+    index, bins, beyond = _binned(line, count, beams)
     before = on_wall[index] & (beyond < -BESIDE) & (beyond > -THICKEST)
     counts = [np.bincount(bins[chosen], minlength=count) for chosen in (before, beyond > -BESIDE)]
     return np.asarray(counts[0] > counts[1])
@@ -250,8 +293,7 @@ def _of_map(line: WallLine, count: int, plan: OccupancyMap, cells: BoolArray) ->
 
 def shown_at(plan: OccupancyMap, cells: BoolArray, points: FloatArray) -> BoolArray:
     """(n,) whether some of the map's cells are at points (n, 2); none are outside of it."""
-    flat = between(plan.origin, np.column_stack([points, np.zeros(len(points))]))[:, :2]
-    column, row = np.floor(flat / plan.resolution).astype(np.int64).T
+    column, row = np.floor(plan.to_cells(points)).astype(np.int64).T
     rows, columns = cells.shape
     inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
     out = np.zeros(len(points), dtype=bool)
@@ -261,25 +303,30 @@ def shown_at(plan: OccupancyMap, cells: BoolArray, points: FloatArray) -> BoolAr
 
 def _of_drive(line: WallLine, count: int, beams: Beams) -> tuple[BoolArray, BoolArray]:
     """(count,) the bins where most beams of a drive end at the line, and where most pass it."""
-    _, bins, beyond = _crossed(line, count, beams)
+    _, bins, beyond = _binned(line, count, beams)
     hits = np.bincount(bins[np.abs(beyond) < BESIDE], minlength=count)
     passed = np.bincount(bins[beyond >= BESIDE], minlength=count)
     enough = hits + passed >= ENOUGH
     return np.asarray(enough & (hits > passed)), np.asarray(enough & (hits <= passed))
 
 
-def _crossed(line: WallLine, count: int, beams: Beams) -> tuple[IntArray, IntArray, FloatArray]:
+def _binned(line: WallLine, count: int, beams: Beams) -> tuple[IntArray, IntArray, FloatArray]:
     """Beams (k,) that cross a line or would, the bins (k,) where, and how far they get beyond, m."""
+    index, places, beyond = _crossed(line, beams)
+    bins = np.floor(places / BIN).astype(np.int64)
+    inside = (bins >= 0) & (bins < count)
+    return index[inside], bins[inside], beyond[inside]
+
+
+def _crossed(line: WallLine, beams: Beams) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Beams (k,) that cross a line or would, where along it, and how far they get beyond, m."""
     offset = line.start - beams.origins
     cosine = beams.directions @ line.normal
     with np.errstate(divide="ignore", invalid="ignore"):
         way = (offset @ line.normal) / cosine
     index = np.flatnonzero((np.abs(cosine) > STEEP) & (way > 0.2) & (way < beams.reach))
     crossing = beams.origins[index] + way[index, None] * beams.directions[index] - line.start
-    bins = np.floor(crossing @ line.along / BIN).astype(np.int64)
-    inside = (bins >= 0) & (bins < count)
-    index, bins = index[inside], bins[inside]
-    return index, bins, (beams.ranges[index] - way[index]) * np.abs(cosine[index])
+    return index, crossing @ line.along, (beams.ranges[index] - way[index]) * np.abs(cosine[index])
 
 
 def _gaps(shows: list[tuple[BoolArray, BoolArray]]) -> Iterator[tuple[int, int]]:

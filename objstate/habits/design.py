@@ -118,6 +118,14 @@ class Design:
         return out
 
     @lazy
+    def level(self) -> FloatArray:
+        """(p,) from parameters to the mean logarithm over a day of a settled door's moves an hour."""
+        out = np.zeros(self.parameters)
+        (first, block), *_ = zip(FIRST, BLOCKS, strict=False)  # of SETTLED, on all days
+        out[first : first + block.knots] = 1.0 / block.knots
+        return out
+
+    @lazy
     def mean(self) -> FloatArray:
         """(p,) prior mean."""
         out = np.zeros(self.parameters)

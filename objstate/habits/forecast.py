@@ -10,7 +10,7 @@ from objstate.geometry import FloatArray, IntArray
 from objstate.habits.calendar import CELL_NS, NANOSECONDS, PER_DAY, Calendar
 from objstate.habits.chain import Chain, chain
 from objstate.habits.design import Design
-from objstate.habits.model import Gaussian, draws
+from objstate.habits.model import Distribution
 from objstate.lazy import lazy
 
 DRAWS = 16  # of the parameters
@@ -25,7 +25,7 @@ class Forecast:
 
     design: Design
     calendar: Calendar
-    habits: Gaussian
+    habits: Distribution
     draws: int = DRAWS  # 1: the mode alone
     _spans: dict[tuple[int, int], FloatArray] = field(default_factory=dict, init=False, repr=False)
 
@@ -33,8 +33,8 @@ class Forecast:
 
     @lazy
     def thetas(self) -> FloatArray:
-        """(d, p) draws, in pairs about the mean."""
-        return draws(self.habits, self.draws)
+        """(d, p) draws."""
+        return self.habits.draws(self.draws)
 
     @lazy
     def process(self) -> Chain:

@@ -23,7 +23,7 @@ from objstate.habits.chain import chain, slopes
 from objstate.habits.design import Design
 from objstate.habits.looks import RegionLooks
 from objstate.habits.steps import steps
-from objstate.lazy import Later
+from objstate.lazy import Later, lazy
 
 if TYPE_CHECKING:
     from objstate.habits import kernels
@@ -45,6 +45,21 @@ class Gaussian:
     mean: FloatArray  # (p,)
     covariance: FloatArray  # (p, p)
 
+    @lazy
+    def root(self) -> FloatArray:
+        """(p, p) Cholesky's factor of the covariance."""
+        return np.asarray(
+            np.linalg.cholesky(self.covariance + JITTER * np.eye(len(self.mean))), dtype=float
+        )
+
+    def draws(self, count: int) -> FloatArray:
+        """(count, p) draws, always the same, in pairs about the mean; the mean alone for one."""
+        if count == 1:
+            return self.mean[None]
+        size = (count // 2, len(self.mean))
+        off = np.random.default_rng(SEED).standard_normal(size) @ self.root.T
+        return np.concatenate([self.mean + off, self.mean - off])
+
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
@@ -55,6 +70,13 @@ class Evidence:
     score: FloatArray  # (p,)
     information: FloatArray  # (p, p)
     state: FloatArray = field(repr=False)  # (s,) after the last look
+
+
+class Distribution(Protocol):
+    """Of parameters."""
+
+    def draws(self, count: int) -> FloatArray:
+        """(count, p) draws, always the same."""
 
 
 class Parameters(Protocol):
@@ -147,8 +169,12 @@ def fit_to(
 ) -> tuple[Gaussian, Evidence]:
     """The posterior of the parameters by the evidence at any of them, and the evidence at its mode."""
     found = mode(told, before, start)
-    after = Gaussian(found.theta, _inverse(_inverse(before.covariance) + found.information))
-    return _spread(told, before, after), found
+    return _spread(told, before, laplace(found, before)), found
+
+
+def laplace(found: Evidence, before: Gaussian) -> Gaussian:
+    """The Gaussian about a mode."""
+    return Gaussian(found.theta, _inverse(_inverse(before.covariance) + found.information))
 
 
 def mode(told: Told, before: Gaussian, start: FloatArray | None = None) -> Evidence:
@@ -185,22 +211,12 @@ def _spread(told: Told, before: Gaussian, after: Gaussian) -> Gaussian:
     """
     precision = _inverse(before.covariance)
     for _ in range(SPREADS):
-        found = [told(theta) for theta in draws(after, SPREAD_DRAWS)]
+        found = [told(theta) for theta in after.draws(SPREAD_DRAWS)]
         total = precision + np.mean([each.information for each in found], axis=0)
         score = np.mean([each.score for each in found], axis=0)
         pull = score - precision @ (after.mean - before.mean)
         after = Gaussian(after.mean + np.linalg.solve(total, pull), _inverse(total))
     return after
-
-
-def draws(of: Gaussian, count: int) -> FloatArray:
-    """(count, p) draws, always the same, in pairs about the mean; the mean alone for one."""
-    if count == 1:
-        return of.mean[None]
-    size = len(of.mean)
-    root = np.linalg.cholesky(of.covariance + JITTER * np.eye(size))
-    off = np.random.default_rng(SEED).standard_normal((count // 2, size)) @ root.T
-    return np.concatenate([of.mean + off, of.mean - off])
 
 
 def _inverse(of: FloatArray) -> FloatArray:

@@ -14,7 +14,7 @@ import numpy as np
 from objstate.geometry import FloatArray, IntArray
 from objstate.habits.calendar import Calendar
 from objstate.habits.design import BLOCKS, DAYS, FIRST, SETTLED, Design
-from objstate.habits.model import Evidence, Gaussian, draws
+from objstate.habits.model import Evidence, Gaussian
 from objstate.lazy import lazy
 
 MEAN_LOG = float(np.log(0.1))  # moves an hour of a working day, before any look
@@ -107,7 +107,7 @@ class Moves:
     @lazy
     def rates(self) -> FloatArray:
         """(d, k) 1/s by key of a cell."""
-        return MOVES.rates(draws(self.habits, DRAWS))
+        return MOVES.rates(self.habits.draws(DRAWS))
 
     def stays(self, begin_ns: int, end_ns: int) -> float:
         """Probability that nobody moves it from one moment to another."""

@@ -27,8 +27,7 @@ OUTCOMES = "outcomes"
 SUMMARY_TABLE = "summary.parquet"
 TIMINGS_TABLE = "timings.parquet"
 REPORT = "report.html"  # in a result folder, or a batch
-PARTITION = "log="  # how a partition of the combined estimates begins, as Hive names them
-PART = "part.parquet"
+PART = "from-{first}.parquet"  # of a combined table: its logs from this one on, by name
 
 Status = Literal["done", "failed", "timed out", "killed", "not run"]
 
@@ -37,7 +36,7 @@ Status = Literal["done", "failed", "timed out", "killed", "not run"]
 class BatchLog:
     """One log of a batch and what belongs to it; addresses are absolute paths or URLs."""
 
-    name: str  # of its result folder and of its partition
+    name: str  # of its result folder
     log: str
     building: str
     truth: str | None = None  # CSV of true states
@@ -95,17 +94,18 @@ def scan_batch(folder: str | Path, *, filtered: bool = False) -> pl.LazyFrame:
     """
     import polars as pl
 
-    parts = sorted((Path(folder) / ESTIMATES).glob(f"{PARTITION}*/{PART}"))
-    if not parts:
-        raise ResultError(f"{folder} holds no estimates; run `objstate batch` until a log is done.")
-    if not filtered:
-        smoothed = [Path(folder) / SMOOTHED / part.parent.name / PART for part in parts]
-        parts = [new if new.exists() else old for new, old in zip(smoothed, parts, strict=True)]
-    frames = [
-        pl.scan_parquet(part).with_columns(log=pl.lit(part.parent.name.removeprefix(PARTITION)))
-        for part in parts
-    ]
-    return pl.concat(frames, how="diagonal")
+    estimates, smoothed = (
+        [pl.scan_parquet(part) for part in sorted((Path(folder) / table).glob("*.parquet"))]
+        for table in (ESTIMATES, SMOOTHED)
+    )
+    if not estimates:
+        raise ResultError(f"{folder} holds no estimates; run `objstate batch` to its end.")
+    every = pl.concat(estimates, how="diagonal")
+    if filtered or not smoothed:
+        return every
+    better = pl.concat(smoothed, how="diagonal")
+    others = every.join(better.select("log").unique(), on="log", how="anti")
+    return pl.concat([better, others], how="diagonal")
 
 
 @cache

@@ -24,7 +24,7 @@ from objstate.recording.results import MARK
 
 INDEX = "index.sqlite"
 REMOTE = ".remote"  # in a copy of a batch that lies elsewhere: its address
-FORM = 1  # of the tables
+FORM = 2  # of the tables
 WAIT_S = 60.0  # for another process that writes
 SPARE = 0.5  # share of a file's pages that are free, above which it is compacted
 
@@ -32,14 +32,16 @@ TABLES = """
 CREATE TABLE IF NOT EXISTS log (
     name TEXT PRIMARY KEY, status TEXT NOT NULL, reason TEXT, attempts INTEGER,
     peak_memory_mb REAL, made_ns INTEGER, options INTEGER, geometry TEXT, bytes INTEGER,
-    summary TEXT, times TEXT, truth TEXT, linked INTEGER NOT NULL DEFAULT 0
+    summary TEXT, times TEXT, truth TEXT
 );
 CREATE TABLE IF NOT EXISTS options (id INTEGER PRIMARY KEY, text TEXT NOT NULL UNIQUE);
 CREATE TABLE IF NOT EXISTS part (
     kind TEXT NOT NULL, name TEXT NOT NULL, stamp TEXT NOT NULL, content BLOB NOT NULL,
     PRIMARY KEY (kind, name)
 );
+CREATE TABLE IF NOT EXISTS piece (name TEXT PRIMARY KEY, stamp TEXT NOT NULL);
 """
+OLDER = {1: "ALTER TABLE log DROP COLUMN linked"}  # what each earlier form needs
 
 
 @dataclass(frozen=True)
@@ -61,7 +63,6 @@ class Entry:
     summary: str | None = None  # JSON, its row of ``summary.parquet``
     times: str | None = None  # JSON, its row of ``timings.parquet``
     truth: str | None = None  # the state of the files of its truth, when the summary was made
-    linked: bool = False  # its tables lie among the combined ones
 
 
 class BatchIndex:
@@ -91,7 +92,7 @@ class BatchIndex:
             texts = dict(self._connection.execute("SELECT id, text FROM options"))
             rows = self._connection.execute(
                 "SELECT name, status, reason, attempts, peak_memory_mb, made_ns, options, geometry,"
-                " bytes, summary, times, truth, linked FROM log"
+                " bytes, summary, times, truth FROM log"
             )
             return {row[0]: _entry(row, texts) for row in rows}
 
@@ -122,7 +123,7 @@ class BatchIndex:
             )
             numbers = {text: number for number, text in connection.execute("SELECT * FROM options")}
             connection.executemany(
-                f"INSERT OR REPLACE INTO log VALUES ({', '.join('?' * 13)})",
+                f"INSERT OR REPLACE INTO log VALUES ({', '.join('?' * 12)})",
                 [_row(name, entry, numbers) for name, entry in entries.items()],
             )
 
@@ -164,6 +165,18 @@ class BatchIndex:
                 "INSERT OR REPLACE INTO part VALUES (?, ?, ?, ?)",
                 [(kind, *part) for part in parts],
             )
+
+    def pieces(self) -> dict[str, str]:
+        """The parts of the combined tables, each with the stamp of what it was made from."""
+        with _told(self._folder):
+            return dict(self._connection.execute("SELECT name, stamp FROM piece"))
+
+    def note_piece(self, name: str, stamp: str | None) -> None:
+        """Note that a part of the combined tables was written, or with None, that it is gone."""
+        with self.changing() as connection:
+            connection.execute("DELETE FROM piece WHERE name = ?", (name,))
+            if stamp is not None:
+                connection.execute("INSERT INTO piece VALUES (?, ?)", (name, stamp))
 
     def compact(self) -> None:
         """Give back the room of what was replaced, where that is most of the file."""
@@ -239,11 +252,11 @@ def _caught_up(entry: Entry, result: str, is_mirror: bool) -> Entry:
     except OSError:
         if is_mirror or (entry.outcome.status == "not run" and entry.making is None):
             return entry  # elsewhere, a result that was noted is there
-        return Entry(Outcome(name, "not run"), linked=entry.linked)
+        return Entry(Outcome(name, "not run"))
     if entry.making is not None and entry.making.made_ns == made_ns:
         return entry
     outcome = replace(entry.outcome, status="done", reason=None)
-    return Entry(outcome, _making(result, made_ns), linked=False)
+    return Entry(outcome, _making(result, made_ns))
 
 
 def _making(result: str, made_ns: int) -> Making:
@@ -289,6 +302,8 @@ def _prepared(connection: sqlite3.Connection) -> sqlite3.Connection:
             )
         if form < FORM:
             connection.execute("BEGIN IMMEDIATE")
+            if form in OLDER:
+                connection.execute(OLDER[form])
             for statement in filter(str.strip, TABLES.split(";")):
                 connection.execute(statement)
             connection.execute(f"PRAGMA user_version = {FORM}")
@@ -319,10 +334,10 @@ def _told(folder: Path) -> Iterator[None]:
 
 def _entry(row: tuple[Any, ...], texts: Mapping[int, str]) -> Entry:
     name, status, reason, attempts, memory, made_ns, options, geometry, size, *rest = row
-    summary, times, truth, linked = rest
+    summary, times, truth = rest
     outcome = Outcome(name, status, reason, attempts, memory)
     making = None if made_ns is None else Making(made_ns, texts[options], geometry, size)
-    return Entry(outcome, making, summary, times, truth, bool(linked))
+    return Entry(outcome, making, summary, times, truth)
 
 
 def _row(name: str, entry: Entry, numbers: Mapping[str, int]) -> tuple[Any, ...]:
@@ -331,4 +346,4 @@ def _row(name: str, entry: Entry, numbers: Mapping[str, int]) -> tuple[Any, ...]
     if making is not None:
         made = (making.made_ns, numbers[making.options], making.geometry, making.bytes)
     noted = (name, outcome.status, outcome.reason, outcome.attempts, outcome.peak_memory_mb)
-    return (*noted, *made, entry.summary, entry.times, entry.truth, int(entry.linked))
+    return (*noted, *made, entry.summary, entry.times, entry.truth)

@@ -12,6 +12,7 @@ import os
 import tempfile
 import time
 from collections.abc import Callable, Collection, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -29,6 +30,8 @@ WORDS = "finished"  # a folder there: a file for each result that the index may 
 MIRRORED = (INDEX, BATCH, SUMMARY_TABLE, TIMINGS_TABLE, REPORT)
 SMALL = (SUMMARY, BESIDE, MARK)  # of a result: what the index is made of
 EVERY_S = 60.0  # between two times that what changed is sent
+MOST_EXPECTED = 500  # results that are taken in together
+FETCHES = 32  # files that are fetched at a time
 SHARE = 20  # times as long as sending takes, at least, until it is sent again
 
 
@@ -61,6 +64,7 @@ class Mirror:
         self.folder = folder
         self._sent: dict[str, tuple[int, int]] = {}  # what was sent: sizes and times
         self._due = time.monotonic() + EVERY_S
+        self._expected: list[str] = []  # results that are there, and not taken in yet
 
     @staticmethod
     def of(folder: Path) -> Mirror | None:
@@ -92,19 +96,40 @@ class Mirror:
 
     def take_in(self, names: Iterable[str]) -> None:
         """Bring what is small of new results, and keep their parts in the index."""
-        for name in names:
-            own = result_of(self.folder, name)
-            own.mkdir(parents=True, exist_ok=True)
-            for file in SMALL:
-                get(f"{self.address_of(name)}/{file}", own / file)
-            stamps, arrays = unpack((own / BESIDE).read_bytes(), BESIDE)
-            with open_index(self.folder) as index:
-                for kind, stamp in stamps.items():
-                    index.keep(kind, [(name, stamp, arrays[kind].tobytes())])
+        with ThreadPoolExecutor(FETCHES) as pool:
+            found = list(pool.map(self._fetched, names))
+        kept: dict[str, list[tuple[str, str, bytes]]] = {}
+        for name, content in found:
+            stamps, arrays = unpack(content, BESIDE)
+            for kind, stamp in stamps.items():
+                kept.setdefault(kind, []).append((name, stamp, arrays[kind].tobytes()))
+        with open_index(self.folder) as index:
+            for kind, parts in kept.items():
+                index.keep(kind, parts)
+
+    def _fetched(self, name: str) -> tuple[str, bytes]:
+        """A result's name, and what its worker left beside it."""
+        own = result_of(self.folder, name)
+        own.mkdir(parents=True, exist_ok=True)
+        for file in SMALL:
+            get(f"{self.address_of(name)}/{file}", own / file)
+        return name, (own / BESIDE).read_bytes()
+
+    def expect(self, name: str) -> None:
+        """A worker has written a result; it is taken in with others, soon."""
+        self._expected.append(name)
+        if len(self._expected) >= MOST_EXPECTED:
+            self.take_in_expected()
+
+    def take_in_expected(self) -> None:
+        """Take in all results that are there."""
+        names, self._expected = self._expected, []
+        self.take_in(names)
 
     def send_if_due(self, settle: Callable[[], object]) -> None:
         """Send what changed, where it is time; ``settle`` brings the index up to date before."""
         if time.monotonic() >= self._due:
+            self.take_in_expected()
             settle()
             self.send()
 

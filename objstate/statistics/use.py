@@ -14,13 +14,13 @@ import numpy as np
 from objstate.habits.calendar import Calendar
 from objstate.habits.design import Design
 from objstate.habits.forecast import Forecast
+from objstate.habits.levels import fit_levels
 from objstate.habits.looks import RegionLooks
-from objstate.habits.model import fit
 from objstate.habits.shares import paths
 from objstate.statistics.summed import Summed
 from objstate.statistics.two_state import Interval, interval_of
 
-FITTED = 2000  # most looks, the latest, by which habits are fitted; paths go through all
+FITTED = 1000  # most looks, the latest, by which habits are fitted; paths go through all
 FEW = 16  # draws of doors with more looks, of which little is unknown
 DRAWS = 64  # of habits, with a path each
 LEAST_S = 7 * 86400.0  # s, a week from the first look on, if looks end earlier
@@ -43,7 +43,7 @@ def use_of(looks: Summed, zone: tzinfo) -> Use:
     open_ = np.concatenate([looks.first_open, looks.last_open[later]])
     order = np.argsort(stamps_ns, kind="stable")
     seen = RegionLooks.certain(stamps_ns[order], open_[order].astype(np.int64), 2)
-    after, _ = fit(design, calendar, seen.part(slice(-FITTED, None)))
+    after = fit_levels(design, calendar, seen.part(slice(-FITTED, None)))
     draws = DRAWS if len(seen) <= FITTED else FEW
     sampled = paths(Forecast(design, calendar, after, draws), seen, LEAST_S)
     every = np.ones(len(sampled.keys), dtype=bool)

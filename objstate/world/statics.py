@@ -10,6 +10,7 @@ alone can't tell that from a door that is ajar.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -18,7 +19,7 @@ import numpy as np
 
 from objstate.building.model import Building, MovableObject
 from objstate.config import BuildingErrorSettings, DoorErrorSettings
-from objstate.estimator.doors import Deviation
+from objstate.estimator.doors import OUTLIERS, Deviation
 from objstate.geometry import FloatArray, rotation_about, transform
 from objstate.objects import ObjectBelief
 from objstate.objects.door_posterior import DoorPosterior
@@ -28,7 +29,12 @@ from objstate.packing import pack, unpack
 WIDEST_DEG, STEP_DEG = 9.0, 0.1  # of bearings that are considered
 BEARINGS = np.radians(np.arange(-WIDEST_DEG, WIDEST_DEG + STEP_DEG / 2, STEP_DEG))  # (g,)
 ROUGH_M = 0.002  # deviation of a hinge that one drive finds, beside what its filter knows of
+WIDEST_HINGE_M = 0.1  # m; hinges farther off are typing errors
 CONTRADICTS = 1e-6  # probability of a drive that differs so much from the others
+ROUGHNESS_M = 0.004  # first guess of a drive's own error of a hinge, beside ROUGH_M
+ROUGHNESS_DEG = 0.1  # the same of a bearing
+ELSE = np.array([0.01, 0.03, 0.1, 0.3])  # shares of closed leaves that are something else
+ROUGHNESS = np.geomspace(0.25, 8.0, 11)  # times this, that are considered
 LEAST_DRIVES = 3  # of which one can contradict the others
 LEAST_STD_M, LEAST_STD_DEG = 0.001, 0.02  # of what is learnt: models of leaves aren't finer
 
@@ -39,7 +45,7 @@ class DoorEvidence:
 
     hinge: FloatArray  # (2, 2) 1/m^2, information about its offset
     pull: FloatArray  # (2,) 1/m, that times the offset
-    bearing: FloatArray  # (g,) log-likelihood of ``BEARINGS``, its largest zero
+    bearing: FloatArray  # (g,) log-likelihood of ``BEARINGS``, up to a constant
 
     @staticmethod
     def of(posterior: DoorPosterior) -> DoorEvidence:
@@ -52,6 +58,14 @@ class DoorEvidence:
         offset = np.linalg.solve(information + 1e-9 * np.eye(2), told @ mean)
         return DoorEvidence(information, information @ offset, _log_bearing(posterior))
 
+    @property
+    def found(self) -> tuple[FloatArray, FloatArray] | None:
+        """The hinge (2,) m and its covariance (2, 2); None where it isn't told in all directions."""
+        if np.linalg.eigvalsh(self.hinge)[0] < WIDEST_HINGE_M**-2.0:
+            return None
+        covariance = np.asarray(np.linalg.inv(self.hinge))
+        return covariance @ self.pull, covariance
+
     def __add__(self, other: DoorEvidence) -> DoorEvidence:
         """What both tell."""
         bearing = self.bearing + other.bearing
@@ -63,6 +77,23 @@ class DoorEvidence:
         """The same about a model, where this is about one whose hinge and bearing are off it by so much."""
         shifted = np.interp(BEARINGS - bearing, BEARINGS, self.bearing)
         return DoorEvidence(self.hinge, self.pull + self.hinge @ hinge, shifted - shifted.max())
+
+    def rougher(self, variance: float) -> DoorEvidence:
+        """The same with an own error of the drive, of a ``variance`` in m^2, in each direction."""
+        left = np.linalg.inv(np.eye(2) + variance * self.hinge)
+        return DoorEvidence(left @ self.hinge, left @ self.pull, self.bearing)
+
+    def doubted(self, deviation: float, share: float) -> DoorEvidence:
+        """The same with an own error of the drive, of a ``deviation`` in rad, in the bearing.
+
+        With the probability ``share`` it was something else in the doorway that looked closed.
+        """
+        likelihood = np.exp(self.bearing)
+        kernel = np.exp(-0.5 * (BEARINGS / max(deviation, np.radians(STEP_DEG / 4.0))) ** 2)
+        padded = np.pad(likelihood, len(kernel) // 2, mode="edge")
+        blurred = np.convolve(padded, kernel / kernel.sum(), mode="valid")
+        log = np.log((1.0 - share) * blurred + share * likelihood.mean())
+        return DoorEvidence(self.hinge, self.pull, np.asarray(log))
 
     def packed(self) -> bytes:
         """As bytes."""
@@ -155,12 +186,18 @@ def _moved(item: MovableObject, learnt: DoorStatics) -> MovableObject:
 def combined(drives: Sequence[Drive], error: BuildingErrorSettings) -> list[DoorStatics]:
     """The posterior of each door that some drive tells of, in the order of their names.
 
+    Each drive has an own error, as large as the differences between drives show. Its causes, leaves
+    of other thickness, handles, walls off their place, are there in every drive. So all drives are
+    assumed to share another error that is as large.
+
     How far hinges and bearings are off on the whole is learnt from all doors, but for those whose
     own deviations ``error`` has.
     """
+    drives, rough = agreed(drives)
     names = sorted({name for drive in drives for name in drive})
     hinges = Deviation(error.hinge_std_m, WIDEST_HINGE_M)
     bearings = Deviation(math.radians(error.bearing_std_deg), math.radians(3.0), 3)
+    drives, swung = _doubted(drives, bearings.variances)
     told = {name: [drive[name] for drive in drives if name in drive] for name in names}
     for name, evidence in told.items():
         if name in error.doors:
@@ -174,7 +211,114 @@ def combined(drives: Sequence[Drive], error: BuildingErrorSettings) -> list[Door
             own = error.doors[name]
             of_hinge = [(1.0, own.hinge_std_m**2)]
             of_bearing = [(1.0, math.radians(own.bearing_std_deg) ** 2)]
-        out.append(_posterior(name, told[name], of_hinge, of_bearing))
+        out.append(_posterior(name, told[name], of_hinge, of_bearing, rough, swung))
+    return out
+
+
+def agreed(drives: Sequence[Drive]) -> tuple[list[Drive], float]:
+    """The same drives, each door's hinge with an own error of each drive, and without outliers.
+
+    Also returned is the variance of these errors, m^2.
+
+    Boxes, handles and other thicknesses than modelled make a drive find a hinge off its place by
+    more than its filter knows. How much is learnt from how drives differ. One in a hundred is an
+    outlier, which took something else for the leaf, and tells nothing of that door.
+    """
+    kept: list[dict[str, DoorEvidence]] = [dict(drive) for drive in drives]
+    while True:
+        rough = _roughness(kept)
+        outliers = [
+            (odds, number, name)
+            for name in sorted({name for drive in kept for name in drive})
+            for odds, number in _outlying(kept, name, rough)
+        ]
+        if not outliers or max(outliers)[0] < math.log((1.0 - OUTLIERS) / OUTLIERS):
+            return [_rougher(own, rough) for own in kept], rough
+        _, number, name = max(outliers)
+        del kept[number][name]
+
+
+def _rougher(drive: Drive, variance: float) -> Drive:
+    return {name: each.rougher(variance) for name, each in drive.items()}
+
+
+def _roughness(drives: Sequence[Drive]) -> float:
+    """m^2, variance of a drive's own error of a hinge, by how drives differ."""
+    deviations = ROUGHNESS * ROUGHNESS_M
+    log = -0.5 * np.log(ROUGHNESS) ** 2  # a lognormal prior
+    for name in {name for drive in drives for name in drive}:
+        found = [drive[name].found for drive in drives if name in drive]
+        told = [each for each in found if each is not None]
+        for k, deviation in enumerate(deviations):
+            log[k] += _log_agreement(told, deviation**2)
+    weights = np.exp(log - log.max())
+    return float(weights @ deviations / weights.sum()) ** 2
+
+
+def _log_agreement(told: Sequence[tuple[FloatArray, FloatArray]], variance: float) -> float:
+    """log p(differences of hinges found), with a drive's own error of such a variance."""
+    if len(told) < 2:
+        return 0.0
+    information, pull, log = np.zeros((2, 2)), np.zeros(2), 0.0
+    for mean, covariance in told:
+        own = np.linalg.inv(covariance + variance * np.eye(2))
+        information, pull = information + own, pull + own @ mean
+        log += 0.5 * (float(np.linalg.slogdet(own)[1]) - float(mean @ own @ mean))
+    _, log_det = np.linalg.slogdet(information)
+    return log + 0.5 * (float(pull @ np.linalg.solve(information, pull)) - float(log_det))
+
+
+def _doubted(drives: Sequence[Drive], variances: FloatArray) -> tuple[list[Drive], float]:
+    """The same drives, each with an own error in each bearing; and the variance of these, rad^2.
+
+    How large they are, and in how many drives something else looked like a closed leaf, is learnt.
+    """
+    prior = np.asarray(np.logaddexp.reduce([_prior(each) for each in variances], axis=0))
+    count = Counter(name for drive in drives for name in drive)
+    log = np.empty((len(ROUGHNESS), len(ELSE)))
+    for k, times in enumerate(ROUGHNESS):
+        for m, share in enumerate(ELSE):
+            by_door: dict[str, FloatArray] = {}
+            for drive in drives:
+                for name, each in drive.items():
+                    if count[name] < 2:
+                        continue
+                    own = each.doubted(math.radians(times * ROUGHNESS_DEG), share).bearing
+                    by_door[name] = by_door.get(name, prior) + own
+            log[k, m] = sum(float(np.logaddexp.reduce(each)) for each in by_door.values())
+    log -= 0.5 * np.log(ROUGHNESS)[:, None] ** 2 + np.log(ELSE)  # priors; few doorways are full
+    weights = np.exp(log - log.max())
+    weights /= weights.sum()
+    deviation = math.radians(ROUGHNESS_DEG) * float(weights.sum(axis=1) @ ROUGHNESS)
+    share = float(weights.sum(axis=0) @ ELSE)
+    doubted: list[Drive] = [
+        {name: each.doubted(deviation, share) for name, each in own.items()} for own in drives
+    ]
+    return doubted, deviation**2
+
+
+def _outlying(drives: Sequence[Drive], name: str, rough: float) -> list[tuple[float, int]]:
+    """Log of the factor by which a drive's hinge is rather an outlier, and the drive's number."""
+    told = {
+        number: found
+        for number, drive in enumerate(drives)
+        if name in drive and (found := drive[name].rougher(rough).found) is not None
+    }
+    if len(told) < LEAST_DRIVES:
+        return []
+    out = []
+    for number, (mean, covariance) in told.items():
+        rest = [np.linalg.inv(each[1]) for k, each in told.items() if k != number]
+        means = [each[0] for k, each in told.items() if k != number]
+        others = np.linalg.inv(np.sum(rest, axis=0))
+        off = mean - others @ np.sum(
+            [own @ each for own, each in zip(rest, means, strict=True)], axis=0
+        )
+        usual = covariance + others
+        wide = usual + WIDEST_HINGE_M**2 * np.eye(2)
+        log = 0.5 * float(off @ (np.linalg.solve(usual, off) - np.linalg.solve(wide, off)))
+        log -= 0.5 * float(np.linalg.slogdet(wide)[1] - np.linalg.slogdet(usual)[1])
+        out.append((log, number))
     return out
 
 
@@ -185,12 +329,23 @@ def contradicting(drives: Sequence[Drive]) -> int | None:
     """
     if len(drives) < LEAST_DRIVES:
         return None
-    probabilities = [_probability(drives, number) for number in range(len(drives))]
+    probabilities = []
+    for number, own in enumerate(drives):
+        others = [*drives[:number], *drives[number + 1 :]]
+        rough = _roughness(others)
+        summed = _summed([_rougher(each, rough) for each in others])
+        probabilities.append(_probability(_rougher(own, rough), summed))
     worst = int(np.argmin(probabilities))
     return worst if probabilities[worst] < CONTRADICTS else None
 
 
-WIDEST_HINGE_M = 0.1  # m; hinges farther off are typing errors
+def _summed(drives: Sequence[Drive]) -> Drive:
+    """What all tell together."""
+    out: dict[str, DoorEvidence] = {}
+    for drive in drives:
+        for name, each in drive.items():
+            out[name] = out[name] + each if name in out else each
+    return out
 
 
 def _log_bearing(posterior: DoorPosterior) -> FloatArray:
@@ -251,10 +406,20 @@ def _prior(variance: float) -> FloatArray:
 
 
 def _posterior(
-    name: str, evidence: Sequence[DoorEvidence], hinges: Cases, bearings: Cases
+    name: str,
+    evidence: Sequence[DoorEvidence],
+    hinges: Cases,
+    bearings: Cases,
+    rough: float,
+    swung: float,
 ) -> DoorStatics:
-    """Of one door, whose variances have probabilities."""
+    """Of one door, whose variances have probabilities.
+
+    All drives share errors with variances, ``rough`` m^2 and ``swung`` rad^2.
+    """
     information, pull = _sums(evidence)
+    left = np.linalg.inv(np.eye(2) + rough * information)
+    information, pull = left @ information, left @ pull
     mean, second = np.zeros(2), np.zeros((2, 2))
     for share, variance in hinges:
         covariance = np.linalg.inv(information + np.eye(2) / variance)
@@ -262,6 +427,7 @@ def _posterior(
         mean += share * own
         second += share * (covariance + np.outer(own, own))
     log = np.sum([each.bearing for each in evidence], axis=0)
+    log = DoorEvidence(information, pull, log - log.max()).doubted(math.sqrt(swung), 0.0).bearing
     priors = [math.log(share) + _prior(variance) for share, variance in bearings]
     log = log + np.logaddexp.reduce(priors, axis=0)
     weights = np.exp(log - np.logaddexp.reduce(log))
@@ -274,23 +440,18 @@ def _posterior(
 
 def contradicts(known: Drive, new: Drive) -> bool:
     """Whether a drive tells of hinges that can't be those which others told of."""
-    return _probability([new, known], 0) < CONTRADICTS
+    return _probability(new, known) < CONTRADICTS
 
 
-def _probability(drives: Sequence[Drive], number: int) -> float:
-    """How probably a drive differs so much from the others, if it is of the same building."""
-    from scipy.special import chdtrc
+def _probability(own: Drive, others: Drive) -> float:
+    """How probably a hinge is off by more than the median one, if the building is the same.
 
-    total, count = 0.0, 0
-    for name, own in drives[number].items():
-        others = [drive[name] for k, drive in enumerate(drives) if k != number and name in drive]
-        if not others or np.linalg.matrix_rank(own.hinge) < 2:
-            continue
-        information, pull = _sums(others)
-        if np.linalg.matrix_rank(information) < 2:
-            continue
-        off = np.linalg.solve(own.hinge, own.pull) - np.linalg.solve(information, pull)
-        covariance = np.linalg.inv(own.hinge) + np.linalg.inv(information)
-        total += float(off @ np.linalg.solve(covariance, off))
-        count += 2
-    return 1.0 if count == 0 else float(chdtrc(count, total))
+    Something in a doorway may be taken for its leaf: a few hinges that differ are no contradiction.
+    """
+    squares = []
+    for name in sorted(own.keys() & others.keys()):
+        one, other = own[name].found, others[name].found
+        if one is not None and other is not None:
+            off, covariance = one[0] - other[0], one[1] + other[1]
+            squares.append(float(off @ np.linalg.solve(covariance, off)))
+    return math.exp(-0.5 * float(np.median(squares))) if squares else 1.0

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.sparse import diags_array
 
 from objstate.calibration.adjustment import about_laser
 from objstate.calibration.blocks import Blocks, NormalEquations
@@ -46,7 +47,7 @@ def test_a_step_solves_linear_least_squares(seed: int) -> None:
     jacobian, errors = rng.standard_normal((8, 3, 4)), rng.standard_normal((8, 3))
     columns = np.array([rng.choice(6, 4, replace=False) for _ in range(8)])
     blocks = Blocks(columns, jacobian, np.tile(np.eye(3), (8, 1, 1)), errors)
-    equations = NormalEquations([blocks], np.full(6, 0.5), np.zeros(6))
+    equations = NormalEquations([blocks], diags_array(np.full(6, 0.5)), np.zeros(6))
     dense = np.zeros((24, 6))
     for k in range(8):
         dense[3 * k : 3 * k + 3, columns[k]] = jacobian[k]
@@ -55,6 +56,9 @@ def test_a_step_solves_linear_least_squares(seed: int) -> None:
     np.testing.assert_allclose(equations.step(), step, atol=1e-9)
     covariance = np.linalg.inv(hessian)[3:, 3:]
     np.testing.assert_allclose(equations.covariance(np.array([3, 4, 5])), covariance, atol=1e-9)
+    information, gradient = equations.marginal(3)
+    np.testing.assert_allclose(information, np.linalg.inv(covariance), atol=1e-9)
+    np.testing.assert_allclose(-np.linalg.solve(information, gradient), step[3:], atol=1e-9)
 
 
 def test_a_wall_that_is_off_reads_alike_at_any_incidence() -> None:

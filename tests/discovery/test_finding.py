@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,10 +13,13 @@ from hypothesis import strategies as st
 from benchmarks.finding import Tally, closed, compare
 from benchmarks.floors import Floor, make_drives
 from objstate.building.door_table import Door
+from objstate.building.occupancy import OccupancyMap
+from objstate.config import BeamModelSettings
 from objstate.discovery import learn_doors
+from objstate.discovery.doorway import Doorway, doorway, ended_on
 from objstate.discovery.gathering import Beams
-from objstate.discovery.scoring import chained
-from objstate.discovery.walls import WallLine, fitted
+from objstate.discovery.scoring import Lattice, chained
+from objstate.discovery.walls import Opening, WallLine, distinct, fitted, openings
 from objstate.geometry import FloatArray
 
 THICK, HALF, DEPTH = 0.14, 1.0, 2.5  # m
@@ -118,3 +122,72 @@ def test_looks_are_summed_over_all_courses_of_states(
         total += p
     stays = np.full(looks, stay)
     assert chained(np.log(first), np.log(prior), gain, stays) == pytest.approx(np.log(total))
+
+
+@given(st.sampled_from([0.5, 1.0, 3.0]))
+def test_where_a_leaf_stands_is_a_distribution_whatever_its_limit(step_deg: float) -> None:
+    lattice = Lattice.whole(np.radians(step_deg))
+    assert np.exp(lattice.log_limit).sum() == pytest.approx(1.0)
+    np.testing.assert_allclose(np.exp(lattice.log_prior).sum(axis=1), 1.0, atol=0.06)
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.floats(0.5, 1.4), st.floats(-0.02, 0.02), st.integers(0, 1000))
+def test_jambs_are_where_beams_begin_to_pass(width: float, off: float, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    low = 2.0 + off
+    places = rng.uniform(0.0, 6.0, 8000)
+    passes = (places > low) & (places < low + width)
+    depth = np.where(passes, 2.0, 0.0) + 0.01 * rng.standard_normal(8000)
+    at_wall = np.column_stack([places, np.ones(8000)])
+    origins = np.column_stack([rng.uniform(0.0, 6.0, 8000), np.full(8000, -0.5)])
+    way = at_wall - origins
+    ends = at_wall + depth[:, None] * way / np.hypot(*way.T)[:, None]
+    seen = replace(
+        beams(ends, np.zeros(2)),
+        origins=origins,
+        directions=way / np.hypot(*way.T)[:, None],
+        ranges=np.hypot(*(ends - origins).T),
+    )
+    plan = drawn(places[~passes])
+    line = WallLine(np.array([0.0, 1.0]), np.array([1.0, 0.0]), 6.0)
+    (found,) = distinct(openings([line], plan, seen))
+    assert found.start[0] == pytest.approx(low, abs=0.015)
+    assert found.end[0] == pytest.approx(low + width, abs=0.015)
+
+
+def drawn(places: FloatArray) -> OccupancyMap:
+    """A map whose only wall is at y = 1, at places (n,); all else is free."""
+    occupied = np.zeros((80, 120), dtype=bool)
+    occupied[20, np.floor(places / 0.05).astype(int)] = True
+    return OccupancyMap(occupied, ~occupied, 0.05, np.zeros(3))
+
+
+@given(st.floats(0.0, 2.0), st.floats(0.3, 1.5), st.floats(-np.pi, np.pi))
+def test_beams_that_ended_on_a_leaf_are_told_from_others(x: float, width: float, b: float) -> None:
+    along = np.array([np.cos(b), np.sin(b)])
+    normal = np.array([-along[1], along[0]])
+    hinge = np.array([x, 1.0])
+    on = hinge + np.linspace(0.05, 0.95, 7)[:, None] * width * along
+    ends = np.concatenate([on, on + 0.3 * normal, hinge + (width + 0.3) * along[None]])
+    origin = hinge + 3.0 * normal
+    where = looked_at(ends, origin)
+    assert ended_on(where, beams(ends, origin), np.array([*hinge, width]), np.array([b])).tolist() \
+        == [True] * 7 + [False] * 8  # fmt: skip
+
+
+def looked_at(ends: FloatArray, origin: FloatArray) -> Doorway:
+    """A doorway that was looked at once."""
+    opening = Opening(np.zeros(2), np.array([1.0, 0.0]))
+    walls = [WallLine(np.zeros(2), np.array([1.0, 0.0]), 1.0)]
+    points = np.concatenate([ends, np.zeros((1, 2))])
+    return doorway([opening], walls, drawn(np.zeros(1)), beams(points, origin), BeamModelSettings())
+
+
+def test_a_map_without_a_leaf_has_free_cells_there() -> None:
+    plan = drawn(np.array([1.0, 2.0]))
+    points = plan.to_building(np.array([[20.5, 20.5]]))
+    np.testing.assert_allclose(plan.to_cells(points), [[20.5, 20.5]])
+    less = plan.without(points)
+    assert (plan.occupied.sum(), less.occupied.sum()) == (2, 1)
+    assert less.free[20, 20]

@@ -6,10 +6,14 @@ import json
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
 
 from objstate.building import load_building
+from objstate.building.model import Building
+from objstate.building.outline import outline
+from objstate.calibration import read_calibration
 from objstate.simulation import simulate
 from tests.cli.conftest import Run, run
 
@@ -102,8 +106,57 @@ def test_it_goes_on_from_what_it_knows(
     words = [json.loads((each / "learn.json").read_text()) for each in (together, by_turns)]
     assert len(words[1]["drives"]) == 3
     for one, other in zip(words[0]["doors"], words[1]["doors"], strict=True):
-        assert one["hinge_m"] == pytest.approx(other["hinge_m"], abs=2e-4)
-        assert one["bearing_deg"] == pytest.approx(other["bearing_deg"], abs=0.01)
+        assert one["hinge_m"] == pytest.approx(other["hinge_m"], abs=0.5 * one["hinge_std_m"])
+        assert one["bearing_deg"] == pytest.approx(
+            other["bearing_deg"], abs=0.5 * one["bearing_std_deg"]
+        )
+    assert words[0]["walls"] == words[1]["walls"]
+    assert words[0]["lasers"] == words[1]["lasers"]
+
+
+def test_walls_are_found_where_they_stand(
+    run: Run, drives: tuple[Path, list[Path]], tmp_path: Path
+) -> None:
+    """A piece of wall that stands in; and the same bytes with one job and with two."""
+    _, logs = drives
+    whole = (
+        '<collision><origin xyz="3 2 1"/><geometry><box size="12 0.1 2"/></geometry></collision>'
+    )
+    pieces = "".join(
+        f'<collision><origin xyz="{x} {y} 1"/><geometry><box size="4 0.1 2"/></geometry></collision>'
+        for x, y in ((-1.0, 2.0), (3.0, 1.98), (7.0, 2.0))
+    )
+    assert whole in urdf()
+    (tmp_path / "hall.urdf").write_text(urdf().replace(whole, pieces))
+    for jobs in (1, 2):
+        out = tmp_path / f"by_{jobs}"
+        done = run(
+            *LEARN, *logs[:2], "--building", tmp_path / "hall.urdf", "--out", out, "--jobs", jobs
+        )
+        assert done.code == 0, done.err
+    one, two = (sorted((tmp_path / f"by_{jobs}").iterdir()) for jobs in (1, 2))
+    assert [file.name for file in one] == [file.name for file in two]
+    assert all(a.read_bytes() == b.read_bytes() for a, b in zip(one, two, strict=True))
+    assert stands_in(load_building(tmp_path / "hall.urdf")) == pytest.approx(0.02)
+    assert stands_in(load_building(tmp_path / "by_1" / "hall.urdf")) == pytest.approx(
+        0.0, abs=0.004
+    )
+    mounts, _ = read_calibration(tmp_path / "by_1" / "calibration.yaml")
+    assert mounts
+    assert "Walls before" in (tmp_path / "by_1" / "report.html").read_text()
+
+
+def stands_in(hall: Building) -> float:
+    """How far the north wall's middle piece stands before the one east of it, m."""
+    west, east = (
+        min(
+            float(np.interp(x, *segment[np.argsort(segment[:, 0])].T))
+            for segment in outline(hall.walls, 0.3)
+            if segment[:, 0].min() < x < segment[:, 0].max() and segment[:, 1].min() > 1.5
+        )
+        for x in (4.5, 5.5)
+    )
+    return float(east - west)
 
 
 def test_it_says_what_is_wrong(run: Run, drives: tuple[Path, list[Path]], tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from objstate.config import BuildingErrorSettings, DoorErrorSettings
-from objstate.world.statics import BEARINGS, DoorEvidence, combined, contradicting
+from objstate.world.statics import BEARINGS, DoorEvidence, agreed, combined, contradicting
 
 ERROR = BuildingErrorSettings()
 
@@ -70,6 +70,33 @@ def test_a_drive_that_contradicts_all_others_is_named() -> None:
     elsewhere = {name: evidence(0.10, 0.05, 0.005) for name in names}
     assert contradicting([*alike[:2], elsewhere, *alike[2:]]) == 2
     assert contradicting([alike[0], elsewhere]) is None  # nobody knows which of two is wrong
+
+
+def test_drives_that_differ_tell_less() -> None:
+    names = [f"door_{k}" for k in range(5)]
+    alike = [{name: evidence(0.01, 0.0, 0.003, 1.0) for name in names} for _ in range(4)]
+    off = np.random.default_rng(0).standard_normal((4, 5, 3)) * (0.01, 0.01, 0.5)
+    differing = [
+        {
+            name: evidence(0.01 + off[k, i, 0], off[k, i, 1], 0.003, 1.0 + off[k, i, 2])
+            for i, name in enumerate(names)
+        }
+        for k in range(4)
+    ]
+    for sure, unsure in zip(combined(alike, ERROR), combined(differing, ERROR), strict=True):
+        assert unsure.hinge_std > 2.0 * sure.hinge_std
+        assert unsure.bearing_std > 2.0 * sure.bearing_std
+        assert abs(np.degrees(unsure.bearing - sure.bearing)) < 1.0
+
+
+def test_a_box_that_one_drive_took_for_a_leaf_is_no_leaf() -> None:
+    names = [f"door_{k}" for k in range(5)]
+    alike = [{name: evidence(0.01, 0.0, 0.003, 1.0) for name in names} for _ in range(4)]
+    wrong = alike[0] | {"door_2": evidence(0.09, -0.05, 0.003, -6.0)}
+    kept, _ = agreed([*alike, wrong])
+    assert [name for drive in kept for name in names if name not in drive] == ["door_2"]
+    assert "door_2" not in kept[4]
+    assert contradicting([*alike, wrong]) is None
 
 
 @settings(max_examples=20, deadline=None)

@@ -1,0 +1,381 @@
+"""What one drive tells of walls and lasers: an adjustment of its path, without any prior of these.
+
+The readings are those of ``PoseFilter``, all at once: the distance of a return from its wall, given
+the robot's pose, the laser's mounting, bias and clock, and the displacements of the columns between
+which the wall stands. Poses, the clocks, and the errors of odometry are the drive's own, and are
+integrated out (Schur complement) where they are most probable. What remains is a Gaussian
+likelihood of what all drives share.
+"""
+
+from __future__ import annotations
+
+from base64 import b64decode, b64encode
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from objstate.building import load_building
+from objstate.building.warping import Columns
+from objstate.calibration.adjustment import TUKEY, biweight, link_blocks, spread_of
+from objstate.calibration.blocks import Blocks, NormalEquations
+from objstate.calibration.gathering import Gathered, gather
+from objstate.calibration.motion import links_between
+from objstate.calibration.options import CalibrationOptions
+from objstate.calibration.walls import WallReader
+from objstate.config import BuildingErrorSettings
+from objstate.errors import LogError
+from objstate.geometry import FloatArray, IntArray, wrap
+from objstate.lazy import Later
+from objstate.localization.pose_filter import EDGE, GRAZING
+from objstate.run import RunOptions, open_run
+from objstate.sensing.surfaces import Surfaces
+
+if TYPE_CHECKING:
+    from scipy.sparse import csc_array
+
+    from objstate.localization import pose_kernels as kernels
+else:
+    kernels = Later("objstate.localization.pose_kernels")
+
+POSE, MOUNTING = 3, 4  # x, y, yaw; and those of a laser with the bias of its ranges
+BIAS = 3  # index of the bias
+ERRORS = 2  # systematic ones of odometry
+
+
+@dataclass(frozen=True, eq=False)
+class Survey:
+    """The likelihood of what drives share, by one drive: a Gaussian without a prior.
+
+    The unknowns are the mountings of ``lasers`` (x and y in m, yaw in rad, bias of ranges in m), and
+    the displacements (x and y in m) of ``columns`` of the walls.
+    """
+
+    lasers: tuple[str, ...]  # (l,)
+    columns: IntArray  # (c,)
+    information: FloatArray  # (4l + 2c, 4l + 2c)
+    pull: FloatArray  # (4l + 2c,) information times the unknowns
+    spread: float  # m, deviation of readings from walls
+    height: float  # m, of its first laser
+
+    def placed(self, lasers: Sequence[str]) -> IntArray:
+        """Where its unknowns are among those of all ``lasers``, and of all columns after these."""
+        first = [4 * lasers.index(laser) for laser in self.lasers]
+        mountings = [place + k for place in first for k in range(MOUNTING)]
+        walls = 4 * len(lasers) + 2 * self.columns[:, None] + np.arange(2)
+        return np.concatenate([np.array(mountings, dtype=np.int64), walls.ravel()])
+
+    def without(self, columns: IntArray) -> Survey:
+        """The same, where nothing is told of some ``columns`` (h,)."""
+        hidden = np.isin(self.columns, columns)
+        if not hidden.any():
+            return self
+        gone = np.concatenate([np.zeros(MOUNTING * len(self.lasers)), np.repeat(hidden, 2)])
+        kept, gone = np.flatnonzero(gone == 0.0), np.flatnonzero(gone)
+        own = self.information[np.ix_(gone, gone)] + np.eye(len(gone))  # 1/m^2, next to nothing
+        across = np.linalg.solve(own, self.information[np.ix_(gone, kept)]).T
+        information = self.information[np.ix_(kept, kept)]
+        information = information - across @ self.information[np.ix_(gone, kept)]
+        return Survey(
+            self.lasers,
+            self.columns[~hidden],
+            0.5 * (information + information.T),
+            self.pull[kept] - across @ self.pull[gone],
+            self.spread,
+            self.height,
+        )
+
+    def words(self) -> dict[str, Any]:
+        """As JSON has it: arrays in single precision, by base64."""
+        upper = self.information[np.triu_indices(len(self.pull))]
+        return {
+            "lasers": list(self.lasers),
+            "columns": self.columns.tolist(),
+            "information": _encoded(upper),
+            "pull": _encoded(self.pull),
+            "spread_m": round(self.spread, 5),
+            "height_m": round(self.height, 3),
+        }
+
+    @staticmethod
+    def read(words: Mapping[str, Any]) -> Survey:
+        """Raises KeyError, TypeError or ValueError for what isn't such words."""
+        lasers, columns = tuple(words["lasers"]), np.array(words["columns"], dtype=np.int64)
+        pull, upper = _decoded(words["pull"]), _decoded(words["information"])
+        count = MOUNTING * len(lasers) + 2 * len(columns)
+        if len(pull) != count or len(upper) != count * (count + 1) // 2:
+            raise ValueError("the survey has another form")
+        information = np.zeros((count, count))
+        information[np.triu_indices(count)] = upper
+        information += np.triu(information, 1).T
+        return Survey(
+            lasers, columns, information, pull, float(words["spread_m"]), float(words["height_m"])
+        )
+
+
+def _encoded(values: FloatArray) -> str:
+    return b64encode(np.asarray(values, dtype="<f4").tobytes()).decode()
+
+
+def _decoded(text: str) -> FloatArray:
+    return np.frombuffer(b64decode(text, validate=True), dtype="<f4").astype(float)
+
+
+def deviations(error: BuildingErrorSettings) -> FloatArray:
+    """(4,) of a laser's mounting and the bias of its ranges, before any reading."""
+    yaw = np.radians(error.laser_yaw_std_deg)
+    return np.array([error.laser_std_m, error.laser_std_m, yaw, error.range_bias_std_m])
+
+
+@dataclass(frozen=True, eq=False)
+class _State:
+    """All unknowns."""
+
+    poses: FloatArray  # (n, 3)
+    errors: FloatArray  # (2,) of odometry
+    clocks: FloatArray  # (l,) s
+    lasers: FloatArray  # (l, 4)
+    walls: FloatArray  # (c, 2) m
+
+    @property
+    def values(self) -> FloatArray:
+        """All in one, those of the drive first."""
+        parts = (self.poses, self.errors, self.clocks, self.lasers, self.walls)
+        return np.concatenate([part.ravel() for part in parts])
+
+    def moved(self, step: FloatArray) -> _State:
+        ends = np.cumsum([self.poses.size, ERRORS, self.clocks.size, self.lasers.size])
+        poses, errors, clocks, lasers, walls = np.split(step, ends)
+        turned = self.poses + poses.reshape(-1, POSE)
+        turned[:, 2] = wrap(turned[:, 2])
+        return _State(
+            turned,
+            self.errors + errors,
+            self.clocks + clocks,
+            self.lasers + lasers.reshape(-1, MOUNTING),
+            self.walls + walls.reshape(-1, 2),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class _Readings:
+    """Returns from walls, linear about a state."""
+
+    off: FloatArray  # (m,) m behind the wall, along its normal
+    over: FloatArray  # (m, 10) gradients over pose, mounting, clock, and both ends of the face
+    face: IntArray  # (m,)
+    ends: FloatArray  # (m, 2, 2, 3) of both columns of both ends: number, derivatives by x and y
+
+
+class Surveyor:
+    """Reads scans against the columns of a building's walls."""
+
+    def __init__(
+        self,
+        columns: Columns,
+        reader: WallReader,
+        error: BuildingErrorSettings,
+        options: CalibrationOptions,
+    ) -> None:
+        self.columns, self.reader, self.error, self.options = columns, reader, error, options
+        self.faces = cache(columns.faces)
+        self.surfaces = cache(lambda height: Surfaces(self.faces(height).segments))
+
+    def survey(self, gathered: Gathered) -> Survey:
+        """What a drive tells, by its level lasers."""
+        return _Drive(self, gathered).survey()
+
+
+class _Drive:
+    """One drive's level scans, ready to be adjusted."""
+
+    def __init__(self, by: Surveyor, gathered: Gathered) -> None:
+        self._by = by
+        level = np.array([by.reader.is_level(scan) for scan in gathered.scans], dtype=bool)
+        self._scans = [gathered.scans[k] for k in np.flatnonzero(level)]
+        self._start = gathered.poses[level]
+        self._lasers = tuple(sorted({scan.laser for scan in self._scans}))
+        self._laser = np.array([self._lasers.index(scan.laser) for scan in self._scans], dtype=int)
+        stamps = np.array([scan.stamp_ns for scan in self._scans], dtype=np.int64)
+        self._speeds = gathered.track.speeds(stamps)
+        self._links = links_between(gathered.track.at(stamps), by.options)
+        self._beams = [
+            by.reader.beams_on_walls(scan, pose)
+            for scan, pose in zip(self._scans, self._start, strict=True)
+        ]
+
+    def survey(self) -> Survey:
+        """Linearize and step, round by round; the loss narrows to what readings spread by.
+
+        Raises LogError where no laser is level.
+        """
+        if not self._scans:
+            raise LogError("No laser of the log is level, so walls can't be learnt from it.")
+        lasers, count = len(self._lasers), len(self._by.columns.places)
+        state = _State(
+            self._start,
+            np.zeros(ERRORS),
+            np.zeros(lasers),
+            np.zeros((lasers, MOUNTING)),
+            np.zeros((count, 2)),
+        )
+        options, precision = self._by.options, self._precision(len(self._start), lasers)
+        own = len(self._start) * POSE + ERRORS + lasers
+        spread = options.spread / TUKEY
+        for _ in range(options.rounds):
+            blocks, off = self._blocks(state, spread)
+            state = state.moved(NormalEquations(blocks, precision, state.values).step())
+            spread = spread_of(off, options.spread)
+        blocks, off = self._blocks(state, spread)
+        from scipy.sparse import diags_array
+
+        of_drive = diags_array(np.where(np.arange(len(state.values)) < own, 1.0, 0.0)) @ precision
+        equations = NormalEquations(blocks, of_drive, state.values)
+        information, gradient = equations.marginal(own)
+        pull = information @ state.values[own:] - gradient
+        walls = np.diag(information)[MOUNTING * lasers :].reshape(-1, 2).any(axis=1)
+        seen = np.flatnonzero(np.concatenate([np.ones(MOUNTING * lasers), np.repeat(walls, 2)]))
+        return Survey(
+            self._lasers,
+            np.flatnonzero(walls),
+            information[np.ix_(seen, seen)],
+            pull[seen],
+            spread,
+            float(self._scans[0].rays.origins[0, 2]),
+        )
+
+    def _precision(self, scans: int, lasers: int) -> csc_array:
+        """(u, u) of all unknowns but poses before any reading."""
+        from scipy.sparse import block_diag, diags_array, eye_array, kron
+
+        error, options = self._by.error, self._by.options
+        first = np.concatenate(
+            [
+                np.zeros(POSE * scans),
+                np.array([options.prior_scale, options.prior_drift]) ** -2.0,
+                np.full(lasers, error.clock_std_s**-2.0),
+                np.tile(deviations(error) ** -2.0, lasers),
+            ]
+        )
+        walls = self._by.columns.precision(error.wall_length_m) / options.wall_spread**2
+        return block_diag([diags_array(first), kron(walls, eye_array(2))]).tocsc()
+
+    def _blocks(self, state: _State, spread: float) -> tuple[tuple[Blocks, Blocks], FloatArray]:
+        """All readings about a state, and their distances (m,) from walls."""
+        parts = [self._read(number, state) for number in range(len(self._scans))]
+        off = np.concatenate([part.off for part in parts])
+        weights = self._by.options.shared / spread**2 * biweight(off / (TUKEY * spread))
+        links = link_blocks(self._links, state.poses, state.errors)
+        return (self._wall_blocks(state, parts, weights), links), off
+
+    def _wall_blocks(
+        self, state: _State, parts: Sequence[_Readings], weights: FloatArray
+    ) -> Blocks:
+        """One block for each face in each scan."""
+        off = np.concatenate([part.off for part in parts])
+        over = np.concatenate([part.over for part in parts])
+        scan = np.repeat(np.arange(len(parts)), [len(part.off) for part in parts])
+        face = np.concatenate([part.face for part in parts])
+        ends = np.concatenate([part.ends for part in parts])
+        pairs, first, block = np.unique(
+            np.column_stack([scan, face]), axis=0, return_index=True, return_inverse=True
+        )
+        block, size = block.reshape(-1), over.shape[1]
+        information, pull = np.zeros((len(pairs), size, size)), np.zeros((len(pairs), size))
+        weighted = weights[:, None] * over
+        np.add.at(information, block, weighted[:, :, None] * over[:, None, :])
+        np.add.at(pull, block, weights[:, None] * off[:, None] * over)
+        return Blocks(*self._columns_of(state, pairs[:, 0], ends[first]), information, pull)
+
+    def _columns_of(
+        self, state: _State, scan: IntArray, ends: FloatArray
+    ) -> tuple[IntArray, FloatArray]:
+        """Unknowns (b, 16) of blocks, and derivatives (b, 10, 16) of what these are over.
+
+        ``ends`` (b, 2, 2, 3): of both columns of both ends, the number and the derivatives of the
+        offset at that end by its x and y.
+        """
+        poses, lasers = state.poses.size, len(self._lasers)
+        clocks = poses + ERRORS
+        mountings = clocks + lasers
+        walls = mountings + MOUNTING * lasers + 2 * ends[..., 0].astype(np.int64)
+        laser = self._laser[scan][:, None]
+        columns = np.hstack(
+            [
+                POSE * scan[:, None] + np.arange(POSE),
+                mountings + MOUNTING * laser + np.arange(MOUNTING),
+                clocks + laser,
+                np.stack([walls, walls + 1], axis=-1).reshape(len(scan), 8),
+            ]
+        )
+        own = POSE + MOUNTING + 1
+        jacobian = np.zeros((len(scan), own + 2, own + 8))
+        jacobian[:, range(own), range(own)] = 1.0
+        jacobian[:, own, own : own + 4] = ends[:, 0, :, 1:].reshape(-1, 4)
+        jacobian[:, own + 1, own + 4 :] = ends[:, 1, :, 1:].reshape(-1, 4)
+        return columns, jacobian
+
+    def _read(self, number: int, state: _State) -> _Readings:
+        """The chosen returns of a scan."""
+        scan, laser = self._scans[number], self._laser[number]
+        height = float(scan.rays.origins[0, 2])
+        surfaces, faces = self._by.surfaces(height), self._by.faces(height)
+        mounting = state.lasers[laser]
+        mean = np.concatenate(
+            [state.poses[number], np.zeros(2), mounting, state.clocks[laser : laser + 1]]
+        )
+        count = len(scan)
+        origins, directions = np.empty((count, 2)), np.empty((count, 2))
+        pose, place, moving = np.empty(3), np.empty(2), np.empty(3)
+        kernels.leave(
+            np.ascontiguousarray(scan.rays.origins),
+            np.ascontiguousarray(scan.rays.directions),
+            mean,
+            self._speeds[number],
+            POSE + 2,
+            origins,
+            directions,
+            pose,
+            place,
+            moving,
+        )
+        expected, met = surfaces.meet(origins, directions, scan.range_max)
+        row, used = np.empty((count, kernels.COLUMNS)), self._beams[number].copy()
+        kernels.rows(surfaces.normals, met, expected, origins, directions, pose, place, moving, row)
+        reached = np.full(count, scan.range_max)
+        kernels.surely_met(used, scan.ranges, expected, met, row, reached, EDGE, GRAZING)
+        met = met[used]
+        cosine = 1.0 / row[used, kernels.OFFSET]
+        segments, normals = faces.segments[met], surfaces.normals[met]
+        points = origins[used] + expected[used, None] * directions[used]
+        along = segments[:, 2:] - segments[:, :2]
+        share = np.sum((points - segments[:, :2]) * along, axis=1) / np.sum(along**2, axis=1)
+        shares = np.column_stack([1.0 - share, share])  # (m, 2) of both ends' offsets
+        columns = faces.columns[met]  # (m, 2, 2)
+        by = faces.shares[met][..., None] * normals[:, None, None, :]  # (m, 2, 2, 2)
+        offsets = np.sum(by * state.walls[columns], axis=(2, 3))  # (m, 2) of both ends
+        off = cosine * (scan.ranges[used] - expected[used] - mounting[MOUNTING - 1])
+        own = row[used][:, [0, 1, 2, 5, 6, 7, 8, 9]]
+        return _Readings(
+            off - np.sum(shares * offsets, axis=1),
+            -np.column_stack([cosine[:, None] * own, shares]),
+            met,
+            np.concatenate([columns[..., None], by], axis=-1),
+        )
+
+
+def survey_log(log: Path, building: Path, run: RunOptions) -> tuple[Survey, dict[str, FloatArray]]:
+    """What one drive tells of walls and lasers, and its lasers' mountings (4, 4) by frame.
+
+    Raises BuildingError, SettingsError or LogError.
+    """
+    options, model = CalibrationOptions(), load_building(building)
+    records, estimator = open_run([log], model, run)
+    gathered = gather(records, estimator, options)
+    error = estimator.settings.building_error
+    reader = WallReader(model, estimator.settings, options)
+    survey = Surveyor(Columns.of(model.walls), reader, error, options).survey(gathered)
+    return survey, {frame: records.mountings[frame] for frame in survey.lasers}
