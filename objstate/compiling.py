@@ -10,6 +10,10 @@ from functools import cache
 from typing import Any, TypeVar
 
 F = TypeVar("F", bound=Callable[..., Any])
+R = TypeVar("R", bound=type)
+
+_signatures: dict[Any, str] = {}
+_records: dict[str, tuple[type, str]] = {}
 
 logger = logging.getLogger(__name__)
 
@@ -45,6 +49,54 @@ def inner(**options: Any) -> Callable[[F], F]:
 
     options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "forceinline": True}
     return numba.njit(**options)  # type: ignore[no-any-return]
+
+
+def called_with(signature: str) -> Callable[[F], F]:
+    """Note how runs call a loop, so that it can be compiled beforehand, see ``types_of``.
+
+    b, i and f stand for truth values, integers and floats, j and g for those of 32 bits, with the
+    number of axes where they are arrays. Other words are names of records.
+    """
+
+    def noted(loop: F) -> F:
+        _signatures[loop] = signature
+        return loop
+
+    return noted
+
+
+def record(name: str, fields: str) -> Callable[[R], R]:
+    """Name a record of parameters for ``called_with``; ``fields`` are written in the same way."""
+
+    def noted(kind: R) -> R:
+        _records[name] = kind, fields
+        return kind
+
+    return noted
+
+
+def types_of(loop: Callable[..., Any]) -> tuple[Any, ...]:
+    """The types of a loop's arguments, as ``called_with`` notes them."""
+    return tuple(map(_type_of, _signatures[loop].split()))
+
+
+def _type_of(word: str) -> Any:
+    from numba import types
+
+    if word in _records:
+        kind, fields = _records[word]
+        parts = tuple(map(_type_of, fields.split()))
+        if len(set(parts)) == 1:
+            return types.NamedUniTuple(parts[0], len(parts), kind)  # type: ignore[no-untyped-call]
+        return types.NamedTuple(parts, kind)  # type: ignore[no-untyped-call]
+    plain = {
+        "b": types.boolean,
+        "i": types.int64,
+        "f": types.float64,
+        "j": types.int32,
+        "g": types.float32,
+    }[word[0]]
+    return types.Array(plain, int(word[1:]), "C") if word[1:] else plain
 
 
 def when_compiling(tell: Callable[[], None], after: float = 0.0) -> None:

@@ -16,6 +16,7 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
 
+TURN = 2.0 * math.pi  # rad
 WHOLE_TURN = 6.29  # rad, with room for rounding; a larger angle was probably meant in degrees
 
 

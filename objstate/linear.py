@@ -1,4 +1,4 @@
-"""Small systems of linear equations; compiled into the loops that need them."""
+"""Small systems of linear equations, compiled into the loops that need them; and constants."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from typing import Any
 
 from objstate.compiling import inner
 from objstate.geometry import FloatArray
+
+ROOT_2, ROOT_TAU = math.sqrt(2.0), math.sqrt(2.0 * math.pi)  # of normal distributions
 
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
 

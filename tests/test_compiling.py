@@ -18,9 +18,9 @@ ROOT = Path(__file__).parents[1]
 SCRIPT = """
 import logging
 import numpy as np
-from objstate.sensing import section_kernels as kernels
+from objstate.sensing import segments
 logging.basicConfig(format="%(message)s")
-print(kernels.cast(np.array([[0.0, 0.0, 1.0, 0.0]]), np.array([[2.0, -1.0, 2.0, 1.0]])))
+print(segments.cast(np.array([[0.0, 0.0, 1.0, 0.0]]), np.array([[2.0, -1.0, 2.0, 1.0]])))
 """
 
 

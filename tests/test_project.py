@@ -1,5 +1,6 @@
 """The project's frame: what is shipped, what is pinned, what the command line costs."""
 
+import ast
 import os
 import re
 import subprocess
@@ -7,6 +8,7 @@ import sys
 import sysconfig
 import tomllib
 import zipfile
+from collections.abc import Iterator
 from importlib.metadata import distribution, requires, version
 from pathlib import Path
 
@@ -152,6 +154,35 @@ def test_pins_meet_the_lower_bounds(pins: dict[str, str]) -> None:
         if not bound.specifier.contains(pins[canonicalize_name(bound.name)])
     ]
     assert wrong == []
+
+
+def test_constants_of_the_estimator_are_defined_once() -> None:
+    """A name stands for another value elsewhere only where it means something else there."""
+    known = dict[tuple[str, str], str]()
+    for room in ("estimator", "localization", "objects", "particles", "sensing", "smoothing"):
+        for path in sorted((ROOT / "objstate" / room).rglob("*.py")):
+            for name, value in constants(path.read_text()):
+                first = known.setdefault((name, value), path.name)
+                assert first == path.name, f"{name} = {value} in {first} and {path.name}"
+
+
+def constants(source: str) -> Iterator[tuple[str, str]]:
+    """The module's constants and their expressions."""
+    for line in ast.parse(source).body:
+        if not isinstance(line, ast.Assign):
+            continue
+        for target in line.targets:
+            if isinstance(target, ast.Name):
+                pairs = [(target, line.value)]
+            else:
+                together = target, line.value
+                is_listed = all(isinstance(each, ast.Tuple) for each in together)
+                pairs = (
+                    list(zip(*(each.elts for each in together), strict=True)) if is_listed else []
+                )
+            for name, value in pairs:
+                if name.id.isupper():
+                    yield name.id, ast.unparse(value)
 
 
 def test_the_version_is_one() -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import yaml
 
@@ -36,6 +38,17 @@ def sidecar_text(urdf: Path) -> str | None:
     return path.read_text(encoding="utf-8") if path.is_file() else None
 
 
+def sidecar_of(error: BuildingErrorSettings) -> str:
+    """The file for a building whose errors were learnt from drives."""
+    words = error.model_dump(exclude_unset=True)
+    words["wall_std_m"] = round(error.wall_std_m, 4)
+    words["doors"] = {
+        name: {key: round(value, 4) for key, value in own.model_dump().items()}
+        for name, own in error.doors.items()
+    }
+    return _text(words, " Learnt from drives.")
+
+
 def sidecar_of_map(resolution: float) -> str:
     """The file for a building made of a map, with cells of some m, and a table of doors."""
     error = {
@@ -53,6 +66,6 @@ def sidecar_of_drawing(unit: float) -> str:
     return _text({"wall_std_m": std, "hinge_std_m": std, "bearing_std_deg": 1.0})
 
 
-def _text(error: dict[str, float]) -> str:
-    head = "# How far walls, hinges and lasers may be off; standard deviations.\n"
-    return head + yaml.safe_dump({"building_error": error}, sort_keys=False)
+def _text(error: Mapping[str, Any], source: str = "") -> str:
+    head = f"# How far walls, hinges and lasers may be off; standard deviations.{source}\n"
+    return head + yaml.safe_dump({"building_error": dict(error)}, sort_keys=False)

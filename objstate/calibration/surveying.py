@@ -30,16 +30,16 @@ from objstate.config import BuildingErrorSettings
 from objstate.errors import LogError
 from objstate.geometry import FloatArray, IntArray, wrap
 from objstate.lazy import Later
-from objstate.localization.pose_filter import EDGE, GRAZING
+from objstate.localization.pose_filter import EDGE
 from objstate.run import RunOptions, open_run
 from objstate.sensing.surfaces import Surfaces
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
 
-    from objstate.localization import pose_kernels as kernels
+    from objstate.localization import pose_update
 else:
-    kernels = Later("objstate.localization.pose_kernels")
+    pose_update = Later("objstate.localization.pose_update")
 
 POSE, MOUNTING = 3, 4  # x, y, yaw; and those of a laser with the bias of its ranges
 BIAS = 3  # index of the bias
@@ -330,7 +330,7 @@ class _Drive:
         count = len(scan)
         origins, directions = np.empty((count, 2)), np.empty((count, 2))
         pose, place, moving = np.empty(3), np.empty(2), np.empty(3)
-        kernels.leave(
+        pose_update.leave(
             np.ascontiguousarray(scan.rays.origins),
             np.ascontiguousarray(scan.rays.directions),
             mean,
@@ -343,12 +343,14 @@ class _Drive:
             moving,
         )
         expected, met = surfaces.meet(origins, directions, scan.range_max)
-        row, used = np.empty((count, kernels.COLUMNS)), self._beams[number].copy()
-        kernels.rows(surfaces.normals, met, expected, origins, directions, pose, place, moving, row)
+        row, used = np.empty((count, pose_update.COLUMNS)), self._beams[number].copy()
+        pose_update.rows(
+            surfaces.normals, met, expected, origins, directions, pose, place, moving, row
+        )
         reached = np.full(count, scan.range_max)
-        kernels.surely_met(used, scan.ranges, expected, met, row, reached, EDGE, GRAZING)
+        pose_update.surely_met(used, scan.ranges, expected, met, row, reached, EDGE)
         met = met[used]
-        cosine = 1.0 / row[used, kernels.OFFSET]
+        cosine = 1.0 / row[used, pose_update.OFFSET]
         segments, normals = faces.segments[met], surfaces.normals[met]
         points = origins[used] + expected[used, None] * directions[used]
         along = segments[:, 2:] - segments[:, :2]

@@ -23,7 +23,7 @@ def compile_() -> None:
     from objstate.cli.loops import PARTS, compile_part
     from objstate.cli.sharing import compile_shared
     from objstate.errors import ResultError
-    from objstate.sensing.kernels import take
+    from objstate.sensing.sweeps import take
 
     if take.stats.cache_path is None:  # type: ignore[attr-defined]
         raise ResultError(

@@ -24,9 +24,9 @@ def share_out_compiling() -> None:
 
 def _compile_for_a_run() -> None:
     from objstate.experiments.processes import default_workers
-    from objstate.sensing import kernels
+    from objstate.sensing import sweeps
 
-    stats = kernels.take.stats  # type: ignore[attr-defined]
+    stats = sweeps.take.stats  # type: ignore[attr-defined]
     if default_workers() == 1 or stats.cache_path is None or stats.cache_hits:
         return  # nothing could be handed over, or the loops of every run were compiled before
     from objstate.cli.loops import EVERY_RUN

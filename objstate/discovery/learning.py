@@ -16,8 +16,9 @@ from objstate.building import building_from_map, load_building
 from objstate.building.door_table import COLUMNS, HINGED, OPTIONAL, SENSE, Door, door_rows
 from objstate.building.model import Building
 from objstate.building.occupancy import OccupancyMap, read_map
-from objstate.building.sidecar import sidecar_text
+from objstate.building.sidecar import sidecar_of
 from objstate.building.writing import DOORS_FILE, LEARN_FILE, check_target, write_buildings
+from objstate.config import BuildingErrorSettings, DoorErrorSettings
 from objstate.discovery.candidates import PROBABLE, Candidate, find_doors
 from objstate.discovery.gathering import Beams, gather
 from objstate.run import RunOptions
@@ -55,7 +56,7 @@ def learn_doors(
     run, target = run or RunOptions(), Path(out)
     check_target(target, overwrite)
     plan = replace(read_map(Path(map_yaml)), name=NAME)
-    walls, _ = _building(plan, [])
+    walls = _building(plan, [])
     drives: list[Beams] = []
     seconds = 0.0
     for number, log in enumerate(logs):
@@ -74,24 +75,33 @@ def learn_doors(
             on_progress(LOCALIZING + (1.0 - LOCALIZING) * share, seconds)
 
     candidates = find_doors(plan, walls, Beams.joined(drives), run.settings.beam_model, weighed)
-    probable = [each.door for each in candidates if each.probability >= PROBABLE]
-    building, sidecar = _building(plan, probable)
+    probable = [each for each in candidates if each.probability >= PROBABLE]
+    building = _building(plan, [each.door for each in probable])
+    error = building.error or BuildingErrorSettings()
+    error = error.model_copy(update={"doors": {each.door.name: _error(each) for each in probable}})
     about = _about(map_yaml, logs, drives, candidates)
     beside = {
         DOORS_FILE: candidates_table(candidates),
         LEARN_FILE: json.dumps(about, indent=1) + "\n",
     }
-    urdf = write_buildings(target, {".": building}, {".": sidecar}, beside)[0]
+    urdf = write_buildings(target, {".": building}, {".": sidecar_of(error)}, beside)[0]
     return Learnt(urdf, candidates)
 
 
-def _building(plan: OccupancyMap, doors: list[Door]) -> tuple[Building, str | None]:
-    """The building of a map with doors, whose leaves are taken out of its walls, and its sidecar."""
+def _error(found: Candidate) -> DoorErrorSettings:
+    """How far a door may be off."""
+    return DoorErrorSettings(
+        hinge_std_m=found.hinge_deviation, bearing_std_deg=math.degrees(found.bearing_std)
+    )
+
+
+def _building(plan: OccupancyMap, doors: list[Door]) -> Building:
+    """The building of a map with doors, whose leaves are taken out of its walls."""
     with tempfile.TemporaryDirectory() as folder:
         table = Path(folder) / DOORS_FILE
         table.write_text(door_rows(doors), encoding="utf-8")
         urdf = building_from_map(plan, table, Path(folder) / NAME)
-        return load_building(urdf), sidecar_text(urdf)
+        return load_building(urdf)
 
 
 def candidates_table(candidates: Sequence[Candidate]) -> str:

@@ -17,10 +17,10 @@ from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
-import yaml
 
 from objstate.building.digest import geometry_digest
 from objstate.building.model import Building
+from objstate.building.sidecar import sidecar_of
 from objstate.building.warping import Columns
 from objstate.building.writing import (
     CALIBRATION,
@@ -127,7 +127,9 @@ def refine_building(
     about = learn_text(str(building), digest, told, left_out, columns, walls, lasers, doors)
     page = report_of(better, columns, walls, lasers, doors, counting)
     beside = {LEARN_FILE: about, CALIBRATION: calibration_text(lasers), REPORT_FILE: page}
-    urdf = write_buildings(target, {".": better}, {".": _sidecar(better)}, beside)[0]
+    urdf = write_buildings(target, {".": better}, {".": sidecar_of(better.error or error)}, beside)[
+        0
+    ]
     silent = tuple(sorted(set(_hinged(model)) - {door.name for door in doors}))
     return Refined(
         urdf, doors, walls, lasers, len(counting), tuple(one.log for one in left_out), silent
@@ -231,18 +233,3 @@ def _digest(log: Path, run: RunOptions) -> str:
 
 def _hinged(building: Building) -> list[str]:
     return [name for name, item in building.objects.items() if item.kind.value != "planar"]
-
-
-def _sidecar(building: Building) -> str:
-    """The deviations of the building, and of each door that was learnt."""
-    assert building.error is not None
-    words = building.error.model_dump(exclude_unset=True)
-    words["wall_std_m"] = round(words["wall_std_m"], 4)
-    words["doors"] = {
-        name: {key: round(value, 4) for key, value in own.model_dump(exclude_unset=True).items()}
-        for name, own in building.error.doors.items()
-    }
-    head = (
-        "# How far walls, hinges and lasers may be off; standard deviations. Learnt from drives.\n"
-    )
-    return head + yaml.safe_dump({"building_error": words}, sort_keys=False)

@@ -6,14 +6,18 @@ import tempfile
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from objstate.building import building_from_map, load_building
 from objstate.building.door_table import door_rows, read_doors
 from objstate.building.model import Building, Kind, MovableObject
-from objstate.building.sidecar import sidecar_text
+from objstate.building.sidecar import sidecar_of, sidecar_text
 from objstate.building.writing import DECISIONS_FILE, DOORS_FILE, check_target, write_buildings
 from objstate.editing.rows import Edits, leaf_of, row_of
 from objstate.editing.subject import Subject
 from objstate.errors import BuildingError
+
+SAME_PLACE = 1e-3  # m, of origins that weren't moved: tables are rounded
 
 
 def save(subject: Subject, edits: Edits) -> Path:
@@ -25,12 +29,31 @@ def save(subject: Subject, edits: Edits) -> Path:
         check_target(subject.out, overwrite=True)
     table = _checked_table(edits)
     if subject.plan is None:
-        building, sidecar = _edited(subject.building, edits), subject.sidecar
+        building = _edited(subject.building, edits)
+        sidecar = _sidecar(subject, building)
     else:
         building, sidecar = _of_map(subject.plan, table)
     decisions = edits.model_dump_json(indent=1, exclude_none=True)
     beside = {DOORS_FILE: table, DECISIONS_FILE: decisions + "\n"}
     return write_buildings(subject.out, {".": building}, {".": sidecar}, beside)[0]
+
+
+def _sidecar(subject: Subject, building: Building) -> str | None:
+    """The file beside the URDF, without deviations of doors that a person has put elsewhere."""
+    before = subject.building
+    known = {} if before.error is None else before.error.doors
+    same = {name: own for name, own in known.items() if _stays(before, building, name)}
+    if before.error is None or same == known:
+        return subject.sidecar
+    return sidecar_of(before.error.model_copy(update={"doors": same}))
+
+
+def _stays(before: Building, after: Building, name: str) -> bool:
+    """Whether a door is where it was."""
+    if name not in before.objects or name not in after.objects:
+        return False
+    origins = before.objects[name].origin, after.objects[name].origin
+    return bool(np.allclose(*origins, atol=SAME_PLACE))
 
 
 def _checked_table(edits: Edits) -> str:

@@ -19,6 +19,7 @@ from objstate.config import Settings
 from objstate.geometry import FloatArray
 from objstate.localization import Hypotheses, Odds
 from objstate.localization.anywhere import Chance
+from objstate.particles.weights import NEVER
 from objstate.records import NANOSECONDS, Scan
 
 HOUR = 3600.0  # s
@@ -31,7 +32,6 @@ REPLACED = 0.95  # probability from which another place is followed instead
 PLACES, PLACES_NEAR = 4e5, 150.0  # cells of 25 cm and 4 degrees in 300 m^2, and within a slip
 USUALLY = 20.0  # keyframes over which the usual advantage is averaged
 HALF = 0.5
-NEVER = 1e-300  # odds that stand for zero
 
 MOMENTS = 100  # number that are kept
 
@@ -86,7 +86,7 @@ class Bank(Generic[Kept]):
             0.0  # odds of the places that the last search found, relative to the followed one
         )
         self._elsewhere = Odds(HALF * START_WRONG, HALF * START_WRONG)  # not searched for yet
-        self._since_look = Odds()
+        self._since_keyframe = Odds()
 
     @property
     def p_followed(self) -> float:
@@ -153,25 +153,25 @@ class Bank(Generic[Kept]):
             min(gain * odds, 1.0 / NEVER) for odds in (before.kidnapped, before.slipped)
         )
         self._elsewhere = Odds(kidnapped, slipped, before.width).plus(came)
-        self._since_look = self._since_look.plus(came)
+        self._since_keyframe = self._since_keyframe.plus(came)
         if not self.is_lost:
             self._usual += (advantage - self._usual) / USUALLY
 
     def widen(self, std: float) -> None:
         """Note that the belief is wide, by ``std`` m, and may narrow to a wrong place."""
         wide = Odds(width=std)
-        self._elsewhere, self._since_look = (
-            odds.plus(wide) for odds in (self._elsewhere, self._since_look)
+        self._elsewhere, self._since_keyframe = (
+            odds.plus(wide) for odds in (self._elsewhere, self._since_keyframe)
         )
 
     @property
     def odds(self) -> tuple[Odds, Odds]:
         """Odds of being elsewhere at the last keyframe already, and of having left since."""
-        return self._elsewhere, self._since_look
+        return self._elsewhere, self._since_keyframe
 
-    def looked(self) -> None:
+    def keyframe_kept(self) -> None:
         """Note that a keyframe was kept."""
-        self._since_look = Odds()
+        self._since_keyframe = Odds()
 
     def may_search(self, now_ns: int, every_s: float) -> bool:
         """Whether other places are probable enough for a search, and the last one is old enough."""

@@ -144,8 +144,8 @@ class Estimator:
                 published = self._sense(record)
                 p = self.p_localized if self._robot.localizes else 1.0
                 return [altered(row, p_localized=p) for row in published]
-            case told:
-                self._start.take(told, self._monitor, self._thinned.now_ns)
+            case belief:
+                self._start.take(belief, self._monitor, self._thinned.now_ns)
         return []
 
     def _sense(self, scan: Scan) -> list[Estimate]:

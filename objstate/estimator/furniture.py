@@ -28,14 +28,14 @@ from objstate.objects.proposals import TracedOutline
 from objstate.particles import Weights, systematic
 
 if TYPE_CHECKING:
-    from objstate.objects import furniture_kernels
+    from objstate.objects import components
     from objstate.objects import mixture_kernels as kernels
 else:
-    furniture_kernels = Later("objstate.objects.furniture_kernels")
+    components = Later("objstate.objects.components")
     kernels = Later("objstate.objects.mixture_kernels")
 
 TRIED = 400  # states that are tried, of which some are proposed
-FEWEST = 3  # least number of ends of beams that may show an object
+FEWEST_ENDS = 3  # least number of ends of beams that may show an object
 ON_OBJECT = 0.1  # m from a certain object within which a beam counts as stopped by it
 
 
@@ -154,7 +154,7 @@ class Furniture:
 def _meeting(mixture: FurnitureMixture, vantage: Vantage, until: FloatArray) -> BoolArray:
     """Which beams (n,) enter the circle of some component before ranges (n,) m."""
     out = np.empty(len(until), dtype=bool)
-    furniture_kernels.meeting(mixture.circles(), vantage.origins, vantage.directions, until, out)
+    components.meeting(mixture.circles(), vantage.origins, vantage.directions, until, out)
     return out
 
 
@@ -165,7 +165,7 @@ def _through(
     rng: np.random.Generator,
 ) -> FloatArray:
     """At most ``PROPOSED`` states (p, 3) whose outline passes through ends of beams (k, 2)."""
-    if len(stopped) < FEWEST:
+    if len(stopped) < FEWEST_ENDS:
         return np.empty((0, 3))
     states, explained = outline.states_through(stopped, TRIED, rng)
     if len(states) == 0:

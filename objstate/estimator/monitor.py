@@ -20,9 +20,9 @@ from objstate.estimator.sight import Sight
 from objstate.geometry import BoolArray, FloatArray, between, compose
 from objstate.localization import (
     Anywhere,
+    Keyframe,
     Learnt,
     LogLikelihood,
-    Look,
     PoseBelief,
     Search,
     apart,
@@ -30,7 +30,6 @@ from objstate.localization import (
 from objstate.localization.anywhere import BLUR
 from objstate.localization.search import SAME
 from objstate.objects import ObjectBelief
-from objstate.particles import Weights
 from objstate.records import NANOSECONDS, Scan
 from objstate.sensing import Sensing
 
@@ -113,7 +112,7 @@ class Monitor:
             return
         self._bank.publish(0.0, now)
         chance = self._everywhere.chance(scan, self._scenery.thinned(beams)).mean
-        if not self._search.note(Look(scan, robot.odometry, chance=chance)):
+        if not self._search.note(Keyframe(scan, robot.odometry, chance=chance)):
             return
         found = self._search.hypotheses(self._explained, self._rng)
         if self._bank.begin(found):
@@ -135,13 +134,15 @@ class Monitor:
             beams = self._scenery.thinned(self._everywhere.usable(scan))
             if beams.any():
                 chance = self._everywhere.chance(scan, beams)
-                told = self._log_evidence(sight, beams)
+                log_evidence = self._log_evidence(sight, beams)
                 moment = Moment(scan, robot.odometry, sight.robot.mean, self._kept)
-                self._bank.take(moment, told, chance)
-                look = Look(scan, robot.odometry, sight.robot.mean, *self._bank.odds, chance.mean)
-                if self._search.note(look):
-                    self._bank.looked()
-                    self._look_elsewhere(sight)
+                self._bank.take(moment, log_evidence, chance)
+                keyframe = Keyframe(
+                    scan, robot.odometry, sight.robot.mean, *self._bank.odds, chance.mean
+                )
+                if self._search.note(keyframe):
+                    self._bank.keyframe_kept()
+                    self._search_elsewhere(sight)
         self._publish(scan.stamp_ns)
 
     def _publish(self, now_ns: int) -> None:
@@ -169,12 +170,12 @@ class Monitor:
         tempering = self._settings.localization.tempering
         if self._robot.is_filtered:
             return tempering * scenery.log_likelihood_of_mean(sight, beams, BLUR, beliefs)
-        told = tempering * scenery.log_likelihood(sight, beams, BLUR, beliefs)
-        return float(np.logaddexp.reduce(told + sight.robot.weights.log))
+        log_likelihood = tempering * scenery.log_likelihood(sight, beams, BLUR, beliefs)
+        return float(np.logaddexp.reduce(log_likelihood + sight.robot.weights.log))
 
     # --- search: other places -------------------------------------------------------
 
-    def _look_elsewhere(self, sight: Sight) -> None:
+    def _search_elsewhere(self, sight: Sight) -> None:
         """Search the whole building if other places are probable enough; follow one that wins."""
         bank, now = self._bank, sight.scan.stamp_ns
         if not bank.may_search(now, self._settings.search.every_s):
@@ -203,7 +204,8 @@ class Monitor:
         for moment in moments:
             log_likelihood = self._explained(moment.scan)
             there = compose(place, between(moments[-1].odometry, moment.odometry))
-            new, old = (log_likelihood(each[None], BLUR)[0] for each in (there, moment.followed))
+            both = np.array([[there], [moment.followed]])
+            new, old = log_likelihood(both, BLUR)[:, 0].tolist()
             gained.append(new - old)
         first = int(np.cumsum(gained[::-1])[::-1].argmax())
         last = moments[max(first - 1, 0)]
@@ -215,26 +217,17 @@ class Monitor:
         return Kept(dict(self._believed.marginals), self._robot.learnt)
 
     def _explained(self, scan: Scan) -> LogLikelihood:
-        """A function giving the tempered log p(o | l) (p,) of a scan for nearby poses.
+        """A function giving the tempered log p(o | l) of a scan for groups of nearby poses.
 
         Objects are averaged over their priors.
         """
-        anywhere = PoseBelief(np.zeros((1, 3)), Weights.uniform(1))
-        looked = Sight.of(scan, anywhere, self._sensing, self._believed.surroundings)
-        beams, priors = self._scenery.thinned(looked.valid), self._believed.priors
-        view = looked.view(beams)
+        beams = self._scenery.thinned(scan.valid)
+        view = self._sensing.view(scan, beams)
         view = view.take(np.ones(np.count_nonzero(beams), dtype=bool))  # these beams are all
-        tempering = self._settings.localization.tempering
+        tempering, around = self._settings.localization.tempering, self._scenery.around
 
         def log_likelihood(poses: FloatArray, blur: float) -> FloatArray:
-            sight = looked.by(PoseBelief(poses, Weights.uniform(len(poses))))
-            around = poses  # and their mean, around which objects are looked up
-            if len(poses) > 1:
-                around = np.concatenate([sight.robot.mean[None], poses])
-            walls = view.walls(around)
-            objects = self._scenery.objects(sight, beams, priors, walls[0].copy())
-            told = view.pose_log_likelihood(around, blur, objects, walls)
-            return tempering * told[-len(poses) :]
+            return tempering * view.nearby_log_likelihood(poses, blur, around)
 
         return log_likelihood
 

@@ -124,8 +124,8 @@ class Robot:
 
     def start(self, pose: FloatArray, covariance: FloatArray | None = None) -> None:
         """Follow a given pose (3,), with its covariance (3, 3) where there is one."""
-        told = self._localizer.told_covariance if covariance is None else covariance
-        self.follow(self._localizer.start(pose, told, self._rng))
+        spread = self._localizer.start_covariance if covariance is None else covariance
+        self.follow(self._localizer.start(pose, spread, self._rng))
 
     def take(self, record: InitialPose | GaussianRobotBelief | RobotBelief) -> None:
         """Follow a recorded belief."""
@@ -208,8 +208,8 @@ class Robot:
         """p(l | o_k) by the samples of p(l), with dependent errors of beams."""
         robot, beams = sight.robot, sight.valid
         objects = self._scenery.objects(sight, beams)
-        told = sight.view(beams).pose_log_likelihood(robot.poses, pose.wall_std, objects)
-        weights, _ = robot.weights.reweight(pose.independence(sight.scan.laser) * told)
+        log_likelihood = sight.view(beams).pose_log_likelihood(robot.poses, pose.wall_std, objects)
+        weights, _ = robot.weights.reweight(pose.independence(sight.scan.laser) * log_likelihood)
         return PoseBelief(robot.poses, weights)
 
     # --- p(l | o_k) by samples ------------------------------------------------------
@@ -221,8 +221,9 @@ class Robot:
         if not self.is_narrow and not self._has_moved:
             return robot
         blur, beams = self._localizer.blur(robot), self._scenery.thinned(beams)
-        told = self._scenery.log_likelihood(sight, beams, blur)
-        corrected = self._localizer.correct(robot, self._settings.localization.tempering * told)
+        log_likelihood = self._scenery.log_likelihood(sight, beams, blur)
+        tempering = self._settings.localization.tempering
+        corrected = self._localizer.correct(robot, tempering * log_likelihood)
         self._belief, _ = self._localizer.renew(corrected, self._rng)
         self._corrected_at = self.odometry
         return self._belief

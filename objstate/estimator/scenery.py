@@ -9,11 +9,12 @@ import numpy as np
 
 from objstate.config import Settings
 from objstate.estimator.believed import Believed
-from objstate.estimator.kernels import evenly_spread
 from objstate.estimator.sight import Sight
 from objstate.geometry import BoolArray, FloatArray
+from objstate.lazy import lazy
 from objstate.objects import ObjectBelief
-from objstate.sensing import UncertainObject
+from objstate.sensing import Around, UncertainObject
+from objstate.sensing.circles import evenly_spread
 
 KEPT = 1024  # number of beliefs whose samples are cached
 Beliefs = Mapping[str, ObjectBelief]
@@ -54,12 +55,18 @@ class Scenery:
         sight: Sight,
         beams: BoolArray,
         beliefs: Beliefs | None = None,
-        walls: FloatArray | None = None,
     ) -> list[UncertainObject]:
         """The objects that some beams (n,) may meet, with their states; see ``Sight.seen_by``."""
         known = self._believed.marginals if beliefs is None else beliefs
-        names = sight.seen_by(beams, walls=walls)
+        names = sight.seen_by(beams)
         return [self._represented(known[name], self._states) for name in names]
+
+    @lazy
+    def around(self) -> Around:
+        """All objects, each in states of its prior."""
+        priors, surroundings = self._believed.priors, self._believed.surroundings
+        objects = tuple(priors[name].represented_by(self._states) for name in surroundings.names)
+        return Around(objects, surroundings.all_circles)
 
     def is_narrow(self, sight: Sight) -> bool:
         """Whether the robot's position is known well enough to include objects."""

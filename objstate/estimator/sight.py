@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from objstate.estimator import kernels
-from objstate.estimator.kernels import SPREAD_SIGMAS
 from objstate.estimator.surroundings import Surroundings
 from objstate.geometry import BoolArray, FloatArray
 from objstate.lazy import lazy
 from objstate.localization import PoseBelief
 from objstate.records import Scan
-from objstate.sensing import ScanView, Sensing
+from objstate.sensing import ScanView, Sensing, circles
 
 
 class Near(NamedTuple):
@@ -92,7 +89,7 @@ class Sight:
         """
         robot, rays = self.robot, self.scan.rays
         yaw_std = math.sqrt(robot.covariance[2, 2])
-        found = kernels.entries(
+        found = circles.entries(
             self._in_range[1], robot.mean, robot.position_std, yaw_std, rays.origins, *rays.courses
         )
         return np.asarray(found)
@@ -105,21 +102,16 @@ class Sight:
 
     def near(self, distance: float, beams: BoolArray) -> Near:
         """The objects within a distance, and which of the beams (n,) may meet them."""
-        (names, circles), (x, y, _) = self._in_range, self.robot.mean.tolist()
-        found, pointed_at, used = kernels.near(circles, x, y, distance, self.entries, beams)
+        (names, around), (x, y, _) = self._in_range, self.robot.mean.tolist()
+        found, pointed_at, used = circles.near(around, x, y, distance, self.entries, beams)
         return Near(
             [names[k] for k in found.tolist()], [names[k] for k in pointed_at.tolist()], used
         )
 
-    def seen_by(
-        self, beams: BoolArray, but: Collection[str] = (), walls: FloatArray | None = None
-    ) -> list[str]:
-        """Objects, except those named, that some of the beams (n,) may reach before a wall.
-
-        The ``walls`` (k,) m that these beams meet are cast where they aren't given.
-        """
+    def seen_by(self, beams: BoolArray) -> list[str]:
+        """Objects that some of the beams (n,) may reach before a wall."""
         robot, rays, every = self.robot, self.scan.rays, self.surroundings
-        seen = kernels.seen(
+        seen = circles.seen(
             every.all_circles,
             robot.mean,
             robot.position_std,
@@ -128,7 +120,6 @@ class Sight:
             rays.origins,
             *rays.courses,
             beams,
-            self.walls[beams] if walls is None else walls,
-            SPREAD_SIGMAS * robot.position_std,
+            self.walls[beams],
         )
-        return [name for k in seen.tolist() if (name := every.names[k]) not in but]
+        return [every.names[k] for k in seen.tolist()]

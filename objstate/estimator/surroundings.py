@@ -11,10 +11,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from objstate.building.model import Building, Kind, MovableObject
-from objstate.estimator import kernels
-from objstate.estimator.kernels import SPREAD_SIGMAS
 from objstate.geometry import FloatArray
 from objstate.objects import ObjectBelief
+from objstate.sensing import circles
+from objstate.sensing.circles import SPREAD_SIGMAS
 from objstate.sensing.level import moves_in_plane
 
 
@@ -25,8 +25,8 @@ class Surroundings:
         self.names = tuple(building.objects)
         self._index = {name: k for k, name in enumerate(self.names)}
         self._reach = {name: _reach(item) for name, item in building.objects.items()}
-        circles = [_circle(item, self._reach[name]) for name, item in building.objects.items()]
-        self._circles = np.array(circles).reshape(-1, 3)  # x, y, radius
+        found = [_circle(item, self._reach[name]) for name, item in building.objects.items()]
+        self._circles = np.array(found).reshape(-1, 3)  # x, y, radius
 
     def follow(self, name: str, belief: ObjectBelief) -> None:
         """Move a piece of furniture's circle with its belief."""
@@ -50,8 +50,8 @@ class Surroundings:
 
     def within(self, place: FloatArray, distance: float) -> tuple[list[str], FloatArray]:
         """The objects within ``distance`` m of a place (2 or 3,), and their circles (m, 3)."""
-        numbers, circles = kernels.within(self._circles, place[0], place[1], distance)
-        return [self.names[k] for k in numbers.tolist()], circles
+        numbers, around = circles.within(self._circles, place[0], place[1], distance)
+        return [self.names[k] for k in numbers.tolist()], around
 
 
 def item_states(item: MovableObject) -> FloatArray:

@@ -21,9 +21,9 @@ from objstate.errors import GridError
 from objstate.lazy import Later
 
 if TYPE_CHECKING:
-    from objstate.grid import kernels
+    from objstate.grid import rasters
 else:
-    kernels = Later("objstate.grid.kernels")
+    rasters = Later("objstate.grid.rasters")
 
 Plane = NDArray[np.float32]  # (n,) one number per cell
 Flat = NDArray[np.int32]  # (m,) indices of cells, row by row
@@ -83,12 +83,12 @@ class BayesCells:
 
     def empty(self, size: int) -> Fields:
         """As the protocol has it."""
-        return _empty(size, kernels.UNKNOWN)
+        return _empty(size, rasters.UNKNOWN)
 
     def update(self, fields: Fields, where: Flat, evidence: Plane, at: float) -> None:
         """As the protocol has it."""
         belief, expires = fields
-        kernels.update_bayes(
+        rasters.update_bayes(
             belief, expires, where, evidence, at, self.max_age_s, self.trust, self.most
         )
 
@@ -101,7 +101,7 @@ class BayesCells:
         """As the protocol has it."""
         belief, expires = fields
         values = np.empty_like(belief)
-        kernels.read_beliefs(belief, expires, at, self.max_age_s, values)
+        rasters.read_beliefs(belief, expires, at, self.max_age_s, values)
         return values
 
 
@@ -116,7 +116,7 @@ class LogOddsCells(BayesCells):
     def update(self, fields: Fields, where: Flat, evidence: Plane, at: float) -> None:
         """As the protocol has it."""
         log_odds, expires = fields
-        kernels.update_log_odds(
+        rasters.update_log_odds(
             log_odds, expires, where, evidence, at, self.max_age_s, self.trust, self.most
         )
 
@@ -130,7 +130,7 @@ class LogOddsCells(BayesCells):
         """As the protocol has it."""
         log_odds, expires = fields
         one, values = np.float32(1.0), np.empty_like(log_odds)
-        kernels.read_beliefs(
+        rasters.read_beliefs(
             one - one / (one + np.exp(log_odds)), expires, at, self.max_age_s, values
         )
         return values
@@ -159,7 +159,7 @@ class CountCells:
     def update(self, fields: Fields, where: Flat, evidence: Plane, at: float) -> None:
         """As the protocol has it."""
         free, occupied, expires = fields
-        kernels.update_counts(
+        rasters.update_counts(
             free, occupied, expires, where, evidence, at, self.max_age_s, self.max_count
         )
 
@@ -172,7 +172,7 @@ class CountCells:
         """As the protocol has it."""
         free, occupied, expires = fields
         values = np.empty_like(free)
-        kernels.read_counts(free, occupied, expires, at, self.max_age_s, values)
+        rasters.read_counts(free, occupied, expires, at, self.max_age_s, values)
         return values
 
 
@@ -193,7 +193,7 @@ class AverageCells:
     def update(self, fields: Fields, where: Flat, evidence: Plane, at: float) -> None:
         """As the protocol has it."""
         free, occupied, expires = fields
-        kernels.update_averages(
+        rasters.update_averages(
             free, occupied, expires, where, evidence, at, self.max_age_s, self.alpha
         )
 
@@ -206,5 +206,5 @@ class AverageCells:
         """As the protocol has it."""
         free, occupied, expires = fields
         values = np.empty_like(free)
-        kernels.read_counts(free, occupied, expires, at, self.max_age_s, values)
+        rasters.read_counts(free, occupied, expires, at, self.max_age_s, values)
         return values

@@ -20,9 +20,9 @@ from objstate.grid.layout import Layout
 from objstate.lazy import Later
 
 if TYPE_CHECKING:
-    from objstate.grid import kernels
+    from objstate.grid import rasters
 else:
-    kernels = Later("objstate.grid.kernels")
+    rasters = Later("objstate.grid.rasters")
 
 UNKNOWN = 0.5
 ROUND = 1e-9  # relative; how far the two halves of a covariance may differ
@@ -169,7 +169,7 @@ def expected_occupancy(
     high = np.clip(np.floor(cells.max(axis=0)) + 1, low, size).astype(np.int64)
     plane = np.zeros((high - low)[::-1])
     mark = np.full(plane.size, -1, dtype=np.int32)
-    kernels.cover(mark, plane, cells - low, lengths, np.asarray(weights, dtype=float))
+    rasters.cover(mark, plane, cells - low, lengths, np.asarray(weights, dtype=float))
     rows, columns = np.nonzero(plane)
     return _on(layout, np.column_stack([columns, rows]) + low, plane[rows, columns])
 

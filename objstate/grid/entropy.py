@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from objstate.lazy import Later
 
 if TYPE_CHECKING:
-    from objstate.grid import kernels
+    from objstate.grid import rasters
 else:
-    kernels = Later("objstate.grid.kernels")
+    rasters = Later("objstate.grid.rasters")
 
 Values = NDArray[np.float32]
 Method = Literal["series", "table", "logarithms"]
@@ -34,11 +34,11 @@ def entropy(values: Values, method: Method = "series") -> Values:
     flat = np.ascontiguousarray(values, dtype=np.float32).ravel()
     out = np.empty_like(flat)
     if method == "series":
-        kernels.entropies_by_series(flat, _series(), out)
+        rasters.entropies_by_series(flat, _series(), out)
     elif method == "table":
-        kernels.entropies_from_table(flat, *_table(), out)
+        rasters.entropies_from_table(flat, *_table(), out)
     else:
-        kernels.entropies(flat, out)
+        rasters.entropies(flat, out)
     return out.reshape(values.shape)
 
 

@@ -20,9 +20,9 @@ from objstate.lazy import Later
 from objstate.records import NANOSECONDS
 
 if TYPE_CHECKING:
-    from objstate.grid import kernels
+    from objstate.grid import rasters
 else:
-    kernels = Later("objstate.grid.kernels")
+    rasters = Later("objstate.grid.rasters")
 
 OCCUPIED, FREE = 0.55, 0.45  # values from which a cell counts as such (Darmstadt, section 7.3)
 ELLIPSE = 0.9  # of the Gaussian about an obstacle, how much of it is drawn
@@ -140,7 +140,7 @@ class Grid:
         cells = layout.columns, layout.rows
         while True:
             base, listed = self._next, (self._where, self._evidence)
-            count = kernels.draw_obstacles(
+            count = rasters.draw_obstacles(
                 self._index,
                 base,
                 *cells,
@@ -155,7 +155,7 @@ class Grid:
                 *listed,
             )
             if count >= 0:
-                count = kernels.draw_beams(
+                count = rasters.draw_beams(
                     self._index, base, *cells, starts, ends, count, far, scale, *listed
                 )
             if count >= 0:

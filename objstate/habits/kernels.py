@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from objstate.compiling import inner, njit
+from objstate.compiling import called_with, inner, njit
 from objstate.geometry import BoolArray, FloatArray, IntArray
 
 CLOSE = 1e-5  # eigenvalues times seconds that differ by less count as equal
@@ -141,6 +141,7 @@ def _condition(
     return chance, left_over
 
 
+@called_with("f1 f2 i1 f1 i1 f2 f2 f3 f3 f4 i2 i2 f2 f1 f2")
 @_compile
 def forward(
     state: FloatArray,

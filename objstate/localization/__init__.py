@@ -7,7 +7,7 @@ from objstate.localization.localizer import Localizer
 from objstate.localization.motion import motion_variances
 from objstate.localization.odometry_error import OdometryError
 from objstate.localization.pose_filter import NOTHING, Learnt, PoseFilter, RangeNoise, Vantage
-from objstate.localization.search import Hypotheses, LogLikelihood, Look, Odds, Search, apart
+from objstate.localization.search import Hypotheses, Keyframe, LogLikelihood, Odds, Search, apart
 
 __all__ = [
     "NOTHING",
@@ -15,10 +15,10 @@ __all__ = [
     "Carried",
     "Decorrelation",
     "Hypotheses",
+    "Keyframe",
     "Learnt",
     "Localizer",
     "LogLikelihood",
-    "Look",
     "Odds",
     "OdometryError",
     "PoseBelief",

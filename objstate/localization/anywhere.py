@@ -15,7 +15,7 @@ from objstate.sensing import BeamModel, Sensing
 PLACES = 100  # spread evenly over the building
 GOLDEN = 0.6180339887498949  # of a turn, by which headings of consecutive places differ
 BLUR = 0.1  # m; smaller offsets of walls don't count
-LEAST = 1e-9  # least density of a reading
+LEAST_CHANCE = 1e-9  # least density of a reading
 
 
 class Chance(NamedTuple):
@@ -51,7 +51,7 @@ class Anywhere:
         log = self._tempering * self._model.totals(measured[None], expected, scan.range_max)[0]
         peak, _, _, missing, hit, *_ = self._model.parameters(scan.range_max).tolist()
         should = np.where(np.isinf(measured), missing + hit, peak * np.exp(-0.5))
-        most = self._tempering * float(np.log(should.clip(min=LEAST)).sum())
+        most = self._tempering * float(np.log(should.clip(min=LEAST_CHANCE)).sum())
         mean = float(np.logaddexp.reduce(log) - np.log(len(log)))
         return Chance(mean, most, float(np.median(log)) - mean, float(log.max()) - mean)
 

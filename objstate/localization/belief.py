@@ -9,7 +9,7 @@ import numpy as np
 
 from objstate.geometry import FloatArray, compose
 from objstate.lazy import lazy
-from objstate.localization import kernels
+from objstate.localization import samples
 from objstate.particles import Weights, systematic
 
 
@@ -41,7 +41,7 @@ class PoseBelief:
     @lazy
     def _moments(self) -> tuple[FloatArray, FloatArray]:
         mean, covariance = np.empty(3), np.empty((3, 3))
-        kernels.moments(self.poses, self.weights.values, mean, covariance)
+        samples.moments(self.poses, self.weights.values, mean, covariance)
         return mean, covariance
 
     @lazy

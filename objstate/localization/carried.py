@@ -14,6 +14,8 @@ import numpy as np
 
 from objstate.geometry import FloatArray
 
+POSE = 3  # numbers of a pose: x, y, yaw
+
 
 class Carried(NamedTuple):
     """The later error e' of a pose, given the earlier one e: N(transfer e, added)."""

@@ -10,7 +10,7 @@ import numpy as np
 from objstate.config import LocalizationSettings
 from objstate.geometry import FloatArray, IntArray, square_root
 from objstate.lazy import lazy
-from objstate.localization import kernels
+from objstate.localization import samples
 from objstate.localization.belief import PoseBelief
 from objstate.localization.motion import motion_variances, sample_motion
 from objstate.localization.odometry_error import OdometryError
@@ -26,7 +26,7 @@ class Localizer:
     settings: LocalizationSettings
 
     @property
-    def told_covariance(self) -> FloatArray:
+    def start_covariance(self) -> FloatArray:
         """(3, 3) of a start pose that is given without a covariance."""
         s = self.settings
         std = np.array([s.initial_xy_std, s.initial_xy_std, np.radians(s.initial_yaw_std_deg)])
@@ -106,7 +106,7 @@ class Localizer:
             ancestors = systematic(belief.weights, count, rng)
         noise, root = rng.standard_normal((count, 3)), square_root(belief.covariance)
         width = s.kernel_width * count ** (-1.0 / 7.0)  # the optimal order in 3-D
-        poses = kernels.copies(belief.poses, ancestors, noise, root, width, self._bin)
+        poses = samples.copies(belief.poses, ancestors, noise, root, width, self._bin)
         return PoseBelief(poses, Weights.uniform(count)), ancestors
 
     @lazy
@@ -120,7 +120,7 @@ class Localizer:
 
         The first sample lies in the middle of its cell.
         """
-        return len(set(kernels.cells(poses, self._bin).tolist()))
+        return len(set(samples.cells(poses, self._bin).tolist()))
 
     def _spacing(self, belief: PoseBelief) -> float:
         """Distance in m between neighbouring samples, with a turn measured at ``LEVER``."""

@@ -16,7 +16,7 @@ import numpy as np
 
 from objstate.config import LocalizationSettings
 from objstate.geometry import FloatArray
-from objstate.localization import kernels
+from objstate.localization import samples
 
 
 class Variances(NamedTuple):
@@ -49,5 +49,5 @@ def sample_motion(
     ahead, left, turn = step.tolist()
     length, bearing = math.hypot(ahead, left), math.atan2(left, ahead)
     noise, out = rng.standard_normal((3, len(poses))), np.empty((len(poses), 3))
-    kernels.moved(poses, length, bearing, turn, length_std, half_turn_std, noise, out)
+    samples.moved(poses, length, bearing, turn, length_std, half_turn_std, noise, out)
     return out

@@ -127,10 +127,10 @@ class OdometryError:
         """Learn from a stretch, as far as scans observed what was added on it."""
         factors, corrected = np.array(self.factors), stretch.corrected[[0, 2]]
         added, taken = np.array(stretch.added), np.array(stretch.taken)
-        told = (added > 0.0) & (taken > 0.0)
-        added, taken = added[told], taken[told]
-        self._corrected[told] += corrected[told] ** 2 / added
-        self._expected[told] += np.minimum(taken / (factors[told] * added), 1.0)
+        informative = (added > 0.0) & (taken > 0.0)
+        added, taken = added[informative], taken[informative]
+        self._corrected[informative] += corrected[informative] ** 2 / added
+        self._expected[informative] += np.minimum(taken / (factors[informative] * added), 1.0)
         strayed = stretch.corrected + self._systematic @ stretch.driven
         self._driven += np.outer(stretch.driven, stretch.driven)
         self._strayed += np.outer(strayed, stretch.driven)

@@ -20,9 +20,9 @@ from objstate.records import Scan
 from objstate.sensing import BeamModel
 
 if TYPE_CHECKING:
-    from objstate.localization import search_kernels
+    from objstate.localization import tables
 else:
-    search_kernels = Later("objstate.localization.search_kernels")
+    tables = Later("objstate.localization.tables")
 
 TURNS = 90  # bearings of the tabulated ranges, and headings that are tried
 HEADINGS = np.linspace(0.0, 2.0 * np.pi, TURNS, endpoint=False)  # rad
@@ -122,7 +122,7 @@ class Places:
         The laser stands at a ``step`` (3,) from robot poses (p, 3).
         """
         looked_up = self._looked_up(scan, beam_model, beams, step)
-        return np.asarray(search_kernels.scores(poses, *looked_up))
+        return np.asarray(tables.scores(poses, *looked_up))
 
     def log_likelihoods(
         self,
@@ -134,7 +134,7 @@ class Places:
     ) -> FloatArray:
         """The same (c, TURNS) for robots at points (c, 2) in every heading."""
         looked_up = self._looked_up(scan, beam_model, beams, step)
-        return np.asarray(search_kernels.scores_all_round(points, HEADINGS, *looked_up))
+        return np.asarray(tables.scores_all_round(points, HEADINGS, *looked_up))
 
     def _looked_up(
         self, scan: Scan, beam_model: BeamModelSettings, beams: int, step: FloatArray
@@ -194,11 +194,11 @@ def _look_round(
     walls = ends.reshape(-1, 4)
     side = max(float(np.sqrt(np.prod(size) / len(walls))), float(size.max()) / MOST_CELLS)
     columns, rows = (int(length / side) + 1 for length in size)
-    numbers, first, last = search_kernels.by_cell(walls, side, columns, rows)
+    numbers, first, last = tables.by_cell(walls, side, columns, rows)
     directions = np.column_stack([np.cos(HEADINGS), np.sin(HEADINGS)])
 
     def look(points: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
-        nearest, farthest, free = search_kernels.look_round(
+        nearest, farthest, free = tables.look_round(
             points, directions, walls, numbers, first, last, side, CLEARANCE, ENCLOSED
         )
         return nearest, farthest, free

@@ -18,18 +18,17 @@ from objstate.config import BeamModelSettings, BuildingErrorSettings
 from objstate.geometry import BoolArray, FloatArray, IntArray, wrapped
 from objstate.lazy import Later
 from objstate.localization.belief import PoseBelief
-from objstate.localization.carried import Carried, Clones
+from objstate.localization.carried import POSE, Carried, Clones
 from objstate.localization.motion import Variances
 from objstate.particles import Weights
-from objstate.records import Scan
+from objstate.records import SECONDS_PER_HOUR, Scan
 from objstate.sensing.surfaces import Surfaces
 
 if TYPE_CHECKING:
-    from objstate.localization import pose_kernels as kernels
+    from objstate.localization import pose_update
 else:
-    kernels = Later("objstate.localization.pose_kernels")
+    pose_update = Later("objstate.localization.pose_update")
 
-POSE = 3
 FRAME = slice(3, 5)  # local shift of the whole model: x, y
 LASER = 5  # x, y, yaw; range bias, m; clock, s
 BIAS, CLOCK = 3, 4  # indices among a laser's errors
@@ -39,7 +38,6 @@ SIDEWAYS = 0.25  # variance of a step to the side, as a share of that of its len
 LEVER = 1.0  # m; distance that decorrelates walls as a turn by a radian does
 STANDING = 0.5  # 1/m, density of ranges to an object of uncertain state
 EDGE = 0.25  # m between ranges of neighbouring beams that meet different walls
-GRAZING = 0.12  # cosine of incidence below which a range has no information about a wall
 FEWEST = 3  # beams on a piece of wall from which it is followed
 FOLLOWED = 40  # most pieces of wall; those out of reach are dropped first
 NEAR = 0.02, math.radians(0.5)  # m and rad of deviation below which one linearization is enough
@@ -48,7 +46,6 @@ SLIPPING = 0.3, 0.3, math.radians(20.0)  # m/s, m/s, rad/s: error of odometry wh
 NEGLIGIBLE = 1e-3  # probability of slipping below which one linearization is enough
 EVERY = 3  # of so many beams, one is used to detect slipping
 SLIP_S = 0.5  # s, mean duration of a slip
-SECONDS_PER_HOUR = 3600.0
 LEARNT_BEAMS = 4000.0  # beams over which a laser's noise is averaged
 FIRST_BEAMS = 200.0  # beams that the first guess of the noise counts for
 FIRST_RANGES = np.array((1.0, 5.0))  # m, ranges of these beams
@@ -185,7 +182,7 @@ class PoseFilter:
         self._since += seconds
         starts = -math.expm1(-self._slip_rate * seconds)
         self._slips = starts + (math.exp(-seconds / SLIP_S) - starts) * self._slips
-        kernels.drive(
+        pose_update.drive(
             self._mean,
             self._covariance,
             self._clones.cross,
@@ -282,9 +279,7 @@ class PoseFilter:
             self._mean[:POSE] += off
         seen, used = self._meet(scan, surfaces), scan.valid.copy()
         within = np.minimum(most, scan.range_max)
-        kernels.surely_met(
-            used, scan.ranges, seen.ranges, seen.numbers, seen.row, within, EDGE, GRAZING
-        )
+        pose_update.surely_met(used, scan.ranges, seen.ranges, seen.numbers, seen.row, within, EDGE)
         if not used.any():
             self._mean[:POSE] -= off
             return 0
@@ -296,7 +291,7 @@ class PoseFilter:
         slipping = (np.array(SLIPPING) * min(self._since, 1.0)) ** 2
         if about is None and self._slips > 0.0:
             columns, offsets = self._columns(scan, seen.numbers)
-            self._slips = kernels.slipped(
+            self._slips = pose_update.slipped(
                 used,
                 EVERY,
                 scan.ranges,
@@ -306,7 +301,7 @@ class PoseFilter:
                 columns,
                 offsets,
                 gripping,
-                *self._densities(scan),
+                self._densities(scan),
                 slipping,
                 self._slips,
             )
@@ -341,8 +336,8 @@ class PoseFilter:
         origins, directions, pose, laser, moving = self._beams_of(scan)
         ranges, numbers = surfaces.meet(origins, directions, scan.range_max)
         ranges += self._mean[self._laser(scan.laser) + BIAS]
-        row = np.empty((len(scan), kernels.COLUMNS))
-        kernels.rows(
+        row = np.empty((len(scan), pose_update.COLUMNS))
+        pose_update.rows(
             surfaces.normals,
             numbers,
             ranges,
@@ -374,7 +369,7 @@ class PoseFilter:
         count = len(off)
         information, gradient = np.zeros((count, count)), np.zeros(count)
         sums, residuals = np.zeros(5), np.empty(len(scan))
-        kernels.gather(
+        pose_update.gather(
             used,
             scan.ranges,
             seen.ranges,
@@ -384,7 +379,7 @@ class PoseFilter:
             off,
             offsets,
             gate,
-            *self._densities(scan),
+            self._densities(scan),
             information,
             gradient,
             sums,
@@ -394,11 +389,9 @@ class PoseFilter:
         shift = left @ (prior @ gradient)
         return _Taken(left, shift, sums, residuals)
 
-    def _densities(
-        self, scan: Scan
-    ) -> tuple[float, float, float, float, float, float, float, float]:
-        """Variance and growth of a range, as the loops take them."""
-        return (
+    def _densities(self, scan: Scan) -> pose_update.Densities:
+        """The beam model of a scan, as the loops take it."""
+        return pose_update.Densities(
             *self._shares(scan.range_max),
             STANDING,
             *self.range_noise(scan.laser),
@@ -415,7 +408,7 @@ class PoseFilter:
             np.empty((count, 2)), np.empty((count, 2)), np.empty(3), np.empty(2), np.empty(3)
         )
         first = self._laser(scan.laser)
-        kernels.leave(
+        pose_update.leave(
             np.ascontiguousarray(rays.origins),
             np.ascontiguousarray(rays.directions),
             self._mean,
@@ -492,7 +485,7 @@ class PoseFilter:
     def _offs_of(self, columns: IntArray) -> tuple[float, float]:
         """Such sums for the pieces in some columns (k,)."""
         first, known = self._first_walls
-        sums: tuple[float, float] = kernels.wall_sums(
+        sums: tuple[float, float] = pose_update.wall_sums(
             self._mean, self._covariance, columns, first / known, FARTHEST
         )
         return sums
@@ -505,11 +498,11 @@ class PoseFilter:
 
     def _columns(self, scan: Scan, numbers: IntArray) -> tuple[IntArray, FloatArray]:
         """The state's columns (n, 11) that each beam depends on, and its wall's offset (n,)."""
-        columns = np.empty((len(numbers), kernels.COLUMNS), dtype=np.int64)
+        columns = np.empty((len(numbers), pose_update.COLUMNS), dtype=np.int64)
         offsets = np.empty(len(numbers))
         table = self._tables[float(scan.rays.origins[0, 2])]
         first = self._laser(scan.laser)
-        kernels.columns_of(numbers, table, self._mean, first, columns, offsets)
+        pose_update.columns_of(numbers, table, self._mean, first, columns, offsets)
         return columns, offsets
 
     def _shares(self, range_max: float) -> tuple[float, float, float]:
@@ -524,7 +517,7 @@ class PoseFilter:
         found, residuals = np.concatenate([taken.sums, np.zeros(4)]), taken.residuals
         before = self._residuals.get(laser)
         if before is not None and len(before) == len(residuals):
-            kernels.agreement(residuals, before, found[5:])
+            pose_update.agreement(residuals, before, found[5:])
         self._residuals[laser] = residuals
         total = self._noise.get(laser, np.zeros(9)) + found
         self._known_noise.pop(laser, None)

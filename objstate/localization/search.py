@@ -15,11 +15,12 @@ from objstate.lazy import lazy
 from objstate.localization.belief import PoseBelief
 from objstate.localization.places import HEADINGS, TURNS, Places
 from objstate.particles import Weights
+from objstate.particles.weights import NEVER
 from objstate.records import Scan
 from objstate.sensing import Sensing
 
 LogLikelihood = Callable[[FloatArray, float], FloatArray]
-"""Tempered log p(o | l) (p,) of poses (p, 3), with ranges blurred by some m."""
+"""Tempered log p(o | l) (h, p) of poses (h, p, 3), each row close together; ranges blurred by m."""
 
 # poses that differ by more are different hypotheses
 APART = np.array([0.75, 0.75, np.radians(20.0)])
@@ -36,7 +37,6 @@ INDEPENDENCE = (
     0.6  # exponent on the likelihoods of keyframes, since those from near places share evidence
 )
 OUTSIDE = 0.1  # share of kidnaps that lead to places that the map doesn't show
-NEVER = 1e-300  # odds that stand for zero
 HEIGHT_STEP = 0.1  # m; lasers whose heights differ by less share one table
 
 
@@ -63,8 +63,8 @@ NO_ODDS = Odds()
 
 
 @dataclass(frozen=True, eq=False)
-class Look:
-    """A keyframe: a scan, the odometry, and the belief at that time."""
+class Keyframe:
+    """A scan that is kept, the odometry, and the belief at that time."""
 
     scan: Scan
     odometry: FloatArray  # (3,)
@@ -110,39 +110,39 @@ class Search:
         self._sensing = sensing
         self._settings = settings
         self._places: dict[int, Places] = {}
-        self._looks: dict[str, list[Look]] = {}
+        self._keyframes: dict[str, list[Keyframe]] = {}
         self._last: Hypotheses | None = None
 
     def forget(self) -> None:
         """Discard all keyframes: the robot came elsewhere."""
-        self._looks, self._last = {}, None
+        self._keyframes, self._last = {}, None
 
     @property
-    def looks(self) -> list[Look]:
+    def keyframes(self) -> list[Keyframe]:
         """The keyframes in time order."""
-        looks = [look for each in self._looks.values() for look in each]
-        return sorted(looks, key=lambda look: look.scan.stamp_ns)
+        keyframes = [keyframe for each in self._keyframes.values() for keyframe in each]
+        return sorted(keyframes, key=lambda keyframe: keyframe.scan.stamp_ns)
 
-    def note(self, look: Look) -> bool:
+    def note(self, keyframe: Keyframe) -> bool:
         """Keep a scan as a keyframe if it comes from a new place; return whether it was kept."""
-        s, looks = self._settings.search, self._looks.setdefault(look.scan.laser, [])
-        if looks:
-            step = between(looks[-1].odometry, look.odometry)
+        s, keyframes = self._settings.search, self._keyframes.setdefault(keyframe.scan.laser, [])
+        if keyframes:
+            step = between(keyframes[-1].odometry, keyframe.odometry)
             driven = float(np.hypot(step[0], step[1]))
-            waited = (look.scan.stamp_ns - looks[-1].scan.stamp_ns) / 1e9
+            waited = (keyframe.scan.stamp_ns - keyframes[-1].scan.stamp_ns) / 1e9
             if driven < s.min_d and abs(step[2]) < s.min_a:
                 if waited < s.every_s:
                     return False
-                looks.pop()  # from the same place, where people may have moved on since
-        looks.append(look)
-        del looks[: -s.looks]
+                keyframes.pop()  # from the same place, where people may have moved on since
+        keyframes.append(keyframe)
+        del keyframes[: -s.looks]
         return True
 
     def follow(self, chosen: int, since_ns: int) -> None:
         """Follow the hypothesis of this number in the last search, from a stamp on."""
-        looks, last = self.looks, self._last
+        keyframes, last = self.keyframes, self._last
         assert last is not None
-        pose, former = last.poses[chosen], looks[-1].followed
+        pose, former = last.poses[chosen], keyframes[-1].followed
         poses, log_odds = last.poses, last.log_odds
         if former is not None:
             poses = np.concatenate([poses[~last.is_followed], former[None]])
@@ -151,11 +151,11 @@ class Search:
         self._last = Hypotheses(
             last.odometry, poses, log_odds - last.log_odds[chosen], is_followed, last.stamp_ns
         )
-        for look in looks:
-            if look.scan.stamp_ns >= since_ns:
-                at = compose(pose, between(looks[-1].odometry, look.odometry))
-                mine = self._looks[look.scan.laser]
-                mine[mine.index(look)] = replace(look, followed=at)
+        for keyframe in keyframes:
+            if keyframe.scan.stamp_ns >= since_ns:
+                at = compose(pose, between(keyframes[-1].odometry, keyframe.odometry))
+                mine = self._keyframes[keyframe.scan.laser]
+                mine[mine.index(keyframe)] = replace(keyframe, followed=at)
 
     def hypotheses(
         self,
@@ -176,9 +176,9 @@ class Search:
 
         Raises BuildingError where the building has no place to search.
         """
-        looks = self.looks
-        latest = looks[-1]
-        steps = [between(latest.odometry, look.odometry) for look in looks]
+        keyframes = self.keyframes
+        latest = keyframes[-1]
+        steps = [between(latest.odometry, keyframe.odometry) for keyframe in keyframes]
         known = np.empty((0, 3)) if latest.followed is None else latest.followed[None]
         if self._last is not None:
             known = np.concatenate([known, self._last.moved(latest.odometry)])
@@ -186,18 +186,22 @@ class Search:
         if len(found) == 0:
             raise self._nowhere()
         tempering, model = self._settings.localization.tempering, self._settings.beam_model
-        beams, tables = self._settings.search.max_beams, [self._at(look) for look in looks]
-        views = [explained(look.scan) for look in looks]
+        beams, tables = (
+            self._settings.search.max_beams,
+            [self._at(keyframe) for keyframe in keyframes],
+        )
+        views = [explained(keyframe.scan) for keyframe in keyframes]
 
         def looked_up(k: int, poses: FloatArray, _: float) -> FloatArray:
-            log = tables[k].log_likelihood(looks[k].scan, model, beams, poses, np.zeros(3))
-            return tempering * log
+            flat = poses.reshape(-1, 3)
+            log = tables[k].log_likelihood(keyframes[k].scan, model, beams, flat, np.zeros(3))
+            return tempering * log.reshape(poses.shape[:2])
 
         def exact(k: int, poses: FloatArray, blur: float) -> FloatArray:
             return views[k](poses, blur)
 
-        coarse, fine = (_Joint(looks, steps, tables[-1], each) for each in (looked_up, exact))
-        score = coarse.log_odds(found, 0.0)
+        coarse, fine = (_Joint(keyframes, steps, tables[-1], each) for each in (looked_up, exact))
+        score = coarse.log_odds(found[None], 0.0)[0]
         score[: len(known)] += score.max() - score.min()  # they aren't removed before refinement
         found = _distinct(found, score, HYPOTHESES + len(known))
         poses, score = _refined(found, fine.log_odds, rng)
@@ -208,12 +212,12 @@ class Search:
             is_followed = np.all(np.abs(_off(poses, latest.followed)) <= within, axis=1)
         for pose in poses[is_followed]:
             fine.refine(pose, FINEST)
-        log_odds = fine.log_odds(poses, FINEST)
+        log_odds = fine.log_odds(poses[:, None], FINEST)[:, 0]
         own = log_odds[is_followed].max(initial=0.0)
         outside = fine.outside(FINEST) - own
         log_odds -= own
         if self._last is not None:
-            gained = fine.gained(poses, FINEST, self._last.stamp_ns).sum(axis=0)
+            gained = fine.gained(poses[:, None], FINEST, self._last.stamp_ns).sum(axis=0)[:, 0]
             if is_followed.any():  # they follow the odometry like the others
                 gained -= gained[is_followed].max()
             carried = self._carried(self._last, poses) + gained
@@ -231,7 +235,7 @@ class Search:
 
     def _carried(self, last: Hypotheses, poses: FloatArray) -> FloatArray:
         """Log odds (p,) of places (p, 3) in the previous search."""
-        former = last.moved(self.looks[-1].odometry)
+        former = last.moved(self.keyframes[-1].odometry)
         carried = np.full(len(poses), -np.inf)
         for h, pose in enumerate(poses):
             near = ~last.is_followed & (apart(former, pose) <= 1.0)
@@ -240,14 +244,14 @@ class Search:
 
     def _candidates(self, odometry: FloatArray) -> FloatArray:
         """Poses that fit the latest scan of each laser best, over all free places and headings."""
-        latest, s = [looks[-1] for looks in self._looks.values()], self._settings
-        tables = [self._at(look) for look in latest]
+        latest, s = [keyframes[-1] for keyframes in self._keyframes.values()], self._settings
+        tables = [self._at(keyframe) for keyframe in latest]
         points = next((each for each in tables if len(each.points)), tables[0]).points
         score = np.zeros((len(points), TURNS))
-        for look, table in zip(latest, tables, strict=True):
-            step = between(odometry, look.odometry)
+        for keyframe, table in zip(latest, tables, strict=True):
+            step = between(odometry, keyframe.odometry)
             score += table.log_likelihoods(
-                look.scan, s.beam_model, s.search.max_beams, points, step
+                keyframe.scan, s.beam_model, s.search.max_beams, points, step
             )
         best = np.arange(score.size)
         if len(best) > KEPT:
@@ -263,9 +267,9 @@ class Search:
             "robot's start instead of --global, or the building its walls."
         )
 
-    def _at(self, look: Look) -> Places:
+    def _at(self, keyframe: Keyframe) -> Places:
         """The places as seen by a laser at a keyframe's height."""
-        height = float(np.median(look.scan.rays.origins[:, 2]))
+        height = float(np.median(keyframe.scan.rays.origins[:, 2]))
         key = round(height / HEIGHT_STEP)
         if key not in self._places:
             walls = self._sensing.walls_at(height)
@@ -322,75 +326,79 @@ class _Joint:
 
     def __init__(
         self,
-        looks: list[Look],
+        keyframes: list[Keyframe],
         steps: list[FloatArray],
         places: Places,
         log_likelihood: Callable[[int, FloatArray, float], FloatArray],
     ) -> None:
-        self._looks, self._steps, self._places = looks, np.array(steps), places
-        self._log_likelihood = log_likelihood  # of a keyframe, from poses (p, 3), with a blur in m
+        self._keyframes, self._steps, self._places = keyframes, np.array(steps), places
+        self._log_likelihood = log_likelihood  # of a keyframe, see ``LogLikelihood``
         self._own: dict[tuple[int, float], float] = {}
 
     def log_odds(self, poses: FloatArray, blur: float) -> FloatArray:
-        """Log odds (p,) of poses (p, 3) at the last keyframe."""
-        looks, gained = self._looks, self.gained(poses, blur)
+        """Log odds (h, p) of poses (h, p, 3) at the last keyframe, each row close together."""
+        keyframes, gained = self._keyframes, self.gained(poses, blur)
         since = gained[::-1].cumsum(axis=0)[::-1]
-        if looks[-1].followed is None:
+        if keyframes[-1].followed is None:
             cells = max(len(self._places.points), 1) * TURNS
             return np.asarray(since[0] - np.log(cells))
-        return np.asarray(np.logaddexp.reduce(self._priors(poses) + since, axis=0))
+        priors = self._priors(poses.reshape(-1, 3)).reshape(since.shape)
+        return np.asarray(np.logaddexp.reduce(priors + since, axis=0))
 
     @lazy
     def _priors(self) -> _Priors:
-        looks = self._looks
-        odds = [looks[0].before.plus(looks[0].since), *(look.since for look in looks[1:])]
+        keyframes = self._keyframes
+        odds = [
+            keyframes[0].before.plus(keyframes[0].since),
+            *(keyframe.since for keyframe in keyframes[1:]),
+        ]
         # the last keyframe at the followed place
-        anchors = [looks[max(k - 1, 0)] for k in range(len(looks))]
+        anchors = [keyframes[max(k - 1, 0)] for k in range(len(keyframes))]
         return _Priors(odds, [self._driven_on(anchor) for anchor in anchors], self._places)
 
     def refine(self, pose: FloatArray, blur: float) -> None:
         """Evaluate the followed place also at a pose (3,) that was refined as other places are."""
         for k, step in enumerate(self._steps):
-            refined = float(self._log_likelihood(k, compose(pose[None], step), blur)[0])
+            refined = float(self._log_likelihood(k, compose(pose, step)[None, None], blur)[0, 0])
             self._own[k, blur] = max(self._known(k, blur), refined)
 
     def outside(self, blur: float) -> float:
         """Log odds of a place that the map doesn't show, where scans read what is usual."""
-        looks = self._looks
-        if looks[-1].followed is None:
+        keyframes = self._keyframes
+        if keyframes[-1].followed is None:
             return float(np.log(OUTSIDE))
         gained = INDEPENDENCE * np.array(
-            [look.chance - self._known(k, blur) for k, look in enumerate(looks)]
+            [keyframe.chance - self._known(k, blur) for k, keyframe in enumerate(keyframes)]
         )
-        kidnapped = [looks[0].before.kidnapped, *(0.0 for _ in looks[1:])]
-        odds = np.array([look.since.kidnapped for look in looks]) + np.array(kidnapped)
+        kidnapped = [keyframes[0].before.kidnapped, *(0.0 for _ in keyframes[1:])]
+        odds = np.array([keyframe.since.kidnapped for keyframe in keyframes]) + np.array(kidnapped)
         prior = np.log(np.maximum(OUTSIDE * odds, NEVER))
         return float(np.logaddexp.reduce(prior + gained[::-1].cumsum()[::-1]))
 
     def gained(self, poses: FloatArray, blur: float, after_ns: int = -1) -> FloatArray:
-        """Log-likelihood ratios (k, p) of later keyframes: poses (p, 3) to the followed one."""
-        at = compose(poses, self._steps[:, None])  # (k, p, 3)
+        """Log-likelihood ratios (k, h, p) of later keyframes, of poses (h, p, 3) as above."""
+        at = compose(poses, self._steps[:, None, None])  # (k, h, p, 3)
         gained = [
             self._log_likelihood(k, at[k], blur) - self._known(k, blur)
-            for k, look in enumerate(self._looks)
-            if look.scan.stamp_ns > after_ns
+            for k, keyframe in enumerate(self._keyframes)
+            if keyframe.scan.stamp_ns > after_ns
         ]
-        return INDEPENDENCE * np.array(gained).reshape(-1, len(poses))
+        return INDEPENDENCE * np.array(gained).reshape(-1, *poses.shape[:2])
 
-    def _driven_on(self, look: Look) -> FloatArray:
+    def _driven_on(self, keyframe: Keyframe) -> FloatArray:
         """The pose (3,) that was followed at a keyframe, moved on to the last one."""
-        followed = self._looks[-1].followed if look.followed is None else look.followed
+        followed = self._keyframes[-1].followed if keyframe.followed is None else keyframe.followed
         assert followed is not None
-        return compose(followed, between(look.odometry, self._looks[-1].odometry))
+        return compose(followed, between(keyframe.odometry, self._keyframes[-1].odometry))
 
     def _known(self, k: int, blur: float) -> float:
         """Log-likelihood of a keyframe from the followed pose, or by chance without one."""
         if (k, blur) not in self._own:
-            followed = self._looks[k].followed
+            followed = self._keyframes[k].followed
             self._own[k, blur] = (
-                self._looks[k].chance
+                self._keyframes[k].chance
                 if followed is None
-                else float(self._log_likelihood(k, followed[None], blur)[0])
+                else float(self._log_likelihood(k, followed[None, None], blur)[0, 0])
             )
         return self._own[k, blur]
 
@@ -416,17 +424,19 @@ def _refined(
 ) -> tuple[FloatArray, FloatArray]:
     """The best poses near poses (h, 3), by ever smaller steps, and log-likelihoods (h,).
 
-    All are refined with the same steps, so that none has better luck than others that look alike.
+    All are refined with the same steps, so that none has better luck than others that keyframe alike.
     """
     poses, score = poses.copy(), np.zeros(len(poses))
     for step in STEPS:
         off = rng.standard_normal((TRIES, 3)) * SPREAD * step
         off[0] = 0.0
-        for h in np.flatnonzero(score >= score.max() - HOPELESS):
-            blur = step * float(SPREAD[0]) / 2.0
-            found = joint(poses[h] + off, blur)
-            weights = np.exp(found - found.max())
-            ends = poses[h] + np.array([off[found.argmax()], weights @ off / weights.sum()])
-            told = found.max(), joint(ends[1:], blur)[0]
-            poses[h], score[h] = ends[int(told[1] > told[0])], max(told)
+        rows = np.flatnonzero(score >= score.max() - HOPELESS)
+        blur = step * float(SPREAD[0]) / 2.0
+        found = joint(poses[rows, None] + off, blur)
+        weights = np.exp(found - found.max(axis=1, keepdims=True))
+        mean = poses[rows] + weights @ off / weights.sum(axis=1, keepdims=True)
+        best, of_mean = found.max(axis=1), joint(mean[:, None], blur)[:, 0]
+        nearest = poses[rows] + off[found.argmax(axis=1)]
+        poses[rows] = np.where((of_mean > best)[:, None], mean, nearest)
+        score[rows] = np.maximum(of_mean, best)
     return poses, score

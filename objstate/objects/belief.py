@@ -21,18 +21,17 @@ from objstate.records import Estimate
 from objstate.sensing import UncertainObject
 
 if TYPE_CHECKING:
-    from objstate.objects import kernels, sampling
+    from objstate.objects import lattice, sampling
     from objstate.objects.door_posterior import DoorPosterior
     from objstate.objects.furniture_mixture import FurnitureMixture
     from objstate.objects.steps import Past
 else:
-    kernels = Later("objstate.objects.kernels")
+    lattice = Later("objstate.objects.lattice")
     sampling = Later("objstate.objects.sampling")
 
 CENTRAL = 0.9  # probability between lower and upper
 SETTLED_ANGLE = np.radians(5.0)  # rad; a state with a smaller deviation counts as certain
 SETTLED_LENGTH = 0.05  # m
-TINY = float(np.finfo(float).tiny)
 ROUNDING = 1e-12  # rounding error of sums of weights
 SETTLED = {  # largest deviation of a certain state, by coordinate
     Kind.HINGED: (SETTLED_ANGLE,),
@@ -131,7 +130,7 @@ class ObjectBelief:
     def _moments(self) -> tuple[FloatArray, FloatArray]:
         """Mean (d,) and standard deviations (d,)."""
         if self.item.kind is not Kind.PLANAR:
-            mean, std = kernels.moments(self.weights.values, *self.lattice)
+            mean, std = lattice.moments(self.weights.values, *self.lattice)
             return np.array([mean]), np.array([std])
         middle, off, symmetry = np.empty(3), np.empty(3), self.item.symmetry
         home = float(self.item.home[2])
@@ -203,7 +202,7 @@ class ObjectBelief:
 
     def _interval_on_line(self, tail: float) -> tuple[FloatArray, FloatArray]:
         return within_limits(
-            self.item, *kernels.interval(self.weights.values, *self.lattice[:2], tail)
+            self.item, *lattice.interval(self.weights.values, *self.lattice[:2], tail)
         )
 
     def _quantiles(self, coordinate: int, shares: FloatArray) -> FloatArray:

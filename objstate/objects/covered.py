@@ -12,7 +12,7 @@ from objstate.grid import Drawing, Layout, expected_occupancy
 from objstate.objects.belief import ObjectBelief
 from objstate.objects.footprint import OBJECTS_KEPT, motions, silhouette
 
-NEGLIGIBLE = 1e-4  # weight below which a state isn't drawn
+LEAST_DRAWN = 1e-4  # weight below which a state isn't drawn
 
 
 def covered(
@@ -24,7 +24,7 @@ def covered(
     that many are drawn, a systematic sample, which is faster and accurate to their share.
     """
     weights = belief.presence * belief.weights.values
-    kept = np.flatnonzero(weights > NEGLIGIBLE)
+    kept = np.flatnonzero(weights > LEAST_DRAWN)
     weights = weights[kept]
     if most is not None and len(kept) > most:
         total = float(weights.sum())

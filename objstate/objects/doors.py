@@ -18,13 +18,13 @@ from objstate.lazy import Later, lazy
 from objstate.objects.belief import ObjectBelief
 from objstate.objects.evidence import ScanEvidence, Update
 from objstate.particles import Weights
+from objstate.records import SECONDS_PER_HOUR
 
 if TYPE_CHECKING:
-    from objstate.objects import kernels
+    from objstate.objects import lattice
 else:
-    kernels = Later("objstate.objects.kernels")
+    lattice = Later("objstate.objects.lattice")
 
-SECONDS_PER_HOUR = 3600.0
 FINE = 50  # most states with weight that are cast; of more, a regular selection
 NEGLIGIBLE = 1e-4  # weight, relative to the largest, below which a state is cast only coarsely
 COARSE = 0.05  # m between states that are cast whatever their weight, at a leaf's outer edge
@@ -99,7 +99,7 @@ class LatticeFilter:
     ) -> ObjectBelief:
         """The prediction: drift and moves."""
         weights, p_moving = np.empty(len(belief.states)), np.empty(len(belief.states))
-        mean, std = kernels.predict(
+        mean, std = lattice.predict(
             belief.weights.values,
             belief.p_moving,
             *belief.lattice,
@@ -123,7 +123,7 @@ class LatticeFilter:
         weights, p_moving = np.empty(len(belief.states)), np.empty(len(belief.states))
         stays = belief.weights.values * kept
         total = float(stays.sum())
-        mean, std = kernels.predict(
+        mean, std = lattice.predict(
             stays / total if total > 0.0 else rest,
             np.zeros(1),
             *belief.lattice,
@@ -173,13 +173,13 @@ class LatticeFilter:
 
         Between the states that are cast, the likelihood is interpolated.
         """
-        chosen = kernels.worth_casting(belief.weights.values, NEGLIGIBLE, FINE, self._coarsely)
+        chosen = lattice.worth_casting(belief.weights.values, NEGLIGIBLE, FINE, self._coarsely)
         states, normals = belief.states.take(chosen, axis=0), self._normals.take(chosen, axis=0)
         log_likelihood, bears = evidence.cast(states, normals)
         if np.count_nonzero(bears) == 0:
             return None
         log_evidence, weights = np.empty(len(log_likelihood)), np.empty(len(belief.states))
-        mean, std = kernels.condition(
+        mean, std = lattice.condition(
             belief.weights.values,
             chosen,
             log_likelihood,

@@ -11,15 +11,15 @@ from typing import Any
 
 import numpy as np
 
-from objstate.compiling import inner, njit
+from objstate.compiling import called_with, inner, njit
 from objstate.geometry import FloatArray
+from objstate.linear import ROOT_2
 from objstate.objects.mixture_kernels import ORIGIN, STATE, ZERO
 
 LEAST_WEIGHT = 1e-7  # relative weight below which a component is left off a lattice
 SIGMAS = 6.0  # deviations beyond which a Gaussian is zero
 NARROWEST = 1e-3  # least deviation of a Gaussian on a lattice, in its cells
 OUTSIDE = 1e-9  # probability within a lattice below which a Gaussian lies beyond its end
-ROOT_2 = math.sqrt(2.0)
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
@@ -50,6 +50,7 @@ def _factor_of_two(mean: FloatArray, covariance: FloatArray, prior: float, preci
     return log, a / determinant, b / determinant, d / determinant, pulled_x, pulled_y
 
 
+@called_with("f1 f2 f3 b f f1 f")
 @_compile
 def evidence_under(
     weights: FloatArray,
@@ -87,6 +88,7 @@ def evidence_under(
     return out
 
 
+@called_with("f1 f1 f2 f3 f1 f1 f2 f3 f2 f2")
 @_compile
 def exchange(
     resting: FloatArray,
@@ -207,6 +209,7 @@ def _scale(values: FloatArray, to: float) -> None:
         values[j] *= to / total
 
 
+@called_with("f2 f2 f2 f2 i f f b f f2 f2")
 @_compile
 def read_off(
     resting: FloatArray,

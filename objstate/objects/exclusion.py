@@ -33,6 +33,7 @@ from objstate.objects.furniture_mixture import (
     FurnitureMixture,
     Piece,
 )
+from objstate.particles.weights import NEVER
 
 if TYPE_CHECKING:
     from scipy import special
@@ -48,7 +49,6 @@ TAKEN = 1e-6  # probability from which a piece may take a place
 NARROW = 0.25  # of that distance: deviation up to which a component is at one place
 WEIGHED = 1e-5  # weight from which a component competes for a place
 IMPOSSIBLE = -1e9  # a log-probability
-NEVER = 1e-300
 
 
 def alike(pieces: Mapping[str, Piece]) -> list[list[str]]:
@@ -149,7 +149,7 @@ class Candidate(NamedTuple):
 
     piece: Conditioned
     prior: FloatArray  # (m + 1,) logarithm of what it weighed before the scan
-    settled: FloatArray  # (m,) log-density before the scan, of having been at the place
+    resting: FloatArray  # (m,) log-density before the scan, of having been at the place
     arriving: FloatArray  # (m,) the same, of having been elsewhere
     taken: BoolArray  # (c,) components that are at a place after the scan
     none: float  # log-likelihood of its absence
@@ -173,13 +173,13 @@ class Candidate(NamedTuple):
 
     def likelihood(self, place: Place, k: int) -> float:
         """Logarithm of how much likelier the scan is with a piece at its place ``k``."""
-        density = np.logaddexp(self.settled[k], self.arriving[k])
+        density = np.logaddexp(self.resting[k], self.arriving[k])
         return float(special.logsumexp(self.piece.log_weights[place.seen]) - self.none - density)
 
     def scores(self, factor: FloatArray, likelihoods: FloatArray) -> FloatArray:
         """(m + 1,) logarithm of its weight after the scan, for a factor (m + 1,) before it."""
         ratio = factor - self.prior
-        there = np.logaddexp(ratio[:-1] + self.settled, ratio[-1] + self.arriving) + likelihoods
+        there = np.logaddexp(ratio[:-1] + self.resting, ratio[-1] + self.arriving) + likelihoods
         left = special.logsumexp(self.piece.log_weights[~self.taken]) - self.none
         return np.asarray(np.maximum(np.append(there, ratio[-1] + left), IMPOSSIBLE))
 

@@ -16,8 +16,8 @@ from objstate.lazy import altered, lazy
 from objstate.objects.belief import ObjectBelief
 from objstate.objects.evidence import ScanEvidence, Update
 from objstate.particles import Weights, systematic
+from objstate.records import SECONDS_PER_HOUR
 
-SECONDS_PER_HOUR = 3600.0
 RESAMPLE_BELOW = 0.5  # share of samples; resample when the effective number falls below
 LEAST_PRESENCE = 1e-6  # least probability of presence, and of absence
 
@@ -96,8 +96,8 @@ class SampleFilter:
         """Probability of presence, by its log evidence (l,) relative to absence."""
         absent = evidence.tempering * evidence.log_absent
         robot, _ = evidence.robot_weights.reweight(absent)
-        _, told = robot.reweight(log_evidence)
-        log_odds = math.log(before) - math.log1p(-before) + told
+        _, log_ratio = robot.reweight(log_evidence)
+        log_odds = math.log(before) - math.log1p(-before) + log_ratio
         most = math.log1p(-LEAST_PRESENCE) - math.log(LEAST_PRESENCE)
         return 1.0 / (1.0 + math.exp(-min(max(log_odds, -most), most)))
 
@@ -143,5 +143,5 @@ def rows_given(prior: FloatArray, log_likelihood: FloatArray) -> tuple[FloatArra
     """p(s | o, l) (l, n) for a prior (n,), and log p(o | l) (l,), from log p(o | s, l) (l, n)."""
     top = log_likelihood.max(axis=1, keepdims=True)
     rows = prior * np.exp(log_likelihood - top)
-    told = rows.sum(axis=1, keepdims=True)
-    return rows / told, (top + np.log(told))[:, 0]
+    total = rows.sum(axis=1, keepdims=True)
+    return rows / total, (top + np.log(total))[:, 0]

@@ -23,19 +23,20 @@ from objstate.geometry import BoolArray, FloatArray, IntArray, wrap
 from objstate.lazy import Later, altered, lazy
 from objstate.objects import pushing
 from objstate.objects.belief import ObjectBelief
+from objstate.objects.mixture import NEVER
 from objstate.objects.proposals import TracedOutline
 from objstate.objects.shape import shape_of
 from objstate.particles import Weights, evenly
+from objstate.records import SECONDS_PER_HOUR
 
 if TYPE_CHECKING:
-    from objstate.objects import furniture_kernels
+    from objstate.objects import components
     from objstate.objects import mixture_kernels as kernels
     from objstate.objects.mixture_kernels import Beams, Noise, Shape
 else:
     kernels = Later("objstate.objects.mixture_kernels")
-    furniture_kernels = Later("objstate.objects.furniture_kernels")
+    components = Later("objstate.objects.components")
 
-SECONDS_PER_HOUR = 3600.0
 OF_PRIOR, NEARBY = 64, 16  # number of cells
 FOUND = 24  # most components besides cells
 ABSENT = 0  # the component of an object that isn't there
@@ -46,7 +47,6 @@ PROPOSED = 16  # most components proposed by a scan
 # m, m, rad; small enough for linear ranges
 PROPOSED_STD = np.array([0.05, 0.05, math.radians(4.0)])
 HEIGHT_STEP = 0.01  # m; outlines at closer heights are the same
-NEVER = 1e-30  # least weight of a cell, so that nothing is impossible
 LEAST = 1e-9  # weight below which a component that isn't a cell is dropped
 TELLING = 1e-4  # weight from which a component is published
 PUBLISHED, FEWEST = 400, 6  # samples that are published, and the least number of a component
@@ -218,7 +218,7 @@ class FurnitureMixture:
         robots, first = np.ascontiguousarray(means[:, :3]), 1
         for cells, covariance in (piece.cells, piece.nearby(self.best)):
             part = slice(first, first + len(cells))
-            furniture_kernels.arrive(
+            components.arrive(
                 0.5 * moved * there / len(cells),
                 cells,
                 covariance,
@@ -242,7 +242,7 @@ class FurnitureMixture:
     ) -> FloatArray:
         """Density (p,) at places (p, 3) of components wider than ``std`` (3,), or of a part of them."""
         symmetry, out = self.piece.item.symmetry, np.empty(len(places))
-        furniture_kernels.densities(
+        components.densities(
             np.ascontiguousarray(places),
             self.weights[part],
             self.places[part],
@@ -370,7 +370,7 @@ class Conditioned(NamedTuple):
         modes = [each for each in (~is_moving, is_moving) if each.any()]
         for mode in modes:
             own = weights * mode
-            furniture_kernels.merge(
+            components.merge(
                 own, places, robots, covariances, symmetry.order, symmetry.centre, LEAST
             )
             weights[mode] = own[mode]

@@ -14,15 +14,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from objstate.compiling import inner, njit
+from objstate.compiling import called_with, inner, njit, record
 from objstate.geometry import FloatArray, IntArray
-from objstate.linear import solve
-from objstate.sensing.surface_kernels import met
+from objstate.linear import ROOT_2, ROOT_TAU, solve
+from objstate.sensing.pieces import GRAZING, met
+from objstate.sensing.sweeps import LARGE, SMALL
 
 ERRORS = 7  # robot x, y, yaw; state; origin x, y; zero of the state
 ROBOT = 3  # the first of these
 STATE, ORIGIN, ZERO = 3, 4, 6
-GRAZING = 0.12  # cosine of incidence below which a range has no information about a surface
 GRAZED_STD = 0.01  # m; roughness of a surface at a grazing incidence
 STEP = 0.05  # m between ranges of neighbouring beams that meet different surfaces
 # probability of a hit below which a beam carries no information about the object
@@ -30,16 +30,15 @@ LEAST_SHARE = 1e-6
 MOST_LOOKS = 3  # most linearizations before that of the evidence, where errors are wide
 WIDE = 4.0  # times the variance of a range: errors below which one is enough
 REACHED = 4.0  # deviations by which a range may fall short of an object that the beam reaches
-TINY = 1e-200  # product of densities at which its logarithm is taken
 FOOTPRINT = 0.02  # m, half the width of a beam, and variation of ranges at the edge of a surface
 SURE = 4.0  # deviations of its distance from a corner from which a beam surely passes on its side
 HOPELESS = 30.0  # nats below the most probable component from which a component isn't refined
-ROOT_2, ROOT_TAU = math.sqrt(2.0), math.sqrt(2.0 * math.pi)
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
 
 
+@record("beams", "f1 f2 f2 f1 f1 f1")
 class Beams(NamedTuple):
     """The beams that may meet an object, in the scan's order, from the robot's mean pose."""
 
@@ -51,6 +50,7 @@ class Beams(NamedTuple):
     blur: FloatArray  # (n,) m^2, the variance of the background
 
 
+@record("noise", "f f f f f f f f f f f f")
 class Noise(NamedTuple):
     """The beam model, given the expected range; see ``objstate.likelihood``."""
 
@@ -68,6 +68,7 @@ class Noise(NamedTuple):
     edge: float  # share of beams beside an edge that meet the neighbouring surface
 
 
+@record("shape", "f2 f2 f2 i2 f f1")
 class Shape(NamedTuple):
     """An object's outline at the laser's height, and how its state moves it."""
 
@@ -138,7 +139,7 @@ def _cast(
         work.expected[i], work.side[i] = np.inf, -1
         if i == 0:
             _see_corners(beams, shape, tied, x, prior, placed, work)
-        left, right = _outermost(i, 0, work.corners.shape[0], work)
+        left, right = _outermost(i, np.int64(0), work.corners.shape[0], work)
         work.share[i] = 0.0
         if left < 0 or _surely_past(i, left, 1.0, work) or _surely_past(i, right, -1.0, work):
             continue
@@ -195,7 +196,7 @@ def _surely_past(i: int, corner: int, side: float, work: Work) -> Any:
 
 
 @_inner
-def _outermost(i: int, first: int, past: int, work: Work) -> Any:
+def _outermost(i: int, first: int | np.int64, past: int, work: Work) -> Any:
     """The outermost corners to a beam's left and right, of a part that begins at ``first``.
 
     Only corners before the beam; -1 for none.
@@ -344,7 +345,7 @@ def _variance(
 
 
 @_inner
-def _told(beams: Beams, noise: Noise, work: Work) -> None:
+def _set_densities(beams: Beams, noise: Noise, work: Work) -> None:
     """Set ``work.past``, ``work.begun`` and ``work.gone_on``, which don't depend on the state."""
     for i in range(beams.measured.shape[0]):
         measured, background = beams.measured[i], beams.background[i]
@@ -431,7 +432,7 @@ def _linearize(
         work.odds[i] = odds / density
         fared = (free / density, stopped / density)
         product *= density
-        if not TINY < product < 1.0 / TINY:
+        if not SMALL < product < LARGE:
             total, product = total + math.log(product), 1.0
         if is_met and abs(cosine) >= GRAZING and hit > LEAST_SHARE * density:
             weight = noise.independence * hit / density / scatter
@@ -479,11 +480,19 @@ def _step(mean: FloatArray, prior: FloatArray, x: FloatArray, pull: FloatArray, 
 
 
 @_inner
-def _settle(
-    mean: FloatArray, prior: FloatArray, x: FloatArray, pull: FloatArray, work: Work
+def _set_posterior(
+    mean: FloatArray,
+    prior: FloatArray,
+    x: FloatArray,
+    pull: FloatArray,
+    log_determinant: float,
+    work: Work,
 ) -> Any:
-    """Set mean and prior to the posterior, linearized at x = mean + prior pull; log evidence."""
-    log_determinant, gained, spent = _posterior(prior, work), 0.0, 0.0
+    """Set mean and prior to the posterior, linearized at x = mean + prior pull; log evidence.
+
+    ``work`` has the posterior covariance, and ``_posterior`` gave the logarithm of its determinant.
+    """
+    gained, spent = 0.0, 0.0
     for a in range(ERRORS):
         spent += pull[a] * (x[a] - mean[a])
     for a in range(ERRORS):
@@ -552,6 +561,20 @@ def _see_edges(
                     covariance[a, b] -= bend * step[a] * step[b]
 
 
+@_inner
+def _heaviest_first(weights: FloatArray) -> Any:
+    """The components by descending weights (c,); ``argsort`` takes longer to compile."""
+    order = np.empty(weights.shape[0], dtype=np.int64)
+    for c in range(weights.shape[0]):
+        k = c
+        while k > 0 and weights[order[k - 1]] < weights[c]:
+            order[k] = order[k - 1]
+            k -= 1
+        order[k] = c
+    return order
+
+
+@called_with("beams shape noise f2 f1 f1 f2 f3 f1")
 @_compile
 def condition(
     beams: Beams,
@@ -593,9 +616,9 @@ def condition(
         np.empty((ERRORS, ERRORS)),
     )
     x, pull, spread = np.empty(ERRORS), np.zeros(ERRORS), np.empty((ERRORS, ERRORS))
-    _told(beams, noise, work)
+    _set_densities(beams, noise, work)
     likeliest, first = -np.inf, -np.inf  # log posteriors, after and before refinement
-    for c in np.argsort(-weights):
+    for c in _heaviest_first(weights):
         mean, prior, wide = means[c], covariances[c], 0.0
         for a in range(ERRORS):
             x[a] = mean[a]
@@ -605,6 +628,7 @@ def condition(
         wide += tied[c] * prior[ZERO, ZERO]
         looks = 1 if wide < WIDE * noise.variance else MOST_LOOKS
         total, unrefined, hopeless, reach, placed = 0.0, 0.0, False, 0, (1.0, 0.0, 0.0, 0.0)
+        log_weight, log_determinant = math.log(weights[c]), 0.0
         for look in range(looks + 1):
             if look == looks:  # the evidence is computed without these errors
                 for a in range(ERRORS):
@@ -613,27 +637,30 @@ def condition(
             total, reach, placed = _linearize(
                 beams, shape, noise, placements[c], tied[c], x, prior, spread, work
             )
-            unrefined = total if look == 0 else unrefined
-            hopeless = look == 0 and math.log(weights[c]) + total < first - HOPELESS
+            now, unrefined = log_weight + total, total if look == 0 else unrefined
+            hopeless = (look == 0 and now < first - HOPELESS) or (
+                look == looks and now < likeliest - HOPELESS
+            )
             if hopeless:
                 break
+            log_determinant = _posterior(prior, work)
             if look < looks:
-                _posterior(prior, work)
                 _step(mean, prior, x, pull, work)
                 for a in range(ERRORS):
                     for b in range(ERRORS):
                         spread[a, b] = work.right[a, b]
-        first = max(first, math.log(weights[c]) + unrefined)
+        first = max(first, log_weight + unrefined)
         most = max(most, reach)
         log_evidence[c] = total
-        if hopeless or math.log(weights[c]) + total < likeliest - HOPELESS:
+        if hopeless:
             continue
-        log_evidence[c] += _settle(mean, prior, x, pull, work)
-        likeliest = max(likeliest, math.log(weights[c]) + log_evidence[c])
+        log_evidence[c] += _set_posterior(mean, prior, x, pull, log_determinant, work)
+        likeliest = max(likeliest, log_weight + log_evidence[c])
         _see_edges(beams, shape, noise.independence, tied[c], x, mean, prior, placed, pull, work)
     return most
 
 
+@called_with("f2 f3 f2 f2")
 @_compile
 def renew_robot(
     means: FloatArray, covariances: FloatArray, transfer: FloatArray, added: FloatArray
@@ -658,6 +685,7 @@ def renew_robot(
                     covariance[a, b] += moved[a, k] * transfer[b, k]
 
 
+@called_with("f1 f2 f3")
 @_compile
 def pooled(weights: FloatArray, means: FloatArray, covariances: FloatArray) -> Any:
     """Mean (7,) and covariance (7, 7) of a mixture of Gaussians with weights (c,) of sum one."""
@@ -675,6 +703,7 @@ def pooled(weights: FloatArray, means: FloatArray, covariances: FloatArray) -> A
     return mean, covariance
 
 
+@called_with("f1 f1 f2 f1 f2 f3")
 @_compile
 def join(
     arriving: FloatArray,

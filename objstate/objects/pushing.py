@@ -19,8 +19,8 @@ from objstate.geometry import BoolArray, FloatArray, IntArray
 COLUMNS = 10
 MOTION = Motion(walk=0.0, starts=1.0 / 60.0, stops=1.0 / 5.0, speed=0.5, acceleration=0.3)
 TURNS = 0.2  # rad; deviation after one second of the heading of what is pushed
-LEAST = 1e-4  # weight from which a component changes its mode
-YAW = 3  # indices of the errors
+LEAST_PUSHED = 1e-4  # weight from which a component changes its mode
+TURN_ERROR = 3  # index of the yaw among the errors
 PLANAR = np.array([4, 5])  # x, y
 
 
@@ -61,7 +61,7 @@ def switched(
     """
     stays, is_moving = MOTION.switches(seconds), moving(motions)
     shares = np.where(is_moving, stays[1, 0], stays[0, 1])
-    of = np.flatnonzero((weights > LEAST) & (np.arange(len(weights)) != absent))
+    of = np.flatnonzero((weights > LEAST_PUSHED) & (np.arange(len(weights)) != absent))
     new = np.zeros((len(of), COLUMNS))
     new[~is_moving[of], 6] = new[~is_moving[of], 9] = MOTION.speed**2
     left = weights.copy()
@@ -85,7 +85,7 @@ def advance(
         + seconds**2 * own
         + driven * seconds**3 / 3.0 * eye
     )
-    covariances[which, YAW, YAW] += TURNS**2 * seconds
+    covariances[which, TURN_ERROR, TURN_ERROR] += TURNS**2 * seconds
     cross = cross + seconds * own + driven * seconds**2 / 2.0 * eye
     motions[which] = Velocities(mean, cross, own + driven * seconds * eye).columns
 
@@ -121,7 +121,7 @@ def shared(
 
     Each is of the component that is most probably there.
     """
-    out, which = np.zeros((len(proposed), motions.shape[1])), np.flatnonzero(weights > LEAST)
+    out, which = np.zeros((len(proposed), motions.shape[1])), np.flatnonzero(weights > LEAST_PUSHED)
     if len(which) == 0 or not moving(motions).any():
         return out
     rows = _planar(which)

@@ -6,10 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from objstate.compiling import inner, njit
-from objstate.geometry import BoolArray, FloatArray
-
-TURN = 2.0 * np.pi
+from objstate.compiling import called_with, inner, njit
+from objstate.geometry import TURN, BoolArray, FloatArray
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _compile_nearest = njit(
@@ -48,6 +46,7 @@ def alike(state: FloatArray, yaw: float, order: int, centre: FloatArray) -> Any:
     return x, y, wrapped(state[2] + turn)
 
 
+@called_with("f2 f1 f i f1 f1 f1")
 @_compile
 def moments(
     states: FloatArray,
@@ -85,6 +84,7 @@ def moments(
         std[axis] = np.sqrt(std[axis])
 
 
+@called_with("f2 f1 i f1 f2")
 @_compile
 def offsets(
     states: FloatArray, place: FloatArray, order: int, centre: FloatArray, out: FloatArray
@@ -96,6 +96,7 @@ def offsets(
         out[j, 2] = wrapped(yaw - place[2])
 
 
+@called_with("f2 f2 f2 f b2")
 @_compile_nearest
 def lie_on(
     states: FloatArray, points: FloatArray, ends: FloatArray, within: float, out: BoolArray

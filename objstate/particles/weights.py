@@ -14,10 +14,11 @@ from objstate.geometry import FloatArray, IntArray
 from objstate.lazy import Later, lazy
 
 if TYPE_CHECKING:
-    from objstate.particles import kernels
+    from objstate.particles import reweighting
 else:
-    kernels = Later("objstate.particles.kernels")
+    reweighting = Later("objstate.particles.reweighting")
 
+NEVER = 1e-300  # probability or odds that stand for zero
 UNIFORM_KEPT = 16  # number of different sizes that are cached
 
 
@@ -78,7 +79,7 @@ class Weights:
     def _normalized(log: FloatArray) -> tuple[Weights, float]:
         """Normalized weights of logarithms (n,), and the logarithm of their sum."""
         logarithms, values = np.empty(len(log)), np.empty(len(log))
-        log_sum, effective_size = kernels.normalize(log, logarithms, values)
+        log_sum, effective_size = reweighting.normalize(log, logarithms, values)
         return Weights._known(values, logarithms, effective_size), log_sum
 
     @staticmethod
@@ -104,7 +105,7 @@ def largest_step(
     Enough are ``least_effective`` (of samples, or of what is effective already, if
     fewer). It is always above zero, so that repeated steps come to an end.
     """
-    return float(kernels.largest_step(weights.log, log_likelihood, most, least_effective))
+    return float(reweighting.largest_step(weights.log, log_likelihood, most, least_effective))
 
 
 def systematic(weights: Weights, count: int, rng: np.random.Generator) -> IntArray:
@@ -112,12 +113,12 @@ def systematic(weights: Weights, count: int, rng: np.random.Generator) -> IntArr
 
     Each sample is drawn ``count`` times its weight on average, never off by one or more.
     """
-    return np.asarray(kernels.systematic(weights.values, count, rng.random()))
+    return np.asarray(reweighting.systematic(weights.values, count, rng.random()))
 
 
 def evenly(weights: Weights, count: int) -> IntArray:
     """Indices (count,) of a deterministic systematic sample."""
-    return np.asarray(kernels.systematic(weights.values, count, 0.5))
+    return np.asarray(reweighting.systematic(weights.values, count, 0.5))
 
 
 def quantiles(values: FloatArray, weights: FloatArray, shares: FloatArray) -> FloatArray:

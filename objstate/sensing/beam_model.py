@@ -20,9 +20,9 @@ from objstate.geometry import FloatArray
 from objstate.lazy import Later, lazy
 
 if TYPE_CHECKING:
-    from objstate.sensing import kernels
+    from objstate.sensing import sweeps
 else:
-    kernels = Later("objstate.sensing.kernels")
+    sweeps = Later("objstate.sensing.sweeps")
 
 LEAST_DENSITY = 1e-100  # of the pure Gaussian, which has no density of random readings (21 sigmas)
 
@@ -46,7 +46,7 @@ class BeamModel:
     def short(self, measured: FloatArray) -> FloatArray:
         """Densities (n,) of measured ranges (n,) for beams that something unexpected stops."""
         rate, out = self.settings.lambda_short, np.empty(len(measured))
-        kernels.short(np.ascontiguousarray(measured), rate, self._shares[1] * rate, out)
+        sweeps.short(np.ascontiguousarray(measured), rate, self._shares[1] * rate, out)
         return out
 
     def lasting(self, measured: FloatArray) -> FloatArray:
@@ -57,7 +57,7 @@ class BeamModel:
         """
         std, out = self.settings.short_std, np.empty(len(measured))
         peak = sum(self._shares[:2]) / (std * math.sqrt(2.0 * math.pi))
-        kernels.lasting(np.ascontiguousarray(measured), std, peak, out)
+        sweeps.lasting(np.ascontiguousarray(measured), std, peak, out)
         return out
 
     @lazy
@@ -107,7 +107,7 @@ class BeamModel:
             rows = np.ascontiguousarray(expected, dtype=float)
             rows = rows.reshape(int(np.prod(rows.shape[:-1])), rows.shape[-1])
             out = np.empty_like(rows)
-            kernels.log_likelihoods(np.ascontiguousarray(measured), short, rows, parameters, out)
+            sweeps.log_likelihoods(np.ascontiguousarray(measured), short, rows, parameters, out)
             return out.reshape(expected.shape)
 
         return log_likelihood
@@ -127,7 +127,7 @@ class BeamModel:
         floor = LEAST_DENSITY if gaussian else floor
         short, lasting = self.short(measured), self.lasting(read)
 
-        def told(expected: FloatArray) -> tuple[FloatArray, FloatArray]:
+        def densities(expected: FloatArray) -> tuple[FloatArray, FloatArray]:
             stopped, share = np.full(expected.shape[:-1], unexpected), np.empty(expected.shape)
             log = np.zeros(expected.shape[:-1])
             for j, reading in enumerate(read):
@@ -147,7 +147,7 @@ class BeamModel:
                 log += np.log(density)
             return log, share
 
-        return told
+        return densities
 
     def totals(self, measured: FloatArray, expected: FloatArray, range_max: float) -> FloatArray:
         """log p(o | d-hat) (m, p) of scans (m, n) of independent beams.
@@ -155,7 +155,7 @@ class BeamModel:
         For expected ranges (p, n).
         """
         out = np.empty((len(measured), len(expected)))
-        kernels.total_log_likelihoods(
+        sweeps.total_log_likelihoods(
             np.ascontiguousarray(measured),
             self.short(measured.ravel()).reshape(measured.shape),
             np.ascontiguousarray(expected),

@@ -4,34 +4,31 @@ A building has thousands of wall segments, of which a laser sees a few dozen. Se
 in the order of their distance. A segment that lies, from all poses, behind what every beam that may
 meet it has hit can't change any range. It is skipped after a few operations whose number doesn't
 depend on that of the poses. So the ranges are exactly those of all segments. Beams, poses and
-outlines are as in ``kernels``.
+outlines are as in ``sweeps``.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from objstate.compiling import inner, njit
+from objstate.compiling import inner, record
 from objstate.geometry import BoolArray, FloatArray, IntArray
-from objstate.sensing.kernels import COS, SIN, SPREAD, X, Y, taken
 from objstate.sensing.projection import (
-    SLACK,
-    SPARE,
     _bearing,
     _first_at_or_after,
     _gap,
     _seen_from,
     project,
     pseudo_angle,
-    stands,
-    strays,
+    untouched,
 )
+from objstate.sensing.segments import SLACK
+from objstate.sensing.sweeps import COS, SIN, X, Y
 
 TOGETHER = 16  # segments that are projected at a time
 
-_compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner_finite = inner(nogil=True, error_model="numpy", fastmath={"contract", "nnan", "nsz"})
 
@@ -95,58 +92,77 @@ def _is_hidden(
     return True
 
 
-@_compile
-def cast(
-    poses: FloatArray,
-    walls: FloatArray,
-    starts: IntArray,
-    circles: FloatArray,
-    radii: FloatArray,
-    groups: IntArray,
-    distances: FloatArray,
-    about: FloatArray,
-    chosen: BoolArray,
-    order: IntArray,
+@record("walls", "f2 i1 f2 f1")
+class WallGroups(NamedTuple):
+    """Wall segments in groups of neighbours, each within a circle."""
+
+    segments: FloatArray  # (k, 4) group by group
+    starts: IntArray  # (g + 1,) where each group begins
+    circles: FloatArray  # (g, 4) middles: x, y, x, y m
+    radii: FloatArray  # (g,) m
+
+
+@record("near", "f2 i1 i1 f1")
+class NearGroups(NamedTuple):
+    """The groups of walls near some places, one place after the other, the nearest first."""
+
+    places: FloatArray  # (t, 2) m
+    ends: IntArray  # (t,) where the groups of each place end
+    groups: IntArray  # (j,)
+    distances: FloatArray  # (j,) m from the place; ascending for each place
+
+
+@_inner
+def walls_before(
+    lasers: FloatArray,
+    middle: FloatArray,
+    strayed: float,
+    turned: float,
+    walls: WallGroups,
+    near: NearGroups,
+    place: int,
     beams: FloatArray,
     index: IntArray,
-    measured: FloatArray,
-    short: FloatArray,
-    sweep: FloatArray,
-    out: FloatArray,
+    spread: float,
+    nearest: FloatArray,
+    spare: FloatArray,
 ) -> None:
-    """Ranges ``out`` (m, p) of walls (k, 4), from poses (p, 4).
+    """Ranges ``nearest`` (m, p) of walls for sorted beams, from lasers' poses (4, p).
 
-    The walls are in groups that begin at ``starts`` (g + 1,), each within a circle about a middle
-    (g, 4), x, y, x, y. They are taken in the order ``groups`` (j,) of their ``distances`` (j,) from
-    a place ``about`` (2,) near the poses. Ranges are those of the ``chosen`` beams (n,), see
-    ``taken``, in the scan's order.
+    The poses deviate and are turned from their ``middle`` (4,) by some values at most. They lie
+    near the ``place`` of this number, by whose distances walls are taken in turn.
     """
-    order, beams, index = taken(chosen, order, beams, index, measured, short)
-    lasers, middle = stands(poses, sweep), np.empty(4)
-    (strayed, turned), count = strays(lasers, middle), beams.shape[1]
-    size = poses.shape[0]
-    off = np.sqrt((middle[X] - about[0]) ** 2 + (middle[Y] - about[1]) ** 2)
-    margin = strayed + sweep[SPREAD]
+    count = beams.shape[1]
+    off = np.sqrt(
+        (middle[X] - near.places[place, 0]) ** 2 + (middle[Y] - near.places[place, 1]) ** 2
+    )
+    margin = strayed + spread
     fixed = np.empty(4)
     fixed[X], fixed[Y], fixed[COS], fixed[SIN] = 0.0, 0.0, 1.0, 0.0
-    nearest, spare = np.full((count, size), np.inf), np.empty((SPARE, size))
-    farthest, is_touched = np.full(count, np.inf), np.zeros(count, dtype=np.bool_)
+    farthest, is_touched = np.empty(count), np.empty(count, dtype=np.bool_)
+    untouched(nearest, is_touched)
+    for i in range(count):
+        farthest[i] = np.inf
     front, seen, held = np.empty((TOGETHER, 4)), np.empty((1, 4)), 0
     reached = np.inf  # m, largest range reached by all beams
-    for j in range(groups.shape[0] + 1):
-        is_over = j == groups.shape[0] or distances[j] - off - margin > reached
-        k = end = 0
+    first, last = near.ends[place - 1] if place > 0 else 0, near.ends[place]
+    for j in range(first, last + 1):
+        is_over = j == last or near.distances[j] - off - margin > reached
+        k = end = group = 0
         if not is_over:
-            k, end = starts[groups[j]], starts[groups[j] + 1]
-            if end - k > 1:
-                _seen_from(middle, fixed, circles[groups[j] : groups[j] + 1], seen)
-                if _is_hidden(seen[0], margin + radii[groups[j]], turned, beams, index, farthest):
-                    k = end
+            group = near.groups[j]
+            k, end = walls.starts[group], walls.starts[group + 1]
+            k -= end - k > 1  # where there are several, their circle comes first
         while k < end or (is_over and held > 0):
             if k < end:
-                _seen_from(middle, fixed, walls[k : k + 1], seen)
-                if not _is_hidden(seen[0], margin, turned, beams, index, farthest):
-                    front[held] = walls[k]
+                is_circle = k < walls.starts[group]
+                line = walls.circles[group] if is_circle else walls.segments[k]
+                around = margin + walls.radii[group] if is_circle else margin
+                _seen_from(middle, fixed, line.reshape(1, 4), seen)
+                if _is_hidden(seen[0], around, turned, beams, index, farthest):
+                    k = end if is_circle else k
+                elif not is_circle:
+                    front[held] = line
                     held += 1
                 k += 1
             if held == TOGETHER or is_over:
@@ -157,10 +173,10 @@ def cast(
                     turned,
                     fixed,
                     front[:held],
-                    0,
+                    np.int64(0),
                     beams,
                     index,
-                    sweep[SPREAD],
+                    spread,
                     nearest,
                     is_touched,
                     spare,
@@ -168,6 +184,3 @@ def cast(
                 held, reached = 0, _renewed(farthest, nearest, is_touched)
         if is_over:
             break
-    for i in range(count):
-        for p in range(size):
-            out[order[i], p] = nearest[i, p]

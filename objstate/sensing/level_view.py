@@ -4,28 +4,33 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
-from objstate.geometry import BoolArray, FloatArray, IntArray
+from objstate.geometry import BoolArray, FloatArray
 from objstate.lazy import lazy
 from objstate.records import Scan
-from objstate.sensing import front_to_back, kernels, likelihood, projection
+from objstate.sensing import likelihood, projection, sweeps
 from objstate.sensing.beam_model import BeamModel
+from objstate.sensing.front_to_back import NearGroups
 from objstate.sensing.level import Sweep, UncertainObject
 from objstate.sensing.outlines import SPREAD, LevelOutlines, ObjectOutline, Stand
-from objstate.sensing.view import EXPLAINED_SIGMAS, Comparison
+from objstate.sensing.sweeps import Beams, Scenery
+from objstate.sensing.view import EXPLAINED_SIGMAS, Around, Comparison
 
-
-class Beams(NamedTuple):
-    """Some beams of a scan and their readings, as the kernels take them."""
-
-    order: IntArray  # (n,) the beams by bearing
-    rows: FloatArray  # (7, n) in that order; (5, n) for a laser, without readings
-    lookup: IntArray  # (m + 1,) first beam at or after each of some even steps of the pseudo-angle
-    measured: FloatArray  # (n,) m
-    short: FloatArray  # (n,) densities of being stopped before the target
+# no walls to cast; no objects; objects without a choice
+NOWHERE = NearGroups(
+    np.empty((0, 2)), np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty(0)
+)
+EMPTY = Scenery(
+    np.empty((0, 4)),
+    np.empty(0, dtype=np.int64),
+    np.empty(0, dtype=np.int64),
+    np.empty((0, 4)),
+    np.empty(0, dtype=np.int64),
+    np.empty(0),
+)
+ALL = np.empty((0, 3)), np.zeros((1, 2))
 
 
 class LevelView:
@@ -46,7 +51,7 @@ class LevelView:
         self._chosen = chosen  # (n,) of those
         self._beam_model = beam_model
         self._parameters = parameters  # (9,) the beam model as the kernels take it
-        self._range_max = float(parameters[kernels.RANGE_MAX])
+        self._range_max = float(parameters[sweeps.RANGE_MAX])
 
     @staticmethod
     def of(
@@ -72,33 +77,52 @@ class LevelView:
     def _beams(self) -> Beams:
         """The beams of this view."""
         among, chosen = self._among, self._chosen
-        order, rows, lookup = kernels.take(chosen, *among)
+        order, rows, lookup = sweeps.take(chosen, *among)
         return Beams(order, rows, lookup, among.measured[chosen], among.short[chosen])
 
     def walls(self, poses: FloatArray) -> FloatArray:
-        walls = self._outlines.walls(self._sweep.height)
-        reach = self._range_max + self._sweep.around + math.sqrt(2.0) * SPREAD
-
         def ranges(abreast: FloatArray) -> FloatArray:
-            near = walls.about(abreast[0, :2], reach)
-            found = np.empty((self._count, len(abreast)))
-            front_to_back.cast(
-                abreast,
-                walls.segments,
-                walls.starts,
-                walls.circles,
-                walls.radii,
-                near.groups,
-                near.distances,
-                near.place,
-                self._chosen,
-                *self._among,
-                self._sweep.centre,
-                found,
-            )
-            return found.T
+            found = np.empty((1, self._count, len(abreast)))
+            out = np.empty((1, 0))
+            self._weigh(abreast[None], self._near(abreast[:1]), found, self._parameters, out)
+            return np.asarray(found[0].T)
 
         return self._outlines.stand(poses).each(ranges)
+
+    def _near(self, places: FloatArray, spread: float = math.sqrt(2.0) * SPREAD) -> NearGroups:
+        """The walls near places (h, 4), from which poses are up to ``spread`` m apart."""
+        reach = self._range_max + self._sweep.around + spread
+        return self._outlines.walls(self._sweep.height).near(places[:, :2], reach)
+
+    def _weigh(
+        self,
+        poses: FloatArray,
+        near: NearGroups,
+        expected: FloatArray,
+        model: FloatArray,
+        out: FloatArray,
+        scenery: Scenery = EMPTY,
+        among: tuple[FloatArray, FloatArray] = ALL,
+    ) -> None:
+        """Cast walls into ``expected`` (h, m, p), and weigh poses (h, p, 4); see the compiled loop.
+
+        Objects are chosen ``among`` those within circles (j, 3), with deviations (h, 2).
+        """
+        circles, stds = among
+        likelihood.pose_log_likelihood(
+            poses,
+            stds,
+            self._outlines.walls(self._sweep.height).groups,
+            near,
+            expected,
+            scenery,
+            circles,
+            self._chosen,
+            self._among,
+            self._sweep.centre,
+            model,
+            out,
+        )
 
     def object(self, name: str, states: FloatArray, poses: FloatArray) -> FloatArray:
         outline = self._outlines.of_object(name, self._sweep.height)
@@ -113,12 +137,12 @@ class LevelView:
         background: FloatArray,
         bears: BoolArray,
     ) -> float:
-        share = kernels.share_explained(
+        share = sweeps.share_explained(
             bears,
             self._beams.order,
             self._beams.rows,
             self._sweep.centre,
-            pose,
+            self._outlines.stand(pose[None]).poses[0],
             np.ascontiguousarray(background),
             self._outlines.placements(name, states),
             self._outlines.of_object(name, self._sweep.height).segments,
@@ -131,7 +155,7 @@ class LevelView:
         margin = EXPLAINED_SIGMAS * self._beam_model.sigma_hit
         (stand,) = self._outlines.stand(pose[None]).poses
         beams, sweep = self._beams, self._sweep
-        ends = kernels.ends(beams.order, beams.rows, sweep.centre, sweep.height, stand)
+        ends = sweeps.ends(beams.order, beams.rows, sweep.centre, sweep.height, stand)
         return np.asarray(ends[beams.measured < expected - margin])
 
     def log_likelihood(self, expected: FloatArray) -> FloatArray:
@@ -149,24 +173,37 @@ class LevelView:
         walls: FloatArray | None = None,
     ) -> FloatArray:
         model = self._beam_model.blurred(blur).parameters(self._range_max)
-        known = self.walls(poses) if walls is None else walls
         scenery = self._outlines.scenery(tuple(objects), self._sweep.height)
 
-        def log_likelihood(abreast: FloatArray, expected: FloatArray) -> FloatArray:
-            found = np.empty(len(abreast))
-            likelihood.pose_log_likelihood(
-                abreast,
-                _abreast(expected),
-                *scenery,
-                self._chosen,
-                *self._among,
-                self._sweep.centre,
-                model,
-                found,
-            )
-            return found
+        def log_likelihood(abreast: FloatArray, *known: FloatArray) -> FloatArray:
+            found, near = np.empty((1, len(abreast))), NOWHERE
+            if known:
+                expected = _abreast(known[0])[None]
+            else:
+                expected = np.empty((1, self._count, len(abreast)))
+                near = self._near(abreast[:1])
+            self._weigh(abreast[None], near, expected, model, found, scenery)
+            return np.asarray(found[0])
 
-        return self._outlines.stand(poses).each(log_likelihood, known)
+        given = [] if walls is None else [walls]
+        return self._outlines.stand(poses).each(log_likelihood, *given)
+
+    def nearby_log_likelihood(self, poses: FloatArray, blur: float, around: Around) -> FloatArray:
+        groups, size = poses.shape[:2]
+        model = self._beam_model.blurred(blur).parameters(self._range_max)
+        abreast, stds = np.empty((groups, size + (size > 1), 4)), np.empty((groups, 2))
+        spread = sweeps.stand_about(poses, abreast, stds)
+        found = np.empty(abreast.shape[:2])
+        self._weigh(
+            abreast,
+            self._near(abreast[:, 0], spread),
+            np.empty((groups, self._count, abreast.shape[1])),
+            model,
+            found,
+            self._outlines.scenery(around.objects, self._sweep.height),
+            (around.circles, stds),
+        )
+        return np.asarray(found[:, -size:])
 
     def object_log_likelihood(
         self, name: str, states: FloatArray, poses: FloatArray, comparison: Comparison
@@ -205,6 +242,13 @@ class LevelView:
 
     def _cast(self, outline: ObjectOutline, placements: FloatArray, stand: Stand) -> FloatArray:
         """Ranges (p, s, n) m of an outline at placements (s, 4)."""
+        if len(stand.poses) == 1:  # a loop that is compiled at once
+            beams, found = self._beams, np.empty((len(placements), self._count))
+            order, rows, centre = beams.order, beams.rows, self._sweep.centre
+            sweeps.ranges_to(
+                order, rows, centre, stand.poses[0], placements, outline.segments, found
+            )
+            return found[None]
 
         def ranges(abreast: FloatArray) -> FloatArray:
             found = np.empty((len(placements), self._count, len(abreast)))

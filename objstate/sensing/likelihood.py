@@ -2,7 +2,7 @@
 
 As in ``projection``, poses run along the last axis of every array here, and the loops over them
 hold one statement each, so that the processor handles several poses at a time. Beams, poses,
-placements and outlines are as in ``kernels``.
+placements and outlines are as in ``sweeps``.
 """
 
 from __future__ import annotations
@@ -11,9 +11,23 @@ from typing import Any
 
 import numpy as np
 
-from objstate.compiling import inner, njit
+from objstate.compiling import called_with, inner, njit
 from objstate.geometry import BoolArray, FloatArray, IntArray
-from objstate.sensing.kernels import (
+from objstate.sensing.circles import SPREAD_SIGMAS, comes_within, entry, seen_from
+from objstate.sensing.front_to_back import NearGroups, WallGroups, walls_before
+from objstate.sensing.projection import SPARE, project, stands, strays, untouched
+from objstate.sensing.runs import (
+    densities_of,
+    fared,
+    half_precision,
+    hit,
+    hit_density,
+    look_past,
+    step,
+)
+from objstate.sensing.sweeps import (
+    CENTRE_X,
+    CENTRE_Y,
     COS,
     DECADES,
     DIRECTION_X,
@@ -23,6 +37,8 @@ from objstate.sensing.kernels import (
     HIT,
     LARGE,
     MEASURED,
+    ORIGIN_X,
+    ORIGIN_Y,
     PEAK,
     PER_SIGMA,
     RANGE_MAX,
@@ -31,12 +47,14 @@ from objstate.sensing.kernels import (
     SMALL,
     SPREAD,
     UNEXPECTED,
+    Beams,
+    Scenery,
+    X,
+    Y,
     at_once,
     floor_of,
     taken,
 )
-from objstate.sensing.projection import SPARE, project, stands, strays, untouched
-from objstate.sensing.runs import fared, half_precision, hit, hit_density, look_past, step, told
 
 SCALE, LOG_SCALE = 10.0**DECADES, DECADES * np.log(10.0)
 # a range that is shorter than expected by more sigmas was stopped by something else
@@ -238,6 +256,7 @@ def _average(
             change[p] += 0.5 * (pulled * pulled * variance / surely - np.log(surely))
 
 
+@called_with("f2 f1 f1 f1 f1 f1")
 @_compile
 def scan_log_likelihood(
     expected: FloatArray,
@@ -254,7 +273,7 @@ def scan_log_likelihood(
         free[p], stopped[p], out[p] = 1.0 - model[UNEXPECTED], model[UNEXPECTED], 0.0
     most = min(at_once(short, model), at_once(lasting, model))
     for j in range(count):
-        beam = told(_read(measured[j], model), short[j], lasting[j], model)
+        beam = densities_of(_read(measured[j], model), short[j], lasting[j], model)
         step(expected[j], beam, model, free, stopped)
         if (j + 1) % most == 0:
             _rescale(free, stopped, out)
@@ -263,6 +282,7 @@ def scan_log_likelihood(
     _flush(free, out)
 
 
+@called_with("f2 f2 f2 f2 i f2 i1 f2 f1 i1 f1 f1 f f f2 b1")
 @_compile
 def object_log_likelihood(
     poses: FloatArray,
@@ -338,7 +358,7 @@ def object_log_likelihood(
             if j == first:
                 for p in range(size):
                     free[p], stopped[p] = 1.0 - before[j, p], before[j, p]
-            beam = told(measured[j], short[j], lasting[j], model)
+            beam = densities_of(measured[j], short[j], lasting[j], model)
             shift = _per_shift(normals, k, middle, beams, i) if variance > 0.0 else 0.0
             rows = nearest[i], background[j], per_density[j]
             _pass(*rows, beam, shift, model, free, stopped, gradient, curvature)
@@ -393,80 +413,144 @@ def _log_products(likelihood: FloatArray, out: FloatArray) -> None:
     _flush(product, out)
 
 
+@_inner
+def _is_chosen(
+    circles: FloatArray,
+    k: int,
+    pose: FloatArray,
+    std: FloatArray,
+    beams: FloatArray,
+    sweep: FloatArray,
+    reach: float,
+    walls: FloatArray,
+) -> Any:
+    """Whether some beam may enter a circle (j, 3) before the walls, at ranges (m, p).
+
+    From a ``pose`` (4,), the first of the p, with deviations ``std`` (2,) of position and yaw.
+    """
+    if not comes_within(circles[k], pose[X], pose[Y], reach):
+        return False
+    x, y, radius = seen_from(circles[k], pose[X], pose[Y], pose[COS], pose[SIN], std[0], std[1])
+    x, y = x - sweep[CENTRE_X], y - sweep[CENTRE_Y]
+    for i in range(walls.shape[0]):
+        dx, dy = beams[DIRECTION_X, i], beams[DIRECTION_Y, i]
+        entered = entry(x - beams[ORIGIN_X, i], y - beams[ORIGIN_Y, i], radius, dx, dy)
+        if entered < walls[i, 0] + SPREAD_SIGMAS * std[0]:
+            return True
+    return False
+
+
+@_inner
+def _add_place(
+    alone: FloatArray,
+    without: FloatArray,
+    beams: FloatArray,
+    model: FloatArray,
+    share: float,
+    is_touched: BoolArray,
+    is_mixed: BoolArray,
+    dense: FloatArray,
+    mixes: Any,
+) -> None:
+    """Add an object's ranges ``alone`` (m, p) in one place, with its share; they are reset."""
+    mixed, kept = mixes
+    for i in range(alone.shape[0]):
+        if not is_touched[i]:
+            continue
+        is_touched[i] = False
+        if _touches(alone[i], without[i], np.inf):
+            is_mixed[i] = True
+            _look(alone[i], _read(beams[MEASURED, i], model), beams[SHORT, i], model, dense)
+            _mix(alone[i], without[i], dense, share, mixed[i], kept[i])
+        for p in range(alone.shape[1]):
+            alone[i, p] = np.inf
+
+
+@_inner
+def _set_walls(expected: FloatArray, order: IntArray, ranges: FloatArray) -> None:
+    """Set what is ``expected`` (m, p) in the scan's order to ranges (m, p) of sorted beams."""
+    for i in range(ranges.shape[0]):
+        for p in range(ranges.shape[1]):
+            expected[order[i], p] = ranges[i, p]
+
+
+@_inner
+def _get_walls(expected: FloatArray, order: IntArray, ranges: FloatArray) -> None:
+    """The inverse of ``_set_walls``."""
+    for i in range(ranges.shape[0]):
+        for p in range(ranges.shape[1]):
+            ranges[i, p] = expected[order[i], p]
+
+
+@called_with("f3 f2 walls near f3 scenery f2 b1 laser f1 f1 f2")
 @_compile
 def pose_log_likelihood(
     poses: FloatArray,
+    stds: FloatArray,
+    walls: WallGroups,
+    near: NearGroups,
     expected: FloatArray,
-    outlines: FloatArray,
-    outline_ends: IntArray,
-    rims: IntArray,
-    placements: FloatArray,
-    placement_ends: IntArray,
-    shares: FloatArray,
+    scenery: Scenery,
+    circles: FloatArray,
     chosen: BoolArray,
-    order: IntArray,
-    beams: FloatArray,
-    index: IntArray,
-    measured: FloatArray,
-    short: FloatArray,
+    laser: Beams,
     sweep: FloatArray,
     model: FloatArray,
     out: FloatArray,
 ) -> None:
-    """Log p(o | l) ``out`` (p,), each beam averaged over where uncertain objects may be.
+    """Log p(o | l) ``out`` (h, p) from poses (h, p, 4), in h groups that lie close together.
 
-    Object j has the rows of ``outlines`` up to ``outline_ends[j]``, of which the first ``rims[j]``
-    are its rim. It may stand at the ``placements`` up to ``placement_ends[j]``, with weights
-    ``shares``. Where it is nearer than what is ``expected`` (m, p) of all else, the beam should
-    read it; otherwise the beam keeps its likelihood. The beams are the ``chosen`` (n,) ones of a
-    scan, see ``taken``.
+    The walls are ``expected`` (h, m, p). Where ``near`` has places, one for each group, they are
+    cast, and else given. Each beam is averaged over where the objects of a ``scenery`` may be:
+    where an object is nearer than all else, the beam should read it; otherwise the beam keeps its
+    likelihood. Where each object has a circle (j, 3), a group has those that its beams may enter;
+    the first of its poses is then its mean, with deviations ``stds`` (h, 2) of position and yaw.
+    The beams are the ``chosen`` (n,) ones of a scan, see ``taken``. Without columns in ``out``
+    (h, 0), walls are cast and nothing else.
     """
-    order, beams, index = taken(chosen, order, beams, index, measured, short)
-    size, count = poses.shape[0], beams.shape[1]
-    lasers, middle = stands(poses, sweep), np.empty(4)
-    strayed, turned = strays(lasers, middle)
+    order, beams, index = taken(
+        chosen, laser.order, laser.rows, laser.lookup, laser.measured, laser.short
+    )
+    size, count, middle = poses.shape[1], beams.shape[1], np.empty(4)
     without, likelihood = np.empty((count, size)), np.empty((count, size))
     alone, mixed, kept = np.empty((count, size)), np.empty((count, size)), np.empty((count, size))
-    dense, spare = np.empty(size), np.empty((SPARE, size))
+    dense, spare, mixes = np.empty(size), np.empty((SPARE, size)), (mixed, kept)
     is_touched, is_mixed = np.empty(count, dtype=np.bool_), np.empty(count, dtype=np.bool_)
-    untouched(alone, is_touched)
-    for i in range(count):
-        is_mixed[i] = False
-        for p in range(size):
-            without[i, p], mixed[i, p], kept[i, p] = expected[order[i], p], 0.0, 1.0
-        _look(without[i], _read(beams[MEASURED, i], model), beams[SHORT, i], model, likelihood[i])
-    outline_start, placement_start = 0, 0
-    for j in range(outline_ends.shape[0]):
-        outline = outlines[outline_start : outline_ends[j]]
-        for s in range(placement_start, placement_ends[j]):
-            project(
-                lasers,
-                middle,
-                strayed,
-                turned,
-                placements[s],
-                outline,
-                rims[j],
-                beams,
-                index,
-                sweep[SPREAD],
-                alone,
-                is_touched,
-                spare,
-            )
-            for i in range(count):
-                if not is_touched[i]:
-                    continue
-                is_touched[i] = False
-                if _touches(alone[i], without[i], np.inf):
-                    is_mixed[i] = True
-                    _look(alone[i], _read(beams[MEASURED, i], model), beams[SHORT, i], model, dense)
-                    _mix(alone[i], without[i], dense, shares[s], mixed[i], kept[i])
-                for p in range(size):
-                    alone[i, p] = np.inf
+    for h in range(poses.shape[0]):
+        lasers = stands(poses[h], sweep)
+        strayed, turned = strays(lasers, middle)
+        at = lasers, middle, strayed, turned
+        if near.places.shape[0] > 0:
+            walls_before(*at, walls, near, h, beams, index, sweep[SPREAD], without, spare)
+            _set_walls(expected[h], order, without)
+        else:
+            _get_walls(expected[h], order, without)
+        if out.shape[1] == 0:
+            continue
+        untouched(alone, is_touched)
         for i in range(count):
-            if is_mixed[i]:
-                is_mixed[i] = False
-                _replace(likelihood[i], mixed[i], kept[i])
-        outline_start, placement_start = outline_ends[j], placement_ends[j]
-    _log_products(likelihood, out)
+            is_mixed[i] = False
+            for p in range(size):
+                mixed[i, p], kept[i, p] = 0.0, 1.0
+            measured = _read(beams[MEASURED, i], model)
+            _look(without[i], measured, beams[SHORT, i], model, likelihood[i])
+        outline_start, placement_start = 0, 0
+        for j in range(scenery.rims.shape[0]):
+            outline = scenery.outlines[outline_start : scenery.outline_ends[j]]
+            first, last = placement_start, scenery.placement_ends[j]
+            outline_start, placement_start = scenery.outline_ends[j], last
+            if circles.shape[0] > 0 and not _is_chosen(
+                circles, j, poses[h, 0], stds[h], beams, sweep, model[RANGE_MAX], without
+            ):
+                continue
+            for s in range(first, last):
+                place, share, rim = scenery.placements[s], scenery.shares[s], scenery.rims[j]
+                project(
+                    *at, place, outline, rim, beams, index, sweep[SPREAD], alone, is_touched, spare
+                )
+                _add_place(alone, without, beams, model, share, is_touched, is_mixed, dense, mixes)
+            for i in range(count):
+                if is_mixed[i]:
+                    is_mixed[i] = False
+                    _replace(likelihood[i], mixed[i], kept[i])
+        _log_products(likelihood, out[h])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -13,12 +14,12 @@ from objstate.records import Rays
 from objstate.sensing.beam_model import BeamModel
 from objstate.sensing.expected import ExpectedRanges, cast_from
 from objstate.sensing.level import UncertainObject
-from objstate.sensing.view import EXPLAINED_SIGMAS, Comparison, agree
+from objstate.sensing.view import EXPLAINED_SIGMAS, Around, Comparison, agree
 
 if TYPE_CHECKING:
-    from objstate.sensing import kernels
+    from objstate.sensing import circles, sweeps
 else:
-    kernels = Later("objstate.sensing.kernels")
+    circles, sweeps = Later("objstate.sensing.circles"), Later("objstate.sensing.sweeps")
 
 
 class MeshView:
@@ -93,6 +94,30 @@ class MeshView:
         with np.errstate(divide="ignore"):
             return np.asarray(np.log(likelihood).sum(axis=1))
 
+    def nearby_log_likelihood(self, poses: FloatArray, blur: float, around: Around) -> FloatArray:
+        groups, size = poses.shape[:2]
+        abreast, stds = np.empty((groups, size + (size > 1), 4)), np.empty((groups, 2))
+        sweeps.stand_about(poses, abreast, stds)
+        every, out = np.ones(len(self._measured), dtype=bool), np.empty((groups, size))
+        (directions, level), origins = self._rays.courses, self._rays.origins
+        for h, (x, y, cos, sin) in enumerate(abreast[:, 0].tolist()):
+            mean = np.array([[x, y, math.atan2(sin, cos)]])
+            seen = circles.seen(
+                around.circles,
+                mean[0],
+                stds[h, 0],
+                stds[h, 1],
+                self._range_max,
+                origins,
+                directions,
+                level,
+                every,
+                self.walls(mean)[0],
+            )
+            objects = [around.objects[k] for k in seen.tolist()]
+            out[h] = self.pose_log_likelihood(poses[h], blur, objects)
+        return out
+
     def object_log_likelihood(
         self, name: str, states: FloatArray, poses: FloatArray, comparison: Comparison
     ) -> tuple[FloatArray, BoolArray]:
@@ -108,11 +133,11 @@ class MeshView:
         variance = comparison.shift_std**2
         if comparison.normals is not None and variance > 0.0:
             off = np.zeros(alone.shape)
-            told = touched & np.isfinite(self._measured)
-            np.subtract(self._measured, alone, out=off, where=told)
+            informative = touched & np.isfinite(self._measured)
+            np.subtract(self._measured, alone, out=off, where=informative)
             cosine = self._cosines(poses, comparison.normals)
-            told &= np.abs(cosine) > kernels.GRAZING
-            per_shift = np.divide(1.0, cosine, out=np.zeros_like(cosine), where=told)
+            informative &= np.abs(cosine) > sweeps.GRAZING
+            per_shift = np.divide(1.0, cosine, out=np.zeros_like(cosine), where=informative)
             pull = (share * per_shift * off).sum(axis=2)
             hold = (share * per_shift**2).sum(axis=2)
             precision = comparison.tempering / self._beam_model.sigma_hit**2

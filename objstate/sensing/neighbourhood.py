@@ -1,14 +1,14 @@
-"""The walls near a place, in groups sorted by distance, as ``front_to_back`` takes them."""
+"""The walls near a place, in groups sorted by distance, as the compiled loops take them."""
 
 from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 
 from objstate.geometry import FloatArray, IntArray
+from objstate.sensing.front_to_back import NearGroups, WallGroups
 
 SIDE = (
     # m, side of the floor squares whose walls form a group; longer walls are groups of their own
@@ -18,46 +18,44 @@ TILE = 1.0  # m, side of the floor squares for which groups are sorted once
 KEPT = 256  # number of tiles kept
 
 
-class Neighbourhood(NamedTuple):
-    """Groups of walls about a place, the nearest first."""
-
-    place: FloatArray  # (2,) m
-    groups: IntArray  # (m,)
-    distances: FloatArray  # (m,) m, least distance from the place; ascending
-
-
 class Walls:
     """Wall segments (k, 4) in groups of neighbours, so that hidden groups are skipped quickly."""
 
-    segments: FloatArray  # (k, 4) group by group
-    starts: IntArray  # (g + 1,) where each group begins
-    circles: FloatArray  # (g, 4) a circle round each group: x, y, x, y m of its middle
-    radii: FloatArray  # (g,) m
+    groups: WallGroups
 
     def __init__(self, segments: FloatArray) -> None:
         ends = segments.reshape(-1, 2, 2)
         group = _groups(ends)
         order = np.argsort(group, kind="stable")
         first = np.flatnonzero(np.diff(group[order], prepend=-1))
-        ends = ends[order]
-        self.segments = np.ascontiguousarray(segments[order])
-        self.starts = np.append(first, len(segments))
-        middle, self.radii = _around(ends, first)
-        self.circles = np.hstack([middle, middle])
+        middle, radii = _around(ends[order], first)
+        starts, circles = np.append(first, len(segments)), np.hstack([middle, middle])
+        self.groups = WallGroups(np.ascontiguousarray(segments[order]), starts, circles, radii)
         self._of_tile = lru_cache(maxsize=KEPT)(self._find)
 
-    def about(self, place: FloatArray, reach: float) -> Neighbourhood:
-        """All groups within ``reach`` m of a place (2,), and a few more."""
-        x, y = place.tolist()
+    def near(self, places: FloatArray, reach: float) -> NearGroups:
+        """All groups within ``reach`` m of each of some places (h, 2), and a few more."""
         steps = math.ceil(reach / TILE)  # small changes of the reach from scan to scan don't matter
-        return self._of_tile(math.floor(x / TILE), math.floor(y / TILE), steps)
+        found = [
+            self._of_tile(math.floor(x / TILE), math.floor(y / TILE), steps)
+            for x, y in places.tolist()
+        ]
+        if len(found) == 1:
+            return found[0]
+        middles, ends, groups, distances = zip(*found, strict=True)
+        return NearGroups(
+            np.concatenate(middles),
+            np.cumsum(np.concatenate(ends)),
+            np.concatenate(groups),
+            np.concatenate(distances),
+        )
 
-    def _find(self, column: int, row: int, steps: int) -> Neighbourhood:
+    def _find(self, column: int, row: int, steps: int) -> NearGroups:
         middle = TILE * np.array([column + 0.5, row + 0.5])
-        away = np.hypot(*(self.circles[:, :2] - middle).T) - self.radii
+        away = np.hypot(*(self.groups.circles[:, :2] - middle).T) - self.groups.radii
         groups = np.flatnonzero(away <= TILE * (steps + math.sqrt(0.5)))
         groups = groups[np.argsort(away[groups], kind="stable")]
-        return Neighbourhood(middle, groups, away[groups])
+        return NearGroups(middle[None], np.array([len(groups)]), groups, away[groups])
 
 
 def _groups(ends: FloatArray) -> IntArray:

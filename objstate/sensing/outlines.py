@@ -16,9 +16,10 @@ from objstate.building.model import Building, Kind, MovableObject
 from objstate.building.outline import outline
 from objstate.building.visible import visible
 from objstate.geometry import FloatArray, IntArray
-from objstate.sensing import kernels
+from objstate.sensing import sweeps
 from objstate.sensing.level import UncertainObject, flat, moves_in_plane
 from objstate.sensing.neighbourhood import Walls
+from objstate.sensing.sweeps import Scenery
 
 SCENERIES_KEPT = 64
 HINGES_KEPT = 4096  # number of doors whose hinges are cached
@@ -37,7 +38,7 @@ class Stand(NamedTuple):
     def of(poses: FloatArray) -> Stand:
         """Of poses (p, 3)."""
         placed = np.empty((len(poses), 4))
-        left, bottom, right, top = kernels.stand(poses, placed)
+        left, bottom, right, top = sweeps.stand(poses, placed)
         if len(poses) <= ABREAST and max(right - left, top - bottom) <= SPREAD:
             return Stand(placed, [slice(None)])
         columns, rows = np.floor((poses[:, :2] - [left, bottom]) / SPREAD).T
@@ -68,17 +69,6 @@ class ObjectOutline:
     segments: FloatArray  # (k, 4)
     # number of first segments that form closed loops, clockwise, with all others inside
     rim: int = 0
-
-
-class Scenery(NamedTuple):
-    """Objects that may each stand in several places, as the kernels take them."""
-
-    outlines: FloatArray  # (k, 4) segments of all objects in turn
-    outline_ends: IntArray  # (j,) where each object's segments end
-    rims: IntArray  # (j,) how many of each object's segments are its rim
-    placements: FloatArray  # (s, 4) of all objects in turn
-    placement_ends: IntArray  # (j,) where each object's placements end
-    shares: FloatArray  # (s,) their weights
 
 
 class LevelOutlines:
@@ -169,9 +159,9 @@ def _scenery_of(
 def _place(item: MovableObject, states: FloatArray, out: FloatArray) -> None:
     """Positions and turns ``out`` (s, 4) of the link's frame relative to the home state."""
     if item.kind is Kind.PLANAR:
-        kernels.with_trigonometry(states, item.home[2], out)
+        sweeps.with_trigonometry(states, item.home[2], out)
     elif item.kind is Kind.HINGED:
-        kernels.hinged(*_hinge(item), states, out)
+        sweeps.hinged(*_hinge(item), states, out)
     else:
         out[:, :2] = item.origin[:2, 3] + states * item.direction[:2]
         out[:, 2:] = 1.0, 0.0

@@ -5,7 +5,7 @@ the work for a scan grows with its beams, not with beams times segments. Robot s
 together, so that an outline covers about the same beams from all of them. Poses therefore run along
 the last axis of every array here, and the loops over them are short and without branches: the
 processor handles several poses at a time. Beams, poses, placements and outlines are as in
-``kernels``.
+``sweeps``.
 """
 
 from __future__ import annotations
@@ -14,9 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from objstate.compiling import inner, njit
+from objstate.compiling import called_with, inner, njit
 from objstate.geometry import BoolArray, FloatArray, IntArray
-from objstate.sensing.kernels import (
+from objstate.sensing.segments import SLACK
+from objstate.sensing.sweeps import (
     BEARING,
     CENTRE_X,
     CENTRE_Y,
@@ -32,9 +33,8 @@ from objstate.sensing.kernels import (
     taken,
 )
 
-SLACK = 1e-9  # m, or pseudo-angle, by which a beam may pass the end of a segment and still hit
 SPARE = 10  # number of work arrays over the poses, shared by many placements
-TINY = 1e-200  # length of the mean direction of headings over the whole circle
+LEAST_LENGTH = 1e-200  # length of the mean direction of headings over the whole circle
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
@@ -107,7 +107,7 @@ def strays(lasers: FloatArray, middle: FloatArray) -> Any:
         for p in range(lasers.shape[1]):
             total += lasers[row, p]
         middle[row] = total / lasers.shape[1]
-    length = max(np.hypot(middle[COS], middle[SIN]), TINY)
+    length = max(np.hypot(middle[COS], middle[SIN]), LEAST_LENGTH)
     middle[COS] /= length
     middle[SIN] /= length
     strayed, least = 0.0, 1.0
@@ -191,7 +191,7 @@ def _covered(
 
 
 @_inner
-def _is_aside(
+def _lies_between_beams(
     segment: FloatArray,
     strayed: float,
     turned: float,
@@ -226,7 +226,7 @@ def _is_behind(segment: FloatArray, margin: float) -> Any:
 
 
 @_inner
-def _is_outside(seen: FloatArray, rim: int, margin: float) -> Any:
+def _is_outside(seen: FloatArray, rim: int | np.int64, margin: float) -> Any:
     """Whether a margin around the origin is outside of the closed loops ``seen[:rim]`` (k, 4)."""
     turns = 0  # winding number of the loops about the origin
     for j in range(rim):
@@ -261,7 +261,7 @@ def project(
     turned: float,
     place: FloatArray,
     outline: FloatArray,
-    rim: int,
+    rim: int | np.int64,
     beams: FloatArray,
     index: IntArray,
     spread: float,
@@ -293,7 +293,7 @@ def project(
     for j in range(rim if is_outside else outline.shape[0]):
         if is_outside and _is_behind(seen[j], strayed + spread):
             continue
-        if _is_aside(seen[j], strayed, turned, spread, beams, index):
+        if _lies_between_beams(seen[j], strayed, turned, spread, beams, index):
             continue
         along_x, along_y = outline[j, 2] - outline[j, 0], outline[j, 3] - outline[j, 1]
         for p in range(size):
@@ -331,12 +331,13 @@ def untouched(nearest: FloatArray, is_touched: BoolArray) -> None:
             nearest[i, p] = np.inf
 
 
+@called_with("f2 f2 f2 i b1 i1 f2 i1 f1 f1 f1 f3")
 @_compile
 def cast(
     poses: FloatArray,
     placements: FloatArray,
     outline: FloatArray,
-    rim: int,
+    rim: int | np.int64,
     chosen: BoolArray,
     order: IntArray,
     beams: FloatArray,

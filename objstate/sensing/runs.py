@@ -14,7 +14,7 @@ import numpy as np
 
 from objstate.compiling import inner
 from objstate.geometry import FloatArray
-from objstate.sensing.kernels import (
+from objstate.sensing.sweeps import (
     GAUSSIAN,
     HIT,
     LASTING,
@@ -46,7 +46,7 @@ def half_precision(model: FloatArray) -> Any:
 
 
 @_inner
-def told(measured: float, short: float, lasting: float, model: FloatArray) -> Any:
+def densities_of(measured: float, short: float, lasting: float, model: FloatArray) -> Any:
     """The reading of a beam, and what doesn't depend on the expected range.
 
     ``short`` and ``lasting`` are the densities of a reading stopped by something new, and by the
@@ -182,7 +182,7 @@ def look_past(
     for p in range(size):
         before[0, p] = model[UNEXPECTED]
     for j in range(count):
-        beam = told(measured[j], short[j], lasting[j], model)
+        beam = densities_of(measured[j], short[j], lasting[j], model)
         rows = before[j], hits[j], per_density[j], before[j + 1]
         if model[GAUSSIAN] > 0.0:
             _look_on(expected[j], beam, True, *rows)
@@ -194,7 +194,7 @@ def look_past(
                 free[j, p], stopped[j, p] = 1.0, 1.0
             continue
         behind, after = j + 1, (free[j + 1], stopped[j + 1])
-        beam = told(measured[behind], short[behind], lasting[behind], model)
-        told_of = hits[behind], per_density[behind]
-        _look_back(expected[behind], beam, *told_of, *after, free[j], stopped[j])
+        beam = densities_of(measured[behind], short[behind], lasting[behind], model)
+        of_hit = hits[behind], per_density[behind]
+        _look_back(expected[behind], beam, *of_hit, *after, free[j], stopped[j])
     return before, per_density, free, stopped

@@ -15,9 +15,9 @@ from objstate.sensing.embree import needs_embree
 from objstate.sensing.level import LEVEL, SAME_HEIGHT, flat
 
 if TYPE_CHECKING:
-    from objstate.sensing import section_kernels
+    from objstate.sensing import segments
 else:
-    section_kernels = Later("objstate.sensing.section_kernels")
+    segments = Later("objstate.sensing.segments")
 
 
 class SectionCaster:
@@ -44,5 +44,5 @@ class SectionCaster:
         for number, step in enumerate(heights.tolist()):
             rays = np.flatnonzero(at == number)
             rows = np.hstack([starts[rays, :2], along[rays, :2]])
-            out[rays] = section_kernels.cast(rows, self._section(step))
+            out[rays] = segments.cast(rows, self._section(step))
         return out

@@ -15,9 +15,9 @@ from objstate.geometry import FloatArray, IntArray
 from objstate.lazy import Later
 
 if TYPE_CHECKING:
-    from objstate.sensing import surface_kernels
+    from objstate.sensing import pieces
 else:
-    surface_kernels = Later("objstate.sensing.surface_kernels")
+    pieces = Later("objstate.sensing.pieces")
 
 PIECE = 2.0  # m, largest length of a piece: few walls are straight to millimetres over more
 STRIDE = 1.0  # m that a robot drives before the pieces near it are looked up again
@@ -54,7 +54,7 @@ class Surfaces:
         """
         among = self.near(origins[0], reach)
         ranges, numbers = np.empty(len(origins)), np.empty(len(origins), dtype=np.int64)
-        surface_kernels.meet(self.pieces, self.normals, among, origins, directions, ranges, numbers)
+        pieces.meet(self.pieces, self.normals, among, origins, directions, ranges, numbers)
         return ranges, numbers
 
 

@@ -26,6 +26,14 @@ class Comparison:
     in_runs: bool = True  # whether one unexpected thing may stop several beams
 
 
+@dataclass(frozen=True, eq=False)
+class Around:
+    """Objects of which a scan may meet some."""
+
+    objects: tuple[UncertainObject, ...]
+    circles: FloatArray  # (j, 3) x, y and radius, m, of a circle within which each stays
+
+
 class ScanView(Protocol):
     """One scan's beams, for any robot poses (p, 3) and object states (s, d)."""
 
@@ -70,6 +78,12 @@ class ScanView(Protocol):
 
         ``blur`` m is added to the beam model's ``sigma_hit``, as variances add. ``walls`` (p, n) m
         are the ranges of the walls, where they are known.
+        """
+
+    def nearby_log_likelihood(self, poses: FloatArray, blur: float, around: Around) -> FloatArray:
+        """The same (h, p) from poses (h, p, 3) in h groups, each of which lies close together.
+
+        Each group has the objects that its beams may reach before a wall.
         """
 
     def object_log_likelihood(

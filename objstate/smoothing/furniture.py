@@ -15,21 +15,21 @@ from objstate.objects.furniture_mixture import (
     ABSENT,
     ANY_STD,
     FAR,
-    NEVER,
     ORDER,
     PROPOSED_STD,
     FurnitureMixture,
     Piece,
 )
+from objstate.objects.mixture import NEVER
 from objstate.objects.steps import FurnitureStep
 from objstate.records import NANOSECONDS
 from objstate.smoothing.doors import moments_of
 
 if TYPE_CHECKING:
-    from objstate.objects import furniture_kernels
+    from objstate.objects import components
     from objstate.objects import mixture_kernels as kernels
 else:
-    furniture_kernels = Later("objstate.objects.furniture_kernels")
+    components = Later("objstate.objects.components")
     kernels = Later("objstate.objects.mixture_kernels")
 
 MOST = 24  # largest number of components of a smoothed mixture
@@ -140,7 +140,7 @@ def _densities(
     for j in range(len(out)):
         wide[spread] = covariances + at.covariances[1 + j] + SAME
         place = at.places[1 + j : 2 + j]
-        furniture_kernels.densities(
+        components.densities(
             place, weights, places, wide, ANY_STD, symmetry.order, symmetry.centre, out[j]
         )
     return out[:, 0]

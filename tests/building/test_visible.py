@@ -10,7 +10,6 @@ from objstate.building.model import Mesh
 from objstate.building.outline import outline
 from objstate.building.visible import LASER_ROOM, visible
 from objstate.geometry import BoolArray, FloatArray
-from objstate.sensing import section_kernels
 from tests.rooms import block, enclosure, fence
 
 CELL = 0.05  # m
@@ -24,7 +23,7 @@ def cells(occupied: BoolArray, turn: float = 0.0) -> Mesh:
 
 
 def ranges(segments: FloatArray, rays: FloatArray) -> FloatArray:
-    return np.asarray(section_kernels.cast(rays, np.ascontiguousarray(segments.reshape(-1, 4))))
+    return np.asarray(segments.cast(rays, np.ascontiguousarray(segments.reshape(-1, 4))))
 
 
 def rays_from_free_places(segments: FloatArray, count: int, seed: int) -> FloatArray:

@@ -13,6 +13,7 @@ from PIL import Image
 from objstate.building import inspect_building, load_building
 from objstate.building.door_table import read_doors
 from objstate.building.model import Kind
+from objstate.building.sidecar import read_sidecar
 from objstate.editing.rows import DoorRow, Edits, leaf_of, row_of
 from objstate.editing.saving import save
 from objstate.editing.subject import subject_of
@@ -76,6 +77,22 @@ def test_moved_added_and_rejected_doors_are_saved_and_decided_for_good(folder: P
     }
     save(again, Edits(doors=again.rows))
     assert list(load_building(folder / "room.urdf").objects) == list(building.objects)
+
+
+def test_deviations_of_doors_that_were_put_elsewhere_are_left_out(folder: Path) -> None:
+    (folder / "room.building.yaml").write_text(
+        "building_error:\n  wall_std_m: 0.01\n  doors:\n"
+        "    left: {hinge_std_m: 0.004, bearing_std_deg: 0.2}\n"
+        "    slides: {hinge_std_m: 0.003, bearing_std_deg: 0.1}\n"
+    )
+    subject = subject_of(folder)
+    save(subject, Edits(doors=subject.rows))
+    assert set(read_sidecar(folder / "room.urdf").doors) == {"left", "slides"}
+    again = subject_of(folder)
+    save(again, Edits(doors=[again.rows[0].model_copy(update={"x": 2.05})]))
+    error = read_sidecar(folder / "room.urdf")
+    assert set(error.doors) == {"slides"}
+    assert error.wall_std_m == 0.01
 
 
 def test_candidates_are_taken_by_their_probability_until_somebody_decides(folder: Path) -> None:

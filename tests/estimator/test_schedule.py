@@ -7,9 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from objstate.config import ObjectUpdateSettings
-from objstate.estimator.kernels import evenly_spread
 from objstate.estimator.schedule import Schedule
 from objstate.records import Scan
+from objstate.sensing.circles import evenly_spread
 from tests.rooms import fan, scan_of
 
 SETTINGS = {

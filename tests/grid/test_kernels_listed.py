@@ -22,8 +22,8 @@ from objstate.grid import (
 
 def test_after_compiling_no_grid_compiles_anything() -> None:
     own = {each for each in vars(kernels).values() if hasattr(each, "py_func")}
-    parts = [index for index, part in enumerate(PARTS) if own & {loop for loop, _ in part}]
-    assert own <= {loop for index in parts for loop, _ in PARTS[index]}
+    parts = [index for index, part in enumerate(PARTS) if own & set(part)]
+    assert own <= {loop for index in parts for loop in PARTS[index]}
     for index in parts:
         compile_part(index, len(PARTS), len(PARTS))
     before = {loop.__name__: list(loop.signatures) for loop in own}

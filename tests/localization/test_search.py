@@ -12,10 +12,10 @@ from objstate.building.model import Building, Mesh
 from objstate.config import SearchSettings, Settings
 from objstate.errors import BuildingError
 from objstate.geometry import FloatArray, compose, wrap
-from objstate.localization import Hypotheses, LogLikelihood, Look, Search, apart
+from objstate.localization import Hypotheses, Keyframe, LogLikelihood, Search, apart
 from objstate.localization.places import CLEARANCE, TURNS, Places
 from objstate.records import Rays, Scan
-from objstate.sensing import BeamModel, ExpectedRanges, Sensing
+from objstate.sensing import Around, BeamModel, ExpectedRanges, Sensing
 from tests.rooms import LASER_HEIGHT, block, building, fan, fence, observed, wall
 
 RAYS = fan(181, 1.5 * np.pi)
@@ -44,16 +44,17 @@ def searched(place: Building, pose: FloatArray, step: FloatArray, looks: int) ->
 
     def explained(scan: Scan) -> LogLikelihood:
         view = sensing.view(scan)
-        return lambda poses, blur: TEMPERING * view.pose_log_likelihood(poses, blur, [])
+        return lambda poses, blur: TEMPERING * view.nearby_log_likelihood(poses, blur, NONE)
 
     odometry = np.array([3.0, 1.0, -2.0])
     for _ in range(looks):
-        assert search.note(Look(observed(expected, {}, pose, RAYS, rng), odometry))
+        assert search.note(Keyframe(observed(expected, {}, pose, RAYS, rng), odometry))
         pose, odometry = compose(pose, step), compose(odometry, step)
     return search.hypotheses(explained, rng)
 
 
 MODEL = BeamModel(Settings().beam_model)
+NONE = Around((), np.empty((0, 3)))
 
 
 @pytest.mark.parametrize("x, y, yaw", [(1.0, -2.0, 0.4), (6.5, 1.0, 2.5), (3.0, 2.0, -1.6)])  # noqa: PT006
@@ -98,9 +99,9 @@ def test_scans_from_one_place_are_remembered_once() -> None:
     place = hall()
     search = Search(Sensing(place, MODEL), Settings())
     scan = observed(ExpectedRanges(place), {}, np.array([1.0, -2.0, 0.4]), RAYS)
-    assert search.note(Look(scan, np.zeros(3)))
-    assert not search.note(Look(scan, np.array([0.05, 0.0, 0.0])))
-    assert search.note(Look(scan, np.array([1.0, 0.0, 0.0])))
+    assert search.note(Keyframe(scan, np.zeros(3)))
+    assert not search.note(Keyframe(scan, np.array([0.05, 0.0, 0.0])))
+    assert search.note(Keyframe(scan, np.array([1.0, 0.0, 0.0])))
 
 
 def test_places_are_free_inside_the_building_and_no_more_than_asked_for(
@@ -144,14 +145,14 @@ def test_where_walls_enclose_nothing_a_told_place_alone_is_held_against_scans(wa
 
     def explained(scan: Scan) -> LogLikelihood:
         view = sensing.view(scan)
-        return lambda poses, blur: TEMPERING * view.pose_log_likelihood(poses, blur, [])
+        return lambda poses, blur: TEMPERING * view.nearby_log_likelihood(poses, blur, NONE)
 
     scan = observed(expected, {}, pose, RAYS, rng)
-    assert search.note(Look(scan, np.zeros(3)))
+    assert search.note(Keyframe(scan, np.zeros(3)))
     with pytest.raises(BuildingError, match=r"enclose at the laser's height \(0\.3 m\)"):
         search.hypotheses(explained, rng)
     search.forget()
-    assert search.note(Look(scan, np.zeros(3), pose))
+    assert search.note(Keyframe(scan, np.zeros(3), pose))
     found = search.hypotheses(explained, rng)
     assert len(found.poses) == 1
     assert apart(found.poses[0], pose) < 1.0

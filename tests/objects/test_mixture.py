@@ -15,7 +15,7 @@ from objstate.config import BuildingErrorSettings, DoorSettings
 from objstate.geometry import FloatArray, transform_from_pose
 from objstate.lazy import altered
 from objstate.objects.doors import LatticeFilter
-from objstate.objects.mixture import DoorMixture, Doorway, Statics
+from objstate.objects.mixture import FACTORS, FACTORS_PRIOR, DoorMixture, Doorway, Statics
 from objstate.objects.mixture_kernels import Beams, Noise, Shape
 from objstate.objects.shape import shape_of
 from objstate.sensing import ExpectedRanges, cast_from
@@ -154,6 +154,31 @@ def test_a_mixture_stays_one(angle: float, seconds: float, kept: float, seed: in
 def test_a_door_that_nobody_looks_at_for_long_may_be_where_doors_rest() -> None:
     mixture = after([read(math.radians(35.0))] * 3).later(1e7, *ANEW)
     np.testing.assert_allclose(mixture.weights, doorway().rest, atol=0.02)
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.floats(0.0, 3600.0), st.integers(0, 100))
+def test_the_prior_of_rates_is_exchanged_exactly(seconds: float, seed: int) -> None:
+    prior = np.random.default_rng(seed).dirichlet(np.ones(len(FACTORS)))
+    start = after([read(math.radians(35.0))])
+    late = start.later(seconds, *ANEW).under_rates(prior)
+    early = start.under_rates(prior).later(seconds, *ANEW)
+    np.testing.assert_allclose(late.resting, early.resting, atol=1e-12)
+    np.testing.assert_allclose(late.moving, early.moving, atol=1e-12)
+    np.testing.assert_allclose(late.under_rates(FACTORS_PRIOR).under_rates(prior).rates, late.rates)
+
+
+def test_how_often_a_door_is_moved_tells_its_rate() -> None:
+    def course(*angles_deg: float) -> DoorMixture:
+        mixture = DoorMixture.unknown(doorway(), STATICS)
+        for angle in angles_deg:
+            mixture = after([read(math.radians(angle))] * 3, mixture.later(20.0, *ANEW))
+        return mixture
+
+    still, busy = course(*[30.0] * 8), course(*[30.0, 70.0] * 4)
+    assert (np.diff(still.of_rates) < 0.0).all()
+    assert busy.of_rates @ FACTORS / busy.of_rates.sum() > 10.0
+    assert (np.diff(busy.of_rates[:4]) > 0.0).all()
 
 
 def test_what_is_known_of_a_hinge_outlasts_a_move() -> None:

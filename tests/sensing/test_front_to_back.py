@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from objstate.building.model import Mesh
 from objstate.config import BeamModelSettings
 from objstate.geometry import FloatArray, transform_from_pose
-from objstate.sensing import BeamModel, ScanView, Sensing, cast_from, section_kernels
+from objstate.sensing import BeamModel, ScanView, Sensing, cast_from
 from objstate.sensing.neighbourhood import Walls
 from tests.rooms import block, building, enclosure, fan, scan_of
 
@@ -42,9 +42,7 @@ def by_each_segment(walls: Mesh, pose: FloatArray) -> FloatArray:
     """Ranges (n,) of every beam against every segment."""
     segments = Sensing(building(walls), BeamModel(BeamModelSettings())).walls_at(0.3)
     origins, directions = cast_from(transform_from_pose(pose), BEAMS)
-    return np.asarray(
-        section_kernels.cast(np.hstack([origins[:, :2], directions[:, :2]]), segments)
-    )
+    return np.asarray(segments.cast(np.hstack([origins[:, :2], directions[:, :2]]), segments))
 
 
 @settings(max_examples=30)
@@ -81,10 +79,24 @@ def test_asking_in_turns_from_near_and_from_afar_finds_neighbours_once() -> None
     """A search asks from all over the building between two scans that ask from one place."""
     walls = Walls(np.random.default_rng(1).uniform(-40.0, 40.0, (500, 4)))
     here = np.array([0.3, 0.4])
-    found = walls.about(here, 20.0)
+    found = walls.near(here[None], 20.0)
     for x in np.arange(-40.0, 40.0, 0.9):
-        walls.about(np.array([x, 0.0]), 20.0)
-        assert walls.about(here + 0.1, 19.9) is found
+        walls.near(np.array([[x, 0.0]]), 20.0)
+        assert walls.near(here[None] + 0.1, 19.9) is found
+
+
+def test_the_walls_near_several_places_are_those_near_each_in_turn() -> None:
+    walls = Walls(np.random.default_rng(1).uniform(-40.0, 40.0, (500, 4)))
+    places = np.array([[0.3, 0.4], [20.0, -7.0], [0.2, 0.1]])
+    together = walls.near(places, 10.0)
+    begin = 0
+    for place, middle, end in zip(places, together.places, together.ends, strict=True):
+        alone = walls.near(place[None], 10.0)
+        np.testing.assert_array_equal(middle, alone.places[0])
+        np.testing.assert_array_equal(together.groups[begin:end], alone.groups)
+        np.testing.assert_array_equal(together.distances[begin:end], alone.distances)
+        begin = end
+    assert begin == len(together.groups)
 
 
 @pytest.mark.parametrize("reach", [0.5, 3.0, 50.0])
@@ -93,14 +105,15 @@ def test_groups_hold_each_wall_once_and_none_in_reach_is_left_out(reach: float) 
     start = rng.uniform(-20.0, 20.0, (400, 2))
     segments = np.hstack([start, start + rng.normal(0.0, 1.5, (400, 2))])
     walls = Walls(segments)
-    assert sorted(walls.segments.tolist()) == sorted(segments.tolist())
+    groups = walls.groups
+    assert sorted(groups.segments.tolist()) == sorted(segments.tolist())
     for place in rng.uniform(-20.0, 20.0, (20, 2)):
-        near = walls.about(place, reach)
+        near = walls.near(place[None], reach)
         assert (np.diff(near.distances) >= 0.0).all()
         given = {
             tuple(row)
             for group in near.groups
-            for row in walls.segments[walls.starts[group] : walls.starts[group + 1]].tolist()
+            for row in groups.segments[groups.starts[group] : groups.starts[group + 1]].tolist()
         }
         ends = np.linspace(segments[:, :2], segments[:, 2:], 50, axis=1)
         gap = np.hypot(*(ends - place).transpose(2, 0, 1)).min(axis=1)

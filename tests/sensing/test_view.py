@@ -10,6 +10,7 @@ from objstate.config import BeamModelSettings
 from objstate.geometry import FloatArray
 from objstate.records import Scan
 from objstate.sensing import (
+    Around,
     BeamModel,
     Comparison,
     ExpectedRanges,
@@ -99,6 +100,26 @@ def test_both_views_tell_the_same_of_an_object(seed: int, model: BeamModel) -> N
         exact, bears_exactly = mesh.object_log_likelihood(name, states, robots, told)
         np.testing.assert_allclose(found, exact, atol=0.02, rtol=1e-3)
         np.testing.assert_array_equal(bears, bears_exactly)
+
+
+@pytest.mark.parametrize("view", range(2))
+def test_groups_of_poses_are_weighed_as_each_alone_with_what_their_beams_may_reach(
+    view: int,
+) -> None:
+    seen = both_views(noisy_scan(view))[view]
+    rng, groups = np.random.default_rng(view), [near_robots(k) for k in range(3)]
+    groups[2] = groups[2] + np.array([-2.0, 1.0, 2.0])
+    objects = tuple(
+        UncertainObject(name, states_of(name, rng), np.full(5, 0.2)) for name in ROOM.objects
+    )
+    anywhere = np.tile([0.0, 0.0, 20.0], (len(objects), 1))
+    nowhere = np.tile([100.0, 0.0, 1.0], (len(objects), 1))
+    for circles, met in ((anywhere, objects), (nowhere, ())):
+        found = seen.nearby_log_likelihood(np.array(groups), 0.02, Around(objects, circles))
+        alone = [seen.pose_log_likelihood(group, 0.02, met) for group in groups]
+        np.testing.assert_allclose(found, alone, atol=1e-9)
+        single = seen.nearby_log_likelihood(groups[0][:, None], 0.02, Around(objects, circles))
+        np.testing.assert_allclose(single[:, 0], alone[0], atol=1e-9)
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from objstate.compiling import inner, njit
+from objstate.compiling import called_with, inner, njit
 from objstate.geometry import FloatArray
 
 STEP_PRECISION = 12  # halvings in the search for the largest step
@@ -40,6 +40,7 @@ def _comb(weights: FloatArray, total: float, count: int, start: float) -> Any:
     return chosen
 
 
+@called_with("f1 f1 f1")
 @_compile
 def normalize(log: FloatArray, logarithms: FloatArray, values: FloatArray) -> Any:
     """The logarithm of the sum of weights with logarithms (n,), and their effective number.
@@ -57,6 +58,7 @@ def normalize(log: FloatArray, logarithms: FloatArray, values: FloatArray) -> An
     return log_sum, 1.0 / squared
 
 
+@called_with("f1 i f")
 @_compile
 def systematic(weights: FloatArray, count: int, start: float) -> Any:
     """Systematic sample of normalized weights (n,): indices (count,)."""
@@ -77,6 +79,7 @@ def _effective(log_weights: FloatArray) -> Any:
     return total * total / squared
 
 
+@called_with("f1 f1 f f")
 @_compile
 def largest_step(
     log_weights: FloatArray, log_likelihood: FloatArray, most: float, least_effective: float

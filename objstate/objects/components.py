@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from objstate.compiling import inner, njit
+from objstate.compiling import called_with, inner, njit
 from objstate.geometry import BoolArray, FloatArray
+from objstate.linear import ROOT_TAU
 from objstate.objects.mixture_kernels import ERRORS, ROBOT
 from objstate.objects.sampling import alike, wrapped
 
 SAME_PLACE = 1.0  # nats of divergence below which a component merges with a heavier one
-ROOT_TAU = math.sqrt(2.0 * math.pi)
 YAW, EAST, NORTH = 3, 4, 5  # indices of the errors
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
@@ -66,6 +66,7 @@ def _blend(
     place[2] = wrapped(place[2] + share * off[YAW])
 
 
+@called_with("f f2 f2 f2 f1 f2 f2 f3")
 @_compile
 def arrive(
     weight: float,
@@ -102,6 +103,7 @@ def arrive(
         weights[c] = total
 
 
+@called_with("f2 f1 f2 f3 f1 i f1 f1")
 @_compile
 def densities(
     proposed: FloatArray,
@@ -132,6 +134,7 @@ def densities(
             out[p] += peak * math.exp(-0.5 * squared)
 
 
+@called_with("f1 f2 f2 f3 i f1 f")
 @_compile
 def merge(
     weights: FloatArray,
@@ -180,6 +183,7 @@ def merge(
             weights[i], weights[j] = total, 0.0
 
 
+@called_with("f2 f2 f2 f1 b1")
 @_compile
 def meeting(
     circles: FloatArray,
@@ -194,8 +198,8 @@ def meeting(
         for c in range(circles.shape[0]):
             to_x, to_y = circles[c, 0] - origins[i, 0], circles[c, 1] - origins[i, 1]
             along = to_x * directions[i, 0] + to_y * directions[i, 1]
-            aside = to_x * directions[i, 1] - to_y * directions[i, 0]
-            squared = circles[c, 2] * circles[c, 2] - aside * aside
+            across = to_x * directions[i, 1] - to_y * directions[i, 0]
+            squared = circles[c, 2] * circles[c, 2] - across * across
             if squared > 0.0 and -math.sqrt(squared) < along < until[i] + math.sqrt(squared):
                 out[i] = True
                 break

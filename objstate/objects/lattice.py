@@ -6,15 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from objstate.compiling import inner, njit
-from objstate.geometry import FloatArray, IntArray
+from objstate.compiling import called_with, inner, njit
+from objstate.geometry import TURN, FloatArray, IntArray
 
 LEAST_EVIDENCE = 1e-250
 TAIL_SIGMAS = 4.0  # deviations at which a Gaussian is cut off
 MOST_DECAY = 600.0  # largest exponent; exp(-600) doesn't underflow
 TINY = 2.3e-308  # the least deviation, against division by zero
 LEAST_ENDS = 1e-9  # expected number of ends below which a move doesn't end
-TURN = 2.0 * np.pi
 # of a swing: s until it ends and until it leaves, cells a second
 ENDS_S, LEAVES_S, MOST_CELLS = range(3)
 
@@ -69,12 +68,12 @@ def _walked(
     """
     last, reach = row.shape[0] - 1, taps.shape[0] - 1
     if reach == 1:
-        here, aside = taps[0], taps[1]
+        here, beside = taps[0], taps[1]
         for j in range(1, last):
-            to[j] = here * row[j] + aside * (row[j - 1] + row[j + 1]) + besides[j]
+            to[j] = here * row[j] + beside * (row[j - 1] + row[j + 1]) + besides[j]
         below, above = (row[last], row[0]) if wraps else (row[0], row[last])
-        to[0] = here * row[0] + aside * (below + row[1]) + besides[0]
-        to[last] = here * row[last] + aside * (row[last - 1] + above) + besides[last]
+        to[0] = here * row[0] + beside * (below + row[1]) + besides[0]
+        to[last] = here * row[last] + beside * (row[last - 1] + above) + besides[last]
         return
     _pad(row, reach, wraps, padded)
     for j in range(last + 1):
@@ -129,6 +128,7 @@ def _moments(weights: FloatArray, first: float, cell: float, wraps: bool) -> Any
     return mean, np.sqrt(variance + cell * cell / 12.0)
 
 
+@called_with("f1 f f b")
 @_compile
 def moments(weights: FloatArray, first: float, cell: float, wraps: bool) -> Any:
     """``_moments``, for Python."""
@@ -199,6 +199,7 @@ def _moved(
     return gone
 
 
+@called_with("f1 f1 f f b f f f f1 f1 f1 f1")
 @_compile
 def predict(
     weights: FloatArray,
@@ -268,6 +269,7 @@ def _lay(chosen: IntArray, values: FloatArray, to: FloatArray) -> None:
     to[chosen[-1]] = values[-1]
 
 
+@called_with("f1 i1 f2 f1 f f b f1 f1")
 @_compile_sums
 def condition(
     prior: FloatArray,
@@ -331,12 +333,14 @@ def _interval(weights: FloatArray, first: float, cell: float, tail: float) -> An
     return lower, _quantile(weights, first, cell, 1.0 - tail)
 
 
+@called_with("f1 f f f")
 @_compile
 def interval(weights: FloatArray, first: float, cell: float, tail: float) -> Any:
     """``_interval``, for Python."""
     return _interval(weights, first, cell, tail)
 
 
+@called_with("f1 f i i")
 @_compile
 def worth_casting(weights: FloatArray, negligible: float, fine: int, coarse: int) -> Any:
     """Indices (m,) of the states to cast, by their weights (n,).

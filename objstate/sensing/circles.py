@@ -1,4 +1,4 @@
-"""The beams that may reach objects, and how walls explain their readings; compiled."""
+"""The beams that enter the circles within which objects are, whatever their states; compiled."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from objstate.compiling import inner, njit
+from objstate.compiling import called_with, inner, njit
 from objstate.geometry import BoolArray, FloatArray
 
 SPREAD_SIGMAS = 3.0  # standard deviations within which samples of a belief lie
@@ -16,48 +16,46 @@ _inner = inner(nogil=True, error_model="numpy")
 
 
 @_inner
-def _comes_within(circle: FloatArray, x: float, y: float, distance: float) -> Any:
+def comes_within(circle: FloatArray, x: float, y: float, distance: float) -> Any:
     """Whether a circle (3,) comes within a distance of a place."""
     east, north, reach = circle[0] - x, circle[1] - y, circle[2] + distance
     return east * east + north * north <= reach * reach
 
 
 @_inner
-def _from(
+def seen_from(
     circle: FloatArray,
-    pose: FloatArray,
+    at_x: float,
+    at_y: float,
     cos: float,
     sin: float,
     position_std: float,
     yaw_std: float,
 ) -> Any:
     """Middle and radius of a circle (3,) in a robot's frame, widened by the robot's uncertainty."""
-    east, north = circle[0] - pose[0], circle[1] - pose[1]
+    east, north = circle[0] - at_x, circle[1] - at_y
     x, y = cos * east + sin * north, cos * north - sin * east
     return x, y, circle[2] + SPREAD_SIGMAS * (position_std + yaw_std * np.hypot(x, y))
 
 
 @_inner
-def _entered(
-    x: float, y: float, radius: float, origin: FloatArray, direction: FloatArray, level: float
-) -> Any:
-    """Range at which a beam enters a circle; inf where it misses it."""
-    to_x, to_y = x - origin[0], y - origin[1]
-    along = to_x * direction[0] + to_y * direction[1]
-    aside = to_x * direction[1] - to_y * direction[0]
-    squared = radius * radius - aside * aside
+def entry(x: float, y: float, radius: float, dx: float, dy: float) -> Any:
+    """Range at which a beam in a direction enters a circle about x, y, as seen from its origin."""
+    along, across = x * dx + y * dy, x * dy - y * dx
+    squared = radius * radius - across * across
     half = np.sqrt(max(squared, 0.0))
     enters = (squared >= 0.0) & (along + half > 0.0)
-    return max(along - half, 0.0) / level if enters else np.inf
+    return max(along - half, 0.0) if enters else np.inf
 
 
+@called_with("f2 f f f")
 @_compile
 def within(circles: FloatArray, x: float, y: float, distance: float) -> Any:
     """Indices of the circles (m, 3), x, y and radius, within a distance of a place, and these."""
     found, count = np.empty(circles.shape[0], dtype=np.int64), 0
     for k in range(circles.shape[0]):
         found[count] = k
-        count += _comes_within(circles[k], x, y, distance)
+        count += comes_within(circles[k], x, y, distance)
     near = np.empty((count, 3))
     for k in range(count):
         for part in range(3):
@@ -65,6 +63,7 @@ def within(circles: FloatArray, x: float, y: float, distance: float) -> Any:
     return found[:count], near
 
 
+@called_with("f2 f1 f f f2 f2 f1")
 @_compile
 def entries(
     circles: FloatArray,
@@ -84,12 +83,14 @@ def entries(
     out = np.empty((circles.shape[0], origins.shape[0]))
     cos, sin = np.cos(pose[2]), np.sin(pose[2])
     for k in range(circles.shape[0]):
-        x, y, radius = _from(circles[k], pose, cos, sin, position_std, yaw_std)
+        x, y, radius = seen_from(circles[k], pose[0], pose[1], cos, sin, position_std, yaw_std)
         for i in range(origins.shape[0]):
-            out[k, i] = _entered(x, y, radius, origins[i], directions[i], level[i])
+            to_x, to_y = x - origins[i, 0], y - origins[i, 1]
+            out[k, i] = entry(to_x, to_y, radius, directions[i, 0], directions[i, 1]) / level[i]
     return out
 
 
+@called_with("f2 f f f f2 b1")
 @_compile
 def near(
     circles: FloatArray,
@@ -107,7 +108,7 @@ def near(
     found, count = np.empty((2, circles.shape[0]), dtype=np.int64), 0
     enters, some = np.zeros(beams.shape[0], dtype=np.bool_), 0
     for k in range(circles.shape[0]):
-        if not _comes_within(circles[k], x, y, distance):
+        if not comes_within(circles[k], x, y, distance):
             continue
         found[0, count] = found[1, some] = k
         is_entered = False
@@ -120,6 +121,7 @@ def near(
     return found[0, :count], found[1, :some], enters
 
 
+@called_with("f2 f1 f f f f2 f2 f1 b1 f1")
 @_compile
 def seen(
     circles: FloatArray,
@@ -132,9 +134,8 @@ def seen(
     level: FloatArray,
     beams: BoolArray,
     walls: FloatArray,
-    margin: float,
 ) -> Any:
-    """Indices of circles (m, 3) that beams enter at most a margin, m, behind the walls.
+    """Indices of circles (m, 3) that beams enter before the walls, as far as these are known.
 
     Of the circles those within a ``distance``, of the beams those chosen, ``beams`` (n,), which
     meet the ``walls`` (k,). For other arguments see ``entries``.
@@ -142,15 +143,16 @@ def seen(
     found, count = np.empty(circles.shape[0], dtype=np.int64), 0
     cos, sin = np.cos(pose[2]), np.sin(pose[2])
     for k in range(circles.shape[0]):
-        if not _comes_within(circles[k], pose[0], pose[1], distance):
+        if not comes_within(circles[k], pose[0], pose[1], distance):
             continue
-        x, y, radius = _from(circles[k], pose, cos, sin, position_std, yaw_std)
+        x, y, radius = seen_from(circles[k], pose[0], pose[1], cos, sin, position_std, yaw_std)
         chosen = 0
         for i in range(beams.shape[0]):
             if not beams[i]:
                 continue
-            entered = _entered(x, y, radius, origins[i], directions[i], level[i])
-            if entered < walls[chosen] + margin:
+            to_x, to_y = x - origins[i, 0], y - origins[i, 1]
+            entered = entry(to_x, to_y, radius, directions[i, 0], directions[i, 1])
+            if entered / level[i] < walls[chosen] + SPREAD_SIGMAS * position_std:
                 found[count] = k
                 count += 1
                 break
@@ -158,6 +160,7 @@ def seen(
     return found[:count]
 
 
+@called_with("b1 i")
 @_compile
 def evenly_spread(beams: BoolArray, most: int) -> Any:
     """At most ``most`` of the chosen beams (n,), evenly spread among them."""

@@ -6,8 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from objstate.compiling import inner, njit
+from objstate.compiling import called_with, inner, njit
 from objstate.geometry import FloatArray, IntArray
+
+GRAZING = 0.12  # cosine of incidence below which a range has no information about a wall
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
@@ -24,6 +26,7 @@ def met(x: float, y: float, dx: float, dy: float, segment: FloatArray, normal: F
     return distance if distance >= 0.0 else np.inf
 
 
+@called_with("f2 f2 i1 f2 f2 f1 i1")
 @_compile
 def meet(
     pieces: FloatArray,

@@ -10,14 +10,14 @@ from it. Poses and placements are (4,): x, y, cosine and sine of the yaw.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from objstate.compiling import inner, njit
-from objstate.geometry import BoolArray, FloatArray, IntArray
+from objstate.compiling import called_with, inner, njit, record
+from objstate.geometry import TURN, BoolArray, FloatArray, IntArray
 from objstate.sensing.beam_model import LEAST_DENSITY
-from objstate.sensing.section_kernels import hit
+from objstate.sensing.segments import hit
 
 BEARING, DIRECTION_X, DIRECTION_Y, ORIGIN_X, ORIGIN_Y, MEASURED, SHORT = range(7)
 CENTRE_X, CENTRE_Y, SPREAD = range(3)
@@ -35,6 +35,30 @@ _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner_product = inner(nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
 
 
+@record("laser", "i1 f2 i1 f1 f1")
+class Beams(NamedTuple):
+    """Some beams of a scan and their readings."""
+
+    order: IntArray  # (n,) the beams by bearing
+    rows: FloatArray  # (7, n) in that order; (5, n) for a laser, without readings
+    lookup: IntArray  # (m + 1,) first beam at or after each of some even steps of the pseudo-angle
+    measured: FloatArray  # (n,) m
+    short: FloatArray  # (n,) densities of being stopped before the target
+
+
+@record("scenery", "f2 i1 i1 f2 i1 f1")
+class Scenery(NamedTuple):
+    """Objects that may each stand in several places."""
+
+    outlines: FloatArray  # (k, 4) segments of all objects in turn
+    outline_ends: IntArray  # (j,) where each object's segments end
+    rims: IntArray  # (j,) how many of each object's segments are its rim
+    placements: FloatArray  # (s, 4) of all objects in turn
+    placement_ends: IntArray  # (j,) where each object's placements end
+    shares: FloatArray  # (s,) their weights
+
+
+@called_with("f2 f f2")
 @_compile
 def with_trigonometry(poses: FloatArray, home: float, out: FloatArray) -> None:
     """Poses (n, 3) as the loops take them, ``out`` (n, 4), with yaws relative to ``home``."""
@@ -48,6 +72,7 @@ def with_trigonometry(poses: FloatArray, home: float, out: FloatArray) -> None:
         )
 
 
+@called_with("f f f f f2 f2")
 @_compile
 def hinged(
     x: float, y: float, direction: float, home: float, states: FloatArray, out: FloatArray
@@ -61,6 +86,7 @@ def hinged(
         out[k, X], out[k, Y], out[k, COS], out[k, SIN] = x, y, np.cos(turn), np.sin(turn)
 
 
+@called_with("f2 f2")
 @_compile
 def stand(poses: FloatArray, out: FloatArray) -> Any:
     """Left, bottom, right and top, m, of the positions of poses (n, 3).
@@ -73,6 +99,41 @@ def stand(poses: FloatArray, out: FloatArray) -> Any:
         left, bottom, right, top = min(left, x), min(bottom, y), max(right, x), max(top, y)
         out[p, X], out[p, Y], out[p, COS], out[p, SIN] = x, y, np.cos(yaw), np.sin(yaw)
     return left, bottom, right, top
+
+
+@called_with("f3 f3 f2")
+@_compile
+def stand_about(poses: FloatArray, out: FloatArray, stds: FloatArray) -> Any:
+    """Poses (h, p, 3) in h groups as the loops take them; the largest distance from a mean, m.
+
+    ``out`` (h, p + 1, 4) begins with each group's mean, unless it has one pose alone. ``stds``
+    (h, 2) are the deviations of position, m, and yaw, rad.
+    """
+    count, farthest = poses.shape[1], 0.0
+    first = out.shape[1] - count
+    for h in range(poses.shape[0]):
+        x, y, cos, sin = 0.0, 0.0, 0.0, 0.0
+        for p in range(count):
+            place, yaw = out[h, first + p], poses[h, p, 2]
+            place[X], place[Y] = poses[h, p, 0], poses[h, p, 1]
+            place[COS], place[SIN] = np.cos(yaw), np.sin(yaw)
+            x, y = x + place[X] / count, y + place[Y] / count
+            cos, sin = cos + place[COS], sin + place[SIN]
+        xx, xy, yy, turned = 0.0, 0.0, 0.0, 0.0
+        yaw = np.arctan2(sin, cos)
+        for p in range(count if count > 1 else 0):
+            dx, dy = poses[h, p, 0] - x, poses[h, p, 1] - y
+            turn = poses[h, p, 2] - yaw
+            turn -= TURN * np.floor((turn + np.pi) / TURN)
+            xx, xy, yy = xx + dx * dx / count, xy + dx * dy / count, yy + dy * dy / count
+            turned += turn * turn / count
+            farthest = max(farthest, np.hypot(dx, dy))
+        stds[h, 0] = np.sqrt(0.5 * (xx + yy) + np.hypot(0.5 * (xx - yy), xy))
+        stds[h, 1] = np.sqrt(turned)
+        if first > 0:
+            mean = out[h, 0]
+            mean[X], mean[Y], mean[COS], mean[SIN] = x, y, np.cos(yaw), np.sin(yaw)
+    return farthest
 
 
 @_inner
@@ -113,6 +174,7 @@ def taken(
     return some, beams, lookup
 
 
+@called_with("b1 i1 f2 i1 f1 f1")
 @_compile
 def take(
     chosen: BoolArray,
@@ -126,6 +188,7 @@ def take(
     return taken(chosen, order, rows, index, measured, short)
 
 
+@called_with("f1 f f f1")
 @_compile
 def short(measured: FloatArray, rate: float, peak: float, out: FloatArray) -> None:
     """Densities ``out`` (n,) of being stopped at ``measured`` (n,): ``peak`` exp(-rate d).
@@ -137,6 +200,7 @@ def short(measured: FloatArray, rate: float, peak: float, out: FloatArray) -> No
         out[i] = peak * np.exp(-rate * stopped)
 
 
+@called_with("f1 f f f1")
 @_compile
 def lasting(measured: FloatArray, std: float, peak: float, out: FloatArray) -> None:
     """Densities ``out`` (n,) of ranges that continue the previous one ``measured`` (n,).
@@ -149,6 +213,7 @@ def lasting(measured: FloatArray, std: float, peak: float, out: FloatArray) -> N
         out[j] = peak * np.exp(-0.5 * off * off) if np.isfinite(off) else 0.0
 
 
+@called_with("i1 f2 f1 f f1")
 @_compile
 def ends(
     order: IntArray, beams: FloatArray, sweep: FloatArray, height: float, pose: FloatArray
@@ -168,6 +233,30 @@ def ends(
     return out
 
 
+@_inner
+def _met(
+    i: int,
+    beams: FloatArray,
+    sweep: FloatArray,
+    pose: FloatArray,
+    place: FloatArray,
+    outline: FloatArray,
+) -> Any:
+    """The range of sorted beam ``i`` to an outline (k, 4) at a place (4,), from a pose (4,)."""
+    x, y = sweep[CENTRE_X] + beams[ORIGIN_X, i], sweep[CENTRE_Y] + beams[ORIGIN_Y, i]
+    east = pose[X] + pose[COS] * x - pose[SIN] * y - place[X]
+    north = pose[Y] + pose[SIN] * x + pose[COS] * y - place[Y]
+    dx = pose[COS] * beams[DIRECTION_X, i] - pose[SIN] * beams[DIRECTION_Y, i]
+    dy = pose[SIN] * beams[DIRECTION_X, i] + pose[COS] * beams[DIRECTION_Y, i]
+    own_x, own_y = place[COS] * east + place[SIN] * north, place[COS] * north - place[SIN] * east
+    own_dx, own_dy = place[COS] * dx + place[SIN] * dy, place[COS] * dy - place[SIN] * dx
+    nearest = np.inf
+    for j in range(outline.shape[0]):
+        nearest = min(nearest, hit(own_x, own_y, own_dx, own_dy, outline[j]))
+    return nearest
+
+
+@called_with("b1 i1 f2 f1 f1 f1 f2 f2 f f")
 @_compile
 def share_explained(
     bears: BoolArray,
@@ -184,33 +273,38 @@ def share_explained(
     """Share of the beams reaching an object (n,) which read what is expected, within a margin.
 
     Expected is the smaller of the ``background`` (n,) and the range to an outline (k, 4) at
-    placements (s, 4), from a pose (3,). All ranges beyond ``range_max`` are equal. Sorted beam i is
+    placements (s, 4), from a pose (4,). All ranges beyond ``range_max`` are equal. Sorted beam i is
     ``order[i]`` of the scan, in whose order ``bears`` and ``background`` are.
     """
-    cos, sin = np.cos(pose[2]), np.sin(pose[2])
     bearing, explained = 0, 0
     for i in range(order.shape[0]):
         if not bears[order[i]]:
             continue
         bearing += 1
-        expected = background[order[i]]
-        x, y = sweep[CENTRE_X] + beams[ORIGIN_X, i], sweep[CENTRE_Y] + beams[ORIGIN_Y, i]
-        x, y = pose[0] + cos * x - sin * y, pose[1] + sin * x + cos * y
-        dx = cos * beams[DIRECTION_X, i] - sin * beams[DIRECTION_Y, i]
-        dy = sin * beams[DIRECTION_X, i] + cos * beams[DIRECTION_Y, i]
+        alone = np.inf
         for s in range(placements.shape[0]):
-            place_cos, place_sin = placements[s, COS], placements[s, SIN]
-            east, north = x - placements[s, X], y - placements[s, Y]
-            own_x, own_y = (
-                place_cos * east + place_sin * north,
-                place_cos * north - place_sin * east,
-            )
-            own_dx, own_dy = place_cos * dx + place_sin * dy, place_cos * dy - place_sin * dx
-            for j in range(outline.shape[0]):
-                expected = min(expected, hit(own_x, own_y, own_dx, own_dy, outline[j]))
+            alone = min(alone, _met(i, beams, sweep, pose, placements[s], outline))
+        expected = min(background[order[i]], alone)
         off = min(beams[MEASURED, i], range_max) - min(expected, range_max)
         explained += abs(off) <= margin
     return explained / bearing
+
+
+@called_with("i1 f2 f1 f1 f2 f2 f2")
+@_compile
+def ranges_to(
+    order: IntArray,
+    beams: FloatArray,
+    sweep: FloatArray,
+    pose: FloatArray,
+    placements: FloatArray,
+    outline: FloatArray,
+    out: FloatArray,
+) -> None:
+    """Ranges ``out`` (s, n) of an outline (k, 4) at placements (s, 4), from one pose (4,)."""
+    for s in range(placements.shape[0]):
+        for i in range(order.shape[0]):
+            out[s, order[i]] = _met(i, beams, sweep, pose, placements[s], outline)
 
 
 @_inner
@@ -316,6 +410,7 @@ def _product(factors: FloatArray) -> Any:
     return product
 
 
+@called_with("f2 f2 f2 f1 f2")
 @_compile
 def total_log_likelihoods(
     measured: FloatArray,

@@ -3,24 +3,39 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from objstate.compiling import inner, njit
+from objstate.compiling import called_with, inner, njit, record
 from objstate.geometry import BoolArray, FloatArray, IntArray
-from objstate.linear import solve
+from objstate.linear import ROOT_TAU, solve
+from objstate.localization.carried import POSE
+from objstate.sensing.pieces import GRAZING
 
 # columns of a beam: pose x, y, yaw; shift x, y; laser x, y, yaw, range bias, clock; wall offset
 COLUMNS = 11
-POSE, SHIFTS = 3, 2
+SHIFTS = 2
 OFFSET = 10
 SURELY_HIT = 3.0  # deviations within which a range counts for the noise
 CUT_OFF = 0.973  # mean square of a standard normal variable that is cut off there
-ROOT_TAU = math.sqrt(2.0 * math.pi)
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
+
+
+@record("densities", "f f f f f f f f")
+class Densities(NamedTuple):
+    """The beam model of a scan, for beams that should meet walls."""
+
+    hit: float  # probability that the wall stops the beam
+    random: float  # 1/m, density of a random range
+    short: float  # 1/m, density of a range that something unexpected stopped
+    standing: float  # 1/m, density of a range to an object
+    variance: float  # m^2 of a short range
+    growth: float  # its growth with the square of the range
+    wall_variance: float  # m^2 of a wall whose offset isn't followed
+    independence: float  # exponent on the likelihood of a beam, for dependent errors
 
 
 @_inner
@@ -37,6 +52,7 @@ def _wall_sums(
     return squares, count
 
 
+@called_with("f1 f2 i1 f f")
 @_compile
 def wall_sums(
     mean: FloatArray, covariance: FloatArray, columns: IntArray, prior: float, farthest: float
@@ -49,6 +65,7 @@ def wall_sums(
     return _wall_sums(mean, covariance, columns, prior, farthest)
 
 
+@called_with("f1 f2 f2 f1 f f f f f f i1 f f f")
 @_compile
 def drive(
     mean: FloatArray,
@@ -117,6 +134,7 @@ def drive(
         covariance[pieces[k], pieces[k]] += added
 
 
+@called_with("f2 f2 f1 f1 i f2 f2 f1 f1 f1")
 @_compile
 def leave(
     origins: FloatArray,
@@ -164,6 +182,7 @@ def leave(
         towards[i, 1] = sin_both * dx + cos_both * dy
 
 
+@called_with("i1 i1 f1 i i2 f1")
 @_compile
 def columns_of(
     numbers: IntArray,
@@ -189,6 +208,7 @@ def columns_of(
         offsets[i] = mean[own] if own >= 0 else 0.0
 
 
+@called_with("f2 i1 f1 f2 f2 f1 f1 f1 f2")
 @_compile
 def rows(
     normals: FloatArray,
@@ -228,6 +248,7 @@ def rows(
         out[i, OFFSET] = 1.0 / cosine
 
 
+@called_with("b1 f1 f1 f1 f2 i2 f1 f1 f2 densities f2 f1 f1 f1")
 @_compile
 def gather(
     used: BoolArray,
@@ -239,14 +260,7 @@ def gather(
     off: FloatArray,
     offsets: FloatArray,
     covariance: FloatArray,
-    hit: float,
-    random: float,
-    short: float,
-    standing: float,
-    variance: float,
-    growth: float,
-    wall_variance: float,
-    independence: float,
+    noise: Densities,
     information: FloatArray,
     gradient: FloatArray,
     sums: FloatArray,
@@ -257,10 +271,9 @@ def gather(
     Ranges were ``measured`` (n,) where ``ranges`` (n,) are expected at the present mean, which is
     ``off`` (m,) from the prior mean. Their derivatives are ``row`` (n, 11) by the state's
     ``columns`` (n, 11), of which the last is -1 for walls whose ``offsets`` (n,) aren't followed.
-    Beyond the range at which a beam is ``entered`` (n,), an object may stop it, with a density
-    ``standing``, 1/m. The variance of a range r is ``variance`` + ``growth`` r^2. A beam counts by
+    Beyond the range at which a beam is ``entered`` (n,), an object may stop it. A beam counts by
     the probability that the wall stopped it, given the state's ``covariance`` (m, m), times the
-    ``independence`` of its error. ``sums`` (5,) are those of a weighted least squares fit of
+    independence of its error. ``sums`` (5,) are those of a weighted least squares fit of
     squared errors to that variance, over beams that are off by less than ``SURELY_HIT`` deviations;
     ``residuals`` (n,) are in deviations, NaN for other beams.
     """
@@ -271,24 +284,27 @@ def gather(
         count = COLUMNS if columns[i, OFFSET] >= 0 else OFFSET
         residual = measured[i] - ranges[i] - row[i, OFFSET] * offsets[i]
         square = ranges[i] * ranges[i]
-        noise = variance + growth * square
-        own, predicted, back = noise, 0.0, 0.0
+        scatter = noise.variance + noise.growth * square
+        own, predicted, back = scatter, 0.0, 0.0
         if count == OFFSET:
-            own += row[i, OFFSET] * row[i, OFFSET] * wall_variance
+            own += row[i, OFFSET] * row[i, OFFSET] * noise.wall_variance
         for a in range(count):
             back += row[i, a] * off[columns[i, a]]
             for b in range(count):
                 predicted += row[i, a] * covariance[columns[i, a], columns[i, b]] * row[i, b]
         spread = own + predicted
         density = (
-            hit * math.exp(-0.5 * residual * residual / spread) / (ROOT_TAU * math.sqrt(spread))
+            noise.hit
+            * math.exp(-0.5 * residual * residual / spread)
+            / (ROOT_TAU * math.sqrt(spread))
         )
         beyond = measured[i] > entered[i]
-        other = random + (short if residual < 0.0 else 0.0) + (standing if beyond else 0.0)
+        other = noise.random + (noise.short if residual < 0.0 else 0.0)
+        other += noise.standing if beyond else 0.0
         share = density / (density + other)
         if share < 1e-6:
             continue
-        weight = independence * share / own
+        weight = noise.independence * share / own
         for a in range(count):
             gradient[columns[i, a]] += weight * row[i, a] * (residual + back)
             for b in range(count):
@@ -297,7 +313,7 @@ def gather(
             continue
         residuals[i] = residual / math.sqrt(spread)
         if count == COLUMNS and not beyond:
-            weight, error = share / (noise * noise), residual * residual / CUT_OFF
+            weight, error = share / (scatter * scatter), residual * residual / CUT_OFF
             sums[0] += weight
             sums[1] += weight * square
             sums[2] += weight * square * square
@@ -368,6 +384,7 @@ def _evidence_of_pose(  # noqa: PLR0912
     return independence * total - 0.5 * (pull + log_determinant)
 
 
+@called_with("b1 i f1 f1 f1 f2 i2 f1 f2 densities f1 f")
 @_compile
 def slipped(
     used: BoolArray,
@@ -379,14 +396,7 @@ def slipped(
     columns: IntArray,
     offsets: FloatArray,
     covariance: FloatArray,
-    hit: float,
-    random: float,
-    short: float,
-    standing: float,
-    variance: float,
-    growth: float,
-    wall_variance: float,
-    independence: float,
+    noise: Densities,
     slipping: FloatArray,
     slips: float,
 ) -> float:
@@ -402,25 +412,26 @@ def slipped(
         i = some[k]
         count = COLUMNS if columns[i, OFFSET] >= 0 else OFFSET
         residuals[k] = measured[i] - ranges[i] - row[i, OFFSET] * offsets[i]
-        own[k] = variance + growth * ranges[i] * ranges[i]
+        own[k] = noise.variance + noise.growth * ranges[i] * ranges[i]
         if count == OFFSET:
-            own[k] += row[i, OFFSET] * row[i, OFFSET] * wall_variance
+            own[k] += row[i, OFFSET] * row[i, OFFSET] * noise.wall_variance
         for a in range(3, count):
             for b in range(3, count):
                 own[k] += row[i, a] * covariance[columns[i, a], columns[i, b]] * row[i, b]
-        other[k, 0] = random + (standing if measured[i] > entered[i] else 0.0)
-        other[k, 1] = other[k, 0] + short
+        other[k, 0] = noise.random + (noise.standing if measured[i] > entered[i] else 0.0)
+        other[k, 1] = other[k, 0] + noise.short
     gripping, widened = np.empty((3, 3)), np.empty((3, 3))
     for a in range(3):
         for b in range(3):
             gripping[a, b] = widened[a, b] = covariance[a, b]
         widened[a, a] += slipping[a]
-    told = residuals, own, row[some], other, hit, independence
+    readings = residuals, own, row[some], other, noise.hit, noise.independence
     log_odds = math.log(slips) - math.log1p(-slips)
-    log_odds += _evidence_of_pose(*told, widened) - _evidence_of_pose(*told, gripping)
+    log_odds += _evidence_of_pose(*readings, widened) - _evidence_of_pose(*readings, gripping)
     return 1.0 / (1.0 + math.exp(-min(max(log_odds, -50.0), 50.0)))
 
 
+@called_with("b1 f1 f1 i1 f2 f1 f")
 @_compile
 def surely_met(
     used: BoolArray,
@@ -430,19 +441,18 @@ def surely_met(
     row: FloatArray,
     most: FloatArray,
     step: float,
-    grazing: float,
 ) -> None:
     """Keep those ``used`` beams (n,) that return and meet a wall before ``most`` (n,) m.
 
     Not beside an edge: a wall has an edge where neighbouring beams meet others, ``step`` and a
-    tenth of their range apart. Not at a cosine below ``grazing``.
+    tenth of their range apart. Not at a grazing incidence.
     """
     last = used.shape[0] - 1
     for i in range(last + 1):
         if numbers[i] < 0 or not measured[i] < np.inf or ranges[i] >= most[i]:
             used[i] = False
             continue
-        if abs(row[i, OFFSET]) * grazing > 1.0:
+        if abs(row[i, OFFSET]) * GRAZING > 1.0:
             used[i] = False
             continue
         for j in (max(i - 1, 0), min(i + 1, last)):
@@ -450,6 +460,7 @@ def surely_met(
                 used[i] = False
 
 
+@called_with("f1 f1 f1")
 @_compile
 def agreement(residuals: FloatArray, before: FloatArray, sums: FloatArray) -> None:
     """Add to ``sums`` (4,) the products of residuals (n,) with those ``before`` and neighbours.

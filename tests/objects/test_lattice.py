@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from objstate.geometry import FloatArray, IntArray, wrap
-from objstate.objects import kernels
+from objstate.objects import lattice
 
 STATES = 17
 SEEDS = st.integers(0, 10_000)
@@ -21,7 +21,7 @@ def conditioned(
     after, evidence = np.empty_like(prior), np.empty(len(prior))
     for row in range(len(prior)):
         told = (chosen, log_likelihood[row : row + 1], np.ones(1), 0.0, 1.0, False)
-        kernels.condition(prior[row], *told, evidence[row : row + 1], after[row])
+        lattice.condition(prior[row], *told, evidence[row : row + 1], after[row])
     return after, evidence
 
 
@@ -65,7 +65,7 @@ def test_robot_samples_vote_by_their_weights(seed: int) -> None:
     )
     each, told = conditioned(np.tile(prior, (3, 1)), np.arange(STATES), log)
     evidence, weights = np.empty(3), np.empty(STATES)
-    kernels.condition(prior, np.arange(STATES), log, robot, 0.0, 1.0, False, evidence, weights)
+    lattice.condition(prior, np.arange(STATES), log, robot, 0.0, 1.0, False, evidence, weights)
     np.testing.assert_allclose(weights, robot @ each, rtol=1e-9, atol=1e-300)
     np.testing.assert_allclose(evidence, told)
 
@@ -101,6 +101,6 @@ def test_the_mean_of_two_directions_lies_in_their_middle(one: int, further: int)
     weights, cell = np.zeros(24), 2.0 * np.pi / 24
     for place in (one, (one + further) % 24):
         weights[place] += 0.5
-    mean, std = kernels.moments(weights, -np.pi, cell, True)
+    mean, std = lattice.moments(weights, -np.pi, cell, True)
     assert wrap(mean + np.pi - cell * (one + further / 2.0)) == pytest.approx(0.0, abs=1e-9)
     assert std**2 == pytest.approx((cell * further / 2.0) ** 2 + cell**2 / 12.0)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from objstate.compiling import njit
+from objstate.compiling import called_with, njit
 from objstate.geometry import BoolArray, FloatArray
 
 Field = NDArray[np.float32]  # (n,)
@@ -22,6 +22,7 @@ UNKNOWN = 0.5  # the value of an unknown cell
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 
 
+@called_with("g1 g1 j1 g1 f f f f")
 @_compile
 def update_bayes(
     belief: Field,
@@ -44,6 +45,7 @@ def update_bayes(
             expires[k] = at + life
 
 
+@called_with("g1 g1 j1 g1 f f f f")
 @_compile
 def update_log_odds(
     log_odds: Field,
@@ -66,6 +68,7 @@ def update_log_odds(
             expires[k] = at + life
 
 
+@called_with("g1 g1 g1 j1 g1 f f f")
 @_compile
 def update_counts(
     free: Field,
@@ -92,6 +95,7 @@ def update_counts(
         expires[k] = at + min(life, left + abs(count) * life)
 
 
+@called_with("g1 g1 g1 j1 g1 f f f")
 @_compile
 def update_averages(
     free: Field,
@@ -115,6 +119,7 @@ def update_averages(
             expires[k] = at + min(life, left + abs(count) * life)
 
 
+@called_with("g1 g1 g1 f f g1")
 @_compile
 def read_counts(
     free: Field, occupied: Field, expires: Field, at: float, life: float, values: Field
@@ -128,6 +133,7 @@ def read_counts(
         values[k] = half + reliability * (share - half)
 
 
+@called_with("g1 g1 f f g1")
 @_compile
 def read_beliefs(belief: Field, expires: Field, at: float, life: float, values: Field) -> None:
     """Values (n,) of cells that hold a probability, by their reliability."""
@@ -138,6 +144,7 @@ def read_beliefs(belief: Field, expires: Field, at: float, life: float, values: 
         values[k] = half + reliability * (belief[k] - half)
 
 
+@called_with("g1 g1")
 @_compile
 def entropies(values: Field, out: Field) -> None:
     """Entropies (n,) bits of cells that are occupied with probabilities (n,), eq. (2.20)."""
@@ -149,6 +156,7 @@ def entropies(values: Field, out: Field) -> None:
             out[k] = -(p * np.log2(p) + (1.0 - p) * np.log2(1.0 - p))
 
 
+@called_with("g1 g1 g1 g1")
 @_compile
 def entropies_from_table(values: Field, table: Field, slopes: Field, out: Field) -> None:
     """The same by linear interpolation in a table (m,) over [0, 1] with differences (m,)."""
@@ -159,6 +167,7 @@ def entropies_from_table(values: Field, table: Field, slopes: Field, out: Field)
         out[k] = table[low] + (at - np.float32(low)) * slopes[low]
 
 
+@called_with("g1 g1 g1")
 @_compile
 def entropies_by_series(values: Field, terms: Field, out: Field) -> None:
     """The same by a polynomial (6,) without a constant in ``w = 2 sqrt(p (1 - p))``."""
@@ -169,6 +178,7 @@ def entropies_by_series(values: Field, terms: Field, out: Field) -> None:
         out[k] = w * (a + w * (b + w * (c + w * (d + w * (e + w * f)))))
 
 
+@called_with("j1 i i i f2 f2 b1 f1 f2 f f f j1 g1")
 @_compile
 def draw_obstacles(
     index: Indices,
@@ -227,6 +237,7 @@ def draw_obstacles(
     return count
 
 
+@called_with("j1 i i i f2 f2 i f f j1 g1")
 @_compile
 def draw_beams(
     index: Indices,
@@ -285,6 +296,7 @@ def draw_beams(
     return count
 
 
+@called_with("j1 f2 f2 j1 f1")
 @_compile
 def cover(
     mark: Indices, plane: FloatArray, outlines: FloatArray, corners: Indices, weights: FloatArray

@@ -6,10 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from objstate.compiling import inner, njit
-from objstate.geometry import FloatArray, IntArray
-
-TURN = 2.0 * np.pi
+from objstate.compiling import called_with, inner, njit
+from objstate.geometry import TURN, FloatArray, IntArray
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
@@ -33,6 +31,7 @@ def _mean(poses: FloatArray, weights: FloatArray, mean: FloatArray) -> None:
     mean[0], mean[1], mean[2] = x, y, np.arctan2(north, east)
 
 
+@called_with("f2 f1 f1 f2")
 @_compile
 def moments(
     poses: FloatArray, weights: FloatArray, mean: FloatArray, covariance: FloatArray
@@ -54,6 +53,7 @@ def moments(
             covariance[column, row] = covariance[row, column]
 
 
+@called_with("f2 f f f f f f2 f2")
 @_compile
 def moved(
     poses: FloatArray,
@@ -78,6 +78,7 @@ def moved(
         out[p, 2] = _wrapped(heading + (turn + half_turn_std * noise[1, p]))
 
 
+@called_with("f2 f1")
 @_compile
 def cells(poses: FloatArray, sides: FloatArray) -> Any:
     """Numbers (n,) that identify the grid cells in which poses (n, 3) lie.
@@ -124,6 +125,7 @@ def _narrow_root(root: FloatArray, width: float, sides: FloatArray) -> Any:
     return out
 
 
+@called_with("f2 i1 f2 f2 f f1")
 @_compile
 def copies(
     poses: FloatArray,

@@ -6,14 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from objstate.compiling import inner, njit
+from objstate.compiling import called_with, inner, njit
 from objstate.geometry import FloatArray, IntArray
-from objstate.sensing.section_kernels import SLACK, hit
+from objstate.sensing.segments import SLACK, hit
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract", "nnan", "nsz"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract", "nnan", "nsz"})
 
 
+@called_with("f2 f i i")
 @_compile
 def by_cell(segments: FloatArray, side: float, columns: int, rows: int) -> Any:
     """The segments (k, 4) that pass each cell of a grid.
@@ -82,6 +83,7 @@ def _distance(
     return nearest
 
 
+@called_with("f2 f2 f2 i1 i2 i2 f f f")
 @_compile
 def look_round(
     points: FloatArray,
@@ -177,6 +179,7 @@ def _cell(x: float, y: float, cells: IntArray, spacing: float) -> Any:
     return -1
 
 
+@called_with("f2 i2 f1 f f2 f2 f2 i1 f2 f1 f f1 f")
 @_compile
 def scores(
     poses: FloatArray,
@@ -233,6 +236,7 @@ def scores(
     return out
 
 
+@called_with("f2 f1 i2 f1 f f2 f2 f2 i1 f2 f1 f f1 f")
 @_compile
 def scores_all_round(
     points: FloatArray,
@@ -267,14 +271,14 @@ def scores_all_round(
             table[place],
         )
     nowhere, out = _nowhere(beams, missing), np.empty((points.shape[0], count))
-    aside, turn = np.empty((count, 2)), np.empty(count, np.int64)
+    off, turn = np.empty((count, 2)), np.empty(count, np.int64)
     for t in range(count):
         cos, sin = np.cos(headings[t]), np.sin(headings[t])
-        aside[t, 0] = cos * offset[0] - sin * offset[1] - corner[0]
-        aside[t, 1] = sin * offset[0] + cos * offset[1] - corner[1]
+        off[t, 0] = cos * offset[0] - sin * offset[1] - corner[0]
+        off[t, 1] = sin * offset[0] + cos * offset[1] - corner[1]
         turn[t] = int(np.rint((headings[t] + offset[2]) / (2.0 * np.pi) * turns)) % turns
     for p in range(points.shape[0]):
         for t in range(count):
-            place = _cell(points[p, 0] + aside[t, 0], points[p, 1] + aside[t, 1], cells, spacing)
+            place = _cell(points[p, 0] + off[t, 0], points[p, 1] + off[t, 1], cells, spacing)
             out[p, t] = nowhere if place < 0 else table[place, turn[t]]
     return out
