@@ -36,7 +36,7 @@ def run(script: str, **environment: str) -> subprocess.CompletedProcess[str]:
 
 def test_where_nothing_can_be_kept_loops_are_compiled_all_the_same() -> None:
     nowhere = {"NUMBA_CACHE_LOCATOR_CLASSES": "UserProvidedCacheLocator", "NUMBA_CACHE_DIR": ""}
-    done = run(SCRIPT + "from objstate.sensing import kernels", **nowhere)
+    done = run(SCRIPT + "from objstate.sensing import sweeps", **nowhere)
     assert done.stdout == "[2.]\n"
     assert done.stderr.count("set NUMBA_CACHE_DIR") == 1
 

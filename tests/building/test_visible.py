@@ -10,6 +10,7 @@ from objstate.building.model import Mesh
 from objstate.building.outline import outline
 from objstate.building.visible import LASER_ROOM, visible
 from objstate.geometry import BoolArray, FloatArray
+from objstate.sensing import segments
 from tests.rooms import block, enclosure, fence
 
 CELL = 0.05  # m
@@ -22,8 +23,8 @@ def cells(occupied: BoolArray, turn: float = 0.0) -> Mesh:
     return Mesh.joined([block(*middle, CELL, CELL, turn) for middle in middles])
 
 
-def ranges(segments: FloatArray, rays: FloatArray) -> FloatArray:
-    return np.asarray(segments.cast(rays, np.ascontiguousarray(segments.reshape(-1, 4))))
+def ranges(walls: FloatArray, rays: FloatArray) -> FloatArray:
+    return np.asarray(segments.cast(rays, np.ascontiguousarray(walls.reshape(-1, 4))))
 
 
 def rays_from_free_places(segments: FloatArray, count: int, seed: int) -> FloatArray:

@@ -15,13 +15,13 @@ from objstate.grid import (
     Percepts,
     circle,
     entropy,
-    kernels,
+    rasters,
     rectangle,
 )
 
 
 def test_after_compiling_no_grid_compiles_anything() -> None:
-    own = {each for each in vars(kernels).values() if hasattr(each, "py_func")}
+    own = {each for each in vars(rasters).values() if hasattr(each, "py_func")}
     parts = [index for index, part in enumerate(PARTS) if own & set(part)]
     assert own <= {loop for index in parts for loop in PARTS[index]}
     for index in parts:

@@ -70,7 +70,7 @@ def corrected_by_scan(
 
 
 def test_no_motion_no_change() -> None:
-    belief = DEFAULT.start(TRUE_POSE, DEFAULT.told_covariance, np.random.default_rng(0))
+    belief = DEFAULT.start(TRUE_POSE, DEFAULT.start_covariance, np.random.default_rng(0))
     assert DEFAULT.predict(belief, np.zeros(3), np.random.default_rng(1)) is belief
 
 
@@ -96,11 +96,11 @@ def test_the_start_is_what_was_told() -> None:
     )
 
 
-def test_told_covariance_has_the_deviations_of_a_start() -> None:
+def test_the_covariance_of_a_start_has_its_deviations() -> None:
     s = LocalizationSettings()
     yaw = np.radians(s.initial_yaw_std_deg)
     expected = np.diag([s.initial_xy_std, s.initial_xy_std, yaw]) ** 2
-    np.testing.assert_allclose(Localizer(s).told_covariance, expected)
+    np.testing.assert_allclose(Localizer(s).start_covariance, expected)
 
 
 @pytest.fixture
@@ -112,7 +112,7 @@ def untempered(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.usefixtures("untempered")
 def test_correction_is_bayes_rule() -> None:
     settings = LocalizationSettings()
-    belief = DEFAULT.start(TRUE_POSE, DEFAULT.told_covariance, np.random.default_rng(0))
+    belief = DEFAULT.start(TRUE_POSE, DEFAULT.start_covariance, np.random.default_rng(0))
     told = gaussian_log_likelihood(TRUE_POSE + 0.1, np.array([0.2, 0.2, 0.1]))(belief.poses, 0.0)
     after = Localizer(settings).correct(belief, told)
     assert after.poses is belief.poses
@@ -121,7 +121,7 @@ def test_correction_is_bayes_rule() -> None:
 
 
 def test_a_scan_that_tells_little_resamples_nothing() -> None:
-    belief = DEFAULT.start(TRUE_POSE, DEFAULT.told_covariance, np.random.default_rng(0))
+    belief = DEFAULT.start(TRUE_POSE, DEFAULT.start_covariance, np.random.default_rng(0))
     weak = gaussian_log_likelihood(TRUE_POSE, np.full(3, 5.0))
     assert corrected(DEFAULT, belief, weak, np.random.default_rng(1)).poses is belief.poses
     assert DEFAULT.renew(belief, np.random.default_rng(1)) == (belief, None)
@@ -151,7 +151,7 @@ def test_resampling_keeps_mean_and_covariance(monkeypatch: pytest.MonkeyPatch) -
 
 def test_a_robot_that_stands_still_keeps_a_belief_of_distinct_samples() -> None:
     rng = np.random.default_rng(0)
-    belief = DEFAULT.start(TRUE_POSE, DEFAULT.told_covariance, rng)
+    belief = DEFAULT.start(TRUE_POSE, DEFAULT.start_covariance, rng)
     likelihood = gaussian_log_likelihood(TRUE_POSE, np.array([0.05, 0.05, 0.03]))
     for _ in range(30):
         belief = corrected(DEFAULT, belief, likelihood, rng)
@@ -174,7 +174,7 @@ def test_the_sample_size_follows_the_width_of_the_belief() -> None:
 
 
 def test_evidence_that_no_sample_explains_is_the_named_error() -> None:
-    belief = DEFAULT.start(TRUE_POSE, DEFAULT.told_covariance, np.random.default_rng(0))
+    belief = DEFAULT.start(TRUE_POSE, DEFAULT.start_covariance, np.random.default_rng(0))
     with pytest.raises(ImpossibleEvidenceError):
         DEFAULT.correct(belief, np.full(len(belief.poses), -np.inf))
 
@@ -183,7 +183,7 @@ def test_evidence_that_no_sample_explains_is_the_named_error() -> None:
 def test_scans_concentrate_the_belief_on_the_true_pose(seed: int) -> None:
     rng = np.random.default_rng(seed)
     told = TRUE_POSE + np.array([0.2, -0.15, 0.1])
-    belief = DEFAULT.start(told, DEFAULT.told_covariance, rng)
+    belief = DEFAULT.start(told, DEFAULT.start_covariance, rng)
     for _ in range(8):
         belief = corrected_by_scan(DEFAULT, belief, TRUE_POSE, rng)
     assert np.hypot(*(belief.mean - TRUE_POSE)[:2]) < 0.02

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from objstate.building.model import Mesh
 from objstate.config import BeamModelSettings
 from objstate.geometry import FloatArray, transform_from_pose
-from objstate.sensing import BeamModel, ScanView, Sensing, cast_from
+from objstate.sensing import BeamModel, ScanView, Sensing, cast_from, segments
 from objstate.sensing.neighbourhood import Walls
 from tests.rooms import block, building, enclosure, fan, scan_of
 
@@ -40,9 +40,9 @@ def clutter(count: int, size: float, seed: int) -> Mesh:
 
 def by_each_segment(walls: Mesh, pose: FloatArray) -> FloatArray:
     """Ranges (n,) of every beam against every segment."""
-    segments = Sensing(building(walls), BeamModel(BeamModelSettings())).walls_at(0.3)
+    lines = Sensing(building(walls), BeamModel(BeamModelSettings())).walls_at(0.3)
     origins, directions = cast_from(transform_from_pose(pose), BEAMS)
-    return np.asarray(segments.cast(np.hstack([origins[:, :2], directions[:, :2]]), segments))
+    return np.asarray(segments.cast(np.hstack([origins[:, :2], directions[:, :2]]), lines))
 
 
 @settings(max_examples=30)

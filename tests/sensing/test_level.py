@@ -269,7 +269,7 @@ def test_many_poses_and_states_are_cast_as_one_by_one() -> None:
         np.testing.assert_allclose(view.walls(robots)[p], view.walls(robot[None])[0], atol=1e-9)
         for s, state in enumerate(states):
             alone = view.object("table", state[None], robot[None])[0, 0]
-            np.testing.assert_array_equal(together[p, s], alone)
+            np.testing.assert_allclose(together[p, s], alone, atol=1e-12)
 
 
 def test_five_hundred_metres_away_the_ranges_are_the_same() -> None:
