@@ -17,7 +17,7 @@ from objstate.lazy import Later, altered
 from objstate.localization import Vantage
 from objstate.objects import ObjectBelief
 from objstate.objects.door_posterior import DoorPosterior
-from objstate.objects.mixture import FACTORS, FACTORS_PRIOR, NEVER, Doorway, Statics
+from objstate.objects.mixture import FACTORS, FACTORS_PRIOR, NEVER, Doorway, Statics, half_cauchy
 from objstate.objects.shape import shape_of
 from objstate.particles import Weights
 from objstate.sensing import Sensing
@@ -38,9 +38,6 @@ GRID, LEAST = 15, 0.1
 FACTOR = 1.0  # prior standard deviation of the logarithm of a deviation
 USUAL = 2.0  # deviations of that logarithm within which a deviation counts as usual
 EDGE_SHARE = 0.1  # of the beams beside an edge that meet the neighbouring surface
-# (r, r) probabilities of a door's rate of movements, given the usual one of all doors
-RATES = FACTORS / FACTORS[:, None] / (1.0 + (FACTORS / FACTORS[:, None]) ** 2)
-RATES = RATES / RATES.sum(axis=1, keepdims=True)
 LEAST_DENSITY = 1e-9  # 1/m, of a random range
 
 
@@ -59,9 +56,7 @@ class Doors:
         self._bearing = Deviation(
             math.radians(error.bearing_std_deg), math.radians(WIDEST_DEG), PARTS
         )
-
-        self._rates_of: dict[str, FloatArray] = {}  # (r,) p(z | rate of the door) of each door
-        self._rates: dict[str, FloatArray] = {}  # (r,) log p(z | usual rate) of each door
+        self._rates = Rates()
 
     def __contains__(self, name: str) -> bool:
         return self._building.objects[name].kind is not Kind.PLANAR
@@ -95,7 +90,7 @@ class Doors:
         before = belief.joint
         if not isinstance(before, DoorPosterior):
             before = DoorPosterior.of(self._doorway(belief), belief, self._priors)
-        before = before.under_rates(self._rates_for(exposure.name))
+        before = before.under_rates(self._rates.given_others(exposure.name))
         posterior = before.later(exposure.seconds_since(before.stamp_ns), *exposure.carried())
         noise = beam_noise(self._settings.beam_model, vantage, scan.range_max)
         shape = self._shape(before.door, exposure.sight.height)
@@ -154,21 +149,13 @@ class Doors:
         if posterior.door.turn and name not in self._known:
             self._bearing.observe(name, posterior.of_bearing(self._bearing.variances))
         bearings = self._bearings(posterior.door)
-        self._rates_of[name] = posterior.of_rates(bearings)
-        self._rates[name] = np.log(RATES @ np.maximum(self._rates_of[name], NEVER))
+        self._rates.observe(name, posterior.of_rates(bearings))
         if name not in self._known:
             self._hinge.observe(name, posterior.of_hinge(self._hinge.variances, bearings))
 
-    def _rates_for(self, name: str) -> FloatArray:
-        """(r,) probabilities of a door's rate of movements, given the other doors."""
-        others = sum(own for other, own in self._rates.items() if other != name)
-        return np.asarray(_normalized(np.log(FACTORS_PRIOR) + others) @ RATES)
-
     def learnt(self, door: Doorway) -> Doorway:
         """A door with the mean of its rate of movements, given all doors."""
-        name = door.item.name
-        given = self._rates_for(name) * self._rates_of[name]
-        factor = float(given @ FACTORS / given.sum())
+        factor = self._rates.mean(door.item.name)
         dynamics = door.settings.dynamics
         learnt = dynamics.model_copy(update={"moves_per_hour": factor * dynamics.moves_per_hour})
         return altered(door, settings=door.settings.model_copy(update={"dynamics": learnt}))
@@ -237,6 +224,35 @@ class Deviation:
         kept = [(share, total / share) for share, total in cases if share > NEGLIGIBLE]
         every = sum(share for share, _ in kept)
         return [(share / every, variance) for share, variance in kept]
+
+
+class Rates:
+    """The rates at which doors are moved, as multiples of those that the settings state.
+
+    Each door has one of ``FACTORS``, of a half-Cauchy distribution about the usual one of all
+    doors, which has the same distribution about one. Given the usual one, doors are independent.
+    """
+
+    def __init__(self) -> None:
+        self._likelihoods: dict[str, FloatArray] = {}  # (r,) p(z | rate of the door) of each door
+        self._messages: dict[str, FloatArray] = {}  # (r,) log p(z | usual rate) of each door
+        # (r, r) probabilities of a door's rate, given the usual one
+        self._own = np.array([half_cauchy(FACTORS / usual) for usual in FACTORS])
+
+    def observe(self, name: str, likelihood: FloatArray) -> None:
+        """Replace p(z | rate) (r,), up to a constant, of all readings of a door."""
+        self._likelihoods[name] = likelihood
+        self._messages[name] = np.log(self._own @ np.maximum(likelihood, NEVER))
+
+    def given_others(self, name: str) -> FloatArray:
+        """(r,) probabilities of a door's rate, given the other doors."""
+        others = sum(own for other, own in self._messages.items() if other != name)
+        return np.asarray(_normalized(np.log(FACTORS_PRIOR) + others) @ self._own)
+
+    def mean(self, name: str) -> float:
+        """The mean of a door's rate, given all doors."""
+        given = self.given_others(name) * self._likelihoods.get(name, np.ones(len(FACTORS)))
+        return float(given @ FACTORS / given.sum())
 
 
 def _normalized(log: FloatArray) -> FloatArray:

@@ -42,12 +42,17 @@ FASTEST_S = 3.0  # s after which a moving door may be anywhere
 HINGE = slice(4, 6)  # indices of a component's errors
 NEGLIGIBLE = 1e-9  # weight below which a component is left out of the evidence for a prior
 SPREADS_KEPT = 256  # number of spreads of moving doors that are cached
-# multiples of ``moves_per_hour`` that all doors' rate of movements may be, and their probabilities,
-# those of a half-Cauchy distribution about one: its tail is heavy, as the rate is hardly known
-FACTORS = 4.0 ** np.arange(-1.0, 5.0)
-FACTORS_PRIOR = FACTORS / (1.0 + FACTORS**2)
-FACTORS_PRIOR = FACTORS_PRIOR / FACTORS_PRIOR.sum()
 NEVER = 1e-30  # least weight of a component, so that nothing is impossible
+
+
+def half_cauchy(factors: FloatArray) -> FloatArray:
+    """Probabilities (n,) of factors at equal ratios, distributed about one; the tail is heavy."""
+    density = factors / (1.0 + factors**2)
+    return np.asarray(density / density.sum())
+
+
+FACTORS = 4.0 ** np.arange(-1.0, 5.0)  # (r,) multiples of ``moves_per_hour`` that a rate may be
+FACTORS_PRIOR = half_cauchy(FACTORS)  # (r,)
 
 
 @dataclass(frozen=True)
@@ -269,10 +274,8 @@ class DoorMixture:
     means: FloatArray  # (c, 7) of errors, see ``mixture_kernels``
     covariances: FloatArray  # (c, 7, 7)
     statics: Statics  # their prior variances
-    # p(rate | mode, component), rates (2, r, c) of doors at rest and of moving ones, and the
-    # prior (r,) of the rates under which they, the weights and the evidence are
-    rates: FloatArray
-    rates_prior: FloatArray
+    rates: FloatArray  # (2, r, c) p(rate | at rest or moving, component), of ``FACTORS``
+    rates_prior: FloatArray  # (r,) under which these, the weights and the evidence are
     stamp_ns: int | None = None
     # log p(z) of all scans under that prior, up to a constant shared by all priors
     total: float = 0.0

@@ -156,31 +156,6 @@ def test_a_door_that_nobody_looks_at_for_long_may_be_where_doors_rest() -> None:
     np.testing.assert_allclose(mixture.weights, doorway().rest, atol=0.02)
 
 
-@settings(max_examples=20, deadline=None)
-@given(st.floats(0.0, 3600.0), st.integers(0, 100))
-def test_the_prior_of_rates_is_exchanged_exactly(seconds: float, seed: int) -> None:
-    prior = np.random.default_rng(seed).dirichlet(np.ones(len(FACTORS)))
-    start = after([read(math.radians(35.0))])
-    late = start.later(seconds, *ANEW).under_rates(prior)
-    early = start.under_rates(prior).later(seconds, *ANEW)
-    np.testing.assert_allclose(late.resting, early.resting, atol=1e-12)
-    np.testing.assert_allclose(late.moving, early.moving, atol=1e-12)
-    np.testing.assert_allclose(late.under_rates(FACTORS_PRIOR).under_rates(prior).rates, late.rates)
-
-
-def test_how_often_a_door_is_moved_tells_its_rate() -> None:
-    def course(*angles_deg: float) -> DoorMixture:
-        mixture = DoorMixture.unknown(doorway(), STATICS)
-        for angle in angles_deg:
-            mixture = after([read(math.radians(angle))] * 3, mixture.later(20.0, *ANEW))
-        return mixture
-
-    still, busy = course(*[30.0] * 8), course(*[30.0, 70.0] * 4)
-    assert (np.diff(still.of_rates) < 0.0).all()
-    assert busy.of_rates @ FACTORS / busy.of_rates.sum() > 10.0
-    assert (np.diff(busy.of_rates[:4]) > 0.0).all()
-
-
 def test_what_is_known_of_a_hinge_outlasts_a_move() -> None:
     off, rng = np.array([0.0, -0.03]), np.random.default_rng(1)
     mixture = DoorMixture.unknown(doorway(), Statics(0.03**2, math.radians(0.1) ** 2))
@@ -191,6 +166,46 @@ def test_what_is_known_of_a_hinge_outlasts_a_move() -> None:
     )
     assert belief(moved)[0] == pytest.approx(80.0, abs=0.7)
     assert np.trace(moved.hinge[1]) < 1.5 * np.trace(before)
+
+
+@given(seed=st.integers(0, 2**32 - 1), chosen=st.integers(0, len(FACTORS) - 1))
+@settings(max_examples=20, deadline=None)
+def test_a_door_filtered_under_all_rates_holds_the_one_filtered_under_each(
+    seed: int, chosen: int
+) -> None:
+    rng, only = np.random.default_rng(seed), np.eye(len(FACTORS))[chosen]
+    every, one = (
+        DoorMixture.unknown(doorway(), STATICS).under_rates(prior)
+        for prior in (FACTORS_PRIOR, only)
+    )
+    shared = every.total - one.total
+    for seconds in rng.uniform(0.0, 100.0, 3):
+        likelihood = rng.uniform(1e-3, 1.0, len(doorway().states))
+        every, one = (told(each.later(seconds, *ANEW), likelihood) for each in (every, one))
+    again = every.under_rates(only)
+    np.testing.assert_allclose(again.resting, one.resting, atol=1e-9)
+    np.testing.assert_allclose(again.moving, one.moving, atol=1e-9)
+    assert again.total - one.total == pytest.approx(shared, abs=1e-6)
+
+
+def told(mixture: DoorMixture, likelihood: FloatArray) -> DoorMixture:
+    """A mixture after readings of a likelihood (c,)."""
+    resting, moving = mixture.resting * likelihood, mixture.moving * likelihood
+    share = float(resting.sum() + moving.sum())
+    total = mixture.total + math.log(share)
+    return altered(mixture, resting=resting / share, moving=moving / share, total=total)
+
+
+def test_a_door_that_is_moved_again_and_again_tells_of_a_high_rate() -> None:
+    quiet = DoorMixture.unknown(doorway(), STATICS)
+    restless = quiet
+    for k in range(20):
+        near = np.where(np.arange(len(doorway().states)) == 5, 1.0, 1e-6)
+        far = np.where(np.arange(len(doorway().states)) == (5 if k % 2 else 20), 1.0, 1e-6)
+        quiet = told(quiet.later(15.0, *ANEW), near)
+        restless = told(restless.later(15.0, *ANEW), far)
+    assert np.argmax(quiet.of_rates) == 0
+    assert FACTORS[np.argmax(restless.of_rates)] * 2.0 == pytest.approx(240.0, rel=1.2)
 
 
 def test_errors_that_go_together_tell_less() -> None:
