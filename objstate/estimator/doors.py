@@ -153,13 +153,6 @@ class Doors:
         if name not in self._known:
             self._hinge.observe(name, posterior.of_hinge(self._hinge.variances, bearings))
 
-    def learnt(self, door: Doorway) -> Doorway:
-        """A door with the mean of its rate of movements, given all doors."""
-        factor = self._rates.mean(door.item.name)
-        dynamics = door.settings.dynamics
-        learnt = dynamics.model_copy(update={"moves_per_hour": factor * dynamics.moves_per_hour})
-        return altered(door, settings=door.settings.model_copy(update={"dynamics": learnt}))
-
     def _doorway(self, belief: ObjectBelief) -> Doorway:
         chosen = self._settings.for_object(belief.item.name, "door")
         assert isinstance(chosen, DoorSettings)
@@ -234,25 +227,18 @@ class Rates:
     """
 
     def __init__(self) -> None:
-        self._likelihoods: dict[str, FloatArray] = {}  # (r,) p(z | rate of the door) of each door
         self._messages: dict[str, FloatArray] = {}  # (r,) log p(z | usual rate) of each door
         # (r, r) probabilities of a door's rate, given the usual one
         self._own = np.array([half_cauchy(FACTORS / usual) for usual in FACTORS])
 
     def observe(self, name: str, likelihood: FloatArray) -> None:
         """Replace p(z | rate) (r,), up to a constant, of all readings of a door."""
-        self._likelihoods[name] = likelihood
         self._messages[name] = np.log(self._own @ np.maximum(likelihood, NEVER))
 
     def given_others(self, name: str) -> FloatArray:
         """(r,) probabilities of a door's rate, given the other doors."""
         others = sum(own for other, own in self._messages.items() if other != name)
         return np.asarray(_normalized(np.log(FACTORS_PRIOR) + others) @ self._own)
-
-    def mean(self, name: str) -> float:
-        """The mean of a door's rate, given all doors."""
-        given = self.given_others(name) * self._likelihoods.get(name, np.ones(len(FACTORS)))
-        return float(given @ FACTORS / given.sum())
 
 
 def _normalized(log: FloatArray) -> FloatArray:

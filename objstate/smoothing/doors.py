@@ -24,7 +24,6 @@ class DoorHistory(NamedTuple):
     belief: ObjectBelief  # the last belief, on whose lattice states are published
     steps: list[DoorStep]
     cases: list[tuple[float, Statics]]  # probabilities of the priors of the static errors
-    door: Doorway  # with the rate of movements given the whole log
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +65,7 @@ def smoothed_door(history: DoorHistory, also_ns: Iterable[int] = ()) -> Smoothed
     moments = moments_of(history.steps, sorted(set(also_ns)))
     shape = len(moments), len(history.belief.states)
     weights, moved = np.zeros(shape), np.zeros(shape)
-    door, blank = history.door, history.steps[0].blank
+    door, blank = history.steps[0].door, history.steps[0].blank
     priors, chains = [statics for _, statics in history.cases], list[tuple[float, Chain]]()
     by_stamp = {step.stamp_ns: step.posterior(blank).under(priors) for step in history.steps}
     for case, (share, _) in enumerate(history.cases):

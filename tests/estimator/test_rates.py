@@ -33,7 +33,6 @@ def test_a_door_is_not_told_of_its_own_readings() -> None:
     before = rates.given_others("a")
     rates.observe("a", sharp(5))
     assert rates.given_others("a") == pytest.approx(before)
-    assert rates.mean("a") == pytest.approx(FACTORS[5], rel=0.01)
 
 
 def test_one_restless_door_does_not_outvote_quiet_ones() -> None:
@@ -42,4 +41,3 @@ def test_one_restless_door_does_not_outvote_quiet_ones() -> None:
         rates.observe(name, sharp(1))
     rates.observe("e", sharp(5))
     assert np.argmax(rates.given_others("f")) == 1
-    assert rates.mean("e") > 50.0
