@@ -59,14 +59,14 @@ class Filtered(NamedTuple):
         likelihood = rng.uniform(1e-3, 1.0, (4, 10)) ** 3
         prior = np.concatenate([leaf.prior, np.zeros(5)]) * likelihood[0]
         steps, stays, filtered = [], [], [prior / prior.sum()]
-        for gap, each in zip(seconds, likelihood[1:], strict=True):
+        stamps_ns = (np.concatenate([[0.0], np.cumsum(seconds)]) * SECOND).astype(np.int64)
+        for gap, each in zip(np.diff(stamps_ns) / SECOND, likelihood[1:], strict=True):
             steps.append(transition(leaf, gap) * each)
             rests = np.repeat([leaf.stays(gap), 0.0], 5)
             stays.append(np.diag(rests) * each)
             ahead = filtered[-1] @ steps[-1]
             filtered.append(ahead / ahead.sum())
-        stamps = np.concatenate([[0.0], np.cumsum(seconds)])
-        return Filtered((stamps * SECOND).astype(np.int64), np.array(filtered), steps, stays, prior)
+        return Filtered(stamps_ns, np.array(filtered), steps, stays, prior)
 
     def paths(self, steps: list[FloatArray]) -> FloatArray:
         """(10, 10, 10, 10) weights of all paths over some steps."""
@@ -111,7 +111,7 @@ def test_smoothed_weights_are_those_of_all_paths(seed: int, seconds: list[float]
     smoothed = np.concatenate([chain.resting, chain.moving], axis=1)
     for k in range(4):
         expected = paths.sum(axis=tuple(j for j in range(4) if j != k)) / paths.sum()
-        assert smoothed[k] == pytest.approx(expected, abs=1e-8)  # rounding is some 1e-9
+        assert smoothed[k] == pytest.approx(expected, abs=1e-9)
 
 
 @given(seed=seeds, seconds=gaps)
