@@ -24,7 +24,6 @@ LEAST = 0.05  # probability below which a doorway isn't worth telling of
 HEIGHT = 0.3  # m, where the walls of a map are cut: they are upright
 SWING = math.radians(5.0)  # by which a door opens wider than it was seen
 LEAST_LIMIT = math.radians(95.0)  # that doors open at least, where none was seen wider
-SAME_HINGE = 0.4  # m between hinges of one leaf
 
 Progress = Callable[[float], None]  # share done
 

@@ -52,9 +52,9 @@ class Shown:
         found = []
         for about, (opening, leaves) in enumerate(zip(place.openings, self.leaves, strict=True)):
             for number, (drawn, _) in enumerate(leaves, start=1):
-                _, bearing = opening.jamb(bool(drawn.from_end))
-                sense = 1 if drawn.turn > 0.0 else -1
                 from_end, width = bool(drawn.from_end), drawn.share * opening.width
+                _, bearing = opening.jamb(from_end)
+                sense = 1 if drawn.turn > 0.0 else -1
                 leaf = Leaf(drawn.hinge, bearing, sense, width, about, from_end, drawn.share)
                 found.append((number, leaf))
         return found

@@ -90,10 +90,10 @@ def refine_building(
 
     Each log is a drive of its own, all by one robot, and ``jobs`` are done at a time. ``out`` gets
     the building with its sidecar, in which each door has its own deviations, ``calibration.yaml``
-    with the lasers' mountings, ``learn.json`` and ``report.html``, whole or not at all. A folder that was learnt of
-    the same building before is gone on from: drives that it knows are not read again, and what they
-    told of doors follows the walls about them. Raises BuildingError, SettingsError,
-    LogError and ResultError.
+    with the lasers' mountings, ``learn.json`` and ``report.html``, whole or not at all. A folder
+    that was learnt of the same building before is gone on from: drives that it knows are not read
+    again, and what they told of doors follows the walls about them. Raises BuildingError,
+    SettingsError, LogError and ResultError.
     """
     run, target, model = run or RunOptions(), Path(out), BuildingInput.read(building).model
     digest, columns = geometry_digest(model), Columns.of(model.walls)
@@ -127,9 +127,8 @@ def refine_building(
     about = learn_text(str(building), digest, told, left_out, columns, walls, lasers, doors)
     page = report_of(better, columns, walls, lasers, doors, counting)
     beside = {LEARN_FILE: about, CALIBRATION: calibration_text(lasers), REPORT_FILE: page}
-    urdf = write_buildings(target, {".": better}, {".": sidecar_of(better.error or error)}, beside)[
-        0
-    ]
+    sidecar = sidecar_of(better.error or error)
+    urdf = write_buildings(target, {".": better}, {".": sidecar}, beside)[0]
     silent = tuple(sorted(set(_hinged(model)) - {door.name for door in doors}))
     return Refined(
         urdf, doors, walls, lasers, len(counting), tuple(one.log for one in left_out), silent

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -213,28 +214,31 @@ def openings(lines: list[WallLine], plan: OccupancyMap, beams: Beams) -> list[Op
         count = int(np.ceil(line.length / BIN))
         if line.length < NARROWEST + 2 * JAMB:
             continue
+        crossed = _crossed(line, beams)
         drives = [
-            _of_drive(line, count, beams.take(np.flatnonzero(beams.drive == drive)))
+            _of_drive(crossed.among(beams.drive == drive), count)
             for drive in range(int(beams.drive.max()) + 1)
         ]
-        behind = _behind_wall(line, count, beams, on_wall)
+        behind = _behind_wall(crossed, count, on_wall)
         drawn = _of_map(line, count, plan, plan.occupied)
         shows = [(drawn, ~drawn & _of_map(line, count, plan, plan.free)), *drives]
         for begin, end in _gaps(shows):
             if behind[begin:end].mean() > HIDDEN:
                 continue
-            low, high = _between_jambs(line, begin * BIN, end * BIN, beams)
+            low, high = _between_jambs(line, begin * BIN, end * BIN, crossed, beams)
             found.append(Opening(line.at(low), line.at(high)))
     return found
 
 
-def _between_jambs(line: WallLine, low: float, high: float, beams: Beams) -> tuple[float, float]:
+def _between_jambs(
+    line: WallLine, low: float, high: float, crossed: Crossed, beams: Beams
+) -> tuple[float, float]:
     """Where along a line its opening begins and ends, by the beams that cross it about the jambs.
 
     Beside an opening beams end at the wall. Inside they pass, but for as many as end at a closed leaf.
     Those that come from inside end at the jamb's own face and don't count.
     """
-    index, places, beyond = _crossed(line, beams)
+    index, places, beyond = crossed
     at_wall = np.exp(-0.5 * np.square(beyond / WALL_STD)) / (np.sqrt(2.0 * np.pi) * WALL_STD)
     free = np.where(beyond > 0.0, 1.0 / FREE, STRAY / FREE)
     inside = np.abs(places - (low + high) / 2.0) < INNER * (high - low) / 2.0
@@ -271,9 +275,9 @@ def _on_walls(lines: list[WallLine], beams: Beams) -> BoolArray:
     return out
 
 
-def _behind_wall(line: WallLine, count: int, beams: Beams, on_wall: BoolArray) -> BoolArray:
+def _behind_wall(crossed: Crossed, count: int, on_wall: BoolArray) -> BoolArray:
     """(count,) the bins to which most beams end at another wall that is a wall's thickness before."""
-    index, bins, beyond = _binned(line, count, beams)
+    index, bins, beyond = crossed.binned(count)
     before = on_wall[index] & (beyond < -BESIDE) & (beyond > -THICKEST)
     counts = [np.bincount(bins[chosen], minlength=count) for chosen in (before, beyond > -BESIDE)]
     return np.asarray(counts[0] > counts[1])
@@ -301,32 +305,44 @@ def shown_at(plan: OccupancyMap, cells: BoolArray, points: FloatArray) -> BoolAr
     return out
 
 
-def _of_drive(line: WallLine, count: int, beams: Beams) -> tuple[BoolArray, BoolArray]:
+def _of_drive(crossed: Crossed, count: int) -> tuple[BoolArray, BoolArray]:
     """(count,) the bins where most beams of a drive end at the line, and where most pass it."""
-    _, bins, beyond = _binned(line, count, beams)
+    _, bins, beyond = crossed.binned(count)
     hits = np.bincount(bins[np.abs(beyond) < BESIDE], minlength=count)
     passed = np.bincount(bins[beyond >= BESIDE], minlength=count)
     enough = hits + passed >= ENOUGH
     return np.asarray(enough & (hits > passed)), np.asarray(enough & (hits <= passed))
 
 
-def _binned(line: WallLine, count: int, beams: Beams) -> tuple[IntArray, IntArray, FloatArray]:
-    """Beams (k,) that cross a line or would, the bins (k,) where, and how far they get beyond, m."""
-    index, places, beyond = _crossed(line, beams)
-    bins = np.floor(places / BIN).astype(np.int64)
-    inside = (bins >= 0) & (bins < count)
-    return index[inside], bins[inside], beyond[inside]
+class Crossed(NamedTuple):
+    """Beams that cross a line, or would if they got so far."""
+
+    index: IntArray  # (k,) their numbers
+    places: FloatArray  # (k,) m, where along the line
+    beyond: FloatArray  # (k,) m, how far they get beyond it
+
+    def among(self, chosen: BoolArray) -> Crossed:
+        """Those of the chosen (n,) of all beams."""
+        mine = chosen[self.index]
+        return Crossed(self.index[mine], self.places[mine], self.beyond[mine])
+
+    def binned(self, count: int) -> tuple[IntArray, IntArray, FloatArray]:
+        """Those in the first bins (count,): their numbers, bins, and how far they get."""
+        bins = np.floor(self.places / BIN).astype(np.int64)
+        inside = (bins >= 0) & (bins < count)
+        return self.index[inside], bins[inside], self.beyond[inside]
 
 
-def _crossed(line: WallLine, beams: Beams) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Beams (k,) that cross a line or would, where along it, and how far they get beyond, m."""
+def _crossed(line: WallLine, beams: Beams) -> Crossed:
+    """The beams that cross a line steeply enough to tell of it."""
     offset = line.start - beams.origins
     cosine = beams.directions @ line.normal
     with np.errstate(divide="ignore", invalid="ignore"):
         way = (offset @ line.normal) / cosine
     index = np.flatnonzero((np.abs(cosine) > STEEP) & (way > 0.2) & (way < beams.reach))
     crossing = beams.origins[index] + way[index, None] * beams.directions[index] - line.start
-    return index, crossing @ line.along, (beams.ranges[index] - way[index]) * np.abs(cosine[index])
+    beyond = (beams.ranges[index] - way[index]) * np.abs(cosine[index])
+    return Crossed(index, crossing @ line.along, beyond)
 
 
 def _gaps(shows: list[tuple[BoolArray, BoolArray]]) -> Iterator[tuple[int, int]]:
