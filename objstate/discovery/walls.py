@@ -317,20 +317,20 @@ def _of_drive(crossed: Crossed, count: int) -> tuple[BoolArray, BoolArray]:
 class Crossed(NamedTuple):
     """Beams that cross a line, or would if they got so far."""
 
-    index: IntArray  # (k,) their numbers
+    numbers: IntArray  # (k,) of the beams
     places: FloatArray  # (k,) m, where along the line
     beyond: FloatArray  # (k,) m, how far they get beyond it
 
     def among(self, chosen: BoolArray) -> Crossed:
         """Those of the chosen (n,) of all beams."""
-        mine = chosen[self.index]
-        return Crossed(self.index[mine], self.places[mine], self.beyond[mine])
+        mine = chosen[self.numbers]
+        return Crossed(self.numbers[mine], self.places[mine], self.beyond[mine])
 
     def binned(self, count: int) -> tuple[IntArray, IntArray, FloatArray]:
         """Those in the first bins (count,): their numbers, bins, and how far they get."""
         bins = np.floor(self.places / BIN).astype(np.int64)
         inside = (bins >= 0) & (bins < count)
-        return self.index[inside], bins[inside], self.beyond[inside]
+        return self.numbers[inside], bins[inside], self.beyond[inside]
 
 
 def _crossed(line: WallLine, beams: Beams) -> Crossed:
