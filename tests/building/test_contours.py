@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from shapely import LinearRing, Polygon
@@ -34,13 +34,14 @@ def test_the_loops_enclose_exactly_the_occupied_cells(occupied: BoolArray) -> No
 
 
 @given(st.floats(0.0, np.pi / 2), st.floats(2.0, 6.0))
+@example(0.080078125, 4.5)  # where no two sides meet in one corner
 @settings(max_examples=60)
 def test_a_slanted_wall_becomes_its_true_line_and_few_corners(
     angle: float, thickness: float
 ) -> None:
     (loop,) = border_loops(wall_at(angle, 70.0, thickness))
     corners = straighten(loop, TOLERANCE, 0.0)
-    assert len(corners) <= 8
+    assert len(corners) <= 10  # four sides, one seen as two; where two meet, a corner or an edge
     sides = np.roll(corners, -1, axis=0) - corners
     long = sides[np.linalg.norm(sides, axis=1) > 25]
     assert len(long) in (2, 3)  # rarely one side is seen as two
