@@ -23,6 +23,7 @@ CELL_NS = CELL_S * NANOSECONDS
 WEEKEND = (5, 6)  # of the days of the week from 0, Monday
 WORKING, FREE = 0, 1  # kinds of days: on free ones, weekends and holidays, few are expected
 KINDS = 2
+DAYS_KEPT = 1 << 14  # 45 years: a stretch longer than is kept would never be found again
 
 
 @dataclass(frozen=True)
@@ -80,7 +81,7 @@ class Calendar:
             day += timedelta(days=1)
 
 
-@lru_cache(maxsize=4096)
+@lru_cache(maxsize=DAYS_KEPT)
 def _keys_of_day(calendar: Calendar, day: int) -> IntArray:
     """(PER_DAY,) keys of the cells of a day of UTC."""
     begin = datetime(1970, 1, 1, tzinfo=UTC) + timedelta(days=day)

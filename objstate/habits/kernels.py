@@ -6,6 +6,7 @@ import numpy as np
 
 from objstate.compiling import called_with, inner, njit
 from objstate.geometry import BoolArray, FloatArray, IntArray
+from objstate.habits.calendar import CELL_S
 
 CLOSE = 1e-5  # eigenvalues times seconds that differ by less count as equal
 FORGOTTEN = 1e-9  # a derivative of the state that is smaller is none
@@ -211,12 +212,13 @@ def forward(
 @_inner
 def _over(
     rates: FloatArray, right: FloatArray, left: FloatArray, seconds: float, passes: FloatArray
-) -> None:
-    """Let ``passes`` (s, s) be the transition probabilities over some seconds."""
+) -> FloatArray:
+    """The transition probabilities (s, s) over some seconds, written to ``passes``."""
     _transitions(right, left, np.exp(rates * seconds), passes)
     for m in range(rates.shape[0]):
         for j in range(rates.shape[0]):
             passes[m, j] = max(passes[m, j], 0.0)
+    return passes
 
 
 @_compile
@@ -239,9 +241,13 @@ def sampled(
     ``filtered`` (m + 1, s) begins with the state before the first step.
     """
     count, states = keys.shape[0], rates.shape[1]
-    passes = np.empty((states, states))
+    part, whole = np.empty((states, states)), np.empty(right.shape)  # over a cell, by key
+    for k in range(rates.shape[0]):
+        _over(rates[k], right[k], left[k], CELL_S, whole[k])
     for i in range(count):
-        _over(rates[keys[i]], right[keys[i]], left[keys[i]], seconds[i], passes)
+        k, passes = keys[i], whole[keys[i]]
+        if seconds[i] != CELL_S:
+            passes = _over(rates[k], right[k], left[k], seconds[i], part)
         total = 0.0
         for j in range(states):
             x = 0.0
@@ -258,6 +264,8 @@ def sampled(
             rest -= chance[state]
             state += 1
         out[i] = state
-        _over(rates[keys[i]], right[keys[i]], left[keys[i]], seconds[i], passes)
+        k, passes = keys[i], whole[keys[i]]
+        if seconds[i] != CELL_S:
+            passes = _over(rates[k], right[k], left[k], seconds[i], part)
         for j in range(states):
             chance[j] = filtered[i, j] * passes[j, state]
