@@ -16,7 +16,8 @@ from objstate.config import BeamModelSettings
 from objstate.discovery.doorway import Doorway, doorway, ended_on, together
 from objstate.discovery.explaining import Explained, Refined, explain
 from objstate.discovery.gathering import Beams
-from objstate.discovery.walls import distinct, fitted, openings, wall_lines
+from objstate.discovery.registering import registered
+from objstate.discovery.walls import distinct, openings, wall_lines
 from objstate.geometry import FloatArray
 
 PROBABLE = 0.5  # from which on a candidate is a door
@@ -55,7 +56,7 @@ def find_doors(
     on_progress: Progress | None = None,
 ) -> list[Candidate]:
     """Doors of a map in what drives saw, the most probable first, named in that order."""
-    lines = fitted(wall_lines(outline(walls.walls, HEIGHT)), beams)
+    lines, beams = registered(wall_lines(outline(walls.walls, HEIGHT)), beams)
     places = together(distinct(openings(lines, plan, beams)))
     seen = [doorway(place, lines, plan, beams, settings) for place in places]
     left = dict[int, Explained]()

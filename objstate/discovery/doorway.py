@@ -87,7 +87,7 @@ def ended_on(place: Doorway, beams: Beams, leaf: FloatArray, bearings: FloatArra
         begin, end = place.seconds[k] + np.array([-REST_S, REST_S]) / 2.0
         meant = (beams.drive == place.drive[k]) & (beams.seconds > begin) & (beams.seconds < end)
         index = np.flatnonzero(meant & np.isfinite(beams.ranges))
-        ends = beams.origins[index] + beams.ranges[index, None] * beams.directions[index]
+        ends = beams.ends(index)
         along, aside = beside(ends, leaf[:2], bearing)
         is_on = (np.abs(aside) < ON_LEAF) & (along > -ON_LEAF) & (along < leaf[2] + ON_LEAF)
         out[index[is_on]] = True

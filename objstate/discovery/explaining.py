@@ -78,18 +78,17 @@ class Explained:
 def explain(place: Doorway, plan: OccupancyMap) -> Explained | None:
     """The most probable leaf of a doorway, and the probability that there is one; None where nothing fits."""
     shown = Shown.about(place, plan)
-    tried = _tried(place.rough, shown)
     as_is, cleared = backgrounds(place, shown)
-    found: list[Refined] = []
-    for number, leaf in tried:
+    rough, found = place.rough, list[Refined]()
+    _, roughly = backgrounds(rough, shown)
+    for number, leaf in _tried(rough, shown, roughly):
         refined = _refine(place, cleared[leaf.about][number], leaf)
         if refined is not None:
             found.append(refined)
-    pairs = _pairs(place, found)
+    pairs = _pairs(place, _tried_pairs(rough, shown, roughly), cleared)
     each_kind: dict[tuple[int, bool, float], Refined] = {}
     for each in sorted(found, key=lambda leaf: leaf.log_evidence):
-        if each.leaf.share == 1.0:
-            each_kind[each.leaf.kind] = each
+        each_kind[each.leaf.kind] = each
     several = [(one.log_evidence, (one,)) for one in each_kind.values()] + pairs
     if not several:
         return None
@@ -97,9 +96,9 @@ def explain(place: Doorway, plan: OccupancyMap) -> Explained | None:
     all_log = float(np.logaddexp.reduce([log for log, _ in several]))
     base = float(as_is.log_likelihood.sum())
     door = all_log + LOG_KINDS + LOG_DOOR - base
+    found += [each for _, both in pairs for each in both]
     things = _things([(0.0, (each,)) for each in found] + pairs)
     things += [(GAP, _wall(opening)[None]) for opening in _of_first_line(place)]
-    found += [other for _, (_, other) in pairs]
     bare = max(
         _bare(place, as_is, open_, things) for variants in cleared.values() for open_ in variants
     )
@@ -113,44 +112,85 @@ def explain(place: Doorway, plan: OccupancyMap) -> Explained | None:
     )
 
 
-def _pairs(place: Doorway, found: list[Refined]) -> list[tuple[float, tuple[Refined, ...]]]:
+def _pairs(
+    place: Doorway, tried: list[tuple[int, Leaf]], cleared: dict[int, list[Behind]]
+) -> list[tuple[float, tuple[Refined, ...]]]:
     """The leaves of double doors and their log evidence, the best ones for each way to open."""
-    best: dict[int, tuple[float, tuple[Refined, ...]]] = {}
-    for one in [each for each in found if each.leaf.share < 1.0]:
-        other = _second(place, one)
-        if other is None:
-            continue
-        log, way = one.log_prior + other.log_evidence, one.leaf.sense * (-1) ** one.leaf.from_end
-        if way not in best or log > best[way][0]:
-            best[way] = log, (one, other)
-    return list(best.values())
+    found: dict[int, tuple[float, tuple[Refined, ...]]] = {}
+    for number, leaf in tried:
+        pair = _pair(place, cleared[leaf.about][number], leaf)
+        way = leaf.sense * (-1) ** leaf.from_end
+        if pair is not None and (way not in found or pair[0] > found[way][0]):
+            found[way] = pair
+    return list(found.values())
 
 
-def _second(place: Doorway, first: Refined) -> Refined | None:
-    """The other leaf of a double door, and its evidence with the first one in its angles."""
-    opening, leaf = place.openings[first.leaf.about], first.leaf
+def _joint_of_pair(place: Doorway, behind: Behind, leaf: Leaf) -> float:
+    """Log p(beams, leaves) of a double door, the first leaf in its angles given the second one's."""
+    lattice, other = Lattice.whole(), _other(place, leaf)
+    angles = lattice.angles[lattice.best(lattice.gains(place, behind, leaf))]
+    beside_it = behind.before(place, leaf, angles)
+    angles = lattice.angles[lattice.best(lattice.gains(place, beside_it, other))]
+    return log_joint(place, behind.before(place, other, angles), leaf, lattice)
+
+
+def _pair(
+    place: Doorway, behind: Behind, leaf: Leaf
+) -> tuple[float, tuple[Refined, Refined]] | None:
+    """A leaf and the other one of its double door, refined in turns; their log evidence."""
+    lattice = Lattice.whole()
+    angles = lattice.angles[lattice.best(lattice.gains(place, behind, leaf))]
+    other = _refine(place, behind.before(place, leaf, angles), _other(place, leaf))
+    if other is None:
+        return None
+    first = _refine(place, behind.beside(place, other.leaf, other.angles), leaf)
+    if first is None:
+        return None
+    alike = replace(_other(place, first.leaf), twin=first.leaf)
+    other = _refine(place, behind.before(place, first.leaf, first.angles), alike)
+    return None if other is None else (first.log_prior + other.log_evidence, (first, other))
+
+
+def _other(place: Doorway, leaf: Leaf) -> Leaf:
+    """The other leaf of a double door: as deep in the wall, hinged at the other end."""
+    opening = place.openings[leaf.about]
     start, bearing = opening.jamb(not leaf.from_end)
     _, aside = beside(leaf.hinge[None], *opening.jamb(leaf.from_end))
+    bearing = leaf.bearing + np.pi
     hinge = start - float(aside[0]) * np.array([-np.sin(bearing), np.cos(bearing)])
-    other = Leaf(hinge, bearing, -leaf.sense, leaf.width, leaf.about, not leaf.from_end, leaf.share)
-    behind = first.behind.before(place, leaf, first.angles)
-    return _refine(place, behind, other)
+    return Leaf(hinge, bearing, -leaf.sense, leaf.width, leaf.about, not leaf.from_end, leaf.share)
 
 
-def _tried(place: Doorway, shown: Shown) -> list[tuple[int, Leaf]]:
-    """The best proposals of each kind and depth, with the number of the background."""
-    _, cleared = backgrounds(place, shown)
+def _tried(
+    place: Doorway, shown: Shown, cleared: dict[int, list[Behind]]
+) -> list[tuple[int, Leaf]]:
+    """The best single leaves of each kind and depth, with the numbers of their backgrounds."""
     lattice = Lattice.whole()
-    best: dict[tuple[int, bool, float, int], tuple[float, int, Leaf]] = {}
-    for leaf in proposals(place):
+    best: dict[tuple[int, bool, int], tuple[float, int, Leaf]] = {}
+    for leaf in [each for each in proposals(place) if each.share == 1.0]:
         _, aside = beside(leaf.hinge[None], *place.openings[leaf.about].jamb(leaf.from_end))
-        key = leaf.sense, leaf.from_end, leaf.share, round(float(aside[0]) / DEPTH_APART)
+        key = leaf.sense, leaf.from_end, round(float(aside[0]) / DEPTH_APART)
         for number, behind in enumerate(cleared[leaf.about]):
             score = log_joint(place, behind, leaf, lattice)
             if key not in best or score > best[key][0]:
                 best[key] = score, number, leaf
     ordered = sorted(best.values(), key=lambda each: -each[0])[:REFINED]
-    return [(number, leaf) for _, number, leaf in ordered] + shown.proposed(place)
+    drawn = [each for each in shown.proposed(place) if each[1].share == 1.0]
+    return [(number, leaf) for _, number, leaf in ordered] + drawn
+
+
+def _tried_pairs(
+    place: Doorway, shown: Shown, cleared: dict[int, list[Behind]]
+) -> list[tuple[int, Leaf]]:
+    """The same of the first leaves of double doors, the best one of each way to open."""
+    best: dict[int, tuple[float, Leaf]] = {}
+    for leaf in proposals(place):
+        if leaf.share < 1.0 and not leaf.from_end:
+            score = _joint_of_pair(place, cleared[leaf.about][0], leaf)
+            if leaf.sense not in best or score > best[leaf.sense][0]:
+                best[leaf.sense] = score, leaf
+    drawn = [each for each in shown.proposed(place) if each[1].share < 1.0]
+    return [(0, leaf) for _, leaf in best.values()] + drawn
 
 
 def _with_others(best: Refined, found: list[Refined]) -> Refined:

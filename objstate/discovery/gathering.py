@@ -37,6 +37,10 @@ class Beams:
     def __len__(self) -> int:
         return len(self.ranges)
 
+    def ends(self, index: IntArray) -> FloatArray:
+        """(k, 2) m, where beams end that returned."""
+        return np.asarray(self.origins[index] + self.ranges[index, None] * self.directions[index])
+
     def take(self, index: IntArray | np.ndarray) -> Beams:
         """The beams that an index or a mask selects."""
         return Beams(*(getattr(self, name)[index] for name in NAMES))

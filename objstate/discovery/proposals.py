@@ -8,7 +8,7 @@ from itertools import product
 import numpy as np
 
 from objstate.building.occupancy import OccupancyMap
-from objstate.discovery.doorway import Cells, Doorway, background, beside
+from objstate.discovery.doorway import DEEP, Cells, Doorway, background, beside
 from objstate.discovery.scoring import DRAWN, Behind, Drawn, Leaf
 from objstate.discovery.walls import Opening, WallLine
 from objstate.geometry import BoolArray, FloatArray
@@ -18,7 +18,8 @@ SHIFT_STD = 0.03  # m
 TURNS = np.radians(np.arange(-155.0, 156.0, 5.0))  # of a leaf in the map that are tried
 LEAST_TURN = np.radians(19.0)  # what stands nearer may be the wall
 NARROWEST_LEAF, WIDEST_LEAF = 0.55, 1.4  # m
-ABOUT = 0.1, 0.2  # m along the wall and across it within which a hinge lies about a jamb
+ABOUT = 0.1, DEEP  # m along the wall and across it within which a hinge lies about a jamb
+APART = DEEP / 5.0  # m, across the wall, of leaves that are tried
 DRAWN_SHARE = 0.7  # of a leaf's length that the map shows
 LONGER = 8  # cells beyond a leaf's end that have to be free
 
@@ -31,7 +32,7 @@ def proposals(place: Doorway) -> list[Leaf]:
             start, bearing = opening.jamb(from_end)
             normal = np.array([-np.sin(bearing), np.cos(bearing)])
             for share, width in _widths(opening).items():
-                for aside in np.arange(-0.2, 0.21, 0.05):
+                for aside in np.arange(-DEEP, DEEP + 0.01, APART):
                     hinge = start + aside * normal
                     for sense in (1, -1):
                         found.append(Leaf(hinge, bearing, sense, width, about, from_end, share))

@@ -15,7 +15,7 @@ import numpy as np
 
 from objstate.discovery import kernels
 from objstate.discovery.doorway import DEEP, Doorway, beside
-from objstate.geometry import FloatArray, IntArray
+from objstate.geometry import FloatArray, IntArray, wrap
 
 HALF = 0.02  # m, of a leaf's thickness
 STEP = np.radians(3.0)  # between angles of a leaf that are summed over
@@ -44,6 +44,7 @@ THINNEST, THICKEST = 0.06, DEEP  # m, depths of leaves that open away
 SOFT = 0.01  # m, of these
 ELSEWHERE = 0.1
 BEARING_STD = np.radians(2.0)  # about the wall's
+TWIN_STD, TWIN_BEARING_STD = 0.01, np.radians(0.7)  # m, rad: the leaves of a double door are alike
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +58,7 @@ class Leaf:
     about: int  # number of the opening that it closes
     from_end: bool  # whether its hinge is at the opening's end
     share: float  # of the opening's width that it closes: 1, or 0.5 of two leaves
+    twin: Leaf | None = None  # the other leaf of a double door, if that is known
 
     @property
     def kind(self) -> tuple[int, bool, float]:
@@ -150,6 +152,11 @@ class Behind:
             expected[mine] = np.minimum(expected[mine], met - HALF)
         return Behind(expected, place.log_likelihood(expected))
 
+    def beside(self, place: Doorway, leaf: Leaf, angles: FloatArray) -> Behind:
+        """The same, where the map's leaf is the one that is looked for beside it."""
+        there = self.before(place, leaf, angles)
+        return replace(self, expected=there.expected, log_likelihood=there.log_likelihood)
+
     def with_map(self, leaf: Leaf, angles: FloatArray, gain: FloatArray) -> FloatArray:
         """Gains (a, groups) of a leaf, which where the map has it may look as it is drawn."""
         if self.drawn is None or not self.is_drawn(leaf):
@@ -239,12 +246,28 @@ def log_prior(place: Doorway, leaf: Leaf) -> float:
     depth = -float(aside[0]) * place.side(start, bearing)
     if abs(depth) > DEEP:
         return -np.inf
-    turned_by = (leaf.bearing - bearing + np.pi) % (2 * np.pi) - np.pi
+    turned_by = float(wrap(leaf.bearing - bearing))
     end = leaf.width + float(along[0]) - leaf.share * (opening.width - SLIT)
-    log = _log_student(float(along[0]) - SLIT, ALONG_STD) + _log_student(end, WIDTH_STD)
-    log += -0.5 * (turned_by / BEARING_STD) ** 2 - math.log(math.sqrt(2 * math.pi) * BEARING_STD)
+    log = _log_student(float(along[0]) - SLIT, ALONG_STD)
+    if leaf.twin is not None:
+        return log + _log_alike(leaf, leaf.twin)
+    log += _log_student(end, WIDTH_STD) + _log_normal(turned_by, BEARING_STD)
     is_toward = leaf.sense == place.side(start, bearing)
     return float(log + _log_depth(depth, is_toward))
+
+
+def _log_alike(leaf: Leaf, twin: Leaf) -> float:
+    """Log density of a leaf's depth, bearing and width about those of the other one."""
+    _, aside = beside(leaf.hinge[None], twin.hinge, twin.bearing)
+    return (
+        _log_normal(float(aside[0]), TWIN_STD)
+        + _log_normal(float(wrap(leaf.bearing - twin.bearing - np.pi)), TWIN_BEARING_STD)
+        + _log_normal(leaf.width - twin.width, TWIN_STD)
+    )
+
+
+def _log_normal(off: float, std: float) -> float:
+    return -0.5 * (off / std) ** 2 - math.log(math.sqrt(2.0 * math.pi) * std)
 
 
 def _log_student(off: float, std: float) -> float:

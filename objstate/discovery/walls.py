@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -46,6 +46,7 @@ class WallLine:
     start: FloatArray = field(repr=False)  # (2,) m
     along: FloatArray = field(repr=False)  # (2,) unit vector
     length: float  # m
+    shown: float = 0.0  # m of it that readings show to be wall
 
     @property
     def normal(self) -> FloatArray:
@@ -57,11 +58,11 @@ class WallLine:
         return np.asarray(self.start + place * self.along)
 
     def holds(self, start: FloatArray, bearing: float, length: float) -> bool:
-        """Whether something straight is a piece of this line, which is at least twice as long."""
+        """Whether something straight is a piece of this line, of which twice as much is wall."""
         along = np.array([np.cos(bearing), np.sin(bearing)])
         off = start + length / 2.0 * along - self.start
         return bool(
-            self.length >= 2.0 * length
+            self.shown >= 2.0 * length
             and abs(along @ self.normal) < np.sin(2.0 * SAME_WAY)
             and abs(off @ self.normal) < 2.0 * SAME_LINE
             and 0.0 < off @ self.along < self.length
@@ -123,20 +124,15 @@ def fitted(lines: list[WallLine], beams: Beams) -> list[WallLine]:
 
     A map's walls are half a cell off, and lean where a recess begins.
     """
-    returned = np.flatnonzero(np.isfinite(beams.ranges))
-    directions = beams.directions[returned]
-    ends = beams.origins[returned] + beams.ranges[returned, None] * directions
-    steep = np.array([np.abs(directions @ line.normal) > STEEP for line in lines])
     for width in WIDTHS:
-        places, asides = _beside(lines, ends)
-        lengths = np.array([[line.length] for line in lines])
-        able = steep & (np.abs(asides) < 3.0 * width) & (places > 0.0) & (places < lengths)
-        nearest = np.where(able, np.abs(asides), np.inf)
-        of = np.where(able.any(axis=0), nearest.argmin(axis=0), -1)
+        index, of, aside = on_lines(lines, beams, 3.0 * width)
+        ends = beams.ends(index)
         lines = [
-            _moved(line, places[k, of == k], asides[k, of == k], width)
+            _moved(line, (ends[of == k] - line.start) @ line.along, aside[of == k], width)
             for k, line in enumerate(lines)
         ]
+    returned = np.flatnonzero(np.isfinite(beams.ranges))
+    directions, ends = beams.directions[returned], beams.ends(returned)
     lines = [_extended(line, ends, directions) for line in lines]
     found: list[WallLine] = []
     for line in sorted(lines, key=lambda each: -each.length):
@@ -147,7 +143,21 @@ def fitted(lines: list[WallLine], beams: Beams) -> list[WallLine]:
                 break
         else:
             found.append(line)
-    return found
+    return [replace(line, shown=_shown(line, ends, directions)) for line in found]
+
+
+def on_lines(
+    lines: list[WallLine], beams: Beams, near: float
+) -> tuple[IntArray, IntArray, FloatArray]:
+    """The beams that end near lines which they meet steeply, their lines, and m to the left of these."""
+    returned = np.flatnonzero(np.isfinite(beams.ranges))
+    places, asides = _beside(lines, beams.ends(returned))
+    lengths = np.array([[line.length] for line in lines])
+    steep = [np.abs(beams.directions[returned] @ line.normal) > STEEP for line in lines]
+    able = np.array(steep) & (np.abs(asides) < near) & (places > 0.0) & (places < lengths)
+    of = np.where(able, np.abs(asides), np.inf).argmin(axis=0)
+    kept = np.flatnonzero(able.any(axis=0))
+    return returned[kept], of[kept], asides[of[kept], kept]
 
 
 def _beside(lines: list[WallLine], points: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -177,21 +187,36 @@ def _extended(line: WallLine, ends: FloatArray, directions: FloatArray) -> WallL
 
     It gets three times as long at most, as the direction of a short one isn't known well.
     """
+    walls = _pieces(line, ends, directions)
+    low, high = 0.0, line.length
+    for begin, end in walls:
+        if high < end < 2.0 * line.length and begin - high < WIDEST:
+            high = end
+    for begin, end in reversed(walls):
+        if -line.length < begin < low and low - end < WIDEST:
+            low = begin
+    return WallLine(line.at(low), line.along, high - low)
+
+
+def _pieces(line: WallLine, ends: FloatArray, directions: FloatArray) -> list[tuple[float, float]]:
+    """Where along a line and its continuation readings (n, 2) show wall, m."""
     off = ends - line.start
     on_line = np.abs(off @ line.normal) < BESIDE
     bins = np.floor((off @ line.along)[on_line & (np.abs(directions @ line.normal) > STEEP)] / BIN)
     known, counts = np.unique(bins, return_counts=True)
     shown = known[counts >= ENOUGH] * BIN
     pieces = np.split(shown, np.flatnonzero(np.diff(shown) > 2.5 * BIN) + 1)
-    walls = [(piece[0], piece[-1] + BIN) for piece in pieces if len(piece) * BIN >= LEAST_WALL]
-    low, high = 0.0, line.length
-    for begin, end in walls:
-        if high < end < 2.0 * line.length and begin - high < WIDEST:
-            high = float(end)
-    for begin, end in reversed(walls):
-        if -line.length < begin < low and low - end < WIDEST:
-            low = float(begin)
-    return WallLine(line.at(low), line.along, high - low)
+    return [
+        (float(piece[0]), float(piece[-1]) + BIN)
+        for piece in pieces
+        if len(piece) * BIN >= LEAST_WALL
+    ]
+
+
+def _shown(line: WallLine, ends: FloatArray, directions: FloatArray) -> float:
+    """How much of a line readings (n, 2) show to be wall, m."""
+    pieces = np.array(_pieces(line, ends, directions)).reshape(-1, 2).clip(0.0, line.length)
+    return float(np.diff(pieces).sum())
 
 
 def _joined(one: WallLine, other: WallLine) -> WallLine | None:
@@ -268,8 +293,7 @@ def _between_jambs(
 def _on_walls(lines: list[WallLine], beams: Beams) -> BoolArray:
     """(n,) the beams that end at one of the lines."""
     out, returned = np.zeros(len(beams), dtype=bool), np.flatnonzero(np.isfinite(beams.ranges))
-    ends = beams.origins[returned] + beams.ranges[returned, None] * beams.directions[returned]
-    places, asides = _beside(lines, ends)
+    places, asides = _beside(lines, beams.ends(returned))
     lengths = np.array([[line.length] for line in lines])
     out[returned] = ((np.abs(asides) < BESIDE) & (places > 0.0) & (places < lengths)).any(axis=0)
     return out
