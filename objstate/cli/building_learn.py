@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from objstate.cli.console import print_notice, print_table, print_text
+from objstate.cli.console import print_notice, print_parts, print_text
+from objstate.cli.learnt_tables import describe_found, describe_refined
 from objstate.cli.options import Config, GlobalStart, InitialPose, Mounts, Overwrite, Quiet, Topics
 from objstate.cli.parsing import parse_mounts, parse_pose, split_topics
 from objstate.cli.progress import progress_bar
 from objstate.errors import SettingsError
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
-    from objstate.discovery import Candidate
     from objstate.run import RunOptions
 
 EXAMPLES = """\b
@@ -96,10 +93,7 @@ def learn(
     assert map_yaml is not None
     with progress_bar("Learning doors", quiet) as report:
         learnt = learn_doors(logs, map_yaml, out, options, overwrite=overwrite, on_progress=report)
-    if learnt.candidates:
-        print_table(_table(learnt.candidates))
-    else:
-        print_text("No doors found.")
+    print_parts(describe_found(learnt))
     print_text(f"Written: {learnt.urdf}")
 
 
@@ -114,7 +108,6 @@ def _refine(
     quiet: bool,
 ) -> None:
     """Learn where a building's walls and doors are."""
-    from objstate.cli.tables import new_table
     from objstate.discovery import refine_building
 
     with progress_bar("Learning from drives", quiet) as report:
@@ -127,52 +120,7 @@ def _refine(
             overwrite=overwrite,
             on_progress=None if report is None else lambda share: report(share, 0.0),
         )
-    numbers = ("drives", "hinge x (cm)", "y (cm)", "± (cm)", "bearing (deg)", "± (deg)")
-    table = new_table(f"{refined.drives} drives", ("door",), numbers)
-    for each in refined.doors:
-        table.add_row(
-            each.name,
-            str(each.drives),
-            *(f"{100.0 * value:+.1f}" for value in each.hinge),
-            f"{100.0 * each.hinge_std:.1f}",
-            f"{math.degrees(each.bearing):+.2f}",
-            f"{math.degrees(each.bearing_std):.2f}",
-        )
-    print_table(table)
-    walls = refined.walls
-    print_text(
-        f"Walls differ from the model by {100.0 * walls.wall_std:.1f} cm, and are known to "
-        f"{100.0 * walls.remaining_std:.1f} cm."
-    )
-    for laser in refined.lasers:
-        yaw, std = math.degrees(laser.correction[2]), math.degrees(laser.std[2])
-        print_text(f"Laser {laser.frame} is turned by {yaw:+.2f} ± {std:.2f} degrees.")
-    if refined.silent:
-        print_text(f"No drive tells of {', '.join(refined.silent)}.")
+    print_parts(describe_refined(refined))
     for log in refined.left_out:
         print_notice(f"{log} contradicts all others, and is left out; is it of this building?")
     print_text(f"Written: {refined.urdf}")
-
-
-def _table(candidates: Sequence[Candidate]) -> Table:
-    """A candidate in a row."""
-    from objstate.cli.tables import new_table
-
-    numbers = ("probability", "hinge x (m)", "y (m)", "± (m)", "bearing (deg)", "± (deg)", "width (m)", "± (m)", "opens", "seen at (deg)")  # fmt: skip
-    table = new_table(f"{len(candidates)} candidates", ("door",), numbers)
-    for each in candidates:
-        table.add_row(each.door.name, *_cells(each))
-    return table
-
-
-def _cells(each: Candidate) -> Iterator[str]:
-    door = each.door
-    yield f"{each.probability:.3f}"
-    yield from (f"{value:z.2f}" for value in door.hinge)
-    yield f"{each.hinge_deviation:.3f}"
-    yield f"{math.degrees(door.closed_bearing):z.1f}"
-    yield f"{math.degrees(each.bearing_std):.1f}"
-    yield f"{door.width:.2f}"
-    yield f"{each.width_std:.3f}"
-    yield "ccw" if door.sense > 0 else "cw"
-    yield " ".join(f"{math.degrees(angle):.0f}" for angle in each.angles)

@@ -61,6 +61,7 @@ Examples:
   objstate estimate drive.mcap --building office.urdf --out out/drive --world world.db
   objstate estimate part1.bag part2.bag --building office.urdf --out out/b \\
       --initial-pose 3.2,-1,90deg --mount laser=0.25,0,0.3,0,0,0
+  objstate estimate drive.mcap --building map.yaml --learn-building --out out/drive
 \b
 DIR gets:
   estimates.parquet   every state after every update, with its 90 % interval
@@ -76,13 +77,19 @@ DIR gets:
                       at the end, grid.yaml and grid.pgm;
                       candidates.json: obstacles that stay and may be objects
   calibration.yaml    with --calibrate;  dynamics.yaml  with --learn-dynamics
+  building/           with --learn-building: the building that was used, adjusted to the log,
+                      and the one with the doors found, if a map was given
 """
 
 
 def estimate(
     logs: LogPaths,
     building: Annotated[
-        Path, typer.Option(metavar="URDF", help="The building; its joints are the objects.")
+        Path,
+        typer.Option(
+            metavar="URDF",
+            help="The building; its joints are the objects. With --learn-building also a ROS map.",
+        ),
     ],
     out: Annotated[Path, typer.Option(metavar="DIR", help="The folder to write.")],
     config: Config = None,
@@ -116,6 +123,13 @@ def estimate(
     calibrate: Annotated[
         bool,
         typer.Option("--calibrate", help="Calibrate by the log first, and use the result."),
+    ] = False,
+    learn_building: Annotated[
+        bool,
+        typer.Option(
+            "--learn-building",
+            help="Find doors in a map, adjust walls, doors and lasers by the log first.",
+        ),
     ] = False,
     learn_dynamics: Annotated[
         bool,
@@ -179,12 +193,12 @@ def estimate(
         clock_offsets=clock_offsets | parse_clock_offsets(clock_offset or []),
     )
     share_out_compiling()
-    extras = Extras(calibrate, learn_dynamics)
-    options = extras.prepare(logs, building, options, quiet)
+    extras = Extras(calibrate, learn_dynamics, learn_building)
+    read, options = extras.prepare(logs, building, out, options, quiet)
     with live_view(live) as view, progress_bar("Estimating", quiet or live) as report:
         result = estimate_log(
             logs,
-            building,
+            read,
             out,
             options,
             world=world,

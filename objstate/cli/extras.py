@@ -1,10 +1,12 @@
-"""What ``objstate estimate`` does beside estimating: calibrate before, learn dynamics after."""
+"""What ``objstate estimate`` does beside estimating: learn before, and learn dynamics after."""
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from objstate.cli.console import print_warnings
@@ -16,9 +18,12 @@ if TYPE_CHECKING:
 
     from objstate.building.model import Building
     from objstate.calibration import Calibration
+    from objstate.discovery import LearntAtOnce
     from objstate.geometry import FloatArray
     from objstate.learning import LearntDynamics
-    from objstate.run import RunOptions, RunResult
+    from objstate.run import BuildingInput, RunOptions, RunResult
+
+BUILDING = "building"  # folder of a result that holds what was learnt of one
 
 
 def calibration_from(
@@ -39,23 +44,37 @@ class Extras:
     """The additional outputs of one run."""
 
     calibrate: bool
-    learn: bool
+    learn_dynamics: bool
+    learn_building: bool
     calibration: Calibration | None = None
-    learnt: LearntDynamics | None = None
+    dynamics: LearntDynamics | None = None
+    learnt: LearntAtOnce | None = None
+    _scratch: TemporaryDirectory[str] = field(default_factory=TemporaryDirectory, repr=False)
 
     def prepare(
-        self, logs: Sequence[Path], building: Path, options: RunOptions, quiet: bool
-    ) -> RunOptions:
-        """The options of the run, with the calibration where it was asked for."""
-        if not self.calibrate:
-            return options
-        from objstate.calibration import calibrate_log
+        self, logs: Sequence[Path], building: Path, out: Path, options: RunOptions, quiet: bool
+    ) -> tuple[Path | BuildingInput, RunOptions]:
+        """The building and the options of the run, with what was asked to be learnt."""
+        if self.calibrate and self.learn_building:
+            raise SettingsError("--learn-building calibrates as well; leave --calibrate out.")
+        if self.calibrate:
+            from objstate.calibration import calibrate_log
 
-        with progress_bar("Calibrating", quiet) as report:
-            found = calibrate_log(logs, building, options, on_progress=report)
-        print_warnings(found.warnings, quiet)
-        self.calibration = found
-        return replace(options, mounts=found.mounts, clock_offsets=found.clock_offsets)
+            with progress_bar("Calibrating", quiet) as report:
+                found = calibrate_log(logs, building, options, on_progress=report)
+            print_warnings(found.warnings, quiet)
+            self.calibration = found
+            options = replace(options, mounts=found.mounts, clock_offsets=found.clock_offsets)
+        if not self.learn_building:
+            return building, options
+        from objstate.discovery import learn_at_once
+        from objstate.run import BuildingInput
+
+        with progress_bar("Learning the building", quiet) as report:
+            self.learnt = learn_at_once(logs, building, self._scratch.name, options, report)
+        read = BuildingInput.read(Path(self._scratch.name) / self.learnt.urdf)
+        described = {**read.description, "path": str(out / BUILDING / self.learnt.urdf)}
+        return BuildingInput(self.learnt.building, described), self.learnt.options(options)
 
     def write(
         self, folder: Path, building: Building, options: RunOptions, result: RunResult
@@ -65,14 +84,16 @@ class Extras:
             from objstate.calibration import CALIBRATION, write_calibration
 
             write_calibration(folder / CALIBRATION, self.calibration)
-        if self.learn:
+        if self.learnt is not None:
+            shutil.copytree(self._scratch.name, folder / BUILDING)
+        if self.learn_dynamics:
             from objstate.learning import DYNAMICS, learn_dynamics, write_dynamics
             from objstate.recording.tables import read_estimates
 
             estimates = read_estimates(folder)
             learnt = learn_dynamics(estimates, building, options.settings, result.lost_ns)
             write_dynamics(folder / DYNAMICS, learnt, options.settings)
-            self.learnt = learnt
+            self.dynamics = learnt
 
     @property
     def files(self) -> tuple[str, ...]:
@@ -86,9 +107,15 @@ class Extras:
 
             yield from describe_calibration(self.calibration)
         if self.learnt is not None:
+            from objstate.cli.learnt_tables import describe_found, describe_refined
+
+            if self.learnt.found is not None:
+                yield from describe_found(self.learnt.found)
+            yield from describe_refined(self.learnt.adjusted)
+        if self.dynamics is not None:
             from objstate.learning import summary_lines
 
-            yield from (f"Learnt: {line}" for line in summary_lines(self.learnt))
+            yield from (f"Learnt: {line}" for line in summary_lines(self.dynamics))
 
     def _written(self) -> Iterator[str]:
         if self.calibration is not None:
@@ -96,6 +123,8 @@ class Extras:
 
             yield CALIBRATION
         if self.learnt is not None:
+            yield str(Path(BUILDING) / self.learnt.urdf)
+        if self.dynamics is not None:
             from objstate.learning import DYNAMICS
 
             yield DYNAMICS

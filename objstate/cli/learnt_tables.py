@@ -1,0 +1,69 @@
+"""What was learnt of a building, as tables and lines."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from objstate.cli.tables import new_table
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from objstate.discovery import Candidate, Learnt, Refined
+
+NUMBERS = (
+    "probability", "hinge x (m)", "y (m)", "± (m)", "bearing (deg)", "± (deg)", "width (m)",
+    "± (m)", "opens", "seen at (deg)",
+)  # fmt: skip
+
+
+def describe_found(learnt: Learnt) -> Iterator[str | Table]:
+    """The doors that were found in a map."""
+    if not learnt.candidates:
+        yield "No doors found."
+        return
+    table = new_table(f"{len(learnt.candidates)} candidates", ("door",), NUMBERS)
+    for each in learnt.candidates:
+        table.add_row(each.door.name, *_cells(each))
+    yield table
+
+
+def _cells(each: Candidate) -> Iterator[str]:
+    door = each.door
+    yield f"{each.probability:.3f}"
+    yield from (f"{value:z.2f}" for value in door.hinge)
+    yield f"{each.hinge_deviation:.3f}"
+    yield f"{math.degrees(door.closed_bearing):z.1f}"
+    yield f"{math.degrees(each.bearing_std):.1f}"
+    yield f"{door.width:.2f}"
+    yield f"{each.width_std:.3f}"
+    yield "ccw" if door.sense > 0 else "cw"
+    yield " ".join(f"{math.degrees(angle):.0f}" for angle in each.angles)
+
+
+def describe_refined(refined: Refined) -> Iterator[str | Table]:
+    """Where doors, walls and lasers are, beside the model."""
+    numbers = ("drives", "hinge x (cm)", "y (cm)", "± (cm)", "bearing (deg)", "± (deg)")
+    table = new_table(f"{refined.drives} drives", ("door",), numbers)
+    for each in refined.doors:
+        table.add_row(
+            each.name,
+            str(each.drives),
+            *(f"{100.0 * value:+.1f}" for value in each.hinge),
+            f"{100.0 * each.hinge_std:.1f}",
+            f"{math.degrees(each.bearing):+.2f}",
+            f"{math.degrees(each.bearing_std):.2f}",
+        )
+    yield table
+    walls = refined.walls
+    yield (
+        f"Walls differ from the model by {100.0 * walls.wall_std:.1f} cm, and are known to "
+        f"{100.0 * walls.remaining_std:.1f} cm."
+    )
+    for laser in refined.lasers:
+        yaw, std = math.degrees(laser.correction[2]), math.degrees(laser.std[2])
+        yield f"Laser {laser.frame} is turned by {yaw:+.2f} ± {std:.2f} degrees."
+    if refined.silent:
+        yield f"No drive tells of {', '.join(refined.silent)}."
