@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -48,11 +48,21 @@ class Shown:
     filling: list[Drawn | None]  # what fills it
     leaves: list[list[tuple[Drawn, BoolArray]]]  # what may be its leaves, and their cells
 
+    def both(self, about: int) -> list[tuple[int, int]]:
+        """Numbers of what may be the two leaves of a double door, which open the same way."""
+        halves = [(k, d) for k, (d, _) in enumerate(self.leaves[about]) if d.share < 1.0]
+        return [
+            (k, other)
+            for (k, one), (other, two) in product(halves, halves)
+            if not one.from_end and two.from_end and one.turn * two.turn < 0.0
+        ]
+
     def proposed(self, place: Doorway) -> list[tuple[int, Leaf]]:
         """The leaves that it may show, with the numbers of the backgrounds without them."""
         found = []
         for about, (opening, leaves) in enumerate(zip(place.openings, self.leaves, strict=True)):
-            for number, (drawn, _) in enumerate(leaves, start=1):
+            both = [leaves[first] for first, _ in self.both(about)]
+            for number, (drawn, _) in enumerate([*leaves, *both], start=1):
                 from_end, width = bool(drawn.from_end), drawn.share * opening.width
                 _, bearing = opening.jamb(from_end)
                 sense = 1 if drawn.turn > 0.0 else -1
@@ -94,11 +104,19 @@ def backgrounds(place: Doorway, shown: Shown) -> tuple[Behind, dict[int, list[Be
     left = DRAWN if any(shown.leaves) else 0.0  # what looks like a leaf in the map is none
     cleared = {}
     for about, between in enumerate(shown.between):
-        variants = [(shown.filling[about], between, left)]
-        variants += [(drawn, between | leaf, 0.0) for drawn, leaf in shown.leaves[about]]
+        leaves = shown.leaves[about]
+        variants: list[tuple[Drawn | None, Drawn | None, BoolArray, float]] = [
+            (shown.filling[about], None, between, left)
+        ]
+        variants += [(drawn, None, between | leaf, 0.0) for drawn, leaf in leaves]
+        for (first, its), (other, others) in ((leaves[a], leaves[b]) for a, b in shown.both(about)):
+            variants.append((first, other, between | its | others, 0.0))
         cleared[about] = [
-            _without(place, cells.segments(taken) + shift, as_is, drawn, log_left)
-            for drawn, taken, log_left in variants
+            replace(
+                _without(place, cells.segments(taken) + shift, as_is, drawn, log_left),
+                second=second,
+            )
+            for drawn, second, taken, log_left in variants
         ]
     return as_is, cleared
 
@@ -146,7 +164,8 @@ def _drawn(
     points = cells.middles[near]
     cos, sin = np.cos(bearing), np.sin(bearing)
     found: list[tuple[float, FloatArray, float]] = []  # how well it fits
-    for along, aside in product(*(np.arange(-reach, reach + 0.01, size) for reach in ABOUT)):
+    steps = [np.arange(-(n := round(reach / size)), n + 1) * size for reach in ABOUT]
+    for along, aside in product(*steps):
         hinge = jamb + np.array([along * cos - aside * sin, along * sin + aside * cos])
         off = points - hinge
         far = np.hypot(off[:, 0], off[:, 1])

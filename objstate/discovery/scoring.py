@@ -113,6 +113,7 @@ class Behind:
     # (groups,) what it gains
     as_drawn: FloatArray = field(default_factory=lambda: np.empty(0), repr=False)
     log_left: float = 0.0  # log-probability of what is left in the map beside a leaf
+    second: Drawn | None = None  # what else was taken out, which may be the other leaf
 
     def is_drawn(self, leaf: Leaf) -> bool:
         """Whether what was taken out may be a leaf."""
@@ -139,7 +140,13 @@ class Behind:
         return self.log_left + (FILLED if self.drawn.from_end is None else DRAWN)
 
     def before(self, place: Doorway, leaf: Leaf, angles: FloatArray) -> Behind:
-        """What there is with a leaf that stands at angles (groups,), which the map's leaf isn't."""
+        """What there is for the other leaf of a double door, if this one stands at angles (groups,)."""
+        there = self.beside(place, leaf, angles)
+        is_filled = self.drawn is not None and self.drawn.from_end is None
+        return replace(there, drawn=self.drawn if is_filled else self.second, log_left=0.0)
+
+    def beside(self, place: Doorway, leaf: Leaf, angles: FloatArray) -> Behind:
+        """What there is with a leaf that stands at angles (groups,) and isn't what the map shows."""
         expected = self.expected.copy()
         for k, own in enumerate(turned(leaf, angles)):
             if angles[k] >= FLAT:
@@ -150,12 +157,11 @@ class Behind:
             beams = np.ascontiguousarray(place.beams[:, mine])
             kernels.cast(beams, np.concatenate(ends)[None], met)
             expected[mine] = np.minimum(expected[mine], met - HALF)
-        return Behind(expected, place.log_likelihood(expected))
-
-    def beside(self, place: Doorway, leaf: Leaf, angles: FloatArray) -> Behind:
-        """The same, where the map's leaf is the one that is looked for beside it."""
-        there = self.before(place, leaf, angles)
-        return replace(self, expected=there.expected, log_likelihood=there.log_likelihood)
+        log_likelihood = place.log_likelihood(expected)
+        as_drawn = self.as_drawn
+        if self.drawn is not None:
+            as_drawn = as_drawn + self.log_likelihood - log_likelihood
+        return replace(self, expected=expected, log_likelihood=log_likelihood, as_drawn=as_drawn)
 
     def with_map(self, leaf: Leaf, angles: FloatArray, gain: FloatArray) -> FloatArray:
         """Gains (a, groups) of a leaf, which where the map has it may look as it is drawn."""
