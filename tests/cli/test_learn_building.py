@@ -1,0 +1,53 @@
+"""``objstate estimate --learn-building``: from a map and one log to a building and its doors' states."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.floors import Drives, make_drives
+from objstate.building import load_building
+from objstate.recording.tables import read_estimates
+from tests.discovery.test_finding import floor
+
+
+@pytest.fixture(scope="module")
+def drives(tmp_path_factory: pytest.TempPathFactory) -> Drives:
+    """A map, and a drive on which all doors stand differently."""
+    return make_drives(floor(), tmp_path_factory.mktemp("floor"), seed=5, count=1, moved=1.0)
+
+
+def test_doors_are_found_adjusted_and_estimated_in_one_go(run, drives: Drives) -> None:
+    out = drives.map.parent / "out"
+    outcome = run(
+        "estimate", drives.logs[0], "--building", drives.map, "--learn-building", "--out", out, "--quiet"
+    )  # fmt: skip
+    assert outcome.code == 0, outcome.err
+    urdf = out / "building" / "adjusted" / "building.urdf"
+    assert str(urdf) in outcome.out
+    assert (out / "building" / "found" / "doors.csv").exists()
+    assert json.loads((out / "run.json").read_text())["inputs"]["building"]["path"] == str(urdf)
+    learnt = load_building(urdf).objects
+    estimates = read_estimates(out)
+    right = 0
+    for door in floor().doors:
+        near = [n for n, item in learnt.items() if np.hypot(*(item.hinge[:2] - door.hinge)) < 0.3]
+        for name in near:
+            last = estimates.filter(estimates["object"] == name)["mean"][-1]
+            right += bool(abs(last - drives.states[1][door.name]) < np.radians(5.0))
+    assert right >= 2
+
+
+def test_what_excludes_it_is_said(run, drives: Drives, tmp_path: Path) -> None:
+    log = drives.logs[0]
+    given = ("--building", drives.map, "--learn-building", "--out", tmp_path / "out")
+    twice = run("estimate", log, log, *given)
+    assert twice.code == 1
+    assert "one log file alone" in twice.err
+    both = run("estimate", log, *given, "--calibrate")
+    assert both.code == 1
+    assert "leave --calibrate out" in both.err
+    assert not (tmp_path / "out").exists()
