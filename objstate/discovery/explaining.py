@@ -17,9 +17,9 @@ from objstate.discovery.scoring import (
     Lattice,
     Leaf,
     chained,
-    gains,
     log_joint,
     turned,
+    with_things,
 )
 from objstate.discovery.walls import Opening
 from objstate.geometry import FloatArray, wrap
@@ -303,7 +303,7 @@ def _bare(place: Doorway, as_is: Behind, open_: Behind, things: list[Thing]) -> 
     value, chosen = total([]), list[FloatArray]()
     if not things:
         return value
-    gain = open_.log_likelihood + [gains(place, open_, each).sum(axis=0) for _, each in things]
+    gain = [with_things(place, open_, each) for _, each in things]
     costs, spent, left = [cost for cost, _ in things], 0.0, list(range(len(things)))
     while left:
         pays = [spent + costs[k] + total([*chosen, gain[k]]) for k in left]

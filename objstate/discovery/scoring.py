@@ -149,14 +149,11 @@ class Behind:
         """What there is with a leaf that stands at angles (groups,) and isn't what the map shows."""
         expected = self.expected.copy()
         for k, own in enumerate(turned(leaf, angles)):
-            if angles[k] >= FLAT:
-                continue
-            mine = np.flatnonzero(place.group == k)
-            met = np.empty(len(mine))
-            ends = own[:2], own[:2] + own[3] * np.array([np.cos(own[2]), np.sin(own[2])])
-            beams = np.ascontiguousarray(place.beams[:, mine])
-            kernels.cast(beams, np.concatenate(ends)[None], met)
-            expected[mine] = np.minimum(expected[mine], met - HALF)
+            if angles[k] < FLAT:
+                mine = np.flatnonzero(place.group == k)
+                expected[mine] = np.minimum(
+                    expected[mine], _fronts(place.beams[:, mine], own[None])
+                )
         log_likelihood = place.log_likelihood(expected)
         as_drawn = self.as_drawn
         if self.drawn is not None:
@@ -223,6 +220,22 @@ class Lattice:
         """Of looks with gains (a, groups), where the map has the log-likelihood (a,) of angles."""
         each = chained(self.log_prior + log_map, self.log_prior, gain, stays)
         return float(np.logaddexp.reduce(self.log_limit + each))
+
+
+def with_things(place: Doorway, behind: Behind, leaves: FloatArray) -> FloatArray:
+    """(groups,) log-likelihood of the looks with all of some leaves (k, 4) at their bearings."""
+    if len(leaves) == 1:
+        return np.asarray(behind.log_likelihood + gains(place, behind, leaves)[0])
+    return place.log_likelihood(np.minimum(behind.expected, _fronts(place.beams, leaves)))
+
+
+def _fronts(beams: FloatArray, leaves: FloatArray) -> FloatArray:
+    """(n,) m along beams (9, n) to the nearest front of leaves (k, 4)."""
+    hinges, bearings, widths = leaves[:, :2], leaves[:, 2], leaves[:, 3:]
+    ends = hinges + widths * np.column_stack([np.cos(bearings), np.sin(bearings)])
+    met = np.empty(beams.shape[1])
+    kernels.cast(np.ascontiguousarray(beams), np.hstack([hinges, ends]), met)
+    return met - HALF
 
 
 def gains(place: Doorway, behind: Behind, leaves: FloatArray) -> FloatArray:
