@@ -17,6 +17,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from dataclasses import dataclass
+from datetime import date
 from itertools import pairwise
 
 import numpy as np
@@ -31,12 +32,13 @@ from benchmarks.habits import (
 from objstate.habits.building import DoorHabits, PieceHabits
 from objstate.habits.calendar import NANOSECONDS, Calendar
 from objstate.habits.looks import RegionLooks
-from objstate.habits.moves import MOVES
+from objstate.habits.moves import MoveDesign
 from objstate.habits.piece import PieceSite, Places, Sighting, shared
 from objstate.habits.site import RESTS, Site, fitted_site
 from objstate.habits.summary import week_moves
 
 BEGIN = 1_767_571_200  # Monday, 5 January 2026
+NEXT = date(2026, 2, 9)  # after the last week
 DAY = 1440  # minutes
 TAUGHT, TESTED = 28, 7  # days
 LOOKS_A_DAY = (2, 4, 12)
@@ -215,11 +217,11 @@ def furniture(rng: np.random.Generator, looks: int) -> Scores:
         )
         tested[str(k)] = seen[int(taught.sum()) - 1 :]
     forms = {name: "chair" if int(name) < CHAIRS else "table" for name in sites}
-    habits = PieceHabits(Calendar(), sites, forms, MOVES)
+    habits = PieceHabits(Calendar(), sites, forms, MoveDesign)
     for name, seen in tested.items():
         moves, others = habits.forecast(name), others_of(sites, forms, name)
         goes = sites[name].next(shared(others, settings))
-        rate = week_moves(moves.rates).moves_per_day
+        rate = week_moves(moves, NEXT).moves_per_day
         truth = rates[int(name)] * 10.0 * 5 / 7
         if int(name) > 1:  # the first two are exchanged, too
             held.append(rate.lower <= truth <= rate.upper)

@@ -80,9 +80,12 @@ class Levels:
         return -0.5 * float((level - self.along @ self.prior.mean) ** 2 / variance)
 
 
-def fit_levels(design: Design, calendar: Calendar, looks: RegionLooks) -> Mixture:
+def fit_levels(
+    design: Design, calendar: Calendar, looks: RegionLooks, before: Gaussian | None = None
+) -> Mixture:
     """The posterior of the parameters after looks, at least one."""
-    return mixture(evidence_of(design, calendar, looks), Levels(prior(design), design.level))
+    levels = Levels(before or prior(design), design.level)
+    return mixture(evidence_of(design, calendar, looks), levels)
 
 
 def mixture(told: Told, levels: Levels) -> Mixture:

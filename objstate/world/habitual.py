@@ -10,6 +10,8 @@ import numpy as np
 from objstate.building.model import Kind
 from objstate.geometry import FloatArray
 from objstate.habits.building import DoorHabits
+from objstate.habits.forecast import Forecast
+from objstate.habits.levels import fit_levels
 from objstate.habits.looks import RegionLooks
 from objstate.habits.regions import (
     CLOSED_M,
@@ -26,6 +28,8 @@ from objstate.records import NANOSECONDS
 
 RESTS_AT_FIRST = 5.0  # looks that the settings' places of rest count for
 LEAST = 1e-12  # probability
+DRAWS = 64  # of habits, for figures
+MOST_LOOKS = 1000  # by which figures are told
 
 
 def has_habits(filter_: object) -> TypeGuard[LatticeFilter]:
@@ -79,6 +83,25 @@ def region_looks(
         rests += np.bincount(bins, weights=weights, minlength=RESTS)
     stamps = np.array([belief.stamp_ns for belief in seen], dtype=np.int64)
     return RegionLooks.of(stamps, likelihood), rests
+
+
+def in_figures(
+    habits: DoorHabits, filter_: LatticeFilter, beliefs: Sequence[ObjectBelief]
+) -> Forecast:
+    """A door's habits for figures of them: by a mixture over how often it is moved.
+
+    Predictions average over what isn't known, for which one Gaussian serves, but the intervals of it
+    are too narrow (``objstate.habits.levels``). Of many looks the latest count.
+    """
+    name = filter_.item.name
+    site = habits.sites[name]
+    looks, _ = region_looks(filter_, site.bounds, beliefs)
+    if not len(looks):
+        return habits.forecast(name)
+    before = habits.before(site.design, habits.classes[name], but=name)
+    latest = looks.part(slice(-MOST_LOOKS, None))
+    known = fit_levels(site.design, habits.calendar, latest, before)
+    return Forecast(site.design, habits.calendar, known, DRAWS)
 
 
 def carried(
