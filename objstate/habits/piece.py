@@ -219,6 +219,12 @@ def shared(others: Sequence[PieceSite], settings: Places) -> Places:
     )
 
 
+def beside(others: Sequence[PieceSite], settings: Places) -> Places:
+    """Places that are new to a form: as often where other forms came to stand as its settings have it."""
+    came = [(float(each.arrivals.sum()), each.stood) for each in others if len(each.arrivals)]
+    return Places.mixed([(NEW, Places.mixed(came)), (NEW, settings)]) if came else settings
+
+
 def _stayed(last: Sighting, seen: Sighting, nearest: Nearest) -> float:
     """Density of what is seen of a piece that nobody moved since."""
     if last.state is None or seen.state is None:
