@@ -11,7 +11,7 @@ from objstate.geometry import FloatArray
 from objstate.habits.building import PieceHabits
 from objstate.habits.calendar import NANOSECONDS, Calendar
 from objstate.habits.moves import MoveDesign, Moves, Spans
-from objstate.habits.piece import PieceSite, Places, Sighting, shared
+from objstate.habits.piece import PieceSite, Places, Sighting, beside, shared
 from objstate.habits.summary import week_moves
 
 HOUR = 3600 * NANOSECONDS
@@ -109,6 +109,20 @@ def test_pieces_of_a_form_change_places() -> None:
     assert beside.density(swapped, as_it_is) > 5.0 * alone.density(swapped, as_it_is)
     for each in (alone, beside):
         assert each.weights.sum() + each.away == pytest.approx(1.0)
+
+
+def test_where_another_form_stood_is_half_of_what_is_new() -> None:
+    one, table = taught([seen(1, HERE)]), taught([seen(1, THERE)])
+    new = beside([table], ROOM)
+    assert new.weights.sum() + new.away == pytest.approx(1.0)
+    swapped = seen(9, THERE)
+    assert new.density(swapped, as_it_is) > 5.0 * ROOM.density(swapped, as_it_is)
+    anywhere = seen(9, np.array([0.5, 4.5, 2.0]))
+    assert new.density(anywhere, as_it_is) == pytest.approx(0.5 * ROOM.density(anywhere, as_it_is))
+    alone, among = one.next(ROOM), one.next(new)
+    assert among.density(swapped, as_it_is) > 5.0 * alone.density(swapped, as_it_is)
+    for others in ([], [PieceSite.empty()]):
+        assert beside(others, ROOM) is ROOM
 
 
 @settings(max_examples=30, deadline=None)
