@@ -11,8 +11,9 @@ from objstate.building.model import Kind
 from objstate.geometry import FloatArray
 from objstate.habits.building import DoorHabits
 from objstate.habits.forecast import Forecast
-from objstate.habits.levels import fit_levels
+from objstate.habits.levels import fit_levels, without
 from objstate.habits.looks import RegionLooks
+from objstate.habits.model import evidence_of
 from objstate.habits.regions import (
     CLOSED_M,
     CLOSED_RAD,
@@ -29,7 +30,7 @@ from objstate.records import NANOSECONDS
 RESTS_AT_FIRST = 5.0  # looks that the settings' places of rest count for
 LEAST = 1e-12  # probability
 DRAWS = 64  # of habits, for figures
-MOST_LOOKS = 1000  # by which figures are told
+MOST_LOOKS, LATEST_NS = 1000, 42 * 86400 * NANOSECONDS  # whose likelihood figures are told by
 
 
 def has_habits(filter_: object) -> TypeGuard[LatticeFilter]:
@@ -91,17 +92,22 @@ def in_figures(
     """A door's habits for figures of them: by a mixture over how often it is moved.
 
     Predictions average over what isn't known, for which one Gaussian serves, but the intervals of it
-    are too narrow (``objstate.habits.levels``). Of many looks the latest count.
+    are too narrow (``objstate.habits.levels``). Older looks count by the Gaussian that they left.
     """
-    name = filter_.item.name
+    name, calendar = filter_.item.name, habits.calendar
     site = habits.sites[name]
     looks, _ = region_looks(filter_, site.bounds, beliefs)
     if not len(looks):
         return habits.forecast(name)
-    before = habits.before(site.design, habits.classes[name], but=name)
     latest = looks.part(slice(-MOST_LOOKS, None))
-    known = fit_levels(site.design, habits.calendar, latest, before)
-    return Forecast(site.design, habits.calendar, known, DRAWS)
+    since = np.searchsorted(latest.stamps_ns, latest.stamps_ns[-1] - LATEST_NS)
+    latest = latest.part(slice(int(since), None))
+    before = habits.before(site.design, habits.classes[name], but=name)
+    if len(latest) < site.looks:
+        told = evidence_of(site.design, calendar, latest)
+        before = without(told, site.posterior(before), before)
+    known = fit_levels(site.design, calendar, latest, before)
+    return Forecast(site.design, calendar, known, DRAWS)
 
 
 def carried(

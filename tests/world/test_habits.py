@@ -255,6 +255,9 @@ def test_the_moves_of_a_door_are_told_by_a_mixture(store: WorldStore) -> None:
     assert isinstance(forecast.habits, Mixture)
     gaussian = replace(forecast, habits=world.habits.forecast("door").habits)
     wide, narrow = (week_habit(each, date(2026, 1, 19)) for each in (forecast, gaussian))
+    last = world.history("door")[-len(HOURS) :]
+    latest = in_figures(world.habits, world.filter_of("door"), last)  # type: ignore[arg-type]
+    assert week_habit(latest, date(2026, 1, 19)).shares[1].upper < 0.5  # what older looks told
     told = week_of(world, "door")
     assert told == wide
     for each in (wide, narrow):
