@@ -54,6 +54,14 @@ class WeekHabit:
     hours: tuple[HourHabit, ...]
     season: str | None = None  # cold or warm; None: there are no seasons
 
+    def moved_as(self, other: WeekHabit) -> WeekHabit:
+        """The week with the moves of another one."""
+        hours = (
+            replace(own, moves_per_hour=each.moves_per_hour)
+            for own, each in zip(self.hours, other.hours, strict=True)
+        )
+        return replace(self, moves_per_day=other.moves_per_day, hours=tuple(hours))
+
 
 def season_of(calendar: Calendar, day: date) -> str | None:
     """The season of a date; None where there are none."""

@@ -18,7 +18,7 @@ from objstate.habits.site import Site
 from objstate.habits.summary import WeekHabit, season_of, week_habit, week_moves
 from objstate.objects.doors import LatticeFilter
 from objstate.world.habit_rows import calendar_of
-from objstate.world.habitual import in_figures
+from objstate.world.habitual import of_moves
 from objstate.world.world import World
 
 SAME_PLACE = 0.3  # m
@@ -107,8 +107,9 @@ def week_of(world: World, name: str) -> WeekHabit:
     habits, filter_ = world.habits_of(name), world.filter_of(name)
     if habits is None or not isinstance(filter_, LatticeFilter):
         raise WorldError(f"Nothing is known of the habits of '{name}'.")
-    forecast = in_figures(habits, filter_, world.history(name))
-    return week_habit(forecast, _since(world, habits.calendar))
+    since = _since(world, habits.calendar)
+    moves = of_moves(habits, filter_, world.history(name))
+    return week_habit(habits.forecast(name), since).moved_as(week_habit(moves, since))
 
 
 def _since(world: World, calendar: Calendar) -> date:

@@ -86,13 +86,13 @@ def region_looks(
     return RegionLooks.of(stamps, likelihood), rests
 
 
-def in_figures(
+def of_moves(
     habits: DoorHabits, filter_: LatticeFilter, beliefs: Sequence[ObjectBelief]
 ) -> Forecast:
-    """A door's habits for figures of them: by a mixture over how often it is moved.
+    """A door's habits by a mixture over how often it is moved, for the intervals of that.
 
-    Predictions average over what isn't known, for which one Gaussian serves, but the intervals of it
-    are too narrow (``objstate.habits.levels``). Older looks count by the Gaussian that they left.
+    Those of the Gaussian that predicts are too narrow (``objstate.habits.levels``). Older looks count
+    by the Gaussian that they left.
     """
     name, calendar = filter_.item.name, habits.calendar
     site = habits.sites[name]
