@@ -1,10 +1,14 @@
-"""Habits of a simulated building: ``python benchmarks/simulated_habits.py [--seeds A:B]``
+"""Habits of a simulated building: ``python benchmarks/simulated_habits.py [--seeds A:B] [--figures]``
 
 *Doors*: offices whose owner comes at some hour of working days, goes for lunch and for many short walks,
 shuts the door or not by a habit of his own, and is away on some days; stores that are opened a few times
 a day; a corridor's door that is opened in the morning and shut at night. Their days are planned, not
 Markov. A robot looks at each a few times a day, at random moments, for four weeks; each model foretells
 the door's state in the fifth, given a look so long before. All doors' habits are learnt together.
+
+*Figures*: the share of time that each door is closed and how often it is moved a day, as ``objstate world
+habits`` tells them, by the Gaussian posterior that predicts and by the mixture over levels. The truth
+is that of all five weeks.
 
 *Furniture*: chairs that are moved among places by day, two of which change places, and a table
 that is moved about once a month. Each is looked at as the doors are.
@@ -17,6 +21,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from dataclasses import dataclass
+from datetime import date
 from itertools import pairwise
 
 import numpy as np
@@ -30,13 +35,17 @@ from benchmarks.habits import (
 )
 from objstate.habits.building import DoorHabits, PieceHabits
 from objstate.habits.calendar import NANOSECONDS, Calendar
+from objstate.habits.forecast import Forecast
+from objstate.habits.levels import fit_levels
 from objstate.habits.looks import RegionLooks
-from objstate.habits.moves import MOVES
-from objstate.habits.piece import PieceSite, Places, Sighting, shared
+from objstate.habits.moves import MoveDesign
+from objstate.habits.piece import PieceSite, Places, Sighting, beside, shared
 from objstate.habits.site import RESTS, Site, fitted_site
-from objstate.habits.summary import week_moves
+from objstate.habits.summary import week_habit, week_moves
+from objstate.world.habitual import DRAWS
 
 BEGIN = 1_767_571_200  # Monday, 5 January 2026
+NEXT = date(2026, 2, 9)  # after the last week
 DAY = 1440  # minutes
 TAUGHT, TESTED = 28, 7  # days
 LOOKS_A_DAY = (2, 4, 12)
@@ -51,8 +60,17 @@ def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", default="1:4", help="A:B")
-    first, last = map(int, parser.parse_args().seeds.split(":"))
+    parser.add_argument("--figures", action="store_true", help="only those")
+    given = parser.parse_args()
+    first, last = map(int, given.seeds.split(":"))
     seeds = range(first, last)
+    if not given.figures:
+        tables(seeds)
+    table_of_figures(seeds)
+
+
+def tables(seeds: range) -> None:
+    """Of doors and of furniture."""
     names = [f"{days} a day, {horizon}" for days in LOOKS_A_DAY for horizon in HORIZONS]
     print(f"| doors | {' | '.join(names)} |\n| --- |{' --- |' * len(names)}")
     rows = np.mean([doors(np.random.default_rng(seed)) for seed in seeds], axis=0)
@@ -70,12 +88,24 @@ def main() -> None:
         print(f"| {' | '.join(cells)} | {sum(held)} of {len(held)} |")
 
 
+def table_of_figures(seeds: range) -> None:
+    """How often intervals of figures hold the truth."""
+    print("\n| figures of doors | share closed in 90 % | moves a day in 90 % | upper over lower |")
+    print("| --- | --- | --- | --- |")
+    for looks in LOOKS_A_DAY:
+        parts = [figures(np.random.default_rng(seed), looks) for seed in seeds]
+        for name in parts[0]:
+            told = np.concatenate([part[name] for part in parts])
+            held = [f"{told[:, k].sum():.0f} of {len(told)}" for k in (0, 1)]
+            cells = [f"{looks} looks a day, {name}", *held, f"{np.median(told[:, 2]):.1f}"]
+            print(f"| {' | '.join(cells)} |")
+
+
 def doors(rng: np.random.Generator) -> np.ndarray:
     """(m, n) scores of each model, at each number of looks and each horizon."""
     minutes = np.arange((TAUGHT + TESTED) * DAY)
     times = BEGIN + MINUTE * minutes
-    states = [office(rng) for _ in range(OFFICES)] + [store(rng) for _ in range(STORES)]
-    states.append(corridor_door(rng))
+    states = building(rng)
     columns = []
     for looks in LOOKS_A_DAY:
         seen = [np.sort(rng.choice(TAUGHT * DAY, TAUGHT * looks, replace=False)) for _ in states]
@@ -123,10 +153,40 @@ def habits_of(
     return DoorHabits(Calendar(), sites, dict.fromkeys(sites, "hinged"))
 
 
+def figures(rng: np.random.Generator, looks: int) -> dict[str, np.ndarray]:
+    """By posterior (n, 3) of each door: whether both intervals hold, and how wide that of moves is."""
+    times = BEGIN + MINUTE * np.arange((TAUGHT + TESTED) * DAY)
+    states = building(rng)
+    seen = [np.sort(rng.choice(TAUGHT * DAY, TAUGHT * looks, replace=False)) for _ in states]
+    habits, out = habits_of(times, states, seen), dict[str, list[tuple[float, float, float]]]()
+    for k, (state, at) in enumerate(zip(states, seen, strict=True)):
+        own, design = habits.forecast(str(k)), habits.sites[str(k)].design
+        known = RegionLooks.certain(times[at] * NANOSECONDS, state[at], 2)
+        before = habits.before(design, "hinged", but=str(k))
+        mixture = fit_levels(design, habits.calendar, known, before)
+        closed = 1.0 - float(state.mean())
+        moves = np.count_nonzero(np.diff(state)) / (TAUGHT + TESTED)
+        for name, each in (
+            ("Gaussian", own),
+            ("mixture", Forecast(design, habits.calendar, mixture, DRAWS)),
+        ):
+            week = week_habit(each, NEXT)
+            share, often = week.shares[0], week.moves_per_day
+            held = share.lower <= closed <= share.upper, often.lower <= moves <= often.upper
+            out.setdefault(name, []).append((*map(float, held), often.upper / often.lower))
+    return {name: np.array(each) for name, each in out.items()}
+
+
 def judged(predict: Predict, times: np.ndarray, states: np.ndarray, minutes: int) -> float:
     """Log-likelihood in the last week, given a look so many minutes before."""
     at = np.arange(TAUGHT * DAY + 3, len(times), 31)
     return score(predict(times[at], minutes, states[at - minutes]), states[at])
+
+
+def building(rng: np.random.Generator) -> list[np.ndarray]:
+    """Whether each door (n,) is open, by the minute."""
+    rooms = [office(rng) for _ in range(OFFICES)] + [store(rng) for _ in range(STORES)]
+    return [*rooms, corridor_door(rng)]
 
 
 def office(rng: np.random.Generator) -> np.ndarray:
@@ -215,11 +275,12 @@ def furniture(rng: np.random.Generator, looks: int) -> Scores:
         )
         tested[str(k)] = seen[int(taught.sum()) - 1 :]
     forms = {name: "chair" if int(name) < CHAIRS else "table" for name in sites}
-    habits = PieceHabits(Calendar(), sites, forms, MOVES)
+    habits = PieceHabits(Calendar(), sites, forms, MoveDesign)
     for name, seen in tested.items():
-        moves, others = habits.forecast(name), others_of(sites, forms, name)
-        goes = sites[name].next(shared(others, settings))
-        rate = week_moves(moves.rates).moves_per_day
+        moves = habits.forecast(name)
+        like, unlike = others_of(sites, forms, name)
+        goes = sites[name].next(shared(like, beside(unlike, settings)))
+        rate = week_moves(moves, NEXT).moves_per_day
         truth = rates[int(name)] * 10.0 * 5 / 7
         if int(name) > 1:  # the first two are exchanged, too
             held.append(rate.lower <= truth <= rate.upper)
@@ -237,9 +298,15 @@ def furniture(rng: np.random.Generator, looks: int) -> Scores:
     return Scores((settings_, constant_, by_habit), tuple(held))
 
 
-def others_of(sites: dict[str, PieceSite], forms: dict[str, str], name: str) -> list[PieceSite]:
-    """Those of the same form."""
-    return [site for n, site in sites.items() if n != name and forms[n] == forms[name]]
+def others_of(
+    sites: dict[str, PieceSite], forms: dict[str, str], name: str
+) -> tuple[list[PieceSite], list[PieceSite]]:
+    """Those of the same form, and of others."""
+    like, unlike = list[PieceSite](), list[PieceSite]()
+    for other, site in sites.items():
+        if other != name:
+            (like if forms[other] == forms[name] else unlike).append(site)
+    return like, unlike
 
 
 def chair(rng: np.random.Generator, rate: float, spots: np.ndarray, k: int) -> np.ndarray:

@@ -9,7 +9,7 @@ are read; an unknown key is an error that names the nearest known one.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from datetime import date, tzinfo
+from datetime import date, datetime, tzinfo
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, TypeVar
@@ -18,10 +18,13 @@ from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 from pydantic import (
     AfterValidator,
     BaseModel,
+    BeforeValidator,
     ConfigDict,
     Field,
+    SerializerFunctionWrapHandler,
     ValidationError,
     field_validator,
+    model_serializer,
     model_validator,
 )
 
@@ -368,11 +371,55 @@ CONSTANTS = {  # by group, settings of earlier versions
 REPLACED |= {(group, key): f"it is {CONSTANT}" for group, keys in CONSTANTS.items() for key in keys}
 
 
+def _checked_day(given: Any) -> str:
+    """A month and a day, such as 05-01."""
+    try:
+        if not isinstance(given, str):
+            raise ValueError
+        return f"{datetime.strptime(f'{LEAP_YEAR}-{given}', '%Y-%m-%d'):%m-%d}"
+    except ValueError as error:
+        raise ValueError(f"{given!r} is no day of a year; give MONTH-DAY, such as 05-01") from error
+
+
+LEAP_YEAR = 2000  # which has all days that a year may have
+DayOfYear = Annotated[str, BeforeValidator(_checked_day)]
+
+
+class WarmSettings(Strict):
+    """The warm season of each year; over new year where it ends before it begins."""
+
+    begin: DayOfYear = Field(alias="from")
+    to: DayOfYear  # which is included
+
+    @property
+    def days(self) -> tuple[tuple[int, int], tuple[int, int]]:
+        """Month and day of its first and its last day."""
+        first, last = (tuple(map(int, each.split("-"))) for each in (self.begin, self.to))
+        return (first[0], first[1]), (last[0], last[1])
+
+    @model_validator(mode="after")
+    def _is_a_part(self) -> WarmSettings:
+        first, last = (date(LEAP_YEAR, *day) for day in self.days)
+        if (last - first).days in (365, -1):
+            raise ValueError(
+                f"from {self.begin} to {self.to} is the whole year; leave 'warm' out where "
+                "there are no seasons"
+            )
+        return self
+
+
 class CalendarSettings(Strict):
-    """By which clock the people in the building live."""
+    """By which clock and seasons the people in the building live."""
 
     timezone: str = "UTC"  # such as Europe/Berlin
     holidays: tuple[date, ...] = ()  # days off beside weekends
+    warm: WarmSettings | None = None  # None: no seasons are told apart
+
+    @model_serializer(mode="wrap")
+    def _without_none(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Without seasons the words are those of versions that didn't have them."""
+        words: dict[str, Any] = handler(self)
+        return {key: value for key, value in words.items() if value is not None}
 
     @field_validator("timezone")
     @classmethod

@@ -8,6 +8,7 @@ from typing import Any, Literal
 import pytest
 
 from objstate.config import (
+    CalendarSettings,
     DoorSettings,
     FurnitureSettings,
     Settings,
@@ -257,3 +258,44 @@ def test_thresholds_of_being_lost_are_replaced_by_rates(tmp_path: Path, key: str
     assert f"'localization.{key}' is no longer a setting" in message
     assert "kidnaps_per_hour" in message
     assert "kidnaps_per_hour" in refused(tmp_path, "{search: {track_odds: 10}}")
+
+
+@pytest.mark.parametrize(
+    ("text", "days"),
+    [
+        ("{from: 05-01, to: 09-30}", ((5, 1), (9, 30))),
+        ("{from: 11-01, to: 03-31}", ((11, 1), (3, 31))),
+        ("{from: '5-1', to: '9-30'}", ((5, 1), (9, 30))),
+        ("{from: 02-29, to: 06-30}", ((2, 29), (6, 30))),
+    ],
+)
+def test_the_warm_season_is_from_a_day_to_a_day(tmp_path: Path, text: str, days: object) -> None:
+    calendar = loaded(tmp_path, f"calendar: {{warm: {text}}}").calendar
+    assert calendar.warm is not None
+    assert calendar.warm.days == days
+    for by_alias in (False, True):
+        again = CalendarSettings.model_validate_json(calendar.model_dump_json(by_alias=by_alias))
+        assert again == calendar
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("{from: 05-01, to: 09-31}", "'09-31' is no day of a year; give MONTH-DAY"),
+        ("{from: May, to: 09-30}", "'May' is no day of a year"),
+        ("{from: 2026-05-01, to: 09-30}", "is no day of a year"),
+        ("{from: 5, to: 09-30}", "5 is no day of a year"),
+        ("{from: 05-01}", "calendar.warm.to"),
+        ("{from: 05-01, to: 04-30}", "is the whole year"),
+        ("{from: 01-01, to: 12-31}", "is the whole year"),
+        ("{from: 05-01, till: 09-30}", "till"),
+    ],
+)
+def test_a_warm_season_that_is_none_is_refused(tmp_path: Path, text: str, told: str) -> None:
+    message = refused(tmp_path, f"calendar: {{warm: {text}}}")
+    assert told in message
+    assert "calendar.warm" in message
+
+
+def test_a_calendar_without_seasons_has_no_word_of_them() -> None:
+    assert CalendarSettings().model_dump_json() == '{"timezone":"UTC","holidays":[]}'

@@ -18,7 +18,6 @@ from objstate.errors import SettingsError, WorldError
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from objstate.habits.summary import Figure
     from objstate.world import World
 
 HABITS = """\b
@@ -34,7 +33,8 @@ Examples:
   objstate world when world.db door_07:20 door_08:45 --width 0.6
 """
 LEGEND = (
-    "Medians of the share of time and of the moves in a week without holidays, with 90 % intervals.\n"
+    "Medians of the share of time and of the moves in a week{season} without holidays, with 90 % "
+    "intervals.\n"
     "Working days are Monday to Friday but for holidays; hours are those of {zone}."
 )
 Place = Annotated[
@@ -61,39 +61,40 @@ def habits(
     Learnt from the looks of all drives, at whatever hours these were. By which clock, and which
     days are holidays, is in the settings of the drives (calendar).
     """
-    from objstate.world.habit_words import habit_words, piece_words
+    from objstate.world.habit_words import habit_words, piece_words, season_word
     from objstate.world.store import open_store
 
     store = open_store(world)
     if fit:
         store.fit_habits()
     known = store.load()
-    words, pieces = habit_words(known), piece_words(known)
-    if name is not None:
-        words = {name: words[name]} if name in words else {}
-        pieces = {name: pieces[name]} if name in pieces else {}
-        if not (words or pieces):
-            _ = known.history(name)  # tells of an unknown object
-            raise WorldError(f"Nothing is known of the habits of '{name}': nobody looked at it.")
+    chosen = None if name is None else [name]
+    words, pieces = habit_words(known, chosen), piece_words(known, chosen)
+    if name is not None and not (words or pieces):
+        _ = known.history(name)  # tells of an unknown object
+        raise WorldError(f"Nothing is known of the habits of '{name}': nobody looked at it.")
+    season = season_word(known)
     if as_json:
-        calendar = known.settings.calendar.model_dump(mode="json")
-        print_text(
-            json.dumps({"calendar": calendar, "doors": words, "furniture": pieces}, indent=2)
-        )
+        document: dict[str, object] = {
+            "calendar": known.settings.calendar.model_dump(mode="json", by_alias=True)
+        }
+        document |= {} if season is None else {"season": season}
+        print_text(json.dumps(document | {"doors": words, "furniture": pieces}, indent=2))
         return
     if not (words or pieces):
         print_text("No object has been looked at.")
         return
     if words:
-        print_table(_table(known, words))
+        print_table(_table(words))
     if pieces:
         print_table(_pieces(pieces))
     if name in words:
-        print_table(_hours(known, name))
+        print_table(_hours(name, words[name]))
     elif name in pieces:
         print_table(_places(name, pieces[name]))
-        print_table(_moves(known, name))
-    print_text(LEGEND.format(zone=known.settings.calendar.timezone))
+        print_table(_moves(name, pieces[name]))
+    of_season = "" if season is None else f" of the {season} season, that of the last look"
+    print_text(LEGEND.format(zone=known.settings.calendar.timezone, season=of_season))
 
 
 def when(
@@ -178,26 +179,23 @@ def _duration(seconds: float) -> str:
     return f"{seconds:.0f} s" if seconds < 120 else f"{seconds / 60:.0f} min"
 
 
-def _table(world: World, words: dict[str, dict[str, object]]) -> Table:
-    from objstate.world.habit_words import week_of
-
+def _table(words: dict[str, dict[str, Any]]) -> Table:
     table = new_table(
         "Habits", ("door",), ("looks", "closed (%)", "in office hours (%)", "moves a day")
     )
     for name, each in words.items():
-        week = week_of(world, name)
+        moves = each["moves_per_day"]
         office = [
-            hour.shares[0].value
-            for hour in week.hours
-            if hour.kind == "working" and 8 <= hour.hour < 18
+            hour["shares"][0]["value"]
+            for hour in each["hours"]
+            if hour["kind"] == "working" and 8 <= hour["hour"] < 18
         ]
         table.add_row(
             name,
             str(each["looks"]),
-            _share(week.shares[0]),
+            _share(each["shares"][0]),
             percent(sum(office) / len(office)),
-            f"{week.moves_per_day.value:.1f} ({week.moves_per_day.lower:.1f} to "
-            f"{week.moves_per_day.upper:.1f})",
+            f"{moves['value']:.1f} ({moves['lower']:.1f} to {moves['upper']:.1f})",
         )
     return table
 
@@ -232,32 +230,28 @@ def _places(name: str, words: dict[str, Any]) -> Table:
     return table
 
 
-def _moves(world: World, name: str) -> Table:
-    from objstate.world.habit_words import moves_of
-
+def _moves(name: str, words: dict[str, Any]) -> Table:
     table = new_table(f"{name} by hour", ("day", "hour"), ("moves an hour",))
-    for hour in moves_of(world, name).hours:
-        moves = hour.moves_per_hour
-        rate = f"{moves.value:.3f} ({moves.lower:.3f} to {moves.upper:.3f})"
-        table.add_row(hour.kind, f"{hour.hour:02d}", rate)
+    for hour in words["hours"]:
+        moves = hour["moves_per_hour"]
+        rate = f"{moves['value']:.3f} ({moves['lower']:.3f} to {moves['upper']:.3f})"
+        table.add_row(hour["kind"], f"{hour['hour']:02d}", rate)
     return table
 
 
-def _hours(world: World, name: str) -> Table:
-    from objstate.world.habit_words import region_names, week_of
-
-    regions = region_names(world, name)
-    columns = (*(f"{region} (%)" for region in regions), "moves an hour")
+def _hours(name: str, words: dict[str, Any]) -> Table:
+    columns = (*(f"{region} (%)" for region in words["regions"]), "moves an hour")
     table = new_table(f"{name} by hour", ("day", "hour"), columns)
-    for hour in week_of(world, name).hours:
+    for hour in words["hours"]:
         table.add_row(
-            hour.kind,
-            f"{hour.hour:02d}",
-            *(_share(share) for share in hour.shares),
-            f"{hour.moves_per_hour.value:.2f}",
+            hour["kind"],
+            f"{hour['hour']:02d}",
+            *(_share(share) for share in hour["shares"]),
+            f"{hour['moves_per_hour']['value']:.2f}",
         )
     return table
 
 
-def _share(figure: Figure) -> str:
-    return f"{percent(figure.value)} ({percent(figure.lower)} to {percent(figure.upper)})"
+def _share(figure: dict[str, float]) -> str:
+    value, lower, upper = (percent(figure[each]) for each in ("value", "lower", "upper"))
+    return f"{value} ({lower} to {upper})"

@@ -7,7 +7,7 @@ looks told of each (``Factor``) becomes what is known of every other one in clos
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Generic, TypeVar
 
@@ -27,8 +27,12 @@ from objstate.lazy import lazy
 BUILDING, CLASS = 0.4, 0.2  # shares of the prior's covariance; the remainder is the object's own
 FEWEST = 2  # looks at an object whose habits count
 Message = tuple[FloatArray, FloatArray]  # information (c, c) of what is common, and pull
-DOORS = Design(2)  # what doors of any number of regions have in common
 S = TypeVar("S", bound=Factor[Any])
+
+
+def doors(seasons: bool) -> Design:
+    """What doors of any number of regions have in common."""
+    return Design(2, seasons)
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +42,7 @@ class Habits(Generic[S, F]):
     calendar: Calendar
     sites: Mapping[str, S]  # by object
     classes: Mapping[str, str]  # of those objects
-    common: Parameters = DOORS  # the first ones of each object
+    shared: Callable[[bool], Parameters] = doors  # by whether there are seasons
     _forecasts: dict[str, Any] = field(default_factory=dict, init=False, repr=False)
 
     def __contains__(self, name: object) -> bool:
@@ -49,7 +53,12 @@ class Habits(Generic[S, F]):
     def with_sites(self, sites: Mapping[str, S], classes: Mapping[str, str]) -> Habits[S, F]:
         """The habits with other sites of some objects."""
         every = {**self.sites, **sites}
-        return Habits(self.calendar, every, {**self.classes, **classes}, self.common)
+        return Habits(self.calendar, every, {**self.classes, **classes}, self.shared)
+
+    @lazy
+    def common(self) -> Parameters:
+        """The first parameters of each object."""
+        return self.shared(self.calendar.seasons)
 
     def forecast(self, name: str) -> F:
         """By what is known of an object."""

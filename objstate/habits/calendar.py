@@ -8,9 +8,10 @@ cells less, or more.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, date, datetime, timedelta, tzinfo
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,21 +22,55 @@ PER_DAY = 86400 // CELL_S  # cells of a day on which no clock is changed
 NANOSECONDS = 10**9
 CELL_NS = CELL_S * NANOSECONDS
 WEEKEND = (5, 6)  # of the days of the week from 0, Monday
-WORKING, FREE = 0, 1  # kinds of days: on free ones, weekends and holidays, few are expected
-KINDS = 2
+# The kind of a day is a sum of these: on free days, weekends and holidays, few people are expected,
+# and on warm ones, where a calendar has seasons, doors stand open that are shut in winter.
+WORKING, FREE, WARM = 0, 1, 2
 DAYS_KEPT = 1 << 14  # 45 years: a stretch longer than is kept would never be found again
+
+
+class Season(NamedTuple):
+    """A part of each year, by months and days; over new year where it ends before it begins."""
+
+    first: tuple[int, int]
+    last: tuple[int, int]  # which is included
+
+    def has(self, day: date) -> bool:
+        """Whether a date lies in it."""
+        at = (day.month, day.day)
+        if self.first <= self.last:
+            return self.first <= at <= self.last
+        return at >= self.first or at <= self.last
+
+
+ALWAYS, NEVER = Season((1, 1), (12, 31)), Season((13, 1), (13, 1))  # there is no 13th month
 
 
 @dataclass(frozen=True)
 class Calendar:
-    """By which clock a building lives, and on which dates it rests."""
+    """By which clock a building lives, on which dates it rests, and when it is warm."""
 
     zone: tzinfo = UTC
     holidays: frozenset[date] = field(default=frozenset())
+    warm: Season | None = None  # None: habits have no seasons
+
+    @property
+    def seasons(self) -> bool:
+        """Whether days are told apart by season."""
+        return self.warm is not None
+
+    def is_warm(self, day: date) -> bool:
+        """Whether a date lies in the warm season."""
+        return self.warm is not None and self.warm.has(day)
 
     def kind(self, day: date) -> int:
-        """WORKING or FREE."""
-        return FREE if day.weekday() in WEEKEND or day in self.holidays else WORKING
+        """The sum of FREE and WARM as far as they hold."""
+        free = day.weekday() in WEEKEND or day in self.holidays
+        return (FREE if free else WORKING) + (WARM if self.is_warm(day) else 0)
+
+    def usual(self, day: date) -> Calendar:
+        """A calendar without holidays, on which it is always the season of a date."""
+        warm = None if self.warm is None else ALWAYS if self.is_warm(day) else NEVER
+        return replace(self, holidays=frozenset(), warm=warm)
 
     def keys(self, first: int, last: int) -> IntArray:
         """(last - first,) the key of each cell, ``kind * PER_DAY + quarter``.
@@ -63,7 +98,9 @@ class Calendar:
         first, last = begin_ns // CELL_NS, end_ns // CELL_NS
         ends = np.arange(first, last + 2) * CELL_NS
         seconds = np.diff(np.clip(ends, begin_ns, end_ns)) / NANOSECONDS
-        by_key = np.bincount(self.keys(first, last + 1), seconds, minlength=KINDS * PER_DAY)
+        by_key = np.bincount(
+            self.keys(first, last + 1), seconds, minlength=kinds(self.seasons) * PER_DAY
+        )
         return np.asarray(by_key, dtype=float)
 
     def local(self, stamp_ns: int) -> datetime:
@@ -79,6 +116,11 @@ class Calendar:
                 return
             yield day, max(since, begin_ns), min(until, end_ns)
             day += timedelta(days=1)
+
+
+def kinds(seasons: bool) -> int:
+    """How many kinds of days there are, with seasons or without."""
+    return 4 if seasons else 2
 
 
 @lru_cache(maxsize=DAYS_KEPT)

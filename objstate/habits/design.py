@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from objstate.geometry import FloatArray, IntArray
-from objstate.habits.calendar import FREE, KINDS, PER_DAY
+from objstate.habits.calendar import FREE, PER_DAY, WARM, kinds
 from objstate.lazy import lazy
 
 # Local parameters: log of moves an hour of a settled door, log odds of resting off the first
@@ -40,23 +40,23 @@ class Block(NamedTuple):
     """A function of the time of day that is added to a local parameter on some kinds of days."""
 
     local: int
-    kinds: tuple[int, ...]
+    on: int  # FREE, WARM; 0: on all days
     knots: int  # values, at even distances
     level: float  # deviation of its constant
     slow: float  # deviation of what changes over SLOW_H
     quick: float  # deviation of what changes over QUICK_H
 
 
-DAYS = tuple(range(KINDS))
+ALL = 0
 BLOCKS = (
-    Block(SETTLED, DAYS, 48, 1.5, 1.5, 0.7),
-    Block(SETTLED, (FREE,), 12, 0.7, 0.7, 0.0),
-    Block(AWAY, DAYS, 96, 1.5, 2.0, 1.0),
-    Block(AWAY, (FREE,), 12, 1.5, 1.0, 0.0),
+    Block(SETTLED, ALL, 48, 1.5, 1.5, 0.7),
+    Block(SETTLED, FREE, 12, 0.7, 0.7, 0.0),
+    Block(AWAY, ALL, 96, 1.5, 2.0, 1.0),
+    Block(AWAY, FREE, 12, 1.5, 1.0, 0.0),
 )
-FIRST = tuple(
-    itertools.accumulate((block.knots for block in BLOCKS), initial=0)
-)  # of their parameters
+# Of the warm season. A door that is open a twentieth of the time in the one may be shut as seldom in
+# the other: log odds that differ by 6, within two deviations.
+SEASONAL = (Block(SETTLED, WARM, 12, 0.7, 0.7, 0.0), Block(AWAY, WARM, 12, 3.0, 2.0, 0.0))
 
 
 @dataclass(frozen=True)
@@ -64,6 +64,14 @@ class Design:
     """How parameters become local ones, for doors of so many regions."""
 
     regions: int
+    seasons: bool = False  # whether the warm season has blocks of its own
+
+    @lazy
+    def placed(self) -> tuple[tuple[int, Block], ...]:
+        """The blocks, each after its first parameter."""
+        blocks = BLOCKS + SEASONAL if self.seasons else BLOCKS
+        firsts = itertools.accumulate((block.knots for block in blocks), initial=0)
+        return tuple(zip(firsts, blocks, strict=False))
 
     @property
     def locals(self) -> int:
@@ -80,22 +88,27 @@ class Design:
         """Length of ``theta``."""
         return self._constants + self.locals - 2
 
+    @lazy
+    def _empty(self) -> int:
+        """Where what is added while a building is empty begins."""
+        return sum(block.knots for _, block in self.placed)
+
     @property
     def _constants(self) -> int:
         """Where the constants begin."""
-        return FIRST[-1] + len(EMPTY)
+        return self._empty + len(EMPTY)
 
     @lazy
     def active(self) -> tuple[IntArray, IntArray, FloatArray]:
         """For each key of a cell (k, a): which parameters matter, for which local one, by how much."""
         keys: list[list[tuple[int, int, float]]] = []
-        for kind in range(KINDS):
+        for kind in range(kinds(self.seasons)):
             for cell in range(PER_DAY):
                 rows = [(self._constants + k, AWAY + 1 + k, 1.0) for k in range(self.locals - 2)]
                 empty = _empty(kind, 24.0 * (cell + 0.5) / PER_DAY)
-                rows += [(FIRST[-1] + k, local, empty) for k, local in enumerate(EMPTY)]
-                for first, block in zip(FIRST, BLOCKS, strict=False):
-                    if kind in block.kinds:
+                rows += [(self._empty + k, local, empty) for k, local in enumerate(EMPTY)]
+                for first, block in self.placed:
+                    if kind & block.on == block.on:
                         at = (cell + 0.5) * block.knots / PER_DAY - 0.5
                         low, share = int(np.floor(at)), at - np.floor(at)
                         rows.append((first + low % block.knots, block.local, 1.0 - share))
@@ -121,7 +134,7 @@ class Design:
     def level(self) -> FloatArray:
         """(p,) from parameters to the mean logarithm over a day of a settled door's moves an hour."""
         out = np.zeros(self.parameters)
-        (first, block), *_ = zip(FIRST, BLOCKS, strict=False)  # of SETTLED, on all days
+        (first, block), *_ = self.placed  # of SETTLED, on all days
         out[first : first + block.knots] = 1.0 / block.knots
         return out
 
@@ -129,23 +142,23 @@ class Design:
     def mean(self) -> FloatArray:
         """(p,) prior mean."""
         out = np.zeros(self.parameters)
-        for first, block in zip(FIRST, BLOCKS, strict=False):
-            if block.kinds == DAYS:
+        for first, block in self.placed:
+            if block.on == ALL:
                 out[first : first + block.knots] = MEANS[block.local]
         means = [mean for mean, _ in (*EMPTY.values(), *CONSTANTS.values())]
-        out[FIRST[-1] : FIRST[-1] + len(means)] = means
+        out[self._empty : self._empty + len(means)] = means
         return out
 
     @lazy
     def covariance(self) -> FloatArray:
         """(p, p) prior covariance."""
         out = np.zeros((self.parameters, self.parameters))
-        for first, block in zip(FIRST, BLOCKS, strict=False):
+        for first, block in self.placed:
             at = slice(first, first + block.knots)
             out[at, at] = similarity(block)
         stds = [std for _, std in (*EMPTY.values(), *CONSTANTS.values())]
         stds += [REGION_STD] * (self.regions - 2)
-        for k, std in enumerate(stds, start=FIRST[-1]):
+        for k, std in enumerate(stds, start=self._empty):
             out[k, k] = std**2
         return out
 
@@ -154,7 +167,7 @@ def _empty(kind: int, hour: float) -> float:
     """How empty a building is, 0 to 1."""
     return (
         1.0
-        if kind == FREE
+        if kind & FREE
         else float(np.interp(hour, [WAKES, FILLED, LEAVES, EMPTIED], [1.0, 0.0, 0.0, 1.0]))
     )
 

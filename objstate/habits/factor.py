@@ -25,6 +25,7 @@ class Factor(Generic[F]):
     looks: int = field(default=0, kw_only=True)  # taken in
     fitted: int = field(default=0, kw_only=True)  # of these by a fit to all looks, others in turn
     first_ns: int | None = field(default=None, kw_only=True)  # of the looks
+    seasons: bool = field(default=False, kw_only=True)  # whether its calendar has them
 
     @property
     @abstractmethod

@@ -17,6 +17,7 @@ import numpy as np
 from objstate.geometry import FloatArray
 from objstate.habits.calendar import Calendar
 from objstate.habits.design import Design
+from objstate.habits.factor import root_of
 from objstate.habits.looks import RegionLooks
 from objstate.habits.model import Evidence, Gaussian, Told, evidence_of, laplace, mode, prior
 
@@ -80,9 +81,26 @@ class Levels:
         return -0.5 * float((level - self.along @ self.prior.mean) ** 2 / variance)
 
 
-def fit_levels(design: Design, calendar: Calendar, looks: RegionLooks) -> Mixture:
+def fit_levels(
+    design: Design, calendar: Calendar, looks: RegionLooks, before: Gaussian | None = None
+) -> Mixture:
     """The posterior of the parameters after looks, at least one."""
-    return mixture(evidence_of(design, calendar, looks), Levels(prior(design), design.level))
+    levels = Levels(before or prior(design), design.level)
+    return mixture(evidence_of(design, calendar, looks), levels)
+
+
+def without(told: Told, after: Gaussian, before: Gaussian) -> Gaussian:
+    """What is known ``after`` all looks, but for some that tell this: the cavity of these.
+
+    ``before`` is what is known without any look (Minka 2001, *Expectation propagation for
+    approximate Bayesian inference*).
+    """
+    found = told(after.mean)
+    assumed, known = (np.linalg.inv(each.covariance) for each in (before, after))
+    root = root_of(known - assumed - found.information, before)
+    pull = (known - found.information) @ after.mean - found.score
+    covariance = np.linalg.inv(assumed + root.T @ root)
+    return Gaussian(covariance @ pull, (covariance + covariance.T) / 2.0)
 
 
 def mixture(told: Told, levels: Levels) -> Mixture:

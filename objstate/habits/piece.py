@@ -18,7 +18,7 @@ from objstate.geometry import FloatArray, wrap
 from objstate.habits.calendar import Calendar
 from objstate.habits.factor import Factor, told
 from objstate.habits.model import Gaussian, fit_to, mode, prior
-from objstate.habits.moves import MOVES, MoveDesign, Moves, Spans
+from objstate.habits.moves import MoveDesign, Moves, Spans
 
 NEW = 1.0  # arrivals that a place where it never stood counts for
 # Deviations of x, y, yaw by which a piece seems to stand elsewhere on another drive, m, m, rad
@@ -96,19 +96,19 @@ class PieceSite(Factor[Moves]):
     last: Sighting | None = None
 
     @staticmethod
-    def empty() -> PieceSite:
+    def empty(seasons: bool = False) -> PieceSite:
         """Of a piece that nobody has looked at."""
-        p = len(MOVES.mean)
+        p, nowhere = len(MoveDesign(seasons).mean), np.empty((0, 3))
         return PieceSite(
-            np.zeros(p), np.zeros((0, p)), np.empty((0, 3)), np.empty((0, 3)), np.empty(0)
+            np.zeros(p), np.zeros((0, p)), nowhere, nowhere, np.empty(0), seasons=seasons
         )
 
     @property
     def design(self) -> MoveDesign:
-        return MOVES
+        return MoveDesign(self.seasons)
 
     def forecast(self, calendar: Calendar, after: Gaussian) -> Moves:
-        return Moves(calendar, after)
+        return Moves(self.design, calendar, after)
 
     @property
     def stood(self) -> Places:
@@ -136,7 +136,7 @@ class PieceSite(Factor[Moves]):
         Looks before the last one tell nothing of moves. ``elsewhere`` are the places that its settings
         have for a piece that stood at (3,), or was away.
         """
-        before = self.posterior(prior(MOVES))
+        before = self.posterior(prior(self.design))
         site, spans = self._walked(calendar, seen, elsewhere, nearest, before.mean)
         if len(spans.odds):
             site = replace(site, **self.also(mode(spans.evidence, before)))
@@ -150,12 +150,13 @@ class PieceSite(Factor[Moves]):
         nearest: Nearest,
     ) -> PieceSite:
         """The site of all looks together."""
-        before, empty = prior(MOVES), PieceSite.empty()
+        empty = PieceSite.empty(calendar.seasons)
+        before = prior(empty.design)
         theta = empty.with_looks(calendar, seen, elsewhere, nearest).posterior(before).mean
         site, spans = empty._walked(calendar, seen, elsewhere, nearest, theta)
         if len(spans.odds):
             after, _ = fit_to(spans.evidence, before)
-            site = replace(site, **told(before, after, MOVES))
+            site = replace(site, **told(before, after, empty.design))
         return replace(site, fitted=site.looks)
 
     def _walked(
@@ -168,7 +169,7 @@ class PieceSite(Factor[Moves]):
     ) -> tuple[PieceSite, Spans]:
         """The places after looks, and what these tell of moves, where rates are about those of ``theta``."""
         site, seconds, odds = self, list[FloatArray](), list[float]()
-        rates = MOVES.rates(theta)
+        rates = self.design.rates(theta)
         for each in seen:
             last = site.last
             if last is not None and each.stamp_ns < last.stamp_ns:
@@ -186,7 +187,7 @@ class PieceSite(Factor[Moves]):
                 site = site._arrived(each, elsewhere(None), nearest)
             first = each.stamp_ns if site.first_ns is None else min(each.stamp_ns, site.first_ns)
             site = replace(site, last=each, looks=site.looks + 1, first_ns=first)
-        return site, Spans(np.array(seconds), np.array(odds))
+        return site, Spans(self.design, np.array(seconds), np.array(odds))
 
     def _arrived(self, seen: Sighting, elsewhere: Places, nearest: Nearest) -> PieceSite:
         """The site whose piece came to where it is seen: to the most probable place, or to a new one."""
@@ -216,6 +217,12 @@ def shared(others: Sequence[PieceSite], settings: Places) -> Places:
     return Places.mixed(
         [*((float(each.arrivals.sum()), each.stood) for each in others), (NEW, settings)]
     )
+
+
+def beside(others: Sequence[PieceSite], settings: Places) -> Places:
+    """Places that are new to a form: as often where other forms came to stand as its settings have it."""
+    came = [(float(each.arrivals.sum()), each.stood) for each in others if len(each.arrivals)]
+    return Places.mixed([(NEW, Places.mixed(came)), (NEW, settings)]) if came else settings
 
 
 def _stayed(last: Sighting, seen: Sighting, nearest: Nearest) -> float:

@@ -26,15 +26,15 @@ class Site(Factor[Forecast]):
     last: Known | None = None  # the state after the last one
 
     @staticmethod
-    def empty(bounds: tuple[float, ...]) -> Site:
+    def empty(bounds: tuple[float, ...], seasons: bool = False) -> Site:
         """Of a door that nobody has looked at, with so many bounds between its regions."""
-        p = Design(len(bounds) + 1).parameters
-        return Site(np.zeros(p), np.zeros((0, p)), bounds, np.zeros(RESTS))
+        p = Design(len(bounds) + 1, seasons).parameters
+        return Site(np.zeros(p), np.zeros((0, p)), bounds, np.zeros(RESTS), seasons=seasons)
 
     @property
     def design(self) -> Design:
         """Of the door's parameters."""
-        return Design(len(self.bounds) + 1)
+        return Design(len(self.bounds) + 1, self.seasons)
 
     def forecast(self, calendar: Calendar, after: Gaussian) -> Forecast:
         return Forecast(self.design, calendar, after)
@@ -72,7 +72,7 @@ def fitted_site(
     before: Gaussian | None = None,
 ) -> Site:
     """The site of all looks together, about the mode that they have; some seconds for a year."""
-    empty = Site.empty(bounds)
+    empty = Site.empty(bounds, calendar.seasons)
     before = before or prior(empty.design)
     after, found = fit(empty.design, calendar, looks, before)
     if found is None:
@@ -84,5 +84,6 @@ def fitted_site(
         looks=len(looks),
         fitted=len(looks),
         first_ns=int(looks.stamps_ns[0]),
+        seasons=empty.seasons,
         last=Known(int(looks.stamps_ns[-1]), found.state),
     )

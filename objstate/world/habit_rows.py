@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from sqlalchemy import Connection, delete, insert, select
 
 from objstate.config import CalendarSettings, Settings
-from objstate.habits.building import DOORS, DoorHabits, Habits, PieceHabits, S
-from objstate.habits.calendar import Calendar
+from objstate.habits.building import DoorHabits, Habits, PieceHabits, S, doors
+from objstate.habits.calendar import Calendar, Season
 from objstate.habits.factor import F, Factor
 from objstate.habits.model import Known
-from objstate.habits.moves import MOVES
+from objstate.habits.moves import MoveDesign
 from objstate.habits.piece import PieceSite, Sighting
 from objstate.habits.site import Site, fitted_site
 from objstate.objects import ObjectBelief, ObjectFilter
@@ -36,8 +36,9 @@ FIRST_FIT = 64  # looks from which on habits are fitted to all of them, again wh
 
 
 def calendar_of(settings: CalendarSettings) -> Calendar:
-    """By which clock and holidays habits are told."""
-    return Calendar(settings.zone, frozenset(settings.holidays))
+    """By which clock, holidays and seasons habits are told."""
+    warm = None if settings.warm is None else Season(*settings.warm.days)
+    return Calendar(settings.zone, frozenset(settings.holidays), warm)
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,16 +69,17 @@ def read_habits(
     rows = connection.execute(query.where(HABITS.c.object.in_(filters)) if only else query).all()
     sites, pieces = dict[str, Site](), dict[str, PieceSite]()
     classes, forms = dict[str, str](), dict[str, str]()
+    calendar = calendar_of(settings.calendar)
+    seasons = calendar.seasons
     for name, packed in rows:
         filter_ = filters.get(name)
         if isinstance(filter_, LatticeFilter):
-            sites[name], classes[name] = unpack_site(packed, name), class_of(filter_)
+            sites[name], classes[name] = unpack_site(packed, name, seasons), class_of(filter_)
         elif isinstance(filter_, SampleFilter):
-            pieces[name], forms[name] = unpack_piece(packed, name), form_of(filter_)
-    calendar = calendar_of(settings.calendar)
+            pieces[name], forms[name] = unpack_piece(packed, name, seasons), form_of(filter_)
     return Learnt(
-        DoorHabits(calendar, sites, classes, DOORS) if sites else None,
-        PieceHabits(calendar, pieces, forms, MOVES) if pieces else None,
+        DoorHabits(calendar, sites, classes, doors) if sites else None,
+        PieceHabits(calendar, pieces, forms, MoveDesign) if pieces else None,
     )
 
 
@@ -123,12 +125,15 @@ def _grown(
     seen: Sequence[ObjectBelief],
 ) -> Site | PieceSite:
     """The site of an object after a drive's beliefs."""
-    name = filter_.item.name
+    name, seasons = filter_.item.name, calendar.seasons
     if isinstance(filter_, SampleFilter):
-        piece = PieceSite.empty() if packed is None else unpack_piece(packed, name)
+        piece = PieceSite.empty(seasons) if packed is None else unpack_piece(packed, name, seasons)
         nearest = filter_.item.symmetry.nearest
         return piece.with_looks(calendar, sightings(seen), elsewhere(filter_), nearest)
-    site = Site.empty(first_bounds(filter_)) if packed is None else unpack_site(packed, name)
+    if packed is None:
+        site = Site.empty(first_bounds(filter_), seasons)
+    else:
+        site = unpack_site(packed, name, seasons)
     return site.with_looks(calendar, *region_looks(filter_, site.bounds, seen))
 
 
@@ -174,14 +179,15 @@ def pack_site(site: Site) -> bytes:
     return pack(words, arrays)
 
 
-def unpack_site(packed: bytes, name: str) -> Site:
-    """The site that was packed. Raises WorldError for damage."""
+def unpack_site(packed: bytes, name: str, seasons: bool = False) -> Site:
+    """The site that was packed, of a calendar with seasons or without. Raises WorldError for damage."""
     words, arrays = unpack(packed, f"The habits of '{name}'")
     last = words["last_ns"]
     return Site(
         **_factor(words, arrays),
         bounds=tuple(words["bounds"]),
         rests=arrays["rests"].astype(float),
+        seasons=seasons,
         last=None if last is None else Known(last, arrays["state"].astype(float)),
     )
 
@@ -201,8 +207,8 @@ def pack_piece(site: PieceSite) -> bytes:
     return pack(words, arrays)
 
 
-def unpack_piece(packed: bytes, name: str) -> PieceSite:
-    """The site that was packed. Raises WorldError for damage."""
+def unpack_piece(packed: bytes, name: str, seasons: bool = False) -> PieceSite:
+    """The site that was packed, as ``unpack_site``. Raises WorldError for damage."""
     words, arrays = unpack(packed, f"The habits of '{name}'")
     state, last = arrays["state"].astype(float), words["last_ns"]
     seen = state if len(state) else None
@@ -212,6 +218,7 @@ def unpack_piece(packed: bytes, name: str) -> PieceSite:
         squares=arrays["squares"].astype(float).reshape(-1, 3),
         arrivals=arrays["arrivals"].astype(float),
         taken=words["taken"],
+        seasons=seasons,
         last=None if last is None else Sighting(last, seen, arrays["variance"].astype(float)),
     )
 

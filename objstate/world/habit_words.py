@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from dataclasses import asdict
+from datetime import date
 from typing import Any
 
 import numpy as np
@@ -11,8 +13,12 @@ import numpy as np
 from objstate.building.model import Kind
 from objstate.errors import WorldError
 from objstate.geometry import FloatArray
+from objstate.habits.calendar import Calendar
 from objstate.habits.site import Site
-from objstate.habits.summary import WeekHabit, week_habit, week_moves
+from objstate.habits.summary import WeekHabit, season_of, week_habit, week_moves
+from objstate.objects.doors import LatticeFilter
+from objstate.world.habit_rows import calendar_of
+from objstate.world.habitual import of_moves
 from objstate.world.world import World
 
 SAME_PLACE = 0.3  # m
@@ -23,16 +29,25 @@ NAMES = {
 }
 
 
-def habit_words(world: World) -> dict[str, dict[str, Any]]:
-    """Of each door whose habits are known: regions, looks, and a week hour by hour."""
-    if world.habits is None:
-        return {}
-    return {name: _door(world, name) for name in world.objects if world.habits_of(name) is not None}
+def habit_words(world: World, names: Collection[str] | None = None) -> dict[str, dict[str, Any]]:
+    """Of each door whose habits are known: regions, looks, and a week hour by hour.
+
+    It is a week of the season in which the world learnt last. A door takes about a second.
+    """
+    chosen = world.objects if names is None else names
+    return {name: _door(world, name) for name in chosen if world.habits_of(name) is not None}
 
 
-def piece_words(world: World) -> dict[str, dict[str, Any]]:
+def piece_words(world: World, names: Collection[str] | None = None) -> dict[str, dict[str, Any]]:
     """Of each piece of furniture whose habits are known: looks, places, and moves hour by hour."""
-    return {name: _piece(world, name) for name in world.objects if world.moves_of(name) is not None}
+    chosen = world.objects if names is None else names
+    return {name: _piece(world, name) for name in chosen if world.moves_of(name) is not None}
+
+
+def season_word(world: World) -> str | None:
+    """Of which season the words are: cold or warm; None where the settings have none."""
+    calendar = calendar_of(world.settings.calendar)
+    return season_of(calendar, _since(world, calendar))
 
 
 def _piece(world: World, name: str) -> dict[str, Any]:
@@ -81,16 +96,25 @@ def moves_of(world: World, name: str) -> WeekHabit:
     habits = world.moves_of(name)
     if habits is None:
         raise WorldError(f"Nothing is known of the habits of '{name}'.")
-    return week_moves(habits.forecast(name).rates)
+    return week_moves(habits.forecast(name), _since(world, habits.calendar))
 
 
 def week_of(world: World, name: str) -> WeekHabit:
-    """A week of a door, that in which the world learnt last. Raises WorldError where nothing is known."""
-    habits = world.habits_of(name)
-    if habits is None:
+    """A week of a door, of the season in which the world learnt last; about a second.
+
+    Raises WorldError where nothing is known.
+    """
+    habits, filter_ = world.habits_of(name), world.filter_of(name)
+    if habits is None or not isinstance(filter_, LatticeFilter):
         raise WorldError(f"Nothing is known of the habits of '{name}'.")
-    since = habits.calendar.local(world.latest_ns or 0).date()
-    return week_habit(habits.forecast(name), since)
+    since = _since(world, habits.calendar)
+    moves = of_moves(habits, filter_, world.history(name))
+    return week_habit(habits.forecast(name), since).moved_as(week_habit(moves, since))
+
+
+def _since(world: World, calendar: Calendar) -> date:
+    """The local date at which the world learnt last."""
+    return calendar.local(world.latest_ns or 0).date()
 
 
 def region_names(world: World, name: str) -> tuple[str, ...]:

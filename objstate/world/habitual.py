@@ -10,7 +10,10 @@ import numpy as np
 from objstate.building.model import Kind
 from objstate.geometry import FloatArray
 from objstate.habits.building import DoorHabits
+from objstate.habits.forecast import Forecast
+from objstate.habits.levels import fit_levels, without
 from objstate.habits.looks import RegionLooks
+from objstate.habits.model import evidence_of
 from objstate.habits.regions import (
     CLOSED_M,
     CLOSED_RAD,
@@ -26,6 +29,8 @@ from objstate.records import NANOSECONDS
 
 RESTS_AT_FIRST = 5.0  # looks that the settings' places of rest count for
 LEAST = 1e-12  # probability
+DRAWS = 64  # of habits, for figures
+MOST_LOOKS, LATEST_NS = 1000, 42 * 86400 * NANOSECONDS  # whose likelihood figures are told by
 
 
 def has_habits(filter_: object) -> TypeGuard[LatticeFilter]:
@@ -79,6 +84,30 @@ def region_looks(
         rests += np.bincount(bins, weights=weights, minlength=RESTS)
     stamps = np.array([belief.stamp_ns for belief in seen], dtype=np.int64)
     return RegionLooks.of(stamps, likelihood), rests
+
+
+def of_moves(
+    habits: DoorHabits, filter_: LatticeFilter, beliefs: Sequence[ObjectBelief]
+) -> Forecast:
+    """A door's habits by a mixture over how often it is moved, for the intervals of that.
+
+    Those of the Gaussian that predicts are too narrow (``objstate.habits.levels``). Older looks count
+    by the Gaussian that they left.
+    """
+    name, calendar = filter_.item.name, habits.calendar
+    site = habits.sites[name]
+    looks, _ = region_looks(filter_, site.bounds, beliefs)
+    if not len(looks):
+        return habits.forecast(name)
+    latest = looks.part(slice(-MOST_LOOKS, None))
+    since = np.searchsorted(latest.stamps_ns, latest.stamps_ns[-1] - LATEST_NS)
+    latest = latest.part(slice(int(since), None))
+    before = habits.before(site.design, habits.classes[name], but=name)
+    if len(latest) < site.looks:
+        told = evidence_of(site.design, calendar, latest)
+        before = without(told, site.posterior(before), before)
+    known = fit_levels(site.design, calendar, latest, before)
+    return Forecast(site.design, calendar, known, DRAWS)
 
 
 def carried(

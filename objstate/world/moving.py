@@ -10,7 +10,7 @@ import numpy as np
 
 from objstate.geometry import FloatArray
 from objstate.habits.building import PieceHabits
-from objstate.habits.piece import Places, Sighting, shared
+from objstate.habits.piece import PieceSite, Places, Sighting, beside, shared
 from objstate.objects import ObjectBelief
 from objstate.objects.furniture import SampleFilter
 from objstate.records import NANOSECONDS
@@ -75,12 +75,12 @@ def elsewhere(filter_: SampleFilter) -> Callable[[FloatArray | None], Places]:
 def goes_to(habits: PieceHabits, filter_: SampleFilter, state: FloatArray) -> Places:
     """Where a piece that stood at (3,) goes when it is moved."""
     name = filter_.item.name
-    others = [
-        habits.sites[other]
-        for other, form in habits.classes.items()
-        if other != name and form == habits.classes[name]
-    ]
-    return habits.sites[name].next(shared(others, elsewhere(filter_)(state)))
+    like, unlike = list[PieceSite](), list[PieceSite]()
+    for other, form in habits.classes.items():
+        if other != name:
+            (like if form == habits.classes[name] else unlike).append(habits.sites[other])
+    new = beside(unlike, elsewhere(filter_)(state))
+    return habits.sites[name].next(shared(like, new))
 
 
 def moves_by(

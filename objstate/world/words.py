@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from objstate.building.model import Kind
 from objstate.objects import ObjectBelief
-from objstate.world.habit_words import habit_words, piece_words
+from objstate.world.habit_words import habit_words, piece_words, season_word
 from objstate.world.world import Snapshot, World
 
 if TYPE_CHECKING:
@@ -76,6 +76,7 @@ def world_words(
     world: World, building: str, drives: list[DriveEntry], samples: bool = False
 ) -> dict[str, Any]:
     """Everything: drives, and what was learnt of each object."""
+    season = season_word(world)
     return {
         "building": building,
         "drives": [
@@ -85,4 +86,5 @@ def world_words(
         "objects": {name: history_words(world, name, samples) for name in world.objects},
         "habits": habit_words(world),
         "furniture_habits": piece_words(world),
+        **({} if season is None else {"season": season}),  # of the habits' weeks
     }

@@ -1,6 +1,7 @@
 """Drives past furniture that changes places, from the logs to what the world expects."""
 
 import json
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -20,6 +21,7 @@ STOOD = {
     "cabinet": (OTHER, OTHER, ONE, ONE, OTHER, OTHER),
 }
 BEGIN = int(datetime(2026, 1, 5, 10, tzinfo=UTC).timestamp())
+Stood = Mapping[str, Sequence[tuple[float, float]]]  # by day
 SETTINGS = {"objects": [{"match": "*", "prior": "uniform", "prior_std_m": 3.0}]}
 
 
@@ -41,10 +43,10 @@ def room() -> str:
     return f'<robot name="room">{links}</robot>'
 
 
-def scene(day: int) -> str:
+def scene(stood: Stood, day: int) -> str:
     objects = [
         {"name": name, "initial": {"x": places[day][0], "y": places[day][1], "yaw": 0.0}}
-        for name, places in STOOD.items()
+        for name, places in stood.items()
     ]
     return yaml.safe_dump(
         {
@@ -58,14 +60,12 @@ def scene(day: int) -> str:
     )
 
 
-@pytest.fixture(scope="module")
-def world(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """What six drives on six days made known."""
-    home = tmp_path_factory.mktemp("moved")
+def driven(home: Path, stood: Stood) -> Path:
+    """A world of a drive a day."""
     (home / "room.urdf").write_text(room())
     (home / "settings.yaml").write_text(yaml.safe_dump(SETTINGS))
-    for day in range(len(STOOD["trolley"])):
-        (home / f"{day}.yaml").write_text(scene(day))
+    for day in range(len(stood["trolley"])):
+        (home / f"{day}.yaml").write_text(scene(stood, day))
         drive, result = home / f"drive{day}", home / f"result{day}"
         assert main(["simulate", str(home / f"{day}.yaml"), "--out", str(drive), "-q"]) == 0
         given = [
@@ -79,6 +79,21 @@ def world(tmp_path_factory: pytest.TempPathFactory) -> Path:
         words = ["estimate", drive / "log.mcap", *given, "--world", home / "world.db", "-q"]
         assert main([str(word) for word in words]) == 0
     return home / "world.db"
+
+
+@pytest.fixture(scope="module")
+def world(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What six drives on six days made known."""
+    return driven(tmp_path_factory.mktemp("moved"), STOOD)
+
+
+def test_pieces_that_change_places_directly_are_found(tmp_path: Path) -> None:
+    stood = {"trolley": (ONE, ONE, OTHER), "cabinet": (OTHER, OTHER, ONE)}
+    known = open_store(driven(tmp_path, stood)).load()
+    for name, places in stood.items():
+        last = known.history(name)[-1]
+        assert last.presence > 0.99
+        assert last.mean[:2] == pytest.approx(places[-1], abs=0.03)
 
 
 def test_habits_name_the_places_where_furniture_stood(run, world: Path) -> None:

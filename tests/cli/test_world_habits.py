@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+from objstate.config import CalendarSettings, Settings
 from objstate.world.store import open_store
 from tests.cli.conftest import Run
 from tests.world.examples import BUILDING
@@ -22,3 +23,14 @@ def test_habits_and_times_are_told(tmp_path: Path, run: Run) -> None:
     assert told["doors"]["door"]["spans"]
     assert run("world", "when", store.location, "door:soon").code != 0
     assert "has no object" in run("world", "habits", store.location, "--door", "gate").err
+
+
+def test_the_season_of_the_last_look_is_told(tmp_path: Path, run: Run) -> None:
+    words = {"timezone": "Europe/Berlin", "warm": {"from": "11-01", "to": "03-31"}}
+    seasons = Settings(calendar=CalendarSettings.model_validate(words))
+    store = taught(open_store(tmp_path / "world.db", BUILDING), range(2), seasons)
+    told = json.loads(run("world", "habits", store.location, "--json").out)
+    assert told["season"] == "warm"
+    assert told["calendar"] == {**words, "holidays": []}
+    assert "of the warm season, that of the last look" in run("world", "habits", store.location).out
+    assert json.loads(run("world", "export", store.location).out)["season"] == "warm"

@@ -6,7 +6,7 @@ import pytest
 from objstate.geometry import FloatArray
 from objstate.habits.calendar import NANOSECONDS, Calendar
 from objstate.habits.design import Design
-from objstate.habits.levels import FURTHEST, Levels, fit_levels, mixture
+from objstate.habits.levels import FURTHEST, Levels, fit_levels, mixture, without
 from objstate.habits.looks import RegionLooks
 from objstate.habits.model import Evidence, Gaussian, prior
 
@@ -47,6 +47,20 @@ def test_of_a_gaussian_likelihood_the_posterior_is_exact(sure: float) -> None:
     std = np.sqrt(np.diag(covariance))
     assert np.abs(draws.mean(axis=0) - mean) == pytest.approx(0.0, abs=0.1 * std.max())
     assert draws.std(axis=0) == pytest.approx(std, rel=0.1)
+
+
+def test_without_some_looks_the_others_are_left() -> None:
+    older, newer = np.array([[3.0, 1.0], [1.0, 2.0]]), np.diag([5.0, 0.5])
+    there, here = np.array([2.0, 1.0]), np.array([0.5, -2.0])
+    before = np.linalg.inv(PRIOR.covariance)
+    covariance = np.linalg.inv(before + older + newer)
+    pull = before @ PRIOR.mean + older @ there
+    after = Gaussian(covariance @ (pull + newer @ here), covariance)
+    left = without(lambda theta: told_by(newer, here, theta), after, PRIOR)
+    assert left.covariance == pytest.approx(np.linalg.inv(before + older))
+    assert left.mean == pytest.approx(left.covariance @ pull)
+    nothing = without(lambda theta: told_by(newer + older, here, theta), after, PRIOR)
+    assert nothing.covariance == pytest.approx(PRIOR.covariance)
 
 
 def test_two_ways_to_tell_the_looks_are_both_there() -> None:

@@ -1,5 +1,7 @@
 """How often furniture is moved, and to which places."""
 
+from datetime import date
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -8,12 +10,13 @@ from hypothesis import strategies as st
 from objstate.geometry import FloatArray
 from objstate.habits.building import PieceHabits
 from objstate.habits.calendar import NANOSECONDS, Calendar
-from objstate.habits.moves import MOVES, Moves, Spans
-from objstate.habits.piece import PieceSite, Places, Sighting, shared
+from objstate.habits.moves import MoveDesign, Moves, Spans
+from objstate.habits.piece import PieceSite, Places, Sighting, beside, shared
 from objstate.habits.summary import week_moves
 
 HOUR = 3600 * NANOSECONDS
 MONDAY = 18267 * 24 * HOUR  # 6 January 2020
+DESIGN, NEXT = MoveDesign(), date(2020, 2, 3)
 HERE, THERE = np.array([1.0, 2.0, 0.1]), np.array([4.0, 2.0, -1.0])
 ROOM = Places(np.array([0.95]), np.array([[2.5, 2.5, 0.0]]), np.array([[9.0, 9.0, 3.0]]), 0.05)
 
@@ -42,12 +45,12 @@ def moved_at_ten(days: int) -> list[Sighting]:
 
 
 def of(site: PieceSite) -> Moves:
-    return PieceHabits(Calendar(), {"a": site}, {"a": "chair"}, MOVES).forecast("a")
+    return PieceHabits(Calendar(), {"a": site}, {"a": "chair"}, MoveDesign).forecast("a")
 
 
 def test_it_is_moved_at_the_hours_at_which_it_was() -> None:
     site = taught(moved_at_ten(21))
-    week = week_moves(of(site).rates)
+    week = week_moves(of(site), NEXT)
     assert week.moves_per_day.lower < 2 / 7 < week.moves_per_day.upper
     hours = {(h.kind, h.hour): h.moves_per_hour.value for h in week.hours}
     assert hours["working", 10] > 5.0 * hours["working", 2]
@@ -87,7 +90,7 @@ def test_drive_after_drive_tells_about_what_all_tell_together() -> None:
     all_ = taught(looks)
     assert site.looks == all_.looks == len(looks)
     assert site.arrivals.tolist() == all_.arrivals.tolist()
-    rates = [week_moves(of(each).rates).moves_per_day.value for each in (site, all_)]
+    rates = [week_moves(of(each), NEXT).moves_per_day.value for each in (site, all_)]
     assert rates[0] == pytest.approx(rates[1], rel=0.6)
 
 
@@ -108,14 +111,28 @@ def test_pieces_of_a_form_change_places() -> None:
         assert each.weights.sum() + each.away == pytest.approx(1.0)
 
 
+def test_where_another_form_stood_is_half_of_what_is_new() -> None:
+    one, table = taught([seen(1, HERE)]), taught([seen(1, THERE)])
+    new = beside([table], ROOM)
+    assert new.weights.sum() + new.away == pytest.approx(1.0)
+    swapped = seen(9, THERE)
+    assert new.density(swapped, as_it_is) > 5.0 * ROOM.density(swapped, as_it_is)
+    anywhere = seen(9, np.array([0.5, 4.5, 2.0]))
+    assert new.density(anywhere, as_it_is) == pytest.approx(0.5 * ROOM.density(anywhere, as_it_is))
+    alone, among = one.next(ROOM), one.next(new)
+    assert among.density(swapped, as_it_is) > 5.0 * alone.density(swapped, as_it_is)
+    for others in ([], [PieceSite.empty()]):
+        assert beside(others, ROOM) is ROOM
+
+
 @settings(max_examples=30, deadline=None)
 @given(st.integers(0, 10_000), st.floats(0.01, 100.0))
 def test_the_score_is_the_slope_of_the_log_likelihood(seed: int, odds: float) -> None:
     rng = np.random.default_rng(seed)
-    seconds = np.where(rng.random((4, len(MOVES.matrix))) < 0.05, 900.0, 0.0)
+    seconds = np.where(rng.random((4, len(DESIGN.matrix))) < 0.05, 900.0, 0.0)
     seconds[:, 0] += 60.0
-    spans = Spans(seconds, odds ** rng.choice([-1.0, 1.0], 4))
-    theta = MOVES.mean + 0.3 * rng.standard_normal(len(MOVES.mean))
+    spans = Spans(DESIGN, seconds, odds ** rng.choice([-1.0, 1.0], 4))
+    theta = DESIGN.mean + 0.3 * rng.standard_normal(len(DESIGN.mean))
     along = rng.standard_normal(len(theta))
     found, step = spans.evidence(theta), 1e-5
     up, down = (spans.evidence(theta + sign * step * along).log_likelihood for sign in (1, -1))
@@ -129,6 +146,6 @@ def test_what_chairs_do_is_expected_of_another_chair() -> None:
     stays = []
     for others in (still, busy):
         sites = {"new": new, "b": others, "c": others}
-        habits = PieceHabits(Calendar(), sites, dict.fromkeys(sites, "chair"), MOVES)
+        habits = PieceHabits(Calendar(), sites, dict.fromkeys(sites, "chair"), MoveDesign)
         stays.append(habits.forecast("new").stays(MONDAY, MONDAY + 24 * HOUR))
     assert stays[1] < stays[0]

@@ -2,7 +2,7 @@
 
 import json
 from dataclasses import replace
-from datetime import UTC, datetime
+from datetime import UTC, date, datetime
 from pathlib import Path
 from zoneinfo import ZoneInfo
 
@@ -11,11 +11,15 @@ import pytest
 
 from objstate.config import CalendarSettings, Dynamics, ObjectRule, Settings
 from objstate.errors import WorldError
+from objstate.habits.levels import Mixture
 from objstate.habits.piece import PieceSite
 from objstate.habits.site import Site
+from objstate.habits.summary import week_habit
 from objstate.world import Allowed, Task, World
 from objstate.world.driving import drive_settings
 from objstate.world.habit_rows import pack_piece, pack_site, unpack_piece, unpack_site
+from objstate.world.habit_words import season_word, week_of
+from objstate.world.habitual import of_moves
 from objstate.world.store import DriveEntry, WorldStore, open_store
 from objstate.world.when import best_departure, spans, wait
 from objstate.world.words import world_words
@@ -222,3 +226,44 @@ def test_the_soonest_moment_for_a_task_follows_from_habits(furnished: WorldStore
     by_habit = world.due(task, 86400.0)[0].due_ns
     by_settings = replace(world, pieces=None).due(task, 86400.0)[0].due_ns
     assert by_habit > by_settings
+
+
+WARM = {"timezone": "Europe/Berlin", "warm": {"from": "05-01", "to": "09-30"}}
+
+
+def test_habits_of_a_calendar_with_seasons_are_learnt_anew(tmp_path: Path) -> None:
+    seasons = Settings(calendar=CalendarSettings.model_validate(WARM))
+    store = taught(open_store(tmp_path / "world.db", BUILDING), range(3))
+    assert store.load(seasons).habits is None  # those so far know none
+    assert store.add(drive(3, seasons), [at_angle(0.0, MONDAY + 3 * DAY + HOUR)])
+    world = store.load()
+    assert world.habits is not None
+    site = world.habits.sites["door"]
+    assert (site.looks, site.seasons) == (3 * len(HOURS) + 1, True)
+    assert season_word(world) == "cold"
+    assert season_word(store.load(Settings())) is None
+    taught(store, range(4, 6), seasons)
+    again = store.load().habits
+    assert again is not None
+    assert again.sites["door"].looks == 5 * len(HOURS) + 1
+
+
+def test_the_moves_of_a_door_are_told_by_a_mixture(store: WorldStore) -> None:
+    world = store.load()
+    assert world.habits is not None
+    forecast = of_moves(world.habits, world.filter_of("door"), world.history("door"))  # type: ignore[arg-type]
+    assert isinstance(forecast.habits, Mixture)
+    gaussian = replace(forecast, habits=world.habits.forecast("door").habits)
+    wide, narrow = (week_habit(each, date(2026, 1, 19)) for each in (forecast, gaussian))
+    last = world.history("door")[-len(HOURS) :]
+    latest = of_moves(world.habits, world.filter_of("door"), last)  # type: ignore[arg-type]
+    assert week_habit(latest, date(2026, 1, 19)).shares[1].upper < 0.5  # what older looks told
+    told = week_of(world, "door")
+    assert told.moves_per_day == wide.moves_per_day
+    assert told.shares == week_habit(world.habits.forecast("door"), date(2026, 1, 19)).shares
+    for each in (wide, narrow):
+        assert each.shares[1].lower < 8 * 5 / 7 / 24 < each.shares[1].upper
+    spread = [each.moves_per_day.upper / each.moves_per_day.lower for each in (wide, narrow)]
+    assert spread[0] > 1.2 * spread[1]
+    unseen = of_moves(world.habits, world.filter_of("door"), ())  # type: ignore[arg-type]
+    assert unseen is world.habits.forecast("door")
