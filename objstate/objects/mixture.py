@@ -41,8 +41,18 @@ LATCHES = 0.8  # probability that a door that comes to rest in the last cell bef
 FASTEST_S = 3.0  # s after which a moving door may be anywhere
 HINGE = slice(4, 6)  # indices of a component's errors
 NEGLIGIBLE = 1e-9  # weight below which a component is left out of the evidence for a prior
-TAPS_KEPT = 256  # number of kernels of moving doors that are cached
+SPREADS_KEPT = 256  # number of spreads of moving doors that are cached
 NEVER = 1e-30  # least weight of a component, so that nothing is impossible
+
+
+def half_cauchy(factors: FloatArray) -> FloatArray:
+    """Probabilities (n,) of factors at equal ratios, distributed about one; the tail is heavy."""
+    density = factors / (1.0 + factors**2)
+    return np.asarray(density / density.sum())
+
+
+FACTORS = 4.0 ** np.arange(-1.0, 5.0)  # (r,) multiples of ``moves_per_hour`` that a rate may be
+FACTORS_PRIOR = half_cauchy(FACTORS)  # (r,)
 
 
 @dataclass(frozen=True)
@@ -154,61 +164,59 @@ class Doorway:
         return np.asarray(out / out.sum())
 
     def wandered(self, moving: FloatArray, seconds: float) -> FloatArray:
-        """(c,) distribution of moving doors (c,) after some time."""
-        taps, count = self._taps(seconds), self.cells
-        spread = moving[:count].copy()
-        if self.atoms:
-            spread[0] += moving[count]
-            spread[-1] += moving[count + 1]
-        out = np.zeros(len(self.states))
-        if self.item.wraps:
-            turned = np.fft.irfft(np.fft.rfft(spread) * np.fft.rfft(_circle(taps, count)), count)
-            out[:count] = np.maximum(turned, 0.0)
-        else:
-            both = np.convolve(spread, taps)
-            reach = len(taps) // 2
-            out[:count] = both[reach : reach + count]
-            out[0] += both[:reach].sum()
-            out[count - 1] += both[reach + count :].sum()
-        return out
+        """(.., c) distribution of moving doors (.., c) after some time."""
+        return np.asarray(moving @ self._spread(seconds))
 
-    def _taps(self, seconds: float) -> FloatArray:
-        """(2 r + 1,) kernel of a moving door after some time, by distance in cells."""
+    def _spread(self, seconds: float) -> FloatArray:
+        """(c, c) where a door that moves in each component moves after some time."""
         swing = self.settings.swing
         fastest = math.radians(swing.most_deg_per_s) if self._hinged else swing.most_m_per_s
         std = max(fastest / 2.0 * min(seconds, FASTEST_S) / self.cell, 0.3)
-        return _taps(round(std, 2), self.cells)
+        return _spread(round(std, 2), self.cells, self.item.wraps)
 
-    def stays(self, seconds: float) -> float:
-        """Probability that a resting door isn't moved for some time."""
-        return math.exp(-self.settings.dynamics.moves_per_hour * seconds / SECONDS_PER_HOUR)
+    def stays(self, seconds: float, factors: FloatArray | float = 1.0) -> FloatArray:
+        """Probability that a resting door isn't moved for some time, by ``factors`` of the rate."""
+        rate = self.settings.dynamics.moves_per_hour / SECONDS_PER_HOUR
+        return np.exp(-rate * seconds * factors)
 
     def _stops(self, seconds: float) -> tuple[float, float]:
         """Probabilities that a moving door comes to rest, and that it then may be anywhere."""
         swing = self.settings.swing
         return -math.expm1(-seconds / swing.seconds), -math.expm1(-seconds / swing.near_s)
 
-    def moved(self, resting: FloatArray, moving: FloatArray, seconds: float) -> Moved:
-        """The weights (c,) of resting and of moving doors after some time."""
-        remaining = self.stays(seconds) * resting
+    def moved(
+        self,
+        resting: FloatArray,
+        moving: FloatArray,
+        seconds: float,
+        factors: FloatArray | float = 1.0,
+    ) -> Moved:
+        """The weights (.., c) of resting and of moving doors after some time.
+
+        The rate of movements is multiplied by ``factors``, one or (.., 1).
+        """
+        remaining = self.stays(seconds, factors) * resting
         swinging = self.wandered(moving + resting - remaining, seconds)
         ends, leaves = self._stops(seconds)
         stops, swinging = ends * swinging, (1.0 - ends) * swinging
         near, count = stops.copy(), self.cells
         if self.atoms:
-            near[count:] += LATCHES * near[[0, count - 1]]
-            near[[0, count - 1]] *= 1.0 - LATCHES
-        arrived = (1.0 - leaves) * near + leaves * stops.sum() * self.rest
-        total = remaining + arrived + swinging
-        share = (arrived + swinging) / np.maximum(total, NEVER)
-        return Moved(remaining + arrived, swinging, share)
+            near[..., count:] += LATCHES * near[..., [0, count - 1]]
+            near[..., [0, count - 1]] *= 1.0 - LATCHES
+        anywhere = stops.sum(axis=-1, keepdims=True) * self.rest
+        arrived = (1.0 - leaves) * near + leaves * anywhere
+        return Moved(remaining + arrived, swinging, remaining)
 
     def expected(
-        self, resting: FloatArray, moving: FloatArray, seconds: float
+        self,
+        resting: FloatArray,
+        moving: FloatArray,
+        seconds: float,
+        factors: FloatArray | float = 1.0,
     ) -> tuple[FloatArray, FloatArray]:
-        """Expectations (c,) of values after some time, given the present state.
+        """Expectations (.., c) of values after some time, given the present state.
 
-        The values (c,) are those of a door that then rests or moves in each component; the first
+        The values (.., c) are those of a door that then rests or moves in each component; the first
         expectations are for one that rests now, the second for one that moves. This is the adjoint
         of ``moved``.
         """
@@ -216,20 +224,11 @@ class Doorway:
         near, count = resting.copy(), self.cells
         if self.atoms:
             edges = [0, count - 1]
-            near[edges] = (1.0 - LATCHES) * resting[edges] + LATCHES * resting[count:]
-        stopped = (1.0 - leaves) * near + leaves * float(self.rest @ resting)
-        ahead = (ends * stopped + (1.0 - ends) * moving)[:count]
-        taps, out = self._taps(seconds), np.empty(len(resting))
-        if self.item.wraps:
-            back = np.fft.rfft(ahead) * np.fft.rfft(_circle(taps, count))
-            out[:count] = np.fft.irfft(back, count)
-        else:
-            reach = len(taps) // 2
-            padded = np.concatenate([np.full(reach, ahead[0]), ahead, np.full(reach, ahead[-1])])
-            out[:count] = np.convolve(padded, taps, "valid")
-            if self.atoms:
-                out[count:] = out[[0, count - 1]]
-        stays = self.stays(seconds)
+            near[..., edges] *= 1.0 - LATCHES
+            near[..., edges] += LATCHES * resting[..., count:]
+        stopped = (1.0 - leaves) * near + leaves * (resting @ self.rest)[..., None]
+        out = (ends * stopped + (1.0 - ends) * moving) @ self._spread(seconds).T
+        stays = self.stays(seconds, factors)
         return stays * resting + (1.0 - stays) * out, out
 
     def on_lattice(self, states: States, lattice: ObjectBelief) -> tuple[FloatArray, FloatArray]:
@@ -259,9 +258,15 @@ class States(NamedTuple):
 class Moved(NamedTuple):
     """The change of the components' weights over some time."""
 
-    resting: FloatArray  # (c,)
-    moving: FloatArray  # (c,)
-    arriving: FloatArray  # (c,) share of a component's weight that has arrived
+    resting: FloatArray  # (.., c)
+    moving: FloatArray  # (.., c)
+    remaining: FloatArray  # (.., c) of ``resting``, that of doors which haven't been moved
+
+    @property
+    def arriving(self) -> FloatArray:
+        """(.., c) share of a component's weight that has arrived."""
+        total = np.maximum(self.resting + self.moving, NEVER)
+        return np.asarray(1.0 - self.remaining / total)
 
 
 @dataclass(frozen=True, eq=False)
@@ -274,6 +279,8 @@ class DoorMixture:
     means: FloatArray  # (c, 7) of errors, see ``mixture_kernels``
     covariances: FloatArray  # (c, 7, 7)
     statics: Statics  # their prior variances
+    rates: FloatArray  # (2, r, c) p(rate | at rest or moving, component), of ``FACTORS``
+    rates_prior: FloatArray  # (r,) under which these, the weights and the evidence are
     stamp_ns: int | None = None
     # log p(z) of all scans under that prior, up to a constant shared by all priors
     total: float = 0.0
@@ -286,7 +293,10 @@ class DoorMixture:
         covariances[:, kernels.STATE, kernels.STATE] = door.widths
         covariances[:, HINGE, HINGE] = statics.hinge * np.eye(2)
         covariances[:, kernels.ZERO, kernels.ZERO] = statics.bearing if door.turn else 0.0
-        return DoorMixture(door, door.prior, np.zeros(count), means, covariances, statics)
+        rates = np.broadcast_to(FACTORS_PRIOR[:, None], (2, len(FACTORS), count))
+        return DoorMixture(
+            door, door.prior, np.zeros(count), means, covariances, statics, rates, FACTORS_PRIOR
+        )
 
     @staticmethod
     def of(door: Doorway, belief: ObjectBelief, statics: Statics) -> DoorMixture:
@@ -323,16 +333,56 @@ class DoorMixture:
         covariance ``added`` (3, 3).
         """
         means, covariances = self.means.copy(), self.covariances.copy()
-        resting, moving = self.resting, self.moving
+        resting, moving, rates = self.resting, self.moving, self.rates
         if seconds > 0.0:
-            moved = self.door.moved(resting, moving, seconds)
+            by_rate = self.door.moved(
+                resting * rates[0], moving * rates[1], seconds, FACTORS[:, None]
+            )
+            moved = Moved(*(each.sum(axis=0) for each in by_rate))
+            rates = np.stack(
+                [
+                    by_rate.resting / np.maximum(moved.resting, NEVER),
+                    by_rate.moving / np.maximum(moved.moving, NEVER),
+                ]
+            )
             mean, covariance = kernels.pooled(self.weights, means, covariances)
             kernels.join(moved.arriving, mean, covariance, self.door.widths, means, covariances)
             resting, moving = moved.resting, moved.moving
         kernels.renew_robot(means, covariances, transfer, added)
-        return DoorMixture(
-            self.door, resting, moving, means, covariances, self.statics, total=self.total
+        return altered(
+            self,
+            resting=resting,
+            moving=moving,
+            means=means,
+            covariances=covariances,
+            rates=rates,
+            stamp_ns=None,
         )
+
+    def under_rates(self, prior: FloatArray) -> DoorMixture:
+        """The same under another prior (r,) of the rates of movements; exact."""
+        rates = self.rates * (prior / self.rates_prior)[:, None]
+        factors = rates.sum(axis=1)
+        resting, moving = self.resting * factors[0], self.moving * factors[1]
+        share = float(resting.sum() + moving.sum())
+        return altered(
+            self,
+            resting=resting / share,
+            moving=moving / share,
+            rates=rates / np.maximum(factors, NEVER)[:, None],
+            rates_prior=prior,
+            total=self.total + math.log(share),
+        )
+
+    @property
+    def of_rates(self) -> FloatArray:
+        """(r,) p(z | rate), up to a constant."""
+        return np.asarray(self.by_rates.sum(axis=(0, 2)) / self.rates_prior)
+
+    @property
+    def by_rates(self) -> FloatArray:
+        """(2, r, c) weights of each rate, at rest and moving."""
+        return self.rates * np.stack([self.resting, self.moving])[:, None]
 
     def at(self, stamp_ns: int) -> DoorMixture:
         """The same at a moment."""
@@ -358,13 +408,12 @@ class DoorMixture:
         resting = np.maximum(self.resting * likelihood, NEVER)
         moving = self.moving * likelihood
         share = float(resting.sum() + moving.sum())
-        after = DoorMixture(
-            self.door,
-            resting / share,
-            moving / share,
-            means,
-            covariances,
-            self.statics,
+        after = altered(
+            self,
+            resting=resting / share,
+            moving=moving / share,
+            means=means,
+            covariances=covariances,
             total=self.total + largest + math.log(share),
         )
         return after, int(reached)
@@ -413,15 +462,21 @@ class DoorMixture:
         return altered(lattice, weights=Weights(weights), p_moving=p_moving, stamp_ns=self.stamp_ns)
 
 
-@lru_cache(maxsize=TAPS_KEPT)
-def _taps(std: float, most: int) -> FloatArray:
-    """(2 r + 1,) a Gaussian of a deviation, in cells, cut off at its ends."""
-    reach = min(math.ceil(4.0 * std), most)
-    taps = np.exp(-0.5 * (np.arange(-reach, reach + 1) / std) ** 2)
-    return np.asarray(taps / taps.sum())
+@lru_cache(maxsize=SPREADS_KEPT)
+def _spread(std: float, cells: int, wraps: bool) -> FloatArray:
+    """(c, c) probabilities of a move from each component to each cell.
 
-
-def _circle(taps: FloatArray, count: int) -> FloatArray:
-    """(count,) the same wrapped around a circle of some cells."""
-    reach = len(taps) // 2
-    return np.bincount(np.arange(-reach, reach + 1) % count, taps, count).astype(float)
+    It is a Gaussian of a deviation, in cells. What lies beyond an end is in the last cell. Without
+    wrapping, the two limits come last: what moves from them moves from the cells beside them.
+    """
+    reach = min(math.ceil(4.0 * std), cells)
+    steps = np.arange(-reach, reach + 1)
+    taps = np.exp(-0.5 * (steps / std) ** 2)
+    ends = np.arange(cells)[:, None] + steps
+    ends = ends % cells if wraps else ends.clip(0, cells - 1)
+    count = cells + (0 if wraps else 2)
+    out = np.zeros((count, count))
+    np.add.at(out, (np.arange(cells)[:, None], ends), taps / taps.sum())
+    if not wraps:
+        out[cells:] = out[[0, cells - 1]]
+    return out

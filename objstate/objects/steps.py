@@ -1,6 +1,6 @@
 """The stored posteriors of each object after scans, for smoothing.
 
-A step holds the components of mixtures that have weight, 68 bytes each of a door and 40 of
+A step holds the components of mixtures that have weight, 108 bytes each of a door and 40 of
 furniture. Between steps at most a second apart, those that are like their neighbours are left out.
 """
 
@@ -17,7 +17,7 @@ from objstate.lazy import Later, altered
 from objstate.objects.belief import ObjectBelief
 from objstate.objects.door_posterior import DoorPosterior
 from objstate.objects.furniture_mixture import ABSENT, ORDER, FurnitureMixture, Piece
-from objstate.objects.mixture import NEVER, DoorMixture, Doorway, Statics
+from objstate.objects.mixture import FACTORS, NEVER, DoorMixture, Doorway, Statics
 
 if TYPE_CHECKING:
     from objstate.objects import mixture_kernels as kernels
@@ -32,7 +32,8 @@ ALIKE = 0.01  # difference of weights up to which two steps are alike
 ALIKE_STDS = 0.1  # difference of the state and of its deviation, in deviations, likewise
 
 Table = NDArray[np.float32]
-INDEX, RESTING, MOVING, MEAN = 0, 1, 2, 3  # columns of a door's table; covariances follow the means
+# columns of a door's table: weights of each rate of movements, means; covariances follow the means
+INDEX, WEIGHTS, MEAN = 0, slice(1, 1 + 2 * len(FACTORS)), 1 + 2 * len(FACTORS)
 VARIANCES = [4, 7, 9]  # of x, y, yaw, columns of furniture's table
 
 
@@ -41,26 +42,31 @@ class Part(NamedTuple):
 
     statics: Statics
     total: float  # log p(z) of all scans, up to a constant shared by all priors
-    table: Table  # (r, 17): component, weights at rest and moving, means, covariances
+    # (n, 27): component, weights of each rate at rest and moving, means, covariances
+    table: Table
+    rates_prior: FloatArray  # (r,) of the rates of movements, under which the weights are
 
     def mixture(self, blank: DoorMixture, stamp_ns: int) -> DoorMixture:
         """The posterior without the robot's errors; ``blank`` is the mixture before any scan."""
         index = self.table[:, INDEX].astype(int)
-        resting, moving = np.zeros(len(blank.resting)), np.zeros(len(blank.resting))
+        by_rates = np.zeros_like(blank.by_rates)
         means, covariances = blank.means.copy(), blank.covariances.copy()
-        resting[index], moving[index] = self.table[:, RESTING], self.table[:, MOVING]
+        by_rates[:, :, index] = _by_rates(self.table)
+        weights = by_rates.sum(axis=1)
         errors, rows, columns = _errors()
         past = MEAN + len(errors)
         means[index[:, None], errors] = self.table[:, MEAN:past]
         covariances[index[:, None], errors[rows], errors[columns]] = self.table[:, past:]
         covariances[index[:, None], errors[columns], errors[rows]] = self.table[:, past:]
-        share = resting.sum() + moving.sum()
+        resting, moving = weights / weights.sum()
         return altered(
             blank,
-            resting=resting / share,
-            moving=moving / share,
+            resting=resting,
+            moving=moving,
             means=means,
             covariances=covariances,
+            rates=by_rates / np.maximum(weights, NEVER)[:, None],
+            rates_prior=self.rates_prior,
             stamp_ns=stamp_ns,
             total=self.total,
         )
@@ -176,7 +182,10 @@ def step_of(posterior: DoorPosterior | FurnitureMixture) -> Step:
     if isinstance(posterior, FurnitureMixture):
         return _furniture_step(posterior)
     assert posterior.stamp_ns is not None
-    parts = tuple(Part(each.statics, each.total, _table(each)) for each in posterior.mixtures)
+    parts = tuple(
+        Part(each.statics, each.total, _table(each), each.rates_prior)
+        for each in posterior.mixtures
+    )
     return DoorStep(posterior.stamp_ns, posterior.door, parts)
 
 
@@ -202,8 +211,7 @@ def _table(mixture: DoorMixture) -> Table:
     covariances = mixture.covariances[index]
     parts = (
         index[:, None],
-        mixture.resting[index, None],
-        mixture.moving[index, None],
+        mixture.by_rates[:, :, index].reshape(-1, len(index)).T,
         mixture.means[index[:, None], errors],
         covariances[:, errors[rows], errors[columns]],
     )
@@ -248,7 +256,7 @@ def _rests(one: Table, other: Table) -> bool:
     a, b = _heavy(one), _heavy(other)
     if len(a) != len(b) or (a[:, INDEX] != b[:, INDEX]).any():
         return False
-    if (np.abs(a[:, RESTING : MOVING + 1] - b[:, RESTING : MOVING + 1]) > ALIKE).any():
+    if (np.abs(_modes(a) - _modes(b)) > ALIKE).any():
         return False
     variance = MEAN + len(_errors()[0])  # the state is the first of the stored errors
     stds, others = np.sqrt(a[:, variance]), np.sqrt(b[:, variance])
@@ -257,7 +265,18 @@ def _rests(one: Table, other: Table) -> bool:
 
 
 def _heavy(table: Table) -> Table:
-    return table[table[:, RESTING] + table[:, MOVING] > HEAVY]
+    heavy = _modes(table).sum(axis=0) > HEAVY
+    return np.asarray(table[heavy])
+
+
+def _by_rates(table: Table) -> FloatArray:
+    """(2, r, n) weights of each rate, at rest and moving."""
+    return np.asarray(table[:, WEIGHTS].T.reshape(2, len(FACTORS), -1), dtype=float)
+
+
+def _modes(table: Table) -> FloatArray:
+    """(2, n) weights at rest and moving."""
+    return np.asarray(_by_rates(table).sum(axis=1))
 
 
 @cache
