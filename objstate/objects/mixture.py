@@ -22,6 +22,7 @@ from objstate.building.model import Kind, MovableObject
 from objstate.config import BuildingErrorSettings, DoorSettings
 from objstate.geometry import FloatArray, wrap
 from objstate.lazy import Later, altered, lazy
+from objstate.linear import ROOT_2
 from objstate.objects.belief import ObjectBelief
 from objstate.particles import Weights
 from objstate.records import SECONDS_PER_HOUR
@@ -37,7 +38,6 @@ else:
 CELL_DEG, CELL_M = 2.5, 0.05  # width of a cell, hinged and sliding; ranges are linear within one
 OVERLAP = 0.6  # deviation of the state within a cell, in cells: their sum is nearly flat
 PLAY_DEG, PLAY_M = 0.1, 0.002  # deviation of a latched door's state from its limit
-LATCHES = 0.8  # probability that a door that comes to rest in the last cell before a limit latches
 FASTEST_S = 3.0  # s after which a moving door may be anywhere
 HINGE = slice(4, 6)  # indices of a component's errors
 NEGLIGIBLE = 1e-9  # weight below which a component is left out of the evidence for a prior
@@ -165,24 +165,27 @@ class Doorway:
 
     def wandered(self, moving: FloatArray, seconds: float) -> FloatArray:
         """(.., c) distribution of moving doors (.., c) after some time."""
-        return np.asarray(moving @ self._spread(seconds))
+        return np.asarray(moving @ _spread(self._way(seconds), self.cells, self.item.wraps))
 
-    def _spread(self, seconds: float) -> FloatArray:
-        """(c, c) where a door that moves in each component moves after some time."""
+    def _way(self, seconds: float) -> float:
+        """Deviation of the way of a moving door in some time, in cells."""
         swing = self.settings.swing
         fastest = math.radians(swing.most_deg_per_s) if self._hinged else swing.most_m_per_s
-        std = max(fastest / 2.0 * min(seconds, FASTEST_S) / self.cell, 0.3)
-        return _spread(round(std, 2), self.cells, self.item.wraps)
+        return round(max(fastest / 2.0 * min(seconds, FASTEST_S) / self.cell, 0.3), 2)
+
+    def _ends(self, seconds: float) -> FloatArray:
+        """(c, c) probability that a door that moves in a component rests in each after some time.
+
+        Its movement has a destination, and ends there as soon as it gets there.
+        """
+        ends = -math.expm1(-seconds / self.settings.swing.seconds)
+        reached = _reached(self._way(seconds), self.cells, self.item.wraps)
+        return ends * self.rest * reached
 
     def stays(self, seconds: float, factors: FloatArray | float = 1.0) -> FloatArray:
         """Probability that a resting door isn't moved for some time, by ``factors`` of the rate."""
         rate = self.settings.dynamics.moves_per_hour / SECONDS_PER_HOUR
         return np.exp(-rate * seconds * factors)
-
-    def _stops(self, seconds: float) -> tuple[float, float]:
-        """Probabilities that a moving door comes to rest, and that it then may be anywhere."""
-        swing = self.settings.swing
-        return -math.expm1(-seconds / swing.seconds), -math.expm1(-seconds / swing.near_s)
 
     def moved(
         self,
@@ -196,15 +199,9 @@ class Doorway:
         The rate of movements is multiplied by ``factors``, one or (.., 1).
         """
         remaining = self.stays(seconds, factors) * resting
-        swinging = self.wandered(moving + resting - remaining, seconds)
-        ends, leaves = self._stops(seconds)
-        stops, swinging = ends * swinging, (1.0 - ends) * swinging
-        near, count = stops.copy(), self.cells
-        if self.atoms:
-            near[..., count:] += LATCHES * near[..., [0, count - 1]]
-            near[..., [0, count - 1]] *= 1.0 - LATCHES
-        anywhere = stops.sum(axis=-1, keepdims=True) * self.rest
-        arrived = (1.0 - leaves) * near + leaves * anywhere
+        swinging, ends = moving + resting - remaining, self._ends(seconds)
+        arrived = swinging @ ends
+        swinging = self.wandered(swinging * (1.0 - ends.sum(axis=1)), seconds)
         return Moved(remaining + arrived, swinging, remaining)
 
     def expected(
@@ -220,14 +217,9 @@ class Doorway:
         expectations are for one that rests now, the second for one that moves. This is the adjoint
         of ``moved``.
         """
-        ends, leaves = self._stops(seconds)
-        near, count = resting.copy(), self.cells
-        if self.atoms:
-            edges = [0, count - 1]
-            near[..., edges] *= 1.0 - LATCHES
-            near[..., edges] += LATCHES * resting[..., count:]
-        stopped = (1.0 - leaves) * near + leaves * (resting @ self.rest)[..., None]
-        out = (ends * stopped + (1.0 - ends) * moving) @ self._spread(seconds).T
+        ends = self._ends(seconds)
+        spread = _spread(self._way(seconds), self.cells, self.item.wraps)
+        out = resting @ ends.T + (moving @ spread.T) * (1.0 - ends.sum(axis=1))
         stays = self.stays(seconds, factors)
         return stays * resting + (1.0 - stays) * out, out
 
@@ -480,3 +472,17 @@ def _spread(std: float, cells: int, wraps: bool) -> FloatArray:
     if not wraps:
         out[cells:] = out[[0, cells - 1]]
     return out
+
+
+@lru_cache(maxsize=SPREADS_KEPT)
+def _reached(std: float, cells: int, wraps: bool) -> FloatArray:
+    """(c, c) probability that a door that moves in each component gets as far as each.
+
+    Its way is the absolute value of a Gaussian of a deviation, in cells.
+    """
+    places = np.arange(cells) + 0.5
+    if not wraps:
+        places = np.append(places, [0.0, cells])
+    off = np.abs(places[:, None] - places)
+    off = np.minimum(off, cells - off) if wraps else off
+    return np.vectorize(math.erfc)(off / (ROOT_2 * std))
