@@ -93,7 +93,7 @@ class DoorPosterior:
         return DoorPosterior(tuple(each.under_rates(prior) for each in self.mixtures))
 
     def rates_under(self, priors: Sequence[Statics]) -> FloatArray:
-        """(k, 2, r, c) p(rate | at rest or moving, component) under priors (k,) as below."""
+        """(k, 3, r, c) ``DoorMixture.rates`` under priors (k,) as below."""
         return np.array([self.mixtures[self.among(each.bearing)].rates for each in priors])
 
     def _shares(self, bearings: Iterable[tuple[float, float]]) -> FloatArray:

@@ -38,10 +38,11 @@ else:
 CELL_DEG, CELL_M = 2.5, 0.05  # width of a cell, hinged and sliding; ranges are linear within one
 OVERLAP = 0.6  # deviation of the state within a cell, in cells: their sum is nearly flat
 PLAY_DEG, PLAY_M = 0.1, 0.002  # deviation of a latched door's state from its limit
-FASTEST_S = 3.0  # s after which a moving door may be anywhere
+LEAST_WAY = 0.3  # cells; least deviation of a moving door's way
 HINGE = slice(4, 6)  # indices of a component's errors
 NEGLIGIBLE = 1e-9  # weight below which a component is left out of the evidence for a prior
-SPREADS_KEPT = 256  # number of spreads of moving doors that are cached
+WAYS_KEPT = 64  # number of transitions of moving doors that are cached
+DIRECTIONS = 2  # of a moving door: up to larger states, and down
 NEVER = 1e-30  # least weight of a component, so that nothing is impossible
 
 
@@ -163,24 +164,13 @@ class Doorway:
         out = self.rest * np.exp(-0.5 * (off / std) ** 2) + NEVER
         return np.asarray(out / out.sum())
 
-    def wandered(self, moving: FloatArray, seconds: float) -> FloatArray:
-        """(.., c) distribution of moving doors (.., c) after some time."""
-        return np.asarray(moving @ _spread(self._way(seconds), self.cells, self.item.wraps))
-
-    def _way(self, seconds: float) -> float:
-        """Deviation of the way of a moving door in some time, in cells."""
+    def _movement(self, seconds: float) -> Movement:
+        """Where doors that move get in some time."""
         swing = self.settings.swing
         fastest = math.radians(swing.most_deg_per_s) if self._hinged else swing.most_m_per_s
-        return round(max(fastest / 2.0 * min(seconds, FASTEST_S) / self.cell, 0.3), 2)
-
-    def _ends(self, seconds: float) -> FloatArray:
-        """(c, c) probability that a door that moves in a component rests in each after some time.
-
-        Its movement has a destination, and ends there as soon as it gets there.
-        """
-        ends = -math.expm1(-seconds / self.settings.swing.seconds)
-        reached = _reached(self._way(seconds), self.cells, self.item.wraps)
-        return ends * self.rest * reached
+        way = max(fastest / 2.0 * seconds / self.cell, LEAST_WAY)
+        limits = tuple(self.rest[self.cells :].tolist())
+        return _movement(round(min(way, 10.0 * self.cells), 2), self.cells, limits)
 
     def stays(self, seconds: float, factors: FloatArray | float = 1.0) -> FloatArray:
         """Probability that a resting door isn't moved for some time, by ``factors`` of the rate."""
@@ -194,15 +184,16 @@ class Doorway:
         seconds: float,
         factors: FloatArray | float = 1.0,
     ) -> Moved:
-        """The weights (.., c) of resting and of moving doors after some time.
+        """The weights of resting (.., c) and of moving doors (.., 2 c) after some time.
 
-        The rate of movements is multiplied by ``factors``, one or (.., 1).
+        A door that moves has a direction: up to larger states, or down. The rate of movements is
+        multiplied by ``factors``, one or (.., 1).
         """
-        remaining = self.stays(seconds, factors) * resting
-        swinging, ends = moving + resting - remaining, self._ends(seconds)
-        arrived = swinging @ ends
-        swinging = self.wandered(swinging * (1.0 - ends.sum(axis=1)), seconds)
-        return Moved(remaining + arrived, swinging, remaining)
+        remaining, movement = self.stays(seconds, factors) * resting, self._movement(seconds)
+        began, count = resting - remaining, len(self.states)
+        swinging = moving + np.concatenate([began, began], axis=-1) * movement.begins
+        after = swinging @ movement.transition
+        return Moved(remaining + after[..., :count], after[..., count:], remaining)
 
     def expected(
         self,
@@ -211,17 +202,17 @@ class Doorway:
         seconds: float,
         factors: FloatArray | float = 1.0,
     ) -> tuple[FloatArray, FloatArray]:
-        """Expectations (.., c) of values after some time, given the present state.
+        """Expectations of values after some time, given the present state.
 
-        The values (.., c) are those of a door that then rests or moves in each component; the first
-        expectations are for one that rests now, the second for one that moves. This is the adjoint
-        of ``moved``.
+        The values are those of a door that then rests (.., c) or moves (.., 2 c) in each component;
+        the first expectations are for one that rests now, the second for one that moves. This is
+        the adjoint of ``moved``.
         """
-        ends = self._ends(seconds)
-        spread = _spread(self._way(seconds), self.cells, self.item.wraps)
-        out = resting @ ends.T + (moving @ spread.T) * (1.0 - ends.sum(axis=1))
+        movement, count = self._movement(seconds), len(self.states)
+        out = np.concatenate([resting, moving], axis=-1) @ movement.transition.T
+        begun = out * movement.begins
         stays = self.stays(seconds, factors)
-        return stays * resting + (1.0 - stays) * out, out
+        return stays * resting + (1.0 - stays) * (begun[..., :count] + begun[..., count:]), out
 
     def on_lattice(self, states: States, lattice: ObjectBelief) -> tuple[FloatArray, FloatArray]:
         """Weights (k, n) of a lattice's states, and the probability of moving in each (k, n)."""
@@ -251,13 +242,14 @@ class Moved(NamedTuple):
     """The change of the components' weights over some time."""
 
     resting: FloatArray  # (.., c)
-    moving: FloatArray  # (.., c)
+    moving: FloatArray  # (.., 2 c) up, and down
     remaining: FloatArray  # (.., c) of ``resting``, that of doors which haven't been moved
 
     @property
     def arriving(self) -> FloatArray:
         """(.., c) share of a component's weight that has arrived."""
-        total = np.maximum(self.resting + self.moving, NEVER)
+        up, down = np.split(self.moving, DIRECTIONS, axis=-1)
+        total = np.maximum(self.resting + up + down, NEVER)
         return np.asarray(1.0 - self.remaining / total)
 
 
@@ -271,7 +263,8 @@ class DoorMixture:
     means: FloatArray  # (c, 7) of errors, see ``mixture_kernels``
     covariances: FloatArray  # (c, 7, 7)
     statics: Statics  # their prior variances
-    rates: FloatArray  # (2, r, c) p(rate | at rest or moving, component), of ``FACTORS``
+    # (3, r, c) p(rate | at rest, component), and p(direction, rate | moving, component) of both
+    rates: FloatArray
     rates_prior: FloatArray  # (r,) under which these, the weights and the evidence are
     stamp_ns: int | None = None
     # log p(z) of all scans under that prior, up to a constant shared by all priors
@@ -285,7 +278,8 @@ class DoorMixture:
         covariances[:, kernels.STATE, kernels.STATE] = door.widths
         covariances[:, HINGE, HINGE] = statics.hinge * np.eye(2)
         covariances[:, kernels.ZERO, kernels.ZERO] = statics.bearing if door.turn else 0.0
-        rates = np.broadcast_to(FACTORS_PRIOR[:, None], (2, len(FACTORS), count))
+        modes = np.array([1.0, 0.5, 0.5])[:, None, None]
+        rates = np.broadcast_to(modes * FACTORS_PRIOR[:, None], (3, len(FACTORS), count))
         return DoorMixture(
             door, door.prior, np.zeros(count), means, covariances, statics, rates, FACTORS_PRIOR
         )
@@ -327,19 +321,17 @@ class DoorMixture:
         means, covariances = self.means.copy(), self.covariances.copy()
         resting, moving, rates = self.resting, self.moving, self.rates
         if seconds > 0.0:
+            rest, up, down = self.by_rates
             by_rate = self.door.moved(
-                resting * rates[0], moving * rates[1], seconds, FACTORS[:, None]
+                rest, np.concatenate([up, down], axis=-1), seconds, FACTORS[:, None]
             )
             moved = Moved(*(each.sum(axis=0) for each in by_rate))
-            rates = np.stack(
-                [
-                    by_rate.resting / np.maximum(moved.resting, NEVER),
-                    by_rate.moving / np.maximum(moved.moving, NEVER),
-                ]
-            )
+            resting, moving = moved.resting, moved.moving.reshape(DIRECTIONS, -1).sum(axis=0)
+            rates = np.stack([by_rate.resting, *np.split(by_rate.moving, DIRECTIONS, axis=-1)])
+            rates[0] /= np.maximum(resting, NEVER)
+            rates[1:] /= np.maximum(moving, NEVER)
             mean, covariance = kernels.pooled(self.weights, means, covariances)
             kernels.join(moved.arriving, mean, covariance, self.door.widths, means, covariances)
-            resting, moving = moved.resting, moved.moving
         kernels.renew_robot(means, covariances, transfer, added)
         return altered(
             self,
@@ -354,14 +346,16 @@ class DoorMixture:
     def under_rates(self, prior: FloatArray) -> DoorMixture:
         """The same under another prior (r,) of the rates of movements; exact."""
         rates = self.rates * (prior / self.rates_prior)[:, None]
-        factors = rates.sum(axis=1)
-        resting, moving = self.resting * factors[0], self.moving * factors[1]
+        of_rest, of_move = rates[0].sum(axis=0), rates[1:].sum(axis=(0, 1))
+        rates[0] /= np.maximum(of_rest, NEVER)
+        rates[1:] /= np.maximum(of_move, NEVER)
+        resting, moving = self.resting * of_rest, self.moving * of_move
         share = float(resting.sum() + moving.sum())
         return altered(
             self,
             resting=resting / share,
             moving=moving / share,
-            rates=rates / np.maximum(factors, NEVER)[:, None],
+            rates=rates,
             rates_prior=prior,
             total=self.total + math.log(share),
         )
@@ -373,8 +367,8 @@ class DoorMixture:
 
     @property
     def by_rates(self) -> FloatArray:
-        """(2, r, c) weights of each rate, at rest and moving."""
-        return self.rates * np.stack([self.resting, self.moving])[:, None]
+        """(3, r, c) weights of each rate, at rest, moving up and moving down."""
+        return self.rates * np.stack([self.resting, self.moving, self.moving])[:, None]
 
     def at(self, stamp_ns: int) -> DoorMixture:
         """The same at a moment."""
@@ -454,35 +448,42 @@ class DoorMixture:
         return altered(lattice, weights=Weights(weights), p_moving=p_moving, stamp_ns=self.stamp_ns)
 
 
-@lru_cache(maxsize=SPREADS_KEPT)
-def _spread(std: float, cells: int, wraps: bool) -> FloatArray:
-    """(c, c) probabilities of a move from each component to each cell.
+class Movement(NamedTuple):
+    """Where doors that move up or down get in some time."""
 
-    It is a Gaussian of a deviation, in cells. What lies beyond an end is in the last cell. Without
-    wrapping, the two limits come last: what moves from them moves from the cells beside them.
+    begins: FloatArray  # (2 c,) probability that a door that rested moves up, and down
+    transition: FloatArray  # (2 c, 3 c) to rest, to moving up and to moving down
+
+
+@lru_cache(maxsize=WAYS_KEPT)
+def _movement(way: float, cells: int, limits: tuple[float, ...]) -> Movement:
+    """Where moving doors get, in cells and perhaps at two limits with shares of rests.
+
+    A movement has a destination, distributed as rests are. Of a door that moves up it lies above,
+    and it rests there as soon as it gets so far. The ways of doors are absolute values of a
+    Gaussian of a deviation, in cells.
     """
-    reach = min(math.ceil(4.0 * std), cells)
-    steps = np.arange(-reach, reach + 1)
-    taps = np.exp(-0.5 * (steps / std) ** 2)
-    ends = np.arange(cells)[:, None] + steps
-    ends = ends % cells if wraps else ends.clip(0, cells - 1)
-    count = cells + (0 if wraps else 2)
-    out = np.zeros((count, count))
-    np.add.at(out, (np.arange(cells)[:, None], ends), taps / taps.sum())
-    if not wraps:
-        out[cells:] = out[[0, cells - 1]]
-    return out
-
-
-@lru_cache(maxsize=SPREADS_KEPT)
-def _reached(std: float, cells: int, wraps: bool) -> FloatArray:
-    """(c, c) probability that a door that moves in each component gets as far as each.
-
-    Its way is the absolute value of a Gaussian of a deviation, in cells.
-    """
-    places = np.arange(cells) + 0.5
-    if not wraps:
-        places = np.append(places, [0.0, cells])
-    off = np.abs(places[:, None] - places)
-    off = np.minimum(off, cells - off) if wraps else off
-    return np.vectorize(math.erfc)(off / (ROOT_2 * std))
+    rest = np.append(np.full(cells, (1.0 - sum(limits)) / cells), limits)
+    places = np.append(np.arange(cells) + 0.5, [0.0, cells][: len(limits)])
+    count = len(rest)
+    own = np.where(np.arange(count) < cells, 0.5, 0.0) * np.eye(count)
+    ahead, begins = places - places[:, None], list[FloatArray]()
+    transition = np.zeros((DIRECTIONS, count, 1 + DIRECTIONS, count))
+    for direction, sign in enumerate((1.0, -1.0)):
+        off = sign * ahead if limits else (sign * ahead) % cells
+        there = rest * ((off > 0.0) + own)  # of destinations
+        every = there.sum(axis=1)
+        begins.append(every)
+        edges = np.array([off - 0.5, off, off + 0.5]) / (ROOT_2 * way)
+        least, far, most = np.vectorize(math.erfc)(np.maximum(edges, 0.0))
+        arrived = there * far
+        lands = np.where(off >= 0.0, least - most, 0.0) * every
+        lands[:, cells:] = 0.0
+        remains = (every - arrived.sum(axis=1)) / np.maximum(lands.sum(axis=1), NEVER)
+        past = np.maximum(every, NEVER)[:, None]
+        transition[direction, :, 0] = arrived / past
+        transition[direction, :, 1 + direction] = lands * remains[:, None] / past
+        ended = every <= 0.0  # at the limit
+        transition[direction, ended, 0] = np.eye(count)[ended]
+    chosen = np.concatenate(begins / np.sum(begins, axis=0))
+    return Movement(chosen, transition.reshape(2 * count, 3 * count))

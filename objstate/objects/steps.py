@@ -1,6 +1,6 @@
 """The stored posteriors of each object after scans, for smoothing.
 
-A step holds the components of mixtures that have weight, 108 bytes each of a door and 40 of
+A step holds the components of mixtures that have weight, 132 bytes each of a door and 40 of
 furniture. Between steps at most a second apart, those that are like their neighbours are left out.
 """
 
@@ -33,7 +33,7 @@ ALIKE_STDS = 0.1  # difference of the state and of its deviation, in deviations,
 
 Table = NDArray[np.float32]
 # columns of a door's table: weights of each rate of movements, means; covariances follow the means
-INDEX, WEIGHTS, MEAN = 0, slice(1, 1 + 2 * len(FACTORS)), 1 + 2 * len(FACTORS)
+INDEX, WEIGHTS, MEAN = 0, slice(1, 1 + 3 * len(FACTORS)), 1 + 3 * len(FACTORS)
 VARIANCES = [4, 7, 9]  # of x, y, yaw, columns of furniture's table
 
 
@@ -42,7 +42,7 @@ class Part(NamedTuple):
 
     statics: Statics
     total: float  # log p(z) of all scans, up to a constant shared by all priors
-    # (n, 27): component, weights of each rate at rest and moving, means, covariances
+    # (n, 33): component, weights of each rate at rest, moving up and down, means, covariances
     table: Table
     rates_prior: FloatArray  # (r,) of the rates of movements, under which the weights are
 
@@ -52,20 +52,21 @@ class Part(NamedTuple):
         by_rates = np.zeros_like(blank.by_rates)
         means, covariances = blank.means.copy(), blank.covariances.copy()
         by_rates[:, :, index] = _by_rates(self.table)
-        weights = by_rates.sum(axis=1)
+        by_rates /= by_rates.sum()
+        resting, moving = by_rates[0].sum(axis=0), by_rates[1:].sum(axis=(0, 1))
+        modes = np.maximum([resting, moving, moving], NEVER)
         errors, rows, columns = _errors()
         past = MEAN + len(errors)
         means[index[:, None], errors] = self.table[:, MEAN:past]
         covariances[index[:, None], errors[rows], errors[columns]] = self.table[:, past:]
         covariances[index[:, None], errors[columns], errors[rows]] = self.table[:, past:]
-        resting, moving = weights / weights.sum()
         return altered(
             blank,
             resting=resting,
             moving=moving,
             means=means,
             covariances=covariances,
-            rates=by_rates / np.maximum(weights, NEVER)[:, None],
+            rates=by_rates / modes[:, None],
             rates_prior=self.rates_prior,
             stamp_ns=stamp_ns,
             total=self.total,
@@ -270,13 +271,14 @@ def _heavy(table: Table) -> Table:
 
 
 def _by_rates(table: Table) -> FloatArray:
-    """(2, r, n) weights of each rate, at rest and moving."""
-    return np.asarray(table[:, WEIGHTS].T.reshape(2, len(FACTORS), -1), dtype=float)
+    """(3, r, n) weights of each rate, at rest, moving up and moving down."""
+    return np.asarray(table[:, WEIGHTS].T.reshape(3, len(FACTORS), -1), dtype=float)
 
 
 def _modes(table: Table) -> FloatArray:
     """(2, n) weights at rest and moving."""
-    return np.asarray(_by_rates(table).sum(axis=1))
+    rest, up, down = _by_rates(table).sum(axis=1)
+    return np.stack([rest, up + down])
 
 
 @cache

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from objstate.geometry import FloatArray, IntArray
-from objstate.objects.mixture import Doorway
+from objstate.objects.mixture import DIRECTIONS, Doorway
 from objstate.records import NANOSECONDS
 
 
@@ -39,7 +39,7 @@ def smoothed_chain(
     moving: FloatArray,
     factors: FloatArray | float = 1.0,
 ) -> Chain:
-    """The chain of a door, by its filtered weights (.., n, c) at moments (n,).
+    """The chain of a door, by its filtered weights (.., n, c) and (.., n, 2 c) at moments (n,).
 
     With x the mode and component, a_k(x) the filtered weights, and T the transition of
     ``Doorway.moved``, the smoothed weights are (Kitagawa 1987)
@@ -64,9 +64,10 @@ def smoothed_chain(
         stays[now] = stay * _ratio(ratio_rest, ahead_rest)
         stayed[now] = stay * _ratio(resting[now], before.resting)
         rest[now], move[now] = resting[now] * ahead_rest, moving[now] * ahead_move
-        total = (rest[now] + move[now]).sum(axis=-1, keepdims=True)
+        total = rest[now].sum(axis=-1, keepdims=True) + move[now].sum(axis=-1, keepdims=True)
         rest[now], move[now] = rest[now] / total, move[now] / total
-    return Chain(stamps_ns, rest, move, np.minimum(stays, 1.0), np.minimum(stayed, 1.0))
+    up, down = np.split(move, DIRECTIONS, axis=-1)
+    return Chain(stamps_ns, rest, up + down, np.minimum(stays, 1.0), np.minimum(stayed, 1.0))
 
 
 def _ratio(above: FloatArray, below: FloatArray) -> FloatArray:

@@ -12,7 +12,7 @@ from objstate.geometry import FloatArray, IntArray
 from objstate.lazy import altered
 from objstate.objects import ObjectBelief
 from objstate.objects.door_posterior import DoorPosterior
-from objstate.objects.mixture import FACTORS, NEVER, Doorway, States, Statics
+from objstate.objects.mixture import DIRECTIONS, FACTORS, NEVER, Doorway, States, Statics
 from objstate.objects.steps import GAP_NS, DoorStep, Step
 from objstate.particles import Weights
 from objstate.records import NANOSECONDS
@@ -50,7 +50,7 @@ class _Filtered:
 
     stamps_ns: IntArray  # (n,)
     resting: FloatArray  # (b, n, c)
-    moving: FloatArray  # (b, n, c)
+    moving: FloatArray  # (b, n, 2 c) up, and down
     means: FloatArray  # (b, n, c) of the state in each component
     variances: FloatArray  # (b, n, c)
 
@@ -128,7 +128,7 @@ def _cases(history: DoorHistory, last: DoorPosterior) -> _Statics:
     last = last.under_rates(history.rates)
     states, rates = last.under(priors), last.rates_under(priors)
     given = np.einsum("kc,krc->kr", states.resting, rates[:, 0])
-    given += np.einsum("kc,krc->kr", states.moving, rates[:, 1])
+    given += np.einsum("kc,kdrc->kr", states.moving, rates[:, 1:])
     given *= np.array(shares)[:, None]
     prior, rate = np.nonzero(given > NEGLIGIBLE)
     kept = given[prior, rate]
@@ -142,15 +142,18 @@ def _filtered(
     moments: Sequence[int],
 ) -> _Filtered:
     """The filtered posterior at moments (n,), predicted where there is no step."""
-    shape = len(statics.shares), len(moments), len(door.states)
-    out = _Filtered(np.array(moments, dtype=np.int64), *(np.empty(shape) for _ in range(4)))
+    shape, count = (len(statics.shares), len(moments)), len(door.states)
+    widths = (count, DIRECTIONS * count, count, count)
+    arrays = (np.empty((*shape, width)) for width in widths)
+    out = _Filtered(np.array(moments, dtype=np.int64), *arrays)
     for k, stamp in enumerate(moments):
         if stamp in by_stamp:
             states = by_stamp[stamp].under(statics.priors)
             rates = by_stamp[stamp].rates_under(statics.priors)[statics.prior, :, statics.rate]
             resting = states.resting[statics.prior] * rates[:, 0]
-            moving = states.moving[statics.prior] * rates[:, 1]
-            total = (resting + moving).sum(axis=-1, keepdims=True)
+            moving = states.moving[statics.prior, None] * rates[:, 1:]
+            moving = moving.reshape(len(resting), -1)
+            total = (resting.sum(axis=-1) + moving.sum(axis=-1))[:, None]
             out.resting[:, k], out.moving[:, k] = resting / total, moving / total
             out.means[:, k] = states.means[statics.prior]
             out.variances[:, k] = states.variances[statics.prior]
