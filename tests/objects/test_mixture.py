@@ -188,6 +188,23 @@ def test_a_door_filtered_under_all_rates_holds_the_one_filtered_under_each(
     assert again.total - one.total == pytest.approx(shared, abs=1e-6)
 
 
+@pytest.mark.parametrize("steps", [1, 300])
+def test_a_moved_door_comes_to_rest_as_the_settings_say(steps: int) -> None:
+    door, count = doorway(), len(doorway().states)
+    resting, moving, _ = door.moved(np.eye(count)[10], np.zeros(2 * count), 1e-3, 1e9)
+    for _ in range(steps):
+        resting, moving, _ = door.moved(resting, moving, 30.0 / steps, 0.0)
+    assert resting.sum() > 0.95
+    np.testing.assert_allclose(resting / resting.sum(), door.rest, atol=0.02)
+
+
+def test_a_door_does_not_jump() -> None:
+    door, count = doorway(), len(doorway().states)
+    moved = door.moved(np.eye(count)[10], np.zeros(2 * count), 0.1, 1e6)
+    far = np.abs(door.states - door.states[10]) > math.radians(45.0)
+    assert moved.resting[far].sum() + np.tile(far, 2) @ moved.moving < 1e-6
+
+
 def told(mixture: DoorMixture, likelihood: FloatArray) -> DoorMixture:
     """A mixture after readings of a likelihood (c,)."""
     resting, moving = mixture.resting * likelihood, mixture.moving * likelihood
