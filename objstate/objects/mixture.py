@@ -38,7 +38,6 @@ else:
 CELL_DEG, CELL_M = 2.5, 0.05  # width of a cell, hinged and sliding; ranges are linear within one
 OVERLAP = 0.6  # deviation of the state within a cell, in cells: their sum is nearly flat
 PLAY_DEG, PLAY_M = 0.1, 0.002  # deviation of a latched door's state from its limit
-QUICK = 0.75  # deviation of the speed of moving doors, in units of the settings' largest: 82 % are slower
 LEAST_WAY = 0.3  # cells; least deviation of a moving door's way
 HINGE = slice(4, 6)  # indices of a component's errors
 NEGLIGIBLE = 1e-9  # weight below which a component is left out of the evidence for a prior
@@ -53,7 +52,7 @@ def half_cauchy(factors: FloatArray) -> FloatArray:
     return np.asarray(density / density.sum())
 
 
-FACTORS = 4.0 ** np.arange(-1.0, 5.0)  # (r,) multiples of ``moves_per_hour`` that a rate may be
+FACTORS = 4.0 ** np.arange(-1.0, 4.0)  # (r,) multiples of ``moves_per_hour`` that a rate may be
 FACTORS_PRIOR = half_cauchy(FACTORS)  # (r,)
 
 
@@ -169,7 +168,7 @@ class Doorway:
         """Where doors that move get in some time."""
         swing = self.settings.swing
         fastest = math.radians(swing.most_deg_per_s) if self._hinged else swing.most_m_per_s
-        way = max(QUICK * fastest * seconds / self.cell, LEAST_WAY)
+        way = max(fastest * seconds / self.cell, LEAST_WAY)
         limits = tuple(self.rest[self.cells :].tolist())
         return _movement(round(min(way, 10.0 * self.cells), 2), self.cells, limits)
 
