@@ -17,7 +17,7 @@ from objstate.lazy import Later, altered
 from objstate.localization import Vantage
 from objstate.objects import ObjectBelief
 from objstate.objects.door_posterior import DoorPosterior
-from objstate.objects.mixture import FACTORS, FACTORS_PRIOR, NEVER, Doorway, Statics, half_cauchy
+from objstate.objects.mixture import NEVER, Doorway, Statics
 from objstate.objects.shape import shape_of
 from objstate.particles import Weights
 from objstate.sensing import Sensing
@@ -56,7 +56,6 @@ class Doors:
         self._bearing = Deviation(
             math.radians(error.bearing_std_deg), math.radians(WIDEST_DEG), PARTS
         )
-        self._rates = Rates()
 
     def __contains__(self, name: str) -> bool:
         return self._building.objects[name].kind is not Kind.PLANAR
@@ -90,7 +89,6 @@ class Doors:
         before = belief.joint
         if not isinstance(before, DoorPosterior):
             before = DoorPosterior.of(self._doorway(belief), belief, self._priors)
-        before = before.under_rates(self._rates.given_others(exposure.name))
         posterior = before.later(exposure.seconds_since(before.stamp_ns), *exposure.carried())
         noise = beam_noise(self._settings.beam_model, vantage, scan.range_max)
         shape = self._shape(before.door, exposure.sight.height)
@@ -124,10 +122,6 @@ class Doors:
             for probability, bearing in bearings
         ]
 
-    def rates(self, door: Doorway) -> FloatArray:
-        """(r,) probabilities of a door's rate of movements, given the readings of the others."""
-        return self._rates.given_others(door.item.name)
-
     def _bearings(self, door: Doorway) -> list[tuple[float, float]]:
         """Variances that a door's bearing may have, with probabilities."""
         return self._bearing.cases(door.item.name) if door.turn else [(1.0, 0.0)]
@@ -149,13 +143,13 @@ class Doors:
         )
 
     def _learn(self, name: str, posterior: DoorPosterior) -> None:
-        """Update the learnt rate, and the learnt deviations unless the door's own are known."""
-        if posterior.door.turn and name not in self._known:
+        """Update the learnt deviations by a door, unless its own are known."""
+        if name in self._known:
+            return
+        if posterior.door.turn:
             self._bearing.observe(name, posterior.of_bearing(self._bearing.variances))
         bearings = self._bearings(posterior.door)
-        self._rates.observe(name, posterior.of_rates(bearings))
-        if name not in self._known:
-            self._hinge.observe(name, posterior.of_hinge(self._hinge.variances, bearings))
+        self._hinge.observe(name, posterior.of_hinge(self._hinge.variances, bearings))
 
     def _doorway(self, belief: ObjectBelief) -> Doorway:
         chosen = self._settings.for_object(belief.item.name, "door")
@@ -221,28 +215,6 @@ class Deviation:
         kept = [(share, total / share) for share, total in cases if share > NEGLIGIBLE]
         every = sum(share for share, _ in kept)
         return [(share / every, variance) for share, variance in kept]
-
-
-class Rates:
-    """The rates at which doors are moved, as multiples of those that the settings state.
-
-    Each door has one of ``FACTORS``, of a half-Cauchy distribution about the usual one of all
-    doors, which has the same distribution about one. Given the usual one, doors are independent.
-    """
-
-    def __init__(self) -> None:
-        self._messages: dict[str, FloatArray] = {}  # (r,) log p(z | usual rate) of each door
-        # (r, r) probabilities of a door's rate, given the usual one
-        self._own = np.array([half_cauchy(FACTORS / usual) for usual in FACTORS])
-
-    def observe(self, name: str, likelihood: FloatArray) -> None:
-        """Replace p(z | rate) (r,), up to a constant, of all readings of a door."""
-        self._messages[name] = np.log(self._own @ np.maximum(likelihood, NEVER))
-
-    def given_others(self, name: str) -> FloatArray:
-        """(r,) probabilities of a door's rate, given the other doors."""
-        others = sum(own for other, own in self._messages.items() if other != name)
-        return np.asarray(_normalized(np.log(FACTORS_PRIOR) + others) @ self._own)
 
 
 def _normalized(log: FloatArray) -> FloatArray:

@@ -112,6 +112,5 @@ class JointUpdate:
     def _history(self, belief: ObjectBelief, steps: Sequence[Step]) -> History:
         of_door = [step for step in steps if isinstance(step, DoorStep)]
         if of_door:
-            door = of_door[-1].door
-            return DoorHistory(belief, of_door, self._doors.cases(door), self._doors.rates(door))
+            return DoorHistory(belief, of_door, self._doors.cases(of_door[-1].door))
         return FurnitureHistory(belief, [step for step in steps if isinstance(step, FurnitureStep)])

@@ -77,31 +77,15 @@ class DoorPosterior:
         self, variances: FloatArray, bearings: Iterable[tuple[float, float]]
     ) -> FloatArray:
         """(k,) the same for variances (k,) m^2 of the hinge, averaged over ``bearings``."""
-        likely = [
-            math.log(share) + each.log_evidence("hinge", variances)
-            for share, each in zip(self._shares(bearings), self.mixtures, strict=True)
-            if share > 0.0
-        ]
-        return np.asarray(np.logaddexp.reduce(likely, axis=0))
-
-    def of_rates(self, bearings: Iterable[tuple[float, float]]) -> FloatArray:
-        """(r,) p(z | rate of movements), up to a constant, averaged over ``bearings``."""
-        return np.asarray(self._shares(bearings) @ [each.of_rates for each in self.mixtures])
-
-    def under_rates(self, prior: FloatArray) -> DoorPosterior:
-        """The same under another prior (r,) of the rate of movements."""
-        return DoorPosterior(tuple(each.under_rates(prior) for each in self.mixtures))
-
-    def rates_under(self, priors: Sequence[Statics]) -> FloatArray:
-        """(k, 3, r, c) ``DoorMixture.rates`` under priors (k,) as below."""
-        return np.array([self.mixtures[self.among(each.bearing)].rates for each in priors])
-
-    def _shares(self, bearings: Iterable[tuple[float, float]]) -> FloatArray:
-        """(m,) probabilities of the mixtures, by those of variances of the bearing."""
         shares = np.zeros(len(self.mixtures))
         for share, variance in bearings:
             shares[self.among(variance)] += share
-        return shares
+        likely = [
+            math.log(share) + each.log_evidence("hinge", variances)
+            for share, each in zip(shares, self.mixtures, strict=True)
+            if share > 0.0
+        ]
+        return np.asarray(np.logaddexp.reduce(likely, axis=0))
 
     def under(self, priors: Sequence[Statics]) -> States:
         """The states given the same readings, under some priors (k,) of the static errors."""

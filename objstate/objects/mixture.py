@@ -22,7 +22,6 @@ from objstate.building.model import Kind, MovableObject
 from objstate.config import BuildingErrorSettings, DoorSettings
 from objstate.geometry import FloatArray, wrap
 from objstate.lazy import Later, altered, lazy
-from objstate.linear import ROOT_2
 from objstate.objects.belief import ObjectBelief
 from objstate.particles import Weights
 from objstate.records import SECONDS_PER_HOUR
@@ -38,22 +37,12 @@ else:
 CELL_DEG, CELL_M = 2.5, 0.05  # width of a cell, hinged and sliding; ranges are linear within one
 OVERLAP = 0.6  # deviation of the state within a cell, in cells: their sum is nearly flat
 PLAY_DEG, PLAY_M = 0.1, 0.002  # deviation of a latched door's state from its limit
-LEAST_WAY = 0.3  # cells; least deviation of a moving door's way
+LATCHES = 0.8  # probability that a door that comes to rest in the last cell before a limit latches
+FASTEST_S = 3.0  # s after which a moving door may be anywhere
 HINGE = slice(4, 6)  # indices of a component's errors
 NEGLIGIBLE = 1e-9  # weight below which a component is left out of the evidence for a prior
-WAYS_KEPT = 64  # number of transitions of moving doors that are cached
-DIRECTIONS = 2  # of a moving door: up to larger states, and down
+TAPS_KEPT = 256  # number of kernels of moving doors that are cached
 NEVER = 1e-30  # least weight of a component, so that nothing is impossible
-
-
-def half_cauchy(factors: FloatArray) -> FloatArray:
-    """Probabilities (n,) of factors at equal ratios, distributed about one; the tail is heavy."""
-    density = factors / (1.0 + factors**2)
-    return np.asarray(density / density.sum())
-
-
-FACTORS = 4.0 ** np.arange(-1.0, 4.0)  # (r,) multiples of ``moves_per_hour`` that a rate may be
-FACTORS_PRIOR = half_cauchy(FACTORS)  # (r,)
 
 
 @dataclass(frozen=True)
@@ -164,55 +153,84 @@ class Doorway:
         out = self.rest * np.exp(-0.5 * (off / std) ** 2) + NEVER
         return np.asarray(out / out.sum())
 
-    def _movement(self, seconds: float) -> Movement:
-        """Where doors that move get in some time."""
+    def wandered(self, moving: FloatArray, seconds: float) -> FloatArray:
+        """(c,) distribution of moving doors (c,) after some time."""
+        taps, count = self._taps(seconds), self.cells
+        spread = moving[:count].copy()
+        if self.atoms:
+            spread[0] += moving[count]
+            spread[-1] += moving[count + 1]
+        out = np.zeros(len(self.states))
+        if self.item.wraps:
+            turned = np.fft.irfft(np.fft.rfft(spread) * np.fft.rfft(_circle(taps, count)), count)
+            out[:count] = np.maximum(turned, 0.0)
+        else:
+            both = np.convolve(spread, taps)
+            reach = len(taps) // 2
+            out[:count] = both[reach : reach + count]
+            out[0] += both[:reach].sum()
+            out[count - 1] += both[reach + count :].sum()
+        return out
+
+    def _taps(self, seconds: float) -> FloatArray:
+        """(2 r + 1,) kernel of a moving door after some time, by distance in cells."""
         swing = self.settings.swing
         fastest = math.radians(swing.most_deg_per_s) if self._hinged else swing.most_m_per_s
-        way = max(fastest * seconds / self.cell, LEAST_WAY)
-        limits = tuple(self.rest[self.cells :].tolist())
-        return _movement(round(min(way, 10.0 * self.cells), 2), self.cells, limits)
+        std = max(fastest / 2.0 * min(seconds, FASTEST_S) / self.cell, 0.3)
+        return _taps(round(std, 2), self.cells)
 
-    def stays(self, seconds: float, factors: FloatArray | float = 1.0) -> FloatArray:
-        """Probability that a resting door isn't moved for some time, by ``factors`` of the rate."""
-        rate = self.settings.dynamics.moves_per_hour / SECONDS_PER_HOUR
-        return np.exp(-rate * seconds * factors)
+    def stays(self, seconds: float) -> float:
+        """Probability that a resting door isn't moved for some time."""
+        return math.exp(-self.settings.dynamics.moves_per_hour * seconds / SECONDS_PER_HOUR)
 
-    def moved(
-        self,
-        resting: FloatArray,
-        moving: FloatArray,
-        seconds: float,
-        factors: FloatArray | float = 1.0,
-    ) -> Moved:
-        """The weights of resting (.., c) and of moving doors (.., 2 c) after some time.
+    def _stops(self, seconds: float) -> tuple[float, float]:
+        """Probabilities that a moving door comes to rest, and that it then may be anywhere."""
+        swing = self.settings.swing
+        return -math.expm1(-seconds / swing.seconds), -math.expm1(-seconds / swing.near_s)
 
-        A door that moves has a direction: up to larger states, or down. The rate of movements is
-        multiplied by ``factors``, one or (.., 1).
-        """
-        remaining, movement = self.stays(seconds, factors) * resting, self._movement(seconds)
-        began, count = resting - remaining, len(self.states)
-        swinging = moving + np.concatenate([began, began], axis=-1) * movement.begins
-        after = swinging @ movement.transition
-        return Moved(remaining + after[..., :count], after[..., count:], remaining)
+    def moved(self, resting: FloatArray, moving: FloatArray, seconds: float) -> Moved:
+        """The weights (c,) of resting and of moving doors after some time."""
+        remaining = self.stays(seconds) * resting
+        swinging = self.wandered(moving + resting - remaining, seconds)
+        ends, leaves = self._stops(seconds)
+        stops, swinging = ends * swinging, (1.0 - ends) * swinging
+        near, count = stops.copy(), self.cells
+        if self.atoms:
+            near[count:] += LATCHES * near[[0, count - 1]]
+            near[[0, count - 1]] *= 1.0 - LATCHES
+        arrived = (1.0 - leaves) * near + leaves * stops.sum() * self.rest
+        total = remaining + arrived + swinging
+        share = (arrived + swinging) / np.maximum(total, NEVER)
+        return Moved(remaining + arrived, swinging, share)
 
     def expected(
-        self,
-        resting: FloatArray,
-        moving: FloatArray,
-        seconds: float,
-        factors: FloatArray | float = 1.0,
+        self, resting: FloatArray, moving: FloatArray, seconds: float
     ) -> tuple[FloatArray, FloatArray]:
-        """Expectations of values after some time, given the present state.
+        """Expectations (c,) of values after some time, given the present state.
 
-        The values are those of a door that then rests (.., c) or moves (.., 2 c) in each component;
-        the first expectations are for one that rests now, the second for one that moves. This is
-        the adjoint of ``moved``.
+        The values (c,) are those of a door that then rests or moves in each component; the first
+        expectations are for one that rests now, the second for one that moves. This is the adjoint
+        of ``moved``.
         """
-        movement, count = self._movement(seconds), len(self.states)
-        out = np.concatenate([resting, moving], axis=-1) @ movement.transition.T
-        begun = out * movement.begins
-        stays = self.stays(seconds, factors)
-        return stays * resting + (1.0 - stays) * (begun[..., :count] + begun[..., count:]), out
+        ends, leaves = self._stops(seconds)
+        near, count = resting.copy(), self.cells
+        if self.atoms:
+            edges = [0, count - 1]
+            near[edges] = (1.0 - LATCHES) * resting[edges] + LATCHES * resting[count:]
+        stopped = (1.0 - leaves) * near + leaves * float(self.rest @ resting)
+        ahead = (ends * stopped + (1.0 - ends) * moving)[:count]
+        taps, out = self._taps(seconds), np.empty(len(resting))
+        if self.item.wraps:
+            back = np.fft.rfft(ahead) * np.fft.rfft(_circle(taps, count))
+            out[:count] = np.fft.irfft(back, count)
+        else:
+            reach = len(taps) // 2
+            padded = np.concatenate([np.full(reach, ahead[0]), ahead, np.full(reach, ahead[-1])])
+            out[:count] = np.convolve(padded, taps, "valid")
+            if self.atoms:
+                out[count:] = out[[0, count - 1]]
+        stays = self.stays(seconds)
+        return stays * resting + (1.0 - stays) * out, out
 
     def on_lattice(self, states: States, lattice: ObjectBelief) -> tuple[FloatArray, FloatArray]:
         """Weights (k, n) of a lattice's states, and the probability of moving in each (k, n)."""
@@ -241,16 +259,9 @@ class States(NamedTuple):
 class Moved(NamedTuple):
     """The change of the components' weights over some time."""
 
-    resting: FloatArray  # (.., c)
-    moving: FloatArray  # (.., 2 c) up, and down
-    remaining: FloatArray  # (.., c) of ``resting``, that of doors which haven't been moved
-
-    @property
-    def arriving(self) -> FloatArray:
-        """(.., c) share of a component's weight that has arrived."""
-        up, down = np.split(self.moving, DIRECTIONS, axis=-1)
-        total = np.maximum(self.resting + up + down, NEVER)
-        return np.asarray(1.0 - self.remaining / total)
+    resting: FloatArray  # (c,)
+    moving: FloatArray  # (c,)
+    arriving: FloatArray  # (c,) share of a component's weight that has arrived
 
 
 @dataclass(frozen=True, eq=False)
@@ -263,9 +274,6 @@ class DoorMixture:
     means: FloatArray  # (c, 7) of errors, see ``mixture_kernels``
     covariances: FloatArray  # (c, 7, 7)
     statics: Statics  # their prior variances
-    # (3, r, c) p(rate | at rest, component), and p(direction, rate | moving, component) of both
-    rates: FloatArray
-    rates_prior: FloatArray  # (r,) under which these, the weights and the evidence are
     stamp_ns: int | None = None
     # log p(z) of all scans under that prior, up to a constant shared by all priors
     total: float = 0.0
@@ -278,11 +286,7 @@ class DoorMixture:
         covariances[:, kernels.STATE, kernels.STATE] = door.widths
         covariances[:, HINGE, HINGE] = statics.hinge * np.eye(2)
         covariances[:, kernels.ZERO, kernels.ZERO] = statics.bearing if door.turn else 0.0
-        modes = np.array([1.0, 0.5, 0.5])[:, None, None]
-        rates = np.broadcast_to(modes * FACTORS_PRIOR[:, None], (3, len(FACTORS), count))
-        return DoorMixture(
-            door, door.prior, np.zeros(count), means, covariances, statics, rates, FACTORS_PRIOR
-        )
+        return DoorMixture(door, door.prior, np.zeros(count), means, covariances, statics)
 
     @staticmethod
     def of(door: Doorway, belief: ObjectBelief, statics: Statics) -> DoorMixture:
@@ -319,56 +323,16 @@ class DoorMixture:
         covariance ``added`` (3, 3).
         """
         means, covariances = self.means.copy(), self.covariances.copy()
-        resting, moving, rates = self.resting, self.moving, self.rates
+        resting, moving = self.resting, self.moving
         if seconds > 0.0:
-            rest, up, down = self.by_rates
-            by_rate = self.door.moved(
-                rest, np.concatenate([up, down], axis=-1), seconds, FACTORS[:, None]
-            )
-            moved = Moved(*(each.sum(axis=0) for each in by_rate))
-            resting, moving = moved.resting, moved.moving.reshape(DIRECTIONS, -1).sum(axis=0)
-            rates = np.stack([by_rate.resting, *np.split(by_rate.moving, DIRECTIONS, axis=-1)])
-            rates[0] /= np.maximum(resting, NEVER)
-            rates[1:] /= np.maximum(moving, NEVER)
+            moved = self.door.moved(resting, moving, seconds)
             mean, covariance = kernels.pooled(self.weights, means, covariances)
             kernels.join(moved.arriving, mean, covariance, self.door.widths, means, covariances)
+            resting, moving = moved.resting, moved.moving
         kernels.renew_robot(means, covariances, transfer, added)
-        return altered(
-            self,
-            resting=resting,
-            moving=moving,
-            means=means,
-            covariances=covariances,
-            rates=rates,
-            stamp_ns=None,
+        return DoorMixture(
+            self.door, resting, moving, means, covariances, self.statics, total=self.total
         )
-
-    def under_rates(self, prior: FloatArray) -> DoorMixture:
-        """The same under another prior (r,) of the rates of movements; exact."""
-        rates = self.rates * (prior / self.rates_prior)[:, None]
-        of_rest, of_move = rates[0].sum(axis=0), rates[1:].sum(axis=(0, 1))
-        rates[0] /= np.maximum(of_rest, NEVER)
-        rates[1:] /= np.maximum(of_move, NEVER)
-        resting, moving = self.resting * of_rest, self.moving * of_move
-        share = float(resting.sum() + moving.sum())
-        return altered(
-            self,
-            resting=resting / share,
-            moving=moving / share,
-            rates=rates,
-            rates_prior=prior,
-            total=self.total + math.log(share),
-        )
-
-    @property
-    def of_rates(self) -> FloatArray:
-        """(r,) p(z | rate), up to a constant."""
-        return np.asarray(self.by_rates.sum(axis=(0, 2)) / self.rates_prior)
-
-    @property
-    def by_rates(self) -> FloatArray:
-        """(3, r, c) weights of each rate, at rest, moving up and moving down."""
-        return self.rates * np.stack([self.resting, self.moving, self.moving])[:, None]
 
     def at(self, stamp_ns: int) -> DoorMixture:
         """The same at a moment."""
@@ -394,12 +358,13 @@ class DoorMixture:
         resting = np.maximum(self.resting * likelihood, NEVER)
         moving = self.moving * likelihood
         share = float(resting.sum() + moving.sum())
-        after = altered(
-            self,
-            resting=resting / share,
-            moving=moving / share,
-            means=means,
-            covariances=covariances,
+        after = DoorMixture(
+            self.door,
+            resting / share,
+            moving / share,
+            means,
+            covariances,
+            self.statics,
             total=self.total + largest + math.log(share),
         )
         return after, int(reached)
@@ -448,42 +413,15 @@ class DoorMixture:
         return altered(lattice, weights=Weights(weights), p_moving=p_moving, stamp_ns=self.stamp_ns)
 
 
-class Movement(NamedTuple):
-    """Where doors that move up or down get in some time."""
+@lru_cache(maxsize=TAPS_KEPT)
+def _taps(std: float, most: int) -> FloatArray:
+    """(2 r + 1,) a Gaussian of a deviation, in cells, cut off at its ends."""
+    reach = min(math.ceil(4.0 * std), most)
+    taps = np.exp(-0.5 * (np.arange(-reach, reach + 1) / std) ** 2)
+    return np.asarray(taps / taps.sum())
 
-    begins: FloatArray  # (2 c,) probability that a door that rested moves up, and down
-    transition: FloatArray  # (2 c, 3 c) to rest, to moving up and to moving down
 
-
-@lru_cache(maxsize=WAYS_KEPT)
-def _movement(way: float, cells: int, limits: tuple[float, ...]) -> Movement:
-    """Where moving doors get, in cells and perhaps at two limits with shares of rests.
-
-    A movement has a destination, distributed as rests are. Of a door that moves up it lies above,
-    and it rests there as soon as it gets so far. The ways of doors are absolute values of a
-    Gaussian of a deviation, in cells.
-    """
-    rest = np.append(np.full(cells, (1.0 - sum(limits)) / cells), limits)
-    places = np.append(np.arange(cells) + 0.5, [0.0, cells][: len(limits)])
-    count = len(rest)
-    own = np.where(np.arange(count) < cells, 0.5, 0.0) * np.eye(count)
-    ahead, begins = places - places[:, None], list[FloatArray]()
-    transition = np.zeros((DIRECTIONS, count, 1 + DIRECTIONS, count))
-    for direction, sign in enumerate((1.0, -1.0)):
-        off = sign * ahead if limits else (sign * ahead) % cells
-        there = rest * ((off > 0.0) + own)  # of destinations
-        every = there.sum(axis=1)
-        begins.append(every)
-        edges = np.array([off - 0.5, off, off + 0.5]) / (ROOT_2 * way)
-        least, far, most = np.vectorize(math.erfc)(np.maximum(edges, 0.0))
-        arrived = there * far
-        lands = np.where(off >= 0.0, least - most, 0.0) * every
-        lands[:, cells:] = 0.0
-        remains = (every - arrived.sum(axis=1)) / np.maximum(lands.sum(axis=1), NEVER)
-        past = np.maximum(every, NEVER)[:, None]
-        transition[direction, :, 0] = arrived / past
-        transition[direction, :, 1 + direction] = lands * remains[:, None] / past
-        ended = every <= 0.0  # at the limit
-        transition[direction, ended, 0] = np.eye(count)[ended]
-    chosen = np.concatenate(begins / np.sum(begins, axis=0))
-    return Movement(chosen, transition.reshape(2 * count, 3 * count))
+def _circle(taps: FloatArray, count: int) -> FloatArray:
+    """(count,) the same wrapped around a circle of some cells."""
+    reach = len(taps) // 2
+    return np.bincount(np.arange(-reach, reach + 1) % count, taps, count).astype(float)

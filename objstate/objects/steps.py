@@ -1,6 +1,6 @@
 """The stored posteriors of each object after scans, for smoothing.
 
-A step holds the components of mixtures that have weight, 132 bytes each of a door and 40 of
+A step holds the components of mixtures that have weight, 68 bytes each of a door and 40 of
 furniture. Between steps at most a second apart, those that are like their neighbours are left out.
 """
 
@@ -17,7 +17,7 @@ from objstate.lazy import Later, altered
 from objstate.objects.belief import ObjectBelief
 from objstate.objects.door_posterior import DoorPosterior
 from objstate.objects.furniture_mixture import ABSENT, ORDER, FurnitureMixture, Piece
-from objstate.objects.mixture import FACTORS, NEVER, DoorMixture, Doorway, Statics
+from objstate.objects.mixture import NEVER, DoorMixture, Doorway, Statics
 
 if TYPE_CHECKING:
     from objstate.objects import mixture_kernels as kernels
@@ -32,8 +32,7 @@ ALIKE = 0.01  # difference of weights up to which two steps are alike
 ALIKE_STDS = 0.1  # difference of the state and of its deviation, in deviations, likewise
 
 Table = NDArray[np.float32]
-# columns of a door's table: weights of each rate of movements, means; covariances follow the means
-INDEX, WEIGHTS, MEAN = 0, slice(1, 1 + 3 * len(FACTORS)), 1 + 3 * len(FACTORS)
+INDEX, RESTING, MOVING, MEAN = 0, 1, 2, 3  # columns of a door's table; covariances follow the means
 VARIANCES = [4, 7, 9]  # of x, y, yaw, columns of furniture's table
 
 
@@ -42,32 +41,26 @@ class Part(NamedTuple):
 
     statics: Statics
     total: float  # log p(z) of all scans, up to a constant shared by all priors
-    # (n, 33): component, weights of each rate at rest, moving up and down, means, covariances
-    table: Table
-    rates_prior: FloatArray  # (r,) of the rates of movements, under which the weights are
+    table: Table  # (r, 17): component, weights at rest and moving, means, covariances
 
     def mixture(self, blank: DoorMixture, stamp_ns: int) -> DoorMixture:
         """The posterior without the robot's errors; ``blank`` is the mixture before any scan."""
         index = self.table[:, INDEX].astype(int)
-        by_rates = np.zeros_like(blank.by_rates)
+        resting, moving = np.zeros(len(blank.resting)), np.zeros(len(blank.resting))
         means, covariances = blank.means.copy(), blank.covariances.copy()
-        by_rates[:, :, index] = _by_rates(self.table)
-        by_rates /= by_rates.sum()
-        resting, moving = by_rates[0].sum(axis=0), by_rates[1:].sum(axis=(0, 1))
-        modes = np.maximum([resting, moving, moving], NEVER)
+        resting[index], moving[index] = self.table[:, RESTING], self.table[:, MOVING]
         errors, rows, columns = _errors()
         past = MEAN + len(errors)
         means[index[:, None], errors] = self.table[:, MEAN:past]
         covariances[index[:, None], errors[rows], errors[columns]] = self.table[:, past:]
         covariances[index[:, None], errors[columns], errors[rows]] = self.table[:, past:]
+        share = resting.sum() + moving.sum()
         return altered(
             blank,
-            resting=resting,
-            moving=moving,
+            resting=resting / share,
+            moving=moving / share,
             means=means,
             covariances=covariances,
-            rates=by_rates / modes[:, None],
-            rates_prior=self.rates_prior,
             stamp_ns=stamp_ns,
             total=self.total,
         )
@@ -183,10 +176,7 @@ def step_of(posterior: DoorPosterior | FurnitureMixture) -> Step:
     if isinstance(posterior, FurnitureMixture):
         return _furniture_step(posterior)
     assert posterior.stamp_ns is not None
-    parts = tuple(
-        Part(each.statics, each.total, _table(each), each.rates_prior)
-        for each in posterior.mixtures
-    )
+    parts = tuple(Part(each.statics, each.total, _table(each)) for each in posterior.mixtures)
     return DoorStep(posterior.stamp_ns, posterior.door, parts)
 
 
@@ -212,7 +202,8 @@ def _table(mixture: DoorMixture) -> Table:
     covariances = mixture.covariances[index]
     parts = (
         index[:, None],
-        mixture.by_rates[:, :, index].reshape(-1, len(index)).T,
+        mixture.resting[index, None],
+        mixture.moving[index, None],
         mixture.means[index[:, None], errors],
         covariances[:, errors[rows], errors[columns]],
     )
@@ -257,7 +248,7 @@ def _rests(one: Table, other: Table) -> bool:
     a, b = _heavy(one), _heavy(other)
     if len(a) != len(b) or (a[:, INDEX] != b[:, INDEX]).any():
         return False
-    if (np.abs(_modes(a) - _modes(b)) > ALIKE).any():
+    if (np.abs(a[:, RESTING : MOVING + 1] - b[:, RESTING : MOVING + 1]) > ALIKE).any():
         return False
     variance = MEAN + len(_errors()[0])  # the state is the first of the stored errors
     stds, others = np.sqrt(a[:, variance]), np.sqrt(b[:, variance])
@@ -266,19 +257,7 @@ def _rests(one: Table, other: Table) -> bool:
 
 
 def _heavy(table: Table) -> Table:
-    heavy = _modes(table).sum(axis=0) > HEAVY
-    return np.asarray(table[heavy])
-
-
-def _by_rates(table: Table) -> FloatArray:
-    """(3, r, n) weights of each rate, at rest, moving up and moving down."""
-    return np.asarray(table[:, WEIGHTS].T.reshape(3, len(FACTORS), -1), dtype=float)
-
-
-def _modes(table: Table) -> FloatArray:
-    """(2, n) weights at rest and moving."""
-    rest, up, down = _by_rates(table).sum(axis=1)
-    return np.stack([rest, up + down])
+    return table[table[:, RESTING] + table[:, MOVING] > HEAVY]
 
 
 @cache

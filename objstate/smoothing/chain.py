@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from objstate.geometry import FloatArray, IntArray
-from objstate.objects.mixture import DIRECTIONS, Doorway
+from objstate.objects.mixture import Doorway
 from objstate.records import NANOSECONDS
 
 
@@ -21,53 +21,41 @@ class Chain:
     """
 
     stamps_ns: IntArray  # (n,) ascending
-    resting: FloatArray  # (.., n, c) weights; with ``moving`` they sum to one
-    moving: FloatArray  # (.., n, c)
-    stays: FloatArray  # (.., n - 1, c) from moment k to k + 1, given rest at k
-    stayed: FloatArray  # (.., n - 1, c) the same, given rest at k + 1
-
-    def part(self, index: int) -> Chain:
-        """One of several chains (b, n, c)."""
-        own = (self.resting, self.moving, self.stays, self.stayed)
-        return Chain(self.stamps_ns, *(each[index] for each in own))
+    resting: FloatArray  # (n, c) weights; with ``moving`` they sum to one
+    moving: FloatArray  # (n, c)
+    stays: FloatArray  # (n - 1, c) from moment k to k + 1, given rest at k
+    stayed: FloatArray  # (n - 1, c) the same, given rest at k + 1
 
 
 def smoothed_chain(
-    door: Doorway,
-    stamps_ns: IntArray,
-    resting: FloatArray,
-    moving: FloatArray,
-    factors: FloatArray | float = 1.0,
+    door: Doorway, stamps_ns: IntArray, resting: FloatArray, moving: FloatArray
 ) -> Chain:
-    """The chain of a door, by its filtered weights (.., n, c) and (.., n, 2 c) at moments (n,).
+    """The chain of a door, by its filtered weights (n, c) at moments (n,).
 
     With x the mode and component, a_k(x) the filtered weights, and T the transition of
     ``Doorway.moved``, the smoothed weights are (Kitagawa 1987)
 
         g_k(x) = a_k(x) sum_x' T(x, x') g_k+1(x') / p_k+1(x'),    p_k+1 = a_k T.
 
-    Exact for a chain whose likelihoods depend on x alone. The rate of movements is multiplied by
-    ``factors``, one or (.., 1).
+    Exact for a chain whose likelihoods depend on x alone.
     """
     count = len(stamps_ns)
     rest, move = resting.copy(), moving.copy()
-    stays = np.zeros((*resting.shape[:-2], max(count - 1, 0), resting.shape[-1]))
+    stays = np.zeros((max(count - 1, 0), resting.shape[1]))
     stayed = np.zeros_like(stays)
     for k in range(count - 2, -1, -1):
         seconds = float(stamps_ns[k + 1] - stamps_ns[k]) / NANOSECONDS
-        now, then = (..., k, slice(None)), (..., k + 1, slice(None))
-        before = door.moved(resting[now], moving[now], seconds, factors)
-        ratio_rest = _ratio(rest[then], before.resting)
-        ratio_move = _ratio(move[then], before.moving)
-        ahead_rest, ahead_move = door.expected(ratio_rest, ratio_move, seconds, factors)
-        stay = door.stays(seconds, factors)
-        stays[now] = stay * _ratio(ratio_rest, ahead_rest)
-        stayed[now] = stay * _ratio(resting[now], before.resting)
-        rest[now], move[now] = resting[now] * ahead_rest, moving[now] * ahead_move
-        total = rest[now].sum(axis=-1, keepdims=True) + move[now].sum(axis=-1, keepdims=True)
-        rest[now], move[now] = rest[now] / total, move[now] / total
-    up, down = np.split(move, DIRECTIONS, axis=-1)
-    return Chain(stamps_ns, rest, up + down, np.minimum(stays, 1.0), np.minimum(stayed, 1.0))
+        before = door.moved(resting[k], moving[k], seconds)
+        ratio_rest = _ratio(rest[k + 1], before.resting)
+        ratio_move = _ratio(move[k + 1], before.moving)
+        ahead_rest, ahead_move = door.expected(ratio_rest, ratio_move, seconds)
+        stay = door.stays(seconds)
+        stays[k] = stay * _ratio(ratio_rest, ahead_rest)
+        stayed[k] = stay * _ratio(resting[k], before.resting)
+        rest[k], move[k] = resting[k] * ahead_rest, moving[k] * ahead_move
+        total = rest[k].sum() + move[k].sum()
+        rest[k], move[k] = rest[k] / total, move[k] / total
+    return Chain(stamps_ns, rest, move, np.minimum(stays, 1.0), np.minimum(stayed, 1.0))
 
 
 def _ratio(above: FloatArray, below: FloatArray) -> FloatArray:

@@ -15,7 +15,7 @@ from objstate.config import BuildingErrorSettings, DoorSettings
 from objstate.geometry import FloatArray, transform_from_pose
 from objstate.lazy import altered
 from objstate.objects.doors import LatticeFilter
-from objstate.objects.mixture import FACTORS, FACTORS_PRIOR, DoorMixture, Doorway, Statics
+from objstate.objects.mixture import DoorMixture, Doorway, Statics
 from objstate.objects.mixture_kernels import Beams, Noise, Shape
 from objstate.objects.shape import shape_of
 from objstate.sensing import ExpectedRanges, cast_from
@@ -166,63 +166,6 @@ def test_what_is_known_of_a_hinge_outlasts_a_move() -> None:
     )
     assert belief(moved)[0] == pytest.approx(80.0, abs=0.7)
     assert np.trace(moved.hinge[1]) < 1.5 * np.trace(before)
-
-
-@given(seed=st.integers(0, 2**32 - 1), chosen=st.integers(0, len(FACTORS) - 1))
-@settings(max_examples=20, deadline=None)
-def test_a_door_filtered_under_all_rates_holds_the_one_filtered_under_each(
-    seed: int, chosen: int
-) -> None:
-    rng, only = np.random.default_rng(seed), np.eye(len(FACTORS))[chosen]
-    every, one = (
-        DoorMixture.unknown(doorway(), STATICS).under_rates(prior)
-        for prior in (FACTORS_PRIOR, only)
-    )
-    shared = every.total - one.total
-    for seconds in rng.uniform(0.0, 100.0, 3):
-        likelihood = rng.uniform(1e-3, 1.0, len(doorway().states))
-        every, one = (told(each.later(seconds, *ANEW), likelihood) for each in (every, one))
-    again = every.under_rates(only)
-    np.testing.assert_allclose(again.resting, one.resting, atol=1e-9)
-    np.testing.assert_allclose(again.moving, one.moving, atol=1e-9)
-    assert again.total - one.total == pytest.approx(shared, abs=1e-6)
-
-
-@pytest.mark.parametrize("steps", [1, 300])
-def test_a_moved_door_comes_to_rest_as_the_settings_say(steps: int) -> None:
-    door, count = doorway(), len(doorway().states)
-    resting, moving, _ = door.moved(np.eye(count)[10], np.zeros(2 * count), 1e-3, 1e9)
-    for _ in range(steps):
-        resting, moving, _ = door.moved(resting, moving, 30.0 / steps, 0.0)
-    assert resting.sum() > 0.95
-    np.testing.assert_allclose(resting / resting.sum(), door.rest, atol=0.02)
-
-
-def test_a_door_does_not_jump() -> None:
-    door, count = doorway(), len(doorway().states)
-    moved = door.moved(np.eye(count)[10], np.zeros(2 * count), 0.1, 1e6)
-    far = np.abs(door.states - door.states[10]) > math.radians(45.0)
-    assert moved.resting[far].sum() + np.tile(far, 2) @ moved.moving < 1e-6
-
-
-def told(mixture: DoorMixture, likelihood: FloatArray) -> DoorMixture:
-    """A mixture after readings of a likelihood (c,)."""
-    resting, moving = mixture.resting * likelihood, mixture.moving * likelihood
-    share = float(resting.sum() + moving.sum())
-    total = mixture.total + math.log(share)
-    return altered(mixture, resting=resting / share, moving=moving / share, total=total)
-
-
-def test_a_door_that_is_moved_again_and_again_tells_of_a_high_rate() -> None:
-    quiet = DoorMixture.unknown(doorway(), STATICS)
-    restless = quiet
-    for k in range(20):
-        near = np.where(np.arange(len(doorway().states)) == 5, 1.0, 1e-6)
-        far = np.where(np.arange(len(doorway().states)) == (5 if k % 2 else 20), 1.0, 1e-6)
-        quiet = told(quiet.later(15.0, *ANEW), near)
-        restless = told(restless.later(15.0, *ANEW), far)
-    assert np.argmax(quiet.of_rates) == 0
-    assert FACTORS[np.argmax(restless.of_rates)] * 2.0 == pytest.approx(240.0, rel=1.2)
 
 
 def test_errors_that_go_together_tell_less() -> None:
