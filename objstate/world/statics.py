@@ -244,9 +244,10 @@ def _moved(item: MovableObject, learnt: DoorStatics) -> MovableObject:
 def combined(drives: Sequence[Drive], error: BuildingErrorSettings) -> list[DoorStatics]:
     """The posterior of each door that some drive tells of, in the order of their names.
 
-    Each drive has an own error, as large as the differences between drives show. Its causes, leaves
-    of other thickness, handles, walls off their place, are there in every drive. So all drives are
-    assumed to share another error that is as large.
+    Each drive has an own error, as large as the differences between drives show. Its causes,
+    handles, frames, walls off their place, are there in every drive. So all drives are assumed to
+    share another error that is as large. Hinges are told from leaves beside them, as far as drives
+    saw a leaf at different angles.
 
     How far hinges and bearings are off on the whole is learnt from all doors, but for those whose
     own deviations ``error`` has.
