@@ -130,4 +130,6 @@ def _of_door(door: DoorStatics) -> dict[str, Any]:
         "hinge_std_m": round(door.hinge_std, 4),
         "bearing_deg": round(math.degrees(door.bearing), 3),
         "bearing_std_deg": round(math.degrees(door.bearing_std), 3),
+        "leaf_m": door.leaf.round(4).tolist(),
+        "leaf_std_m": round(door.leaf_std, 4),
     }

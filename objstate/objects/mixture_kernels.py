@@ -91,6 +91,7 @@ class Work(NamedTuple):
     ends: IntArray  # (n, 2) the corners to its left and right that the beam may miss, -1 for none
     corners: FloatArray  # (m, 2) m in the building
     stds: FloatArray  # (m,) m of the distance of a corner from a beam
+    flanked: IntArray  # (m,) 1 for corners beside which no background lies behind, else 0
     past: FloatArray  # (n,) density of a range that misses the object and hits the background
     # (n,) 1/m, density of a range to something unexpected that didn't stop the beam before
     begun: FloatArray
@@ -126,6 +127,7 @@ def _cast(
     placed = cos_turned, sin_turned, east, north
     for j in range(shape.corners.shape[0]):
         own_x, own_y = shape.corners[j, 0], shape.corners[j, 1]
+        work.flanked[j] = 0
         work.corners[j, 0] = east + cos_turned * own_x - sin_turned * own_y
         work.corners[j, 1] = north + sin_turned * own_x + cos_turned * own_y
     for i in range(beams.measured.shape[0]):
@@ -154,9 +156,9 @@ def _cast(
                 nearest, work.side[i] = distance, k
         if work.side[i] >= 0:
             work.expected[i] = nearest
-            _cover(i, shape.among[work.side[i]], work)
+            _cover(i, shape.among[work.side[i]], beams.background[i], work)
         else:
-            _graze(i, work)
+            _graze(i, beams.background[i], work)
         if work.expected[i] >= beams.background[i]:
             work.expected[i], work.side[i], work.share[i] = np.inf, -1, 0.0
     return placed
@@ -214,10 +216,11 @@ def _outermost(i: int, first: int | np.int64, past: int, work: Work) -> Any:
 
 
 @_inner
-def _cover(i: int, among: IntArray, work: Work) -> None:
+def _cover(i: int, among: IntArray, background: float, work: Work) -> None:
     """Set ``work.share`` of a beam that meets a part with corners ``among`` some.
 
-    It is the probability that the beam passes between the outermost of them.
+    It is the probability that the beam passes between the outermost of them. Corners near by are
+    flanked where the ``background`` of the beam isn't behind.
     """
     left, right = _outermost(i, among[0], among[1], work)
     work.ends[i, 0], work.ends[i, 1] = left, right
@@ -227,15 +230,18 @@ def _cover(i: int, among: IntArray, work: Work) -> None:
         if corner >= 0:
             across = sign * _across(i, corner, work)[0]
             if across < SURE * work.stds[corner]:
+                if background < work.expected[i] + STEP:
+                    work.flanked[corner] = 1
                 share -= 0.5 * math.erfc(across / (ROOT_2 * work.stds[corner]))
     work.share[i] = max(share, 0.0)
 
 
 @_inner
-def _graze(i: int, work: Work) -> None:
+def _graze(i: int, background: float, work: Work) -> None:
     """Set ``work.share`` of a beam that meets no segment: it may meet the closest corner.
 
-    The expected range of the object is then the range to that corner.
+    The expected range of the object is then the range to that corner, which is flanked where the
+    ``background`` isn't behind.
     """
     nearest, closest, towards = -1, np.inf, 0.0
     for j in range(work.corners.shape[0]):
@@ -246,6 +252,8 @@ def _graze(i: int, work: Work) -> None:
     work.ends[i, 0], work.ends[i, 1] = -1, -1
     if closest < SURE:
         work.ends[i, 0 if towards < 0.0 else 1] = nearest
+        if background < work.expected[i] + STEP:
+            work.flanked[nearest] = 1
         work.share[i] = 0.5 * math.erfc(closest / ROOT_2)
     else:
         work.expected[i] = np.inf
@@ -522,9 +530,10 @@ def _see_edges(
 ) -> None:
     """Update by the side of the corners on which beams passed: assumed density filtering.
 
-    Beam by beam. Shares and corners are those at the errors ``x`` (7,). Given the margin by which a
-    beam meets the object, it does so with the probability of a normal distribution function as wide
-    as the beam.
+    Beam by beam. A flanked corner isn't seen: what beams show is where an opening ends, at a frame
+    whose place the model doesn't know and all scans share. Shares and corners are those at the
+    errors ``x`` (7,). Given the margin by which a beam meets the object, it does so with the
+    probability of a normal distribution function as wide as the beam.
     """
     row = work.row
     for i in range(work.share.shape[0]):
@@ -532,7 +541,7 @@ def _see_edges(
             continue
         for side in range(2):
             corner, sign = work.ends[i, side], 1.0 - 2.0 * side
-            if corner < 0:
+            if corner < 0 or work.flanked[corner] == 1:
                 continue
             dx, dy = work.directions[i, 0], work.directions[i, 1]
             margin = dx * (work.corners[corner, 1] - work.origins[i, 1])
@@ -604,6 +613,7 @@ def condition(
         np.empty((count, 2), dtype=np.int64),
         np.empty((shape.corners.shape[0], 2)),
         np.empty(shape.corners.shape[0]),
+        np.empty(shape.corners.shape[0], dtype=np.int64),
         np.empty(count),
         np.empty(count),
         np.empty(count),

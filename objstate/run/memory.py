@@ -110,8 +110,8 @@ class Memory:
         from objstate.world.statics import contradicts, evidence_of
         from objstate.world.store import DriveEntry
 
-        places = {each.name: (each.hinge, each.bearing) for each in self.hung}
-        nowhere = np.zeros(2), 0.0
+        places = {each.name: (each.hinge, each.bearing, each.leaf) for each in self.hung}
+        nowhere = np.zeros(2), 0.0, np.zeros(2)
         statics = {
             name: each.beside(*places.get(name, nowhere))
             for name, each in evidence_of(beliefs).items()

@@ -1,9 +1,10 @@
-"""What drives tell of where doors hang: likelihoods of hinges and bearings, put together.
+"""What drives tell of where doors hang and of their leaves: likelihoods, put together.
 
 A drive's filter has, of each door, a mixture over its states with a Gaussian of the static errors in
 each component. Where the door may have been closed, the direction of its leaf tells of the bearing;
-elsewhere nothing does. So a drive's likelihood of the bearing is kept on a grid, that of the hinge as
-information. A door that is found in one direction drive after drive is closed there; one drive
+elsewhere nothing does. So a drive's likelihood of the bearing is kept on a grid, that of the hinge
+and of where the leaf lies beside it as information. A leaf that is thicker or wider than modelled
+looks like one that hangs elsewhere, in another place at each of its angles. A door that is found in one direction drive after drive is closed there; one drive
 alone can't tell that from a door that is ajar.
 """
 
@@ -17,13 +18,13 @@ from typing import Any
 
 import numpy as np
 
-from objstate.building.model import Building, MovableObject
+from objstate.building.model import Building, Kind, MovableObject
 from objstate.config import BuildingErrorSettings, DoorErrorSettings
 from objstate.estimator.doors import OUTLIERS, Deviation
 from objstate.geometry import FloatArray, rotation_about, transform
 from objstate.objects import ObjectBelief
 from objstate.objects.door_posterior import DoorPosterior
-from objstate.objects.mixture_kernels import ZERO
+from objstate.objects.mixture_kernels import STATE, ZERO
 from objstate.packing import pack, unpack
 
 WIDEST_DEG, STEP_DEG = 9.0, 0.1  # of bearings that are considered
@@ -35,6 +36,10 @@ ROUGHNESS_M = 0.004  # first guess of a drive's own error of a hinge, beside ROU
 ROUGHNESS_DEG = 0.1  # the same of a bearing
 ELSE = np.array([0.01, 0.03, 0.1, 0.3])  # shares of closed leaves that are something else
 ROUGHNESS = np.geomspace(0.25, 8.0, 11)  # times this, that are considered
+OF_HINGE = np.diag([1.0, 1.0, 0.0, 0.0])  # the hinge's part of hinge and leaf
+LEAF_M = 0.01  # deviation of where a leaf lies beside its hinge, along it and across
+OF_LEAF = np.diag([0.0, 0.0, LEAF_M**-2.0, LEAF_M**-2.0])  # what is known of that before drives
+ANGLES = 9  # of a leaf over which the deviation of its hinge is averaged
 LEAST_DRIVES = 3  # of which one can contradict the others
 LEAST_STD_M, LEAST_STD_DEG = 0.001, 0.02  # of what is learnt: models of leaves aren't finer
 
@@ -43,8 +48,9 @@ LEAST_STD_M, LEAST_STD_DEG = 0.001, 0.02  # of what is learnt: models of leaves 
 class DoorEvidence:
     """What one drive tells of one door's static errors, beside any prior."""
 
-    hinge: FloatArray  # (2, 2) 1/m^2, information about its offset
-    pull: FloatArray  # (2,) 1/m, that times the offset
+    # (4, 4) 1/m^2, information about the hinge's offset, and the closed leaf's beside it; x and y
+    places: FloatArray
+    pull: FloatArray  # (4,) 1/m, that times these errors
     bearing: FloatArray  # (g,) log-likelihood of ``BEARINGS``, up to a constant
 
     @staticmethod
@@ -56,32 +62,41 @@ class DoorEvidence:
         told = np.linalg.inv(covariance)
         information = _positive(told - np.eye(2) / mixture.statics.hinge)
         offset = np.linalg.solve(information + 1e-9 * np.eye(2), told @ mean)
-        return DoorEvidence(information, information @ offset, _log_bearing(posterior))
+        seen = np.hstack([np.eye(2), _turned(posterior)])
+        places = seen.T @ information @ seen
+        return DoorEvidence(places, seen.T @ information @ offset, _log_bearing(posterior))
 
     @property
     def found(self) -> tuple[FloatArray, FloatArray] | None:
         """The hinge (2,) m and its covariance (2, 2); None where it isn't told in all directions."""
-        if np.linalg.eigvalsh(self.hinge)[0] < WIDEST_HINGE_M**-2.0:
+        information = self.places + OF_LEAF
+        if np.linalg.eigvalsh(information)[0] < WIDEST_HINGE_M**-2.0:
             return None
-        covariance = np.asarray(np.linalg.inv(self.hinge))
-        return covariance @ self.pull, covariance
+        covariance = np.asarray(np.linalg.inv(information))
+        return (covariance @ self.pull)[:2], covariance[:2, :2]
 
     def __add__(self, other: DoorEvidence) -> DoorEvidence:
         """What both tell."""
         bearing = self.bearing + other.bearing
         return DoorEvidence(
-            self.hinge + other.hinge, self.pull + other.pull, bearing - bearing.max()
+            self.places + other.places, self.pull + other.pull, bearing - bearing.max()
         )
 
-    def beside(self, hinge: FloatArray, bearing: float) -> DoorEvidence:
-        """The same about a model, where this is about one whose hinge and bearing are off it by so much."""
+    def beside(
+        self, hinge: FloatArray, bearing: float, leaf: FloatArray | None = None
+    ) -> DoorEvidence:
+        """The same about a model, where this is about one that is off it by so much.
+
+        That is by the hinge's place (2,), the bearing, and the leaf's place beside the hinge (2,).
+        """
         shifted = np.interp(BEARINGS - bearing, BEARINGS, self.bearing)
-        return DoorEvidence(self.hinge, self.pull + self.hinge @ hinge, shifted - shifted.max())
+        off = np.append(hinge, np.zeros(2) if leaf is None else leaf)
+        return DoorEvidence(self.places, self.pull + self.places @ off, shifted - shifted.max())
 
     def rougher(self, variance: float) -> DoorEvidence:
-        """The same with an own error of the drive, of a ``variance`` in m^2, in each direction."""
-        left = np.linalg.inv(np.eye(2) + variance * self.hinge)
-        return DoorEvidence(left @ self.hinge, left @ self.pull, self.bearing)
+        """The same with an own error of the drive, of a ``variance`` in m^2, of the hinge."""
+        left = np.linalg.inv(np.eye(4) + variance * self.places @ OF_HINGE)
+        return DoorEvidence(left @ self.places, left @ self.pull, self.bearing)
 
     def doubted(self, deviation: float, share: float) -> DoorEvidence:
         """The same with an own error of the drive, of a ``deviation`` in rad, in the bearing.
@@ -93,23 +108,24 @@ class DoorEvidence:
         padded = np.pad(likelihood, len(kernel) // 2, mode="edge")
         blurred = np.convolve(padded, kernel / kernel.sum(), mode="valid")
         log = np.log((1.0 - share) * blurred + share * likelihood.mean())
-        return DoorEvidence(self.hinge, self.pull, np.asarray(log))
+        return DoorEvidence(self.places, self.pull, np.asarray(log))
 
     def packed(self) -> bytes:
         """As bytes."""
-        arrays = {"hinge": self.hinge, "pull": self.pull, "bearing": self.bearing}
+        arrays = {"hinge": self.places, "pull": self.pull, "bearing": self.bearing}
         return pack({}, {name: np.asarray(each, dtype="<f8") for name, each in arrays.items()})
 
     @staticmethod
     def unpacked(content: bytes, name: str) -> DoorEvidence:
         """What was packed of a door. Raises WorldError for damage."""
         _, arrays = unpack(content, f"What is known of the hinge of '{name}'")
-        return DoorEvidence(*(arrays[each].astype(float) for each in ("hinge", "pull", "bearing")))
+        hinge, pull, bearing = (arrays[each].astype(float) for each in ("hinge", "pull", "bearing"))
+        return DoorEvidence(*_of_four(hinge, pull), bearing)
 
     def words(self) -> dict[str, Any]:
         """As JSON has it."""
         return {
-            "hinge": self.hinge.round(3).tolist(),
+            "hinge": self.places.round(3).tolist(),
             "pull": self.pull.round(4).tolist(),
             "bearing": self.bearing.round(3).tolist(),
         }
@@ -120,9 +136,16 @@ class DoorEvidence:
         hinge, pull, bearing = (
             np.array(words[name], dtype=float) for name in ("hinge", "pull", "bearing")
         )
-        if (hinge.shape, pull.shape, bearing.shape) != ((2, 2), (2,), BEARINGS.shape):
+        shapes = hinge.shape, pull.shape, bearing.shape
+        if shapes not in (((size, size), (size,), BEARINGS.shape) for size in (2, 4)):
             raise ValueError("the evidence has another form")
-        return DoorEvidence(hinge, pull, bearing)
+        return DoorEvidence(*_of_four(hinge, pull), bearing)
+
+
+def _of_four(information: FloatArray, pull: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Information and pull of all errors, where earlier versions kept those of the hinge alone."""
+    more = 4 - len(pull)
+    return np.pad(information, (0, more)), np.pad(pull, (0, more))
 
 
 Cases = Sequence[tuple[float, float]]  # probability, variance
@@ -136,14 +159,40 @@ class DoorStatics:
     name: str
     drives: int  # that tell of it
     hinge: FloatArray  # (2,) m, offset from the model
-    hinge_covariance: FloatArray  # (2, 2) m^2
+    leaf: FloatArray  # (2,) m, offset of the closed leaf beside the hinge
+    covariance: FloatArray  # (4, 4) m^2, of both
     bearing: float  # rad, of the closed leaf, beside the model's
     bearing_std: float  # rad
 
     @property
     def hinge_std(self) -> float:
-        """m, the root of the mean variance in both directions."""
-        return math.sqrt(float(np.trace(self.hinge_covariance)) / 2.0)
+        """m, the root of the mean variance of the hinge in both directions."""
+        return math.sqrt(float(np.trace(self.covariance[:2, :2])) / 2.0)
+
+    @property
+    def leaf_std(self) -> float:
+        """m, the same of the leaf's place beside it."""
+        return math.sqrt(float(np.trace(self.covariance[2:, 2:])) / 2.0)
+
+    def seen_std(self, turns: FloatArray) -> float:
+        """m, the same of where the leaf makes its hinge seem to be, at turns (k,) from closed, rad."""
+        seen = np.concatenate([np.tile(np.eye(2), (len(turns), 1, 1)), _rotations(turns)], axis=2)
+        covariances = seen @ self.covariance @ np.swapaxes(seen, 1, 2)
+        return math.sqrt(float(np.trace(covariances, axis1=1, axis2=2).mean()) / 2.0)
+
+
+def _rotations(turns: FloatArray) -> FloatArray:
+    """(k, 2, 2) by turns (k,) rad."""
+    cos, sin = np.cos(turns), np.sin(turns)
+    return np.stack([np.stack([cos, -sin], axis=-1), np.stack([sin, cos], axis=-1)], axis=-2)
+
+
+def _turned(posterior: DoorPosterior) -> FloatArray:
+    """(2, 2) the mean rotation of the leaf from the closed one, when a drive ends."""
+    door, mixture = posterior.door, posterior.mixtures[-1]
+    off = mixture.means[:, STATE] + door.tied * mixture.means[:, ZERO]
+    rotations = _rotations(door.placements[:, 2] + door.turn * off)
+    return np.asarray(np.einsum("c,cij->ij", mixture.weights, rotations))
 
 
 def evidence_of(beliefs: Mapping[str, ObjectBelief]) -> dict[str, DoorEvidence]:
@@ -162,7 +211,7 @@ def rehung(building: Building, doors: Sequence[DoorStatics]) -> Building:
     error = building.error or BuildingErrorSettings()
     own = {
         each.name: DoorErrorSettings(
-            hinge_std_m=max(each.hinge_std, LEAST_STD_M),
+            hinge_std_m=max(each.seen_std(_turns(building.objects[each.name])), LEAST_STD_M),
             bearing_std_deg=max(math.degrees(each.bearing_std), LEAST_STD_DEG),
         )
         for each in doors
@@ -175,20 +224,30 @@ def rehung(building: Building, doors: Sequence[DoorStatics]) -> Building:
     )
 
 
+def _turns(item: MovableObject) -> FloatArray:
+    """(k,) rad by which a leaf may be turned from where the model shows it."""
+    if item.kind is not Kind.HINGED:
+        return np.zeros(1)
+    states = np.linspace(item.lower, item.upper, ANGLES) - item.home[0]
+    return np.asarray(math.copysign(1.0, item.direction[2]) * states)
+
+
 def _moved(item: MovableObject, learnt: DoorStatics) -> MovableObject:
-    """A door with another hinge and another closed bearing."""
+    """A door with another hinge, another closed bearing, and another place of its leaf."""
     turn = transform(rotation_about(item.axis, learnt.bearing), np.zeros(3))
     origin = item.origin @ turn
     origin[:2, 3] = item.hinge + learnt.hinge
-    return replace(item, origin=origin)
+    aside = item.origin[:3, :3].T @ np.append(learnt.leaf, 0.0)
+    return replace(item, origin=origin, mesh=item.mesh.moved(transform(np.eye(3), aside)))
 
 
 def combined(drives: Sequence[Drive], error: BuildingErrorSettings) -> list[DoorStatics]:
     """The posterior of each door that some drive tells of, in the order of their names.
 
-    Each drive has an own error, as large as the differences between drives show. Its causes, leaves
-    of other thickness, handles, walls off their place, are there in every drive. So all drives are
-    assumed to share another error that is as large.
+    Each drive has an own error, as large as the differences between drives show. Its causes,
+    handles, frames, walls off their place, are there in every drive. So all drives are assumed to
+    share another error that is as large. Hinges are told from leaves beside them, as far as drives
+    saw a leaf at different angles.
 
     How far hinges and bearings are off on the whole is learnt from all doors, but for those whose
     own deviations ``error`` has.
@@ -246,26 +305,31 @@ def _roughness(drives: Sequence[Drive]) -> float:
     """m^2, variance of a drive's own error of a hinge, by how drives differ."""
     deviations = ROUGHNESS * ROUGHNESS_M
     log = -0.5 * np.log(ROUGHNESS) ** 2  # a lognormal prior
-    for name in {name for drive in drives for name in drive}:
-        found = [drive[name].found for drive in drives if name in drive]
-        told = [each for each in found if each is not None]
+    for name in sorted({name for drive in drives for name in drive}):
+        told = [drive[name] for drive in drives if name in drive]
         for k, deviation in enumerate(deviations):
             log[k] += _log_agreement(told, deviation**2)
     weights = np.exp(log - log.max())
     return float(weights @ deviations / weights.sum()) ** 2
 
 
-def _log_agreement(told: Sequence[tuple[FloatArray, FloatArray]], variance: float) -> float:
-    """log p(differences of hinges found), with a drive's own error of such a variance."""
+def _log_agreement(told: Sequence[DoorEvidence], variance: float) -> float:
+    """log p(z of all drives), up to a constant, with a drive's own error of such a variance.
+
+    The hinge may be anywhere.
+    """
     if len(told) < 2:
         return 0.0
-    information, pull, log = np.zeros((2, 2)), np.zeros(2), 0.0
-    for mean, covariance in told:
-        own = np.linalg.inv(covariance + variance * np.eye(2))
-        information, pull = information + own, pull + own @ mean
-        log += 0.5 * (float(np.linalg.slogdet(own)[1]) - float(mean @ own @ mean))
-    _, log_det = np.linalg.slogdet(information)
-    return log + 0.5 * (float(pull @ np.linalg.solve(information, pull)) - float(log_det))
+    total = OF_HINGE / WIDEST_HINGE_M**2 + OF_LEAF
+    pull, log = np.zeros(4), 0.0
+    for each in told:
+        inside = np.eye(4) + variance * each.places @ OF_HINGE
+        left = np.linalg.solve(inside, np.column_stack([each.places, each.pull]))
+        total, pull = total + left[:, :4], pull + left[:, 4]
+        gained = variance * float(each.pull @ OF_HINGE @ left[:, 4])
+        log += 0.5 * (gained - float(np.linalg.slogdet(inside)[1]))
+    _, log_det = np.linalg.slogdet(total)
+    return log + 0.5 * (float(pull @ np.linalg.solve(total, pull)) - float(log_det))
 
 
 def _doubted(drives: Sequence[Drive], variances: FloatArray) -> tuple[list[Drive], float]:
@@ -377,7 +441,7 @@ def _positive(information: FloatArray) -> FloatArray:
 
 def _sums(evidence: Sequence[DoorEvidence]) -> tuple[FloatArray, FloatArray]:
     return (
-        np.sum([each.hinge for each in evidence], axis=0),
+        np.sum([each.places for each in evidence], axis=0),
         np.sum([each.pull for each in evidence], axis=0),
     )
 
@@ -387,9 +451,9 @@ def _of_hinge(evidence: Sequence[DoorEvidence], variances: FloatArray) -> FloatA
     information, pull = _sums(evidence)
     out = np.empty(len(variances))
     for k, variance in enumerate(variances):
-        total = information + np.eye(2) / variance
-        _, log_det = np.linalg.slogdet(variance * total)
-        out[k] = 0.5 * (pull @ np.linalg.solve(total, pull) - log_det)
+        total = information + OF_HINGE / variance + OF_LEAF
+        _, log_det = np.linalg.slogdet(total)
+        out[k] = 0.5 * (pull @ np.linalg.solve(total, pull) - log_det) - math.log(variance)
     return out
 
 
@@ -418,11 +482,11 @@ def _posterior(
     All drives share errors with variances, ``rough`` m^2 and ``swung`` rad^2.
     """
     information, pull = _sums(evidence)
-    left = np.linalg.inv(np.eye(2) + rough * information)
+    left = np.linalg.inv(np.eye(4) + rough * information @ OF_HINGE)
     information, pull = left @ information, left @ pull
-    mean, second = np.zeros(2), np.zeros((2, 2))
+    mean, second = np.zeros(4), np.zeros((4, 4))
     for share, variance in hinges:
-        covariance = np.linalg.inv(information + np.eye(2) / variance)
+        covariance = np.linalg.inv(information + OF_HINGE / variance + OF_LEAF)
         own = covariance @ pull
         mean += share * own
         second += share * (covariance + np.outer(own, own))
@@ -433,8 +497,15 @@ def _posterior(
     weights = np.exp(log - np.logaddexp.reduce(log))
     bearing = float(weights @ BEARINGS)
     variance = float(weights @ (BEARINGS - bearing) ** 2)
+    covariance = second - np.outer(mean, mean)
     return DoorStatics(
-        name, len(evidence), mean, second - np.outer(mean, mean), bearing, math.sqrt(variance)
+        name,
+        len(evidence),
+        mean[:2],
+        mean[2:],
+        covariance,
+        bearing,
+        math.sqrt(variance),
     )
 
 

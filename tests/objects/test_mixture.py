@@ -156,6 +156,46 @@ def test_a_door_that_nobody_looks_at_for_long_may_be_where_doors_rest() -> None:
     np.testing.assert_allclose(mixture.weights, doorway().rest, atol=0.02)
 
 
+def closed_between_walls(aside: float) -> Beams:
+    """A closed leaf 3 cm behind the faces of walls on both sides, which stand aside of the model."""
+    alone = read(0.0)
+    facing, slope = alone.directions[:, 1] > 0.0, alone.directions[:, 1]
+    walls, leaves = (
+        np.where(facing, (y - alone.origins[:, 1]) / slope, np.inf) for y in (-0.05, -0.02)
+    )
+    along = alone.origins[:, 0] + np.where(facing, walls, 0.0) * alone.directions[:, 0]
+    opening = (along > 0.0) & (along < 0.9)
+    truly_opening = (along > aside) & (along < 0.9 + aside)
+    read_there = np.where(truly_opening, leaves, walls)
+    return alone._replace(
+        measured=np.where(read_there > RANGE_MAX, np.inf, read_there),
+        background=np.where(opening | (walls > RANGE_MAX), np.inf, walls),
+        blur=np.full(len(walls), 0.01**2),
+    )
+
+
+@pytest.mark.parametrize("aside", [-0.02, 0.0, 0.02])
+def test_where_an_opening_ends_tells_nothing_of_the_closed_leaf_behind(aside: float) -> None:
+    beams, std = closed_between_walls(aside), 0.03
+    mixture = DoorMixture.unknown(doorway(), Statics(std**2, math.radians(0.1) ** 2))
+    mixture = after([beams] * 30, mixture)
+    assert mixture.weights[doorway().cells] > 0.9
+    offset, covariance = mixture.hinge
+    assert math.sqrt(covariance[0, 0]) > 0.9 * std
+    assert abs(offset[0]) < 0.5 * std
+    assert math.sqrt(covariance[1, 1]) < 0.1 * std
+
+
+def test_ends_of_a_leaf_that_stands_free_tell_where_it_hangs_along_it() -> None:
+    angle, std = math.radians(35.0), 0.03
+    mixture = DoorMixture.unknown(doorway(), Statics(std**2, math.radians(0.1) ** 2))
+    mixture = after([read(angle)] * 10, mixture)
+    along = np.array([math.cos(angle), math.sin(angle)])
+    offset, covariance = mixture.hinge
+    assert math.sqrt(along @ covariance @ along) < 0.2 * std
+    assert abs(along @ offset) < 0.01
+
+
 def test_what_is_known_of_a_hinge_outlasts_a_move() -> None:
     off, rng = np.array([0.0, -0.03]), np.random.default_rng(1)
     mixture = DoorMixture.unknown(doorway(), Statics(0.03**2, math.radians(0.1) ** 2))
