@@ -46,7 +46,8 @@ def _cells(each: Candidate) -> Iterator[str]:
 def describe_refined(refined: Refined) -> Iterator[str | Table]:
     """Where doors, walls and lasers are, beside the model."""
     numbers = ("drives", "hinge x (cm)", "y (cm)", "± (cm)", "bearing (deg)", "± (deg)")
-    table = new_table(f"{refined.drives} drives", ("door",), numbers)
+    drives = f"{refined.drives} drive{'s' if refined.drives != 1 else ''}"
+    table = new_table(drives, ("door",), numbers)
     for each in refined.doors:
         table.add_row(
             each.name,

@@ -10,6 +10,7 @@ import numpy as np
 from objstate.building.occupancy import OccupancyMap
 from objstate.discovery.doorway import Doorway, beside
 from objstate.discovery.proposals import Shown, backgrounds, proposals
+from objstate.discovery.registering import PLACE_STD
 from objstate.discovery.scoring import (
     FLAT,
     Behind,
@@ -35,7 +36,7 @@ REFINED = 5  # leaves, beside those that the map shows
 DEPTH_APART = 0.1  # m, of leaves that are refined apart
 FINE, ABOUT = np.radians(0.75), np.radians(6.0)  # angles of a refined leaf
 SCALE = np.array([0.02, 0.02, np.radians(1.0), 0.02])  # m, m, rad, m: about a posterior's width
-SHARED_STD = np.array([0.012, 0.012, 0.0, 0.012])  # m, of what all looks share: poses, the map
+SHARED_WIDTH_STD = 0.012  # m, of a width, which all looks share: what readings of both jambs do
 STEP = 0.5  # of the scale, for curvatures
 
 
@@ -104,7 +105,7 @@ def explain(place: Doorway, plan: OccupancyMap) -> Explained | None:
     )
     bare += LOG_BARE - base
     return Explained(
-        leaves=tuple(_with_others(each, found) for each in leaves),
+        leaves=tuple(_with_others(each, found, plan.resolution) for each in leaves),
         side_probability=float(np.exp(best - all_log)),
         probability=float(1.0 / (1.0 + np.exp(-np.clip(door - bare, -50, 50)))),
         log_door=door,
@@ -193,8 +194,13 @@ def _tried_pairs(
     return [(0, leaf) for _, leaf in best.values()] + drawn
 
 
-def _with_others(best: Refined, found: list[Refined]) -> Refined:
-    """A leaf whose covariance covers others of its kind that explain about as much."""
+def _with_others(best: Refined, found: list[Refined], cell: float) -> Refined:
+    """A leaf whose covariance covers others of its kind that explain about as much.
+
+    All looks share where the map's cells, m, and the robot in it are off.
+    """
+    place = np.hypot(cell / np.sqrt(12.0), PLACE_STD)
+    shared = np.diag(np.square([place, place, 0.0, SHARED_WIDTH_STD]))
     alike = [each for each in found if each.leaf.kind == best.leaf.kind]
     log = np.array([each.log_evidence for each in alike])
     weights = np.exp(log - np.logaddexp.reduce(log))
@@ -203,7 +209,7 @@ def _with_others(best: Refined, found: list[Refined]) -> Refined:
         off = each.leaf.vector - best.leaf.vector
         off[2] = wrap(off[2])
         total += weight * (each.covariance + np.outer(off, off))
-    return replace(best, covariance=total + np.diag(SHARED_STD**2))
+    return replace(best, covariance=total + shared)
 
 
 def _refine(place: Doorway, behind: Behind, leaf: Leaf) -> Refined | None:
