@@ -155,7 +155,7 @@ def _pair(
 def _other(place: Doorway, leaf: Leaf) -> Leaf:
     """The other leaf of a double door: as deep in the wall, hinged at the other end."""
     opening = place.openings[leaf.about]
-    start, bearing = opening.jamb(not leaf.from_end)
+    start, _ = opening.jamb(not leaf.from_end)
     _, aside = beside(leaf.hinge[None], *opening.jamb(leaf.from_end))
     bearing = leaf.bearing + np.pi
     hinge = start - float(aside[0]) * np.array([-np.sin(bearing), np.cos(bearing)])

@@ -151,9 +151,7 @@ class Behind:
         for k, own in enumerate(turned(leaf, angles)):
             if angles[k] < FLAT:
                 mine = np.flatnonzero(place.group == k)
-                expected[mine] = np.minimum(
-                    expected[mine], _fronts(place.beams[:, mine], own[None])
-                )
+                expected[mine] = np.minimum(expected[mine], _front(place.beams[:, mine], own))
         log_likelihood = place.log_likelihood(expected)
         as_drawn = self.as_drawn
         if self.drawn is not None:
@@ -223,19 +221,26 @@ class Lattice:
 
 
 def with_things(place: Doorway, behind: Behind, leaves: FloatArray) -> FloatArray:
-    """(groups,) log-likelihood of the looks with all of some leaves (k, 4) at their bearings."""
-    if len(leaves) == 1:
-        return np.asarray(behind.log_likelihood + gains(place, behind, leaves)[0])
-    return place.log_likelihood(np.minimum(behind.expected, _fronts(place.beams, leaves)))
+    """(groups,) log-likelihood of the looks with all of some leaves (k, 4) at their bearings.
+
+    A beam ends at the nearest one.
+    """
+    total, expected = behind.log_likelihood.copy(), behind.expected
+    for k in range(len(leaves)):
+        there = replace(behind, expected=expected)
+        total += gains(place, there, leaves[k : k + 1])[0]
+        expected = np.minimum(expected, _front(place.beams, leaves[k]))
+    return total
 
 
-def _fronts(beams: FloatArray, leaves: FloatArray) -> FloatArray:
-    """(n,) m along beams (9, n) to the nearest front of leaves (k, 4)."""
-    hinges, bearings, widths = leaves[:, :2], leaves[:, 2], leaves[:, 3:]
-    ends = hinges + widths * np.column_stack([np.cos(bearings), np.sin(bearings)])
+def _front(beams: FloatArray, leaf: FloatArray) -> FloatArray:
+    """(n,) m along beams (9, n) to the front of a leaf (4,), which is ``HALF`` thick to each side."""
+    way = np.array([np.cos(leaf[2]), np.sin(leaf[2])])
     met = np.empty(beams.shape[1])
-    kernels.cast(np.ascontiguousarray(beams), np.hstack([hinges, ends]), met)
-    return met - HALF
+    ends = np.concatenate([leaf[:2], leaf[:2] + leaf[3] * way])
+    kernels.cast(np.ascontiguousarray(beams), ends[None], met)
+    cross = beams[kernels.DIRECTION_X] * way[1] - beams[kernels.DIRECTION_Y] * way[0]
+    return np.asarray(met - HALF / np.maximum(np.abs(cross), kernels.LEAST_CROSS))
 
 
 def gains(place: Doorway, behind: Behind, leaves: FloatArray) -> FloatArray:

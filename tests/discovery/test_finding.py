@@ -18,7 +18,8 @@ from objstate.config import BeamModelSettings
 from objstate.discovery import learn_doors
 from objstate.discovery.doorway import Doorway, doorway, ended_on
 from objstate.discovery.gathering import Beams
-from objstate.discovery.scoring import Lattice, chained
+from objstate.discovery.registering import registered
+from objstate.discovery.scoring import Behind, Lattice, chained, with_things
 from objstate.discovery.walls import Opening, WallLine, distinct, fitted, openings
 from objstate.geometry import FloatArray
 
@@ -174,6 +175,49 @@ def test_beams_that_ended_on_a_leaf_are_told_from_others(x: float, width: float,
     where = looked_at(ends, origin)
     assert ended_on(where, beams(ends, origin), np.array([*hinge, width]), np.array([b])).tolist() \
         == [True] * 7 + [False] * 8  # fmt: skip
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.floats(-0.02, 0.02), st.floats(-0.02, 0.02), st.floats(-0.005, 0.005))
+def test_a_scan_that_was_placed_wrongly_is_registered_to_the_walls(
+    x: float, y: float, turn: float
+) -> None:
+    rng = np.random.default_rng(0)
+    places = rng.uniform(0.2, 5.8, 400)
+    on_wall = np.column_stack([places, np.where(rng.random(400) < 0.5, 1.0, -1.0)])
+    on_end = np.column_stack([np.full(200, 6.0), rng.uniform(-0.9, 0.9, 200)])
+    ends = np.concatenate([on_wall, on_end]) + 0.01 * rng.standard_normal((600, 2))
+    right = [beams(ends, np.array([at, 0.0])) for at in (2.0, 3.0, 4.0, 5.0)]
+    cos, sin = np.cos(turn), np.sin(turn)
+    wrong = replace(
+        right[0],
+        origins=right[0].origins + np.array([x, y]),
+        directions=right[0].directions @ np.array([[cos, sin], [-sin, cos]]),
+    )
+    lines = [
+        WallLine(np.array([0.0, -1.0]), np.array([1.0, 0.0]), 6.0),
+        WallLine(np.array([0.0, 1.0]), np.array([1.0, 0.0]), 6.0),
+        WallLine(np.array([6.0, -1.0]), np.array([0.0, 1.0]), 2.0),
+    ]
+    _, found = registered(lines, Beams.joined([wrong, *right[1:]]))
+    rest = np.median(
+        found.origins[600:] - np.repeat([[3.0, 0.0], [4.0, 0.0], [5.0, 0.0]], 600, 0), 0
+    )
+    off = found.origins[0] - np.array([2.0, 0.0]) - rest  # all may be moved together
+    assert np.hypot(*off) < 0.006
+    mine, truth = found.directions[0], right[0].directions[0]
+    assert abs(mine[0] * truth[1] - mine[1] * truth[0]) < 0.003
+
+
+@given(st.floats(0.05, 0.4), st.floats(1.5, 3.0))
+def test_things_that_overlap_stop_a_beam_once(depth: float, away: float) -> None:
+    ends = np.column_stack([np.linspace(0.1, 0.9, 30), np.full(30, -depth)])
+    place = looked_at(ends, np.array([0.5, away]))
+    behind = Behind(np.full(place.beams.shape[1], 9.0), place.log_likelihood(np.full(31, 9.0)))
+    thing = np.array([[-0.3, -depth, 0.0, 1.6]])
+    once, twice = (with_things(place, behind, np.tile(thing, (n, 1))) for n in (1, 2))
+    np.testing.assert_allclose(once, twice, atol=0.1)
+    assert once[0] > behind.log_likelihood[0] + 20.0
 
 
 def looked_at(ends: FloatArray, origin: FloatArray) -> Doorway:
