@@ -20,6 +20,7 @@ from objstate.geometry import BoolArray, FloatArray, between, compose
 from objstate.kinds import IMAGE, MAP, instead, kind_of
 from objstate.yaml_files import YamlError, read_yaml
 
+ENDINGS = (".yaml", ".yml")  # of a map's file
 RAW_FULL = 100  # value of a certainly occupied cell in mode raw; larger ones are unknown
 OPAQUE = 1.0
 OCCUPIED_THRESH = 0.65  # map_saver's
@@ -84,6 +85,11 @@ class OccupancyMap:
         """Points (n, 2) m in the building from points (n, 2) in cells: column, row."""
         flat = np.column_stack([cells * self.resolution, np.zeros(len(cells))])
         return compose(self.origin, flat)[:, :2]
+
+
+def is_map(path: Path) -> bool:
+    """Whether a file is a ROS map, by its name, and not a URDF."""
+    return path.suffix.lower() in ENDINGS
 
 
 def read_map(path: Path) -> OccupancyMap:

@@ -49,7 +49,7 @@ class Extras:
     calibration: Calibration | None = None
     dynamics: LearntDynamics | None = None
     learnt: LearntAtOnce | None = None
-    _scratch: TemporaryDirectory[str] = field(default_factory=TemporaryDirectory, repr=False)
+    _scratch: TemporaryDirectory[str] | None = field(default=None, repr=False)  # of what is learnt
 
     def prepare(
         self, logs: Sequence[Path], building: Path, out: Path, options: RunOptions, quiet: bool
@@ -68,13 +68,13 @@ class Extras:
         if not self.learn_building:
             return building, options
         from objstate.discovery import learn_at_once
-        from objstate.run import BuildingInput
 
+        self._scratch = TemporaryDirectory()
         with progress_bar("Learning the building", quiet) as report:
             self.learnt = learn_at_once(logs, building, self._scratch.name, options, report)
-        read = BuildingInput.read(Path(self._scratch.name) / self.learnt.urdf)
-        described = {**read.description, "path": str(out / BUILDING / self.learnt.urdf)}
-        return BuildingInput(self.learnt.building, described), self.learnt.options(options)
+        read, place = self.learnt.building, out / BUILDING / self.learnt.urdf
+        described = {**read.description, "path": str(place)}
+        return replace(read, description=described), self.learnt.options(options)
 
     def write(
         self, folder: Path, building: Building, options: RunOptions, result: RunResult
@@ -84,7 +84,7 @@ class Extras:
             from objstate.calibration import CALIBRATION, write_calibration
 
             write_calibration(folder / CALIBRATION, self.calibration)
-        if self.learnt is not None:
+        if self._scratch is not None:
             shutil.copytree(self._scratch.name, folder / BUILDING)
         if self.learn_dynamics:
             from objstate.learning import DYNAMICS, learn_dynamics, write_dynamics

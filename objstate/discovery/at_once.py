@@ -7,14 +7,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from objstate.building import load_building
-from objstate.building.model import Building
+from objstate.building.occupancy import is_map
 from objstate.discovery.learning import Learnt, learn_doors
 from objstate.discovery.refining import Refined, refine_building
 from objstate.errors import SettingsError
-from objstate.run import RunOptions
+from objstate.run import BuildingInput, RunOptions
 
 FOUND, ADJUSTED = "found", "adjusted"  # folders of what is written
-MAPS = (".yaml", ".yml")
 FINDING = 0.6  # of the whole work, on average
 
 Report = Callable[[float, float], None]  # share of all done, seconds of the log done
@@ -26,7 +25,7 @@ class LearntAtOnce:
 
     found: Learnt | None  # of a map
     adjusted: Refined
-    building: Building  # from which the estimate of the same log starts
+    building: BuildingInput  # from which the estimate of the same log starts
 
     @property
     def urdf(self) -> Path:
@@ -59,7 +58,7 @@ def learn_at_once(
             "for several, run `objstate building learn` first."
         )
     run, urdf, found, begun = run or RunOptions(), Path(building), None, 0.0
-    if urdf.suffix in MAPS:
+    if is_map(urdf):
         reported = None if on_progress is None else _share(on_progress, 0.0, FINDING)
         found = learn_doors(logs, urdf, Path(out) / FOUND, run, on_progress=reported)
         urdf, begun = found.urdf, FINDING
@@ -69,8 +68,9 @@ def learn_at_once(
             on_progress(begun + (1.0 - begun) * share, 0.0)
 
     adjusted = refine_building(logs, urdf, Path(out) / ADJUSTED, run, jobs=1, on_progress=counted)
-    error = load_building(urdf).error
-    return LearntAtOnce(found, adjusted, replace(load_building(adjusted.urdf), error=error))
+    read = BuildingInput.read(adjusted.urdf)
+    model = replace(read.model, error=load_building(urdf).error)
+    return LearntAtOnce(found, adjusted, replace(read, model=model))
 
 
 def _share(report: Report, begin: float, end: float) -> Report:

@@ -98,7 +98,7 @@ def explain(place: Doorway, plan: OccupancyMap) -> Explained | None:
     base = float(as_is.log_likelihood.sum())
     door = all_log + LOG_KINDS + LOG_DOOR - base
     found += [each for _, both in pairs for each in both]
-    things = _things([(0.0, (each,)) for each in found] + pairs)
+    things = _things([*((each,) for each in found), *(both for _, both in pairs)])
     things += [(GAP, _wall(opening)[None]) for opening in _of_first_line(place)]
     bare = max(
         _bare(place, as_is, open_, things) for variants in cleared.values() for open_ in variants
@@ -265,10 +265,10 @@ def _covariance(score: Callable[[FloatArray], float], middle: FloatArray) -> Flo
     return np.asarray(vectors @ np.diag(1.0 / values) @ vectors.T * np.outer(SCALE, SCALE))
 
 
-def _things(several: Sequence[tuple[float, tuple[Refined, ...]]]) -> list[Thing]:
+def _things(several: Sequence[tuple[Refined, ...]]) -> list[Thing]:
     """What leaves would be, if they were just things: their prior, and places (k, 4) side by side."""
     things = []
-    for _, leaves in several:
+    for leaves in several:
         for angles in np.unique(np.array([each.angles for each in leaves]).T, axis=0).tolist():
             cost = sum(
                 GAP if angle == FLAT else PLUG if angle < np.radians(10.0) else THING

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
@@ -112,10 +112,7 @@ def backgrounds(place: Doorway, shown: Shown) -> tuple[Behind, dict[int, list[Be
         for (first, its), (other, others) in ((leaves[a], leaves[b]) for a, b in shown.both(about)):
             variants.append((first, other, between | its | others, 0.0))
         cleared[about] = [
-            replace(
-                _without(place, cells.segments(taken) + shift, as_is, drawn, log_left),
-                second=second,
-            )
+            _without(place, cells.segments(taken) + shift, as_is, drawn, second, log_left)
             for drawn, second, taken, log_left in variants
         ]
     return as_is, cleared
@@ -145,11 +142,13 @@ def _without(
     segments: FloatArray,
     as_is: Behind,
     drawn: Drawn | None,
+    second: Drawn | None,
     log_left: float,
 ) -> Behind:
-    """A map from which something was taken out."""
+    """A map from which something was taken out, or two things."""
     expected, log_likelihood = background(place, segments)
-    return Behind(expected, log_likelihood, drawn, as_is.log_likelihood - log_likelihood, log_left)
+    as_drawn = as_is.log_likelihood - log_likelihood
+    return Behind(expected, log_likelihood, drawn, as_drawn, log_left, second)
 
 
 def _drawn(

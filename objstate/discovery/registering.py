@@ -1,4 +1,4 @@
-"""Scans are registered to the walls that all of them show, so that they agree about what stands between.
+"""Scans are registered to the walls that all of them show, so that they agree about the rest.
 
 The filter knows a pose to a centimetre or two, while what a look tells of a leaf is as sure as a
 hundred readings of 2 cm noise. So lines and poses are adjusted in turns: lines to all readings

@@ -13,6 +13,7 @@ from pydantic import ValidationError
 from objstate.building import building_from_map, load_building
 from objstate.building.door_table import read_doors
 from objstate.building.model import Building
+from objstate.building.occupancy import is_map
 from objstate.building.sidecar import sidecar_text
 from objstate.building.writing import DECISIONS_FILE, DOORS_FILE, check_target, is_replaceable
 from objstate.editing.rows import DoorRow, Edits, row_of
@@ -40,9 +41,8 @@ def subject_of(
     wrote is edited in place. Raises BuildingError.
     """
     path = Path(source)
-    is_map = path.suffix.lower() in (".yaml", ".yml")
-    target = _target(path, out, is_map)
-    if is_map:
+    target = _target(path, out)
+    if is_map(path):
         building, plan, sidecar = _walls_of(path), path, None
     else:
         urdf = _urdf(path)
@@ -56,14 +56,14 @@ def subject_of(
     return Subject(building, plan, sidecar, _merged(rows, _decisions(target), found), target)
 
 
-def _target(path: Path, out: str | Path | None, is_map: bool) -> Path:
+def _target(path: Path, out: str | Path | None) -> Path:
     if out is not None:
         target = Path(out)
         if target.exists():
             check_target(target, overwrite=True)
         return target
     folder = path if path.is_dir() else path.parent
-    if is_map or not is_replaceable(folder):
+    if is_map(path) or not is_replaceable(folder):
         raise BuildingError(
             f"{folder} wasn't written by objstate, so nothing is changed there; say with --out "
             "where the edited building goes."

@@ -4,8 +4,9 @@ A drive's filter has, of each door, a mixture over its states with a Gaussian of
 each component. Where the door may have been closed, the direction of its leaf tells of the bearing;
 elsewhere nothing does. So a drive's likelihood of the bearing is kept on a grid, that of the hinge
 and of where the leaf lies beside it as information. A leaf that is thicker or wider than modelled
-looks like one that hangs elsewhere, in another place at each of its angles. A door that is found in one direction drive after drive is closed there; one drive
-alone can't tell that from a door that is ajar.
+looks like one that hangs elsewhere, in another place at each of its angles. A door that is found in
+one direction drive after drive is closed there; one drive alone can't tell that from a door that is
+ajar.
 """
 
 from __future__ import annotations
