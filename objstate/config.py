@@ -203,6 +203,7 @@ class BuildingErrorSettings(Strict):
     laser_yaw_std_deg: Positive = 0.3
     range_bias_std_m: ClassVar[float] = 0.005  # common offset of all ranges of a laser
     clock_std_s: Positive = 0.02  # offset of a laser's stamps from the odometry's
+    sweep_std_s: ClassVar[float] = 0.05  # duration of a sweep that the log doesn't tell
     range_std_m: ClassVar[float] = 0.03  # noise of a range
     robot_length_m: Positive = 0.5  # distance over which a recorded belief's error decorrelates
     doors: dict[str, DoorErrorSettings] = {}  # by name, in place of hinge_std_m and bearing_std_deg

@@ -1,7 +1,7 @@
 """What one drive tells of walls and lasers: an adjustment of its path, without any prior of these.
 
 The readings are those of ``PoseFilter``, all at once: the distance of a return from its wall, given
-the robot's pose, the laser's mounting, bias and clock, and the displacements of the columns between
+the robot's pose, the laser's mounting, bias, clock and sweep, and the displacements of the columns between
 which the wall stands. Poses, the clocks, and the errors of odometry are the drive's own, and are
 integrated out (Schur complement) where they are most probable. What remains is a Gaussian
 likelihood of what all drives share.
@@ -42,6 +42,7 @@ else:
     pose_update = Later("objstate.localization.pose_update")
 
 POSE, MOUNTING = 3, 4  # x, y, yaw; and those of a laser with the bias of its ranges
+CLOCKS = 2  # of a laser: offset of its clock, duration of a sweep
 BIAS = 3  # index of the bias
 ERRORS = 2  # systematic ones of odometry
 
@@ -136,7 +137,7 @@ class _State:
 
     poses: FloatArray  # (n, 3)
     errors: FloatArray  # (2,) of odometry
-    clocks: FloatArray  # (l,) s
+    clocks: FloatArray  # (l, 2) s, offsets and durations of sweeps
     lasers: FloatArray  # (l, 4)
     walls: FloatArray  # (c, 2) m
 
@@ -154,7 +155,7 @@ class _State:
         return _State(
             turned,
             self.errors + errors,
-            self.clocks + clocks,
+            self.clocks + clocks.reshape(-1, CLOCKS),
             self.lasers + lasers.reshape(-1, MOUNTING),
             self.walls + walls.reshape(-1, 2),
         )
@@ -165,7 +166,8 @@ class _Readings:
     """Returns from walls, linear about a state."""
 
     off: FloatArray  # (m,) m behind the wall, along its normal
-    over: FloatArray  # (m, 10) gradients over pose, mounting, clock, and both ends of the face
+    # (m, 11) gradients over pose, mounting, clock, sweep, and both ends of the face
+    over: FloatArray
     face: IntArray  # (m,)
     ends: FloatArray  # (m, 2, 2, 3) of both columns of both ends: number, derivatives by x and y
 
@@ -218,12 +220,12 @@ class _Drive:
         state = _State(
             self._start,
             np.zeros(ERRORS),
-            np.zeros(lasers),
+            np.zeros((lasers, CLOCKS)),
             np.zeros((lasers, MOUNTING)),
             np.zeros((count, 2)),
         )
         options, precision = self._by.options, self._precision(len(self._start), lasers)
-        own = len(self._start) * POSE + ERRORS + lasers
+        own = len(self._start) * POSE + ERRORS + CLOCKS * lasers
         spread = options.spread / TUKEY
         for _ in range(options.rounds):
             blocks, off = self._blocks(state, spread)
@@ -256,7 +258,7 @@ class _Drive:
             [
                 np.zeros(POSE * scans),
                 np.array([options.prior_scale, options.prior_drift]) ** -2.0,
-                np.full(lasers, error.clock_std_s**-2.0),
+                np.tile(np.array([error.clock_std_s, error.sweep_std_s]) ** -2.0, lasers),
                 np.tile(deviations(error) ** -2.0, lasers),
             ]
         )
@@ -293,25 +295,25 @@ class _Drive:
     def _columns_of(
         self, state: _State, scan: IntArray, ends: FloatArray
     ) -> tuple[IntArray, FloatArray]:
-        """Unknowns (b, 16) of blocks, and derivatives (b, 10, 16) of what these are over.
+        """Unknowns (b, 17) of blocks, and derivatives (b, 11, 17) of what these are over.
 
         ``ends`` (b, 2, 2, 3): of both columns of both ends, the number and the derivatives of the
         offset at that end by its x and y.
         """
         poses, lasers = state.poses.size, len(self._lasers)
         clocks = poses + ERRORS
-        mountings = clocks + lasers
+        mountings = clocks + CLOCKS * lasers
         walls = mountings + MOUNTING * lasers + 2 * ends[..., 0].astype(np.int64)
         laser = self._laser[scan][:, None]
         columns = np.hstack(
             [
                 POSE * scan[:, None] + np.arange(POSE),
                 mountings + MOUNTING * laser + np.arange(MOUNTING),
-                clocks + laser,
+                clocks + CLOCKS * laser + np.arange(CLOCKS),
                 np.stack([walls, walls + 1], axis=-1).reshape(len(scan), 8),
             ]
         )
-        own = POSE + MOUNTING + 1
+        own = POSE + MOUNTING + CLOCKS
         jacobian = np.zeros((len(scan), own + 2, own + 8))
         jacobian[:, range(own), range(own)] = 1.0
         jacobian[:, own, own : own + 4] = ends[:, 0, :, 1:].reshape(-1, 4)
@@ -324,9 +326,7 @@ class _Drive:
         height = float(scan.rays.origins[0, 2])
         surfaces, faces = self._by.surfaces(height), self._by.faces(height)
         mounting = state.lasers[laser]
-        mean = np.concatenate(
-            [state.poses[number], np.zeros(2), mounting, state.clocks[laser : laser + 1]]
-        )
+        mean = np.concatenate([state.poses[number], np.zeros(2), mounting, state.clocks[laser]])
         count = len(scan)
         origins, directions = np.empty((count, 2)), np.empty((count, 2))
         pose, place, moving = np.empty(3), np.empty(2), np.empty(3)
@@ -360,7 +360,7 @@ class _Drive:
         by = faces.shares[met][..., None] * normals[:, None, None, :]  # (m, 2, 2, 2)
         offsets = np.sum(by * state.walls[columns], axis=(2, 3))  # (m, 2) of both ends
         off = cosine * (scan.ranges[used] - expected[used] - mounting[MOUNTING - 1])
-        own = row[used][:, [0, 1, 2, 5, 6, 7, 8, 9]]
+        own = row[used][:, [0, 1, 2, 5, 6, 7, 8, 9, 10]]
         return _Readings(
             off - np.sum(shares * offsets, axis=1),
             -np.column_stack([cosine[:, None] * own, shares]),

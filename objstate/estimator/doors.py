@@ -234,6 +234,7 @@ def beam_noise(s: BeamModelSettings, vantage: Vantage, range_max: float) -> kern
         max(missing, LEAST_DENSITY),
         vantage.noise.variance,
         vantage.noise.growth,
+        vantage.noise.slant,
         range_max,
         unexpected,
         1.0 - 1.0 / s.short_run if unexpected > 0.0 else 0.0,

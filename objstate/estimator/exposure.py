@@ -105,9 +105,11 @@ class Exposures:
     ) -> None:
         self._sight, self._vantage, self._known, self._carry = sight, vantage, known, carry
         reach = sight.scan.range_max
-        self._walls, _ = surfaces.meet(vantage.origins, vantage.directions, reach)
+        self._walls, numbers = surfaces.meet(vantage.origins, vantage.directions, reach)
         of_pose = float(vantage.covariance[0, 0] + vantage.covariance[1, 1])
-        self._variance = wall_std**2 + of_pose + ROUGH**2
+        squares = np.where(numbers >= 0, self._walls, 0.0) ** 2
+        slanted = vantage.noise.slant * squares * surfaces.slopes(numbers, vantage.directions)
+        self._variance = wall_std**2 + of_pose + ROUGH**2 + slanted
 
     def of(self, name: str, unless: Collection[str] = ()) -> Exposure:
         """The exposure of one object, before all certain ones ``unless`` they are named."""

@@ -247,7 +247,7 @@ class Robot:
         if self._filter is not None:
             return self._filter.vantage(scan)
         assert self.belief is not None
-        noise = RangeNoise(self._settings.building_error.range_std_m**2, 0.0)
+        noise = RangeNoise(self._settings.building_error.range_std_m**2, 0.0, 0.0)
         return Vantage.of(self.belief, scan, noise)
 
     def carried(self, name: str, vantage: Vantage) -> Carried:

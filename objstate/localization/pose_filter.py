@@ -30,7 +30,7 @@ else:
     pose_update = Later("objstate.localization.pose_update")
 
 FRAME = slice(3, 5)  # local shift of the whole model: x, y
-LASER = 5  # x, y, yaw; range bias, m; clock, s
+LASER = 6  # x, y, yaw; range bias, m; clock, s; duration of a sweep, s
 BIAS, CLOCK = 3, 4  # indices among a laser's errors
 LEAST_S = 0.005  # s; least duration of an odometry step that determines the velocity
 SHIFTED = 0.5  # share of the walls' deviation that all walls of a place have in common
@@ -48,10 +48,12 @@ EVERY = 3  # of so many beams, one is used to detect slipping
 SLIP_S = 0.5  # s, mean duration of a slip
 LEARNT_BEAMS = 4000.0  # beams over which a laser's noise is averaged
 FIRST_BEAMS = 200.0  # beams that the first guess of the noise counts for
-FIRST_RANGES = np.array((1.0, 5.0))  # m, ranges of these beams
+# m, ranges of these beams; squared tangents of their incidence
+FIRST_RANGES, FIRST_SLOPES = np.array((1.0, 5.0, 5.0)), np.array((0.0, 0.0, 1.0))
 # m, least deviation of a range; largest growth of its variance with the range
 LEAST_STD, MOST_GROWTH = 0.001, 0.05
 NOISIEST = 2.0  # times the first guess of a range's deviation: the largest that is learnt
+FIT = 9  # number of sums of the noise's fit
 FIRST_TOGETHER = 0.5  # initial correlation of errors
 MOST_TOGETHER = 0.8  # largest
 FARTHEST = 3.0  # deviations beyond which a piece isn't a wall
@@ -62,10 +64,15 @@ NO_STATE: FloatArray = np.empty((POSE, 0))
 
 
 class RangeNoise(NamedTuple):
-    """The variance of a range r is variance + growth r^2."""
+    """The variance of a range r is variance + growth r^2 + slant r^2 tan^2 of the incidence.
+
+    A beam widens with the range, and the surface that it meets at a slant is at different ranges
+    over its width.
+    """
 
     variance: float  # m^2
     growth: float
+    slant: float
 
 
 class Vantage(NamedTuple):
@@ -95,10 +102,10 @@ class Learnt(NamedTuple):
 
     lasers: dict[
         str, tuple[FloatArray, FloatArray]
-    ]  # errors by laser: mean (5,), covariance (5, 5)
+    ]  # errors by laser: mean (6,), covariance (6, 6)
     noise: dict[
         str, FloatArray
-    ]  # by laser: sums (5,) of the least squares fit of ``RangeNoise``, and
+    ]  # by laser: sums (9,) of the least squares fit of ``RangeNoise``, and
     # (4,) products and squares of residuals with those before and those of neighbours
     pieces: tuple[float, float]  # sums of squared offsets, m^2, and of pieces
 
@@ -239,17 +246,26 @@ class PoseFilter:
 
     def _noises(self, laser: str) -> tuple[RangeNoise, float]:
         if laser not in self._known_noise:
-            sums = self._noise.get(laser, np.zeros(9))
-            self._known_noise[laser] = self._noise_of(sums[:5]), _independence(sums[5:])
+            sums = self._noise.get(laser, np.zeros(FIT + 4))
+            self._known_noise[laser] = self._noise_of(sums[:FIT]), _independence(sums[FIT:])
         return self._known_noise[laser]
 
     def _noise_of(self, sums: FloatArray) -> RangeNoise:
         first = self._error.range_std_m**2
-        one, square, fourth, error, both = (sums + FIRST_BEAMS * _first_sums(first)).tolist()
-        growth = (one * both - square * error) / (one * fourth - square * square)
-        growth = min(max(growth, 0.0), MOST_GROWTH**2)
-        variance = (error - growth * square) / one
-        return RangeNoise(min(max(variance, LEAST_STD**2), NOISIEST**2 * first), growth)
+        sums = sums + FIRST_BEAMS * _first_sums(first)
+        products, errors = np.empty((3, 3)), sums[6:]
+        products[np.triu_indices(3)] = products.T[np.triu_indices(3)] = sums[:6]
+        terms, found = [0, 1, 2], np.zeros(3)
+        while True:
+            found[:] = 0.0
+            found[terms] = np.linalg.solve(products[np.ix_(terms, terms)], errors[terms])
+            least = 1 + int(np.argmin(found[1:]))
+            if found[least] >= 0.0:
+                break
+            terms.remove(least)
+        growth, slant = np.minimum(found[1:], MOST_GROWTH**2).tolist()
+        variance = (errors[0] - products[0, 1] * growth - products[0, 2] * slant) / products[0, 0]
+        return RangeNoise(min(max(variance, LEAST_STD**2), NOISIEST**2 * first), growth, slant)
 
     @property
     def is_wide(self) -> bool:
@@ -368,7 +384,7 @@ class PoseFilter:
         columns, offsets = self._columns(scan, seen.numbers)
         count = len(off)
         information, gradient = np.zeros((count, count)), np.zeros(count)
-        sums, residuals = np.zeros(5), np.empty(len(scan))
+        sums, residuals = np.zeros(FIT), np.empty(len(scan))
         pose_update.gather(
             used,
             scan.ranges,
@@ -424,7 +440,7 @@ class PoseFilter:
             e = self._error
             yaw_std = math.radians(e.laser_yaw_std_deg)
             place = e.laser_std_m, e.laser_std_m, yaw_std
-            std = np.array((*place, e.range_bias_std_m, e.clock_std_s))
+            std = np.array((*place, e.range_bias_std_m, e.clock_std_s, e.sweep_std_s))
             mean, covariance = self._learnt.lasers.get(laser, (np.zeros(LASER), np.diag(std**2)))
             self._lasers[laser] = len(self._mean)
             self._append(mean, covariance)
@@ -497,7 +513,7 @@ class PoseFilter:
         return FIRST_PIECES * self._error.wall_std_m**2 + squares, FIRST_PIECES + count
 
     def _columns(self, scan: Scan, numbers: IntArray) -> tuple[IntArray, FloatArray]:
-        """The state's columns (n, 11) that each beam depends on, and its wall's offset (n,)."""
+        """The state's columns (n, 12) that each beam depends on, and its wall's offset (n,)."""
         columns = np.empty((len(numbers), pose_update.COLUMNS), dtype=np.int64)
         offsets = np.empty(len(numbers))
         table = self._tables[float(scan.rays.origins[0, 2])]
@@ -517,11 +533,11 @@ class PoseFilter:
         found, residuals = np.concatenate([taken.sums, np.zeros(4)]), taken.residuals
         before = self._residuals.get(laser)
         if before is not None and len(before) == len(residuals):
-            pose_update.agreement(residuals, before, found[5:])
+            pose_update.agreement(residuals, before, found[FIT:])
         self._residuals[laser] = residuals
-        total = self._noise.get(laser, np.zeros(9)) + found
+        total = self._noise.get(laser, np.zeros(FIT + 4)) + found
         self._known_noise.pop(laser, None)
-        self._noise[laser] = min(LEARNT_BEAMS / max(float(total[8]), 1.0), 1.0) * total
+        self._noise[laser] = min(LEARNT_BEAMS / max(float(total[FIT + 3]), 1.0), 1.0) * total
 
 
 class _Leaving(NamedTuple):
@@ -539,7 +555,7 @@ class _Met(NamedTuple):
 
     ranges: FloatArray  # (n,) m, expected
     numbers: IntArray  # (n,) of the pieces
-    row: FloatArray  # (n, 11) derivatives with respect to the state's columns
+    row: FloatArray  # (n, 12) derivatives with respect to the state's columns
 
 
 class _Taken(NamedTuple):
@@ -547,7 +563,7 @@ class _Taken(NamedTuple):
 
     left: FloatArray  # (m, m) what remains of the prior's errors
     shift: FloatArray  # (m,) of the mean
-    sums: FloatArray  # (5,) of the fit of ``RangeNoise``
+    sums: FloatArray  # (9,) of the fit of ``RangeNoise``
     residuals: FloatArray  # (n,) in standard deviations
 
 
@@ -564,7 +580,7 @@ def _heading(pose: FloatArray) -> tuple[float, float]:
 
 
 def _first_sums(variance: float) -> FloatArray:
-    """(5,) sums of one beam of a ``variance`` in m^2 at each of the ``FIRST_RANGES``."""
-    squares = FIRST_RANGES**2
-    sums = np.array([1.0, squares.mean(), (squares**2).mean(), variance, variance * squares.mean()])
-    return np.asarray(sums / variance**2)
+    """(9,) sums of one beam of a ``variance`` in m^2, at the ``FIRST_RANGES`` and slopes."""
+    terms = np.stack([np.ones(3), FIRST_RANGES**2, FIRST_RANGES**2 * FIRST_SLOPES])
+    products = (terms @ terms.T / 3.0)[np.triu_indices(3)]
+    return np.concatenate([products, variance * terms.mean(axis=1)]) / variance**2

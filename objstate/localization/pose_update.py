@@ -13,10 +13,10 @@ from objstate.linear import ROOT_TAU, solve
 from objstate.localization.carried import POSE
 from objstate.sensing.pieces import GRAZING
 
-# columns of a beam: pose x, y, yaw; shift x, y; laser x, y, yaw, range bias, clock; wall offset
-COLUMNS = 11
+# columns of a beam: pose x, y, yaw; shift x, y; laser x, y, yaw, range bias, clock, sweep; wall
+COLUMNS = 12
 SHIFTS = 2
-OFFSET = 10
+OFFSET = 11
 SURELY_HIT = 3.0  # deviations within which a range counts for the noise
 CUT_OFF = 0.973  # mean square of a standard normal variable that is cut off there
 
@@ -24,7 +24,7 @@ _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
 
 
-@record("densities", "f f f f f f f f")
+@record("densities", "f f f f f f f f f")
 class Densities(NamedTuple):
     """The beam model of a scan, for beams that should meet walls."""
 
@@ -34,8 +34,16 @@ class Densities(NamedTuple):
     standing: float  # 1/m, density of a range to an object
     variance: float  # m^2 of a short range
     growth: float  # its growth with the square of the range
+    slant: float  # and with that square times the squared tangent of the incidence
     wall_variance: float  # m^2 of a wall whose offset isn't followed
     independence: float  # exponent on the likelihood of a beam, for dependent errors
+
+
+@_inner
+def _scatter(noise: Densities, distance: float, slope: float) -> Any:
+    """m^2 of a range to a wall by the laser's noise, by one over the cosine of incidence."""
+    square = distance * distance
+    return noise.variance + square * (noise.growth + noise.slant * (slope * slope - 1.0))
 
 
 @_inner
@@ -134,6 +142,12 @@ def drive(
         covariance[pieces[k], pieces[k]] += added
 
 
+@_inner
+def when(beam: int, count: int) -> Any:
+    """The time of a beam of ``count``, in durations of the sweep from its middle."""
+    return beam / max(count - 1, 1) - 0.5
+
+
 @called_with("f2 f2 f1 f1 i f2 f2 f1 f1 f1")
 @_compile
 def leave(
@@ -153,9 +167,10 @@ def leave(
     ``origins`` and ``directions`` (n, 3) are those in the robot's frame; ``begins`` (n, 2) and
     ``towards`` (n, 2) are written, as are the robot's ``pose`` (3,) at that time, the ``laser``'s
     place (2,), and the pose's ``moving`` (3,) m/s, m/s, rad/s. The laser's errors begin with a
-    column ``first``; the ``velocity`` (3,) is in the robot's frame.
+    column ``first``; the ``velocity`` (3,) is in the robot's frame. Beams are taken one after the
+    other, evenly over the sweep's duration; the pose and the laser's place are those in its middle.
     """
-    count = origins.shape[0]
+    count, sweep = origins.shape[0], mean[first + 5]
     cos, sin = math.cos(mean[2]), math.sin(mean[2])
     moving[0] = cos * velocity[0] - sin * velocity[1]
     moving[1] = sin * velocity[0] + cos * velocity[1]
@@ -175,11 +190,17 @@ def leave(
     laser[0], laser[1] = cos * x - sin * y + pose[0], sin * x + cos * y + pose[1]
     for i in range(count):
         off_x, off_y = origins[i, 0] - middle_x, origins[i, 1] - middle_y
-        begins[i, 0] = laser[0] + cos_both * off_x - sin_both * off_y
-        begins[i, 1] = laser[1] + sin_both * off_x + cos_both * off_y
         dx, dy = directions[i, 0], directions[i, 1]
-        towards[i, 0] = cos_both * dx - sin_both * dy
-        towards[i, 1] = sin_both * dx + cos_both * dy
+        time = sweep * when(i, count)
+        turn_cos, turn_sin = math.cos(time * moving[2]), math.sin(time * moving[2])
+        arm_x, arm_y = cos * x - sin * y, sin * x + cos * y
+        arm_x += cos_both * off_x - sin_both * off_y
+        arm_y += sin_both * off_x + cos_both * off_y
+        begins[i, 0] = pose[0] + time * moving[0] + turn_cos * arm_x - turn_sin * arm_y
+        begins[i, 1] = pose[1] + time * moving[1] + turn_sin * arm_x + turn_cos * arm_y
+        x_now, y_now = cos_both * dx - sin_both * dy, sin_both * dx + cos_both * dy
+        towards[i, 0] = turn_cos * x_now - turn_sin * y_now
+        towards[i, 1] = turn_sin * x_now + turn_cos * y_now
 
 
 @called_with("i1 i1 f1 i i2 f1")
@@ -192,7 +213,7 @@ def columns_of(
     columns: IntArray,
     offsets: FloatArray,
 ) -> None:
-    """The ``columns`` (n, 11) of the state (m,) of beams, and their walls' ``offsets`` (n,).
+    """The ``columns`` (n, 12) of the state (m,) of beams, and their walls' ``offsets`` (n,).
 
     Beams meet pieces of some ``numbers`` (n,). The ``table`` has the column of each piece's offset,
     or -1. The laser's errors begin with a column ``first``.
@@ -221,7 +242,7 @@ def rows(
     velocity: FloatArray,
     out: FloatArray,
 ) -> None:
-    """Derivatives ``out`` (n, 11) of each range by pose, laser errors and wall offset.
+    """Derivatives ``out`` (n, 12) of each range by pose, laser errors and wall offset.
 
     Beams from ``origins`` (n, 2), in ``directions`` (n, 2), meet walls of ``normals`` (k, 2) by
     their ``numbers`` (n,) at ``ranges`` (n,). The robot stands at a ``pose`` (3,) that changes by
@@ -245,6 +266,7 @@ def rows(
         out[i, 7] = (nx * (y - laser[1]) - ny * (x - laser[0])) / cosine
         out[i, 8] = 1.0
         out[i, 9] = out[i, 0] * velocity[0] + out[i, 1] * velocity[1] + out[i, 2] * velocity[2]
+        out[i, 10] = out[i, 9] * when(i, out.shape[0])
         out[i, OFFSET] = 1.0 / cosine
 
 
@@ -269,12 +291,13 @@ def gather(
     """Add ``used`` beams (n,) to ``information`` (m, m) and ``gradient`` (m,) at the prior mean.
 
     Ranges were ``measured`` (n,) where ``ranges`` (n,) are expected at the present mean, which is
-    ``off`` (m,) from the prior mean. Their derivatives are ``row`` (n, 11) by the state's
-    ``columns`` (n, 11), of which the last is -1 for walls whose ``offsets`` (n,) aren't followed.
+    ``off`` (m,) from the prior mean. Their derivatives are ``row`` (n, 12) by the state's
+    ``columns`` (n, 12), of which the last is -1 for walls whose ``offsets`` (n,) aren't followed.
     Beyond the range at which a beam is ``entered`` (n,), an object may stop it. A beam counts by
     the probability that the wall stopped it, given the state's ``covariance`` (m, m), times the
-    independence of its error. ``sums`` (5,) are those of a weighted least squares fit of
-    squared errors to that variance, over beams that are off by less than ``SURELY_HIT`` deviations;
+    independence of its error. ``sums`` (9,) are those of a weighted least squares fit of
+    squared errors to their variance, over beams that are off by less than ``SURELY_HIT``
+    deviations: products of its three terms (6), and of these with the squared errors (3).
     ``residuals`` (n,) are in deviations, NaN for other beams.
     """
     for i in range(used.shape[0]):
@@ -283,8 +306,7 @@ def gather(
             continue
         count = COLUMNS if columns[i, OFFSET] >= 0 else OFFSET
         residual = measured[i] - ranges[i] - row[i, OFFSET] * offsets[i]
-        square = ranges[i] * ranges[i]
-        scatter = noise.variance + noise.growth * square
+        scatter = _scatter(noise, ranges[i], row[i, OFFSET])
         own, predicted, back = scatter, 0.0, 0.0
         if count == OFFSET:
             own += row[i, OFFSET] * row[i, OFFSET] * noise.wall_variance
@@ -314,11 +336,17 @@ def gather(
         residuals[i] = residual / math.sqrt(spread)
         if count == COLUMNS and not beyond:
             weight, error = share / (scatter * scatter), residual * residual / CUT_OFF
+            square = ranges[i] * ranges[i]
+            slanted = square * (row[i, OFFSET] * row[i, OFFSET] - 1.0)
             sums[0] += weight
             sums[1] += weight * square
-            sums[2] += weight * square * square
-            sums[3] += weight * error
-            sums[4] += weight * square * error
+            sums[2] += weight * slanted
+            sums[3] += weight * square * square
+            sums[4] += weight * square * slanted
+            sums[5] += weight * slanted * slanted
+            sums[6] += weight * error
+            sums[7] += weight * square * error
+            sums[8] += weight * slanted * error
 
 
 @_inner
@@ -334,7 +362,7 @@ def _evidence_of_pose(  # noqa: PLR0912
     """log p(beams) for a prior covariance (3, 3) of the pose, by Laplace's approximation.
 
     Two linearizations. ``residuals`` (n,) are those at the prior's mean, with variances ``own``
-    (n,) and derivatives ``row`` (n, 11). Other causes of a reading have densities ``other`` (n, 2),
+    (n,) and derivatives ``row`` (n, 12). Other causes of a reading have densities ``other`` (n, 2),
     of longer and of shorter ranges.
     """
     shift, gate = np.zeros(3), prior.copy()
@@ -412,7 +440,7 @@ def slipped(
         i = some[k]
         count = COLUMNS if columns[i, OFFSET] >= 0 else OFFSET
         residuals[k] = measured[i] - ranges[i] - row[i, OFFSET] * offsets[i]
-        own[k] = noise.variance + noise.growth * ranges[i] * ranges[i]
+        own[k] = _scatter(noise, ranges[i], row[i, OFFSET])
         if count == OFFSET:
             own[k] += row[i, OFFSET] * row[i, OFFSET] * noise.wall_variance
         for a in range(3, count):

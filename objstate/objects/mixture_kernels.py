@@ -50,7 +50,7 @@ class Beams(NamedTuple):
     blur: FloatArray  # (n,) m^2, the variance of the background
 
 
-@record("noise", "f f f f f f f f f f f f")
+@record("noise", "f f f f f f f f f f f f f")
 class Noise(NamedTuple):
     """The beam model, given the expected range; see ``objstate.likelihood``."""
 
@@ -59,6 +59,7 @@ class Noise(NamedTuple):
     missing: float  # probability of a missing return, whatever is expected
     variance: float  # m^2 of a short range
     growth: float  # its growth with the square of the range
+    slant: float  # and with that square times the squared tangent of the incidence
     range_max: float  # m
     unexpected: float  # probability that something unexpected stops a beam
     run: float  # probability that the next beam has the same state
@@ -341,6 +342,13 @@ def _scatter(noise: Noise, distance: float) -> Any:
 
 
 @_inner
+def _slanted(noise: Noise, distance: float, cosine: float) -> Any:
+    """m^2 that the noise of a range has more at an incidence."""
+    squared = max(cosine * cosine, GRAZING * GRAZING)
+    return noise.slant * distance * distance * (1.0 / squared - 1.0)
+
+
+@_inner
 def _variance(
     scatter: float, is_met: bool, cosine: float, spread: FloatArray, row: FloatArray
 ) -> Any:
@@ -432,6 +440,8 @@ def _linearize(
         scatter, variance = 0.0, 0.0
         if work.share[i] > 0.0:
             scatter = _scatter(noise, work.expected[i])
+            if is_met:
+                scatter += _slanted(noise, work.expected[i], cosine)
             variance = _variance(scatter, is_met, cosine, spread, row)
         off = beams.measured[i] - work.expected[i]
         reach += is_met and off > -REACHED * math.sqrt(variance)

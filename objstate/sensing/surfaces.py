@@ -57,6 +57,16 @@ class Surfaces:
         pieces.meet(self.pieces, self.normals, among, origins, directions, ranges, numbers)
         return ranges, numbers
 
+    def slopes(self, numbers: IntArray, directions: FloatArray) -> FloatArray:
+        """(n,) squared tangents of the incidence of beams on pieces of some ``numbers`` (n,).
+
+        They are limited to that of a grazing incidence, and 0 for beams that meet nothing.
+        """
+        out, meets = np.zeros(len(numbers)), numbers >= 0
+        cosines = np.sum(self.normals[numbers[meets]] * directions[meets], axis=1)
+        out[meets] = 1.0 / np.maximum(cosines**2, pieces.GRAZING**2) - 1.0
+        return out
+
 
 def _cut(segments: FloatArray) -> FloatArray:
     """Segments (k, 4) cut into equal pieces of at most ``PIECE`` m."""

@@ -24,7 +24,7 @@ def exposures(ranges: FloatArray, known: dict[str, FloatArray]) -> Exposures:
     scan, robot = scan_of(ranges, RAYS, 10**9), PoseBelief(np.zeros((1, 3)), Weights.uniform(1))
     sensing = Sensing(PLACE, BeamModel(BeamModelSettings()))
     sight = Sight.of(scan, robot, sensing, Surroundings(PLACE))
-    vantage = Vantage.of(robot, scan, RangeNoise(0.01**2, 0.0))
+    vantage = Vantage.of(robot, scan, RangeNoise(0.01**2, 0.0, 0.0))
     surfaces = sensing.surfaces(sight.height)
     return Exposures(sight, vantage, surfaces, known, 0.02, lambda *_: NOTHING)
 

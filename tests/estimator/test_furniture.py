@@ -87,7 +87,7 @@ class Watch:
             scan = altered(scan, stamp_ns=round(1e9 * self.seconds))
             about = np.sqrt(3.0) * np.concatenate([np.eye(3), -np.eye(3)]) @ np.sqrt(KNOWN)
             robot = PoseBelief(pose + about, Weights.uniform(6))
-            vantage = Vantage.of(robot, scan, RangeNoise(SIGMA**2, 0.0))
+            vantage = Vantage.of(robot, scan, RangeNoise(SIGMA**2, 0.0, 0.0))
             sight = Sight.of(scan, PoseBelief(pose[None], Weights.uniform(1)), self.sensing,
                              self.surroundings)  # fmt: skip
             surfaces = self.sensing.surfaces(sight.height)

@@ -11,6 +11,8 @@ from objstate.geometry import FloatArray, compose, wrap
 from objstate.localization import PoseBelief, PoseFilter
 from objstate.localization.motion import Variances
 from objstate.particles import Weights
+from objstate.records import Rays, Scan
+from objstate.sensing.surfaces import Surfaces
 
 METRES = st.floats(-2.0, 2.0)
 TURNS = st.floats(-3.0, 3.0)
@@ -47,3 +49,57 @@ def test_a_step_carries_the_covariance_as_it_carries_samples(
     ends[:, 2] = start[2] + step[2] + wrap(ends[:, 2] - start[2] - step[2])
     off = ends - ends.mean(axis=0)
     np.testing.assert_allclose(robot.covariance, off.T @ off / 6.0, rtol=1e-2, atol=1e-12)
+
+
+ROOM = np.array([[-4.0, -3.0], [4.0, -3.0], [4.0, 3.0], [-4.0, 3.0]])  # m
+BEARINGS = np.radians(np.arange(360) - 180.0)
+SWEEP, SIGMA, SLANT = 0.1, 0.005, 0.004  # s, m, and m for each m of range and unit of slope
+PERIOD = 0.1  # s between scans
+
+
+def read_in_the_room(
+    poses: FloatArray, rng: np.random.Generator
+) -> FloatArray:  # poses (n, 3), one for each beam
+    direction = poses[:, 2] + BEARINGS
+    dx, dy = np.cos(direction), np.sin(direction)
+    of_x = (np.where(dx > 0.0, 4.0, -4.0) - poses[:, 0]) / dx
+    of_y = (np.where(dy > 0.0, 3.0, -3.0) - poses[:, 1]) / dy
+    ranges = np.minimum(of_x, of_y)
+    cosine = np.where(of_x < of_y, np.abs(dx), np.abs(dy))
+    slope = np.sqrt(1.0 / cosine**2 - 1.0)
+    return np.asarray(ranges + rng.normal(0.0, np.hypot(SIGMA, SLANT * ranges * slope)))
+
+
+def filter_that_turned_in_the_room(sweep: float) -> PoseFilter:
+    """A robot that drives a circle, with a lidar whose log doesn't tell that it sweeps."""
+    rng, walls = np.random.default_rng(5), Surfaces(np.hstack([ROOM, np.roll(ROOM, -1, axis=0)]))
+    velocity = np.array([0.3, 0.0, 0.6])  # m/s, m/s, rad/s
+    pose = np.array([0.2, -0.5, 0.3])
+    robot = filter_at(pose, np.array([5e-3, 5e-3, 5e-3]))
+    directions = np.column_stack([np.cos(BEARINGS), np.sin(BEARINGS), np.zeros(360)])
+    rays, far = Rays(np.tile([0.0, 0.0, 0.3], (360, 1)), directions), np.full(360, np.inf)
+    times = sweep * np.arange(360) / 359.0
+    for number in range(60):
+        robot.drive(PERIOD * velocity, Variances(1e-6, 1e-6), PERIOD)
+        pose = compose(pose, PERIOD * velocity)
+        poses = compose(np.tile(pose, (360, 1)), times[:, None] * velocity)
+        ranges = read_in_the_room(poses, rng)
+        scan = Scan(round(number * PERIOD * 1e9), "lidar", ranges, rays, 0.05, 20.0)
+        robot.correct(scan, walls, far, far)
+    return robot
+
+
+def test_a_sweep_that_the_log_does_not_tell_is_learnt() -> None:
+    for sweep in (0.0, SWEEP):
+        mean, covariance = filter_that_turned_in_the_room(sweep).learnt.lasers["lidar"]
+        std = np.sqrt(np.diag(covariance))
+        assert std[5] < 0.004
+        assert abs(mean[5] - sweep) < 3.0 * std[5]
+        assert abs(mean[4] - 0.5 * sweep) < 3.0 * std[4]  # stamps are of the first beam
+
+
+def test_noise_that_grows_with_the_incidence_is_learnt() -> None:
+    noise = filter_that_turned_in_the_room(0.0).range_noise("lidar")
+    assert abs(np.sqrt(noise.variance) - SIGMA) < 0.001
+    assert abs(np.sqrt(noise.slant) - SLANT) < 0.001
+    assert np.sqrt(noise.growth) < 0.0015

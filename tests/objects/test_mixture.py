@@ -48,6 +48,7 @@ def noise(independence: float = 1.0) -> Noise:
         0.05,
         SIGMA**2,
         0.0,
+        0.0,
         RANGE_MAX,
         0.05,
         0.9,
