@@ -101,7 +101,7 @@ class Doors:
         """(2,) m, offset of a door's hinge where it is significant; None elsewhere."""
         if not isinstance(belief.joint, DoorPosterior):
             return None
-        likeliest = belief.joint.among(max(self.cases(belief.joint.door))[1].bearing)
+        (likeliest,) = belief.joint.among(np.array([max(self.cases(belief.joint.door))[1].bearing]))
         offset, covariance = belief.joint.mixtures[likeliest].hinge
         offset = offset + belief.item.hinge - self._building.objects[belief.item.name].hinge
         away = float(np.hypot(*offset))
@@ -160,7 +160,7 @@ class Doors:
         key = door.item.name, height
         if key not in self._shapes:
             segments = self._sensing.outline(door.item.name, height)
-            self._shapes[key] = shape_of(segments, door.turn, door.slide)
+            self._shapes[key] = shape_of(segments, door.turn, door.slide, is_leaf=door.turn != 0.0)
         return self._shapes[key]
 
 

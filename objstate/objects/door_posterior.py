@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from objstate.geometry import FloatArray
+from objstate.geometry import FloatArray, IntArray
 from objstate.objects.belief import ObjectBelief
 from objstate.objects.mixture import DoorMixture, Doorway, States, Statics
 
@@ -60,26 +60,33 @@ class DoorPosterior:
         )
         return DoorPosterior(tuple(after)), max(reached)
 
-    def among(self, bearing: float) -> int:
-        """The mixture to use where the bearing has a variance in rad^2."""
-        for index, each in enumerate(self.mixtures):
-            if bearing <= each.statics.bearing * (1.0 + ROUNDING):
-                return index
-        return len(self.mixtures) - 1
+    def evidence(self, bearings: FloatArray) -> tuple[FloatArray, IntArray]:
+        """(k,) log p(z) with prior variances (k,) rad^2 of the bearing, up to a constant.
+
+        Each mixture that has a prior as wide approximates it, by those components that it kept. The
+        best one, whose index (k,) is returned too, misses least.
+        """
+        own = np.array(
+            [each.total + each.log_evidence("bearing", bearings) for each in self.mixtures]
+        )
+        priors = np.array([each.statics.bearing for each in self.mixtures])
+        wide = bearings <= priors[:, None] * (1.0 + ROUNDING)
+        wide[-1] = True
+        own = np.where(wide, own, -np.inf)
+        best = np.argmax(own, axis=0)
+        return own[best, np.arange(len(bearings))], best
 
     def of_bearing(self, variances: FloatArray) -> FloatArray:
         """(k,) log p(z) with prior variances (k,) rad^2 of the bearing, up to a constant."""
-        own = [each.total + each.log_evidence("bearing", variances) for each in self.mixtures]
-        chosen = [self.among(variance) for variance in variances]
-        return np.asarray(np.array(own)[chosen, np.arange(len(variances))])
+        return self.evidence(variances)[0]
 
     def of_hinge(
         self, variances: FloatArray, bearings: Iterable[tuple[float, float]]
     ) -> FloatArray:
         """(k,) the same for variances (k,) m^2 of the hinge, averaged over ``bearings``."""
         shares = np.zeros(len(self.mixtures))
-        for share, variance in bearings:
-            shares[self.among(variance)] += share
+        probabilities, priors = np.array(list(bearings)).T
+        np.add.at(shares, self.among(priors), probabilities)
         likely = [
             math.log(share) + each.log_evidence("hinge", variances)
             for share, each in zip(shares, self.mixtures, strict=True)
@@ -87,9 +94,15 @@ class DoorPosterior:
         ]
         return np.asarray(np.logaddexp.reduce(likely, axis=0))
 
+    def among(self, bearings: FloatArray) -> IntArray:
+        """(k,) the mixtures to use where the bearing has variances (k,) rad^2."""
+        if len(self.mixtures) == 1:
+            return np.zeros(len(bearings), dtype=np.int64)
+        return self.evidence(bearings)[1]
+
     def under(self, priors: Sequence[Statics]) -> States:
         """The states given the same readings, under some priors (k,) of the static errors."""
-        chosen = np.array([self.among(prior.bearing) for prior in priors])
+        chosen = self.among(np.array([prior.bearing for prior in priors]))
         out = States(*(np.empty((len(priors), len(self.door.states))) for _ in States._fields))
         for index in np.unique(chosen):
             rows = np.flatnonzero(chosen == index)

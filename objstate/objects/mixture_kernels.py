@@ -32,6 +32,8 @@ WIDE = 4.0  # times the variance of a range: errors below which one is enough
 REACHED = 4.0  # deviations by which a range may fall short of an object that the beam reaches
 FOOTPRINT = 0.02  # m, half the width of a beam, and variation of ranges at the edge of a surface
 SURE = 4.0  # deviations of its distance from a corner from which a beam surely passes on its side
+# probability that a beam which meets the place of a handle is stopped there; its deviation, m
+HANDLED, HANDLE_STD = 0.3, 0.02
 HOPELESS = 30.0  # nats below the most probable component from which a component isn't refined
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
@@ -69,7 +71,7 @@ class Noise(NamedTuple):
     edge: float  # share of beams beside an edge that meet the neighbouring surface
 
 
-@record("shape", "f2 f2 f2 i2 f f1")
+@record("shape", "f2 f2 f2 i2 f f1 f2 f2")
 class Shape(NamedTuple):
     """An object's outline at the laser's height, and how its state moves it."""
 
@@ -79,6 +81,8 @@ class Shape(NamedTuple):
     among: IntArray  # (k, 2) the first corner of each segment's part, and one past the last
     turn: float  # rad of turn for each unit of the state
     slide: FloatArray  # (2,) m of motion in the building for each unit of the state
+    handle: FloatArray  # (h, 4) m, segments of what may stick out of it, in the same frame
+    handle_normals: FloatArray  # (h, 2)
 
 
 class Work(NamedTuple):
@@ -86,6 +90,7 @@ class Work(NamedTuple):
 
     expected: FloatArray  # (n,) m to the object, inf where it is missed
     side: IntArray  # (n,) the segment that is met, -1 for none
+    bump: FloatArray  # (n,) m to what may stick out of the object, inf where it is missed
     share: FloatArray  # (n,) probability that the beam meets the object
     # (n,) relative change of the density between surely meeting and surely missing the object
     odds: FloatArray
@@ -119,6 +124,8 @@ def _cast(
     """Cast the beams with the object at a component's errors (7,); return its placement.
 
     Whether a beam passes beside a corner is uncertain by errors of the covariance ``prior`` (7, 7).
+    A corner that was flanked in an earlier cast is where it is modelled: the opening ends there,
+    wherever the leaf hangs.
     """
     cos, sin = math.cos(x[2]), math.sin(x[2])
     turned = placement[2] + shape.turn * (x[STATE] + tied * x[ZERO])
@@ -128,9 +135,11 @@ def _cast(
     placed = cos_turned, sin_turned, east, north
     for j in range(shape.corners.shape[0]):
         own_x, own_y = shape.corners[j, 0], shape.corners[j, 1]
-        work.flanked[j] = 0
         work.corners[j, 0] = east + cos_turned * own_x - sin_turned * own_y
         work.corners[j, 1] = north + sin_turned * own_x + cos_turned * own_y
+        if work.flanked[j] == 1:
+            work.corners[j, 0] -= x[ORIGIN]
+            work.corners[j, 1] -= x[ORIGIN + 1]
     for i in range(beams.measured.shape[0]):
         off_x, off_y = beams.origins[i, 0] - beams.place[0], beams.origins[i, 1] - beams.place[1]
         dx = cos * beams.directions[i, 0] - sin * beams.directions[i, 1]
@@ -139,7 +148,7 @@ def _cast(
         begin_y = beams.place[1] + x[1] + sin * off_x + cos * off_y
         work.origins[i, 0], work.origins[i, 1] = begin_x, begin_y
         work.directions[i, 0], work.directions[i, 1] = dx, dy
-        work.expected[i], work.side[i] = np.inf, -1
+        work.expected[i], work.side[i], work.bump[i] = np.inf, -1, np.inf
         if i == 0:
             _see_corners(beams, shape, tied, x, prior, placed, work)
         left, right = _outermost(i, np.int64(0), work.corners.shape[0], work)
@@ -155,6 +164,12 @@ def _cast(
             distance = met(own_x, own_y, own_dx, own_dy, shape.segments[k], shape.normals[k])
             if distance < nearest:
                 nearest, work.side[i] = distance, k
+        bump = np.inf
+        for k in range(shape.handle.shape[0]):
+            normal = shape.handle_normals[k]
+            bump = min(bump, met(own_x, own_y, own_dx, own_dy, shape.handle[k], normal))
+        if bump < min(nearest, beams.background[i]):
+            work.bump[i] = bump
         if work.side[i] >= 0:
             work.expected[i] = nearest
             _cover(i, shape.among[work.side[i]], beams.background[i], work)
@@ -395,11 +410,15 @@ def _fared(beams: Beams, noise: Noise, work: Work, i: int, variance: float, befo
         met_it = noise.hit if expected >= noise.range_max else 0.0
         missed = noise.missing + share * met_it + (1.0 - share) * past
         return 0.0, reaches * missed, (goes_on + begins) * noise.missing, reaches * (met_it - past)
-    met_it = 0.0
+    met_it, bumped = 0.0, 0.0
     if share > 0.0:
         met_it = noise.hit * _bell(measured - expected, variance)
+    if work.bump[i] < np.inf:
+        spread = _scatter(noise, work.bump[i]) + HANDLE_STD * HANDLE_STD
+        bumped = HANDLED * noise.hit * _bell(measured - work.bump[i], spread)
+        met_it, past = (1.0 - HANDLED) * met_it, (1.0 - HANDLED) * past
     hit = reaches * share * met_it
-    free = hit + reaches * ((1.0 - share) * past + noise.random)
+    free = hit + reaches * ((1.0 - share) * past + bumped + noise.random)
     nearer = 0.0
     if measured < beams.background[i]:
         nearer = 1.0 if measured < expected else 1.0 - share
@@ -620,6 +639,7 @@ def condition(
         np.empty(count, dtype=np.int64),
         np.empty(count),
         np.empty(count),
+        np.empty(count),
         np.empty((count, 2), dtype=np.int64),
         np.empty((shape.corners.shape[0], 2)),
         np.empty(shape.corners.shape[0]),
@@ -647,6 +667,7 @@ def condition(
                 spread[a, b] = prior[a, b]
         wide += tied[c] * prior[ZERO, ZERO]
         looks = 1 if wide < WIDE * noise.variance else MOST_LOOKS
+        work.flanked[:] = 0
         total, unrefined, hopeless, reach, placed = 0.0, 0.0, False, 0, (1.0, 0.0, 0.0, 0.0)
         log_weight, log_determinant = math.log(weights[c]), 0.0
         for look in range(looks + 1):

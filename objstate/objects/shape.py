@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,25 +16,65 @@ else:
     kernels = Later("objstate.objects.mixture_kernels")
 
 SAME_CORNER = 1e-5  # m; closer ends of segments are one corner
+# m from the free edge of a leaf between which a lever handle lies, how far it sticks out, and the
+# width of a leaf from which on it may have one
+HANDLE, HANDLE_DEPTH, LEAST_WIDTH = (0.04, 0.18), 0.055, 0.5
 
 
-def shape_of(segments: FloatArray, turn: float, slide: FloatArray) -> kernels.Shape:
+def shape_of(
+    segments: FloatArray, turn: float, slide: FloatArray, *, is_leaf: bool = False
+) -> kernels.Shape:
     """The shape of segments (k, 4) m about the object's origin.
 
-    Its state turns it and slides it along (2,).
+    Its state turns it and slides it along (2,). A leaf that hangs at the origin may have a handle.
     """
     along = segments[:, 2:] - segments[:, :2]
     lengths = np.hypot(along[:, 0], along[:, 1])
-    segments, along, lengths = (each[lengths > 0.0] for each in (segments, along, lengths))
+    segments = segments[lengths > 0.0]
     corners, among = _parts(segments)
+    handle = _handle(corners) if is_leaf else np.empty((0, 4))
     return kernels.Shape(
         np.ascontiguousarray(segments),
-        np.ascontiguousarray(np.column_stack([-along[:, 1], along[:, 0]]) / lengths[:, None]),
+        _normals(segments),
         corners,
         among,
         turn,
         slide,
+        handle,
+        _normals(handle),
     )
+
+
+def _normals(segments: FloatArray) -> FloatArray:
+    """(k, 2) unit normals of segments (k, 4)."""
+    along = segments[:, 2:] - segments[:, :2]
+    lengths = np.hypot(along[:, 0], along[:, 1])
+    return np.ascontiguousarray(np.column_stack([-along[:, 1], along[:, 0]]) / lengths[:, None])
+
+
+def _handle(corners: FloatArray) -> FloatArray:
+    """(8, 4) the outlines of a lever handle on both faces of a leaf that hangs at the origin.
+
+    None, (0, 4), on what has no corners or is too narrow.
+    """
+    away = np.hypot(corners[:, 0], corners[:, 1])
+    if away.max(initial=0.0) < LEAST_WIDTH:
+        return np.empty((0, 4))
+    far = corners[away > away.max() - 0.01].mean(axis=0)
+    along = far / np.hypot(*far)
+    across = np.array([-along[1], along[0]])
+    width, faces = float((corners @ along).max()), corners @ across
+    near, end = width - HANDLE[1], width - HANDLE[0]
+    out = []
+    for face, tip in (
+        (faces.min(), faces.min() - HANDLE_DEPTH),
+        (faces.max(), faces.max() + HANDLE_DEPTH),
+    ):
+        ring = [
+            u * along + v * across for u, v in ((near, face), (near, tip), (end, tip), (end, face))
+        ]
+        out += [np.concatenate(pair) for pair in pairwise(ring)]
+    return np.array(out)
 
 
 def _parts(segments: FloatArray) -> tuple[FloatArray, IntArray]:

@@ -59,13 +59,13 @@ def noise(independence: float = 1.0) -> Noise:
     )
 
 
-def shape(item: MovableObject) -> Shape:
+def shape(item: MovableObject, *, may_have_handle: bool = False) -> Shape:
     from objstate.building.outline import outline
 
     home = item.transforms(item.home[None])[0]
     segments = outline(item.mesh.moved(home), 0.3).reshape(-1, 4) - np.tile(item.hinge, 2)
     way = doorway()
-    return shape_of(segments, way.turn, way.slide)
+    return shape_of(segments, way.turn, way.slide, is_leaf=may_have_handle)
 
 
 def read(
@@ -207,6 +207,29 @@ def test_what_is_known_of_a_hinge_outlasts_a_move() -> None:
     )
     assert belief(moved)[0] == pytest.approx(80.0, abs=0.7)
     assert np.trace(moved.hinge[1]) < 1.5 * np.trace(before)
+
+
+def test_a_handle_is_not_taken_for_the_leaf() -> None:
+    """Beams that end 5 cm before a leaf, near its free edge, leave its angle as it is."""
+    angle = math.radians(20.0)
+    plain, rng = read(angle), np.random.default_rng(3)
+    ends = plain.origins + plain.measured[:, None] * plain.directions - leaf().hinge
+    away = np.hypot(ends[:, 0], ends[:, 1])
+    width = away[np.isfinite(away)].max()
+    on_it = np.isfinite(plain.measured) & (away > width - 0.18) & (away < width - 0.04)
+    assert on_it.sum() >= 2
+    measured = np.where(on_it, plain.measured - 0.05, plain.measured)
+    off = []
+    for outline in (shape(leaf()), shape(leaf(), may_have_handle=True)):
+        mixture = DoorMixture.unknown(doorway(), STATICS)
+        for _ in range(20):
+            noisy = measured + SIGMA * rng.standard_normal(len(measured))
+            mixture, _ = mixture.later(0.1, *ANEW).given(
+                plain._replace(measured=noisy), noise(), outline
+            )
+        off.append(abs(belief(mixture)[0] - 20.0))
+    assert off[1] < 0.3
+    assert off[1] < off[0]
 
 
 def test_errors_that_go_together_tell_less() -> None:
