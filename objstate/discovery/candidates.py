@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TypeGuard
 
 import numpy as np
 
@@ -17,13 +16,10 @@ from objstate.config import BeamModelSettings
 from objstate.discovery.doorway import Doorway, doorway, ended_on, together
 from objstate.discovery.explaining import Explained, Refined, explain
 from objstate.discovery.gathering import Beams
-from objstate.discovery.proposals import Clutter
 from objstate.discovery.registering import registered
 from objstate.discovery.walls import distinct, openings, wall_lines
 from objstate.geometry import FloatArray
 
-BEFORE = 1.5, 0.5  # doorways with a leaf and without that a building is like before it is seen
-ROUNDS = 50
 PROBABLE = 0.5  # from which on a candidate is a door
 LEAST = 0.05  # probability below which a doorway isn't worth telling of
 HEIGHT = 0.3  # m, where the walls of a map are cut: they are upright
@@ -44,7 +40,7 @@ class Candidate:
     bearing_std: float  # rad
     width_std: float  # m
     angles: tuple[float, ...]  # rad, the most probable of each look
-    log_odds: float  # of the posterior, against all that is no door
+    log_odds: float  # of the evidence, against all that is no door
 
     @property
     def hinge_deviation(self) -> float:
@@ -63,56 +59,35 @@ def find_doors(
     lines, beams = registered(wall_lines(outline(walls.walls, HEIGHT)), beams)
     places = together(distinct(openings(lines, plan, beams)))
     seen = [doorway(place, lines, plan, beams, settings) for place in places]
-    clutter = Clutter.of([place for place in seen if place.groups], plan)
-    every = dict[int, Explained | None]()
+    left = dict[int, Explained]()
     for number, place in enumerate(seen):
         if on_progress is not None:
             on_progress(number / len(places))
-        if place.groups:
-            every[number] = explain(place, plan, clutter)
-    log_prior = log_prior_odds([each.log_factor if each else -np.inf for each in every.values()])
-    left = {number: each for number, each in every.items() if _is_likely(each, log_prior)}
+        if (explained := _explained(place, plan)) is not None:
+            left[number] = explained
     found: list[Candidate] = []
     while left:
-        number = max(left, key=lambda each: (left[each].log_factor, -each))
+        number = max(left, key=lambda each: (left[each].log_odds, -each))
         best = left.pop(number)
-        odds = best.log_factor + log_prior
-        found += [_candidate(best, each, odds) for each in best.leaves]
-        if odds < 0.0:
+        found += [_candidate(best, each) for each in best.leaves]
+        if best.probability < PROBABLE:
             continue
         plan, beams = _explained_away(seen[number], best, plan, beams)
         for other in [each for each in left if seen[each].is_near(seen[number])]:
             seen[other] = doorway(places[other], lines, plan, beams, settings)
-            again = explain(seen[other], plan, clutter) if seen[other].groups else None
-            if _is_likely(again, log_prior):
-                left[other] = again
-            else:
+            again = _explained(seen[other], plan)
+            if again is None:
                 del left[other]
+            else:
+                left[other] = again
     found.sort(key=lambda each: (-each.probability, -each.log_odds))
     return _named(_apart(found))
 
 
-def log_prior_odds(log_factors: Sequence[float]) -> float:
-    """Of a doorway to have a leaf, by the doorways of its building: the most probable share.
-
-    ``log_factors`` are of their evidence, for a leaf against none.
-    """
-    leaves, bare = BEFORE
-    odds = leaves / bare
-    factors = np.exp(np.clip(np.array(log_factors), -50.0, 50.0))
-    for _ in range(ROUNDS):  # expectation maximization
-        expected = float((odds * factors / (1.0 + odds * factors)).sum())
-        odds = (leaves + expected) / (bare + len(factors) - expected)
-    return math.log(odds)
-
-
-def _is_likely(explained: Explained | None, log_prior: float) -> TypeGuard[Explained]:
-    """Whether a doorway is worth telling of."""
-    return explained is not None and _probability(explained.log_factor + log_prior) >= LEAST
-
-
-def _probability(log_odds: float) -> float:
-    return 1.0 / (1.0 + math.exp(-min(max(log_odds, -50.0), 50.0)))
+def _explained(place: Doorway, plan: OccupancyMap) -> Explained | None:
+    """What a doorway holds, if that may be a door."""
+    explained = explain(place, plan) if place.groups else None
+    return explained if explained is not None and explained.probability >= LEAST else None
 
 
 def _explained_away(
@@ -128,7 +103,7 @@ def _explained_away(
     return plan, beams
 
 
-def _candidate(explained: Explained, best: Refined, log_odds: float) -> Candidate:
+def _candidate(explained: Explained, best: Refined) -> Candidate:
     leaf = best.leaf
     cos, sin = np.cos(leaf.bearing), np.sin(leaf.bearing)
     axes = np.array([[cos, sin], [-sin, cos]])
@@ -141,17 +116,17 @@ def _candidate(explained: Explained, best: Refined, log_odds: float) -> Candidat
         sense=leaf.sense,
         width=leaf.width,
         upper=max(widest + SWING, LEAST_LIMIT),
-        probability=_probability(log_odds),
+        probability=explained.probability,
     )
     return Candidate(
         door=door,
-        probability=_probability(log_odds),
+        probability=explained.probability,
         side_probability=explained.side_probability,
         hinge_std=np.sqrt(np.diag(hinge)),
         bearing_std=float(np.sqrt(best.covariance[2, 2])),
         width_std=float(np.sqrt(best.covariance[3, 3])),
         angles=tuple(best.angles.tolist()),
-        log_odds=log_odds,
+        log_odds=explained.log_odds,
     )
 
 

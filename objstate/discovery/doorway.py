@@ -237,15 +237,14 @@ class Cells:
             pieces.append(np.hstack([ring, np.roll(ring, -1, axis=0)]))
         return np.concatenate(pieces) if pieces else np.zeros((0, 4))
 
-    def in_doorway(self, opening: Opening, aside_m: float = 0.0) -> BoolArray:
-        """(n,) the cells between its jambs, or in what is as deep so many metres to the left."""
+    def in_doorway(self, opening: Opening) -> BoolArray:
+        """(n,) the cells between its jambs."""
         along, aside = beside(self.middles, opening.start, opening.bearing)
-        inside = (along > JAMB) & (along < opening.width - JAMB)
-        return np.asarray(inside & (np.abs(aside - aside_m) < DEEP))
+        return (along > JAMB) & (along < opening.width - JAMB) & (np.abs(aside) < DEEP)
 
-    def fills(self, opening: Opening, aside_m: float = 0.0) -> bool:
-        """Whether something in the map closes an opening, within a wall's depth, or aside of it."""
-        inside = self.in_doorway(opening, aside_m)
+    def fills(self, opening: Opening) -> bool:
+        """Whether something in the map closes an opening, within a wall's depth."""
+        inside = self.in_doorway(opening)
         along, _ = beside(self.middles[inside], opening.start, opening.bearing)
         bins = np.unique(np.floor(along / self.plan.resolution))
         return len(bins) * self.plan.resolution > FILLED * (opening.width - 2 * JAMB)

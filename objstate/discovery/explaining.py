@@ -9,7 +9,7 @@ import numpy as np
 
 from objstate.building.occupancy import OccupancyMap
 from objstate.discovery.doorway import Doorway, beside
-from objstate.discovery.proposals import Clutter, Shown, backgrounds, proposals
+from objstate.discovery.proposals import Shown, backgrounds, proposals
 from objstate.discovery.registering import PLACE_STD
 from objstate.discovery.scoring import (
     FLAT,
@@ -25,6 +25,8 @@ from objstate.discovery.scoring import (
 from objstate.discovery.walls import Opening
 from objstate.geometry import FloatArray, wrap
 
+LOG_DOOR = np.log(0.75)  # prior of a doorway to have a leaf
+LOG_BARE = np.log(0.25)
 LOG_KINDS = np.log(0.25)  # of the side of the hinge and the way it opens
 THING = -16.0  # nats: place, direction and length of something straight, of all there might be
 PLUG = -6.0  # nats: something that fills a doorway, such as a shelf, at some depth
@@ -64,18 +66,19 @@ class Explained:
 
     leaves: tuple[Refined, ...]  # one, or the two of a double door
     side_probability: float  # of hinges at these ends, and of leaves that open this way
+    probability: float
     log_door: float  # evidence, against the map as it is
     log_bare: float
 
     @property
-    def log_factor(self) -> float:
-        """Of the evidence, for a door against none."""
+    def log_odds(self) -> float:
+        """Of a door, against none."""
         return self.log_door - self.log_bare
 
 
-def explain(place: Doorway, plan: OccupancyMap, clutter: Clutter) -> Explained | None:
-    """The most probable leaf of a doorway, and the evidence for one; None where nothing fits."""
-    shown = Shown.about(place, plan, clutter)
+def explain(place: Doorway, plan: OccupancyMap) -> Explained | None:
+    """The most probable leaf of a doorway, and the probability that there is one; None where nothing fits."""
+    shown = Shown.about(place, plan)
     as_is, cleared = backgrounds(place, shown)
     rough, found = place.rough, list[Refined]()
     _, roughly = backgrounds(rough, shown)
@@ -93,17 +96,18 @@ def explain(place: Doorway, plan: OccupancyMap, clutter: Clutter) -> Explained |
     best, leaves = max(several, key=lambda one: one[0])
     all_log = float(np.logaddexp.reduce([log for log, _ in several]))
     base = float(as_is.log_likelihood.sum())
-    door = all_log + LOG_KINDS - base
+    door = all_log + LOG_KINDS + LOG_DOOR - base
     found += [each for _, both in pairs for each in both]
     things = _things([*((each,) for each in found), *(both for _, both in pairs)])
     things += [(GAP, _wall(opening)[None]) for opening in _of_first_line(place)]
     bare = max(
         _bare(place, as_is, open_, things) for variants in cleared.values() for open_ in variants
     )
-    bare -= base
+    bare += LOG_BARE - base
     return Explained(
         leaves=tuple(_with_others(each, found, plan.resolution) for each in leaves),
         side_probability=float(np.exp(best - all_log)),
+        probability=float(1.0 / (1.0 + np.exp(-np.clip(door - bare, -50, 50)))),
         log_door=door,
         log_bare=bare,
     )

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from itertools import product
 
 import numpy as np
 
 from objstate.building.occupancy import OccupancyMap
 from objstate.discovery.doorway import DEEP, Cells, Doorway, background, beside
-from objstate.discovery.scoring import MAP_ASIDE, MAP_STD, Behind, Drawn, Leaf
+from objstate.discovery.scoring import DRAWN, Behind, Drawn, Leaf
 from objstate.discovery.walls import Opening, WallLine
 from objstate.geometry import BoolArray, FloatArray
 
@@ -19,19 +17,11 @@ SHIFTS = np.arange(-0.06, 0.061, 0.015)  # m, of the map across a wall
 SHIFT_STD = 0.03  # m
 TURNS = np.radians(np.arange(-155.0, 156.0, 5.0))  # of a leaf in the map that are tried
 LEAST_TURN = np.radians(19.0)  # what stands nearer may be the wall
-APART_TURN = np.radians(20.0)  # between things of which each counts
 NARROWEST_LEAF, WIDEST_LEAF = 0.55, 1.4  # m
 ABOUT = 0.1, DEEP  # m along the wall and across it within which a hinge lies about a jamb
 APART = DEEP / 5.0  # m, across the wall, of leaves that are tried
 DRAWN_SHARE = 0.7  # of a leaf's length that the map shows
 LONGER = 8  # cells beyond a leaf's end that have to be free
-# Lengths, by an opening's leaf, of straight things at its jambs that are no leaf of it: how often a
-# map shows these tells how often it shows what only looks like a leaf.
-OTHERS = 0.65, 1.5
-SQUARE = 0.5  # share of straight things at right angles to their wall, as walls are
-# What is known of a building before: half a thing at this many ends of openings, half an opening
-# without a leaf that something fills among so many.
-HALF_ONE, JAMBS_BEFORE, OPENINGS_BEFORE = 0.5, 50.0, 10.0
 
 
 def proposals(place: Doorway) -> list[Leaf]:
@@ -47,55 +37,6 @@ def proposals(place: Doorway) -> list[Leaf]:
                     for sense in (1, -1):
                         found.append(Leaf(hinge, bearing, sense, width, about, from_end, share))
     return found
-
-
-@dataclass(frozen=True)
-class Clutter:
-    """How often a map shows where no leaf is what could be one: rates of its own building."""
-
-    straight: float = HALF_ONE / JAMBS_BEFORE  # things as long as a leaf at an end of an opening
-    filled: float = HALF_ONE / OPENINGS_BEFORE  # openings that something fills
-
-    @staticmethod
-    def of(places: Sequence[Doorway], plan: OccupancyMap) -> Clutter:
-        """The rates, by what a map shows beside doorways that is no leaf: of other lengths, or deeper.
-
-        The openings of one place count together as one, as they show the same. What may be a leaf,
-        longer or shorter than it is, doesn't count.
-        """
-        things, ends, fillings, able = HALF_ONE, JAMBS_BEFORE, HALF_ONE, OPENINGS_BEFORE
-        for place in places:
-            cells, share = (
-                Cells.about(plan, place.middle, place.radius + 0.3),
-                1.0 / len(place.openings),
-            )
-            for opening in place.openings:
-                for from_end in (False, True):
-                    start, bearing = opening.jamb(from_end)
-                    find = partial(_straight, cells, start, bearing, walls=place.walls)
-                    widths = list(_widths(opening).values())
-                    leaves = [turn for width in widths for _, turn in find(width=width)]
-                    others = [find(width=k * width) for width in widths for k in OTHERS]
-                    for _, turn in (each for found in others for each in found):
-                        things += share * all(abs(turn - leaf) > APART_TURN for leaf in leaves)
-                    ends += share * len(others)
-                if not cells.fills(opening):
-                    behind = -2.0 * DEEP * place.side(opening.start, opening.bearing)
-                    fillings += share * cells.fills(opening, behind)
-                    able += share
-        return Clutter(things / ends, fillings / able)
-
-    def log_straight(self, turn: float) -> float:
-        """Log-probability that a map shows something straight like a leaf at a jamb, and turned so.
-
-        It counts as a leaf of this place and turn that is off by no more than a map is.
-        """
-        usual = np.sqrt(2.0 * np.pi) * MAP_STD
-        off = (abs(turn) - np.pi / 2.0) / MAP_STD
-        any_turn = (1.0 - SQUARE) * usual / (2.0 * (np.abs(TURNS).max() - LEAST_TURN))
-        turns = any_turn + SQUARE / 2.0 * np.exp(-0.5 * off**2)
-        asides = np.sqrt(2.0 * np.pi) * MAP_ASIDE / (2.0 * DEEP)
-        return float(np.log(self.straight * turns * asides))
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,19 +71,17 @@ class Shown:
         return found
 
     @staticmethod
-    def about(place: Doorway, plan: OccupancyMap, clutter: Clutter) -> Shown:
+    def about(place: Doorway, plan: OccupancyMap) -> Shown:
         """What it shows about one."""
         cells, openings = Cells.about(plan, place.middle, place.radius + 0.3), place.openings
         between = [cells.in_doorway(opening) for opening in openings]
         filling = [
-            Drawn(
-                None, 0.0, opening.start, 1.0, float(np.log(clutter.filled)), cells.middles[inside]
-            )
+            Drawn(None, 0.0, opening.start, 1.0, cells.middles[inside])
             if cells.fills(opening)
             else None
             for opening, inside in zip(openings, between, strict=True)
         ]
-        leaves = [_leaves(cells, opening, place.walls, clutter) for opening in openings]
+        leaves = [_leaves(cells, opening, place.walls) for opening in openings]
         return Shown(cells, between, filling, leaves)
 
 
@@ -162,8 +101,7 @@ def backgrounds(place: Doorway, shown: Shown) -> tuple[Behind, dict[int, list[Be
     ]
     shift = shifts[int(np.argmax(fits))]
     as_is = Behind(*background(place, segments + shift))
-    # what looks like a leaf in the map is none
-    left = max((drawn.log_bare for leaves in shown.leaves for drawn, _ in leaves), default=0.0)
+    left = DRAWN if any(shown.leaves) else 0.0  # what looks like a leaf in the map is none
     cleared = {}
     for about, between in enumerate(shown.between):
         leaves = shown.leaves[about]
@@ -180,32 +118,17 @@ def backgrounds(place: Doorway, shown: Shown) -> tuple[Behind, dict[int, list[Be
     return as_is, cleared
 
 
-def _leaves(
-    cells: Cells, opening: Opening, walls: list[WallLine], clutter: Clutter
-) -> list[tuple[Drawn, BoolArray]]:
+def _leaves(cells: Cells, opening: Opening, walls: list[WallLine]) -> list[tuple[Drawn, BoolArray]]:
     """Leaves of an opening that the map shows: the end of the hinge and the turn, and their cells."""
     found: list[tuple[Drawn, BoolArray]] = []
     for from_end, (share, width) in product((False, True), _widths(opening).items()):
         start, bearing = opening.jamb(from_end)
-        for hinge, turn in _straight(cells, start, bearing, width, walls):
+        for hinge, turn in _drawn(cells, start, bearing, width):
+            if any(wall.holds(hinge, bearing + turn, width) for wall in walls):
+                continue
             leaf = cells.on_leaf(hinge, bearing + turn, width)
-            log_bare = clutter.log_straight(turn)
-            drawn = Drawn(from_end, turn, hinge, share, log_bare, cells.middles[leaf])
-            found.append((drawn, leaf))
+            found.append((Drawn(from_end, turn, hinge, share, cells.middles[leaf]), leaf))
     return found
-
-
-def _straight(
-    cells: Cells, jamb: FloatArray, bearing: float, width: float, walls: list[WallLine]
-) -> list[tuple[FloatArray, float]]:
-    """Hinges about a jamb, and turns, of what a map shows as long as a leaf and is no wall."""
-    found = _drawn(cells, jamb, bearing, width)
-    return [
-        (hinge, turn)
-        for hinge, turn in found
-        if LEAST_TURN < abs(turn) <= TURNS.max()
-        and not any(wall.holds(hinge, bearing + turn, width) for wall in walls)
-    ]
 
 
 def _widths(opening: Opening) -> dict[float, float]:
@@ -262,7 +185,7 @@ def _drawn(
     found.sort(key=lambda each: -each[0])
     kept: list[tuple[FloatArray, float]] = []
     for _, start, turn in found:
-        if all(abs(turn - other) > APART_TURN for _, other in kept):
+        if all(abs(turn - other) > np.radians(20.0) for _, other in kept):
             hinge, along = _fitted(points, start, bearing + turn, width, size)
             kept.append((hinge, along - bearing))
     return kept[:2]

@@ -26,6 +26,8 @@ CLOSED_STD, LIMIT_STD = np.radians(2.0), np.radians(4.0)
 LIMITS = np.append(np.radians(np.arange(60.0, 136.0, 7.5)), FLAT)  # where a door may stop
 USUAL_LIMIT, USUAL_LIMIT_STD = np.radians(95.0), np.radians(18.0)
 OPENS_FLAT = 0.15  # of doors that open as far as the wall
+DRAWN = -10.0  # nats: a map shows something as long as a leaf that ends at a jamb, and is none
+FILLED = -3.0  # nats: an opening without a leaf is filled within a wall's depth
 MISSED = -1.2  # nats: the map doesn't show a leaf that is there
 MAP_STD = np.radians(4.0)  # of the turn of a leaf in a map
 # m, of a leaf's place in a map, of an end beyond the leaf's, and before it, where it wasn't seen
@@ -82,7 +84,6 @@ class Drawn:
     turn: float  # rad, from the closed leaf; to the left is positive
     hinge: FloatArray  # (2,) m, where it begins
     share: float  # of the opening that it would close
-    log_bare: float  # log-probability that a map shows it where it is no leaf
     points: FloatArray = field(repr=False)  # (m, 2) m, middles of its cells
 
     def off(self, leaf: Leaf, angles: FloatArray) -> FloatArray:
@@ -127,14 +128,16 @@ class Behind:
         if self.drawn is None:
             return np.full(len(angles), MISSED + self.log_left)
         if not self.is_drawn(leaf):
-            return np.full(len(angles), MISSED + self.drawn.log_bare + self.log_left)
+            return np.full(len(angles), MISSED + DRAWN + self.log_left)
         off = self.drawn.off(leaf, angles)
-        return np.asarray(np.maximum(-0.5 * off, MISSED + self.drawn.log_bare) + self.log_left)
+        return np.asarray(np.maximum(-0.5 * off, MISSED + DRAWN) + self.log_left)
 
     @property
     def log_map_bare(self) -> float:
         """The same, if there is no leaf."""
-        return self.log_left + (0.0 if self.drawn is None else self.drawn.log_bare)
+        if self.drawn is None:
+            return self.log_left
+        return self.log_left + (FILLED if self.drawn.from_end is None else DRAWN)
 
     def before(self, place: Doorway, leaf: Leaf, angles: FloatArray) -> Behind:
         """What there is for the other leaf of a double door, if this one stands at angles (groups,)."""
