@@ -130,7 +130,7 @@ def doorway(
     chosen = np.flatnonzero(group >= 0)
     index = inside[chosen]
     first = np.unique(group[chosen], return_index=True)[1]
-    last = np.append(first[1:], len(index)) - 1
+    last = np.append(first[1:], len(index))[: len(first)] - 1
     is_same = np.diff(beams.drive[index[first]], prepend=-1) == 0
     model = BeamModel(settings)
     peak, per_sigma, random, missing, hit = model.parameters(1.0)[:5]
@@ -202,6 +202,7 @@ class Cells:
     occupied: BoolArray = field(repr=False)  # (rows, columns)
     middles: FloatArray = field(repr=False)  # (k, 2) m of the occupied ones
     places: tuple[IntArray, IntArray] = field(repr=False)  # their rows and columns
+    rings: dict[bytes, FloatArray] = field(default_factory=dict, repr=False)  # straightened loops
 
     @staticmethod
     def about(plan: OccupancyMap, middle: FloatArray, radius: float) -> Cells:
@@ -229,8 +230,10 @@ class Cells:
             occupied[self.places[0][cleared], self.places[1][cleared]] = False
         pieces = []
         for loop in border_loops(occupied):
-            ring = straighten(loop, TOLERANCE, INSET) + self.corner[::-1]
-            ring = self.plan.to_building(ring)
+            key = loop.tobytes()  # most stay as they are when others are cleared
+            if key not in self.rings:
+                self.rings[key] = straighten(loop, TOLERANCE, INSET)
+            ring = self.plan.to_building(self.rings[key] + self.corner[::-1])
             pieces.append(np.hstack([ring, np.roll(ring, -1, axis=0)]))
         return np.concatenate(pieces) if pieces else np.zeros((0, 4))
 

@@ -140,3 +140,34 @@ def leaf_gain(
                 without = density(beams, j, expected[j], model)
             there = density(beams, j, along, model)
             out[m, group[j]] += np.log(met * there / without + 1.0 - met)
+
+
+@_compile
+def nearest_line(
+    ends: FloatArray,
+    directions: FloatArray,
+    lines: FloatArray,
+    near: float,
+    steep: float,
+    of: IntArray,
+    aside: FloatArray,
+) -> None:
+    """The nearest of lines within ``near`` m of where beams end that meet it steeply; ``of`` (n,) else stays.
+
+    ``ends`` (n, 2) and ``directions`` (n, 2) are of beams, ``lines`` (k, 5) start, unit vector and
+    length; ``aside`` (n,) gets how far to the line's left a beam ends, m.
+    """
+    for j in range(len(ends)):
+        nearest = near
+        for k in range(len(lines)):
+            x, y = ends[j, 0] - lines[k, 0], ends[j, 1] - lines[k, 1]
+            ux, uy, length = lines[k, 2], lines[k, 3], lines[k, 4]
+            off = ux * y - uy * x
+            if not abs(off) < nearest:
+                continue
+            place = ux * x + uy * y
+            if not 0.0 < place < length:
+                continue
+            if abs(ux * directions[j, 1] - uy * directions[j, 0]) <= steep:
+                continue
+            nearest, of[j], aside[j] = abs(off), k, off

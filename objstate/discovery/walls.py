@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from objstate.building.occupancy import OccupancyMap
+from objstate.discovery import kernels
 from objstate.discovery.gathering import Beams
 from objstate.geometry import BoolArray, FloatArray, IntArray
 
@@ -147,24 +148,15 @@ def fitted(lines: list[WallLine], beams: Beams) -> list[WallLine]:
 
 
 def on_lines(
-    lines: list[WallLine], beams: Beams, near: float
+    lines: list[WallLine], beams: Beams, near: float, steep: float = STEEP
 ) -> tuple[IntArray, IntArray, FloatArray]:
     """The beams that end near lines which they meet steeply, their lines, and m to the left of these."""
     returned = np.flatnonzero(np.isfinite(beams.ranges))
-    places, asides = _beside(lines, beams.ends(returned))
-    lengths = np.array([[line.length] for line in lines])
-    steep = [np.abs(beams.directions[returned] @ line.normal) > STEEP for line in lines]
-    able = np.array(steep) & (np.abs(asides) < near) & (places > 0.0) & (places < lengths)
-    of = np.where(able, np.abs(asides), np.inf).argmin(axis=0)
-    kept = np.flatnonzero(able.any(axis=0))
-    return returned[kept], of[kept], asides[of[kept], kept]
-
-
-def _beside(lines: list[WallLine], points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """(k, n) m along each line and to its left, of points (n, 2)."""
-    places = [(points - line.start) @ line.along for line in lines]
-    asides = [(points - line.start) @ line.normal for line in lines]
-    return np.array(places), np.array(asides)
+    of, aside = np.full(len(returned), -1), np.zeros(len(returned))
+    ends, directions = beams.ends(returned), beams.directions[returned]
+    kernels.nearest_line(ends, directions, _table(lines), near, steep, of, aside)
+    kept = np.flatnonzero(of >= 0)
+    return returned[kept], of[kept], aside[kept]
 
 
 def _moved(line: WallLine, places: FloatArray, asides: FloatArray, width: float) -> WallLine:
@@ -234,18 +226,22 @@ def _joined(one: WallLine, other: WallLine) -> WallLine | None:
 def openings(lines: list[WallLine], plan: OccupancyMap, beams: Beams) -> list[Opening]:
     """Where the lines are open with wall on both sides, in the map or in some drive; each once."""
     found: list[Opening] = []
-    on_wall = _on_walls(lines, beams)
-    for line in lines:
+    of_beam = _walls_of(lines, beams)
+    of_cell = _walls_of_cells(lines, plan)
+    for number, line in enumerate(lines):
         count = int(np.ceil(line.length / BIN))
         if line.length < NARROWEST + 2 * JAMB:
             continue
         crossed = _crossed(line, beams)
+        # where another wall crosses the line, that is shown, and no piece of this one
+        own = (of_beam == number) | (of_beam < 0)
         drives = [
-            _of_drive(crossed.among(beams.drive == drive), count)
+            _of_drive(crossed.among(own & (beams.drive == drive)), count)
             for drive in range(int(beams.drive.max()) + 1)
         ]
-        behind = _behind_wall(crossed, count, on_wall)
-        drawn = _of_map(line, count, plan, plan.occupied)
+        behind = _behind_wall(crossed, count, of_beam >= 0)
+        own_cells = plan.occupied & ((of_cell == number) | (of_cell < 0))
+        drawn = _of_map(line, count, plan, own_cells)
         shows = [(drawn, ~drawn & _of_map(line, count, plan, plan.free)), *drives]
         for begin, end in _gaps(shows):
             if behind[begin:end].mean() > HIDDEN:
@@ -290,13 +286,32 @@ def _between_jambs(
     return found[0], found[1]
 
 
-def _on_walls(lines: list[WallLine], beams: Beams) -> BoolArray:
-    """(n,) the beams that end at one of the lines."""
-    out, returned = np.zeros(len(beams), dtype=bool), np.flatnonzero(np.isfinite(beams.ranges))
-    places, asides = _beside(lines, beams.ends(returned))
-    lengths = np.array([[line.length] for line in lines])
-    out[returned] = ((np.abs(asides) < BESIDE) & (places > 0.0) & (places < lengths)).any(axis=0)
+def _walls_of(lines: list[WallLine], beams: Beams) -> IntArray:
+    """(n,) the number of the line at which each beam ends, the nearest; -1: at none."""
+    out = np.full(len(beams), -1)
+    index, of, _ = on_lines(lines, beams, BESIDE, 0.0)
+    out[index] = of
     return out
+
+
+def _walls_of_cells(lines: list[WallLine], plan: OccupancyMap) -> IntArray:
+    """(rows, columns) the number of the line on which each occupied cell lies; -1: on none."""
+    out = np.full(plan.occupied.shape, -1)
+    rows, columns = np.nonzero(plan.occupied)
+    cells: FloatArray = np.column_stack([columns, rows]) + np.float64(0.5)
+    middles = plan.to_building(cells)
+    of, aside = np.full(len(middles), -1), np.zeros(len(middles))
+    anyway = np.zeros_like(middles)
+    near = BESIDE + plan.resolution / 2
+    kernels.nearest_line(middles, anyway, _table(lines), near, -1.0, of, aside)
+    out[rows, columns] = of
+    return out
+
+
+def _table(lines: list[WallLine]) -> FloatArray:
+    """(k, 5) as the kernel takes lines."""
+    rows = [[*line.start, *line.along, line.length] for line in lines]
+    return np.array(rows, dtype=float).reshape(-1, 5)
 
 
 def _behind_wall(crossed: Crossed, count: int, on_wall: BoolArray) -> BoolArray:

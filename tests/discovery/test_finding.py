@@ -235,3 +235,28 @@ def test_a_map_without_a_leaf_has_free_cells_there() -> None:
     less = plan.without(points)
     assert (plan.occupied.sum(), less.occupied.sum()) == (2, 1)
     assert less.free[20, 20]
+
+
+def test_a_doorway_that_nobody_looked_into_has_no_looks() -> None:
+    opening = Opening(np.array([50.0, 0.0]), np.array([51.0, 0.0]))
+    seen = beams(np.zeros((1, 2)), np.array([0.5, 2.0]))
+    place = doorway([opening], [], drawn(np.zeros(1)), seen, BeamModelSettings())
+    assert (place.groups, place.seconds.shape) == (0, (0, 2))
+
+
+def test_walls_that_cross_a_line_are_no_jambs_of_it() -> None:
+    size = 120
+    occupied = np.zeros((size, size), dtype=bool)
+    across = np.arange(size)
+    occupied[across, 40] = occupied[across, 65] = True  # walls along y, at 2 and 3.25 m
+    lean = np.radians(40.0)
+    way = np.array([np.cos(lean), np.sin(lean)])
+    for place in np.arange(0.0, 0.8, 0.02):  # a leaf that leans and goes on through both
+        x, y = np.array([1.2, 1.0]) + place * way
+        occupied[int(y / 0.05), int(x / 0.05)] = True
+    plan = OccupancyMap(occupied, ~occupied, 0.05, np.zeros(3))
+    walls = [WallLine(np.array([x, 0.0]), np.array([0.0, 1.0]), 6.0) for x in (2.025, 3.275)]
+    leaning = WallLine(np.array([1.2, 1.0]), way, 4.0)
+    seen = beams(np.array([[5.0, 5.0]]), np.array([4.0, 5.0]))
+    assert not openings([*walls, leaning], plan, seen)
+    assert openings([leaning], plan, seen)
