@@ -11,27 +11,25 @@ from __future__ import annotations
 
 from base64 import b64decode, b64encode
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from objstate.building import load_building
 from objstate.building.warping import Columns
 from objstate.calibration.adjustment import TUKEY, biweight, link_blocks, spread_of
 from objstate.calibration.blocks import Blocks, NormalEquations
-from objstate.calibration.gathering import Gathered, gather
+from objstate.calibration.gathering import Gathered
 from objstate.calibration.motion import links_between
 from objstate.calibration.options import CalibrationOptions
 from objstate.calibration.walls import WallReader
 from objstate.config import BuildingErrorSettings
 from objstate.errors import LogError
+from objstate.estimator import Estimator
 from objstate.geometry import FloatArray, IntArray, wrap
 from objstate.lazy import Later
 from objstate.localization.pose_filter import EDGE
-from objstate.run import RunOptions, open_run
 from objstate.sensing.surfaces import Surfaces
 
 if TYPE_CHECKING:
@@ -88,6 +86,15 @@ class Survey:
             self.height,
         )
 
+    def beside(self, mountings: Mapping[str, FloatArray], walls: FloatArray) -> Survey:
+        """The same about a model, where this is about one that is off it by so much.
+
+        That is by corrections (4,) of mountings by laser, and displacements (c, 2) m of all columns.
+        """
+        lasers = [mountings.get(laser, np.zeros(MOUNTING)) for laser in self.lasers]
+        off = np.concatenate([*lasers, walls[self.columns].ravel()])
+        return replace(self, pull=self.pull + self.information @ off)
+
     def words(self) -> dict[str, Any]:
         """As JSON has it: arrays in single precision, by base64."""
         upper = self.information[np.triu_indices(len(self.pull))]
@@ -108,12 +115,23 @@ class Survey:
         count = MOUNTING * len(lasers) + 2 * len(columns)
         if len(pull) != count or len(upper) != count * (count + 1) // 2:
             raise ValueError("the survey has another form")
-        information = np.zeros((count, count))
-        information[np.triu_indices(count)] = upper
+        spread, height = float(words["spread_m"]), float(words["height_m"])
+        return Survey.of_upper(lasers, columns, upper, pull, spread, height)
+
+    @staticmethod
+    def of_upper(
+        lasers: tuple[str, ...],
+        columns: IntArray,
+        upper: FloatArray,
+        pull: FloatArray,
+        spread: float,
+        height: float,
+    ) -> Survey:
+        """With the upper triangle of the information, row by row."""
+        information = np.zeros((len(pull), len(pull)))
+        information[np.triu_indices(len(pull))] = upper
         information += np.triu(information, 1).T
-        return Survey(
-            lasers, columns, information, pull, float(words["spread_m"]), float(words["height_m"])
-        )
+        return Survey(lasers, columns, information, pull, spread, height)
 
 
 def _encoded(values: FloatArray) -> str:
@@ -184,8 +202,14 @@ class Surveyor:
         self.faces = cache(columns.faces)
         self.surfaces = cache(lambda height: Surfaces(self.faces(height).segments))
 
+    @staticmethod
+    def of(estimator: Estimator, columns: Columns) -> Surveyor:
+        """With an estimator's building, whose walls have these columns."""
+        options, error = CalibrationOptions(), estimator.settings.building_error
+        return Surveyor(columns, WallReader.of(estimator, options), error, options)
+
     def survey(self, gathered: Gathered) -> Survey:
-        """What a drive tells, by its level lasers."""
+        """What a drive tells, by its level lasers. Raises LogError where none is level."""
         return _Drive(self, gathered).survey()
 
 
@@ -367,17 +391,3 @@ class _Drive:
             met,
             np.concatenate([columns[..., None], by], axis=-1),
         )
-
-
-def survey_log(log: Path, building: Path, run: RunOptions) -> tuple[Survey, dict[str, FloatArray]]:
-    """What one drive tells of walls and lasers, and its lasers' mountings (4, 4) by frame.
-
-    Raises BuildingError, SettingsError or LogError.
-    """
-    options, model = CalibrationOptions(), load_building(building)
-    records, estimator = open_run([log], model, run)
-    gathered = gather(records, estimator, options)
-    error = estimator.settings.building_error
-    reader = WallReader(model, estimator.settings, options)
-    survey = Surveyor(Columns.of(model.walls), reader, error, options).survey(gathered)
-    return survey, {frame: records.mountings[frame] for frame in survey.lasers}

@@ -15,6 +15,7 @@ import numpy as np
 from objstate.building.model import Building, Kind, MovableObject
 from objstate.calibration.options import CalibrationOptions
 from objstate.config import Settings
+from objstate.estimator import Estimator
 from objstate.geometry import BoolArray, FloatArray, IntArray, transform_from_pose
 from objstate.records import Scan
 from objstate.sensing import BeamModel, Sensing, cast_from
@@ -69,6 +70,11 @@ class WallReader:
             name: item.transforms(item.home[None])[0, :2, 3]
             for name, item in building.objects.items()
         }
+
+    @staticmethod
+    def of(estimator: Estimator, options: CalibrationOptions) -> WallReader:
+        """With an estimator's building and settings."""
+        return WallReader(estimator.building, estimator.settings, options)
 
     def beams_on_walls(self, scan: Scan, pose: FloatArray) -> BoolArray:
         """(n,) which beams return something, and meet no object in any state before a wall."""

@@ -170,6 +170,7 @@ def estimate(
     if the result was written but isn't reliable, for example because the robot was lost.
     """
     from objstate.config import load_settings
+    from objstate.recording.results import check_result_folder
     from objstate.recording.tables import read_truth
     from objstate.recording.tum import read_tum
     from objstate.run import FILES, GRID_FILES, LAYOUT, SCENE, RunOptions, estimate_log
@@ -177,6 +178,7 @@ def estimate(
     if verbose:
         log_to_terminal()
     check_span(start, end)
+    check_result_folder(out, overwrite=overwrite)
     true_states = None if truth is None else read_truth(truth)
     true_path = None if path is None else read_tum(path)
     mounts, clock_offsets = calibration_from(calibration, anew=calibrate)
