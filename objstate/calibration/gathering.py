@@ -13,7 +13,7 @@ from objstate.calibration.options import CalibrationOptions
 from objstate.calibration.walls import WallReader
 from objstate.errors import LogError
 from objstate.estimator import Estimator
-from objstate.geometry import FloatArray, between
+from objstate.geometry import BoolArray, FloatArray, between
 from objstate.records import Odometry, Record, Scan
 
 
@@ -24,12 +24,15 @@ class Gathered:
     track: OdometryTrack
     scans: tuple[Scan, ...]
     poses: FloatArray  # (k, 3) about where the robot was at each scan, in the building
+    beams: tuple[BoolArray, ...]  # (n,) of each scan, that meet walls from there
 
     def parts(self, count: int) -> list[Gathered]:
         """The drive in consecutive parts with equal numbers of scans."""
         bounds = np.linspace(0, len(self.scans), count + 1).round().astype(int).tolist()
         return [
-            Gathered(self.track, self.scans[begin:end], self.poses[begin:end])
+            Gathered(
+                self.track, self.scans[begin:end], self.poses[begin:end], self.beams[begin:end]
+            )
             for begin, end in pairwise(bounds)
             if end > begin
         ]
@@ -71,7 +74,12 @@ class Gathering:
         where the robot was localized nowhere.
         """
         most = self._options.most_scans
-        kept = [(scan, pose) for scan, pose in self._kept if reader.fits(scan, pose)]
+        on_walls = [reader.beams_on_walls(scan, pose) for scan, pose in self._kept]
+        kept = [
+            (scan, pose, beams)
+            for (scan, pose), beams in zip(self._kept, on_walls, strict=True)
+            if reader.fits(scan, pose, beams)
+        ]
         if len(self._odometry) < 2 or not kept:
             raise LogError(
                 "The robot was localized nowhere in the log, so its lasers can't be calibrated; see "
@@ -84,6 +92,7 @@ class Gathering:
             track=OdometryTrack(stamps, poses),
             scans=tuple(kept[k][0] for k in chosen),
             poses=np.array([kept[k][1] for k in chosen]),
+            beams=tuple(kept[k][2] for k in chosen),
         )
 
     def _is_elsewhere(self, before: FloatArray | None, odometry: FloatArray) -> bool:

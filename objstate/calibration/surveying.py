@@ -27,9 +27,10 @@ from objstate.calibration.walls import WallReader
 from objstate.config import BuildingErrorSettings
 from objstate.errors import LogError
 from objstate.estimator import Estimator
-from objstate.geometry import FloatArray, IntArray, wrap
+from objstate.geometry import BoolArray, FloatArray, IntArray, wrap
 from objstate.lazy import Later
 from objstate.localization.pose_filter import EDGE
+from objstate.records import Scan
 from objstate.sensing.surfaces import Surfaces
 
 if TYPE_CHECKING:
@@ -179,6 +180,28 @@ class _State:
 
 
 @dataclass(frozen=True, eq=False)
+class _Beams:
+    """Of a scan, the beams that are used and, for edges between them, those next to these."""
+
+    used: BoolArray  # (n,)
+    ranges: FloatArray  # (n,) m
+    origins: FloatArray  # (n, 3)
+    directions: FloatArray  # (n, 3)
+    range_max: float  # m
+
+    @staticmethod
+    def of(scan: Scan, used: BoolArray) -> _Beams:
+        kept = used.copy()
+        kept[1:] |= used[:-1]
+        kept[:-1] |= used[1:]
+        rays = scan.rays.take(kept)
+        origins, directions = (
+            np.ascontiguousarray(each) for each in (rays.origins, rays.directions)
+        )
+        return _Beams(used[kept], scan.ranges[kept], origins, directions, scan.range_max)
+
+
+@dataclass(frozen=True, eq=False)
 class _Readings:
     """Returns from walls, linear about a state."""
 
@@ -220,16 +243,15 @@ class _Drive:
         self._by = by
         level = np.array([by.reader.is_level(scan) for scan in gathered.scans], dtype=bool)
         self._scans = [gathered.scans[k] for k in np.flatnonzero(level)]
+        self._beams = [
+            _Beams.of(gathered.scans[k], gathered.beams[k]) for k in np.flatnonzero(level)
+        ]
         self._start = gathered.poses[level]
         self._lasers = tuple(sorted({scan.laser for scan in self._scans}))
         self._laser = np.array([self._lasers.index(scan.laser) for scan in self._scans], dtype=int)
         stamps = np.array([scan.stamp_ns for scan in self._scans], dtype=np.int64)
         self._speeds = gathered.track.speeds(stamps)
         self._links = links_between(gathered.track.at(stamps), by.options)
-        self._beams = [
-            by.reader.beams_on_walls(scan, pose)
-            for scan, pose in zip(self._scans, self._start, strict=True)
-        ]
 
     def survey(self) -> Survey:
         """Linearize and step, round by round; the loss narrows to what readings spread by.
@@ -258,7 +280,7 @@ class _Drive:
 
         of_drive = diags_array(np.where(np.arange(len(state.values)) < own, 1.0, 0.0)) @ precision
         equations = NormalEquations(blocks, of_drive, state.values)
-        information, gradient = equations.marginal(own)
+        information, gradient = equations.marginal(len(self._start) * POSE, own)
         pull = information @ state.values[own:] - gradient
         walls = np.diag(information)[MOUNTING * lasers :].reshape(-1, 2).any(axis=1)
         seen = np.flatnonzero(np.concatenate([np.ones(MOUNTING * lasers), np.repeat(walls, 2)]))
@@ -344,19 +366,19 @@ class _Drive:
 
     def _read(self, number: int, state: _State) -> _Readings:
         """The chosen returns of a scan."""
-        scan, laser = self._scans[number], self._laser[number]
-        height = float(scan.rays.origins[0, 2])
+        beams, laser = self._beams[number], self._laser[number]
+        height = float(beams.origins[0, 2])
         surfaces, faces = self._by.surfaces(height), self._by.faces(height)
         mounting = state.lasers[laser]
         mean = np.concatenate(
             [state.poses[number], np.zeros(2), mounting, state.clocks[laser : laser + 1]]
         )
-        count = len(scan)
+        count = len(beams.ranges)
         origins, directions = np.empty((count, 2)), np.empty((count, 2))
         pose, place, moving = np.empty(3), np.empty(2), np.empty(3)
         pose_update.leave(
-            np.ascontiguousarray(scan.rays.origins),
-            np.ascontiguousarray(scan.rays.directions),
+            beams.origins,
+            beams.directions,
             mean,
             self._speeds[number],
             POSE + 2,
@@ -366,13 +388,13 @@ class _Drive:
             place,
             moving,
         )
-        expected, met = surfaces.meet(origins, directions, scan.range_max)
-        row, used = np.empty((count, pose_update.COLUMNS)), self._beams[number].copy()
+        expected, met = surfaces.meet(origins, directions, beams.range_max)
+        row, used = np.empty((count, pose_update.COLUMNS)), beams.used.copy()
         pose_update.rows(
             surfaces.normals, met, expected, origins, directions, pose, place, moving, row
         )
-        reached = np.full(count, scan.range_max)
-        pose_update.surely_met(used, scan.ranges, expected, met, row, reached, EDGE)
+        reached = np.full(count, beams.range_max)
+        pose_update.surely_met(used, beams.ranges, expected, met, row, reached, EDGE)
         met = met[used]
         cosine = 1.0 / row[used, pose_update.OFFSET]
         segments, normals = faces.segments[met], surfaces.normals[met]
@@ -383,7 +405,7 @@ class _Drive:
         columns = faces.columns[met]  # (m, 2, 2)
         by = faces.shares[met][..., None] * normals[:, None, None, :]  # (m, 2, 2, 2)
         offsets = np.sum(by * state.walls[columns], axis=(2, 3))  # (m, 2) of both ends
-        off = cosine * (scan.ranges[used] - expected[used] - mounting[MOUNTING - 1])
+        off = cosine * (beams.ranges[used] - expected[used] - mounting[MOUNTING - 1])
         own = row[used][:, [0, 1, 2, 5, 6, 7, 8, 9]]
         return _Readings(
             off - np.sum(shares * offsets, axis=1),

@@ -94,9 +94,8 @@ class WallReader:
         """Whether a laser sees walls at one height."""
         return self._sensing.is_level(scan)
 
-    def fits(self, scan: Scan, pose: FloatArray) -> bool:
-        """Whether most readings of a scan from a pose (3,) lie near walls."""
-        beams = self.beams_on_walls(scan, pose)
+    def fits(self, scan: Scan, pose: FloatArray, beams: BoolArray) -> bool:
+        """Whether most readings of ``beams`` (n,) on walls, from a pose (3,), lie near them."""
         if not beams.any():
             return False
         walls = self._sensing.view(scan, beams).walls(pose[None])[0]
