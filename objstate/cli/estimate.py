@@ -147,7 +147,8 @@ def estimate(
         str | None,
         typer.Option(
             metavar="WORLD",
-            help="Start from its beliefs, and add what is learnt: a file, or postgresql://...",
+            help="Start from its beliefs, and from where it has walls, doors and lasers; add what is "
+            "learnt. A file, or postgresql://...",
         ),
     ] = None,
     mcap: Annotated[
@@ -243,9 +244,14 @@ def _doubts_of_truth(result: RunResult, true_states: list[TrueState] | None) -> 
 def _told(world: WorldUse) -> str:
     """The world's part in the run."""
     knew = f"World {world.location}: knew {world.known} objects when the log began"
+    if world.surveyed:
+        knew += f", and walls by {world.surveyed} drive{'s' if world.surveyed != 1 else ''}"
     if world.had_the_log:
         return f"{knew}; it has this log already, and was not changed."
-    return f"{knew}, learnt {world.added} beliefs."
+    learnt = f"{knew}; learnt {world.added} beliefs."
+    if world.contradicts:
+        learnt += " Walls or hinges contradict all earlier drives, and weren't kept."
+    return learnt
 
 
 def _print(
