@@ -43,7 +43,8 @@ from objstate.errors import LogError
 from objstate.geometry import FloatArray
 from objstate.run import BuildingInput, RunOptions, open_run, survey_log
 from objstate.run.inputs import describe_log, log_identity
-from objstate.world.adjusting import adjusted, beside, motions
+from objstate.world.adjusting import adjusted, beside, motions, places_beside
+from objstate.world.places import Places, PlaceStatics, places_of, put_together
 from objstate.world.statics import DoorStatics, Drive, combined, contradicting, evidence_of
 from objstate.world.surveys import is_same
 
@@ -60,6 +61,7 @@ class Refined:
 
     urdf: Path
     doors: list[DoorStatics]
+    furniture: list[PlaceStatics]
     walls: Surveyed
     lasers: tuple[LaserCorrection, ...]
     drives: int  # that count
@@ -77,7 +79,7 @@ def refine_building(
     overwrite: bool = False,
     on_progress: Report | None = None,
 ) -> Refined:
-    """Learn from drives where walls, doors and lasers are, and write a better building to ``out``.
+    """Learn from drives where what is fixed is, and write a better building to ``out``.
 
     Each log is a drive of its own, all by one robot, and ``jobs`` are done at a time. ``out`` gets
     the building with its sidecar, in which each door has its own deviations, ``calibration.yaml``
@@ -106,23 +108,33 @@ def refine_building(
         hung = list(_counted(each(hang, fresh), len(fresh), SURVEYING, 1.0, on_progress))
     old = len(told) - len(fresh)
     moved = motions(model, columns, walls.walls)
-    found = [beside(doors, moved, -1.0) for doors in hung]
-    fresh_told = [replace(one, doors=doors) for one, doors in zip(told[old:], found, strict=True)]
+    fresh_told = [
+        replace(one, doors=beside(doors, moved, -1.0), furniture=places_beside(places, moved, -1.0))
+        for one, (doors, places) in zip(told[old:], hung, strict=True)
+    ]
     told = [*told[:old], *fresh_told]
     if out_of_line is None:
         out_of_line = contradicting([one.doors for one in told])
     counting = _but(told, out_of_line)
     doors = combined([beside(one.doors, moved, 1.0) for one in counting], error)
-    better = adjusted(model, columns, walls, doors)
+    pieces = put_together([places_beside(one.furniture, moved, 1.0) for one in counting])
+    better = adjusted(model, columns, walls, doors, pieces)
     left_out = [one for one in told if one not in counting]
-    about = learn_text(str(building), digest, told, left_out, columns, walls, lasers, doors)
-    page = report_of(better, columns, walls, lasers, doors, counting)
+    about = learn_text(str(building), digest, told, left_out, columns, walls, lasers, doors, pieces)
+    page = report_of(better, columns, walls, lasers, doors, pieces, counting)
     files = {LEARN_FILE: about, CALIBRATION: calibration_text(lasers), REPORT_FILE: page}
     sidecar = sidecar_of(better.error or error)
     urdf = write_buildings(target, {".": better}, {".": sidecar}, files)[0]
     silent = tuple(sorted(set(_hinged(model)) - {door.name for door in doors}))
     return Refined(
-        urdf, doors, walls, lasers, len(counting), tuple(one.log for one in left_out), silent
+        urdf,
+        doors,
+        pieces,
+        walls,
+        lasers,
+        len(counting),
+        tuple(one.log for one in left_out),
+        silent,
     )
 
 
@@ -156,17 +168,20 @@ def _surveyed(building: Path, run: RunOptions, log: Path) -> Told:
     survey, mounts = survey_log(log, load_building(building), run)
     # as it is read again, so that going on gives the same
     survey = Survey.read(survey.words())
-    return Told(str(log), _digest(log, run), mounts, survey, {})
+    return Told(str(log), _digest(log, run), mounts, survey, {}, {})
 
 
-def _hung(building: Path, walls: FloatArray, run: RunOptions, log: Path) -> Drive:
-    """What one drive tells of doors, where the walls' columns are displaced. Raises LogError."""
+def _hung(building: Path, walls: FloatArray, run: RunOptions, log: Path) -> tuple[Drive, Places]:
+    """What one drive tells of doors and furniture, where the walls' columns are displaced.
+
+    Raises LogError.
+    """
     model = BuildingInput.read(building).model
     model = replace(model, walls=Columns.of(model.walls).warped(walls))
     records, estimator = open_run([log], model, run)
     for record in records:
         estimator.feed(record)
-    return evidence_of(estimator.objects)
+    return evidence_of(estimator.objects), places_of(estimator.objects, estimator.settings)
 
 
 def _corrections(walls: Surveyed, told: Sequence[Told]) -> tuple[LaserCorrection, ...]:

@@ -12,21 +12,22 @@ from objstate.building.warping import Columns
 from objstate.calibration import Surveyed
 from objstate.config import BuildingErrorSettings
 from objstate.geometry import FloatArray
+from objstate.world.places import Places, PlaceStatics, placed
 from objstate.world.statics import LEAST_STD_M, DoorStatics, Drive, rehung
 
-Motions = Mapping[str, tuple[FloatArray, float]]  # by door: a shift (2,) m, a turn in rad
+Motions = Mapping[str, tuple[FloatArray, float]]  # by object: a shift (2,) m, a turn in rad
 
 
 def motions(building: Building, columns: Columns, walls: FloatArray) -> Motions:
-    """How the walls about each door are moved, with displacements (c, 2) m of their columns.
+    """How the walls about each object are moved, with displacements (c, 2) m of their columns.
 
-    Turns are about the door's axis.
+    Turns are about a door's axis, and about that which points up of a piece of furniture.
     """
     out = {}
     for name, item in building.objects.items():
-        if item.kind is not Kind.PLANAR:
-            shift, turn = columns.motion(walls, item.hinge)
-            out[name] = shift, turn * float(np.sign(item.direction[2]))
+        shift, turn = columns.motion(walls, item.hinge)
+        is_up = item.kind is Kind.PLANAR or item.direction[2] > 0.0
+        out[name] = shift, turn if is_up else -turn
     return out
 
 
@@ -41,11 +42,21 @@ def beside(drive: Drive, moved: Motions, times: float) -> Drive:
     }
 
 
+def places_beside(drive: Places, moved: Motions, times: float) -> Places:
+    """The same of furniture."""
+    return {name: each.beside(times * np.append(*moved[name])) for name, each in drive.items()}
+
+
 def adjusted(
-    building: Building, columns: Columns, walls: Surveyed, doors: Sequence[DoorStatics]
+    building: Building,
+    columns: Columns,
+    walls: Surveyed,
+    doors: Sequence[DoorStatics],
+    pieces: Sequence[PlaceStatics] = (),
 ) -> Building:
     """The building as it was learnt."""
     hung = rehung(replace(building, walls=columns.warped(walls.walls)), doors)
+    hung = placed(hung, pieces)
     error = hung.error or BuildingErrorSettings()
     std = max(walls.remaining_std, LEAST_STD_M)
     return replace(hung, error=error.model_copy(update={"wall_std_m": std}))
