@@ -46,7 +46,10 @@ def _cells(each: Candidate) -> Iterator[str]:
 
 def describe_refined(refined: Refined) -> Iterator[str | Table]:
     """Where doors, walls and lasers are, beside the model."""
-    numbers = ("drives", "hinge x (cm)", "y (cm)", "± (cm)", "bearing (deg)", "± (deg)")
+    numbers = (
+        "drives", "hinge x (cm)", "y (cm)", "± (cm)", "bearing (deg)", "± (deg)", "wider (cm)",
+        "± (cm)",
+    )  # fmt: skip
     drives = f"{refined.drives} drive{'s' if refined.drives != 1 else ''}"
     table = new_table(drives, ("door",), numbers)
     for each in refined.doors:
@@ -57,6 +60,8 @@ def describe_refined(refined: Refined) -> Iterator[str | Table]:
             f"{100.0 * each.hinge_std:.1f}",
             f"{math.degrees(each.bearing):+.2f}",
             f"{math.degrees(each.bearing_std):.2f}",
+            f"{100.0 * each.width:+.1f}",
+            f"{100.0 * each.width_std:.1f}",
         )
     yield table
     if refined.furniture:

@@ -47,6 +47,7 @@ from objstate.world.adjusting import adjusted, beside, motions, places_beside
 from objstate.world.places import Places, PlaceStatics, places_of, put_together
 from objstate.world.statics import DoorStatics, Drive, combined, contradicting, evidence_of
 from objstate.world.surveys import is_same
+from objstate.world.widths import Edges
 
 SURVEYING = 0.5  # of the whole work
 
@@ -179,9 +180,12 @@ def _hung(building: Path, walls: FloatArray, run: RunOptions, log: Path) -> tupl
     model = BuildingInput.read(building).model
     model = replace(model, walls=Columns.of(model.walls).warped(walls))
     records, estimator = open_run([log], model, run)
+    edges = Edges(model, estimator.settings.beam_model)
     for record in records:
-        estimator.feed(record)
-    return evidence_of(estimator.objects), places_of(estimator.objects, estimator.settings)
+        edges.note(record, estimator, estimator.feed(record))
+    return evidence_of(estimator.objects, edges.told), places_of(
+        estimator.objects, estimator.settings
+    )
 
 
 def _corrections(walls: Surveyed, told: Sequence[Told]) -> tuple[LaserCorrection, ...]:

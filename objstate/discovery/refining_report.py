@@ -17,7 +17,17 @@ from objstate.report.markup import Cell, text
 from objstate.world.places import PlaceStatics
 from objstate.world.statics import DoorStatics
 
-OF_DOORS = ("door", "drives", "hinge x (cm)", "y (cm)", "± (cm)", "bearing (°)", "± (°)")
+OF_DOORS = (
+    "door",
+    "drives",
+    "hinge x (cm)",
+    "y (cm)",
+    "± (cm)",
+    "bearing (°)",
+    "± (°)",
+    "wider (cm)",
+    "± (cm)",
+)
 OF_PIECES = ("piece", "drives", "fixed (%)", "x (cm)", "y (cm)", "± (cm)", "yaw (°)", "± (°)")
 OF_LASERS = ("laser", "x (cm)", "± (cm)", "y (cm)", "± (cm)", "yaw (°)", "± (°)")
 
@@ -64,6 +74,8 @@ def _door(door: DoorStatics) -> list[str | Cell]:
         f"{100.0 * door.hinge_std:.1f}",
         f"{bearing:+.2f}",
         f"{std:.2f}",
+        f"{100.0 * door.width:+.1f}",
+        f"{100.0 * door.width_std:.1f}",
     ]
 
 

@@ -151,4 +151,6 @@ def _of_door(door: DoorStatics) -> dict[str, Any]:
         "bearing_std_deg": round(math.degrees(door.bearing_std), 3),
         "leaf_m": door.leaf.round(4).tolist(),
         "leaf_std_m": round(door.leaf_std, 4),
+        "wider_m": round(door.width, 4),
+        "wider_std_m": round(door.width_std, 4),
     }

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from objstate.world.statics import DoorStatics, Drive
     from objstate.world.store import WorldStore
     from objstate.world.surveys import KeptSurvey
+    from objstate.world.widths import Edges, WidthEvidence
 
 
 @dataclass(frozen=True)
@@ -83,14 +84,18 @@ class Statics:
         better = adjusted(building, columns, surveyed, hung)
         return Statics(len(kept), columns, walls, lasers, moved, told, hung, better)
 
-    def of_doors(self, beliefs: Mapping[str, ObjectBelief]) -> Drive:
+    def of_doors(
+        self, beliefs: Mapping[str, ObjectBelief], widths: Mapping[str, WidthEvidence]
+    ) -> Drive:
         """What a drive in the adjusted building told of doors, beside the walls about them."""
         from objstate.world.adjusting import beside
         from objstate.world.statics import evidence_of
 
-        places = {each.name: (each.hinge, each.bearing, each.leaf) for each in self.hung}
-        nowhere = np.zeros(2), 0.0, np.zeros(2)
-        found = evidence_of(beliefs)
+        places = {
+            each.name: (each.hinge, each.bearing, each.leaf, each.width) for each in self.hung
+        }
+        nowhere = np.zeros(2), 0.0, np.zeros(2), 0.0
+        found = evidence_of(beliefs, widths)
         there = {name: each.beside(*places.get(name, nowhere)) for name, each in found.items()}
         return beside(there, self.moved, -1.0)
 
@@ -133,6 +138,7 @@ class Memory:
     mounts: Mapping[str, FloatArray]  # (4, 4) of the log's lasers by frame, by its first scans
     statics: Statics
     gathering: Gathering
+    edges: Edges
     lost_since_ns: int | None = None  # latest time at which the robot was lost
 
     @staticmethod
@@ -151,6 +157,7 @@ class Memory:
         from objstate.world.driving import drive_settings
         from objstate.world.looks import Looks
         from objstate.world.store import open_store
+        from objstate.world.widths import Edges
 
         store = open_store(location, building)
         world = store.load(
@@ -163,6 +170,7 @@ class Memory:
         then = world.at(begin_ns)
         known = {name: then[name] for name in world.histories}
         told, surveys = store.statics(without=digest), store.surveys(without=digest)
+        statics = Statics.of(building, told, surveys, mounts)
         return Memory(
             store,
             digest,
@@ -171,8 +179,9 @@ class Memory:
             Looks(begin_ns),
             drive_settings(world, begin_ns),
             mounts,
-            Statics.of(building, told, surveys, mounts),
+            statics,
             Gathering(CalibrationOptions()),
+            Edges(statics.building, settings.beam_model),
         )
 
     @property
@@ -188,6 +197,7 @@ class Memory:
     def note(self, record: Record, estimator: Estimator, estimates: Sequence[Estimate]) -> None:
         """Record a belief, or its withdrawal while the robot is lost."""
         self.gathering.note(record, estimator)
+        self.edges.note(record, estimator, estimates)
         lost = estimator.lost
         if lost and lost[-1][0] != self.lost_since_ns:
             self.lost_since_ns = lost[-1][0]
@@ -211,7 +221,7 @@ class Memory:
         from objstate.world.statics import contradicts
         from objstate.world.store import DriveEntry
 
-        doors = self.statics.of_doors(estimator.objects)
+        doors = self.statics.of_doors(estimator.objects, self.edges.told)
         survey = self.statics.of_walls(self.gathering, estimator, {**mounts, **self.mounts})
         is_other = contradicts(self.statics.told, doors) or self._contradicts(survey)
         kept = self.looks.beliefs
