@@ -53,7 +53,7 @@ class Statics:
     columns: Columns  # of the world's building
     walls: FloatArray  # (c, 2) m, displacements of these
     lasers: tuple[LaserCorrection, ...]  # of the log's lasers
-    moved: Motions  # of the walls about each door
+    moved: Motions  # of the walls about each object
     told: Drive  # of doors, beside the walls about them
     hung: tuple[DoorStatics, ...]  # where these are
     building: Building  # as adjusted

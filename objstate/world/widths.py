@@ -36,9 +36,7 @@ WIDTHS = np.arange(-WIDEST_M, WIDEST_M + STEP_M / 2, STEP_M)  # (g,)
 OPEN = math.radians(10.0)  # from where it is closed, that a leaf stands clear of its frame
 SURE = math.radians(1.0)  # deviation of an angle from which the leaf's place is known
 FROM = 0.3  # of a leaf's width, that its edge is beyond
-SLANTED = (
-    0.5  # sine of the angle between beam and leaf: at 30 degrees, edges are seen half as sharply
-)
+SLANTED = 0.5  # sine of the least angle between beam and leaf: edges are seen half as sharply
 MET, PASSED, BEHIND = 0.06, 0.15, 0.3  # m: from the leaf; behind it; least depth of the background
 SMEAR_M = 0.012  # deviation of where a beam meets, by its width (2 cm) and the pose (1 cm)
 STRAY = 0.02  # share of beams that something else stops, or that pass through
@@ -141,9 +139,8 @@ class Edges:
         directions = vantage.directions[scan.valid] @ place[:2, :2]
         across = directions[:, 1]
         with np.errstate(divide="ignore", invalid="ignore"):
-            ways = (
-                np.array([[low[1]], [high[1]]]) - origins[:, 1]
-            ) / across  # (2, n) to both faces
+            # (2, n) to both faces
+            ways = (np.array([[low[1]], [high[1]]]) - origins[:, 1]) / across
             along = (origins[:, 0] + ways * directions[:, 0]).min(axis=0)
         way = ways.min(axis=0)  # to the face that is met first
         chosen = (way > 0.0) & (np.abs(across) > SLANTED)
