@@ -1,8 +1,9 @@
 """What is gained by learning a building from drives: ``python -m benchmarks.learning --seeds 401:404``
 
 Each seed is a building of the independent simulator, whose model has the errors of a scenario. Its
-walls, doors and lasers are learnt from some drives on different days, and other days' drives are estimated with the
-model as it was, as it was learnt, and with none of these errors.
+walls, doors and lasers are learnt from some drives on different days, and other days' drives are
+estimated with the model as it was, as it was learnt, and with none of these errors; also, if asked,
+with a world that has learnt from the same drives, one after the other.
 """
 
 from __future__ import annotations
@@ -28,11 +29,19 @@ from objstate.discovery import refine_building
 EXACT = "nothing"  # the scenario without errors
 
 
-def held_out(drive: Path, building: Path, name: str, seed: int, run: RunOptions) -> list[Measured]:
-    """The measures of a drive estimated in a building."""
+KINDS = ("modelled", "learnt", "world", "exact")
+
+
+def held_out(
+    drive: Path, building: Path, name: str, seed: int, run: RunOptions, world: Path | None = None
+) -> list[Measured]:
+    """The measures of a drive estimated in a building, perhaps with a copy of a world."""
     with tempfile.TemporaryDirectory() as folder:
+        copy = None
+        if world is not None:
+            copy = Path(shutil.copyfile(world, Path(folder) / "world.db"))
         began = time.perf_counter()
-        estimate_log([drive / "log.mcap"], building, Path(folder) / "out", run)
+        estimate_log([drive / "log.mcap"], building, Path(folder) / "out", run, world=copy)
         return measure(name, seed, drive, Path(folder) / "out", time.perf_counter() - began)
 
 
@@ -75,36 +84,56 @@ def main() -> None:
     parser.add_argument("--scenario", default="bearing-2deg")
     parser.add_argument("--seeds", type=seeds_of, default=seeds_of("401:404"))
     parser.add_argument("--days", type=int, default=5, help="drives that are learnt from")
+    parser.add_argument("--jobs", type=int, default=2, help="drives at a time")
     parser.add_argument("--held-out", type=int, default=2, help="drives that are estimated")
     parser.add_argument("--cache", type=Path, default=Path("out/independent"))
+    parser.add_argument(
+        "--kinds", nargs="+", choices=KINDS, default=("modelled", "learnt", "exact")
+    )
     arguments = parser.parse_args()
     found: list[Measured] = []
     for seed in arguments.seeds:
-        days = range(1, arguments.days + 1)
-        drives = [simulated(arguments.scenario, seed, arguments.cache, day) for day in days]
-        with tempfile.TemporaryDirectory() as text:
-            folder = Path(text)
-            shutil.copyfile(drives[0] / "building.urdf", folder / "office.urdf")
-            began = time.perf_counter()
-            logs = [drive / "log.mcap" for drive in drives]
-            refined = refine_building(logs, folder / "office.urdf", folder / "learnt", jobs=2)
-            seconds = time.perf_counter() - began
-            for day in range(arguments.days + 1, arguments.days + 1 + arguments.held_out):
-                drive = simulated(arguments.scenario, seed, arguments.cache, day)
-                exact = simulated(EXACT, seed, arguments.cache, day)
-                mounts = {each.frame: each.corrected_mount for each in refined.lasers}
-                kinds = (
-                    ("as modelled", drive / "building.urdf", RunOptions()),
-                    ("as learnt", refined.urdf, RunOptions(mounts=mounts)),
-                    ("exact", exact / "building.urdf", RunOptions()),
-                )
-                for name, building, run in kinds:
-                    found += held_out(drive, building, name, seed, run)
-            for day in days:
-                simulated(EXACT, seed, arguments.cache, day)
-            print(f"seed {seed}: learnt in {seconds:.0f} s;", end=" ")
-            print(bearings_off(drives[0], folder / "learnt" / "learn.json"), flush=True)
+        with tempfile.TemporaryDirectory() as folder:
+            found += _of_seed(seed, arguments, Path(folder))
     print(table(found))
+
+
+def _of_seed(seed: int, arguments: argparse.Namespace, folder: Path) -> list[Measured]:
+    """The measures of one building, which is learnt in a folder."""
+    scenario, cache, found = arguments.scenario, arguments.cache, list[Measured]()
+    days = range(1, arguments.days + 1)
+    drives = [simulated(scenario, seed, cache, day) for day in days]
+    logs = [drive / "log.mcap" for drive in drives]
+    model, world = folder / "office.urdf", folder / "world.db"
+    shutil.copyfile(drives[0] / "building.urdf", model)
+    learnt, mounts = model, {}
+    if "learnt" in arguments.kinds:
+        began = time.perf_counter()
+        refined = refine_building(logs, model, folder / "learnt", jobs=arguments.jobs)
+        seconds = time.perf_counter() - began
+        learnt, mounts = refined.urdf, {each.frame: each.corrected_mount for each in refined.lasers}
+        for day in days:
+            simulated(EXACT, seed, cache, day)
+        print(f"seed {seed}: learnt in {seconds:.0f} s;", end=" ")
+        print(bearings_off(drives[0], learnt.with_name("learn.json")), flush=True)
+    if "world" in arguments.kinds:
+        began = time.perf_counter()
+        for day, log in zip(days, logs, strict=True):
+            estimate_log([log], model, folder / f"out{day}", world=world)
+        print(f"seed {seed}: a world learnt in {time.perf_counter() - began:.0f} s", flush=True)
+    for day in range(arguments.days + 1, arguments.days + 1 + arguments.held_out):
+        drive, exact = (simulated(each, seed, cache, day) for each in (scenario, EXACT))
+        own, usual = RunOptions(mounts=mounts), RunOptions()
+        for kind in arguments.kinds:
+            if kind == "modelled":
+                found += held_out(drive, model, "as modelled", seed, usual)
+            elif kind == "learnt":
+                found += held_out(drive, learnt, "as learnt", seed, own)
+            elif kind == "world":
+                found += held_out(drive, model, "by a world", seed, usual, world)
+            else:
+                found += held_out(drive, exact / "building.urdf", "exact", seed, usual)
+    return found
 
 
 if __name__ == "__main__":

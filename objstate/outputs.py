@@ -50,6 +50,16 @@ def as_url(path: str | os.PathLike[str]) -> str:
     return re.sub(r"^([^/:]+):/+", r"\1://", str(path))
 
 
+def check_free(
+    path: str | Path, *, overwrite: bool = False, replaceable: Callable[[Path], bool] = Path.is_file
+) -> Path:
+    """The absolute path, if ``whole`` may write it; for asking before long work. Raises ResultError."""
+    refuse_url(path)
+    target = Path(path).absolute()
+    _refuse_what_exists(target, overwrite, replaceable)
+    return target
+
+
 @contextmanager
 def whole(
     path: str | Path, *, overwrite: bool = False, replaceable: Callable[[Path], bool] = Path.is_file
@@ -60,9 +70,7 @@ def whole(
     ``overwrite`` is set; it stays until the new one is complete. Raises ResultError, and
     StorageError for a full disk and the like.
     """
-    refuse_url(path)
-    target = Path(path).absolute()
-    _refuse_what_exists(target, overwrite, replaceable)
+    target = check_free(path, overwrite=overwrite, replaceable=replaceable)
     with _open_workshop(target.parent) as workshop:
         try:
             yield workshop / NEW / target.name

@@ -71,6 +71,10 @@ class Columns:
         vertices[:, :2] += displacements[self.of_vertex]
         return Mesh(vertices, self.mesh.faces)
 
+    def displaced(self, displacements: FloatArray) -> Columns:
+        """The same columns, where ``displacements`` (c, 2) m take them."""
+        return Columns(self.warped(displacements), self.of_vertex, self.places + displacements)
+
     def motion(self, displacements: FloatArray, place: FloatArray) -> tuple[FloatArray, float]:
         """The rigid motion of the walls about a place (2,): its shift (2,) m, and its turn in rad.
 

@@ -6,7 +6,6 @@ from objstate.calibration.calibration import (
     Calibration,
     LaserCorrection,
     calibrate,
-    calibrate_log,
 )
 from objstate.calibration.files import (
     calibration_text,
@@ -14,7 +13,7 @@ from objstate.calibration.files import (
     write_calibration,
 )
 from objstate.calibration.options import CalibrationOptions
-from objstate.calibration.surveying import Survey, survey_log
+from objstate.calibration.surveying import Survey, Surveyor
 from objstate.calibration.surveys import Surveyed, Surveys
 
 __all__ = [
@@ -25,11 +24,10 @@ __all__ = [
     "LaserCorrection",
     "Survey",
     "Surveyed",
+    "Surveyor",
     "Surveys",
     "calibrate",
-    "calibrate_log",
     "calibration_text",
     "read_calibration",
-    "survey_log",
     "write_calibration",
 ]

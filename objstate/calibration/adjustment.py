@@ -93,10 +93,7 @@ class Adjustment:
         stamps = np.array([scan.stamp_ns for scan in self._scans], dtype=np.int64)
         self._speeds = gathered.track.speeds(stamps)
         self._links = links_between(gathered.track.at(stamps), options)
-        self._beams = [
-            reader.beams_on_walls(scan, pose)
-            for scan, pose in zip(self._scans, self._start, strict=True)
-        ]
+        self._beams = gathered.beams
 
     def solve(self) -> Adjusted:
         """Linearize and step, round by round; the loss narrows to what readings spread by."""

@@ -12,7 +12,7 @@ from objstate.geometry import FloatArray, IntArray
 from objstate.lazy import lazy
 
 if TYPE_CHECKING:
-    from scipy.sparse import sparray
+    from scipy.sparse import csc_array, sparray
     from scipy.sparse.linalg import SuperLU
 
 
@@ -71,12 +71,42 @@ class NormalEquations:
         picked[unknowns, np.arange(len(unknowns))] = 1.0
         return np.asarray(self._factor.solve(picked)[unknowns])
 
-    def marginal(self, count: int) -> tuple[FloatArray, FloatArray]:
-        """Hessian (k, k) and gradient (k,) of all but the first ``count``, at the best of these."""
-        from scipy.sparse.linalg import splu
+    def marginal(self, chain: int, count: int) -> tuple[FloatArray, FloatArray]:
+        """Hessian (k, k) and gradient (k,) of all but the first ``count``, at the best of these.
 
-        own, across = splu(self._hessian[:count, :count].tocsc()), self._hessian[:count, count:]
-        solved = own.solve(across.toarray())
-        hessian = self._hessian[count:, count:].toarray() - across.T @ solved
-        gradient = self._gradient[count:] - solved.T @ self._gradient[:count]
-        return np.asarray(0.5 * (hessian + hessian.T)), np.asarray(gradient)
+        The first ``chain`` of them are coupled to few neighbours each, as poses along a way are.
+        """
+        hessian, gradient = _reduced(self._hessian, self._gradient, chain)
+        return _reduced_densely(hessian, gradient, count - chain)
+
+
+def _reduced(hessian: csc_array, gradient: FloatArray, chain: int) -> tuple[FloatArray, FloatArray]:
+    """All but the first ``chain`` unknowns, whose own Hessian has a narrow band (Schur complement)."""
+    from scipy.linalg import cho_solve_banded, cholesky_banded
+
+    own = hessian[:chain, :chain].tocoo()
+    width = int((own.row - own.col).max(initial=0))
+    band, below = np.zeros((width + 1, chain)), own.row >= own.col
+    band[(own.row - own.col)[below], own.col[below]] = own.data[below]
+    factor = cholesky_banded(band, lower=True)
+    across = hessian[:chain, chain:]
+    met = np.flatnonzero(np.diff(across.indptr))  # of the others, those that the chain depends on
+    sides = np.column_stack([across[:, met].toarray(), gradient[:chain]])
+    solved = cho_solve_banded((factor, True), sides)
+    rest, slope = hessian[chain:, chain:].toarray(), gradient[chain:].copy()
+    rest[np.ix_(met, met)] -= across[:, met].T @ solved[:, :-1]
+    slope[met] -= across[:, met].T @ solved[:, -1]
+    return rest, slope
+
+
+def _reduced_densely(
+    hessian: FloatArray, gradient: FloatArray, count: int
+) -> tuple[FloatArray, FloatArray]:
+    """All but the first ``count`` unknowns of few."""
+    across = hessian[:count, count:]
+    sides = np.column_stack([across, gradient[:count]])
+    solved = np.linalg.solve(hessian[:count, :count], sides)
+    rest = hessian[count:, count:] - across.T @ solved[:, :-1]
+    return np.asarray(0.5 * (rest + rest.T)), np.asarray(
+        gradient[count:] - across.T @ solved[:, -1]
+    )

@@ -7,25 +7,20 @@ of odometry and sensor parameters for mobile robots").
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
-from objstate.building import load_building
 from objstate.building.model import Building
 from objstate.calibration.adjustment import Adjusted, Adjustment, prior_deviations
 from objstate.calibration.consistency import birge_ratios
-from objstate.calibration.gathering import gather
+from objstate.calibration.gathering import Gathered, gather
 from objstate.calibration.options import CalibrationOptions
 from objstate.calibration.walls import WallReader
 from objstate.estimator import Estimator
 from objstate.geometry import BoolArray, FloatArray, rotation_about, transform
-from objstate.records import Record, Scan
-from objstate.run import RunOptions, open_run
-
-Progress = Callable[[float, float], None]  # share of the log done from 0 to 1, seconds of it done
+from objstate.records import Record
 
 FAR_OFF = 3.0  # deviations of what is assumed before any reading
 LEAST_USED = 0.5  # share of readings of walls, below which building and log hardly belong together
@@ -45,16 +40,21 @@ class LaserCorrection:
     told: BoolArray  # (4,) which corrections the drive determines; the others are not to be used
 
     @property
+    def told_correction(self) -> FloatArray:
+        """(4,) zero where the drive doesn't determine it."""
+        return np.where(self.told, self.correction, 0.0)
+
+    @property
     def corrected_mount(self) -> FloatArray:
         """(4, 4) with the determined corrections."""
-        x, y, yaw, _ = np.where(self.told, self.correction, 0.0)
+        x, y, yaw, _ = self.told_correction
         rotation = rotation_about((0.0, 0.0, 1.0), yaw) @ self.mount[:3, :3]
         return transform(rotation, self.mount[:3, 3] + np.array([x, y, 0.0]))
 
     @property
     def corrected_clock_offset(self) -> float:
         """s by which the laser's stamps are ahead of the odometry's, as far as determined."""
-        return self.clock_offset + float(self.correction[3] if self.told[3] else 0.0)
+        return self.clock_offset + float(self.told_correction[3])
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,36 +83,6 @@ class Calibration:
         return {laser.frame: laser.corrected_clock_offset for laser in self.lasers}
 
 
-def calibrate_log(
-    logs: Sequence[str | Path],
-    building: str | Path,
-    run: RunOptions | None = None,
-    options: CalibrationOptions | None = None,
-    on_progress: Progress | None = None,
-) -> Calibration:
-    """Each laser's mounting and clock from one drive, recorded in one or several logs.
-
-    ``run`` says what is read and where the robot starts. Raises BuildingError,
-    SettingsError or LogError.
-    """
-    run = run or RunOptions()
-    model = load_building(Path(building))
-    log, estimator = open_run([Path(each) for each in logs], model, run)
-    began_ns: int | None = None
-
-    def tell(scan: Scan) -> None:
-        nonlocal began_ns
-        began_ns = scan.stamp_ns if began_ns is None else began_ns
-        if on_progress is not None:
-            on_progress(log.share, (scan.stamp_ns - began_ns) / 1e9)
-
-    adjusted, scans = _adjust(log, estimator, options or CalibrationOptions(), tell)
-    found = _calibration(
-        adjusted, scans, log.mountings, run.clock_offsets, options or CalibrationOptions()
-    )
-    return replace(found, warnings=(*log.warnings, *estimator.warnings, *found.warnings))
-
-
 def calibrate(
     records: Iterable[Record],
     building: Building,
@@ -120,28 +90,29 @@ def calibrate(
     estimator: Estimator | None = None,
     options: CalibrationOptions | None = None,
 ) -> Calibration:
-    """The same from records; ``mounts`` (4, 4) by frame are those that the records were made with.
+    """Each laser's mounting and clock from one drive's records.
 
-    Raises LogError where the robot was localized nowhere.
+    ``mounts`` (4, 4) by frame are those that the records were made with. Raises LogError where the
+    robot was localized nowhere.
     """
-    options = options or CalibrationOptions()
-    adjusted, scans = _adjust(records, estimator or Estimator(building), options, None)
-    return _calibration(adjusted, scans, mounts, {}, options)
+    estimator, options = estimator or Estimator(building), options or CalibrationOptions()
+    gathered = gather(records, estimator, options)
+    return calibration_of(gathered, WallReader.of(estimator, options), mounts, {}, options)
 
 
-def _adjust(
-    records: Iterable[Record],
-    estimator: Estimator,
+def calibration_of(
+    gathered: Gathered,
+    reader: WallReader,
+    mounts: Mapping[str, FloatArray],
+    clock_offsets: Mapping[str, float],
     options: CalibrationOptions,
-    on_scan: Callable[[Scan], None] | None,
-) -> tuple[Adjusted, int]:
-    gathered = gather(records, estimator, options, on_scan)
-    reader = WallReader(estimator.building, estimator.settings, options)
+) -> Calibration:
+    """The same of a drive that was gathered, which was read with ``clock_offsets``, s, by frame."""
     whole = Adjustment(gathered, reader, options).solve()
     parts = [Adjustment(part, reader, options).solve() for part in gathered.parts(options.parts)]
     ratios = birge_ratios(whole, parts)
     widened = replace(whole, covariance=whole.covariance * np.outer(ratios, ratios))
-    return widened, len(gathered.scans)
+    return _calibration(widened, len(gathered.scans), mounts, clock_offsets, options)
 
 
 def _calibration(

@@ -1,37 +1,36 @@
 """What one drive tells of walls and lasers: an adjustment of its path, without any prior of these.
 
 The readings are those of ``PoseFilter``, all at once: the distance of a return from its wall, given
-the robot's pose, the laser's mounting, bias, clock and sweep, and the displacements of the columns between
-which the wall stands. Poses, the clocks, and the errors of odometry are the drive's own, and are
-integrated out (Schur complement) where they are most probable. What remains is a Gaussian
-likelihood of what all drives share.
+the robot's pose, the laser's mounting, bias, clock and sweep, and the displacements of the columns
+between which the wall stands. Poses, the clocks and sweeps, and the errors of odometry are the
+drive's own, and are integrated out (Schur complement) where they are most probable. What remains is
+a Gaussian likelihood of what all drives share.
 """
 
 from __future__ import annotations
 
 from base64 import b64decode, b64encode
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from objstate.building import load_building
 from objstate.building.warping import Columns
 from objstate.calibration.adjustment import TUKEY, biweight, link_blocks, spread_of
 from objstate.calibration.blocks import Blocks, NormalEquations
-from objstate.calibration.gathering import Gathered, gather
+from objstate.calibration.gathering import Gathered
 from objstate.calibration.motion import links_between
 from objstate.calibration.options import CalibrationOptions
 from objstate.calibration.walls import WallReader
 from objstate.config import BuildingErrorSettings
 from objstate.errors import LogError
-from objstate.geometry import FloatArray, IntArray, wrap
+from objstate.estimator import Estimator
+from objstate.geometry import BoolArray, FloatArray, IntArray, wrap
 from objstate.lazy import Later
 from objstate.localization.pose_filter import EDGE
-from objstate.run import RunOptions, open_run
+from objstate.records import Scan
 from objstate.sensing.surfaces import Surfaces
 
 if TYPE_CHECKING:
@@ -89,6 +88,15 @@ class Survey:
             self.height,
         )
 
+    def beside(self, mountings: Mapping[str, FloatArray], walls: FloatArray) -> Survey:
+        """The same about a model, where this is about one that is off it by so much.
+
+        That is by corrections (4,) of mountings by laser, and displacements (c, 2) m of all columns.
+        """
+        lasers = [mountings.get(laser, np.zeros(MOUNTING)) for laser in self.lasers]
+        off = np.concatenate([*lasers, walls[self.columns].ravel()])
+        return replace(self, pull=self.pull + self.information @ off)
+
     def words(self) -> dict[str, Any]:
         """As JSON has it: arrays in single precision, by base64."""
         upper = self.information[np.triu_indices(len(self.pull))]
@@ -109,12 +117,23 @@ class Survey:
         count = MOUNTING * len(lasers) + 2 * len(columns)
         if len(pull) != count or len(upper) != count * (count + 1) // 2:
             raise ValueError("the survey has another form")
-        information = np.zeros((count, count))
-        information[np.triu_indices(count)] = upper
+        spread, height = float(words["spread_m"]), float(words["height_m"])
+        return Survey.of_upper(lasers, columns, upper, pull, spread, height)
+
+    @staticmethod
+    def of_upper(
+        lasers: tuple[str, ...],
+        columns: IntArray,
+        upper: FloatArray,
+        pull: FloatArray,
+        spread: float,
+        height: float,
+    ) -> Survey:
+        """With the upper triangle of the information, row by row."""
+        information = np.zeros((len(pull), len(pull)))
+        information[np.triu_indices(len(pull))] = upper
         information += np.triu(information, 1).T
-        return Survey(
-            lasers, columns, information, pull, float(words["spread_m"]), float(words["height_m"])
-        )
+        return Survey(lasers, columns, information, pull, spread, height)
 
 
 def _encoded(values: FloatArray) -> str:
@@ -162,6 +181,30 @@ class _State:
 
 
 @dataclass(frozen=True, eq=False)
+class _Beams:
+    """Of a scan, the beams that are used and, for edges between them, those next to these."""
+
+    used: BoolArray  # (n,)
+    ranges: FloatArray  # (n,) m
+    origins: FloatArray  # (n, 3)
+    directions: FloatArray  # (n, 3)
+    times: FloatArray  # (n,) in durations of the sweep from its middle
+    range_max: float  # m
+
+    @staticmethod
+    def of(scan: Scan, used: BoolArray) -> _Beams:
+        kept = used.copy()
+        kept[1:] |= used[:-1]
+        kept[:-1] |= used[1:]
+        rays = scan.rays.take(kept)
+        origins, directions = (
+            np.ascontiguousarray(each) for each in (rays.origins, rays.directions)
+        )
+        times = pose_update.evenly(len(scan))[kept]
+        return _Beams(used[kept], scan.ranges[kept], origins, directions, times, scan.range_max)
+
+
+@dataclass(frozen=True, eq=False)
 class _Readings:
     """Returns from walls, linear about a state."""
 
@@ -186,8 +229,14 @@ class Surveyor:
         self.faces = cache(columns.faces)
         self.surfaces = cache(lambda height: Surfaces(self.faces(height).segments))
 
+    @staticmethod
+    def of(estimator: Estimator, columns: Columns) -> Surveyor:
+        """With an estimator's building, whose walls have these columns."""
+        options, error = CalibrationOptions(), estimator.settings.building_error
+        return Surveyor(columns, WallReader.of(estimator, options), error, options)
+
     def survey(self, gathered: Gathered) -> Survey:
-        """What a drive tells, by its level lasers."""
+        """What a drive tells, by its level lasers. Raises LogError where none is level."""
         return _Drive(self, gathered).survey()
 
 
@@ -198,16 +247,15 @@ class _Drive:
         self._by = by
         level = np.array([by.reader.is_level(scan) for scan in gathered.scans], dtype=bool)
         self._scans = [gathered.scans[k] for k in np.flatnonzero(level)]
+        self._beams = [
+            _Beams.of(gathered.scans[k], gathered.beams[k]) for k in np.flatnonzero(level)
+        ]
         self._start = gathered.poses[level]
         self._lasers = tuple(sorted({scan.laser for scan in self._scans}))
         self._laser = np.array([self._lasers.index(scan.laser) for scan in self._scans], dtype=int)
         stamps = np.array([scan.stamp_ns for scan in self._scans], dtype=np.int64)
         self._speeds = gathered.track.speeds(stamps)
         self._links = links_between(gathered.track.at(stamps), by.options)
-        self._beams = [
-            by.reader.beams_on_walls(scan, pose)
-            for scan, pose in zip(self._scans, self._start, strict=True)
-        ]
 
     def survey(self) -> Survey:
         """Linearize and step, round by round; the loss narrows to what readings spread by.
@@ -236,7 +284,7 @@ class _Drive:
 
         of_drive = diags_array(np.where(np.arange(len(state.values)) < own, 1.0, 0.0)) @ precision
         equations = NormalEquations(blocks, of_drive, state.values)
-        information, gradient = equations.marginal(own)
+        information, gradient = equations.marginal(len(self._start) * POSE, own)
         pull = information @ state.values[own:] - gradient
         walls = np.diag(information)[MOUNTING * lasers :].reshape(-1, 2).any(axis=1)
         seen = np.flatnonzero(np.concatenate([np.ones(MOUNTING * lasers), np.repeat(walls, 2)]))
@@ -322,17 +370,18 @@ class _Drive:
 
     def _read(self, number: int, state: _State) -> _Readings:
         """The chosen returns of a scan."""
-        scan, laser = self._scans[number], self._laser[number]
-        height = float(scan.rays.origins[0, 2])
+        beams, laser = self._beams[number], self._laser[number]
+        height = float(beams.origins[0, 2])
         surfaces, faces = self._by.surfaces(height), self._by.faces(height)
         mounting = state.lasers[laser]
         mean = np.concatenate([state.poses[number], np.zeros(2), mounting, state.clocks[laser]])
-        count = len(scan)
+        count = len(beams.ranges)
         origins, directions = np.empty((count, 2)), np.empty((count, 2))
         pose, place, moving = np.empty(3), np.empty(2), np.empty(3)
         pose_update.leave(
-            np.ascontiguousarray(scan.rays.origins),
-            np.ascontiguousarray(scan.rays.directions),
+            beams.origins,
+            beams.directions,
+            beams.times,
             mean,
             self._speeds[number],
             POSE + 2,
@@ -342,13 +391,22 @@ class _Drive:
             place,
             moving,
         )
-        expected, met = surfaces.meet(origins, directions, scan.range_max)
-        row, used = np.empty((count, pose_update.COLUMNS)), self._beams[number].copy()
+        expected, met = surfaces.meet(origins, directions, beams.range_max)
+        row, used = np.empty((count, pose_update.COLUMNS)), beams.used.copy()
         pose_update.rows(
-            surfaces.normals, met, expected, origins, directions, pose, place, moving, row
+            surfaces.normals,
+            met,
+            expected,
+            origins,
+            directions,
+            beams.times,
+            pose,
+            place,
+            moving,
+            row,
         )
-        reached = np.full(count, scan.range_max)
-        pose_update.surely_met(used, scan.ranges, expected, met, row, reached, EDGE)
+        reached = np.full(count, beams.range_max)
+        pose_update.surely_met(used, beams.ranges, expected, met, row, reached, EDGE)
         met = met[used]
         cosine = 1.0 / row[used, pose_update.OFFSET]
         segments, normals = faces.segments[met], surfaces.normals[met]
@@ -359,7 +417,7 @@ class _Drive:
         columns = faces.columns[met]  # (m, 2, 2)
         by = faces.shares[met][..., None] * normals[:, None, None, :]  # (m, 2, 2, 2)
         offsets = np.sum(by * state.walls[columns], axis=(2, 3))  # (m, 2) of both ends
-        off = cosine * (scan.ranges[used] - expected[used] - mounting[MOUNTING - 1])
+        off = cosine * (beams.ranges[used] - expected[used] - mounting[MOUNTING - 1])
         own = row[used][:, [0, 1, 2, 5, 6, 7, 8, 9, 10]]
         return _Readings(
             off - np.sum(shares * offsets, axis=1),
@@ -367,17 +425,3 @@ class _Drive:
             met,
             np.concatenate([columns[..., None], by], axis=-1),
         )
-
-
-def survey_log(log: Path, building: Path, run: RunOptions) -> tuple[Survey, dict[str, FloatArray]]:
-    """What one drive tells of walls and lasers, and its lasers' mountings (4, 4) by frame.
-
-    Raises BuildingError, SettingsError or LogError.
-    """
-    options, model = CalibrationOptions(), load_building(building)
-    records, estimator = open_run([log], model, run)
-    gathered = gather(records, estimator, options)
-    error = estimator.settings.building_error
-    reader = WallReader(model, estimator.settings, options)
-    survey = Surveyor(Columns.of(model.walls), reader, error, options).survey(gathered)
-    return survey, {frame: records.mountings[frame] for frame in survey.lasers}

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,7 +14,10 @@ from objstate.calibration.calibration import LaserCorrection
 from objstate.calibration.surveying import BIAS, MOUNTING, Survey, deviations
 from objstate.config import BuildingErrorSettings
 from objstate.estimator.doors import Deviation
-from objstate.geometry import FloatArray
+from objstate.geometry import FloatArray, IntArray
+
+if TYPE_CHECKING:
+    from scipy.sparse import csc_array
 
 WIDEST_M = 0.05  # deviation of walls; maps that are farther off are of no use
 CONTRADICTS = 1e-6  # probability of a drive that differs so much more from the others than they do
@@ -51,51 +55,44 @@ class Surveys:
     """What is known of walls and lasers before any drive, and by some."""
 
     def __init__(self, columns: Columns, error: BuildingErrorSettings) -> None:
-        from scipy.sparse import eye_array, kron
-
         self._columns, self._error = columns, error
-        own = kron(columns.precision(error.wall_length_m), eye_array(2)).toarray()
-        self._walls = np.asarray(own)  # (2c, 2c) prior precision for a variance of one
+        self._precision = columns.precision(error.wall_length_m)  # (c, c) for a variance of one
 
     def together(self, surveys: Sequence[Survey]) -> Surveyed:
         """The posterior by all drives. How far walls are off on the whole is learnt."""
-        lasers, hidden = _lasers(surveys), [np.zeros(0, dtype=np.int64)] * len(surveys)
-        variance = self._variance(*self._sums(surveys, lasers), lasers)
+        problem = _Problem.of(surveys, self._precision, self._error)
+        places, lasers = self._columns.places[problem.seen], problem.lasers
+        near = np.hypot(*(places[:, None] - places).T) < self._error.wall_length_m
+        variance = problem.variance()
         while True:
-            kept = [each.without(gone) for each, gone in zip(surveys, hidden, strict=True)]
-            information, pull = self._sums(kept, lasers)
-            covariance = _inverse(information + self._prior(lasers, variance))
-            mean = covariance @ pull
-            odds = np.full((len(kept), len(self._columns.places)), -np.inf)
-            for number, each in enumerate(kept):
+            mean, covariance = problem.posterior(variance)
+            odds = np.full((len(problem.surveys), len(places)), -np.inf)
+            for number, each in enumerate(problem.surveys):
                 own = each.placed(lasers)
                 odds[number, each.columns] = _hiding(each, mean[own], covariance[np.ix_(own, own)])
-            # first those that are likeliest of their column, and of their drive
-            found = (odds > 0.0) & (odds == odds.max(axis=0)) & (odds == odds.max(axis=1)[:, None])
+            # first those that are likeliest of their column, and of what their drive saw near them
+            first = np.array([np.where(near, own, -np.inf).max(axis=1) for own in odds])
+            found = (odds > 0.0) & (odds == odds.max(axis=0)) & (odds == first)
             if not found.any():
                 break
-            hidden = [
-                np.union1d(gone, np.flatnonzero(more))
-                for gone, more in zip(hidden, found, strict=True)
-            ]
-        variance = self._variance(information, pull, lasers)
-        covariance = _inverse(information + self._prior(lasers, variance))
-        mean = covariance @ pull
-        mounted, count = MOUNTING * len(lasers), len(self._columns.places)
-        blocks = covariance[mounted:, mounted:].reshape(count, 2, count, 2)
-        covariances = blocks[np.arange(count), :, np.arange(count)]
+            problem = problem.without([np.flatnonzero(gone) for gone in found])
+        variance = problem.variance()
+        mean, covariance = problem.posterior(variance)
+        mounted = MOUNTING * len(lasers)
+        walls, covariances = problem.all_columns(mean, covariance, variance)
+        unmoved = np.append(mean[:mounted], np.zeros(2 * len(places)))
         return Surveyed(
             lasers,
             mean[:mounted].reshape(-1, MOUNTING),
             np.sqrt(np.diag(covariance)[:mounted]).reshape(-1, MOUNTING),
             deviations(self._error),
-            mean[mounted:].reshape(-1, 2),
+            walls,
             covariances,
             math.sqrt(variance),
             self._remaining(covariances, variance),
-            self._off(kept, np.append(mean[:mounted], np.zeros(2 * count)), lasers),
-            self._off(kept, mean, lasers),
-            sum(map(len, hidden)),
+            problem.off(unmoved),
+            problem.off(mean),
+            sum(len(each.columns) for each in surveys) - problem.count,
         )
 
     def contradicting(self, surveys: Sequence[Survey]) -> int | None:
@@ -108,81 +105,29 @@ class Surveys:
             return None
         medians = self._misfits(surveys)
         worst = int(np.argmax(medians))
+        if math.exp(-0.5 * medians[worst]) >= CONTRADICTS:
+            return None
         usual = float(np.median(self._misfits([*surveys[:worst], *surveys[worst + 1 :]])))
         probability = math.exp(-0.5 * medians[worst] / max(usual / MEDIAN, 1.0))
         return worst if probability < CONTRADICTS else None
 
     def _misfits(self, surveys: Sequence[Survey]) -> list[float]:
         """Of each drive, chi squared of its median column beside those of the other drives."""
-        lasers, medians = _lasers(surveys), []
-        information, pull = self._sums(surveys, lasers)
-        covariance = _inverse(information + self._prior(lasers, WIDEST_M**2))
-        mean = covariance @ pull
-        for own in surveys:
-            placed = own.placed(lasers)
-            together = _inverse(covariance[np.ix_(placed, placed)])
-            alone = _inverse(together - own.information + np.eye(len(placed)))  # without this one
-            found = alone @ (together @ mean[placed] - own.pull)
-            off, spread = _apart(own, found, own.information @ alone @ own.information)
+        problem, medians = _Problem.of(surveys, self._precision, self._error), []
+        precision, pull = problem.sums(WIDEST_M**2)
+        for own in problem.surveys:
+            placed = own.placed(problem.lasers)
+            others = precision.copy()
+            others[np.ix_(placed, placed)] -= own.information
+            rest = pull.copy()
+            rest[placed] -= own.pull
+            covariance = _inverse(others)
+            found = (covariance @ rest)[placed]
+            known = _blocks_between(own, covariance[np.ix_(placed, placed)])
+            off, spread = _apart(own, found, known)
             squares = np.einsum("ci,cij,cj->c", off, np.linalg.inv(spread), off)
             medians.append(float(np.median(squares)) if len(squares) else 0.0)
         return medians
-
-    def _variance(self, information: FloatArray, pull: FloatArray, lasers: Sequence[str]) -> float:
-        """m^2, of walls from the model: the square of the posterior mean of their deviation."""
-        deviation = Deviation(self._error.wall_std_m, WIDEST_M)
-        evidence = [self._evidence(information, pull, lasers, v) for v in deviation.variances]
-        deviation.observe("walls", np.array(evidence))
-        return deviation.variance
-
-    def _off(
-        self, surveys: Sequence[Survey], mean: FloatArray, lasers: Sequence[str]
-    ) -> FloatArray:
-        """(c,) m, how far drives find each column from where a mean has it, all others held.
-
-        The root of the mean square over the drives that saw it; NaN for columns that none saw.
-        """
-        squares, seen = np.zeros(len(self._columns.places)), np.zeros(len(self._columns.places))
-        for each in surveys:
-            first = MOUNTING * len(each.lasers)
-            pull = (each.pull - each.information @ mean[each.placed(lasers)])[first:].reshape(-1, 2)
-            blocks = each.information[first:, first:].reshape(len(pull), 2, len(pull), 2)
-            own = blocks[range(len(pull)), :, range(len(pull))] + np.eye(2) / WIDEST_M**2
-            off = np.linalg.solve(own, pull[..., None])[..., 0]
-            squares[each.columns] += np.sum(off**2, axis=1)
-            seen[each.columns] += 1.0
-        with np.errstate(invalid="ignore"):
-            return np.asarray(np.sqrt(squares / seen))
-
-    def _sums(
-        self, surveys: Sequence[Survey], lasers: Sequence[str]
-    ) -> tuple[FloatArray, FloatArray]:
-        """Information (u, u) and pull (u,) of all drives."""
-        size = MOUNTING * len(lasers) + len(self._walls)
-        information, pull = np.zeros((size, size)), np.zeros(size)
-        for each in surveys:
-            placed = each.placed(lasers)
-            information[np.ix_(placed, placed)] += each.information
-            pull[placed] += each.pull
-        return information, pull
-
-    def _prior(self, lasers: Sequence[str], variance: float) -> FloatArray:
-        """(u, u) precision, for a variance of walls in m^2."""
-        of_lasers = np.tile(deviations(self._error) ** -2.0, len(lasers))
-        mounted = len(of_lasers)
-        prior = np.zeros((mounted + len(self._walls),) * 2)
-        prior[range(mounted), range(mounted)] = of_lasers
-        prior[mounted:, mounted:] = self._walls / variance
-        return prior
-
-    def _evidence(
-        self, information: FloatArray, pull: FloatArray, lasers: Sequence[str], variance: float
-    ) -> float:
-        """log p(z | variance of walls), up to a constant."""
-        factor = np.linalg.cholesky(information + self._prior(lasers, variance))
-        half = np.linalg.solve(factor, pull)
-        log_det = 2.0 * float(np.log(np.diag(factor)).sum())
-        return 0.5 * (float(half @ half) - log_det - len(self._walls) * math.log(variance))
 
     def _remaining(self, covariances: FloatArray, variance: float) -> float:
         """m, deviation along the normals of walls, weighted by the share that is learnt of each."""
@@ -196,6 +141,140 @@ class Surveys:
         return math.sqrt(float((weights * of_ends).sum() / weights.sum()))
 
 
+@dataclass(frozen=True, eq=False)
+class _Problem:
+    """Drives and the prior of the columns that they saw; the other columns are integrated out."""
+
+    surveys: tuple[Survey, ...]  # their columns are numbers in ``seen``
+    lasers: tuple[str, ...]  # (l,)
+    seen: IntArray  # (s,) columns
+    walls: FloatArray  # (s, s) prior precision of each coordinate of these, for a variance of one
+    unseen: IntArray  # (h,) columns
+    following: FloatArray  # (h, s) how these follow those seen
+    alone: FloatArray  # (h,) variances of these, given those seen, for a variance of one
+    error: BuildingErrorSettings
+
+    @staticmethod
+    def of(
+        surveys: Sequence[Survey], precision: csc_array, error: BuildingErrorSettings
+    ) -> _Problem:
+        """With the prior ``precision`` (c, c) of each coordinate of all columns."""
+        from scipy.sparse.linalg import splu
+
+        seen = np.unique(np.concatenate([each.columns for each in surveys]))
+        unseen = np.setdiff1d(np.arange(precision.shape[0]), seen)
+        walls = precision[seen][:, seen].toarray()
+        following, alone = np.zeros((0, len(seen))), np.zeros(0)
+        if len(unseen):
+            own, across = splu(precision[unseen][:, unseen].tocsc()), precision[unseen][:, seen]
+            following = -own.solve(across.toarray())
+            walls = walls + across.T @ following
+            alone = np.diag(own.solve(np.eye(len(unseen))))
+        own = tuple(replace(each, columns=np.searchsorted(seen, each.columns)) for each in surveys)
+        return _Problem(own, _lasers(surveys), seen, walls, unseen, following, alone, error)
+
+    @property
+    def count(self) -> int:
+        """How many columns drives saw, all together."""
+        return sum(len(each.columns) for each in self.surveys)
+
+    def without(self, columns: Sequence[IntArray]) -> _Problem:
+        """The same, where nothing is told of some ``columns`` (h,) by each drive."""
+        pairs = zip(self.surveys, columns, strict=True)
+        return replace(self, surveys=tuple(each.without(gone) for each, gone in pairs))
+
+    def sums(self, variance: float) -> tuple[FloatArray, FloatArray]:
+        """Precision (u, u) and pull (u,) of all drives and the prior, for a variance in m^2."""
+        precision, pull = self._prior(variance), np.zeros(self._size)
+        for each in self.surveys:
+            placed = each.placed(self.lasers)
+            precision[np.ix_(placed, placed)] += each.information
+            pull[placed] += each.pull
+        return precision, pull
+
+    def posterior(self, variance: float) -> tuple[FloatArray, FloatArray]:
+        """Mean (u,) and covariance (u, u), for a variance of walls in m^2."""
+        precision, pull = self.sums(variance)
+        covariance = _inverse(precision)
+        return covariance @ pull, covariance
+
+    def variance(self) -> float:
+        """m^2, of walls from the model: the square of the posterior mean of their deviation."""
+        deviation = Deviation(self.error.wall_std_m, WIDEST_M)
+        evidence = self._evidence(deviation.variances)
+        deviation.observe("walls", evidence)
+        return deviation.variance
+
+    def _evidence(self, variances: FloatArray) -> FloatArray:
+        """(k,) log p(z | variance of walls), up to a constant."""
+        from scipy.linalg import solve_triangular
+
+        precision, pull = self.sums(math.inf)
+        mounted, out = self._mounted, np.empty(len(variances))
+        for k, variance in enumerate(variances):
+            total = precision.copy()
+            total[mounted::2, mounted::2] += self.walls / variance
+            total[mounted + 1 :: 2, mounted + 1 :: 2] += self.walls / variance
+            factor = np.linalg.cholesky(total)
+            half = solve_triangular(factor, pull, lower=True)
+            log_det = 2.0 * float(np.log(np.diag(factor)).sum())
+            log_prior = (len(total) - mounted) * math.log(variance)
+            out[k] = 0.5 * (float(half @ half) - log_det - log_prior)
+        return out
+
+    def all_columns(
+        self, mean: FloatArray, covariance: FloatArray, variance: float
+    ) -> tuple[FloatArray, FloatArray]:
+        """Displacements (c, 2) m and covariances (c, 2, 2) of all columns, by a posterior."""
+        mounted, count = self._mounted, len(self.seen)
+        own = covariance[mounted:, mounted:].reshape(count, 2, count, 2)
+        walls = np.empty((count + len(self.unseen), 2))
+        covariances = np.empty((len(walls), 2, 2))
+        walls[self.seen] = mean[mounted:].reshape(-1, 2)
+        walls[self.unseen] = self.following @ walls[self.seen]
+        for i, j in np.ndindex(2, 2):
+            covariances[self.seen, i, j] = np.diag(own[:, i, :, j])
+            followed = (self.following @ own[:, i, :, j]) * self.following
+            covariances[self.unseen, i, j] = followed.sum(axis=1) + (i == j) * variance * self.alone
+        return walls, covariances
+
+    def off(self, mean: FloatArray) -> FloatArray:
+        """(c,) m, how far drives find each column from where a mean (u,) has it, all others held.
+
+        The root of the mean square over the drives that saw it; NaN for columns that none saw.
+        """
+        squares, seen = np.zeros(len(self.seen)), np.zeros(len(self.seen))
+        for each in self.surveys:
+            first = MOUNTING * len(each.lasers)
+            pull = (each.pull - each.information @ mean[each.placed(self.lasers)])[first:]
+            blocks = _own_blocks(each, each.information) + np.eye(2) / WIDEST_M**2
+            off = np.linalg.solve(blocks, pull.reshape(-1, 2, 1))[..., 0]
+            squares[each.columns] += np.sum(off**2, axis=1)
+            seen[each.columns] += 1.0
+        out = np.full(len(self.seen) + len(self.unseen), np.nan)
+        with np.errstate(invalid="ignore"):
+            out[self.seen] = np.sqrt(squares / seen)
+        return out
+
+    @property
+    def _mounted(self) -> int:
+        return MOUNTING * len(self.lasers)
+
+    @property
+    def _size(self) -> int:
+        return self._mounted + 2 * len(self.seen)
+
+    def _prior(self, variance: float) -> FloatArray:
+        """(u, u) precision, for a variance of walls in m^2."""
+        mounted, prior = self._mounted, np.zeros((self._size, self._size))
+        of_lasers = np.tile(deviations(self.error) ** -2.0, len(self.lasers))
+        prior[range(mounted), range(mounted)] = of_lasers
+        prior[mounted::2, mounted::2] = prior[mounted + 1 :: 2, mounted + 1 :: 2] = (
+            self.walls / variance
+        )
+        return prior
+
+
 def _lasers(surveys: Sequence[Survey]) -> tuple[str, ...]:
     return tuple(sorted({laser for each in surveys for laser in each.lasers}))
 
@@ -206,8 +285,7 @@ def _hiding(survey: Survey, mean: FloatArray, covariance: FloatArray) -> FloatAr
     By Bayes' rule on the score test: an additional error of the drive's readings of one column.
     ``mean`` (u,) and ``covariance`` (u, u) are those by all drives, of the drive's unknowns.
     """
-    known = -(survey.information @ covariance @ survey.information)
-    pull, spread = _apart(survey, mean, known)
+    pull, spread = _apart(survey, mean, -_blocks_between(survey, covariance))
     precision = np.eye(2) / HIDING_M**2
     told = 0.5 * np.einsum("ci,cij,cj->c", pull, np.linalg.inv(precision + spread), pull)
     _, log_det = np.linalg.slogdet(np.eye(2) + HIDING_M**2 * spread)
@@ -217,13 +295,25 @@ def _hiding(survey: Survey, mean: FloatArray, covariance: FloatArray) -> FloatAr
 def _apart(survey: Survey, mean: FloatArray, known: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Of each column, the drive's pull (c, 2) away from a mean (u,), and its covariance (c, 2, 2).
 
-    ``known`` (u, u) is what the mean's error adds to the covariance of the pull.
+    ``known`` (c, 2, 2) is what the mean's error adds to that covariance.
     """
-    pull = survey.pull - survey.information @ mean
-    spread = survey.information + known
+    pull = (survey.pull - survey.information @ mean)[MOUNTING * len(survey.lasers) :]
+    return pull.reshape(-1, 2), _own_blocks(survey, survey.information) + known + np.eye(2)
+
+
+def _blocks_between(survey: Survey, covariance: FloatArray) -> FloatArray:
+    """(c, 2, 2) of each column, of information times a covariance (u, u) times information."""
+    first, information = MOUNTING * len(survey.lasers), survey.information
+    half = information[first:] @ covariance
+    pairs = half.reshape(-1, 2, half.shape[1]), information[first:].reshape(-1, 2, half.shape[1])
+    return np.asarray(np.einsum("ciu,cju->cij", *pairs))
+
+
+def _own_blocks(survey: Survey, matrix: FloatArray) -> FloatArray:
+    """(c, 2, 2) of each column, of a matrix (u, u) of a survey's unknowns."""
     first, count = MOUNTING * len(survey.lasers), len(survey.columns)
-    blocks = spread[first:, first:].reshape(count, 2, count, 2)[range(count), :, range(count)]
-    return pull[first:].reshape(-1, 2), blocks + np.eye(2)
+    blocks = matrix[first:, first:].reshape(count, 2, count, 2)
+    return np.asarray(blocks[range(count), :, range(count)])
 
 
 def _inverse(precision: FloatArray) -> FloatArray:

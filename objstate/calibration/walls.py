@@ -15,6 +15,7 @@ import numpy as np
 from objstate.building.model import Building, Kind, MovableObject
 from objstate.calibration.options import CalibrationOptions
 from objstate.config import Settings
+from objstate.estimator import Estimator
 from objstate.geometry import BoolArray, FloatArray, IntArray, transform_from_pose
 from objstate.records import Scan
 from objstate.sensing import BeamModel, Sensing, cast_from
@@ -70,6 +71,11 @@ class WallReader:
             for name, item in building.objects.items()
         }
 
+    @staticmethod
+    def of(estimator: Estimator, options: CalibrationOptions) -> WallReader:
+        """With an estimator's building and settings."""
+        return WallReader(estimator.building, estimator.settings, options)
+
     def beams_on_walls(self, scan: Scan, pose: FloatArray) -> BoolArray:
         """(n,) which beams return something, and meet no object in any state before a wall."""
         returned = np.isfinite(scan.ranges)
@@ -88,9 +94,8 @@ class WallReader:
         """Whether a laser sees walls at one height."""
         return self._sensing.is_level(scan)
 
-    def fits(self, scan: Scan, pose: FloatArray) -> bool:
-        """Whether most readings of a scan from a pose (3,) lie near walls."""
-        beams = self.beams_on_walls(scan, pose)
+    def fits(self, scan: Scan, pose: FloatArray, beams: BoolArray) -> bool:
+        """Whether most readings of ``beams`` (n,) on walls, from a pose (3,), lie near them."""
         if not beams.any():
             return False
         walls = self._sensing.view(scan, beams).walls(pose[None])[0]

@@ -66,7 +66,7 @@ def learn(
     stand about. Doors that stand differently in several drives are told best; one that is always
     closed, and flush with its wall, can't be found.
 
-    With --building, walls, the lasers' mountings, hinges and closed bearings are adjusted to all
+    With --building, walls, lasers, hinges, closed bearings and fixed furniture are adjusted to all
     drives, which are of one robot. Estimates start from their deviations. Apply the mountings with
     --calibration. A folder that was learnt before is gone on from.
     """

@@ -64,10 +64,10 @@ def calibrate(
     Corrections that the drive doesn't determine are reported and left out: turns determine places
     and clocks, straight lines directions.
     """
-    from objstate.calibration import calibrate_log, write_calibration
+    from objstate.calibration import write_calibration
     from objstate.config import load_settings
     from objstate.outputs import whole
-    from objstate.run import RunOptions
+    from objstate.run import RunOptions, calibrate_log
 
     check_span(start, end)
     options = RunOptions(

@@ -147,7 +147,8 @@ def estimate(
         str | None,
         typer.Option(
             metavar="WORLD",
-            help="Start from its beliefs, and add what is learnt: a file, or postgresql://...",
+            help="Start from its beliefs, and from where it has walls, doors and lasers; add what is "
+            "learnt. A file, or postgresql://...",
         ),
     ] = None,
     mcap: Annotated[
@@ -170,6 +171,7 @@ def estimate(
     if the result was written but isn't reliable, for example because the robot was lost.
     """
     from objstate.config import load_settings
+    from objstate.recording.results import check_result_folder
     from objstate.recording.tables import read_truth
     from objstate.recording.tum import read_tum
     from objstate.run import FILES, GRID_FILES, LAYOUT, SCENE, RunOptions, estimate_log
@@ -177,6 +179,7 @@ def estimate(
     if verbose:
         log_to_terminal()
     check_span(start, end)
+    check_result_folder(out, overwrite=overwrite)
     true_states = None if truth is None else read_truth(truth)
     true_path = None if path is None else read_tum(path)
     mounts, clock_offsets = calibration_from(calibration, anew=calibrate)
@@ -241,9 +244,14 @@ def _doubts_of_truth(result: RunResult, true_states: list[TrueState] | None) -> 
 def _told(world: WorldUse) -> str:
     """The world's part in the run."""
     knew = f"World {world.location}: knew {world.known} objects when the log began"
+    if world.surveyed:
+        knew += f", and walls by {world.surveyed} drive{'s' if world.surveyed != 1 else ''}"
     if world.had_the_log:
         return f"{knew}; it has this log already, and was not changed."
-    return f"{knew}, learnt {world.added} beliefs."
+    learnt = f"{knew}; learnt {world.added} beliefs."
+    if world.contradicts:
+        learnt += " Walls or hinges contradict all earlier drives, and weren't kept."
+    return learnt
 
 
 def _print(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from objstate.cli.tables import new_table
@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from objstate.discovery import Candidate, Learnt, Refined
+    from objstate.world.places import PlaceStatics
 
 NUMBERS = (
     "probability", "hinge x (m)", "y (m)", "± (m)", "bearing (deg)", "± (deg)", "width (m)",
@@ -45,7 +46,10 @@ def _cells(each: Candidate) -> Iterator[str]:
 
 def describe_refined(refined: Refined) -> Iterator[str | Table]:
     """Where doors, walls and lasers are, beside the model."""
-    numbers = ("drives", "hinge x (cm)", "y (cm)", "± (cm)", "bearing (deg)", "± (deg)")
+    numbers = (
+        "drives", "hinge x (cm)", "y (cm)", "± (cm)", "bearing (deg)", "± (deg)", "wider (cm)",
+        "± (cm)",
+    )  # fmt: skip
     drives = f"{refined.drives} drive{'s' if refined.drives != 1 else ''}"
     table = new_table(drives, ("door",), numbers)
     for each in refined.doors:
@@ -56,8 +60,12 @@ def describe_refined(refined: Refined) -> Iterator[str | Table]:
             f"{100.0 * each.hinge_std:.1f}",
             f"{math.degrees(each.bearing):+.2f}",
             f"{math.degrees(each.bearing_std):.2f}",
+            f"{100.0 * each.width:+.1f}",
+            f"{100.0 * each.width_std:.1f}",
         )
     yield table
+    if refined.furniture:
+        yield _pieces(refined.furniture)
     walls = refined.walls
     yield (
         f"Walls differ from the model by {100.0 * walls.wall_std:.1f} cm, and are known to "
@@ -68,3 +76,22 @@ def describe_refined(refined: Refined) -> Iterator[str | Table]:
         yield f"Laser {laser.frame} is turned by {yaw:+.2f} ± {std:.2f} degrees."
     if refined.silent:
         yield f"No drive tells of {', '.join(refined.silent)}."
+
+
+def _pieces(furniture: Sequence[PlaceStatics]) -> Table:
+    """Where furniture stands that is fixed."""
+    numbers = ("drives", "fixed (%)", "x (cm)", "y (cm)", "± (cm)", "yaw (deg)", "± (deg)")
+    table = new_table("Furniture", ("piece",), numbers)
+    for each in furniture:
+        (x, y, yaw), std = each.moved.tolist(), each.std
+        table.add_row(
+            each.name,
+            str(each.drives),
+            f"{100.0 * each.fixed:.0f}",
+            f"{100.0 * x:+.1f}",
+            f"{100.0 * y:+.1f}",
+            f"{100.0 * math.sqrt(float((std[:2] ** 2).mean())):.1f}",
+            f"{math.degrees(yaw):+.1f}",
+            f"{math.degrees(std[2]):.1f}",
+        )
+    return table

@@ -7,7 +7,7 @@ new drive is estimated in the building whose walls stand right, and tells where 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -16,8 +16,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import TypeVar
 
-import numpy as np
-
+from objstate.building import load_building
 from objstate.building.digest import geometry_digest
 from objstate.building.model import Building
 from objstate.building.sidecar import sidecar_of
@@ -36,27 +35,21 @@ from objstate.calibration import (
     Surveyed,
     Surveys,
     calibration_text,
-    survey_log,
 )
 from objstate.config import BuildingErrorSettings
 from objstate.discovery.refining_report import report_of
 from objstate.discovery.told import Told, learn_text, told_before
 from objstate.errors import LogError
 from objstate.geometry import FloatArray
-from objstate.run import BuildingInput, RunOptions, open_run
+from objstate.run import BuildingInput, RunOptions, open_run, survey_log
 from objstate.run.inputs import describe_log, log_identity
-from objstate.world.statics import (
-    LEAST_STD_M,
-    DoorStatics,
-    Drive,
-    combined,
-    contradicting,
-    evidence_of,
-    rehung,
-)
+from objstate.world.adjusting import adjusted, beside, motions, places_beside
+from objstate.world.places import Places, PlaceStatics, places_of, put_together
+from objstate.world.statics import DoorStatics, Drive, combined, contradicting, evidence_of
+from objstate.world.surveys import is_same
+from objstate.world.widths import Edges
 
 SURVEYING = 0.5  # of the whole work
-SAME_M = 1e-6  # elements of mountings that differ by less are the same
 
 Report = Callable[[float], None]  # share of all drives done
 Result = TypeVar("Result")
@@ -69,6 +62,7 @@ class Refined:
 
     urdf: Path
     doors: list[DoorStatics]
+    furniture: list[PlaceStatics]
     walls: Surveyed
     lasers: tuple[LaserCorrection, ...]
     drives: int  # that count
@@ -86,7 +80,7 @@ def refine_building(
     overwrite: bool = False,
     on_progress: Report | None = None,
 ) -> Refined:
-    """Learn from drives where walls, doors and lasers are, and write a better building to ``out``.
+    """Learn from drives where what is fixed is, and write a better building to ``out``.
 
     Each log is a drive of its own, all by one robot, and ``jobs`` are done at a time. ``out`` gets
     the building with its sidecar, in which each door has its own deviations, ``calibration.yaml``
@@ -114,24 +108,34 @@ def refine_building(
         hang = partial(_hung, Path(building), walls.walls, replace(run, mounts=mounts))
         hung = list(_counted(each(hang, fresh), len(fresh), SURVEYING, 1.0, on_progress))
     old = len(told) - len(fresh)
-    motions = _motions(model, columns, walls)
-    found = [_beside(doors, motions, -1.0) for doors in hung]
-    fresh_told = [replace(one, doors=doors) for one, doors in zip(told[old:], found, strict=True)]
+    moved = motions(model, columns, walls.walls)
+    fresh_told = [
+        replace(one, doors=beside(doors, moved, -1.0), furniture=places_beside(places, moved, -1.0))
+        for one, (doors, places) in zip(told[old:], hung, strict=True)
+    ]
     told = [*told[:old], *fresh_told]
     if out_of_line is None:
         out_of_line = contradicting([one.doors for one in told])
     counting = _but(told, out_of_line)
-    doors = combined([_beside(one.doors, motions, 1.0) for one in counting], error)
-    better = _better(model, columns, walls, doors)
+    doors = combined([beside(one.doors, moved, 1.0) for one in counting], error)
+    pieces = put_together([places_beside(one.furniture, moved, 1.0) for one in counting])
+    better = adjusted(model, columns, walls, doors, pieces)
     left_out = [one for one in told if one not in counting]
-    about = learn_text(str(building), digest, told, left_out, columns, walls, lasers, doors)
-    page = report_of(better, columns, walls, lasers, doors, counting)
-    beside = {LEARN_FILE: about, CALIBRATION: calibration_text(lasers), REPORT_FILE: page}
+    about = learn_text(str(building), digest, told, left_out, columns, walls, lasers, doors, pieces)
+    page = report_of(better, columns, walls, lasers, doors, pieces, counting)
+    files = {LEARN_FILE: about, CALIBRATION: calibration_text(lasers), REPORT_FILE: page}
     sidecar = sidecar_of(better.error or error)
-    urdf = write_buildings(target, {".": better}, {".": sidecar}, beside)[0]
+    urdf = write_buildings(target, {".": better}, {".": sidecar}, files)[0]
     silent = tuple(sorted(set(_hinged(model)) - {door.name for door in doors}))
     return Refined(
-        urdf, doors, walls, lasers, len(counting), tuple(one.log for one in left_out), silent
+        urdf,
+        doors,
+        pieces,
+        walls,
+        lasers,
+        len(counting),
+        tuple(one.log for one in left_out),
+        silent,
     )
 
 
@@ -162,43 +166,26 @@ def _counted(
 
 def _surveyed(building: Path, run: RunOptions, log: Path) -> Told:
     """What one drive tells of walls and lasers. Raises LogError and others."""
-    survey, mounts = survey_log(log, building, run)
+    survey, mounts = survey_log(log, load_building(building), run)
     # as it is read again, so that going on gives the same
     survey = Survey.read(survey.words())
-    return Told(str(log), _digest(log, run), mounts, survey, {})
+    return Told(str(log), _digest(log, run), mounts, survey, {}, {})
 
 
-def _hung(building: Path, walls: FloatArray, run: RunOptions, log: Path) -> Drive:
-    """What one drive tells of doors, where the walls' columns are displaced. Raises LogError."""
+def _hung(building: Path, walls: FloatArray, run: RunOptions, log: Path) -> tuple[Drive, Places]:
+    """What one drive tells of doors and furniture, where the walls' columns are displaced.
+
+    Raises LogError.
+    """
     model = BuildingInput.read(building).model
     model = replace(model, walls=Columns.of(model.walls).warped(walls))
     records, estimator = open_run([log], model, run)
+    edges = Edges(model, estimator.settings.beam_model)
     for record in records:
-        estimator.feed(record)
-    return evidence_of(estimator.objects)
-
-
-def _motions(
-    building: Building, columns: Columns, walls: Surveyed
-) -> dict[str, tuple[FloatArray, float]]:
-    """How the walls about each door were moved: a shift (2,) m, and a turn about its axis, rad."""
-    out = {}
-    for name in _hinged(building):
-        item = building.objects[name]
-        shift, turn = columns.motion(walls.walls, item.hinge)
-        out[name] = shift, turn * float(np.sign(item.direction[2]))
-    return out
-
-
-def _beside(drive: Drive, motions: Mapping[str, tuple[FloatArray, float]], times: float) -> Drive:
-    """What a drive tells, about doors that were moved.
-
-    A drive tells where a door hangs beside the walls about it, as these were known then.
-    """
-    return {
-        name: each.beside(times * motions[name][0], times * motions[name][1])
-        for name, each in drive.items()
-    }
+        edges.note(record, estimator, estimator.feed(record))
+    return evidence_of(estimator.objects, edges.told), places_of(
+        estimator.objects, estimator.settings
+    )
 
 
 def _corrections(walls: Surveyed, told: Sequence[Told]) -> tuple[LaserCorrection, ...]:
@@ -207,23 +194,13 @@ def _corrections(walls: Surveyed, told: Sequence[Told]) -> tuple[LaserCorrection
     for one in told:
         for frame, mount in one.mounts.items():
             first, log = mounts.setdefault(frame, (mount, one.log))
-            if np.abs(first - mount).max() > SAME_M:
+            if not is_same(first, mount):
                 raise LogError(
                     f"Laser '{frame}' is mounted elsewhere in {one.log} than in {log}; learn from "
                     f"the drives of one robot alone, or give its mounting with --mount."
                 )
     told_below = CalibrationOptions().told_below
     return tuple(walls.correction(frame, mounts[frame][0], told_below) for frame in walls.lasers)
-
-
-def _better(
-    building: Building, columns: Columns, walls: Surveyed, doors: Sequence[DoorStatics]
-) -> Building:
-    """The building as it was learnt."""
-    hung = rehung(replace(building, walls=columns.warped(walls.walls)), doors)
-    error = hung.error or BuildingErrorSettings()
-    std = max(walls.remaining_std, LEAST_STD_M)
-    return replace(hung, error=error.model_copy(update={"wall_std_m": std}))
 
 
 def _digest(log: Path, run: RunOptions) -> str:

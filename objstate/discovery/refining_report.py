@@ -14,9 +14,21 @@ from objstate.discovery.told import Told
 from objstate.geometry import FloatArray, IntArray
 from objstate.report.learnt_page import WallsOff, learnt_page
 from objstate.report.markup import Cell, text
+from objstate.world.places import PlaceStatics
 from objstate.world.statics import DoorStatics
 
-OF_DOORS = ("door", "drives", "hinge x (cm)", "y (cm)", "± (cm)", "bearing (°)", "± (°)")
+OF_DOORS = (
+    "door",
+    "drives",
+    "hinge x (cm)",
+    "y (cm)",
+    "± (cm)",
+    "bearing (°)",
+    "± (°)",
+    "wider (cm)",
+    "± (cm)",
+)
+OF_PIECES = ("piece", "drives", "fixed (%)", "x (cm)", "y (cm)", "± (cm)", "yaw (°)", "± (°)")
 OF_LASERS = ("laser", "x (cm)", "± (cm)", "y (cm)", "± (cm)", "yaw (°)", "± (°)")
 
 
@@ -26,6 +38,7 @@ def report_of(
     walls: Surveyed,
     lasers: Sequence[LaserCorrection],
     doors: Sequence[DoorStatics],
+    pieces: Sequence[PlaceStatics],
     drives: Sequence[Told],
 ) -> str:
     """The page."""
@@ -37,6 +50,7 @@ def report_of(
     )
     tables = [
         ("Doors", OF_DOORS, [_door(each) for each in doors]),
+        *([("Furniture", OF_PIECES, [_piece(each) for each in pieces])] if pieces else []),
         ("Lasers", OF_LASERS, [_laser(each) for each in lasers]),
     ]
     said = (
@@ -60,6 +74,22 @@ def _door(door: DoorStatics) -> list[str | Cell]:
         f"{100.0 * door.hinge_std:.1f}",
         f"{bearing:+.2f}",
         f"{std:.2f}",
+        f"{100.0 * door.width:+.1f}",
+        f"{100.0 * door.width_std:.1f}",
+    ]
+
+
+def _piece(piece: PlaceStatics) -> list[str | Cell]:
+    (x, y, yaw), std = piece.moved.tolist(), piece.std
+    return [
+        text(piece.name),
+        str(piece.drives),
+        f"{100.0 * piece.fixed:.0f}",
+        f"{100.0 * x:+.1f}",
+        f"{100.0 * y:+.1f}",
+        f"{100.0 * math.sqrt(float(np.mean(std[:2] ** 2))):.1f}",
+        f"{math.degrees(yaw):+.1f}",
+        f"{math.degrees(std[2]):.1f}",
     ]
 
 

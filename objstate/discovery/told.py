@@ -16,6 +16,7 @@ from objstate.building.writing import LEARN_FILE
 from objstate.calibration import LaserCorrection, Survey, Surveyed
 from objstate.errors import BuildingError
 from objstate.geometry import FloatArray
+from objstate.world.places import PlaceEvidence, Places, PlaceStatics
 from objstate.world.statics import DoorEvidence, DoorStatics, Drive
 
 FORM = 2  # of what is written to LEARN_FILE
@@ -30,6 +31,7 @@ class Told:
     mounts: Mapping[str, FloatArray]  # (4, 4) in base_link, with which its lasers were read
     survey: Survey  # of walls and lasers
     doors: Drive
+    furniture: Places
 
     def words(self, *, contradicts: bool) -> dict[str, Any]:
         """As JSON has it."""
@@ -40,6 +42,7 @@ class Told:
             "mounts": {frame: mount.tolist() for frame, mount in self.mounts.items()},
             "survey": self.survey.words(),
             "doors": {name: door.words() for name, door in self.doors.items()},
+            "furniture": {name: piece.words() for name, piece in self.furniture.items()},
         }
 
     @staticmethod
@@ -51,6 +54,7 @@ class Told:
             {frame: np.array(mount, dtype=float) for frame, mount in words["mounts"].items()},
             Survey.read(words["survey"]),
             {name: DoorEvidence.read(door) for name, door in words["doors"].items()},
+            {name: PlaceEvidence.read(e) for name, e in words.get("furniture", {}).items()},
         )
 
 
@@ -82,6 +86,7 @@ def learn_text(
     walls: Surveyed,
     lasers: Sequence[LaserCorrection],
     doors: Sequence[DoorStatics],
+    furniture: Sequence[PlaceStatics],
 ) -> str:
     """The content of ``learn.json``."""
     about = {
@@ -91,6 +96,7 @@ def learn_text(
         "walls": _of_walls(columns, walls),
         "lasers": [_of_laser(each) for each in lasers],
         "doors": [_of_door(each) for each in doors],
+        "furniture": [_of_piece(each) for each in furniture],
         "drives": [each.words(contradicts=each in left_out) for each in told],
     }
     return json.dumps(about, indent=1) + "\n"
@@ -122,6 +128,19 @@ def _of_laser(laser: LaserCorrection) -> dict[str, Any]:
     return {"frame": laser.frame, "moved": words(laser.correction), "std": words(laser.std)}
 
 
+def _of_piece(piece: PlaceStatics) -> dict[str, Any]:
+    (x, y, yaw), std = piece.moved.tolist(), piece.std
+    return {
+        "piece": piece.name,
+        "drives": piece.drives,
+        "p_fixed": round(piece.fixed, 4),
+        "place_m": [round(x, 4), round(y, 4)],
+        "place_std_m": round(math.sqrt(float(np.mean(std[:2] ** 2))), 4),
+        "yaw_deg": round(math.degrees(yaw), 3),
+        "yaw_std_deg": round(math.degrees(float(std[2])), 3),
+    }
+
+
 def _of_door(door: DoorStatics) -> dict[str, Any]:
     return {
         "door": door.name,
@@ -132,4 +151,6 @@ def _of_door(door: DoorStatics) -> dict[str, Any]:
         "bearing_std_deg": round(math.degrees(door.bearing_std), 3),
         "leaf_m": door.leaf.round(4).tolist(),
         "leaf_std_m": round(door.leaf_std, 4),
+        "wider_m": round(door.width, 4),
+        "wider_std_m": round(door.width_std, 4),
     }

@@ -22,7 +22,7 @@ from objstate.estimator.start import Start
 from objstate.estimator.thinning import Thinning
 from objstate.geometry import BoolArray, FloatArray
 from objstate.lazy import altered
-from objstate.localization import PoseBelief
+from objstate.localization import PoseBelief, Vantage
 from objstate.objects import ObjectBelief
 from objstate.records import Estimate, Odometry, Record, Scan
 from objstate.sensing import BeamModel, Sensing
@@ -122,6 +122,10 @@ class Estimator:
     def map_error(self) -> float:
         """m; standard deviation of walls from the building's model, as learnt."""
         return self._robot.wall_std
+
+    def vantage(self, scan: Scan) -> Vantage:
+        """From where the beams of the last scan left, with the laser's errors as learnt."""
+        return self._robot.vantage(scan)
 
     @property
     def hung_elsewhere(self) -> dict[str, FloatArray]:

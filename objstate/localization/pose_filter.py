@@ -359,6 +359,7 @@ class PoseFilter:
             ranges,
             origins,
             directions,
+            pose_update.evenly(len(scan)),
             pose,
             laser,
             moving,
@@ -427,6 +428,7 @@ class PoseFilter:
         pose_update.leave(
             np.ascontiguousarray(rays.origins),
             np.ascontiguousarray(rays.directions),
+            pose_update.evenly(count),
             self._mean,
             self._velocity,
             first,

@@ -142,17 +142,17 @@ def drive(
         covariance[pieces[k], pieces[k]] += added
 
 
-@_inner
-def when(beam: int, count: int) -> Any:
-    """The time of a beam of ``count``, in durations of the sweep from its middle."""
-    return beam / max(count - 1, 1) - 0.5
+def evenly(count: int) -> FloatArray:
+    """(n,) times of a scan's beams, one after the other, in durations of the sweep from its middle."""
+    return np.arange(count) / max(count - 1, 1) - 0.5
 
 
-@called_with("f2 f2 f1 f1 i f2 f2 f1 f1 f1")
+@called_with("f2 f2 f1 f1 f1 i f2 f2 f1 f1 f1")
 @_compile
 def leave(
     origins: FloatArray,
     directions: FloatArray,
+    times: FloatArray,
     mean: FloatArray,
     velocity: FloatArray,
     first: int,
@@ -167,8 +167,9 @@ def leave(
     ``origins`` and ``directions`` (n, 3) are those in the robot's frame; ``begins`` (n, 2) and
     ``towards`` (n, 2) are written, as are the robot's ``pose`` (3,) at that time, the ``laser``'s
     place (2,), and the pose's ``moving`` (3,) m/s, m/s, rad/s. The laser's errors begin with a
-    column ``first``; the ``velocity`` (3,) is in the robot's frame. Beams are taken one after the
-    other, evenly over the sweep's duration; the pose and the laser's place are those in its middle.
+    column ``first``; the ``velocity`` (3,) is in the robot's frame. Beams are taken at
+    ``times`` (n,) in durations of the sweep from its middle, at which the pose and the laser's place
+    are given.
     """
     count, sweep = origins.shape[0], mean[first + 5]
     cos, sin = math.cos(mean[2]), math.sin(mean[2])
@@ -191,7 +192,7 @@ def leave(
     for i in range(count):
         off_x, off_y = origins[i, 0] - middle_x, origins[i, 1] - middle_y
         dx, dy = directions[i, 0], directions[i, 1]
-        time = sweep * when(i, count)
+        time = sweep * times[i]
         turn_cos, turn_sin = math.cos(time * moving[2]), math.sin(time * moving[2])
         arm_x, arm_y = cos * x - sin * y, sin * x + cos * y
         arm_x += cos_both * off_x - sin_both * off_y
@@ -229,7 +230,7 @@ def columns_of(
         offsets[i] = mean[own] if own >= 0 else 0.0
 
 
-@called_with("f2 i1 f1 f2 f2 f1 f1 f1 f2")
+@called_with("f2 i1 f1 f2 f2 f1 f1 f1 f1 f2")
 @_compile
 def rows(
     normals: FloatArray,
@@ -237,6 +238,7 @@ def rows(
     ranges: FloatArray,
     origins: FloatArray,
     directions: FloatArray,
+    times: FloatArray,
     pose: FloatArray,
     laser: FloatArray,
     velocity: FloatArray,
@@ -246,7 +248,8 @@ def rows(
 
     Beams from ``origins`` (n, 2), in ``directions`` (n, 2), meet walls of ``normals`` (k, 2) by
     their ``numbers`` (n,) at ``ranges`` (n,). The robot stands at a ``pose`` (3,) that changes by
-    ``velocity`` (3,) m/s and rad/s, the laser at a place ``laser`` (2,).
+    ``velocity`` (3,) m/s and rad/s, the laser at a place ``laser`` (2,). For ``times`` (n,) see
+    ``leave``.
     """
     cos, sin = math.cos(pose[2]), math.sin(pose[2])
     for i in range(out.shape[0]):
@@ -266,7 +269,7 @@ def rows(
         out[i, 7] = (nx * (y - laser[1]) - ny * (x - laser[0])) / cosine
         out[i, 8] = 1.0
         out[i, 9] = out[i, 0] * velocity[0] + out[i, 1] * velocity[1] + out[i, 2] * velocity[2]
-        out[i, 10] = out[i, 9] * when(i, out.shape[0])
+        out[i, 10] = out[i, 9] * times[i]
         out[i, OFFSET] = 1.0 / cosine
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from objstate.outputs import whole
+from objstate.outputs import check_free, whole
 
 MARK = ".objstate"  # a file that marks a folder as a result
 MARK_TEXT = "An objstate result, written whole. --overwrite replaces this folder.\n"
@@ -24,6 +24,11 @@ def result_folder(path: str | Path, *, overwrite: bool = False) -> Iterator[Path
         folder.mkdir()
         yield folder
         (folder / MARK).write_text(MARK_TEXT)
+
+
+def check_result_folder(path: str | Path, *, overwrite: bool = False) -> None:
+    """Whether ``result_folder`` may be written there; for asking before long work. Raises ResultError."""
+    check_free(path, overwrite=overwrite, replaceable=is_result)
 
 
 def is_result(path: Path) -> bool:

@@ -1,5 +1,6 @@
 """A whole run: recorded logs and a building in, a result folder out."""
 
+from objstate.run.calibrating import calibrate_log, survey_log
 from objstate.run.inputs import BuildingInput
 from objstate.run.memory import WorldUse
 from objstate.run.observer import Observer
@@ -17,6 +18,8 @@ __all__ = [
     "RunOptions",
     "RunResult",
     "WorldUse",
+    "calibrate_log",
     "estimate_log",
     "open_run",
+    "survey_log",
 ]

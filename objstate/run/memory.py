@@ -1,25 +1,35 @@
-"""The exchange of a run with a world: beliefs at its start, new ones at its end."""
+"""The exchange of a run with a world: what is known at its start, what is new at its end."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from objstate.building.model import Building
+from objstate.building.warping import Columns
+from objstate.calibration import CalibrationOptions, LaserCorrection, Surveyed, Surveyor, Surveys
+from objstate.calibration.gathering import Gathering
+from objstate.calibration.walls import WallReader
 from objstate.config import BuildingErrorSettings, Settings
+from objstate.errors import LogError
 from objstate.estimator import Estimator
+from objstate.geometry import FloatArray
 from objstate.objects import ObjectBelief
 from objstate.records import Estimate, Record
+from objstate.run.options import RunOptions
 
 if TYPE_CHECKING:
+    from objstate.world.adjusting import Motions
     from objstate.world.floor import FloorMemory
     from objstate.world.looks import Looks
     from objstate.world.statics import DoorStatics, Drive
     from objstate.world.store import WorldStore
+    from objstate.world.surveys import KeptSurvey
+    from objstate.world.widths import Edges, WidthEvidence
 
 
 @dataclass(frozen=True)
@@ -31,7 +41,88 @@ class WorldUse:
     added: int  # number of beliefs that were added
     had_the_log: bool  # so that nothing was added
     hung: int = 0  # number of doors that hang where earlier drives found them
-    contradicts: bool = False  # earlier drives, by its hinges, which therefore weren't added
+    contradicts: bool = False  # earlier drives, by hinges or walls, which therefore weren't added
+    surveyed: int = 0  # number of earlier drives to which walls and lasers were adjusted
+
+
+@dataclass(frozen=True, eq=False)
+class Statics:
+    """What earlier drives told of what doesn't move, and the building adjusted to it."""
+
+    drives: int  # that told of walls
+    columns: Columns  # of the world's building
+    walls: FloatArray  # (c, 2) m, displacements of these
+    lasers: tuple[LaserCorrection, ...]  # of the log's lasers
+    moved: Motions  # of the walls about each object
+    told: Drive  # of doors, beside the walls about them
+    hung: tuple[DoorStatics, ...]  # where these are
+    building: Building  # as adjusted
+
+    @staticmethod
+    def of(
+        building: Building,
+        told: Drive,
+        kept: Sequence[KeptSurvey],
+        mounts: Mapping[str, FloatArray],
+    ) -> Statics:
+        """By drives; ``mounts`` (4, 4) are those of the log's lasers by frame."""
+        from objstate.world.adjusting import adjusted, beside, motions
+        from objstate.world.statics import combined, rehung
+
+        error = building.error or BuildingErrorSettings()
+        columns = Columns.of(building.walls)
+        surveyed = None
+        walls = np.zeros((len(columns.places), 2))
+        if kept:
+            surveyed = Surveys(columns, error).together([each.beside(mounts) for each in kept])
+            walls = surveyed.walls
+        moved = motions(building, columns, walls)
+        hung = tuple(combined([beside(told, moved, 1.0)], error)) if told else ()
+        if surveyed is None:
+            return Statics(0, columns, walls, (), moved, told, hung, rehung(building, hung))
+        lasers = _corrections(surveyed, mounts)
+        better = adjusted(building, columns, surveyed, hung)
+        return Statics(len(kept), columns, walls, lasers, moved, told, hung, better)
+
+    def of_doors(
+        self, beliefs: Mapping[str, ObjectBelief], widths: Mapping[str, WidthEvidence]
+    ) -> Drive:
+        """What a drive in the adjusted building told of doors, beside the walls about them."""
+        from objstate.world.adjusting import beside
+        from objstate.world.statics import evidence_of
+
+        places = {
+            each.name: (each.hinge, each.bearing, each.leaf, each.width) for each in self.hung
+        }
+        nowhere = np.zeros(2), 0.0, np.zeros(2), 0.0
+        found = evidence_of(beliefs, widths)
+        there = {name: each.beside(*places.get(name, nowhere)) for name, each in found.items()}
+        return beside(there, self.moved, -1.0)
+
+    def of_walls(
+        self, gathering: Gathering, estimator: Estimator, mounts: Mapping[str, FloatArray]
+    ) -> KeptSurvey | None:
+        """What it told of walls and lasers, of those in ``mounts`` (4, 4).
+
+        None where no laser is level, or the robot was localized nowhere.
+        """
+        from objstate.world.surveys import KeptSurvey
+
+        try:
+            gathered = gathering.gathered(WallReader.of(estimator, CalibrationOptions()))
+            survey = Surveyor.of(estimator, self.columns.displaced(self.walls)).survey(gathered)
+        except LogError:
+            return None
+        off = {each.frame: each.told_correction for each in self.lasers}
+        survey = survey.beside(off, self.walls)
+        return KeptSurvey(survey, {frame: mounts[frame] for frame in survey.lasers})
+
+
+def _corrections(walls: Surveyed, mounts: Mapping[str, FloatArray]) -> tuple[LaserCorrection, ...]:
+    """Of the log's lasers, as far as earlier drives had them."""
+    below = CalibrationOptions().told_below
+    known = sorted(mounts.keys() & set(walls.lasers))
+    return tuple(walls.correction(frame, mounts[frame], below) for frame in known)
 
 
 @dataclass(eq=False)
@@ -44,23 +135,29 @@ class Memory:
     known: dict[str, ObjectBelief]  # about objects seen before, predicted to the log's start
     looks: Looks
     settings: Settings  # those of the run, with the objects' habits at the log's start
-    building: Building  # with its doors where earlier drives found them
-    statics: Drive  # what these told of them
-    hung: tuple[DoorStatics, ...]  # and where they are
+    mounts: Mapping[str, FloatArray]  # (4, 4) of the log's lasers by frame, by its first scans
+    statics: Statics
+    gathering: Gathering
+    edges: Edges
     lost_since_ns: int | None = None  # latest time at which the robot was lost
 
     @staticmethod
     def opened(
-        location: str | Path, building: Building, settings: Settings, digest: str, begin_ns: int
+        location: str | Path,
+        building: Building,
+        settings: Settings,
+        digest: str,
+        begin_ns: int,
+        mounts: Mapping[str, FloatArray],
     ) -> Memory:
-        """The world's beliefs when the log begins, without what it learnt from this log.
+        """What the world knows when the log begins, without what it learnt from this log.
 
-        Raises WorldError.
+        ``mounts`` (4, 4) are those of the log's lasers by frame. Raises WorldError.
         """
         from objstate.world.driving import drive_settings
         from objstate.world.looks import Looks
-        from objstate.world.statics import combined, rehung
         from objstate.world.store import open_store
+        from objstate.world.widths import Edges
 
         store = open_store(location, building)
         world = store.load(
@@ -72,23 +169,35 @@ class Memory:
         )
         then = world.at(begin_ns)
         known = {name: then[name] for name in world.histories}
-        driving = drive_settings(world, begin_ns)
-        statics = store.statics(without=digest)
-        hung = combined([statics], building.error or BuildingErrorSettings()) if statics else []
+        told, surveys = store.statics(without=digest), store.surveys(without=digest)
+        statics = Statics.of(building, told, surveys, mounts)
         return Memory(
             store,
             digest,
             begin_ns,
             known,
             Looks(begin_ns),
-            driving,
-            rehung(building, hung),
+            drive_settings(world, begin_ns),
+            mounts,
             statics,
-            tuple(hung),
+            Gathering(CalibrationOptions()),
+            Edges(statics.building, settings.beam_model),
         )
+
+    @property
+    def building(self) -> Building:
+        """Adjusted to what earlier drives told."""
+        return self.statics.building
+
+    def options(self, run: RunOptions) -> RunOptions:
+        """Those of a run, with objects' habits, and with lasers where earlier drives found them."""
+        found = {each.frame: each.corrected_mount for each in self.statics.lasers}
+        return replace(run, settings=self.settings, mounts={**run.mounts, **found})
 
     def note(self, record: Record, estimator: Estimator, estimates: Sequence[Estimate]) -> None:
         """Record a belief, or its withdrawal while the robot is lost."""
+        self.gathering.note(record, estimator)
+        self.edges.note(record, estimator, estimates)
         lost = estimator.lost
         if lost and lost[-1][0] != self.lost_since_ns:
             self.lost_since_ns = lost[-1][0]
@@ -100,32 +209,44 @@ class Memory:
         self,
         end_ns: int,
         settings: Settings,
-        beliefs: Mapping[str, ObjectBelief],
+        estimator: Estimator,
+        mounts: Mapping[str, FloatArray],
         floor: FloorMemory | None = None,
     ) -> WorldUse:
         """Add what was learnt, unless the world has the log, and its grid.
 
-        ``beliefs`` are those at the end, which tell of hinges. Raises WorldError.
+        ``mounts`` (4, 4) are those with which the log's lasers were read, by frame. Raises
+        WorldError.
         """
-        from objstate.world.statics import contradicts, evidence_of
+        from objstate.world.statics import contradicts
         from objstate.world.store import DriveEntry
 
-        places = {each.name: (each.hinge, each.bearing, each.leaf) for each in self.hung}
-        nowhere = np.zeros(2), 0.0, np.zeros(2)
-        statics = {
-            name: each.beside(*places.get(name, nowhere))
-            for name, each in evidence_of(beliefs).items()
-        }
-        is_other = contradicts(self.statics, statics)
-
+        doors = self.statics.of_doors(estimator.objects, self.edges.told)
+        survey = self.statics.of_walls(self.gathering, estimator, {**mounts, **self.mounts})
+        is_other = contradicts(self.statics.told, doors) or self._contradicts(survey)
         kept = self.looks.beliefs
-        drive = DriveEntry(self.digest, self.begin_ns, end_ns, settings)
-        is_new = self.store.add(drive, kept, floor, statics={} if is_other else statics)
+        is_new = self.store.add(
+            DriveEntry(self.digest, self.begin_ns, end_ns, settings),
+            kept,
+            floor,
+            statics={} if is_other else doors,
+            survey=None if is_other else survey,
+        )
         return WorldUse(
             self.store.location,
             len(self.known),
             len(kept) if is_new else 0,
             had_the_log=not is_new,
-            hung=len(self.hung),
+            hung=len(self.statics.hung),
             contradicts=is_other,
+            surveyed=self.statics.drives,
         )
+
+    def _contradicts(self, survey: KeptSurvey | None) -> bool:
+        """Whether walls are elsewhere than all earlier drives found them."""
+        if survey is None:
+            return False
+        before = self.store.surveys(without=self.digest)
+        surveys = [each.beside(survey.mounts) for each in (*before, survey)]
+        error = self.building.error or BuildingErrorSettings()
+        return Surveys(self.statics.columns, error).contradicting(surveys) == len(before)

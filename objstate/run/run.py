@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from importlib.metadata import version
-from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -29,7 +29,6 @@ from objstate.recording.tum import TRAJECTORY, write_tum
 from objstate.records import (
     GaussianRobotBelief,
     Odometry,
-    Record,
     RobotBelief,
     Scan,
 )
@@ -67,6 +66,8 @@ GRID_FILES = (CLUTTER, GRID_MAP, GRID_IMAGE, CANDIDATES)  # with a grid
 RECORDED_BELIEFS = (RobotBelief.__name__, GaussianRobotBelief.__name__)
 
 Progress = Callable[[float, float], None]  # share of the log done from 0 to 1, seconds of it done
+
+FIRST_SCANS = 10  # of one laser, by which all others have scanned as well
 
 logger = logging.getLogger(__name__)
 
@@ -159,12 +160,12 @@ def estimate_log(
         logger.info("%s: %d movable objects", model.name, len(model.objects))
         check_start(options, model)
         log = _opened(log_paths, options)
-        records, begin_ns = _begun(log)
         described = [file for path in log_paths for file in describe_log(path)]
-        memory = _memory(world, model, options, log_identity(described, options), begin_ns)
-        model = model if memory is None else memory.building
-        known = None if memory is None else memory.known
-        driving = options if memory is None else replace(options, settings=memory.settings)
+        memory, known, driving = None, None, options
+        if world is not None:
+            memory = _memory(world, model, log, options, log_identity(described, options))
+            model, known, driving = memory.building, memory.known, memory.options(options)
+            log = _opened(log_paths, driving)
         estimator = make_estimator(model, driving, known, history=True)
         observers = (*observers, *([] if memory is None else [memory]))
         with ExitStack() as files:
@@ -179,7 +180,7 @@ def estimate_log(
 
                 scene = record_scene(folder, model, truth, true_path, floor)
                 observers = (*observers, files.enter_context(scene))
-            drive = _drive_through(log, records, estimator, folder, observers, on_progress)
+            drive = _drive_through(log, estimator, folder, observers, on_progress)
         logger.info("%d scans gave %d estimates", drive.scans, drive.estimates)
         _check_robot(drive, log, options)
         write_smoothed(folder, estimator.histories)
@@ -209,7 +210,7 @@ def estimate_log(
             lost_probabilities=estimator.lost_probabilities,
             p_localized=tuple(drive.localized),
             symmetry=model.symmetries,
-            world=_kept(memory, drive, options, estimator, left),
+            world=_kept(memory, drive, log, options, estimator, left),
             laser_heights=drive.heights,
             odometry_error=estimator.odometry_error.to_dict(),
         )
@@ -246,19 +247,27 @@ def _opened(logs: Sequence[Path], options: RunOptions) -> Log:
     )
 
 
-def _begun(log: Log) -> tuple[Iterator[Record], int]:
-    """The log's records, and the stamp of the first odometry reading or scan."""
-    records, head = iter(log), []
-    for record in records:
-        head.append(record)
-        if isinstance(record, Odometry | Scan):
-            break
-    return chain(head, records), head[-1].stamp_ns
+def _memory(
+    world: str | Path, building: Building, log: Log, options: RunOptions, digest: str
+) -> Memory:
+    """What a world knows when a log begins, with the odometry reading or scan that comes first."""
+    begin_ns: int | None = None
+    scans = Counter[str]()
+    for record in log:
+        if begin_ns is None and isinstance(record, Odometry | Scan):
+            begin_ns = record.stamp_ns
+        if isinstance(record, Scan):
+            scans[record.laser] += 1
+            if scans[record.laser] == FIRST_SCANS:
+                break
+    assert begin_ns is not None  # a log without scans is an error
+    return Memory.opened(world, building, options.settings, digest, begin_ns, log.mountings)
 
 
 def _kept(
     memory: Memory | None,
     drive: Drive,
+    log: Log,
     options: RunOptions,
     estimator: Estimator,
     floor: FloorMemory | None,
@@ -266,15 +275,7 @@ def _kept(
     """What a world kept of the drive."""
     if memory is None:
         return None
-    return memory.keep(drive.end_ns, options.settings, estimator.objects, floor)
-
-
-def _memory(
-    world: str | Path | None, building: Building, options: RunOptions, digest: str, begin_ns: int
-) -> Memory | None:
-    if world is None:
-        return None
-    return Memory.opened(world, building, options.settings, digest, begin_ns)
+    return memory.keep(drive.end_ns, options.settings, estimator, log.mountings, floor)
 
 
 def make_estimator(
@@ -298,7 +299,6 @@ def make_estimator(
 
 def _drive_through(
     log: Log,
-    records: Iterator[Record],
     estimator: Estimator,
     folder: Path,
     observers: Sequence[Observer],
@@ -313,7 +313,7 @@ def _drive_through(
     ):
         recorders = (PosteriorRecorder(histograms), ScanRecorder(scans))
         watching: list[Observer] = [drive, *recorders, *observers]
-        for record in records:
+        for record in log:
             estimates = estimator.feed(record)
             table.write(estimates)
             for observer in watching:

@@ -84,6 +84,13 @@ STATICS = Table(
     Column("drives", Integer, nullable=False),
     Column("evidence", LargeBinary, nullable=False),  # DoorEvidence.packed
 )
+# What a drive told of walls and lasers, of the latest drives.
+SURVEYS = Table(
+    "drive_survey",
+    METADATA,
+    Column("drive", ForeignKey("drive.id"), primary_key=True),
+    Column("survey", LargeBinary, nullable=False),  # KeptSurvey.packed
+)
 
 
 def _first(connection: Connection) -> None:
@@ -102,11 +109,16 @@ def _statics(connection: Connection) -> None:
     METADATA.create_all(connection, [STATICS])
 
 
+def _surveys(connection: Connection) -> None:
+    METADATA.create_all(connection, [SURVEYS])
+
+
 MIGRATIONS: tuple[Callable[[Connection], None], ...] = (
     _first,
     _second,
     _habits,
     _statics,
+    _surveys,
 )  # in order; only ever appended
 
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -27,6 +27,7 @@ from objstate.objects import ObjectBelief
 from objstate.objects.door_posterior import DoorPosterior
 from objstate.objects.mixture_kernels import STATE, ZERO
 from objstate.packing import pack, unpack
+from objstate.world.widths import STEP_M, WIDTHS, WidthEvidence, wider
 
 WIDEST_DEG, STEP_DEG = 9.0, 0.1  # of bearings that are considered
 BEARINGS = np.radians(np.arange(-WIDEST_DEG, WIDEST_DEG + STEP_DEG / 2, STEP_DEG))  # (g,)
@@ -40,6 +41,8 @@ ROUGHNESS = np.geomspace(0.25, 8.0, 11)  # times this, that are considered
 OF_HINGE = np.diag([1.0, 1.0, 0.0, 0.0])  # the hinge's part of hinge and leaf
 LEAF_M = 0.01  # deviation of where a leaf lies beside its hinge, along it and across
 OF_LEAF = np.diag([0.0, 0.0, LEAF_M**-2.0, LEAF_M**-2.0])  # what is known of that before drives
+WIDTH_M, WIDEST_WIDTH_M = 0.01, 0.1  # first guess of leaves' deviation from their width; largest
+OWN_WIDTH_M = 0.005  # deviation of a width by one drive, beside what its scans tell
 ANGLES = 9  # of a leaf over which the deviation of its hinge is averaged
 LEAST_DRIVES = 3  # of which one can contradict the others
 LEAST_STD_M, LEAST_STD_DEG = 0.001, 0.02  # of what is learnt: models of leaves aren't finer
@@ -53,10 +56,11 @@ class DoorEvidence:
     places: FloatArray
     pull: FloatArray  # (4,) 1/m, that times these errors
     bearing: FloatArray  # (g,) log-likelihood of ``BEARINGS``, up to a constant
+    width: WidthEvidence = field(default_factory=WidthEvidence)
 
     @staticmethod
-    def of(posterior: DoorPosterior) -> DoorEvidence:
-        """What a filter knows when its drive has ended, without its prior."""
+    def of(posterior: DoorPosterior, width: WidthEvidence | None = None) -> DoorEvidence:
+        """What a filter knows when its drive has ended, without its prior; and of the ``width``."""
         mixture = posterior.mixtures[-1]  # under the widest prior
         mean, covariance = mixture.hinge
         covariance = covariance + ROUGH_M**2 * np.eye(2)
@@ -65,7 +69,8 @@ class DoorEvidence:
         offset = np.linalg.solve(information + 1e-9 * np.eye(2), told @ mean)
         seen = np.hstack([np.eye(2), _turned(posterior)])
         places = seen.T @ information @ seen
-        return DoorEvidence(places, seen.T @ information @ offset, _log_bearing(posterior))
+        pull, bearing = seen.T @ information @ offset, _log_bearing(posterior)
+        return DoorEvidence(places, pull, bearing, width or WidthEvidence())
 
     @property
     def found(self) -> tuple[FloatArray, FloatArray] | None:
@@ -80,24 +85,37 @@ class DoorEvidence:
         """What both tell."""
         bearing = self.bearing + other.bearing
         return DoorEvidence(
-            self.places + other.places, self.pull + other.pull, bearing - bearing.max()
+            self.places + other.places,
+            self.pull + other.pull,
+            bearing - bearing.max(),
+            self.width + other.width,
         )
 
     def beside(
-        self, hinge: FloatArray, bearing: float, leaf: FloatArray | None = None
+        self,
+        hinge: FloatArray,
+        bearing: float,
+        leaf: FloatArray | None = None,
+        width: float = 0.0,
     ) -> DoorEvidence:
         """The same about a model, where this is about one that is off it by so much.
 
-        That is by the hinge's place (2,), the bearing, and the leaf's place beside the hinge (2,).
+        That is by the hinge's place (2,), the bearing, the leaf's place beside the hinge (2,), and
+        its width.
         """
         shifted = np.interp(BEARINGS - bearing, BEARINGS, self.bearing)
         off = np.append(hinge, np.zeros(2) if leaf is None else leaf)
-        return DoorEvidence(self.places, self.pull + self.places @ off, shifted - shifted.max())
+        return DoorEvidence(
+            self.places,
+            self.pull + self.places @ off,
+            shifted - shifted.max(),
+            self.width.beside(hinge, width),
+        )
 
     def rougher(self, variance: float) -> DoorEvidence:
         """The same with an own error of the drive, of a ``variance`` in m^2, of the hinge."""
         left = np.linalg.inv(np.eye(4) + variance * self.places @ OF_HINGE)
-        return DoorEvidence(left @ self.places, left @ self.pull, self.bearing)
+        return replace(self, places=left @ self.places, pull=left @ self.pull)
 
     def doubted(self, deviation: float, share: float) -> DoorEvidence:
         """The same with an own error of the drive, of a ``deviation`` in rad, in the bearing.
@@ -109,11 +127,12 @@ class DoorEvidence:
         padded = np.pad(likelihood, len(kernel) // 2, mode="edge")
         blurred = np.convolve(padded, kernel / kernel.sum(), mode="valid")
         log = np.log((1.0 - share) * blurred + share * likelihood.mean())
-        return DoorEvidence(self.places, self.pull, np.asarray(log))
+        return replace(self, bearing=np.asarray(log))
 
     def packed(self) -> bytes:
         """As bytes."""
         arrays = {"hinge": self.places, "pull": self.pull, "bearing": self.bearing}
+        arrays["width"] = np.array(self.width.words())
         return pack({}, {name: np.asarray(each, dtype="<f8") for name, each in arrays.items()})
 
     @staticmethod
@@ -121,7 +140,8 @@ class DoorEvidence:
         """What was packed of a door. Raises WorldError for damage."""
         _, arrays = unpack(content, f"What is known of the hinge of '{name}'")
         hinge, pull, bearing = (arrays[each].astype(float) for each in ("hinge", "pull", "bearing"))
-        return DoorEvidence(*_of_four(hinge, pull), bearing)
+        width = WidthEvidence.read(arrays["width"]) if "width" in arrays else WidthEvidence()
+        return DoorEvidence(*_of_four(hinge, pull), bearing, width)
 
     def words(self) -> dict[str, Any]:
         """As JSON has it."""
@@ -129,6 +149,7 @@ class DoorEvidence:
             "hinge": self.places.round(3).tolist(),
             "pull": self.pull.round(4).tolist(),
             "bearing": self.bearing.round(3).tolist(),
+            "width": self.width.words(),
         }
 
     @staticmethod
@@ -138,9 +159,10 @@ class DoorEvidence:
             np.array(words[name], dtype=float) for name in ("hinge", "pull", "bearing")
         )
         shapes = hinge.shape, pull.shape, bearing.shape
+        width = WidthEvidence.read(words["width"]) if "width" in words else WidthEvidence()
         if shapes not in (((size, size), (size,), BEARINGS.shape) for size in (2, 4)):
             raise ValueError("the evidence has another form")
-        return DoorEvidence(*_of_four(hinge, pull), bearing)
+        return DoorEvidence(*_of_four(hinge, pull), bearing, width)
 
 
 def _of_four(information: FloatArray, pull: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -164,6 +186,8 @@ class DoorStatics:
     covariance: FloatArray  # (4, 4) m^2, of both
     bearing: float  # rad, of the closed leaf, beside the model's
     bearing_std: float  # rad
+    width: float = 0.0  # m, by which the leaf's free edge is farther from its hinge than modelled
+    width_std: float = 0.0  # m
 
     @property
     def hinge_std(self) -> float:
@@ -196,10 +220,15 @@ def _turned(posterior: DoorPosterior) -> FloatArray:
     return np.asarray(np.einsum("c,cij->ij", mixture.weights, rotations))
 
 
-def evidence_of(beliefs: Mapping[str, ObjectBelief]) -> dict[str, DoorEvidence]:
-    """What a drive told of the doors that it passed, by its beliefs at the end."""
+def evidence_of(
+    beliefs: Mapping[str, ObjectBelief], widths: Mapping[str, WidthEvidence] | None = None
+) -> dict[str, DoorEvidence]:
+    """What a drive told of the doors that it passed, by its beliefs at the end.
+
+    ``widths`` are what it told of these by door.
+    """
     return {
-        name: DoorEvidence.of(belief.joint)
+        name: DoorEvidence.of(belief.joint, (widths or {}).get(name))
         for name, belief in sorted(beliefs.items())
         if isinstance(belief.joint, DoorPosterior) and belief.last_observed_ns is not None
     }
@@ -239,7 +268,10 @@ def _moved(item: MovableObject, learnt: DoorStatics) -> MovableObject:
     origin = item.origin @ turn
     origin[:2, 3] = item.hinge + learnt.hinge
     aside = item.origin[:3, :3].T @ np.append(learnt.leaf, 0.0)
-    return replace(item, origin=origin, mesh=item.mesh.moved(transform(np.eye(3), aside)))
+    mesh = item.mesh.moved(transform(np.eye(3), aside))
+    if learnt.width != 0.0:
+        mesh = wider(mesh, learnt.width - float(aside[0]))
+    return replace(item, origin=origin, mesh=mesh)
 
 
 def combined(drives: Sequence[Drive], error: BuildingErrorSettings) -> list[DoorStatics]:
@@ -272,6 +304,24 @@ def combined(drives: Sequence[Drive], error: BuildingErrorSettings) -> list[Door
             of_hinge = [(1.0, own.hinge_std_m**2)]
             of_bearing = [(1.0, math.radians(own.bearing_std_deg) ** 2)]
         out.append(_posterior(name, told[name], of_hinge, of_bearing, rough, swung))
+    return _with_widths(out, told)
+
+
+def _with_widths(
+    doors: Sequence[DoorStatics], told: Mapping[str, Sequence[DoorEvidence]]
+) -> list[DoorStatics]:
+    """The same with widths. How far these are off on the whole is learnt from all doors."""
+    widths, logs = Deviation(WIDTH_M, WIDEST_WIDTH_M), dict[str, FloatArray]()
+    for door in doors:
+        if any(each.width.count for each in told[door.name]):
+            logs[door.name] = _log_width(told[door.name], door.hinge, door.covariance[:2, :2])
+            widths.observe(door.name, _of_width(logs[door.name], widths.variances))
+    out = []
+    for door in doors:
+        width, std = 0.0, math.sqrt(widths.variance)
+        if door.name in logs:
+            width, std = _width(logs[door.name], widths.cases(door.name))
+        out.append(replace(door, width=width, width_std=std))
     return out
 
 
@@ -462,6 +512,41 @@ def _of_bearing(evidence: Sequence[DoorEvidence], variances: FloatArray) -> Floa
     """(k,) the same of the bearing."""
     log = np.sum([each.bearing for each in evidence], axis=0)
     return np.array([float(np.logaddexp.reduce(log + _prior(v))) for v in variances])
+
+
+def _log_width(
+    evidence: Sequence[DoorEvidence], hinge: FloatArray, covariance: FloatArray
+) -> FloatArray:
+    """(h,) log-likelihood of a width by all drives, where the hinge is known so far.
+
+    Each drive has an own error, and all share one that is as large.
+    """
+    total = WidthEvidence()
+    for each in evidence:
+        seen = each.width.beside(-hinge, 0.0)
+        total = total + replace(seen, log=seen.blurred(OWN_WIDTH_M))
+    variance = OWN_WIDTH_M**2 + float(total.aim @ covariance @ total.aim)
+    return total.blurred(math.sqrt(variance))
+
+
+def _width_prior(variance: float) -> FloatArray:
+    """(h,) log-probabilities of widths before any drive."""
+    log = -0.5 * WIDTHS**2 / max(variance, STEP_M**2 / 4.0)
+    return np.asarray(log - np.logaddexp.reduce(log))
+
+
+def _of_width(log: FloatArray, variances: FloatArray) -> FloatArray:
+    """(k,) log p(z | variance) of a width, up to a constant."""
+    return np.array([float(np.logaddexp.reduce(log + _width_prior(v))) for v in variances])
+
+
+def _width(log: FloatArray, widths: Cases) -> tuple[float, float]:
+    """m, by which a leaf is wider, and its standard deviation."""
+    priors = [math.log(share) + _width_prior(variance) for share, variance in widths]
+    log = log + np.logaddexp.reduce(priors, axis=0)
+    weights = np.exp(log - np.logaddexp.reduce(log))
+    mean = float(weights @ WIDTHS)
+    return mean, math.sqrt(float(weights @ (WIDTHS - mean) ** 2))
 
 
 def _prior(variance: float) -> FloatArray:

@@ -36,11 +36,13 @@ from objstate.world.schema import (
     MIGRATIONS,
     OBJECTS,
     STATICS,
+    SURVEYS,
     WORLD,
     form_of,
     migrate,
 )
 from objstate.world.statics import DoorEvidence, Drive
+from objstate.world.surveys import MOST, KeptSurvey
 from objstate.world.world import World, filters_of
 
 ROWS_AT_ONCE = 100  # beliefs sent to the database in one go
@@ -224,12 +226,13 @@ class WorldStore:
         floor: FloorMemory | None = None,
         also: Iterable[Executable] = (),
         statics: Drive | None = None,
+        survey: KeptSurvey | None = None,
     ) -> bool:
         """Add what a drive taught, whole or not at all; False where the world has the drive already.
 
         ``floor`` is what it left of its grid, where it had one, and ``statics`` what it told of where
-        doors hang, beside the world's building. ``also`` are statements of whoever
-        keeps tables beside the world, made in the same transaction.
+        doors hang beside the walls about them, and ``survey`` of walls and lasers. ``also`` are
+        statements of whoever keeps tables beside the world, made in the same transaction.
 
         Beliefs hold from their stamps on, whichever drive was added first. Raises WorldError
         where another writer doesn't finish, and for a belief without a stamp.
@@ -258,6 +261,8 @@ class WorldStore:
             for statement in also:
                 connection.execute(statement)
             _learn_statics(connection, statics or {})
+            if survey is not None:
+                _keep_survey(connection, identity, survey)
             seen = {belief.item.name for belief in taught}
             filters = filters_of(dict(_objects(connection, seen)), drive.settings)
             due = learn(connection, drive.settings, filters, taught)
@@ -279,7 +284,7 @@ class WorldStore:
         return int(gone)
 
     def statics(self, without: str | None = None) -> Drive:
-        """What drives told of where doors hang, beside the world's building, put together.
+        """What drives told of where doors hang beside the walls about them, put together.
 
         Nothing, where the drive of a digest has told of it already: what it told can't be taken out
         again. Raises WorldError.
@@ -289,6 +294,19 @@ class WorldStore:
                 return {}
             rows = connection.execute(select(STATICS.c.object, STATICS.c.evidence)).all()
         return {name: DoorEvidence.unpacked(packed, name) for name, packed in rows}
+
+    def surveys(self, without: str | None = None) -> list[KeptSurvey]:
+        """What the latest drives told of walls and lasers, but the drive of a digest; in time order.
+
+        Raises WorldError.
+        """
+        d = DRIVES.c
+        query = select(SURVEYS.c.survey).join(DRIVES, d.id == SURVEYS.c.drive)
+        if without is not None:
+            query = query.where(d.digest != without)
+        with self._database.reading() as connection:
+            rows = connection.execute(query.order_by(d.begin_ns, d.id)).scalars().all()
+        return [KeptSurvey.unpacked(packed) for packed in rows]
 
     def fit_habits(
         self, settings: Settings | None = None, names: Iterable[str] | None = None
@@ -370,6 +388,15 @@ def _learn_statics(connection: Connection, new: Drive) -> None:
             connection.execute(delete(STATICS).where(own))
         values = {"object": name, "drives": drives, "evidence": total.packed()}
         connection.execute(insert(STATICS), [values])
+
+
+def _keep_survey(connection: Connection, drive: int, survey: KeptSurvey) -> None:
+    """Add a drive's survey, and remove those of drives before the latest ones."""
+    connection.execute(insert(SURVEYS), [{"drive": drive, "survey": survey.packed()}])
+    d, s = DRIVES.c, SURVEYS.c
+    kept = select(s.drive).join(DRIVES, d.id == s.drive).order_by(d.begin_ns.desc(), d.id.desc())
+    latest = connection.execute(kept.limit(MOST)).scalars().all()
+    connection.execute(delete(SURVEYS).where(s.drive.not_in(latest)))
 
 
 def _check_that_it_is_there(database: Database) -> None:

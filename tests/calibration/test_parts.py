@@ -56,9 +56,10 @@ def test_a_step_solves_linear_least_squares(seed: int) -> None:
     np.testing.assert_allclose(equations.step(), step, atol=1e-9)
     covariance = np.linalg.inv(hessian)[3:, 3:]
     np.testing.assert_allclose(equations.covariance(np.array([3, 4, 5])), covariance, atol=1e-9)
-    information, gradient = equations.marginal(3)
-    np.testing.assert_allclose(information, np.linalg.inv(covariance), atol=1e-9)
-    np.testing.assert_allclose(-np.linalg.solve(information, gradient), step[3:], atol=1e-9)
+    for chain in range(1, 4):
+        information, gradient = equations.marginal(chain, 3)
+        np.testing.assert_allclose(information, np.linalg.inv(covariance), atol=1e-9)
+        np.testing.assert_allclose(-np.linalg.solve(information, gradient), step[3:], atol=1e-9)
 
 
 def test_a_wall_that_is_off_reads_alike_at_any_incidence() -> None:

@@ -51,3 +51,15 @@ def test_what_excludes_it_is_said(run, drives: Drives, tmp_path: Path) -> None:
     assert both.code == 1
     assert "leave --calibrate out" in both.err
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("first", ["--learn-building", "--calibrate"])
+def test_an_existing_folder_is_refused_before_anything_is_learnt(
+    run, tmp_path: Path, first: str
+) -> None:
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "thesis.txt").write_text("whole")
+    given = ("--building", tmp_path / "none.yaml", "--out", out)  # learning would end with this one
+    refused = run("estimate", tmp_path / "none.mcap", *given, first)
+    assert (refused.code, "exists already" in refused.err) == (1, True)

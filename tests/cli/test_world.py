@@ -39,7 +39,7 @@ def test_estimate_says_what_a_world_knew_and_learnt(run, drive: Path, world: Pat
     told = json.loads((drive / "again" / "run.json").read_text())["world"]
     assert told == {
         "location": str(world), "known": 0, "added": 0, "had_the_log": True, "hung": 0,
-        "contradicts": False,
+        "contradicts": False, "surveyed": 0,
     }  # fmt: skip
     first = json.loads((drive / "taught" / "run.json").read_text())["world"]
     assert first["added"] > 0

@@ -30,6 +30,15 @@ HALL = """
   {doors}
 </robot>
 """
+PIECE = """
+  <link name="body_{name}">
+    <collision><origin xyz="0 0 0.5"/><geometry><box size="0.6 0.4 1"/></geometry></collision>
+  </link>
+  <joint name="{name}" type="planar">
+    <parent link="map"/><child link="body_{name}"/>
+    <origin xyz="{x} {y} 0" rpy="0 0 0"/><axis xyz="0 0 1"/>
+  </joint>
+"""
 DOOR = """
   <link name="leaf_{name}">
     <collision><origin xyz="0.45 0 1"/><geometry><box size="0.9 0.04 2"/></geometry></collision>
@@ -44,6 +53,12 @@ ROUTE = {"waypoints": [{"x": -0.5, "y": 0.0}, {"x": 5.5, "y": 0.0}]}
 # by door: place, yaw, axis; how far the model is off (m, m, rad)
 TRUTH = {"north": (1.0, 0.9, 0.0, 1), "south": (3.5, -0.9, 0.0, -1), "far": (4.8, 0.9, 0.0, 1)}
 OFF = {"north": (0.02, -0.02, 0.035), "south": (-0.02, 0.01, -0.035), "far": (0.01, 0.02, 0.03)}
+# where furniture stands each day; the model has it at the origin of these
+PLACES = {"cabinet": (7.4, -1.2), "desk": (7.0, 1.1)}
+STOOD = {
+    "cabinet": [(0.04, -0.03, 0.05)] * 3,
+    "desk": [(0.1, 0.0, 0.1), (-0.1, 0.1, 0.0), (0.0, -0.1, -0.2)],
+}
 LEARN = ("building", "learn")
 DAYS = (
     {"north": 0.0, "south": 0.0, "far": 0.9},
@@ -93,6 +108,30 @@ def test_doors_are_found_where_they_hang(
         assert math.degrees(turned) == pytest.approx(math.degrees(yaw), abs=0.3)
     assert better.error is not None
     assert better.error.doors["north"].bearing_std_deg < 0.5
+
+
+def test_furniture_that_never_moves_is_put_where_it_stands(run: Run, tmp_path: Path) -> None:
+    pieces = "".join(PIECE.format(name=name, x=x, y=y) for name, (x, y) in PLACES.items())
+    model, logs = tmp_path / "hall.urdf", []
+    model.write_text(HALL.format(doors=pieces))
+    for day in range(3):
+        objects = []
+        for name, (x, y) in PLACES.items():
+            dx, dy, yaw = STOOD[name][day]
+            objects.append({"name": name, "initial": {"x": x + dx, "y": y + dy, "yaw": yaw}})
+        scene = {"building": "hall.urdf", "seed": day, "route": ROUTE, "objects": objects}
+        (tmp_path / f"day{day}.yaml").write_text(yaml.safe_dump(scene))
+        logs.append(simulate(tmp_path / f"day{day}.yaml", tmp_path / f"day{day}").log)
+    done = run(*LEARN, *logs, "--building", model, "--out", tmp_path / "better", "--jobs", 2)
+    assert "Furniture" in done.out
+    told = json.loads((tmp_path / "better" / "learn.json").read_text())["furniture"]
+    pieces = {each["piece"]: each for each in told}
+    better = load_building(tmp_path / "better" / "hall.urdf").objects
+    assert pieces["cabinet"]["p_fixed"] > 0.9
+    off = better["cabinet"].home - np.array([*PLACES["cabinet"], 0.0])
+    assert off == pytest.approx(STOOD["cabinet"][0], abs=0.02)
+    assert pieces["desk"]["p_fixed"] < 0.1
+    assert better["desk"].home == pytest.approx([*PLACES["desk"], 0.0])
 
 
 def test_it_goes_on_from_what_it_knows(

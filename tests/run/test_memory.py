@@ -42,7 +42,7 @@ def test_what_is_learnt_is_taken_back_once_for_each_time_that_the_robot_is_lost(
     tmp_path: Path,
 ) -> None:
     estimator, looks = Doubting(corridor()), Noting()
-    memory = Memory.opened(tmp_path / "w.world", estimator.building, Settings(), "log", 0)
+    memory = Memory.opened(tmp_path / "w.world", estimator.building, Settings(), "log", 0, {})
     memory.looks = looks
     record = scan_of(np.full(3, 1.0), fan(3))
     first, second = (1, 4), (5, 7)

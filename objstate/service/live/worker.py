@@ -105,9 +105,9 @@ class _Live:
         context = self._context
         settings = context.options.settings
         digest = f"live:{self._name}"
-        memory = Memory.opened(context.world, building, settings, digest, begin_ns)
+        memory = Memory.opened(context.world, building, settings, digest, begin_ns, {})
         self._say("state", "estimating")
-        return make_estimator(building, context.options, memory.known)
+        return make_estimator(memory.building, context.options, memory.known)
 
     def _note(self, scan: Scan, estimator: Estimator, estimates: Sequence[Estimate]) -> None:
         news = []
