@@ -53,7 +53,7 @@ def as_url(path: str | os.PathLike[str]) -> str:
 def check_free(
     path: str | Path, *, overwrite: bool = False, replaceable: Callable[[Path], bool] = Path.is_file
 ) -> Path:
-    """The absolute path, if ``whole`` may write it; for asking before long work. Raises ResultError."""
+    """The absolute path, if ``whole`` may write it; to ask before long work. Raises ResultError."""
     refuse_url(path)
     target = Path(path).absolute()
     _refuse_what_exists(target, overwrite, replaceable)

@@ -81,7 +81,7 @@ class NormalEquations:
 
 
 def _reduced(hessian: csc_array, gradient: FloatArray, chain: int) -> tuple[FloatArray, FloatArray]:
-    """All but the first ``chain`` unknowns, whose own Hessian has a narrow band (Schur complement)."""
+    """All but the first ``chain`` unknowns, whose own Hessian is banded (Schur complement)."""
     from scipy.linalg import cho_solve_banded, cholesky_banded
 
     own = hessian[:chain, :chain].tocoo()

@@ -91,7 +91,7 @@ class Survey:
     def beside(self, mountings: Mapping[str, FloatArray], walls: FloatArray) -> Survey:
         """The same about a model, where this is about one that is off it by so much.
 
-        That is by corrections (4,) of mountings by laser, and displacements (c, 2) m of all columns.
+        That is by corrections (4,) of mountings by laser, and displacements (c, 2) m of columns.
         """
         lasers = [mountings.get(laser, np.zeros(MOUNTING)) for laser in self.lasers]
         off = np.concatenate([*lasers, walls[self.columns].ravel()])

@@ -90,7 +90,7 @@ def _pieces(furniture: Sequence[PlaceStatics]) -> Table:
             f"{100.0 * each.fixed:.0f}",
             f"{100.0 * x:+.1f}",
             f"{100.0 * y:+.1f}",
-            f"{100.0 * math.sqrt(float((std[:2] ** 2).mean())):.1f}",
+            f"{100.0 * each.place_std:.1f}",
             f"{math.degrees(yaw):+.1f}",
             f"{math.degrees(std[2]):.1f}",
         )

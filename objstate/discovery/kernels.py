@@ -152,7 +152,7 @@ def nearest_line(
     of: IntArray,
     aside: FloatArray,
 ) -> None:
-    """The nearest of lines within ``near`` m of where beams end that meet it steeply; ``of`` (n,) else stays.
+    """The nearest line within ``near`` m of where beams end that meet it steeply; ``of`` (n,) else stays.
 
     ``ends`` (n, 2) and ``directions`` (n, 2) are of beams, ``lines`` (k, 5) start, unit vector and
     length; ``aside`` (n,) gets how far to the line's left a beam ends, m.

@@ -87,7 +87,7 @@ def _piece(piece: PlaceStatics) -> list[str | Cell]:
         f"{100.0 * piece.fixed:.0f}",
         f"{100.0 * x:+.1f}",
         f"{100.0 * y:+.1f}",
-        f"{100.0 * math.sqrt(float(np.mean(std[:2] ** 2))):.1f}",
+        f"{100.0 * piece.place_std:.1f}",
         f"{math.degrees(yaw):+.1f}",
         f"{math.degrees(std[2]):.1f}",
     ]

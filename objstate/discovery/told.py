@@ -135,7 +135,7 @@ def _of_piece(piece: PlaceStatics) -> dict[str, Any]:
         "drives": piece.drives,
         "p_fixed": round(piece.fixed, 4),
         "place_m": [round(x, 4), round(y, 4)],
-        "place_std_m": round(math.sqrt(float(np.mean(std[:2] ** 2))), 4),
+        "place_std_m": round(piece.place_std, 4),
         "yaw_deg": round(math.degrees(yaw), 3),
         "yaw_std_deg": round(math.degrees(float(std[2])), 3),
     }

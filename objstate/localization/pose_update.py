@@ -143,7 +143,7 @@ def drive(
 
 
 def evenly(count: int) -> FloatArray:
-    """(n,) times of a scan's beams, one after the other, in durations of the sweep from its middle."""
+    """(n,) times of beams, one after the other, in durations of the sweep from its middle."""
     return np.arange(count) / max(count - 1, 1) - 0.5
 
 
@@ -168,8 +168,8 @@ def leave(
     ``towards`` (n, 2) are written, as are the robot's ``pose`` (3,) at that time, the ``laser``'s
     place (2,), and the pose's ``moving`` (3,) m/s, m/s, rad/s. The laser's errors begin with a
     column ``first``; the ``velocity`` (3,) is in the robot's frame. Beams are taken at
-    ``times`` (n,) in durations of the sweep from its middle, at which the pose and the laser's place
-    are given.
+    ``times`` (n,) in durations of the sweep from its middle, at which the pose and the laser's
+    place are given.
     """
     count, sweep = origins.shape[0], mean[first + 5]
     cos, sin = math.cos(mean[2]), math.sin(mean[2])

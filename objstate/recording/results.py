@@ -27,7 +27,7 @@ def result_folder(path: str | Path, *, overwrite: bool = False) -> Iterator[Path
 
 
 def check_result_folder(path: str | Path, *, overwrite: bool = False) -> None:
-    """Whether ``result_folder`` may be written there; for asking before long work. Raises ResultError."""
+    """Raise ResultError unless ``result_folder`` may be written there; to ask before long work."""
     check_free(path, overwrite=overwrite, replaceable=is_result)
 
 

@@ -2,8 +2,8 @@
 
 A drive's filter knows where a piece stood when it was last seen. Without the prior, that is a
 Gaussian likelihood of its place. Whether a piece is fixed, or was moved between drives, is told by
-the marginal likelihoods of both: one place for all drives, with a small error of each, or a place of
-its own in each.
+the marginal likelihoods of both: one place for all drives, with a small error of each, or a place
+of its own in each.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ LEAST_DRIVES = 2  # that can tell whether a piece was moved
 
 @dataclass(frozen=True, eq=False)
 class PlaceEvidence:
-    """What one drive tells of one piece's place: a likelihood beside any prior, about the model's."""
+    """What one drive tells of a piece's place, about the model's: a likelihood without a prior."""
 
     information: FloatArray  # (3, 3) of x, y in m and yaw in rad
     pull: FloatArray  # (3,) that times the offset from the model
@@ -98,6 +98,11 @@ class PlaceStatics:
         """(3,) m, m, rad"""
         return np.asarray(np.sqrt(np.diag(self.covariance)))
 
+    @property
+    def place_std(self) -> float:
+        """m, the root mean square over both directions."""
+        return math.sqrt(float(np.mean(np.diag(self.covariance)[:2])))
+
 
 def places_of(beliefs: Mapping[str, ObjectBelief], settings: Settings) -> dict[str, PlaceEvidence]:
     """What a drive told of the furniture that it passed, by its beliefs at the end."""
@@ -135,7 +140,7 @@ def _posterior(name: str, drives: Sequence[PlaceEvidence]) -> PlaceStatics:
 
 
 def _log_evidence(information: FloatArray, pull: FloatArray, prior: FloatArray) -> float:
-    """log p(z) with the place integrated out under its prior, beside the best place's likelihood."""
+    """log p(z) with the place integrated out under its prior, beside that at the best place."""
     total = information + np.linalg.inv(prior)
     _, log_det = np.linalg.slogdet(np.eye(3) + prior @ information)
     return 0.5 * (float(pull @ np.linalg.solve(total, pull)) - float(log_det))

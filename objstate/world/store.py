@@ -296,7 +296,7 @@ class WorldStore:
         return {name: DoorEvidence.unpacked(packed, name) for name, packed in rows}
 
     def surveys(self, without: str | None = None) -> list[KeptSurvey]:
-        """What the latest drives told of walls and lasers, but the drive of a digest; in time order.
+        """What the latest drives told of walls and lasers, without that of a digest; by time.
 
         Raises WorldError.
         """

@@ -48,8 +48,8 @@ APART_M, APART = 0.05, math.radians(2.0)  # by which robot or leaf move between 
 class WidthEvidence:
     """What one drive tells of one leaf's free edge, beside any prior.
 
-    The edge's distance from the modelled hinge tells of the width and, along the leaf as it stood, of
-    the hinge.
+    The edge's distance from the modelled hinge tells of the width and, along the leaf as it stood,
+    of the hinge.
     """
 
     log: FloatArray = field(default_factory=partial(np.zeros, len(WIDTHS)))  # (g,) of ``WIDTHS``
@@ -110,14 +110,22 @@ class Edges:
         robot = estimator.robot
         if not isinstance(record, Scan) or robot is None or not self._sensing.is_level(record):
             return
-        for each in estimates:
-            name = each.object
-            if name not in self._boxes or not each.observed or each.lost or each.std > SURE:
-                continue
-            home = float(self._building.objects[name].home[0])
-            if abs(each.mean - home) > OPEN and self._is_new(record, name, robot.mean, each.mean):
-                walls = self._sensing.view(record, record.valid).walls(robot.mean[None])[0]
-                self._see(record, name, estimator.vantage(record), walls, each.mean)
+        seen = [each for each in estimates if self._shows_edge(each)]
+        seen = [each for each in seen if self._is_new(record, each.object, robot.mean, each.mean)]
+        if not seen:
+            return
+        vantage = estimator.vantage(record)
+        walls = self._sensing.view(record, record.valid).walls(robot.mean[None])[0]
+        for each in seen:
+            self._see(record, each.object, vantage, walls, each.mean)
+
+    def _shows_edge(self, estimate: Estimate) -> bool:
+        """Whether a leaf is a box that surely stands open."""
+        name = estimate.object
+        if name not in self._boxes or not estimate.observed or estimate.lost:
+            return False
+        home = float(self._building.objects[name].home[0])
+        return estimate.std <= SURE and abs(estimate.mean - home) > OPEN
 
     def _is_new(self, scan: Scan, name: str, pose: FloatArray, angle: float) -> bool:
         """Whether robot or leaf stood elsewhere in the last scan that was used."""
