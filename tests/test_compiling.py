@@ -48,9 +48,12 @@ def test_where_they_can_be_kept_they_are(tmp_path: Path) -> None:
 
 
 def estimated(
-    out: Path, log: Path, building: Path, loops: Path, *, cores: int, until: int
+    out: Path, log: Path, building: Path, loops: Path | None, *, cores: int, until: int
 ) -> tuple[bytes, int]:
-    """What a log gives up to a time, s, with so many cores; and how many loops that process compiled."""
+    """What a log gives up to a time, s, with so many cores, and how many loops it compiled.
+
+    Loops are kept in a folder of their own, or beside the installed package.
+    """
     given = [
         *("estimate", str(log), "--quiet", "--to", str(until)),
         *("--building", str(building), "--out", str(out)),
@@ -60,7 +63,8 @@ def estimated(
         "from objstate.experiments import processes\nfrom objstate.cli.entry import main\n"
         f"processes.default_workers = lambda: {cores}\nmain({given!r})"
     )
-    done = run(script, NUMBA_CACHE_DIR=str(loops), NUMBA_DEBUG_CACHE="1")
+    kept = {} if loops is None else {"NUMBA_CACHE_DIR": str(loops)}
+    done = run(script, **kept, NUMBA_DEBUG_CACHE="1")
     return (out / "estimates.parquet").read_bytes(), done.stdout.count("data saved to")
 
 
@@ -68,23 +72,21 @@ def test_loops_compiled_by_one_process_by_several_and_before_give_the_same_bytes
     tmp_path: Path,
 ) -> None:
     doors = ROOT / "logs/corridor.mcap", ROOT / "models/corridor/corridor.urdf"
-    alone, several, before = (tmp_path / name for name in ("alone", "several", "before"))
+    alone, several = (tmp_path / name for name in ("alone", "several"))
     by_itself, many = estimated(tmp_path / "1", *doors, alone, cores=1, until=60)
     shared, first = estimated(tmp_path / "2", *doors, several, cores=2, until=60)
     assert many == sum(map(len, PARTS[:EVERY_RUN]))
     assert first == 1 + sum(
         map(len, PARTS[:EVERY_RUN:2])
     )  # and that by which it saw that any has to be
-    told = run(
-        "from objstate.cli.entry import main\nmain(['compile'])", NUMBA_CACHE_DIR=str(before)
-    )
+    told = run("from objstate.cli.entry import main\nmain(['compile'])")
     assert told.stdout.startswith("The inner loops are compiled")
-    kept, none = estimated(tmp_path / "3", *doors, before, cores=2, until=60)
+    kept, none = estimated(tmp_path / "3", *doors, None, cores=2, until=60)
     assert by_itself == shared == kept
     assert none == 0
     simulate(ROOT / "benchmarks/scenes/room.scene.yaml", tmp_path / "room", seed=3)
     desks = tmp_path / "room/log.mcap", ROOT / "benchmarks/scenes/room.urdf"
-    assert estimated(tmp_path / "4", *desks, before, cores=2, until=60)[1] == 0
+    assert estimated(tmp_path / "4", *desks, None, cores=2, until=60)[1] == 0
 
 
 def test_where_nothing_can_be_kept_there_is_nothing_to_compile_beforehand() -> None:
@@ -98,7 +100,9 @@ def test_where_nothing_can_be_kept_there_is_nothing_to_compile_beforehand() -> N
 
 def test_processes_that_fail_to_compile_do_no_harm(tmp_path: Path) -> None:
     script = (
-        "import sys\nfrom objstate.cli import sharing\nfrom objstate.experiments import processes\n"
+        "import sys\nfrom objstate.cli import loops, sharing\n"
+        "from objstate.experiments import processes\n"
+        "loops.PARTS = tuple(part[-1:] for part in loops.PARTS)\n"  # to be sooner done
         "processes.default_workers = lambda: 2\n"
         "sharing.share_out_compiling()\nsys.executable = {!r}\n"
     )

@@ -69,12 +69,17 @@ class WorkerProcess(Generic[Context, Job]):
         return self._process.poll() is None
 
     def run(self, job: Job, time_limit: float | None, report: Report) -> Verdict:
-        """Do one job, within ``time_limit`` seconds; the process is gone unless it answered."""
-        deadline = None if time_limit is None else time.monotonic() + time_limit
+        """Do one job, within ``time_limit`` seconds; the process is gone unless it answered.
+
+        The time that a new process takes to start isn't the job's.
+        """
+        deadline = None
         try:
             self._send(job)
             while self._connection.poll(_left(deadline)):
                 match self._connection.recv():
+                    case ("began",):
+                        deadline = None if time_limit is None else time.monotonic() + time_limit
                     case "progress", share, seconds:
                         report(share, seconds)
                     case status, reason, memory:

@@ -30,6 +30,7 @@ def main(descriptor: int) -> None:
     function, context = inbox.get()
     while True:
         job = inbox.get()
+        connection.send(("began",))
         connection.send(_answer(function, context, job, _reporter(connection)))
 
 
