@@ -163,12 +163,12 @@ def _read(rng: np.random.Generator, laser: Laser, hits: Hits) -> Floats:
     """Exact ranges as a laser reads them."""
     count, exact = len(hits.ranges), hits.ranges
     ranges = exact.copy()
-    following = np.append(exact[1:], exact[-1])
+    after = np.minimum(np.arange(count) + 1, count - 1)
+    following = exact[after]
     with np.errstate(invalid="ignore"):
         beside = np.abs(following - exact) > EDGE
     beside &= np.isfinite(exact) & np.isfinite(following)
-    # on one slanted surface a beam averages over its footprint, and mixes nothing
-    beside &= hits.index != np.append(hits.index[1:], hits.index[-1])
+    beside &= hits.index != hits.index[after]  # on one slanted wall, a beam mixes nothing
     mixed = beside & (rng.random(count) < laser.mixed)
     share = rng.random(count)
     ranges[mixed] = (share * exact)[mixed] + ((1 - share) * following)[mixed]

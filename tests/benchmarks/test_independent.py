@@ -141,6 +141,26 @@ def test_readings_lie_around_the_exact_ranges(kind: str) -> None:
         assert np.isfinite(scan.ranges[exact > laser.range_max + 0.5]).sum() <= 2  # mixed
 
 
+def test_ranges_mix_only_where_neighbours_end_on_different_surfaces() -> None:
+    world, drive = bare_world(1), corridor_drive(1)
+    short = replace(drive, times=drive.times[:100], poses=drive.poses[:100])  # it stands still
+    exactly = {"noise": 0.0, "noise_share": 0.0, "footprint": 0.0, "mixed": 1.0}
+    laser = replace(rig("wide")[0], dropout=0.0, grazing_dropout=0.0, **exactly)
+    bearings = laser.yaw + laser.angles
+    origin = drive.poses[0][:2] + np.array([laser.x, laser.y])
+    walls = [wall.outline for wall in world.walls]
+    walls += [outline for door in world.doors for outline in door.outlines(0.0)]
+    directions = np.column_stack([np.cos(bearings), np.sin(bearings)])
+    exact, index = cast(np.tile(origin, (len(bearings), 1)), directions, all_edges(walls))
+    on_one = (index[:-1] == index[1:]) & (exact[:-1] < laser.range_max - 0.1)
+    slanted = on_one & (np.abs(np.diff(exact)) > 0.15)  # m, as far apart as at an edge
+    assert slanted.sum() > 5
+    for scan in scans(1, world, short, [laser]):
+        off = np.abs(scan.ranges - exact)[:-1]
+        assert (off[slanted] < 0.001).all()
+        assert (off[~on_one & np.isfinite(exact[:-1])] > 0.05).any()
+
+
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_every_scenario_gives_a_plan_for_every_seed(name: str) -> None:
     for seed in range(6):
