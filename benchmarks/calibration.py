@@ -18,7 +18,8 @@ from objstate.evaluation import compare_paths, latest_states
 from objstate.geometry import wrap
 from objstate.recording.tables import read_estimates, read_truth
 from objstate.recording.tum import read_tum
-from objstate.run import RunOptions, calibrate_log, estimate_log
+from objstate.run import RunOptions, estimate_log
+from objstate.run.calibrating import calibrate_log
 from objstate.simulation import simulate
 from objstate.simulation.drive import Simulation
 from objstate.simulation.scene import load_scene

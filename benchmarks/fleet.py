@@ -21,7 +21,7 @@ from pathlib import Path
 from objstate.batch.combine import combine
 from objstate.batch.compacting import pieces
 from objstate.evaluation import batch as evaluation
-from objstate.evaluation import evaluate_batch
+from objstate.evaluation.batch import evaluate_batch
 from objstate.packing import pack, unpack
 from objstate.recording.batches import SUMMARY_TABLE, BatchLog, result_of, write_logs
 from objstate.recording.index import Entry, open_index

@@ -12,7 +12,8 @@ from objstate.cli.tables import new_table, percent
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from objstate.evaluation import BatchEvaluation, Calibration, Difference, Group
+    from objstate.evaluation import Calibration, Difference, Group
+    from objstate.evaluation.batch import BatchEvaluation
 
 
 def overall_table(evaluation: BatchEvaluation) -> Table:

@@ -67,7 +67,8 @@ def calibrate(
     from objstate.calibration import write_calibration
     from objstate.config import load_settings
     from objstate.outputs import whole
-    from objstate.run import RunOptions, calibrate_log
+    from objstate.run import RunOptions
+    from objstate.run.calibrating import calibrate_log
 
     check_span(start, end)
     options = RunOptions(

@@ -49,7 +49,8 @@ from objstate.errors import TruthError
 if TYPE_CHECKING:
     from objstate.records import Path as RobotPath
     from objstate.records import TrueState
-    from objstate.run import RunResult, WorldUse
+    from objstate.run import RunResult
+    from objstate.run.memory import WorldUse
 
 NOT_TO_BE_RELIED_ON = (
     3  # exit code: results were written, and run.json says why they are no success

@@ -31,7 +31,8 @@ from objstate.kinds import RESULT, instead
 
 if TYPE_CHECKING:
     from objstate.bound import BoundEvaluation
-    from objstate.evaluation import BatchEvaluation, Evaluation
+    from objstate.evaluation import Evaluation
+    from objstate.evaluation.batch import BatchEvaluation
 
 EXAMPLES = """\b
 Examples:
@@ -155,7 +156,7 @@ def _evaluate_batch(
     quiet: bool,
     filtered: bool,
 ) -> None:
-    from objstate.evaluation import evaluate_batch
+    from objstate.evaluation.batch import evaluate_batch
 
     with progress_bar("Evaluating", quiet) as report:
         evaluation = evaluate_batch(

@@ -58,7 +58,7 @@ class Extras:
         if self.calibrate and self.learn_building:
             raise SettingsError("--learn-building calibrates as well; leave --calibrate out.")
         if self.calibrate:
-            from objstate.run import calibrate_log
+            from objstate.run.calibrating import calibrate_log
 
             with progress_bar("Calibrating", quiet) as report:
                 found = calibrate_log(logs, building, options, on_progress=report)

@@ -75,7 +75,8 @@ def _inspect_log(
     if building is None:
         _print(summary, describe_log(summary), summary.problems, as_json)
         return
-    from objstate.run import RunOptions, calibrate_log
+    from objstate.run import RunOptions
+    from objstate.run.calibrating import calibrate_log
 
     found = calibrate_log(paths, building, RunOptions(mounts=parse_mounts(mounts)))
     described = chain(describe_log(summary), describe_calibration(found))

@@ -41,7 +41,8 @@ from objstate.discovery.refining_report import report_of
 from objstate.discovery.told import Told, learn_text, told_before
 from objstate.errors import LogError
 from objstate.geometry import FloatArray
-from objstate.run import BuildingInput, RunOptions, open_run, survey_log
+from objstate.run import BuildingInput, RunOptions, open_run
+from objstate.run.calibrating import survey_log
 from objstate.run.inputs import describe_log, log_identity
 from objstate.world.adjusting import adjusted, beside, motions, places_beside
 from objstate.world.places import Places, PlaceStatics, places_of, put_together

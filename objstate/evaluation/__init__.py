@@ -1,6 +1,5 @@
 """Errors against truth, and whether the intervals hold it."""
 
-from objstate.evaluation.batch import BatchEvaluation, Overall, evaluate_batch
 from objstate.evaluation.breakdown import Group
 from objstate.evaluation.calibration import Calibration
 from objstate.evaluation.evaluation import CoordinateErrors, Evaluation, evaluate, evaluate_states
@@ -11,7 +10,6 @@ from objstate.evaluation.robot import RobotErrors, compare_paths
 from objstate.evaluation.summary import Distances, StateErrors
 
 __all__ = [
-    "BatchEvaluation",
     "Calibration",
     "CoordinateErrors",
     "Difference",
@@ -19,12 +17,10 @@ __all__ = [
     "Evaluation",
     "Group",
     "LatestState",
-    "Overall",
     "RobotErrors",
     "StateErrors",
     "compare_paths",
     "evaluate",
-    "evaluate_batch",
     "evaluate_states",
     "latest_states",
     "read_lost",

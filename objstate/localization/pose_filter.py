@@ -54,6 +54,7 @@ FIRST_RANGES, FIRST_SLOPES = np.array((1.0, 5.0, 5.0)), np.array((0.0, 0.0, 1.0)
 LEAST_STD, MOST_GROWTH = 0.001, 0.05
 NOISIEST = 2.0  # times the first guess of a range's deviation: the largest that is learnt
 FIT = 9  # number of sums of the noise's fit
+UPPER = np.triu_indices(3)  # of a symmetric matrix of its three terms
 FIRST_TOGETHER = 0.5  # initial correlation of errors
 MOST_TOGETHER = 0.8  # largest
 FARTHEST = 3.0  # deviations beyond which a piece isn't a wall
@@ -126,6 +127,7 @@ class PoseFilter:
     ) -> None:
         self._error = error
         self._beams = beam_model
+        self._first_fit = FIRST_BEAMS * _first_sums(error.range_std_m**2)  # (9,)
         self._mean = belief.mean.copy()  # (m,) pose, shift, errors of lasers, offsets of walls
         self._covariance = belief.covariance.copy()
         self._slip_rate = slips_per_hour / SECONDS_PER_HOUR  # 1/s
@@ -251,10 +253,9 @@ class PoseFilter:
         return self._known_noise[laser]
 
     def _noise_of(self, sums: FloatArray) -> RangeNoise:
-        first = self._error.range_std_m**2
-        sums = sums + FIRST_BEAMS * _first_sums(first)
+        sums, first = sums + self._first_fit, self._error.range_std_m**2
         products, errors = np.empty((3, 3)), sums[6:]
-        products[np.triu_indices(3)] = products.T[np.triu_indices(3)] = sums[:6]
+        products[UPPER] = products.T[UPPER] = sums[:6]
         terms, found = [0, 1, 2], np.zeros(3)
         while True:
             found[:] = 0.0
@@ -584,5 +585,5 @@ def _heading(pose: FloatArray) -> tuple[float, float]:
 def _first_sums(variance: float) -> FloatArray:
     """(9,) sums of one beam of a ``variance`` in m^2, at the ``FIRST_RANGES`` and slopes."""
     terms = np.stack([np.ones(3), FIRST_RANGES**2, FIRST_RANGES**2 * FIRST_SLOPES])
-    products = (terms @ terms.T / 3.0)[np.triu_indices(3)]
+    products = (terms @ terms.T / 3.0)[UPPER]
     return np.concatenate([products, variance * terms.mean(axis=1)]) / variance**2

@@ -1,8 +1,6 @@
 """A whole run: recorded logs and a building in, a result folder out."""
 
-from objstate.run.calibrating import calibrate_log, survey_log
 from objstate.run.inputs import BuildingInput
-from objstate.run.memory import WorldUse
 from objstate.run.observer import Observer
 from objstate.run.options import RunOptions
 from objstate.run.run import FILES, GRID_FILES, RunResult, estimate_log, open_run
@@ -17,9 +15,6 @@ __all__ = [
     "Observer",
     "RunOptions",
     "RunResult",
-    "WorldUse",
-    "calibrate_log",
     "estimate_log",
     "open_run",
-    "survey_log",
 ]

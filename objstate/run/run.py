@@ -41,7 +41,6 @@ from objstate.run.inputs import (
     log_identity,
     seen_from,
 )
-from objstate.run.memory import Memory, WorldUse
 from objstate.run.observer import Observer
 from objstate.run.options import RunOptions
 from objstate.run.posteriors import PosteriorRecorder
@@ -50,6 +49,7 @@ from objstate.run.smoothing import write_smoothed
 from objstate.run.start import check_start
 
 if TYPE_CHECKING:
+    from objstate.run.memory import Memory, WorldUse
     from objstate.world.floor import FloorMemory
 
 FILES = (
@@ -251,6 +251,8 @@ def _memory(
     world: str | Path, building: Building, log: Log, options: RunOptions, digest: str
 ) -> Memory:
     """What a world knows when a log begins, with the odometry reading or scan that comes first."""
+    from objstate.run.memory import Memory
+
     begin_ns: int | None = None
     scans = Counter[str]()
     for record in log:

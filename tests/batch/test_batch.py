@@ -12,7 +12,7 @@ from objstate.batch import BatchOptions, Ended, Leftover, Progressed, gather, ru
 from objstate.batch.addresses import fetched, size_of
 from objstate.config import Settings
 from objstate.errors import OutageError, ResultError
-from objstate.evaluation import evaluate_batch
+from objstate.evaluation.batch import evaluate_batch
 from objstate.outputs import WORKSHOP
 from objstate.recording.batches import read_logs, result_of, scan_batch
 from objstate.recording.index import INDEX, read_outcomes

@@ -9,7 +9,7 @@ import pytest
 from objstate import storage
 from objstate.batch import BatchOptions, Ended, gather, run_batch
 from objstate.errors import OutageError
-from objstate.evaluation import evaluate_batch
+from objstate.evaluation.batch import evaluate_batch
 from objstate.recording.batches import read_summary_table
 from objstate.recording.mirror import WORDS, mirrored
 from objstate.report import write_batch_report
