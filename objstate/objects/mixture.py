@@ -41,7 +41,7 @@ LATCHES = 0.8  # probability that a door that comes to rest in the last cell bef
 FASTEST_S = 3.0  # s after which a moving door may be anywhere
 HINGE = slice(4, 6)  # indices of a component's errors
 NEGLIGIBLE = 1e-9  # weight below which a component is left out of the evidence for a prior
-TAPS_KEPT = 256  # number of kernels of moving doors that are cached
+SPREADS_KEPT = 256  # number of transitions of moving doors that are cached
 NEVER = 1e-30  # least weight of a component, so that nothing is impossible
 
 
@@ -153,31 +153,12 @@ class Doorway:
         out = self.rest * np.exp(-0.5 * (off / std) ** 2) + NEVER
         return np.asarray(out / out.sum())
 
-    def wandered(self, moving: FloatArray, seconds: float) -> FloatArray:
-        """(c,) distribution of moving doors (c,) after some time."""
-        taps, count = self._taps(seconds), self.cells
-        spread = moving[:count].copy()
-        if self.atoms:
-            spread[0] += moving[count]
-            spread[-1] += moving[count + 1]
-        out = np.zeros(len(self.states))
-        if self.item.wraps:
-            turned = np.fft.irfft(np.fft.rfft(spread) * np.fft.rfft(_circle(taps, count)), count)
-            out[:count] = np.maximum(turned, 0.0)
-        else:
-            both = np.convolve(spread, taps)
-            reach = len(taps) // 2
-            out[:count] = both[reach : reach + count]
-            out[0] += both[:reach].sum()
-            out[count - 1] += both[reach + count :].sum()
-        return out
-
-    def _taps(self, seconds: float) -> FloatArray:
-        """(2 r + 1,) kernel of a moving door after some time, by distance in cells."""
+    def _wanders(self, seconds: float) -> FloatArray:
+        """(c, c) probabilities of each component of a moving door after some time, given now's."""
         swing = self.settings.swing
         fastest = math.radians(swing.most_deg_per_s) if self._hinged else swing.most_m_per_s
         std = max(fastest / 2.0 * min(seconds, FASTEST_S) / self.cell, 0.3)
-        return _taps(round(std, 2), self.cells)
+        return _wanders(round(std, 2), self.cells, self.item.wraps)
 
     def stays(self, seconds: float) -> float:
         """Probability that a resting door isn't moved for some time."""
@@ -189,16 +170,17 @@ class Doorway:
         return -math.expm1(-seconds / swing.seconds), -math.expm1(-seconds / swing.near_s)
 
     def moved(self, resting: FloatArray, moving: FloatArray, seconds: float) -> Moved:
-        """The weights (c,) of resting and of moving doors after some time."""
+        """The weights (..., c) of resting and of moving doors after some time."""
         remaining = self.stays(seconds) * resting
-        swinging = self.wandered(moving + resting - remaining, seconds)
+        swinging = (moving + resting - remaining) @ self._wanders(seconds)
         ends, leaves = self._stops(seconds)
         stops, swinging = ends * swinging, (1.0 - ends) * swinging
         near, count = stops.copy(), self.cells
         if self.atoms:
-            near[count:] += LATCHES * near[[0, count - 1]]
-            near[[0, count - 1]] *= 1.0 - LATCHES
-        arrived = (1.0 - leaves) * near + leaves * stops.sum() * self.rest
+            near[..., count:] += LATCHES * near[..., [0, count - 1]]
+            near[..., [0, count - 1]] *= 1.0 - LATCHES
+        anywhere = stops.sum(axis=-1, keepdims=True) * self.rest
+        arrived = (1.0 - leaves) * near + leaves * anywhere
         total = remaining + arrived + swinging
         share = (arrived + swinging) / np.maximum(total, NEVER)
         return Moved(remaining + arrived, swinging, share)
@@ -206,29 +188,20 @@ class Doorway:
     def expected(
         self, resting: FloatArray, moving: FloatArray, seconds: float
     ) -> tuple[FloatArray, FloatArray]:
-        """Expectations (c,) of values after some time, given the present state.
+        """Expectations (..., c) of values after some time, given the present state.
 
-        The values (c,) are those of a door that then rests or moves in each component; the first
+        The values (..., c) are those of a door that then rests or moves in each component; the first
         expectations are for one that rests now, the second for one that moves. This is the adjoint
         of ``moved``.
         """
         ends, leaves = self._stops(seconds)
         near, count = resting.copy(), self.cells
         if self.atoms:
-            edges = [0, count - 1]
-            near[edges] = (1.0 - LATCHES) * resting[edges] + LATCHES * resting[count:]
-        stopped = (1.0 - leaves) * near + leaves * float(self.rest @ resting)
-        ahead = (ends * stopped + (1.0 - ends) * moving)[:count]
-        taps, out = self._taps(seconds), np.empty(len(resting))
-        if self.item.wraps:
-            back = np.fft.rfft(ahead) * np.fft.rfft(_circle(taps, count))
-            out[:count] = np.fft.irfft(back, count)
-        else:
-            reach = len(taps) // 2
-            padded = np.concatenate([np.full(reach, ahead[0]), ahead, np.full(reach, ahead[-1])])
-            out[:count] = np.convolve(padded, taps, "valid")
-            if self.atoms:
-                out[count:] = out[[0, count - 1]]
+            edges, limits = near[..., [0, count - 1]], resting[..., count:]
+            near[..., [0, count - 1]] = (1.0 - LATCHES) * edges + LATCHES * limits
+        anywhere = (resting @ self.rest)[..., None]
+        stopped = (1.0 - leaves) * near + leaves * anywhere
+        out = (ends * stopped + (1.0 - ends) * moving) @ self._wanders(seconds).T
         stays = self.stays(seconds)
         return stays * resting + (1.0 - stays) * out, out
 
@@ -413,15 +386,20 @@ class DoorMixture:
         return altered(lattice, weights=Weights(weights), p_moving=p_moving, stamp_ns=self.stamp_ns)
 
 
-@lru_cache(maxsize=TAPS_KEPT)
-def _taps(std: float, most: int) -> FloatArray:
-    """(2 r + 1,) a Gaussian of a deviation, in cells, cut off at its ends."""
-    reach = min(math.ceil(4.0 * std), most)
-    taps = np.exp(-0.5 * (np.arange(-reach, reach + 1) / std) ** 2)
-    return np.asarray(taps / taps.sum())
+@lru_cache(maxsize=SPREADS_KEPT)
+def _wanders(std: float, cells: int, wraps: bool) -> FloatArray:
+    """(c, c) probabilities of moves between components, by a Gaussian of a deviation in cells.
 
-
-def _circle(taps: FloatArray, count: int) -> FloatArray:
-    """(count,) the same wrapped around a circle of some cells."""
-    reach = len(taps) // 2
-    return np.bincount(np.arange(-reach, reach + 1) % count, taps, count).astype(float)
+    It is cut off at four deviations. What would pass a limit stays in the last cell before it; a
+    door at a limit begins in that cell.
+    """
+    reach = min(math.ceil(4.0 * std), cells)
+    steps = np.arange(-reach, reach + 1)
+    taps = np.exp(-0.5 * (steps / std) ** 2)
+    begins = np.arange(cells) if wraps else np.append(np.arange(cells), [0, cells - 1])
+    to = begins[:, None] + steps
+    to, count = to % cells if wraps else to.clip(0, cells - 1), len(begins)
+    pairs = to + count * np.arange(count)[:, None]
+    weights = np.broadcast_to(taps / taps.sum(), to.shape)
+    summed = np.bincount(pairs.ravel(), weights.ravel(), count**2).astype(float)
+    return summed.reshape(count, count)

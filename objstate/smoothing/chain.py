@@ -21,16 +21,21 @@ class Chain:
     """
 
     stamps_ns: IntArray  # (n,) ascending
-    resting: FloatArray  # (n, c) weights; with ``moving`` they sum to one
-    moving: FloatArray  # (n, c)
-    stays: FloatArray  # (n - 1, c) from moment k to k + 1, given rest at k
-    stayed: FloatArray  # (n - 1, c) the same, given rest at k + 1
+    resting: FloatArray  # (n, ..., c) weights; with ``moving`` they sum to one
+    moving: FloatArray  # (n, ..., c)
+    stays: FloatArray  # (n - 1, ..., c) from moment k to k + 1, given rest at k
+    stayed: FloatArray  # (n - 1, ..., c) the same, given rest at k + 1
+
+    def of(self, case: int) -> Chain:
+        """One of several cases, the axis after that of the moments."""
+        parts = (self.resting, self.moving, self.stays, self.stayed)
+        return Chain(self.stamps_ns, *(np.ascontiguousarray(part[:, case]) for part in parts))
 
 
 def smoothed_chain(
     door: Doorway, stamps_ns: IntArray, resting: FloatArray, moving: FloatArray
 ) -> Chain:
-    """The chain of a door, by its filtered weights (n, c) at moments (n,).
+    """The chain of a door, by its filtered weights (n, ..., c) at moments (n,).
 
     With x the mode and component, a_k(x) the filtered weights, and T the transition of
     ``Doorway.moved``, the smoothed weights are (Kitagawa 1987)
@@ -41,7 +46,7 @@ def smoothed_chain(
     """
     count = len(stamps_ns)
     rest, move = resting.copy(), moving.copy()
-    stays = np.zeros((max(count - 1, 0), resting.shape[1]))
+    stays = np.zeros((max(count - 1, 0), *resting.shape[1:]))
     stayed = np.zeros_like(stays)
     for k in range(count - 2, -1, -1):
         seconds = float(stamps_ns[k + 1] - stamps_ns[k]) / NANOSECONDS
@@ -53,8 +58,9 @@ def smoothed_chain(
         stays[k] = stay * _ratio(ratio_rest, ahead_rest)
         stayed[k] = stay * _ratio(resting[k], before.resting)
         rest[k], move[k] = resting[k] * ahead_rest, moving[k] * ahead_move
-        total = rest[k].sum() + move[k].sum()
-        rest[k], move[k] = rest[k] / total, move[k] / total
+        total = rest[k].sum(axis=-1, keepdims=True) + move[k].sum(axis=-1, keepdims=True)
+        rest[k] /= total
+        move[k] /= total
     return Chain(stamps_ns, rest, move, np.minimum(stays, 1.0), np.minimum(stayed, 1.0))
 
 

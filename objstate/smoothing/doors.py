@@ -41,13 +41,13 @@ class SmoothedDoor:
 
 @dataclass(frozen=True, eq=False)
 class _Filtered:
-    """The filtered posterior of a door at moments."""
+    """The filtered posterior of a door at moments, under each prior of its static errors."""
 
     stamps_ns: IntArray  # (n,)
-    resting: FloatArray  # (n, c)
-    moving: FloatArray  # (n, c)
-    means: FloatArray  # (n, c) of the state in each component
-    variances: FloatArray  # (n, c)
+    resting: FloatArray  # (n, k, c)
+    moving: FloatArray  # (n, k, c)
+    means: FloatArray  # (n, k, c) of the state in each component
+    variances: FloatArray  # (n, k, c)
 
 
 def smoothed_door(history: DoorHistory, also_ns: Iterable[int] = ()) -> SmoothedDoor:
@@ -68,11 +68,13 @@ def smoothed_door(history: DoorHistory, also_ns: Iterable[int] = ()) -> Smoothed
     door, blank = history.steps[0].door, history.steps[0].blank
     priors, chains = [statics for _, statics in history.cases], list[tuple[float, Chain]]()
     by_stamp = {step.stamp_ns: step.posterior(blank).under(priors) for step in history.steps}
+    filtered = _filtered(door, by_stamp, len(priors), moments)
+    every = smoothed_chain(door, filtered.stamps_ns, filtered.resting, filtered.moving)
+    gaussians = _carried_back(every, filtered)
     for case, (share, _) in enumerate(history.cases):
-        filtered = _filtered(door, by_stamp, case, moments)
-        chain = smoothed_chain(door, filtered.stamps_ns, filtered.resting, filtered.moving)
-        means, variances = _carried_back(chain, filtered)
+        chain = every.of(case)
         chains.append((share, chain))
+        means, variances = (np.ascontiguousarray(part[:, case]) for part in gaussians)
         states = States(chain.resting, chain.moving, means, variances)
         each, p_moving = door.on_lattice(states, history.belief)
         weights += share * each
@@ -103,16 +105,14 @@ def moments_of(steps: Sequence[Step], also_ns: Sequence[int]) -> list[int]:
 
 
 def _filtered(
-    door: Doorway, by_stamp: Mapping[int, States], case: int, moments: Sequence[int]
+    door: Doorway, by_stamp: Mapping[int, States], cases: int, moments: Sequence[int]
 ) -> _Filtered:
-    """The filtered posterior at moments (n,) under one prior, predicted where there is no step."""
-    shape = len(moments), len(door.states)
+    """The filtered posterior at moments (n,), predicted where there is no step."""
+    shape = len(moments), cases, len(door.states)
     out = _Filtered(np.array(moments, dtype=np.int64), *(np.empty(shape) for _ in range(4)))
     for k, stamp in enumerate(moments):
         if stamp in by_stamp:
-            own = by_stamp[stamp]
-            out.resting[k], out.moving[k] = own.resting[case], own.moving[case]
-            out.means[k], out.variances[k] = own.means[case], own.variances[case]
+            out.resting[k], out.moving[k], out.means[k], out.variances[k] = by_stamp[stamp]
             continue
         seconds = (stamp - moments[k - 1]) / NANOSECONDS
         moved = door.moved(out.resting[k - 1], out.moving[k - 1], seconds)
@@ -124,7 +124,7 @@ def _filtered(
 
 
 def _carried_back(chain: Chain, filtered: _Filtered) -> tuple[FloatArray, FloatArray]:
-    """Means and variances (n, c) of the state in each component, given the whole log."""
+    """Means and variances (n, k, c) of the state in each component, given the whole log."""
     means, variances = filtered.means.copy(), filtered.variances.copy()
     for k in range(len(means) - 2, -1, -1):
         total = chain.resting[k] + chain.moving[k]
