@@ -24,7 +24,7 @@ from objstate.objects import mixture_kernels as mixture
 from objstate.objects import sampling as furniture
 from objstate.particles import reweighting as particles
 from objstate.sensing import circles as sight
-from objstate.sensing import likelihood, pieces, projection
+from objstate.sensing import front_to_back, likelihood, pieces, projection
 from objstate.sensing import sweeps as scans
 
 Part = tuple[Any, ...]  # loops
@@ -69,6 +69,7 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
     ),
     (
         likelihood.pose_log_likelihood,
+        front_to_back.wall_ranges,
         search.by_cell,
         search.look_round,
     ),

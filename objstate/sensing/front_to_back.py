@@ -13,22 +13,26 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from objstate.compiling import inner, record
+from objstate.compiling import called_with, inner, njit, record
 from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.sensing.projection import (
+    SPARE,
     _bearing,
     _first_at_or_after,
     _gap,
     _seen_from,
     project,
     pseudo_angle,
+    stands,
+    strays,
     untouched,
 )
 from objstate.sensing.segments import SLACK
-from objstate.sensing.sweeps import COS, SIN, X, Y
+from objstate.sensing.sweeps import COS, SIN, SPREAD, Beams, X, Y, taken
 
 TOGETHER = 16  # segments that are projected at a time
 
+_compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner_finite = inner(nogil=True, error_model="numpy", fastmath={"contract", "nnan", "nsz"})
 
@@ -113,7 +117,7 @@ class NearGroups(NamedTuple):
 
 
 @_inner
-def walls_before(
+def _walls_before(
     lasers: FloatArray,
     middle: FloatArray,
     strayed: float,
@@ -162,7 +166,8 @@ def walls_before(
                 if _is_hidden(seen[0], around, turned, beams, index, farthest):
                     k = end if is_circle else k
                 elif not is_circle:
-                    front[held] = line
+                    for part in range(4):  # assigning a whole row takes seconds to compile
+                        front[held, part] = line[part]
                     held += 1
                 k += 1
             if held == TOGETHER or is_over:
@@ -184,3 +189,46 @@ def walls_before(
                 held, reached = 0, _renewed(farthest, nearest, is_touched)
         if is_over:
             break
+
+
+@called_with("f3 walls near b1 laser f1 f3")
+@_compile
+def wall_ranges(
+    poses: FloatArray,
+    walls: WallGroups,
+    near: NearGroups,
+    chosen: BoolArray,
+    laser: Beams,
+    sweep: FloatArray,
+    out: FloatArray,
+) -> None:
+    """Ranges ``out`` (h, m, p) of walls from poses (h, p, 4), in h groups that lie close together.
+
+    ``near`` has a place for each group. Of the ``chosen`` beams (n,) of a scan, see ``taken``, in
+    the scan's order.
+    """
+    order, beams, index = taken(
+        chosen, laser.order, laser.rows, laser.lookup, laser.measured, laser.short
+    )
+    size, count, middle = poses.shape[1], beams.shape[1], np.empty(4)
+    nearest, spare = np.empty((count, size)), np.empty((SPARE, size))
+    for h in range(poses.shape[0]):
+        lasers = stands(poses[h], sweep)
+        strayed, turned = strays(lasers, middle)
+        _walls_before(
+            lasers,
+            middle,
+            strayed,
+            turned,
+            walls,
+            near,
+            h,
+            beams,
+            index,
+            sweep[SPREAD],
+            nearest,
+            spare,
+        )
+        for i in range(count):
+            for p in range(size):
+                out[h, order[i], p] = nearest[i, p]

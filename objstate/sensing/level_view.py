@@ -10,27 +10,14 @@ import numpy as np
 from objstate.geometry import BoolArray, FloatArray
 from objstate.lazy import lazy
 from objstate.records import Scan
-from objstate.sensing import likelihood, projection, sweeps
+from objstate.sensing import front_to_back, likelihood, projection, sweeps
 from objstate.sensing.beam_model import BeamModel
-from objstate.sensing.front_to_back import NearGroups
 from objstate.sensing.level import Sweep, UncertainObject
 from objstate.sensing.outlines import SPREAD, LevelOutlines, ObjectOutline, Stand
-from objstate.sensing.sweeps import Beams, Scenery
+from objstate.sensing.sweeps import Beams
 from objstate.sensing.view import EXPLAINED_SIGMAS, Around, Comparison
 
-# no walls to cast; no objects; objects without a choice
-NOWHERE = NearGroups(
-    np.empty((0, 2)), np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty(0)
-)
-EMPTY = Scenery(
-    np.empty((0, 4)),
-    np.empty(0, dtype=np.int64),
-    np.empty(0, dtype=np.int64),
-    np.empty((0, 4)),
-    np.empty(0, dtype=np.int64),
-    np.empty(0),
-)
-ALL = np.empty((0, 3)), np.zeros((1, 2))
+ALL = np.empty((0, 3)), np.zeros((1, 2))  # circles and deviations: objects without a choice
 
 
 class LevelView:
@@ -82,40 +69,37 @@ class LevelView:
 
     def walls(self, poses: FloatArray) -> FloatArray:
         def ranges(abreast: FloatArray) -> FloatArray:
-            found = np.empty((1, self._count, len(abreast)))
-            out = np.empty((1, 0))
-            self._weigh(abreast[None], self._near(abreast[:1]), found, self._parameters, out)
-            return np.asarray(found[0].T)
+            return np.asarray(self._walls(abreast[None])[0].T)
 
         return self._outlines.stand(poses).each(ranges)
 
-    def _near(self, places: FloatArray, spread: float = math.sqrt(2.0) * SPREAD) -> NearGroups:
-        """The walls near places (h, 4), from which poses are up to ``spread`` m apart."""
+    def _walls(self, poses: FloatArray, spread: float = math.sqrt(2.0) * SPREAD) -> FloatArray:
+        """Ranges (h, m, p) m of walls from poses (h, p, 4), up to ``spread`` m apart in a group."""
         reach = self._range_max + self._sweep.around + spread
-        return self._outlines.walls(self._sweep.height).near(places[:, :2], reach)
+        walls = self._outlines.walls(self._sweep.height)
+        near, beams = walls.near(poses[:, 0, :2], reach), (self._chosen, self._among)
+        out = np.empty((len(poses), self._count, poses.shape[1]))
+        front_to_back.wall_ranges(poses, walls.groups, near, *beams, self._sweep.centre, out)
+        return out
 
     def _weigh(
         self,
         poses: FloatArray,
-        near: NearGroups,
-        expected: FloatArray,
+        walls: FloatArray,
         model: FloatArray,
-        out: FloatArray,
-        scenery: Scenery = EMPTY,
+        objects: Sequence[UncertainObject],
         among: tuple[FloatArray, FloatArray] = ALL,
-    ) -> None:
-        """Cast walls into ``expected`` (h, m, p), and weigh poses (h, p, 4); see the compiled loop.
+    ) -> FloatArray:
+        """Log p(o | l) (h, p) of poses (h, p, 4), with walls at ranges (h, m, p).
 
         Objects are chosen ``among`` those within circles (j, 3), with deviations (h, 2).
         """
-        circles, stds = among
+        (circles, stds), out = among, np.empty(poses.shape[:2])
         likelihood.pose_log_likelihood(
             poses,
             stds,
-            self._outlines.walls(self._sweep.height).groups,
-            near,
-            expected,
-            scenery,
+            walls,
+            self._outlines.scenery(tuple(objects), self._sweep.height),
             circles,
             self._chosen,
             self._among,
@@ -123,6 +107,7 @@ class LevelView:
             model,
             out,
         )
+        return out
 
     def object(self, name: str, states: FloatArray, poses: FloatArray) -> FloatArray:
         outline = self._outlines.of_object(name, self._sweep.height)
@@ -173,17 +158,10 @@ class LevelView:
         walls: FloatArray | None = None,
     ) -> FloatArray:
         model = self._beam_model.blurred(blur).parameters(self._range_max)
-        scenery = self._outlines.scenery(tuple(objects), self._sweep.height)
 
         def log_likelihood(abreast: FloatArray, *known: FloatArray) -> FloatArray:
-            found, near = np.empty((1, len(abreast))), NOWHERE
-            if known:
-                expected = _abreast(known[0])[None]
-            else:
-                expected = np.empty((1, self._count, len(abreast)))
-                near = self._near(abreast[:1])
-            self._weigh(abreast[None], near, expected, model, found, scenery)
-            return np.asarray(found[0])
+            expected = _abreast(known[0])[None] if known else self._walls(abreast[None])
+            return np.asarray(self._weigh(abreast[None], expected, model, objects)[0])
 
         given = [] if walls is None else [walls]
         return self._outlines.stand(poses).each(log_likelihood, *given)
@@ -192,17 +170,8 @@ class LevelView:
         groups, size = poses.shape[:2]
         model = self._beam_model.blurred(blur).parameters(self._range_max)
         abreast, stds = np.empty((groups, size + (size > 1), 4)), np.empty((groups, 2))
-        spread = sweeps.stand_about(poses, abreast, stds)
-        found = np.empty(abreast.shape[:2])
-        self._weigh(
-            abreast,
-            self._near(abreast[:, 0], spread),
-            np.empty((groups, self._count, abreast.shape[1])),
-            model,
-            found,
-            self._outlines.scenery(around.objects, self._sweep.height),
-            (around.circles, stds),
-        )
+        walls = self._walls(abreast, sweeps.stand_about(poses, abreast, stds))
+        found = self._weigh(abreast, walls, model, around.objects, (around.circles, stds))
         return np.asarray(found[:, -size:])
 
     def object_log_likelihood(

@@ -14,7 +14,6 @@ import numpy as np
 from objstate.compiling import called_with, inner, njit
 from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.sensing.circles import SPREAD_SIGMAS, comes_within, entry, seen_from
-from objstate.sensing.front_to_back import NearGroups, WallGroups, walls_before
 from objstate.sensing.projection import SPARE, project, stands, strays, untouched
 from objstate.sensing.runs import (
     densities_of,
@@ -466,30 +465,12 @@ def _add_place(
             alone[i, p] = np.inf
 
 
-@_inner
-def _set_walls(expected: FloatArray, order: IntArray, ranges: FloatArray) -> None:
-    """Set what is ``expected`` (m, p) in the scan's order to ranges (m, p) of sorted beams."""
-    for i in range(ranges.shape[0]):
-        for p in range(ranges.shape[1]):
-            expected[order[i], p] = ranges[i, p]
-
-
-@_inner
-def _get_walls(expected: FloatArray, order: IntArray, ranges: FloatArray) -> None:
-    """The inverse of ``_set_walls``."""
-    for i in range(ranges.shape[0]):
-        for p in range(ranges.shape[1]):
-            ranges[i, p] = expected[order[i], p]
-
-
-@called_with("f3 f2 walls near f3 scenery f2 b1 laser f1 f1 f2")
+@called_with("f3 f2 f3 scenery f2 b1 laser f1 f1 f2")
 @_compile
 def pose_log_likelihood(
     poses: FloatArray,
     stds: FloatArray,
-    walls: WallGroups,
-    near: NearGroups,
-    expected: FloatArray,
+    walls: FloatArray,
     scenery: Scenery,
     circles: FloatArray,
     chosen: BoolArray,
@@ -500,13 +481,11 @@ def pose_log_likelihood(
 ) -> None:
     """Log p(o | l) ``out`` (h, p) from poses (h, p, 4), in h groups that lie close together.
 
-    The walls are ``expected`` (h, m, p). Where ``near`` has places, one for each group, they are
-    cast, and else given. Each beam is averaged over where the objects of a ``scenery`` may be:
-    where an object is nearer than all else, the beam should read it; otherwise the beam keeps its
-    likelihood. Where each object has a circle (j, 3), a group has those that its beams may enter;
-    the first of its poses is then its mean, with deviations ``stds`` (h, 2) of position and yaw.
-    The beams are the ``chosen`` (n,) ones of a scan, see ``taken``. Without columns in ``out``
-    (h, 0), walls are cast and nothing else.
+    The ``walls`` stand at ranges (h, m, p). Each beam is averaged over where the objects of a
+    ``scenery`` may be: where an object is nearer than all else, the beam should read it; otherwise
+    the beam keeps its likelihood. Where each object has a circle (j, 3), a group has those that its
+    beams may enter; the first of its poses is then its mean, with deviations ``stds`` (h, 2) of
+    position and yaw. The beams are the ``chosen`` (n,) ones of a scan, see ``taken``.
     """
     order, beams, index = taken(
         chosen, laser.order, laser.rows, laser.lookup, laser.measured, laser.short
@@ -519,18 +498,11 @@ def pose_log_likelihood(
     for h in range(poses.shape[0]):
         lasers = stands(poses[h], sweep)
         strayed, turned = strays(lasers, middle)
-        at = lasers, middle, strayed, turned
-        if near.places.shape[0] > 0:
-            walls_before(*at, walls, near, h, beams, index, sweep[SPREAD], without, spare)
-            _set_walls(expected[h], order, without)
-        else:
-            _get_walls(expected[h], order, without)
-        if out.shape[1] == 0:
-            continue
         untouched(alone, is_touched)
         for i in range(count):
             is_mixed[i] = False
             for p in range(size):
+                without[i, p] = walls[h, order[i], p]
                 mixed[i, p], kept[i, p] = 0.0, 1.0
             measured = _read(beams[MEASURED, i], model)
             _look(without[i], measured, beams[SHORT, i], model, likelihood[i])
@@ -544,10 +516,22 @@ def pose_log_likelihood(
             ):
                 continue
             for s in range(first, last):
-                place, share, rim = scenery.placements[s], scenery.shares[s], scenery.rims[j]
                 project(
-                    *at, place, outline, rim, beams, index, sweep[SPREAD], alone, is_touched, spare
+                    lasers,
+                    middle,
+                    strayed,
+                    turned,
+                    scenery.placements[s],
+                    outline,
+                    scenery.rims[j],
+                    beams,
+                    index,
+                    sweep[SPREAD],
+                    alone,
+                    is_touched,
+                    spare,
                 )
+                share = scenery.shares[s]
                 _add_place(alone, without, beams, model, share, is_touched, is_mixed, dense, mixes)
             for i in range(count):
                 if is_mixed[i]:
