@@ -75,7 +75,6 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
     ),
     (
         search.scores,
-        search.scores_all_round,
         robot.moments,
         robot.cells,
         robot.copies,

@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache, partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -114,32 +114,15 @@ class Places:
         scan: Scan,
         beam_model: BeamModelSettings,
         beams: int,
-        poses: FloatArray,
-        step: FloatArray,
-    ) -> FloatArray:
-        """Approximate log p(o | l) (p,) of a scan's walls by look-up.
-
-        The laser stands at a ``step`` (3,) from robot poses (p, 3).
-        """
-        looked_up = self._looked_up(scan, beam_model, beams, step)
-        return np.asarray(tables.scores(poses, *looked_up))
-
-    def log_likelihoods(
-        self,
-        scan: Scan,
-        beam_model: BeamModelSettings,
-        beams: int,
         points: FloatArray,
+        headings: FloatArray,
         step: FloatArray,
     ) -> FloatArray:
-        """The same (c, TURNS) for robots at points (c, 2) in every heading."""
-        looked_up = self._looked_up(scan, beam_model, beams, step)
-        return np.asarray(tables.scores_all_round(points, HEADINGS, *looked_up))
+        """Approximate log p(o | l) (p, t) of a scan's walls by look-up.
 
-    def _looked_up(
-        self, scan: Scan, beam_model: BeamModelSettings, beams: int, step: FloatArray
-    ) -> tuple[Any, ...]:
-        """The arguments of the compiled loops for these places and a scan's beams."""
+        For robots at points (p, 2) in t headings each, (p, t), or (1, t) where all have the same.
+        The laser stands at a ``step`` (3,) from them.
+        """
         chosen, bins = _by_bearing(scan, beams)
         middle = scan.rays.origins[:, :2].mean(axis=0) if len(scan) else np.zeros(2)
         model = BeamModel(beam_model, self.spacing / 2.0)
@@ -151,7 +134,9 @@ class Places:
         with np.errstate(divide="ignore"):
             rows = np.log(np.stack([floor, floor + model.short(measured)]).clip(min=1e-9))
         near, far, breadth = self._within(reach, hit, peak)
-        return (
+        found = tables.scores(
+            points,
+            headings,
             self.cells,
             self.corner,
             self.spacing,
@@ -165,6 +150,7 @@ class Places:
             np.log(np.array([missing + hit, missing]).clip(min=1e-9)),
             per_sigma,
         )
+        return np.asarray(found)
 
     @lazy
     def _within(self) -> Callable[[float, float, float], tuple[FloatArray, FloatArray, FloatArray]]:

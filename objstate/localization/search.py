@@ -193,8 +193,9 @@ class Search:
         views = [explained(keyframe.scan) for keyframe in keyframes]
 
         def looked_up(k: int, poses: FloatArray, _: float) -> FloatArray:
-            flat = poses.reshape(-1, 3)
-            log = tables[k].log_likelihood(keyframes[k].scan, model, beams, flat, np.zeros(3))
+            points, headings = poses[..., :2].reshape(-1, 2), poses[..., 2].reshape(-1, 1)
+            at = points, headings, np.zeros(3)
+            log = tables[k].log_likelihood(keyframes[k].scan, model, beams, *at)
             return tempering * log.reshape(poses.shape[:2])
 
         def exact(k: int, poses: FloatArray, blur: float) -> FloatArray:
@@ -250,9 +251,8 @@ class Search:
         score = np.zeros((len(points), TURNS))
         for keyframe, table in zip(latest, tables, strict=True):
             step = between(odometry, keyframe.odometry)
-            score += table.log_likelihoods(
-                keyframe.scan, s.beam_model, s.search.max_beams, points, step
-            )
+            at = points, HEADINGS[None], step
+            score += table.log_likelihood(keyframe.scan, s.beam_model, s.search.max_beams, *at)
         best = np.arange(score.size)
         if len(best) > KEPT:
             best = np.argpartition(-score.ravel(), KEPT)[:KEPT]

@@ -179,66 +179,9 @@ def _cell(x: float, y: float, cells: IntArray, spacing: float) -> Any:
     return -1
 
 
-@called_with("f2 i2 f1 f f2 f2 f2 i1 f2 f1 f f1 f")
+@called_with("f2 f2 i2 f1 f f2 f2 f2 i1 f2 f1 f f1 f")
 @_compile
 def scores(
-    poses: FloatArray,
-    cells: IntArray,
-    corner: FloatArray,
-    spacing: float,
-    nearest: FloatArray,
-    farthest: FloatArray,
-    breadth: FloatArray,
-    bins: IntArray,
-    beams: FloatArray,
-    offset: FloatArray,
-    reach: float,
-    missing: FloatArray,
-    per_sigma: float,
-) -> Any:
-    """Approximate log p(o | l) (p,) for robot poses (p, 3), by look-up.
-
-    ``cells`` (w, h) holds the number of the place in each cell, or -1. Place c expects ranges
-    between ``nearest`` and ``farthest`` (c, b) at each of b bearings, with the log density
-    ``breadth`` (c, b). A beam has the bearing ``bins`` (n,) and a column of ``beams`` (3, n): its
-    range, and its log density of a random reading beyond what is expected and before it.
-    ``missing`` (2,) are the log probabilities of no return with nothing in reach and with something
-    in reach. The laser stands at the pose ``offset`` (3,) on the robot.
-    """
-    turns = nearest.shape[1]
-    twice = np.empty((3, 2 * turns))
-    table, is_known = np.empty(nearest.shape), np.zeros(nearest.shape[0], np.bool_)
-    nowhere, out = _nowhere(beams, missing), np.empty(poses.shape[0])
-    for p in range(poses.shape[0]):
-        cos, sin = np.cos(poses[p, 2]), np.sin(poses[p, 2])
-        x = poses[p, 0] + cos * offset[0] - sin * offset[1] - corner[0]
-        y = poses[p, 1] + sin * offset[0] + cos * offset[1] - corner[1]
-        place = _cell(x, y, cells, spacing)
-        if place < 0:
-            out[p] = nowhere
-            continue
-        if not is_known[place]:
-            is_known[place] = True
-            _score(
-                nearest[place],
-                farthest[place],
-                breadth[place],
-                bins,
-                beams,
-                reach,
-                missing,
-                per_sigma,
-                twice,
-                table[place],
-            )
-        turn = int(np.rint((poses[p, 2] + offset[2]) / (2.0 * np.pi) * turns)) % turns
-        out[p] = table[place, turn]
-    return out
-
-
-@called_with("f2 f1 i2 f1 f f2 f2 f2 i1 f2 f1 f f1 f")
-@_compile
-def scores_all_round(
     points: FloatArray,
     headings: FloatArray,
     cells: IntArray,
@@ -254,31 +197,45 @@ def scores_all_round(
     missing: FloatArray,
     per_sigma: float,
 ) -> Any:
-    """The same (c, t) for robots at points (c, 2) in each of some headings (t,)."""
-    turns, count = nearest.shape[1], headings.shape[0]
-    table, twice = np.empty(nearest.shape), np.empty((3, 2 * turns))
-    for place in range(nearest.shape[0]):
-        _score(
-            nearest[place],
-            farthest[place],
-            breadth[place],
-            bins,
-            beams,
-            reach,
-            missing,
-            per_sigma,
-            twice,
-            table[place],
-        )
+    """Approximate log p(o | l) (p, t) for robots at points (p, 2) in t headings, by look-up.
+
+    ``headings`` are (p, t), or (1, t) where they are the same at each point. ``cells`` (w, h) holds
+    the number of the place in each cell, or -1. Place c expects ranges between ``nearest`` and
+    ``farthest`` (c, b) at each of b bearings, with the log density ``breadth`` (c, b). A beam has
+    the bearing ``bins`` (n,) and a column of ``beams`` (3, n): its range, and its log density of a
+    random reading beyond what is expected and before it. ``missing`` (2,) are the log probabilities
+    of no return with nothing in reach and with something in reach. The laser stands at the pose
+    ``offset`` (3,) on the robot.
+    """
+    turns, count = nearest.shape[1], headings.shape[1]
+    twice = np.empty((3, 2 * turns))
+    table, is_known = np.empty(nearest.shape), np.zeros(nearest.shape[0], np.bool_)
     nowhere, out = _nowhere(beams, missing), np.empty((points.shape[0], count))
     off, turn = np.empty((count, 2)), np.empty(count, np.int64)
-    for t in range(count):
-        cos, sin = np.cos(headings[t]), np.sin(headings[t])
-        off[t, 0] = cos * offset[0] - sin * offset[1] - corner[0]
-        off[t, 1] = sin * offset[0] + cos * offset[1] - corner[1]
-        turn[t] = int(np.rint((headings[t] + offset[2]) / (2.0 * np.pi) * turns)) % turns
     for p in range(points.shape[0]):
+        for t in range(count if p < headings.shape[0] else 0):
+            cos, sin = np.cos(headings[p, t]), np.sin(headings[p, t])
+            off[t, 0] = cos * offset[0] - sin * offset[1] - corner[0]
+            off[t, 1] = sin * offset[0] + cos * offset[1] - corner[1]
+            turn[t] = int(np.rint((headings[p, t] + offset[2]) / (2.0 * np.pi) * turns)) % turns
         for t in range(count):
             place = _cell(points[p, 0] + off[t, 0], points[p, 1] + off[t, 1], cells, spacing)
-            out[p, t] = nowhere if place < 0 else table[place, turn[t]]
+            if place < 0:
+                out[p, t] = nowhere
+                continue
+            if not is_known[place]:
+                is_known[place] = True
+                _score(
+                    nearest[place],
+                    farthest[place],
+                    breadth[place],
+                    bins,
+                    beams,
+                    reach,
+                    missing,
+                    per_sigma,
+                    twice,
+                    table[place],
+                )
+            out[p, t] = table[place, turn[t]]
     return out

@@ -163,7 +163,9 @@ def test_nothing_keeps_places_once_they_are_done_with() -> None:
     places = Places.of(Sensing(place, MODEL).walls_at(LASER_HEIGHT), settings.search)
     scan = observed(ExpectedRanges(place), {}, pose, RAYS)
     told = [
-        places.log_likelihood(scan, settings.beam_model, 40, pose[None], np.zeros(3))
+        places.log_likelihood(
+            scan, settings.beam_model, 40, pose[None, :2], pose[None, 2:], np.zeros(3)
+        )
         for _ in range(2)
     ]
     assert told[0] == told[1]
