@@ -231,20 +231,17 @@ def read_off(
     """
     components, count = resting.shape[1], out.shape[1]
     for k in range(resting.shape[0]):
-        all_moving, heaviest, most_moving = 0.0, 0.0, 0.0
+        all_moving, heaviest = 0.0, 0.0
         for j in range(count):
             out[k, j] = p_moving[k, j] = 0.0
         for c in range(components):
             all_moving += moving[k, c]
             if c < cells:
                 heaviest = max(heaviest, resting[k, c] + moving[k, c] + never)
-                most_moving = max(most_moving, moving[k, c] + never)
         for c in range(cells):
-            weight, moved = resting[k, c] + moving[k, c] + never, moving[k, c] + never
-            weight = weight if weight >= LEAST_WEIGHT * heaviest else 0.0
-            moved = moved if moved >= LEAST_WEIGHT * most_moving else 0.0
-            if weight > 0.0 or moved > 0.0:
-                std = max(math.sqrt(variances[k, c]), NARROWEST * cell)
+            weight = resting[k, c] + moving[k, c] + never
+            if weight >= LEAST_WEIGHT * heaviest:
+                moved, std = moving[k, c] + never, max(math.sqrt(variances[k, c]), NARROWEST * cell)
                 _add(weight, moved, means[k, c], std, first, cell, wraps, out[k], p_moving[k])
         _scale(p_moving[k], all_moving)
         if cells < components:
