@@ -17,6 +17,7 @@ from objstate.compiling import called_with, inner, njit, record
 from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.sensing.projection import (
     SPARE,
+    Stands,
     _bearing,
     _first_at_or_after,
     _gap,
@@ -24,7 +25,6 @@ from objstate.sensing.projection import (
     project,
     pseudo_angle,
     stands,
-    strays,
     untouched,
 )
 from objstate.sensing.segments import SLACK
@@ -118,10 +118,7 @@ class NearGroups(NamedTuple):
 
 @_inner
 def _walls_before(
-    lasers: FloatArray,
-    middle: FloatArray,
-    strayed: float,
-    turned: float,
+    at: Stands,
     walls: WallGroups,
     near: NearGroups,
     place: int,
@@ -131,16 +128,15 @@ def _walls_before(
     nearest: FloatArray,
     spare: FloatArray,
 ) -> None:
-    """Ranges ``nearest`` (m, p) of walls for sorted beams, from lasers' poses (4, p).
+    """Ranges ``nearest`` (m, p) of walls for sorted beams, from lasers' p poses.
 
-    The poses deviate and are turned from their ``middle`` (4,) by some values at most. They lie
-    near the ``place`` of this number, by whose distances walls are taken in turn.
+    They lie near the ``place`` of this number, by whose distances walls are taken in turn.
     """
-    count = beams.shape[1]
+    count, middle = beams.shape[1], at.middle
     off = np.sqrt(
         (middle[X] - near.places[place, 0]) ** 2 + (middle[Y] - near.places[place, 1]) ** 2
     )
-    margin = strayed + spread
+    margin = at.strayed + spread
     fixed = np.empty(4)
     fixed[X], fixed[Y], fixed[COS], fixed[SIN] = 0.0, 0.0, 1.0, 0.0
     farthest, is_touched = np.empty(count), np.empty(count, dtype=np.bool_)
@@ -163,7 +159,7 @@ def _walls_before(
                 line = walls.circles[group] if is_circle else walls.segments[k]
                 around = margin + walls.radii[group] if is_circle else margin
                 _seen_from(middle, fixed, line.reshape(1, 4), seen)
-                if _is_hidden(seen[0], around, turned, beams, index, farthest):
+                if _is_hidden(seen[0], around, at.turned, beams, index, farthest):
                     k = end if is_circle else k
                 elif not is_circle:
                     for part in range(4):  # assigning a whole row takes seconds to compile
@@ -172,10 +168,7 @@ def _walls_before(
                 k += 1
             if held == TOGETHER or is_over:
                 project(
-                    lasers,
-                    middle,
-                    strayed,
-                    turned,
+                    at,
                     fixed,
                     front[:held],
                     np.int64(0),
@@ -207,28 +200,12 @@ def wall_ranges(
     ``near`` has a place for each group. Of the ``chosen`` beams (n,) of a scan, see ``taken``, in
     the scan's order.
     """
-    order, beams, index = taken(
-        chosen, laser.order, laser.rows, laser.lookup, laser.measured, laser.short
-    )
-    size, count, middle = poses.shape[1], beams.shape[1], np.empty(4)
+    order, beams, index = taken(chosen, laser)
+    size, count = poses.shape[1], beams.shape[1]
     nearest, spare = np.empty((count, size)), np.empty((SPARE, size))
     for h in range(poses.shape[0]):
-        lasers = stands(poses[h], sweep)
-        strayed, turned = strays(lasers, middle)
-        _walls_before(
-            lasers,
-            middle,
-            strayed,
-            turned,
-            walls,
-            near,
-            h,
-            beams,
-            index,
-            sweep[SPREAD],
-            nearest,
-            spare,
-        )
+        at = stands(poses[h], sweep)
+        _walls_before(at, walls, near, h, beams, index, sweep[SPREAD], nearest, spare)
         for i in range(count):
             for p in range(size):
                 out[h, order[i], p] = nearest[i, p]

@@ -64,7 +64,7 @@ class LevelView:
     def _beams(self) -> Beams:
         """The beams of this view."""
         among, chosen = self._among, self._chosen
-        order, rows, lookup = sweeps.take(chosen, *among)
+        order, rows, lookup = sweeps.take(chosen, among)
         return Beams(order, rows, lookup, among.measured[chosen], among.short[chosen])
 
     def walls(self, poses: FloatArray) -> FloatArray:
@@ -227,7 +227,7 @@ class LevelView:
                 outline.segments,
                 outline.rim,
                 self._chosen,
-                *self._among,
+                self._among,
                 self._sweep.centre,
                 found,
             )

@@ -14,7 +14,7 @@ import numpy as np
 from objstate.compiling import called_with, inner, njit
 from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.sensing.circles import SPREAD_SIGMAS, comes_within, entry, seen_from
-from objstate.sensing.projection import SPARE, project, stands, strays, untouched
+from objstate.sensing.projection import SPARE, project, stands, untouched
 from objstate.sensing.runs import (
     densities_of,
     fared,
@@ -324,21 +324,15 @@ def object_log_likelihood(
     before, per_density, later_free, later_stopped = look_past(
         background, measured, short, lasting, model
     )
-    middle = np.empty(4)
     is_touched = np.empty(count, dtype=np.bool_)
-    size = poses.shape[0]
-    lasers = stands(poses, sweep)
-    strayed, turned = strays(lasers, middle)
+    size, at = poses.shape[0], stands(poses, sweep)
     nearest, spare = np.empty((count, size)), np.empty((SPARE, size))
     untouched(nearest, is_touched)
     free, stopped, change = np.empty(size), np.empty(size), np.empty(size)
     gradient, curvature = np.empty(size), np.empty(size)
     for k in range(placements.shape[0]):
         project(
-            lasers,
-            middle,
-            strayed,
-            turned,
+            at,
             placements[k],
             outline,
             rim,
@@ -358,7 +352,7 @@ def object_log_likelihood(
                 for p in range(size):
                     free[p], stopped[p] = 1.0 - before[j, p], before[j, p]
             beam = densities_of(measured[j], short[j], lasting[j], model)
-            shift = _per_shift(normals, k, middle, beams, i) if variance > 0.0 else 0.0
+            shift = _per_shift(normals, k, at.middle, beams, i) if variance > 0.0 else 0.0
             rows = nearest[i], background[j], per_density[j]
             _pass(*rows, beam, shift, model, free, stopped, gradient, curvature)
             if (j - first + 1) % most == 0:
@@ -487,17 +481,14 @@ def pose_log_likelihood(
     beams may enter; the first of its poses is then its mean, with deviations ``stds`` (h, 2) of
     position and yaw. The beams are the ``chosen`` (n,) ones of a scan, see ``taken``.
     """
-    order, beams, index = taken(
-        chosen, laser.order, laser.rows, laser.lookup, laser.measured, laser.short
-    )
-    size, count, middle = poses.shape[1], beams.shape[1], np.empty(4)
+    order, beams, index = taken(chosen, laser)
+    size, count = poses.shape[1], beams.shape[1]
     without, likelihood = np.empty((count, size)), np.empty((count, size))
     alone, mixed, kept = np.empty((count, size)), np.empty((count, size)), np.empty((count, size))
     dense, spare, mixes = np.empty(size), np.empty((SPARE, size)), (mixed, kept)
     is_touched, is_mixed = np.empty(count, dtype=np.bool_), np.empty(count, dtype=np.bool_)
     for h in range(poses.shape[0]):
-        lasers = stands(poses[h], sweep)
-        strayed, turned = strays(lasers, middle)
+        at = stands(poses[h], sweep)
         untouched(alone, is_touched)
         for i in range(count):
             is_mixed[i] = False
@@ -517,10 +508,7 @@ def pose_log_likelihood(
                 continue
             for s in range(first, last):
                 project(
-                    lasers,
-                    middle,
-                    strayed,
-                    turned,
+                    at,
                     scenery.placements[s],
                     outline,
                     scenery.rims[j],

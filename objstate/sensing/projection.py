@@ -10,7 +10,7 @@ processor handles several poses at a time. Beams, poses, placements and outlines
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -28,6 +28,7 @@ from objstate.sensing.sweeps import (
     ORIGIN_Y,
     SIN,
     SPREAD,
+    Beams,
     X,
     Y,
     taken,
@@ -87,21 +88,24 @@ def _hit(
         nearest[i, p] = distance if closer else nearest[i, p]
 
 
+class Stands(NamedTuple):
+    """Where a laser stands for robot poses that lie close together."""
+
+    lasers: FloatArray  # (4, p) its poses
+    middle: FloatArray  # (4,) of these
+    strayed: float  # m, their largest distance from the middle
+    turned: float  # rad, their largest turn from it
+
+
 @_inner
 def stands(poses: FloatArray, sweep: FloatArray) -> Any:
-    """The place (4, p) of the sweep's centre for robot poses (p, 4)."""
-    lasers = np.empty((4, poses.shape[0]))
+    """``Stands`` of the sweep's centre for robot poses (p, 4)."""
+    lasers, middle = np.empty((4, poses.shape[0])), np.empty(4)
     for p in range(poses.shape[0]):
         cos, sin = poses[p, COS], poses[p, SIN]
         lasers[X, p] = poses[p, X] + cos * sweep[CENTRE_X] - sin * sweep[CENTRE_Y]
         lasers[Y, p] = poses[p, Y] + sin * sweep[CENTRE_X] + cos * sweep[CENTRE_Y]
         lasers[COS, p], lasers[SIN, p] = cos, sin
-    return lasers
-
-
-@_inner
-def strays(lasers: FloatArray, middle: FloatArray) -> Any:
-    """Largest distances, m, and turns, rad, of lasers' poses (4, p) from the ``middle`` (4,)."""
     for row in range(4):
         total = 0.0
         for p in range(lasers.shape[1]):
@@ -116,7 +120,7 @@ def strays(lasers: FloatArray, middle: FloatArray) -> Any:
         strayed = max(strayed, off)
     for p in range(lasers.shape[1]):
         least = min(least, lasers[COS, p] * middle[COS] + lasers[SIN, p] * middle[SIN])
-    return np.sqrt(strayed), np.arccos(max(least, -1.0))
+    return Stands(lasers, middle, np.sqrt(strayed), np.arccos(max(least, -1.0)))
 
 
 @_inner_finite
@@ -255,10 +259,7 @@ def _seen_from(
 
 @_inner
 def project(
-    lasers: FloatArray,
-    middle: FloatArray,
-    strayed: float,
-    turned: float,
+    at: Stands,
     place: FloatArray,
     outline: FloatArray,
     rim: int | np.int64,
@@ -272,10 +273,10 @@ def project(
     """Let each beam keep the smaller of ``nearest`` (n, p) and the range to an outline (k, 4).
 
     The outline stands at a place (4,). ``is_touched`` (n,) is set for the beams that may meet it
-    from some of the lasers' poses (4, p), which deviate and are ``turned`` from their middle (4,)
-    by some values at most. From outside of the outline's first ``rim`` segments, only their near
-    sides are seen. ``spare`` (``SPARE``, p) is overwritten.
+    from some of the lasers' p poses. From outside of the outline's first ``rim`` segments, only
+    their near sides are seen. ``spare`` (``SPARE``, p) is overwritten.
     """
+    lasers, middle, strayed, turned = at
     size, count = lasers.shape[1], beams.shape[1]
     x, y, cos, sin = spare[0], spare[1], spare[2], spare[3]
     ax, ay, bx, by = spare[4], spare[5], spare[6], spare[7]
@@ -331,7 +332,7 @@ def untouched(nearest: FloatArray, is_touched: BoolArray) -> None:
             nearest[i, p] = np.inf
 
 
-@called_with("f2 f2 f2 i b1 i1 f2 i1 f1 f1 f1 f3")
+@called_with("f2 f2 f2 i b1 laser f1 f3")
 @_compile
 def cast(
     poses: FloatArray,
@@ -339,11 +340,7 @@ def cast(
     outline: FloatArray,
     rim: int | np.int64,
     chosen: BoolArray,
-    order: IntArray,
-    beams: FloatArray,
-    index: IntArray,
-    measured: FloatArray,
-    short: FloatArray,
+    laser: Beams,
     sweep: FloatArray,
     out: FloatArray,
 ) -> None:
@@ -351,18 +348,14 @@ def cast(
 
     Of the ``chosen`` beams (n,), see ``taken``, in the scan's order.
     """
-    order, beams, index = taken(chosen, order, beams, index, measured, short)
-    lasers, middle = stands(poses, sweep), np.empty(4)
-    (strayed, turned), count = strays(lasers, middle), beams.shape[1]
+    order, beams, index = taken(chosen, laser)
+    at, count = stands(poses, sweep), beams.shape[1]
     nearest, spare = np.empty((count, poses.shape[0])), np.empty((SPARE, poses.shape[0]))
     is_touched = np.empty(count, dtype=np.bool_)
     untouched(nearest, is_touched)
     for s in range(placements.shape[0]):
         project(
-            lasers,
-            middle,
-            strayed,
-            turned,
+            at,
             placements[s],
             outline,
             rim,

@@ -137,19 +137,8 @@ def stand_about(poses: FloatArray, out: FloatArray, stds: FloatArray) -> Any:
 
 
 @_inner
-def taken(
-    chosen: BoolArray,
-    order: IntArray,
-    rows: FloatArray,
-    index: IntArray,
-    measured: FloatArray,
-    short: FloatArray,
-) -> Any:
-    """The chosen (n,) beams of a scan: their order (m,), ``beams`` (7, m), and index.
-
-    All beams have the ``order`` (n,), ``rows`` (5 or more, n), of which those up to the origins are
-    used, and ``index``. ``measured`` and ``short`` (n,) are in the scan's order.
-    """
+def taken(chosen: BoolArray, laser: Beams) -> Any:
+    """The chosen (n,) beams of a scan: their order (m,), ``beams`` (7, m), and index."""
     count, place = 0, np.empty(chosen.shape[0], dtype=np.int64)
     for i in range(chosen.shape[0]):
         place[i] = count
@@ -160,32 +149,25 @@ def taken(
     k = 0
     for i in range(chosen.shape[0]):
         before[i] = k
-        j = order[i]
+        j = laser.order[i]
         if chosen[j]:
             some[k] = place[j]
             for row in range(MEASURED):
-                beams[row, k] = rows[row, i]
-            beams[MEASURED, k], beams[SHORT, k] = measured[j], short[j]
+                beams[row, k] = laser.rows[row, i]
+            beams[MEASURED, k], beams[SHORT, k] = laser.measured[j], laser.short[j]
             k += 1
     before[chosen.shape[0]] = k
-    lookup = np.empty(index.shape[0], dtype=np.int64)
-    for cell in range(index.shape[0]):
-        lookup[cell] = before[index[cell]]
+    lookup = np.empty(laser.lookup.shape[0], dtype=np.int64)
+    for cell in range(lookup.shape[0]):
+        lookup[cell] = before[laser.lookup[cell]]
     return some, beams, lookup
 
 
-@called_with("b1 i1 f2 i1 f1 f1")
+@called_with("b1 laser")
 @_compile
-def take(
-    chosen: BoolArray,
-    order: IntArray,
-    rows: FloatArray,
-    index: IntArray,
-    measured: FloatArray,
-    short: FloatArray,
-) -> Any:
+def take(chosen: BoolArray, laser: Beams) -> Any:
     """``taken``, for Python."""
-    return taken(chosen, order, rows, index, measured, short)
+    return taken(chosen, laser)
 
 
 @called_with("f1 f f f1")
