@@ -135,8 +135,8 @@ class Places:
             rows = np.log(np.stack([floor, floor + model.short(measured)]).clip(min=1e-9))
         near, far, breadth = self._within(reach, hit, peak)
         found = tables.scores(
-            points,
-            headings,
+            np.ascontiguousarray(points),
+            np.ascontiguousarray(headings),
             self.cells,
             self.corner,
             self.spacing,
