@@ -139,6 +139,15 @@ class Doorway:
         return np.asarray(out / out.sum())
 
     @lazy
+    def latching(self) -> FloatArray:
+        """(c, c) probabilities of the component of a door that comes to rest where it is."""
+        out = np.eye(len(self.states))
+        if self.atoms:
+            edges, limits = [0, self.cells - 1], [self.cells, self.cells + 1]
+            out[edges, edges], out[edges, limits] = 1.0 - LATCHES, LATCHES
+        return out
+
+    @lazy
     def prior(self) -> FloatArray:
         """(c,) weights before any scan."""
         s = self.settings
@@ -175,12 +184,8 @@ class Doorway:
         swinging = (moving + resting - remaining) @ self._wanders(seconds)
         ends, leaves = self._stops(seconds)
         stops, swinging = ends * swinging, (1.0 - ends) * swinging
-        near, count = stops.copy(), self.cells
-        if self.atoms:
-            near[..., count:] += LATCHES * near[..., [0, count - 1]]
-            near[..., [0, count - 1]] *= 1.0 - LATCHES
         anywhere = stops.sum(axis=-1, keepdims=True) * self.rest
-        arrived = (1.0 - leaves) * near + leaves * anywhere
+        arrived = (1.0 - leaves) * (stops @ self.latching) + leaves * anywhere
         total = remaining + arrived + swinging
         share = (arrived + swinging) / np.maximum(total, NEVER)
         return Moved(remaining + arrived, swinging, share)
@@ -195,12 +200,8 @@ class Doorway:
         of ``moved``.
         """
         ends, leaves = self._stops(seconds)
-        near, count = resting.copy(), self.cells
-        if self.atoms:
-            edges, limits = near[..., [0, count - 1]], resting[..., count:]
-            near[..., [0, count - 1]] = (1.0 - LATCHES) * edges + LATCHES * limits
         anywhere = (resting @ self.rest)[..., None]
-        stopped = (1.0 - leaves) * near + leaves * anywhere
+        stopped = (1.0 - leaves) * (resting @ self.latching.T) + leaves * anywhere
         out = (ends * stopped + (1.0 - ends) * moving) @ self._wanders(seconds).T
         stays = self.stays(seconds)
         return stays * resting + (1.0 - stays) * out, out
