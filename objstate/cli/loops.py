@@ -20,6 +20,7 @@ from objstate.localization import samples as robot
 from objstate.localization import tables as search
 from objstate.objects import components, lattice
 from objstate.objects import exchange_kernels as exchange
+from objstate.objects import latch_kernels as latch
 from objstate.objects import mixture_kernels as mixture
 from objstate.objects import sampling as furniture
 from objstate.particles import reweighting as particles
@@ -37,6 +38,7 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
         mixture.pooled,
         mixture.renew_robot,
         mixture.join,
+        latch.latch,
         exchange.evidence_under,
         exchange.exchange,
         pose.wall_sums,

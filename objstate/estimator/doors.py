@@ -16,8 +16,7 @@ from objstate.geometry import FloatArray
 from objstate.lazy import Later, altered
 from objstate.localization import Vantage
 from objstate.objects import ObjectBelief
-from objstate.objects.door_posterior import DoorPosterior
-from objstate.objects.mixture import NEVER, Doorway, Statics
+from objstate.objects.mixture import NEVER, DoorMixture, Doorway, Statics
 from objstate.objects.shape import shape_of
 from objstate.particles import Weights
 from objstate.sensing import Sensing
@@ -66,9 +65,9 @@ class Doors:
         return Statics(self._hinge.variance, self._bearing.variance)
 
     @property
-    def _priors(self) -> list[Statics]:
-        """The wide priors with which doors are filtered; they are published under learnt ones."""
-        return [Statics(self._hinge.variances[-1], bearing) for bearing in self._bearing.bounds]
+    def _widest(self) -> Statics:
+        """The prior with which doors are filtered; they are published under learnt ones."""
+        return Statics(self._hinge.variances[-1], self._bearing.variances[-1])
 
     def observe(
         self, names: Sequence[str], believed: Believed, exposures: Exposures
@@ -87,8 +86,8 @@ class Doors:
         if len(beams) == 0:
             return None
         before = belief.joint
-        if not isinstance(before, DoorPosterior):
-            before = DoorPosterior.of(self._doorway(belief), belief, self._priors)
+        if not isinstance(before, DoorMixture):
+            before = DoorMixture.of(self._doorway(belief), belief, self._widest)
         posterior = before.later(exposure.seconds_since(before.stamp_ns), *exposure.carried())
         noise = beam_noise(self._settings.beam_model, vantage, scan.range_max)
         shape = self._shape(before.door, exposure.sight.height)
@@ -99,10 +98,9 @@ class Doors:
 
     def elsewhere(self, belief: ObjectBelief) -> FloatArray | None:
         """(2,) m, offset of a door's hinge where it is significant; None elsewhere."""
-        if not isinstance(belief.joint, DoorPosterior):
+        if not isinstance(belief.joint, DoorMixture):
             return None
-        (likeliest,) = belief.joint.among(np.array([max(self.cases(belief.joint.door))[1].bearing]))
-        offset, covariance = belief.joint.mixtures[likeliest].hinge
+        offset, covariance = belief.joint.hinge
         offset = offset + belief.item.hinge - self._building.objects[belief.item.name].hinge
         away = float(np.hypot(*offset))
         if away < ELSEWHERE_M:
@@ -126,7 +124,7 @@ class Doors:
         """Variances that a door's bearing may have, with probabilities."""
         return self._bearing.cases(door.item.name) if door.turn else [(1.0, 0.0)]
 
-    def _read_off(self, posterior: DoorPosterior, belief: ObjectBelief) -> ObjectBelief:
+    def _read_off(self, posterior: DoorMixture, belief: ObjectBelief) -> ObjectBelief:
         """The posterior of a door's state, averaged over the deviations of hinge and bearing."""
         door = posterior.door
         shares, statics = zip(*self.cases(door), strict=True)
@@ -142,14 +140,14 @@ class Doors:
             joint=posterior,
         )
 
-    def _learn(self, name: str, posterior: DoorPosterior) -> None:
+    def _learn(self, name: str, posterior: DoorMixture) -> None:
         """Update the learnt deviations by a door, unless its own are known."""
         if name in self._known:
             return
         if posterior.door.turn:
-            self._bearing.observe(name, posterior.of_bearing(self._bearing.variances))
-        bearings = self._bearings(posterior.door)
-        self._hinge.observe(name, posterior.of_hinge(self._hinge.variances, bearings))
+            evidence = posterior.log_evidence("bearing", self._bearing.variances)
+            self._bearing.observe(name, evidence)
+        self._hinge.observe(name, posterior.log_evidence("hinge", self._hinge.variances))
 
     def _doorway(self, belief: ObjectBelief) -> Doorway:
         chosen = self._settings.for_object(belief.item.name, "door")
@@ -186,11 +184,6 @@ class Deviation:
         self._doors: dict[str, FloatArray] = {}  # (k,) log-likelihood of each deviation
         self._outliers: dict[str, FloatArray] = {}  # (k,) probability that a door is one
         self._weights = _normalized(log_prior)
-
-    @property
-    def bounds(self) -> FloatArray:
-        """(1,) or (2,) the largest usual variance, and the largest of all."""
-        return np.unique(self.variances[[part[-1] for part in self._parts[-2:]]])
 
     @property
     def variance(self) -> float:

@@ -22,8 +22,8 @@ from objstate.sensing import UncertainObject
 
 if TYPE_CHECKING:
     from objstate.objects import lattice, sampling
-    from objstate.objects.door_posterior import DoorPosterior
     from objstate.objects.furniture_mixture import FurnitureMixture
+    from objstate.objects.mixture import DoorMixture
     from objstate.objects.steps import Past
 else:
     lattice = Later("objstate.objects.lattice")
@@ -85,7 +85,7 @@ class ObjectBelief:
         default_factory=partial(np.zeros, 1)
     )
     # the mixture it was computed from, if any
-    joint: DoorPosterior | FurnitureMixture | None = None
+    joint: DoorMixture | FurnitureMixture | None = None
     attributes: Mapping[str, Mapping[str, float]] = field(  # such as class: {cup: 0.7, mug: 0.3}
         default_factory=dict
     )

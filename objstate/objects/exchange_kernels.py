@@ -135,9 +135,9 @@ def exchange(
                 inside = 1.0 + by_zero * of_zero
                 state -= by_zero * of_both * zero / inside
                 of_state -= by_zero * of_both * of_both / inside
-                zero, of_zero = zero / inside, of_zero / inside
+                zero, of_zero, of_both = zero / inside, of_zero / inside, of_both / inside
             state_means[k, c] = states[c] + state - zero
-            state_variances[k, c] = of_state + of_zero
+            state_variances[k, c] = max(of_state + of_zero - 2.0 * of_both, 0.0)
             factors[c] = log if resting[c] + moving[c] > 0.0 else -np.inf
             weight = resting[c] + moving[c]
             if weight > 0.0:

@@ -296,7 +296,6 @@ class FurnitureMixture:
                 shape,
                 noise,
                 self.places[part],
-                np.zeros(len(self.weights[part])),
                 np.maximum(self.weights[part], NEVER),
                 means[part],
                 covariances[part],

@@ -20,21 +20,23 @@ import numpy as np
 
 from objstate.building.model import Kind, MovableObject
 from objstate.config import BuildingErrorSettings, DoorSettings
-from objstate.geometry import FloatArray, wrap
+from objstate.geometry import FloatArray, IntArray, wrap
 from objstate.lazy import Later, altered, lazy
 from objstate.objects.belief import ObjectBelief
 from objstate.particles import Weights
 from objstate.records import SECONDS_PER_HOUR
 
 if TYPE_CHECKING:
-    from objstate.objects import exchange_kernels
+    from objstate.objects import exchange_kernels, latch_kernels
     from objstate.objects import mixture_kernels as kernels
     from objstate.objects.mixture_kernels import Beams, Noise
 else:
     exchange_kernels = Later("objstate.objects.exchange_kernels")
     kernels = Later("objstate.objects.mixture_kernels")
+    latch_kernels = Later("objstate.objects.latch_kernels")
 
 CELL_DEG, CELL_M = 2.5, 0.05  # width of a cell, hinged and sliding; ranges are linear within one
+MARGIN_DEG, MARGIN_M = 6.0, 0.05  # beyond a limit, where leaves of latched doors may still stand
 OVERLAP = 0.6  # deviation of the state within a cell, in cells: their sum is nearly flat
 PLAY_DEG, PLAY_M = 0.1, 0.002  # deviation of a latched door's state from its limit
 LATCHES = 0.8  # probability that a door that comes to rest in the last cell before a limit latches
@@ -42,6 +44,7 @@ FASTEST_S = 3.0  # s after which a moving door may be anywhere
 HINGE = slice(4, 6)  # indices of a component's errors
 NEGLIGIBLE = 1e-9  # weight below which a component is left out of the evidence for a prior
 SPREADS_KEPT = 256  # number of transitions of moving doors that are cached
+MOST_NATS = 100.0  # most evidence for a component, beside the best one between the limits
 NEVER = 1e-30  # least weight of a component, so that nothing is impossible
 
 
@@ -81,6 +84,24 @@ class Doorway:
         return len(self.states) - self.atoms
 
     @lazy
+    def middles(self) -> FloatArray:
+        """(c + o,) rad or m, of all components: the ``states``, and cells beyond both limits.
+
+        No door rests freely beyond a limit. A latched one may stand there, where the bearing isn't
+        as modelled.
+        """
+        margin = math.radians(MARGIN_DEG) if self._hinged else MARGIN_M
+        count = math.ceil(margin / self.cell) if self.atoms else 0
+        steps = (np.arange(count) + 0.5) * self.cell
+        return np.concatenate([self.states, self.item.lower - steps, self.item.upper + steps])
+
+    @lazy
+    def edges(self) -> IntArray:
+        """(o,) the last cell before the limit, of each cell beyond one."""
+        count = len(self.middles) - len(self.states)
+        return np.repeat([0, self.cells - 1], [count // 2, count - count // 2])
+
+    @lazy
     def zero(self) -> int | None:
         """The component of the limit from which the state is measured; None if there is none."""
         off = np.abs(self.states[self.cells :] - self.item.home[0])
@@ -88,14 +109,14 @@ class Doorway:
 
     @lazy
     def widths(self) -> FloatArray:
-        """(c,) variances of the state within each component.
+        """(c + o,) variances of the state within each component.
 
         A latched door stands at the limit from which its state is measured. The place of the other
         stop isn't known exactly.
         """
         e = self.error
-        out = np.full(len(self.states), (OVERLAP * self.cell) ** 2)
-        out[self.cells :] = (
+        out = np.full(len(self.middles), (OVERLAP * self.cell) ** 2)
+        out[self.cells : len(self.states)] = (
             math.radians(e.bearing_std_deg) if self._hinged else e.hinge_std_m
         ) ** 2
         if self.zero is not None:
@@ -119,11 +140,11 @@ class Doorway:
 
     @lazy
     def placements(self) -> FloatArray:
-        """(c, 3) x, y and turn of the leaf's frame in the middle of each component."""
-        home, out = float(self.item.home[0]), np.empty((len(self.states), 3))
+        """(c + o, 3) x, y and turn of the leaf's frame in the middle of each component."""
+        home, out = float(self.item.home[0]), np.empty((len(self.middles), 3))
         shift = 0.0 if self._hinged else 1.0
-        out[:, :2] = self.item.hinge + shift * self.states[:, None] * self.slide
-        out[:, 2] = self.turn * (self.states - home)
+        out[:, :2] = self.item.hinge + shift * self.middles[:, None] * self.slide
+        out[:, 2] = self.turn * (self.middles - home)
         return out
 
     @lazy
@@ -245,22 +266,31 @@ class DoorMixture:
     door: Doorway
     resting: FloatArray  # (c,) weights of a resting door; with ``moving`` they sum to one
     moving: FloatArray  # (c,) of a moving door
-    means: FloatArray  # (c, 7) of errors, see ``mixture_kernels``
-    covariances: FloatArray  # (c, 7, 7)
-    statics: Statics  # their prior variances
+    beyond: FloatArray  # (o,) weights of cells beyond the limits, which aren't in that sum
+    means: FloatArray  # (c + o, 7) of errors, see ``mixture_kernels``
+    covariances: FloatArray  # (c + o, 7, 7)
+    statics: Statics  # their prior variances; a sliding door has no bearing
     stamp_ns: int | None = None
-    # log p(z) of all scans under that prior, up to a constant shared by all priors
-    total: float = 0.0
 
     @staticmethod
     def unknown(door: Doorway, statics: Statics) -> DoorMixture:
         """The mixture before any scan."""
-        count, errors = len(door.states), kernels.ERRORS
+        count, errors = len(door.middles), kernels.ERRORS
+        statics = statics if door.turn else Statics(statics.hinge, 0.0)
         means, covariances = np.zeros((count, errors)), np.zeros((count, errors, errors))
         covariances[:, kernels.STATE, kernels.STATE] = door.widths
         covariances[:, HINGE, HINGE] = statics.hinge * np.eye(2)
-        covariances[:, kernels.ZERO, kernels.ZERO] = statics.bearing if door.turn else 0.0
-        return DoorMixture(door, door.prior, np.zeros(count), means, covariances, statics)
+        covariances[:, kernels.ZERO, kernels.ZERO] = statics.bearing
+        resting = door.prior
+        return DoorMixture(
+            door,
+            resting,
+            np.zeros(len(resting)),
+            resting[door.edges],
+            means,
+            covariances,
+            statics,
+        )
 
     @staticmethod
     def of(door: Doorway, belief: ObjectBelief, statics: Statics) -> DoorMixture:
@@ -282,7 +312,11 @@ class DoorMixture:
         resting = np.maximum(resting - moving, NEVER)
         total = resting.sum() + moving.sum()
         return altered(
-            blank, resting=resting / total, moving=moving / total, stamp_ns=belief.stamp_ns
+            blank,
+            resting=resting / total,
+            moving=moving / total,
+            beyond=resting[door.edges] / total,
+            stamp_ns=belief.stamp_ns,
         )
 
     @lazy
@@ -296,17 +330,19 @@ class DoorMixture:
         The robot's error is ``transfer`` (3, 3) times the earlier one, plus an independent one of
         covariance ``added`` (3, 3).
         """
-        means, covariances = self.means.copy(), self.covariances.copy()
-        resting, moving = self.resting, self.moving
+        door, means, covariances = self.door, self.means.copy(), self.covariances.copy()
+        resting, moving, beyond = self.resting, self.moving, self.beyond
         if seconds > 0.0:
-            moved = self.door.moved(resting, moving, seconds)
+            moved = door.moved(resting, moving, seconds)
             mean, covariance = kernels.pooled(self.weights, means, covariances)
-            kernels.join(moved.arriving, mean, covariance, self.door.widths, means, covariances)
+            stays, edges = door.stays(seconds), door.edges
+            arrived = np.maximum(moved.resting - stays * resting, 0.0)[edges]
+            beyond = stays * beyond + arrived
+            arriving = np.append(moved.arriving, arrived / np.maximum(beyond, NEVER))
+            kernels.join(arriving, mean, covariance, door.widths, means, covariances)
             resting, moving = moved.resting, moved.moving
         kernels.renew_robot(means, covariances, transfer, added)
-        return DoorMixture(
-            self.door, resting, moving, means, covariances, self.statics, total=self.total
-        )
+        return DoorMixture(door, resting, moving, beyond, means, covariances, self.statics)
 
     def at(self, stamp_ns: int) -> DoorMixture:
         """The same at a moment."""
@@ -315,31 +351,38 @@ class DoorMixture:
     def given(self, beams: Beams, noise: Noise, shape: kernels.Shape) -> tuple[DoorMixture, int]:
         """Bayes' rule for a scan, and the largest number of its beams that reach the leaf."""
         door, means, covariances = self.door, self.means.copy(), self.covariances.copy()
-        log_evidence = np.empty(len(means))
+        count, cells = len(door.states), door.cells
+        weights = np.concatenate([np.maximum(self.weights, NEVER), self.beyond])
+        weights[cells:count] = 0.0
+        log_evidence = np.full(len(means), -np.inf)
         reached = kernels.condition(
-            beams,
-            shape,
-            noise,
-            door.placements,
-            door.tied,
-            np.maximum(self.weights, NEVER),
-            means,
-            covariances,
-            log_evidence,
+            beams, shape, noise, door.placements, weights, means, covariances, log_evidence
         )
-        largest = float(log_evidence.max())
-        likelihood = np.exp(log_evidence - largest)
-        resting = np.maximum(self.resting * likelihood, NEVER)
-        moving = self.moving * likelihood
+        if door.atoms:
+            latch_kernels.latch(
+                np.concatenate([np.maximum(self.resting, NEVER), self.beyond]),
+                door.middles,
+                door.widths,
+                cells,
+                self.means,
+                self.covariances,
+                means,
+                covariances,
+                log_evidence,
+            )
+        # what stands beyond a limit, as no free door does, may be far likelier than all doors
+        likelihood = np.exp(np.minimum(log_evidence - log_evidence[:count].max(), MOST_NATS))
+        resting = np.maximum(self.resting * likelihood[:count], NEVER)
+        moving = self.moving * likelihood[:count]
         share = float(resting.sum() + moving.sum())
         after = DoorMixture(
-            self.door,
+            door,
             resting / share,
             moving / share,
+            np.clip(self.beyond * likelihood[count:] / share, NEVER, 1.0),
             means,
             covariances,
             self.statics,
-            total=self.total + largest + math.log(share),
         )
         return after, int(reached)
 

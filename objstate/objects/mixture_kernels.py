@@ -116,7 +116,6 @@ def _cast(
     beams: Beams,
     shape: Shape,
     placement: FloatArray,
-    tied: float,
     x: FloatArray,
     prior: FloatArray,
     work: Work,
@@ -128,7 +127,7 @@ def _cast(
     wherever the leaf hangs.
     """
     cos, sin = math.cos(x[2]), math.sin(x[2])
-    turned = placement[2] + shape.turn * (x[STATE] + tied * x[ZERO])
+    turned = placement[2] + shape.turn * x[STATE]
     cos_turned, sin_turned = math.cos(turned), math.sin(turned)
     east = placement[0] + shape.slide[0] * x[STATE] + x[4]
     north = placement[1] + shape.slide[1] * x[STATE] + x[5]
@@ -150,7 +149,7 @@ def _cast(
         work.directions[i, 0], work.directions[i, 1] = dx, dy
         work.expected[i], work.side[i], work.bump[i] = np.inf, -1, np.inf
         if i == 0:
-            _see_corners(beams, shape, tied, x, prior, placed, work)
+            _see_corners(beams, shape, x, prior, placed, work)
         left, right = _outermost(i, np.int64(0), work.corners.shape[0], work)
         work.share[i] = 0.0
         if left < 0 or _surely_past(i, left, 1.0, work) or _surely_past(i, right, -1.0, work):
@@ -184,7 +183,6 @@ def _cast(
 def _see_corners(
     beams: Beams,
     shape: Shape,
-    tied: float,
     x: FloatArray,
     prior: FloatArray,
     placed: Any,
@@ -194,7 +192,7 @@ def _see_corners(
     for j in range(work.corners.shape[0]):
         dx, dy = work.corners[j, 0] - work.origins[0, 0], work.corners[j, 1] - work.origins[0, 1]
         away = max(math.hypot(dx, dy), FOOTPRINT)
-        _sideways(beams, shape, tied, x, dx / away, dy / away, j, placed, work)
+        _sideways(beams, shape, x, dx / away, dy / away, j, placed, work)
         work.stds[j] = math.sqrt(FOOTPRINT * FOOTPRINT + _quadratic(prior, work.row))
 
 
@@ -279,7 +277,6 @@ def _graze(i: int, background: float, work: Work) -> None:
 def _sideways(
     beams: Beams,
     shape: Shape,
-    tied: float,
     x: FloatArray,
     dx: float,
     dy: float,
@@ -296,7 +293,6 @@ def _sideways(
     turned = shape.turn * (dx * (corner_x - east) + dy * (corner_y - north))
     row[STATE] = turned + dx * shape.slide[1] - dy * shape.slide[0]
     row[4], row[5] = -dy, dx
-    row[ZERO] = tied * turned
 
 
 @_inner
@@ -318,9 +314,7 @@ def _beside_edge(beams: Beams, noise: Noise, i: int) -> Any:
 
 
 @_inner
-def _row(
-    beams: Beams, shape: Shape, tied: float, x: FloatArray, i: int, placed: Any, work: Work
-) -> Any:
+def _row(beams: Beams, shape: Shape, x: FloatArray, i: int, placed: Any, work: Work) -> Any:
     """Derivatives of a range by the errors; the cosine of incidence."""
     cos, sin, east, north = placed
     side, dx, dy = work.side[i], work.directions[i, 0], work.directions[i, 1]
@@ -335,7 +329,6 @@ def _row(
     turned = shape.turn * (ny * (met_x - east) - nx * (met_y - north))
     row[STATE] = (turned + nx * shape.slide[0] + ny * shape.slide[1]) / cosine
     row[4], row[5] = nx / cosine, ny / cosine
-    row[ZERO] = tied * turned / cosine
     return cosine
 
 
@@ -433,7 +426,6 @@ def _linearize(
     shape: Shape,
     noise: Noise,
     placement: FloatArray,
-    tied: float,
     x: FloatArray,
     prior: FloatArray,
     spread: FloatArray,
@@ -445,7 +437,7 @@ def _linearize(
     the forward recursion. A beam contributes by the probability that it hit. Errors of a covariance
     ``spread`` (7, 7) are included in distinguishing hits from others.
     """
-    placed = _cast(beams, shape, placement, tied, x, prior, work)
+    placed = _cast(beams, shape, placement, x, prior, work)
     gradient, information, row = work.gradient, work.information, work.row
     for a in range(ERRORS):
         gradient[a] = 0.0
@@ -455,7 +447,7 @@ def _linearize(
     for i in range(work.expected.shape[0]):
         is_met = work.side[i] >= 0
         if is_met:
-            cosine = _row(beams, shape, tied, x, i, placed, work)
+            cosine = _row(beams, shape, x, i, placed, work)
         scatter, variance = 0.0, 0.0
         if work.share[i] > 0.0:
             scatter = _scatter(noise, work.expected[i])
@@ -549,7 +541,6 @@ def _see_edges(
     beams: Beams,
     shape: Shape,
     independence: float,
-    tied: float,
     x: FloatArray,
     mean: FloatArray,
     covariance: FloatArray,
@@ -577,7 +568,7 @@ def _see_edges(
             margin -= dy * (work.corners[corner, 0] - work.origins[i, 0])
             if abs(margin) > SURE * work.stds[corner]:
                 continue
-            _sideways(beams, shape, tied, x, dx, dy, corner, placed, work)
+            _sideways(beams, shape, x, dx, dy, corner, placed, work)
             variance = FOOTPRINT * FOOTPRINT
             for a in range(ERRORS):
                 step[a] = 0.0
@@ -601,25 +592,27 @@ def _see_edges(
 
 @_inner
 def _heaviest_first(weights: FloatArray) -> Any:
-    """The components by descending weights (c,); ``argsort`` takes longer to compile."""
-    order = np.empty(weights.shape[0], dtype=np.int64)
+    """Components by descending weights (c,), none of 0; ``argsort`` takes longer to compile."""
+    order, count = np.empty(weights.shape[0], dtype=np.int64), 0
     for c in range(weights.shape[0]):
-        k = c
+        if weights[c] == 0.0:
+            continue
+        k = count
         while k > 0 and weights[order[k - 1]] < weights[c]:
             order[k] = order[k - 1]
             k -= 1
         order[k] = c
-    return order
+        count += 1
+    return order[:count]
 
 
-@called_with("beams shape noise f2 f1 f1 f2 f3 f1")
+@called_with("beams shape noise f2 f1 f2 f3 f1")
 @_compile
 def condition(
     beams: Beams,
     shape: Shape,
     noise: Noise,
     placements: FloatArray,
-    tied: FloatArray,
     weights: FloatArray,
     means: FloatArray,
     covariances: FloatArray,
@@ -628,10 +621,10 @@ def condition(
     """Bayes' rule in every component: ``means`` (c, 7) and ``covariances`` (c, 7, 7) are updated.
 
     ``log_evidence`` (c,) is log p(scan | component), by Laplace's approximation about the mean
-    after one or, where errors are wide, ``MOST_LOOKS`` Gauss-Newton steps. The zero of the state
-    moves the object in components that are ``tied`` (c,) to it by 1; elsewhere, 0, the state is
-    where the object is seen. Components of ``weights`` (c,) that the scan makes nearly impossible
-    stay as they are. Returned is the largest number of beams that reach the object in a component.
+    after one or, where errors are wide, ``MOST_LOOKS`` Gauss-Newton steps. The error of the state's
+    zero doesn't move the object. Components of ``weights`` (c,) that the scan makes nearly
+    impossible stay as they are, and those of 0 are left out. Returned is the largest number of
+    beams that reach the object in a component.
     """
     count, most = beams.measured.shape[0], 0
     work = Work(
@@ -665,7 +658,6 @@ def condition(
             wide += prior[a, a] if a not in (2, STATE, ZERO) else 0.0
             for b in range(ERRORS):
                 spread[a, b] = prior[a, b]
-        wide += tied[c] * prior[ZERO, ZERO]
         looks = 1 if wide < WIDE * noise.variance else MOST_LOOKS
         work.flanked[:] = 0
         total, unrefined, hopeless, reach, placed = 0.0, 0.0, False, 0, (1.0, 0.0, 0.0, 0.0)
@@ -676,7 +668,7 @@ def condition(
                     for b in range(ERRORS):
                         spread[a, b] = 0.0
             total, reach, placed = _linearize(
-                beams, shape, noise, placements[c], tied[c], x, prior, spread, work
+                beams, shape, noise, placements[c], x, prior, spread, work
             )
             now, unrefined = log_weight + total, total if look == 0 else unrefined
             hopeless = (look == 0 and now < first - HOPELESS) or (
@@ -697,7 +689,7 @@ def condition(
             continue
         log_evidence[c] += _set_posterior(mean, prior, x, pull, log_determinant, work)
         likeliest = max(likeliest, log_weight + log_evidence[c])
-        _see_edges(beams, shape, noise.independence, tied[c], x, mean, prior, placed, pull, work)
+        _see_edges(beams, shape, noise.independence, x, mean, prior, placed, pull, work)
     return most
 
 

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from objstate.geometry import FloatArray, IntArray
 from objstate.lazy import Later, altered
 from objstate.objects.belief import ObjectBelief
-from objstate.objects.door_posterior import DoorPosterior
 from objstate.objects.furniture_mixture import ABSENT, ORDER, FurnitureMixture, Piece
 from objstate.objects.mixture import NEVER, DoorMixture, Doorway, Statics
 
@@ -36,14 +35,20 @@ INDEX, RESTING, MOVING, MEAN = 0, 1, 2, 3  # columns of a door's table; covarian
 VARIANCES = [4, 7, 9]  # of x, y, yaw, columns of furniture's table
 
 
-class Part(NamedTuple):
-    """A door's posterior after a scan, under one prior of its static errors."""
+class DoorStep(NamedTuple):
+    """A door's posterior after a scan."""
 
-    statics: Statics
-    total: float  # log p(z) of all scans, up to a constant shared by all priors
+    stamp_ns: int
+    door: Doorway
+    statics: Statics  # the prior variances of its static errors
     table: Table  # (r, 17): component, weights at rest and moving, means, covariances
 
-    def mixture(self, blank: DoorMixture, stamp_ns: int) -> DoorMixture:
+    @property
+    def blank(self) -> DoorMixture:
+        """The mixture before any scan."""
+        return DoorMixture.unknown(self.door, self.statics)
+
+    def posterior(self, blank: DoorMixture) -> DoorMixture:
         """The posterior without the robot's errors; ``blank`` is the mixture before any scan."""
         index = self.table[:, INDEX].astype(int)
         resting, moving = np.zeros(len(blank.resting)), np.zeros(len(blank.resting))
@@ -61,28 +66,8 @@ class Part(NamedTuple):
             moving=moving / share,
             means=means,
             covariances=covariances,
-            stamp_ns=stamp_ns,
-            total=self.total,
+            stamp_ns=self.stamp_ns,
         )
-
-
-class DoorStep(NamedTuple):
-    """A door's posterior after a scan."""
-
-    stamp_ns: int
-    door: Doorway
-    parts: tuple[Part, ...]
-
-    @property
-    def blank(self) -> DoorPosterior:
-        """The mixture before any scan."""
-        priors = [part.statics for part in self.parts]
-        return DoorPosterior(tuple(DoorMixture.unknown(self.door, each) for each in priors))
-
-    def posterior(self, blank: DoorPosterior) -> DoorPosterior:
-        """The posterior without the robot's errors; ``blank`` as above."""
-        pairs = zip(self.parts, blank.mixtures, strict=True)
-        return DoorPosterior(tuple(part.mixture(each, self.stamp_ns) for part, each in pairs))
 
 
 class FurnitureStep(NamedTuple):
@@ -146,17 +131,17 @@ def remembered(belief: ObjectBelief) -> ObjectBelief:
     return altered(belief, past=_appended(past, step_of(posterior)))
 
 
-def _again(belief: ObjectBelief, step: Step) -> DoorPosterior | FurnitureMixture:
+def _again(belief: ObjectBelief, step: Step) -> DoorMixture | FurnitureMixture:
     """A belief without a mixture, converted to one of the earlier kind."""
     if isinstance(step, FurnitureStep):
         return FurnitureMixture.of(step.piece, belief)
-    return DoorPosterior(tuple(_on_cells(belief, step.door, part) for part in step.parts))
+    return _on_cells(belief, step)
 
 
-def _on_cells(belief: ObjectBelief, door: Doorway, part: Part) -> DoorMixture:
+def _on_cells(belief: ObjectBelief, step: DoorStep) -> DoorMixture:
     """A door's belief on a lattice as a mixture with the mean and variance of each cell."""
-    weights, states = belief.weights.values, belief.states[:, 0]
-    mixture = DoorMixture.of(door, belief, part.statics)
+    door, weights, states = step.door, belief.weights.values, belief.states[:, 0]
+    mixture = DoorMixture.of(door, belief, step.statics)
     where = np.floor((states - door.item.lower) / door.cell).astype(int).clip(0, door.cells - 1)
     total = np.bincount(where, weights, door.cells)
     known = np.flatnonzero(total > LEAST)
@@ -168,16 +153,15 @@ def _on_cells(belief: ObjectBelief, door: Doorway, part: Part) -> DoorMixture:
     variances = squares - means[known, kernels.STATE] ** 2 + belief.cell[0] ** 2 / 12.0
     covariances[known, kernels.STATE, kernels.STATE] = variances
     covariances[:, kernels.ZERO, kernels.ZERO] = 0.0  # included in the lattice's states
-    return altered(mixture, means=means, covariances=covariances, total=part.total)
+    return altered(mixture, means=means, covariances=covariances)
 
 
-def step_of(posterior: DoorPosterior | FurnitureMixture) -> Step:
+def step_of(posterior: DoorMixture | FurnitureMixture) -> Step:
     """The stored form of a posterior after a scan."""
     if isinstance(posterior, FurnitureMixture):
         return _furniture_step(posterior)
     assert posterior.stamp_ns is not None
-    parts = tuple(Part(each.statics, each.total, _table(each)) for each in posterior.mixtures)
-    return DoorStep(posterior.stamp_ns, posterior.door, parts)
+    return DoorStep(posterior.stamp_ns, posterior.door, posterior.statics, _table(posterior))
 
 
 def _furniture_step(mixture: FurnitureMixture) -> FurnitureStep:
@@ -228,8 +212,7 @@ def _alike(one: Step, other: Step) -> bool:
             and isinstance(other, FurnitureStep)
             and _stands(one, other)
         )
-    pairs = zip(one.parts, other.parts, strict=True)
-    return all(_rests(a.table, b.table) for a, b in pairs)
+    return _rests(one.table, other.table)
 
 
 def _stands(one: FurnitureStep, other: FurnitureStep) -> bool:

@@ -119,7 +119,7 @@ def _filtered(
         arrived = moved.arriving > 0.5
         out.resting[k], out.moving[k] = moved.resting, moved.moving
         out.means[k] = np.where(arrived, door.states, out.means[k - 1])
-        out.variances[k] = np.where(arrived, door.widths, out.variances[k - 1])
+        out.variances[k] = np.where(arrived, door.widths[: len(door.states)], out.variances[k - 1])
     return out
 
 

@@ -24,7 +24,7 @@ from objstate.config import BuildingErrorSettings, DoorErrorSettings
 from objstate.estimator.doors import OUTLIERS, Deviation
 from objstate.geometry import FloatArray, rotation_about, transform
 from objstate.objects import ObjectBelief
-from objstate.objects.door_posterior import DoorPosterior
+from objstate.objects.mixture import DoorMixture
 from objstate.objects.mixture_kernels import STATE, ZERO
 from objstate.packing import pack, unpack
 from objstate.world.widths import STEP_M, WIDTHS, WidthEvidence, wider
@@ -59,17 +59,16 @@ class DoorEvidence:
     width: WidthEvidence = field(default_factory=WidthEvidence)
 
     @staticmethod
-    def of(posterior: DoorPosterior, width: WidthEvidence | None = None) -> DoorEvidence:
+    def of(mixture: DoorMixture, width: WidthEvidence | None = None) -> DoorEvidence:
         """What a filter knows when its drive has ended, without its prior; and of the ``width``."""
-        mixture = posterior.mixtures[-1]  # under the widest prior
         mean, covariance = mixture.hinge
         covariance = covariance + ROUGH_M**2 * np.eye(2)
         told = np.linalg.inv(covariance)
         information = _positive(told - np.eye(2) / mixture.statics.hinge)
         offset = np.linalg.solve(information + 1e-9 * np.eye(2), told @ mean)
-        seen = np.hstack([np.eye(2), _turned(posterior)])
+        seen = np.hstack([np.eye(2), _turned(mixture)])
         places = seen.T @ information @ seen
-        pull, bearing = seen.T @ information @ offset, _log_bearing(posterior)
+        pull, bearing = seen.T @ information @ offset, _log_bearing(mixture)
         return DoorEvidence(places, pull, bearing, width or WidthEvidence())
 
     @property
@@ -212,11 +211,11 @@ def _rotations(turns: FloatArray) -> FloatArray:
     return np.stack([np.stack([cos, -sin], axis=-1), np.stack([sin, cos], axis=-1)], axis=-2)
 
 
-def _turned(posterior: DoorPosterior) -> FloatArray:
+def _turned(mixture: DoorMixture) -> FloatArray:
     """(2, 2) the mean rotation of the leaf from the closed one, when a drive ends."""
-    door, mixture = posterior.door, posterior.mixtures[-1]
-    off = mixture.means[:, STATE] + door.tied * mixture.means[:, ZERO]
-    rotations = _rotations(door.placements[:, 2] + door.turn * off)
+    door = mixture.door
+    means, turns = (each[: len(door.states)] for each in (mixture.means, door.placements[:, 2]))
+    rotations = _rotations(turns + door.turn * (means[:, STATE] + door.tied * means[:, ZERO]))
     return np.asarray(np.einsum("c,cij->ij", mixture.weights, rotations))
 
 
@@ -230,7 +229,7 @@ def evidence_of(
     return {
         name: DoorEvidence.of(belief.joint, (widths or {}).get(name))
         for name, belief in sorted(beliefs.items())
-        if isinstance(belief.joint, DoorPosterior) and belief.last_observed_ns is not None
+        if isinstance(belief.joint, DoorMixture) and belief.last_observed_ns is not None
     }
 
 
@@ -463,12 +462,11 @@ def _summed(drives: Sequence[Drive]) -> Drive:
     return out
 
 
-def _log_bearing(posterior: DoorPosterior) -> FloatArray:
+def _log_bearing(mixture: DoorMixture) -> FloatArray:
     """(g,) the log-likelihood of bearings."""
-    if not posterior.door.turn:
+    if not mixture.door.turn:
         return np.zeros(len(BEARINGS))
-    mixture = posterior.mixtures[-1]
-    weights, tied = mixture.weights, posterior.door.tied > 0.0
+    weights, tied = mixture.weights, mixture.door.tied > 0.0
     before = mixture.statics.bearing
     likelihood = np.full(len(BEARINGS), float(weights[~tied].sum()))
     for k in np.flatnonzero(tied):

@@ -27,18 +27,25 @@ def mixture(seed: int) -> DoorMixture:
     blank = DoorMixture.unknown(
         Doorway(door("door", 0.0, 0.0, 0.0), DoorSettings(), BuildingErrorSettings()), WIDE
     )
-    count = len(blank.resting)
+    count = len(blank.means)
     rows = rng.standard_normal((count, 4, 7)) / 0.01
     prior = blank.covariances + 1e-4 * np.diag([1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0])
     covariances = np.linalg.inv(np.linalg.inv(prior) + rows.transpose(0, 2, 1) @ rows)
     covariances = 0.5 * (covariances + covariances.transpose(0, 2, 1))
-    resting, moving = rng.dirichlet(np.ones(2 * count)).reshape(2, count)
+    resting, moving = rng.dirichlet(np.ones(2 * len(blank.resting))).reshape(2, -1)
     means = rng.multivariate_normal(np.zeros(7), 1e-4 * np.eye(7), count)
     return altered(blank, resting=resting, moving=moving, means=means, covariances=covariances)
 
 
 def exchanged(whole: DoorMixture, to: Statics) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Log factors of weights, means and covariances by the whole matrices of information."""
+    """Log factors of weights, means and covariances by the whole matrices of information.
+
+    Of components between the limits, and of these.
+    """
+    count = len(whole.resting)
+    whole = altered(
+        whole, means=whole.means[:count], covariances=whole.covariances[:count], beyond=np.zeros(0)
+    )
     added = np.zeros((7, 7))
     added[ERRORS, ERRORS] = 1.0 / np.array([to.hinge, to.hinge, to.bearing]) - 1.0 / np.array(
         [WIDE.hinge, WIDE.hinge, WIDE.bearing]
@@ -63,7 +70,7 @@ def test_another_prior_is_added_information(seed: int) -> None:
     assert states.moving[1] == pytest.approx(whole.moving * factors / total, rel=1e-6)
     middles = whole.door.states
     assert states.means[1] == pytest.approx(middles + means[:, 3] - means[:, 6], abs=1e-9)
-    both = covariances[:, 3, 3] + covariances[:, 6, 6]
+    both = covariances[:, 3, 3] + covariances[:, 6, 6] - 2.0 * covariances[:, 3, 6]
     assert states.variances[1] == pytest.approx(both, rel=1e-6)
 
 

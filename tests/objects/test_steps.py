@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from objstate.config import BuildingErrorSettings, DoorSettings, FurnitureSettings
 from objstate.lazy import altered
 from objstate.objects import ObjectBelief
-from objstate.objects.door_posterior import DoorPosterior
 from objstate.objects.doors import LatticeFilter
 from objstate.objects.furniture_mixture import ORDER, FurnitureMixture, Piece
 from objstate.objects.mixture import DoorMixture, Doorway, Statics
@@ -55,16 +54,11 @@ def narrow(place: int, stamp_ns: int, off: float = 0.0) -> DoorMixture:
     return altered(whole, means=means, resting=resting, moving=np.zeros(len(resting)))
 
 
-def alone(mixture: DoorMixture) -> DoorPosterior:
-    """A posterior under one prior."""
-    return DoorPosterior((mixture,))
-
-
 def held(*mixtures: DoorMixture) -> Past:
     """The past of a belief that had these mixtures."""
     belief = lattice()
     for each in mixtures:
-        belief = remembered(altered(belief, joint=alone(each), stamp_ns=each.stamp_ns))
+        belief = remembered(altered(belief, joint=each, stamp_ns=each.stamp_ns))
     assert belief.past is not None
     return belief.past
 
@@ -73,10 +67,10 @@ def held(*mixtures: DoorMixture) -> Past:
 @settings(max_examples=30, deadline=None)
 def test_a_step_publishes_what_its_mixture_does_under_any_statics(seed: int) -> None:
     whole, narrower = mixture(seed), Statics(0.005**2, math.radians(0.2) ** 2)
-    step = step_of(alone(whole))
+    step = step_of(whole)
     assert isinstance(step, DoorStep)
     for statics in (STATICS, narrower):
-        posteriors = step.posterior(step.blank), alone(whole)
+        posteriors = step.posterior(step.blank), whole
         (kept, _), (before, _) = (
             each.door.on_lattice(each.under([statics]), lattice()) for each in posteriors
         )
@@ -100,15 +94,15 @@ def test_steps_that_differ_are_kept_all() -> None:
 
 
 def test_a_belief_that_is_taken_back_takes_its_past_along() -> None:
-    first = remembered(altered(lattice(), joint=alone(narrow(5, 0)), stamp_ns=0))
-    remembered(altered(first, joint=alone(narrow(9, SECOND)), stamp_ns=SECOND))
-    after = remembered(altered(first, joint=alone(narrow(6, 2 * SECOND)), stamp_ns=2 * SECOND))
+    first = remembered(altered(lattice(), joint=narrow(5, 0), stamp_ns=0))
+    remembered(altered(first, joint=narrow(9, SECOND), stamp_ns=SECOND))
+    after = remembered(altered(first, joint=narrow(6, 2 * SECOND), stamp_ns=2 * SECOND))
     assert after.past is not None
     assert [step.stamp_ns for step in after.past.steps] == [0, 2 * SECOND]
 
 
 def test_a_belief_on_a_lattice_goes_on_with_the_past() -> None:
-    first = remembered(altered(lattice(), joint=alone(narrow(5, 0)), stamp_ns=0))
+    first = remembered(altered(lattice(), joint=narrow(5, 0), stamp_ns=0))
     states = first.states[:, 0]
     weights = np.exp(-0.5 * ((states - 0.6) / 0.01) ** 2)
     own = altered(first, joint=None, weights=Weights.of(weights), stamp_ns=SECOND)
@@ -116,7 +110,7 @@ def test_a_belief_on_a_lattice_goes_on_with_the_past() -> None:
     assert after.past is not None
     last = after.past.step
     assert isinstance(last, DoorStep)
-    read = last.posterior(last.blank).mixtures[0].on_lattice(first)
+    read = last.posterior(last.blank).on_lattice(first)
     assert float(read.mean[0]) == pytest.approx(0.6, abs=1e-3)
     assert float(read.std[0]) == pytest.approx(0.01, rel=0.1)
 

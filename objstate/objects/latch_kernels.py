@@ -1,0 +1,131 @@
+"""A latched door as a special case of one that rests anywhere: the Savage-Dickey ratio; compiled.
+
+A latched door stands exactly at a limit. Otherwise it is like one that rests in a cell. So its
+evidence needs no likelihood of its own: it is the density of the free state at the limit after the
+readings, over that before them (Dickey 1971), and its Gaussian is the free one given that state.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from objstate.compiling import called_with, inner, njit
+from objstate.geometry import FloatArray
+from objstate.linear import ROOT_2, ROOT_TAU
+from objstate.objects.mixture_kernels import ERRORS, STATE, ZERO
+
+ATOMS = 2  # the limits
+NEGLIGIBLE = 1e-9  # share of a limit's density below which a component is left out
+
+_compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
+_inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
+
+
+@_inner
+def _at_limit(middle: float, limit: float, width: float, mean: FloatArray, cov: FloatArray) -> Any:
+    """Log density of a component's state at a limit, blurred; its distance, and their variance."""
+    off = middle + mean[STATE] - mean[ZERO] - limit
+    spread = cov[STATE, STATE] + cov[ZERO, ZERO] - 2.0 * cov[STATE, ZERO] + width
+    return -0.5 * off * off / spread - math.log(ROOT_TAU * math.sqrt(spread)), off, spread
+
+
+@_inner
+def _log_beyond(
+    middle: float, lower: float, upper: float, mean: FloatArray, covariance: FloatArray
+) -> Any:
+    """Log probability that the leaf stands beyond the limit beside which the component began."""
+    std, leaf = math.sqrt(covariance[STATE, STATE]), middle + mean[STATE]
+    past = leaf - lower if middle < lower else upper - leaf
+    return math.log(max(0.5 * math.erfc(past / (ROOT_2 * std)), 1e-300))
+
+
+@_inner
+def _log_shares(
+    weights: FloatArray,
+    middles: FloatArray,
+    means: FloatArray,
+    covariances: FloatArray,
+    cells: int,
+    atom: int,
+    width: float,
+    log_evidence: FloatArray,
+    out: FloatArray,
+) -> Any:
+    """Log densities ``out`` (c,) of free components at a limit, and of all together."""
+    largest, lower, upper = -np.inf, middles[cells], middles[cells + 1]
+    for c in range(weights.shape[0]):
+        out[c] = -np.inf
+        if cells <= c < cells + ATOMS:
+            continue
+        out[c] = math.log(weights[c]) + log_evidence[c]
+        out[c] += _at_limit(middles[c], middles[atom], width, means[c], covariances[c])[0]
+        if c >= cells + ATOMS:
+            out[c] += _log_beyond(middles[c], lower, upper, means[c], covariances[c])
+        largest = max(largest, out[c])
+    total = 0.0
+    for c in range(weights.shape[0]):
+        total += math.exp(out[c] - largest)
+    return largest + math.log(total)
+
+
+@called_with("f1 f1 f1 i f2 f3 f2 f3 f1")
+@_compile
+def latch(
+    weights: FloatArray,
+    middles: FloatArray,
+    widths: FloatArray,
+    cells: int,
+    before: FloatArray,
+    priors: FloatArray,
+    means: FloatArray,
+    covariances: FloatArray,
+    log_evidence: FloatArray,
+) -> None:
+    """Set the evidence and the Gaussians of both limits by those of the other components.
+
+    These are ``cells`` between the limits, two limits, and cells beyond them. Their ``weights``
+    (c,) of a door at rest and their Gaussians ``before`` (c, 7), ``priors`` (c, 7, 7) are from
+    before a scan; ``means`` (c, 7), ``covariances`` (c, 7, 7) and ``log_evidence`` (c,) from after
+    it. ``widths`` (c,) are variances of a latched door's distance from the limit. Components beyond
+    a limit count as far as the leaf stands there.
+    """
+    count = weights.shape[0]
+    log, gain, own = np.empty(count), np.empty(ERRORS), np.empty(ERRORS)
+    nothing = np.zeros(count)
+    for atom in range(cells, cells + ATOMS):
+        width = widths[atom]
+        prior = _log_shares(weights, middles, before, priors, cells, atom, width, nothing, log)
+        total = _log_shares(
+            weights, middles, means, covariances, cells, atom, width, log_evidence, log
+        )
+        mean, covariance = means[atom], covariances[atom]
+        mean[:], covariance[:] = 0.0, 0.0
+        for c in range(count):
+            share = math.exp(log[c] - total)
+            if share < NEGLIGIBLE:
+                continue
+            x, free = means[c], covariances[c]
+            _, off, spread = _at_limit(middles[c], middles[atom], width, x, free)
+            for a in range(ERRORS):  # the state's error is counted from the limit
+                gain[a] = (free[a, STATE] - free[a, ZERO]) / spread
+            gain[STATE] = 1.0 - width / spread
+            for a in range(ERRORS):
+                own[a] = (off if a == STATE else x[a]) - gain[a] * off
+                mean[a] += share * own[a]
+            for a in range(ERRORS):
+                for b in range(ERRORS):
+                    value = -gain[a] * gain[b] * spread + own[a] * own[b]
+                    if a == STATE:
+                        value += gain[b] * spread
+                    elif b == STATE:
+                        value += gain[a] * spread
+                    else:
+                        value += free[a, b]
+                    covariance[a, b] += share * value
+        for a in range(ERRORS):
+            for b in range(ERRORS):
+                covariance[a, b] -= mean[a] * mean[b]
+        log_evidence[atom] = total - prior
