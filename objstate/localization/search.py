@@ -213,15 +213,18 @@ class Search:
             is_followed = np.all(np.abs(_off(poses, latest.followed)) <= within, axis=1)
         for pose in poses[is_followed]:
             fine.refine(pose, FINEST)
-        log_odds = fine.log_odds(poses[:, None], FINEST)[:, 0]
+        gained = fine.gained(poses[:, None], FINEST)
+        log_odds = fine.log_odds_by(gained, poses[:, None])[:, 0]
         own = log_odds[is_followed].max(initial=0.0)
         outside = fine.outside(FINEST) - own
         log_odds -= own
         if self._last is not None:
-            gained = fine.gained(poses[:, None], FINEST, self._last.stamp_ns).sum(axis=0)[:, 0]
+            last_ns = self._last.stamp_ns
+            later = [keyframe.scan.stamp_ns > last_ns for keyframe in keyframes]
+            since = gained[later].sum(axis=0)[:, 0]
             if is_followed.any():  # they follow the odometry like the others
-                gained -= gained[is_followed].max()
-            carried = self._carried(self._last, poses) + gained
+                since -= since[is_followed].max()
+            carried = self._carried(self._last, poses) + since
             log_odds = np.maximum(log_odds, carried - carried[is_followed].max(initial=0.0))
         order = np.argsort(-log_odds, kind="stable")
         self._last = Hypotheses(
@@ -337,7 +340,11 @@ class _Joint:
 
     def log_odds(self, poses: FloatArray, blur: float) -> FloatArray:
         """Log odds (h, p) of poses (h, p, 3) at the last keyframe, each row close together."""
-        keyframes, gained = self._keyframes, self.gained(poses, blur)
+        return self.log_odds_by(self.gained(poses, blur), poses)
+
+    def log_odds_by(self, gained: FloatArray, poses: FloatArray) -> FloatArray:
+        """The same by what the keyframes have ``gained`` (k, h, p)."""
+        keyframes = self._keyframes
         since = gained[::-1].cumsum(axis=0)[::-1]
         if keyframes[-1].followed is None:
             cells = max(len(self._places.points), 1) * TURNS
@@ -375,15 +382,13 @@ class _Joint:
         prior = np.log(np.maximum(OUTSIDE * odds, NEVER))
         return float(np.logaddexp.reduce(prior + gained[::-1].cumsum()[::-1]))
 
-    def gained(self, poses: FloatArray, blur: float, after_ns: int = -1) -> FloatArray:
-        """Log-likelihood ratios (k, h, p) of later keyframes, of poses (h, p, 3) as above."""
+    def gained(self, poses: FloatArray, blur: float) -> FloatArray:
+        """Log-likelihood ratios (k, h, p) of the keyframes, of poses (h, p, 3) as above."""
         at = compose(poses, self._steps[:, None, None])  # (k, h, p, 3)
         gained = [
-            self._log_likelihood(k, at[k], blur) - self._known(k, blur)
-            for k, keyframe in enumerate(self._keyframes)
-            if keyframe.scan.stamp_ns > after_ns
+            self._log_likelihood(k, at[k], blur) - self._known(k, blur) for k in range(len(at))
         ]
-        return INDEPENDENCE * np.array(gained).reshape(-1, *poses.shape[:2])
+        return INDEPENDENCE * np.array(gained)
 
     def _driven_on(self, keyframe: Keyframe) -> FloatArray:
         """The pose (3,) that was followed at a keyframe, moved on to the last one."""
