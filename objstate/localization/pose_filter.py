@@ -309,8 +309,7 @@ class PoseFilter:
         if about is None and self._slips > 0.0:
             columns, offsets = self._columns(scan, seen.numbers)
             self._slips = pose_update.slipped(
-                used,
-                EVERY,
+                np.ascontiguousarray(np.flatnonzero(used)[::EVERY]),
                 scan.ranges,
                 seen.ranges,
                 entered,

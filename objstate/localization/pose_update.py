@@ -357,6 +357,7 @@ def _evidence_of_pose(  # noqa: PLR0912
     residuals: FloatArray,
     own: FloatArray,
     row: FloatArray,
+    some: IntArray,
     other: FloatArray,
     hit: float,
     independence: float,
@@ -364,9 +365,9 @@ def _evidence_of_pose(  # noqa: PLR0912
 ) -> Any:
     """log p(beams) for a prior covariance (3, 3) of the pose, by Laplace's approximation.
 
-    Two linearizations. ``residuals`` (n,) are those at the prior's mean, with variances ``own``
-    (n,) and derivatives ``row`` (n, 12). Other causes of a reading have densities ``other`` (n, 2),
-    of longer and of shorter ranges.
+    Two linearizations. ``residuals`` (k,) of ``some`` beams (k,) are those at the prior's mean,
+    with variances ``own`` (k,) and derivatives ``row`` (n, 12) of all beams. Other causes of a
+    reading have densities ``other`` (k, 2), of longer and of shorter ranges.
     """
     shift, gate = np.zeros(3), prior.copy()
     both, right = np.empty((3, 3)), np.empty((3, 4))
@@ -378,7 +379,7 @@ def _evidence_of_pose(  # noqa: PLR0912
             for b in range(3):
                 information[a, b] = 0.0
         for i in range(residuals.shape[0]):
-            h, back, spread = row[i], 0.0, own[i]
+            h, back, spread = row[some[i]], 0.0, own[i]
             for a in range(3):
                 back += h[a] * shift[a]
                 for b in range(3):
@@ -415,11 +416,10 @@ def _evidence_of_pose(  # noqa: PLR0912
     return independence * total - 0.5 * (pull + log_determinant)
 
 
-@called_with("b1 i f1 f1 f1 f2 i2 f1 f2 densities f1 f")
+@called_with("i1 f1 f1 f1 f2 i2 f1 f2 densities f1 f")
 @_compile
 def slipped(
-    used: BoolArray,
-    every: int,
+    some: IntArray,
     measured: FloatArray,
     ranges: FloatArray,
     entered: FloatArray,
@@ -433,11 +433,9 @@ def slipped(
 ) -> float:
     """Probability that wheels slipped before a scan, which adds variances ``slipping`` (3,).
 
-    The prior probability is ``slips``. One of ``every`` so many beams is used, for a state that has
-    only the pose: errors from the rest of the state count as noise. For other arguments see
-    ``gather``.
+    The prior probability is ``slips``. By ``some`` beams (k,), for a state that has only the pose:
+    errors from the rest of the state count as noise. For other arguments see ``gather``.
     """
-    some = np.flatnonzero(used)[::every]
     own, residuals, other = np.empty(len(some)), np.empty(len(some)), np.empty((len(some), 2))
     for k in range(len(some)):
         i = some[k]
@@ -456,7 +454,7 @@ def slipped(
         for b in range(3):
             gripping[a, b] = widened[a, b] = covariance[a, b]
         widened[a, a] += slipping[a]
-    readings = residuals, own, row[some], other, noise.hit, noise.independence
+    readings = residuals, own, row, some, other, noise.hit, noise.independence
     log_odds = math.log(slips) - math.log1p(-slips)
     log_odds += _evidence_of_pose(*readings, widened) - _evidence_of_pose(*readings, gripping)
     return 1.0 / (1.0 + math.exp(-min(max(log_odds, -50.0), 50.0)))
