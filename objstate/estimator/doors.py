@@ -178,7 +178,6 @@ class Deviation:
         self._parts = np.array_split(np.flatnonzero(usual), parts)
         if not usual.all():
             self._parts.append(np.flatnonzero(~usual))
-        self._cases: dict[str, list[tuple[float, float]]] = {}  # as far as they were asked for
         log_prior = -0.5 * (np.log(deviations / first) / FACTOR) ** 2
         self._log_prior = np.asarray(log_prior)
         self._doors: dict[str, FloatArray] = {}  # (k,) log-likelihood of each deviation
@@ -195,16 +194,10 @@ class Deviation:
         usual = log_likelihood - log_likelihood[-1] + math.log1p(-OUTLIERS)
         both = np.logaddexp(usual, math.log(OUTLIERS))
         self._doors[name], self._outliers[name] = both, OUTLIERS * np.exp(-both)
-        self._cases.clear()
         self._weights = _normalized(self._log_prior + sum(self._doors.values()))
 
     def cases(self, name: str) -> list[tuple[float, float]]:
         """Variances that a door's own error may have, and their probabilities."""
-        if name not in self._cases:
-            self._cases[name] = self._cases_of(name)
-        return self._cases[name]
-
-    def _cases_of(self, name: str) -> list[tuple[float, float]]:
         outlying = self._outliers.get(name, np.full(GRID, OUTLIERS)) * self._weights
         usual = self._weights - outlying
         cases = [
