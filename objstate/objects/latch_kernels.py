@@ -18,7 +18,7 @@ from objstate.linear import ROOT_2, ROOT_TAU
 from objstate.objects.mixture_kernels import ERRORS, STATE, ZERO
 
 ATOMS = 2  # the limits
-NEGLIGIBLE = 1e-9  # share of a limit's density below which a component is left out
+LEAST_OF_DENSITY = 1e-9  # share of a limit's density below which a component is left out
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
@@ -105,7 +105,7 @@ def latch(
         mean[:], covariance[:] = 0.0, 0.0
         for c in range(count):
             share = math.exp(log[c] - total)
-            if share < NEGLIGIBLE:
+            if share < LEAST_OF_DENSITY:
                 continue
             x, free = means[c], covariances[c]
             _, off, spread = _at_limit(middles[c], middles[atom], width, x, free)
