@@ -336,3 +336,58 @@ def shown_along(
                 aside = cosines[t] * y - sines[t] * x
                 if abs(aside) < size and x * cosines[t] + y * sines[t] > 0.0:
                     out[h, t, far] = True
+
+
+@_compile
+def stretches(told: FloatArray, leaves: float, before: FloatArray, after: FloatArray) -> None:
+    """Of a chain of two states, that of wall and another, what bins on either side of a place tell.
+
+    ``told`` (n,) are log-odds of wall by each bin, ``leaves`` is the probability of leaving a state
+    from bin to bin. ``before`` (n + 1, 2) gets the probabilities of the states at each bin by those
+    before it, ``after`` (n + 1, 2) the likelihoods of those from it on, up to a factor.
+    """
+    count = len(told)
+    before[0] = after[count] = 0.5
+    for k in range(count):
+        wall, other = before[k, 0] * np.exp(told[k]), before[k, 1]
+        total = wall + other
+        before[k + 1, 0] = (wall + leaves * (other - wall)) / total
+        before[k + 1, 1] = (other + leaves * (wall - other)) / total
+    for k in range(count - 1, -1, -1):
+        wall = after[k + 1, 0] + leaves * (after[k + 1, 1] - after[k + 1, 0])
+        other = after[k + 1, 1] + leaves * (after[k + 1, 0] - after[k + 1, 1])
+        wall *= np.exp(told[k])
+        after[k, 0], after[k, 1] = wall / (wall + other), other / (wall + other)
+
+
+@_compile
+def free_way(
+    cells: FloatArray,
+    hinge: FloatArray,
+    bearing: float,
+    sense: int,
+    width: float,
+    margin: float,
+    strays: int,
+) -> float:
+    """The angle, rad, beyond which a leaf can't come from closed without meeting cells (m, 2).
+
+    ``strays`` of them don't count, nor those within ``margin`` m of its hinge, its edge, or where it
+    is closed; it meets none from that much before it on.
+    """
+    lowest = np.full(strays + 1, np.inf)
+    for i in range(len(cells)):
+        x, y = cells[i, 0] - hinge[0], cells[i, 1] - hinge[1]
+        far = np.sqrt(x * x + y * y)
+        if far < margin or far > width - margin:
+            continue
+        along = np.cos(bearing) * x + np.sin(bearing) * y
+        aside = sense * (np.cos(bearing) * y - np.sin(bearing) * x)
+        angle = np.arctan2(aside, along)
+        if angle * far < margin:
+            continue
+        angle += margin / far
+        for k in range(strays + 1):
+            if angle < lowest[k]:
+                lowest[k], angle = angle, lowest[k]
+    return float(lowest[strays])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -113,7 +113,10 @@ def backgrounds(place: Doorway, shown: Shown) -> tuple[Behind, dict[int, list[Be
         for (first, its), (other, others) in ((leaves[a], leaves[b]) for a, b in shown.both(about)):
             variants.append((first, other, between | its | others, 0.0))
         cleared[about] = [
-            _without(place, cells.segments(taken) + shift, as_is, drawn, second, log_left)
+            replace(
+                _without(place, cells.segments(taken) + shift, as_is, drawn, second, log_left),
+                cells=cells.middles[~taken],
+            )
             for drawn, second, taken, log_left in variants
         ]
     return as_is, cleared

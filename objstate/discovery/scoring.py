@@ -34,6 +34,11 @@ MAP_STD = np.radians(4.0)  # of the turn of a leaf in a map
 MAP_ASIDE, MAP_END, MAP_UNSEEN = 0.03, 0.05, 0.2
 OFF_STDS = np.array([MAP_STD, MAP_ASIDE, MAP_END, MAP_UNSEEN])
 FAR = -2.0 * (MISSED + DRAWN)  # squared deviations from which on the map shows something else
+# A leaf swings from closed to where it stands. That something which the map shows is in the way has
+# a small probability: things are put behind open doors, walls aren't.
+BLOCKED = np.log(0.01)  # nats
+WAY = 0.12  # m about hinge, edge, and both ends of the way that jambs, the leaf and cells take
+STRAYS = 2  # cells in the way that are none
 SAME_PLACE = 9.0  # squared deviations up to which a leaf stands where the map has it
 LAST = 0.97  # share of a leaf's cells that lie before its end
 SLIT = 0.01  # m, between a leaf and the jambs
@@ -112,6 +117,8 @@ class Behind:
     as_drawn: FloatArray = field(default_factory=lambda: np.empty(0), repr=False)
     log_left: float = 0.0  # log-probability of what is left in the map beside a leaf
     second: Drawn | None = None  # what else was taken out, which may be the other leaf
+    # (m, 2) m, middles of the map's cells that were left
+    cells: FloatArray = field(default_factory=lambda: np.empty((0, 2)), repr=False)
 
     def is_drawn(self, leaf: Leaf) -> bool:
         """Whether what was taken out may be a leaf."""
@@ -159,6 +166,13 @@ class Behind:
         if self.drawn is not None:
             as_drawn = as_drawn + self.log_likelihood - log_likelihood
         return replace(self, expected=expected, log_likelihood=log_likelihood, as_drawn=as_drawn)
+
+    def log_way(self, leaf: Leaf, angles: FloatArray) -> FloatArray:
+        """(a,) log-probability that what the map shows is where it is, with a leaf at these angles."""
+        free = kernels.free_way(
+            self.cells, leaf.hinge, leaf.bearing, leaf.sense, leaf.width, WAY, STRAYS
+        )
+        return np.where(angles > free, BLOCKED, 0.0)
 
     def with_map(self, off: FloatArray | None, gain: FloatArray) -> FloatArray:
         """Gains (a, groups) of a leaf, which where the map has it may look as it is drawn."""
@@ -217,9 +231,15 @@ class Lattice:
         off = behind.off(leaf, self.angles)
         return behind.with_map(off, gains(place, behind, turned(leaf, self.angles)))
 
-    def log_evidence(self, log_map: FloatArray, gain: FloatArray, stays: FloatArray) -> float:
-        """Of looks with gains (a, groups), where the map has the log-likelihood (a,) of angles."""
-        each = chained(self.log_prior + log_map, self.log_prior, gain, stays)
+    def log_evidence(
+        self, log_map: FloatArray, log_way: FloatArray, gain: FloatArray, stays: FloatArray
+    ) -> float:
+        """Of looks with gains (a, groups), where the map has the log-likelihood (a,) of angles.
+
+        ``log_way`` (a,) is the log-probability of what is in the way to them.
+        """
+        prior = self.log_prior + log_way
+        each = chained(prior + log_map, prior, gain, stays)
         return float(np.logaddexp.reduce(self.log_limit + each))
 
 
@@ -266,7 +286,10 @@ def turned(leaf: Leaf, angle: FloatArray) -> FloatArray:
 
 
 def log_prior(place: Doorway, leaf: Leaf) -> float:
-    """Log density of a leaf's hinge and width about what its opening shows, and of its bearing."""
+    """Log density of a leaf's hinge and width about what its opening shows, and of its bearing.
+
+    Leaves hang in walls.
+    """
     opening = place.openings[leaf.about]
     start, bearing = opening.jamb(leaf.from_end)
     along, aside = beside(leaf.hinge[None], start, bearing)
@@ -279,6 +302,7 @@ def log_prior(place: Doorway, leaf: Leaf) -> float:
     if leaf.twin is not None:
         return log + _log_alike(leaf, leaf.twin)
     log += _log_student(end, WIDTH_STD) + _log_normal(turned_by, BEARING_STD)
+    log += math.log(opening.p_wall)
     is_toward = leaf.sense == place.side(start, bearing)
     return float(log + _log_depth(depth, is_toward))
 
@@ -322,7 +346,8 @@ def log_joint(place: Doorway, behind: Behind, leaf: Leaf, lattice: Lattice) -> f
         return prior
     off = behind.off(leaf, lattice.angles)
     gain = behind.with_map(off, gains(place, behind, turned(leaf, lattice.angles)))
-    total = lattice.log_evidence(behind.log_map(off), gain, place.stays)
+    log_way = behind.log_way(leaf, lattice.angles)
+    total = lattice.log_evidence(behind.log_map(off), log_way, gain, place.stays)
     return prior + total + float(behind.log_likelihood.sum())
 
 

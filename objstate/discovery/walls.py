@@ -23,7 +23,10 @@ STEEP = 0.15  # cosine of the incidence below which a beam doesn't tell
 NARROWEST, WIDEST = 0.45, 2.5  # m: a leaf that stands ajar hides a part of its opening
 MARGIN = 0.3  # m of unknown that may part an opening from its wall
 JAMB = 0.1  # m of wall that has to show beside an opening
-WALLS, LEAST_WALLS = 1.0, 0.6  # m on each side of an opening, and how much of them has to be wall
+# Along a wall this share is shown to be wall, the rest are doorways and niches; along a line through
+# pieces of other things it is the other way round. Pieces are as long as half a metre, stretches of
+# either kind ten times that.
+WALL_SHARE, PIECE, STRETCH = 0.75, 0.5, 5.0  # 1, m, m
 ENOUGH = 2  # beams that tell of a bin
 THICKEST = 0.35  # m of a wall
 HIDDEN = 0.5  # share of an opening behind another wall from which on it is none
@@ -77,6 +80,7 @@ class Opening:
 
     start: FloatArray  # (2,) m, one jamb
     end: FloatArray  # (2,) m, the other
+    p_wall: float = 1.0  # probability that its line is a wall there
 
     @property
     def width(self) -> float:
@@ -263,14 +267,43 @@ def openings(lines: list[WallLine], plan: OccupancyMap, beams: Beams) -> list[Op
         own_cells = plan.occupied & ((of_cell == number) | (of_cell < 0))
         drawn = _of_map(line, count, plan, own_cells)
         shows = [(drawn, ~drawn & _of_map(line, count, plan, plan.free)), *each]
+        stretches = Stretches.of(shows)
         for begin, end in _gaps(shows):
+            p_wall = stretches.wall(begin, end)
             if behind[begin:end].mean() > HIDDEN:
                 continue
             low, high = begin * BIN, end * BIN
             about = crossed.between(low - JAMB_REACH, high + JAMB_REACH)
             low, high = _between_jambs(line, low, high, about, beams)
-            found.append(Opening(line.at(low), line.at(high)))
+            found.append(Opening(line.at(low), line.at(high), p_wall))
     return found
+
+
+@dataclass(frozen=True, eq=False)
+class Stretches:
+    """Along a line, where it runs through wall and where through pieces of other things."""
+
+    before: FloatArray  # (bins + 1, 2) probabilities of both at a bin, by the bins before it
+    after: FloatArray  # (bins + 1, 2) likelihoods of the bins from there on
+
+    @staticmethod
+    def of(shows: list[tuple[BoolArray, BoolArray]]) -> Stretches:
+        """By the bins of a line that some show to be wall, and that some show to be open."""
+        wall = np.any([each for each, _ in shows], axis=0)
+        is_open = np.any([each for _, each in shows], axis=0)
+        unit = np.log(WALL_SHARE / (1.0 - WALL_SHARE)) * BIN / PIECE
+        told = unit * (wall.astype(float) - (is_open & ~wall))
+        before, after = np.empty((len(told) + 1, 2)), np.empty((len(told) + 1, 2))
+        kernels.stretches(told, BIN / STRETCH, before, after)
+        return Stretches(before, after)
+
+    def wall(self, begin: int, end: int) -> float:
+        """Probability that it is the same wall on both sides of some bins, whatever these show."""
+        count, leaves = end - begin, BIN / STRETCH
+        both = self.before[begin][:, None] * self.after[end]
+        same = (1.0 + (1.0 - 2.0 * leaves) ** count) / 2.0
+        likely = both * np.where(np.eye(2) > 0, same, 1.0 - same)
+        return float(both[0, 0] * (1.0 - leaves) ** count / likely.sum())
 
 
 def _between_jambs(
@@ -429,12 +462,6 @@ def _gaps(shows: list[tuple[BoolArray, BoolArray]]) -> Iterator[tuple[int, int]]
             behind = ever_wall[end : end + beside[0]].sum()
             if min(before, behind) < beside[1]:
                 continue
-            wide = round(WALLS / BIN)
-            about = (
-                ever_wall[max(begin - wide, 0) : begin].sum() + ever_wall[end : end + wide].sum()
-            )
-            if about < round(LEAST_WALLS / BIN):
-                continue
             told.add((begin, end))
             yield begin, end
 
@@ -458,8 +485,11 @@ def distinct(found: list[Opening], apart: float = 0.06) -> list[Opening]:
     """Openings, of which no two have both jambs nearer than ``apart`` m; the first is kept."""
     kept: list[Opening] = []
     for opening in found:
-        if not any(_is_same(opening, other, apart) for other in kept):
+        same = [k for k, other in enumerate(kept) if _is_same(opening, other, apart)]
+        if not same:
             kept.append(opening)
+        for k in same[:1]:
+            kept[k] = replace(kept[k], p_wall=max(kept[k].p_wall, opening.p_wall))
     return kept
 
 

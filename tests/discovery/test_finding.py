@@ -19,8 +19,8 @@ from objstate.discovery import learn_doors
 from objstate.discovery.doorway import Doorway, doorway, ended_on
 from objstate.discovery.gathering import Beams
 from objstate.discovery.registering import registered
-from objstate.discovery.scoring import Behind, Lattice, chained, with_things
-from objstate.discovery.walls import Opening, WallLine, distinct, fitted, openings
+from objstate.discovery.scoring import WAY, Behind, Lattice, Leaf, chained, with_things
+from objstate.discovery.walls import Opening, Stretches, WallLine, distinct, fitted, openings
 from objstate.geometry import FloatArray
 
 THICK, HALF, DEPTH = 0.14, 1.0, 2.5  # m
@@ -218,6 +218,35 @@ def test_things_that_overlap_stop_a_beam_once(depth: float, away: float) -> None
     once, twice = (with_things(place, behind, np.tile(thing, (n, 1))) for n in (1, 2))
     np.testing.assert_allclose(once, twice, atol=0.1)
     assert once[0] > behind.log_likelihood[0] + 20.0
+
+
+@given(st.floats(0.3, 2.0), st.floats(-np.pi, np.pi), st.sampled_from([1, -1]))
+def test_no_leaf_has_come_through_what_stands_in_its_way(
+    at: float, bearing: float, sense: int
+) -> None:
+    away = np.linspace(0.3, 0.7, 9)[:, None]
+    cells = away * np.array([np.cos(bearing + sense * at), np.sin(bearing + sense * at)])
+    leaf = Leaf(np.zeros(2), bearing, sense, 0.9, 0, False, 1.0)
+    behind = Behind(np.empty(0), np.empty(0), cells=cells)
+    angles = np.array([0.0, 0.9 * at, at + 0.5])
+    if 0.3 * at < WAY:  # at the closed leaf
+        angles = angles[:2]
+    assert (behind.log_way(leaf, angles) < 0.0).tolist() == [False, False, True][: len(angles)]
+    other_way = replace(leaf, sense=-sense)
+    assert not behind.log_way(other_way, np.array([0.0, 1.0, 2.0])).any()
+
+
+@given(st.integers(20, 200), st.integers(5, 60))
+def test_a_gap_lies_in_a_wall_if_both_sides_of_it_do(side: int, width: int) -> None:
+    count = 2 * side + width
+    gap = np.zeros(count, dtype=bool)
+    gap[side : side + width] = True
+    in_wall = Stretches.of([(~gap, gap)]).wall(side, side + width)
+    alone = ~gap & (np.abs(np.arange(count) - count / 2.0) < width / 2.0 + 5.0)
+    between_posts = Stretches.of([(alone, ~alone)]).wall(side, side + width)
+    unknown = Stretches.of([(gap & False, gap)]).wall(side, side + width)
+    assert in_wall > unknown >= between_posts
+    assert 0.0 < unknown < 0.5
 
 
 def looked_at(ends: FloatArray, origin: FloatArray) -> Doorway:
