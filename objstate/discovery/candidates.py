@@ -58,7 +58,8 @@ def find_doors(
 ) -> list[Candidate]:
     """Doors of a map in what drives saw, the most probable first, named in that order."""
     lines, beams = registered(wall_lines(outline(walls.walls, HEIGHT)), beams)
-    places = together(distinct(openings(lines, plan, beams)))
+    open_ = distinct(openings(lines, plan, beams))
+    places = together([each for each in open_ if each.p_wall >= LEAST])
     left = np.ones(len(beams), dtype=bool)  # the beams that no door explains
     found, waiting = list[Candidate](), dict[int, Weighed]()
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -31,7 +31,7 @@ THING = -16.0  # nats: place, direction and length of something straight, of all
 PLUG = -6.0  # nats: something that fills a doorway, such as a shelf, at some depth
 GAP = -3.0  # nats: the map lacks a piece of a wall
 SAME_WALL = 0.04  # m aside
-REFINED = 5  # leaves, beside those that the map shows
+REFINED = 6  # leaves
 DEPTH_APART = 0.1  # m, of leaves that are refined apart
 FINE, ABOUT = np.radians(0.75), np.radians(6.0)  # angles of a refined leaf
 SCALE = np.array([0.02, 0.02, np.radians(1.0), 0.02])  # m, m, rad, m: about a posterior's width
@@ -166,17 +166,25 @@ def _tried(
 ) -> list[tuple[int, Leaf]]:
     """The best single leaves of each kind and depth, with the numbers of their backgrounds."""
     lattice = Lattice.whole()
-    best: dict[tuple[int, bool, int], tuple[float, int, Leaf]] = {}
-    for leaf in [each for each in proposals(place) if each.share == 1.0]:
+    best: dict[tuple[int, bool, int, bool], tuple[float, int, Leaf]] = {}
+    drawn = [(n, leaf, True) for n, leaf in shown.proposed(place)]
+    for number, leaf, is_drawn in [*_on_each(proposals(place), cleared), *drawn]:
+        if leaf.share < 1.0:
+            continue
         _, aside = beside(leaf.hinge[None], *place.openings[leaf.about].jamb(leaf.from_end))
-        key = leaf.sense, leaf.from_end, round(float(aside[0]) / DEPTH_APART)
-        for number, behind in enumerate(cleared[leaf.about]):
-            score = log_joint(place, behind, leaf, lattice)
-            if key not in best or score > best[key][0]:
-                best[key] = score, number, leaf
+        key = leaf.sense, leaf.from_end, round(float(aside[0]) / DEPTH_APART), is_drawn
+        score = log_joint(place, cleared[leaf.about][number], leaf, lattice)
+        if key not in best or score > best[key][0]:
+            best[key] = score, number, leaf
     ordered = sorted(best.values(), key=lambda each: -each[0])[:REFINED]
-    drawn = [each for each in shown.proposed(place) if each[1].share == 1.0]
-    return [(number, leaf) for _, number, leaf in ordered] + drawn
+    return [(number, leaf) for _, number, leaf in ordered]
+
+
+def _on_each(
+    leaves: list[Leaf], cleared: dict[int, list[Behind]]
+) -> Iterator[tuple[int, Leaf, bool]]:
+    """Leaves that the map needn't show, on each of their backgrounds."""
+    return ((n, leaf, False) for leaf in leaves for n in range(len(cleared[leaf.about])))
 
 
 def _tried_pairs(
