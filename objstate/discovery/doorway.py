@@ -189,9 +189,10 @@ def _through(beams: Beams, middle: FloatArray, radius: float) -> tuple[IntArray,
 
 
 def _looks(beams: Beams, index: IntArray) -> tuple[IntArray, FloatArray]:
-    """(n,) the number of each beam's look, without a pause in which a door may be moved; -1: left out.
+    """(n,) the number of each beam's look, a stretch without a pause in which a door may be moved.
 
-    And for each look the probability that nothing was moved since the one before, or since the map.
+    Beams that are left out have -1. And for each look the probability that nothing was moved since
+    the one before, or since the map.
     """
     out = np.full(len(index), -1)
     scans, place = np.unique(beams.scan[index], return_inverse=True)

@@ -183,10 +183,10 @@ def crossed(
     places: FloatArray,
     beyond: FloatArray,
 ) -> int:
-    """How many beams cross a line (5,) steeply, or would if they got so far, up to ``margin`` m beside it.
+    """How many beams cross a line (5,) steeply, or would if they got so far.
 
-    The first of ``numbers`` (n,) get their numbers, ``places`` (n,) where along the line, ``beyond``
-    (n,) how far they get beyond it, m.
+    Places up to ``margin`` m beside it count. The first of ``numbers`` (n,) get the beams' numbers,
+    ``places`` (n,) where along the line, ``beyond`` (n,) how far they get beyond it, m.
     """
     ux, uy = line[2], line[3]
     count = 0
@@ -291,10 +291,11 @@ def off_drawn(
     most: float,
     out: FloatArray,
 ) -> None:
-    """Squared deviations ``out`` (a,) of leaves from points (m, 2) of what a map shows, from the hinge.
+    """Squared deviations ``out`` (a,) of leaves from what a map shows.
 
-    ``stds`` (4,) are of the turn, of the place aside, of an end beyond the leaf's and before it;
-    the share ``last`` of the points lies before the end. From ``most`` on, all count the same.
+    That is points ``away`` (m, 2) m from the hinge. ``stds`` (4,) are of the turn, of the place
+    aside, of an end beyond the leaf's and before it; the share ``last`` of the points lies before
+    the end. From ``most`` on, all count the same.
     """
     count = len(away)
     middle_x, middle_y = away[:, 0].mean(), away[:, 1].mean()
@@ -372,8 +373,8 @@ def free_way(
 ) -> float:
     """The angle, rad, beyond which a leaf can't come from closed without meeting cells (m, 2).
 
-    ``strays`` of them don't count, nor those within ``margin`` m of its hinge, its edge, or where it
-    is closed; it meets none from that much before it on.
+    ``strays`` of them don't count, nor those within ``margin`` m of its hinge, its edge, or where
+    it is closed. A leaf may stand up to ``margin`` m behind a cell that it just meets.
     """
     lowest = np.full(strays + 1, np.inf)
     for i in range(len(cells)):

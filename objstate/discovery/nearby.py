@@ -1,4 +1,4 @@
-"""Points by the squares of the floor in which they lie, so that what is near a line is found there."""
+"""Points by the squares of the floor in which they lie, so that what is near is found there."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Nearby:
         return Nearby(corner, (columns, rows), order, begins)
 
     def strip(self, start: FloatArray, end: FloatArray, near: float) -> IntArray:
-        """Numbers of all points within ``near`` m of a straight line from start to end, and some more."""
+        """Numbers (k,) of all points within ``near`` m of a straight line, and of some more."""
         columns = self.shape[0]
         ends = (np.array([start, end]) - self.corner) / SIDE
         reach = near / SIDE

@@ -94,7 +94,10 @@ class Drawn:
     points: FloatArray = field(repr=False)  # (m, 2) m, middles of its cells
 
     def off(self, leaf: Leaf, angles: FloatArray) -> FloatArray:
-        """(a,) squared deviations of a leaf at these angles from what is drawn; all from ``FAR`` on alike."""
+        """(a,) squared deviations of a leaf at these angles from what is drawn.
+
+        From ``FAR`` on all are alike.
+        """
         away = self.points - leaf.hinge
         out = np.empty(len(angles))
         if self.from_end is None:
@@ -135,7 +138,7 @@ class Behind:
         return self.drawn.off(leaf, angles)
 
     def log_map(self, off: FloatArray | None) -> FloatArray:
-        """(a,) log-likelihood of the map, if the leaf was off what is drawn there by these deviations."""
+        """(a,) log-likelihood of the map, if the leaf was off what is drawn by so much."""
         if off is None:
             missed = MISSED if self.drawn is None else MISSED + DRAWN
             return np.array([missed + self.log_left])
@@ -168,7 +171,7 @@ class Behind:
         return replace(self, expected=expected, log_likelihood=log_likelihood, as_drawn=as_drawn)
 
     def log_way(self, leaf: Leaf, angles: FloatArray) -> FloatArray:
-        """(a,) log-probability that what the map shows is where it is, with a leaf at these angles."""
+        """(a,) log-probability of what the map shows in the way of a leaf to these angles."""
         free = kernels.free_way(
             self.cells, leaf.hinge, leaf.bearing, leaf.sense, leaf.width, WAY, STRAYS
         )

@@ -23,9 +23,9 @@ STEEP = 0.15  # cosine of the incidence below which a beam doesn't tell
 NARROWEST, WIDEST = 0.45, 2.5  # m: a leaf that stands ajar hides a part of its opening
 MARGIN = 0.3  # m of unknown that may part an opening from its wall
 JAMB = 0.1  # m of wall that has to show beside an opening
-# Along a wall this share is shown to be wall, the rest are doorways and niches; along a line through
-# pieces of other things it is the other way round. Pieces are as long as half a metre, stretches of
-# either kind ten times that.
+# Along a wall this share is shown to be wall, the rest are doorways and niches; along a line
+# through pieces of other things it is the other way round. Pieces are as long as half a metre,
+# stretches of either kind ten times that.
 WALL_SHARE, PIECE, STRETCH = 0.75, 0.5, 5.0  # 1, m, m
 ENOUGH = 2  # beams that tell of a bin
 THICKEST = 0.35  # m of a wall
@@ -162,7 +162,10 @@ def _nearest(
     near: float,
     steep: float,
 ) -> tuple[IntArray, FloatArray]:
-    """(n,) the number of the nearest line within ``near`` m of ends (n, 2), -1: none; m to its left."""
+    """(n,) the number of the nearest line within ``near`` m of ends (n, 2), -1: none.
+
+    And (n,) how far to its left they lie, m.
+    """
     of, aside = np.full(len(ends), -1), np.full(len(ends), near)
     for number, line in enumerate(lines):
         about = nearby.strip(line.start, line.at(line.length), near)

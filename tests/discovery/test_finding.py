@@ -18,6 +18,7 @@ from objstate.config import BeamModelSettings
 from objstate.discovery import learn_doors
 from objstate.discovery.doorway import Doorway, doorway, ended_on
 from objstate.discovery.gathering import Beams
+from objstate.discovery.nearby import Nearby
 from objstate.discovery.registering import registered
 from objstate.discovery.scoring import WAY, Behind, Lattice, Leaf, chained, with_things
 from objstate.discovery.walls import Opening, Stretches, WallLine, distinct, fitted, openings
@@ -234,6 +235,18 @@ def test_no_leaf_has_come_through_what_stands_in_its_way(
     assert (behind.log_way(leaf, angles) < 0.0).tolist() == [False, False, True][: len(angles)]
     other_way = replace(leaf, sense=-sense)
     assert not behind.log_way(other_way, np.array([0.0, 1.0, 2.0])).any()
+
+
+@given(st.integers(0, 1000), st.floats(0.0, 1.5))
+def test_all_points_near_a_line_are_found_by_their_squares(seed: int, near: float) -> None:
+    rng = np.random.default_rng(seed)
+    points, ends = rng.uniform(-4.0, 4.0, (200, 2)), rng.uniform(-6.0, 6.0, (2, 2))
+    found = Nearby.of(points).strip(ends[0], ends[1], near)
+    way = ends[1] - ends[0]
+    share = np.clip((points - ends[0]) @ way / (way @ way), 0.0, 1.0)
+    off = np.hypot(*(points - ends[0] - share[:, None] * way).T)
+    assert set(np.flatnonzero(off < near)) <= set(found)
+    assert len(set(found)) == len(found)
 
 
 @given(st.integers(20, 200), st.integers(5, 60))
