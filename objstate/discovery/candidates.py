@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from objstate.discovery.explaining import Explained, Refined, explain
 from objstate.discovery.gathering import Beams
 from objstate.discovery.registering import registered
 from objstate.discovery.walls import distinct, openings, wall_lines
-from objstate.geometry import FloatArray
+from objstate.geometry import BoolArray, FloatArray
 
 PROBABLE = 0.5  # from which on a candidate is a door
 LEAST = 0.05  # probability below which a doorway isn't worth telling of
@@ -57,50 +58,61 @@ def find_doors(
 ) -> list[Candidate]:
     """Doors of a map in what drives saw, the most probable first, named in that order."""
     lines, beams = registered(wall_lines(outline(walls.walls, HEIGHT)), beams)
-    places = together(distinct(openings(lines, plan, beams)))
-    seen = [doorway(place, lines, plan, beams, settings) for place in places]
-    left = dict[int, Explained]()
-    for number, place in enumerate(seen):
+    open_ = distinct(openings(lines, plan, beams))
+    places = together([each for each in open_ if each.p_wall >= LEAST])
+    left = np.ones(len(beams), dtype=bool)  # the beams that no door explains
+    found, waiting = list[Candidate](), dict[int, Weighed]()
+
+    def weigh(number: int) -> None:
+        waiting.pop(number, None)
+        place = doorway(places[number], lines, plan, beams, settings, left)
+        explained = explain(place, plan) if place.groups else None
+        if explained is not None and explained.probability >= LEAST:
+            waiting[number] = Weighed(place, explained)
+
+    for number in range(len(places)):
         if on_progress is not None:
             on_progress(number / len(places))
-        if (explained := _explained(place, plan)) is not None:
-            left[number] = explained
-    found: list[Candidate] = []
-    while left:
-        number = max(left, key=lambda each: (left[each].log_odds, -each))
-        best = left.pop(number)
+        weigh(number)
+    while waiting:
+        number = max(waiting, key=lambda each: (waiting[each].explained.log_odds, -each))
+        if not waiting[number].is_current:
+            weigh(number)  # without what has been explained since
+            continue
+        place, best, _ = waiting.pop(number)
         found += [_candidate(best, each) for each in best.leaves]
         if best.probability < PROBABLE:
             continue
-        plan, beams = _explained_away(seen[number], best, plan, beams)
-        for other in [each for each in left if seen[each].is_near(seen[number])]:
-            seen[other] = doorway(places[other], lines, plan, beams, settings)
-            again = _explained(seen[other], plan)
-            if again is None:
-                del left[other]
-            else:
-                left[other] = again
+        plan = _explained_away(place, best, plan, beams, left)
+        for other, each in waiting.items():
+            if each.place.is_near(place):
+                waiting[other] = each._replace(is_current=False)
     found.sort(key=lambda each: (-each.probability, -each.log_odds))
     return _named(_apart(found))
 
 
-def _explained(place: Doorway, plan: OccupancyMap) -> Explained | None:
-    """What a doorway holds, if that may be a door."""
-    explained = explain(place, plan) if place.groups else None
-    return explained if explained is not None and explained.probability >= LEAST else None
+class Weighed(NamedTuple):
+    """A doorway that may hold a door."""
+
+    place: Doorway
+    explained: Explained
+    is_current: bool = True  # no door near by was accepted since
 
 
 def _explained_away(
-    place: Doorway, best: Explained, plan: OccupancyMap, beams: Beams
-) -> tuple[OccupancyMap, Beams]:
-    """The map and the beams without those that a door explains: they tell nothing of other doors."""
+    place: Doorway, best: Explained, plan: OccupancyMap, beams: Beams, left: BoolArray
+) -> OccupancyMap:
+    """The map without what a door explains; its beams are taken from those ``left`` (n,).
+
+    They tell nothing of other doors.
+    """
     for each in best.leaves:
         bearings = each.leaf.bearing + each.leaf.sense * each.angles
         vector = np.array([*each.leaf.hinge, each.leaf.width])
-        beams = beams.take(~ended_on(place, beams, vector, bearings))
+        left[ended_on(place, beams, vector, bearings)] = False
         if each.drawn is not None:
             plan = plan.without(each.drawn.points)
-    return plan, beams
+    return plan
 
 
 def _candidate(explained: Explained, best: Refined) -> Candidate:

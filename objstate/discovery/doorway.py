@@ -17,12 +17,13 @@ from objstate.sensing.beam_model import BeamModel
 
 TOGETHER = 0.5  # m between the middles of openings of one doorway
 PARALLEL = np.radians(20.0)
-NEAR = 6.0  # m from the robot: farther beams lie too far apart
+NEAR = 6.0  # m from the laser: farther beams lie too far apart
 REST_S = 20.0  # s without a look after which the door may have been moved
 MOST_SCANS = 20  # of one look
 # beams of a look that tell something of their own: all share the robot's and the map's error
 TOLD = 150.0
-ROUGH = 250  # beams of a look for a first search
+ROUGH, FINE = 250, 800  # beams of a look for a first search, and for all else
+MOST_LOOKS = 16  # of one doorway, evenly over all of them
 # probability that a door stands as before: in the same drive, in the next
 STAYS, UNMOVED = 0.9, 0.5
 MARGIN = 0.3  # m about all places of a leaf that count
@@ -70,33 +71,40 @@ class Doorway:
     @property
     def rough(self) -> Doorway:
         """The same with fewer beams."""
-        counts = np.bincount(self.group, minlength=self.groups)
-        every = np.maximum(counts // ROUGH, 1)[self.group]
-        rank = np.arange(len(self.group)) - np.searchsorted(self.group, self.group)
-        kept = np.flatnonzero(rank % every == 0)
+        kept = _thinned(self.group, ROUGH)
         beams = np.ascontiguousarray(self.beams[:, kept])
         return replace(
             self, beams=beams, group=self.group[kept], exponents=exponents(self.group[kept])
         )
 
 
-def ended_on(place: Doorway, beams: Beams, leaf: FloatArray, bearings: FloatArray) -> BoolArray:
-    """(n,) the beams that ended on a leaf with its hinge and width (3,), at bearings (groups,)."""
-    out = np.zeros(len(beams), dtype=bool)
+def ended_on(place: Doorway, beams: Beams, leaf: FloatArray, bearings: FloatArray) -> IntArray:
+    """The beams that ended on a leaf with its hinge and width (3,), at bearings (groups,)."""
+    out = []
     for k, bearing in enumerate(bearings.tolist()):
+        along = np.array([np.cos(bearing), np.sin(bearing)])
+        readings = beams.readings
+        about = readings.nearby.strip(leaf[:2], leaf[:2] + leaf[2] * along, 2.0 * ON_LEAF)
+        index = readings.numbers[about]
         begin, end = place.seconds[k] + np.array([-REST_S, REST_S]) / 2.0
-        meant = (beams.drive == place.drive[k]) & (beams.seconds > begin) & (beams.seconds < end)
-        index = np.flatnonzero(meant & np.isfinite(beams.ranges))
-        ends = beams.ends(index)
-        along, aside = beside(ends, leaf[:2], bearing)
-        is_on = (np.abs(aside) < ON_LEAF) & (along > -ON_LEAF) & (along < leaf[2] + ON_LEAF)
-        out[index[is_on]] = True
-    return out
+        seconds = beams.seconds[index]
+        meant = (beams.drive[index] == place.drive[k]) & (seconds > begin) & (seconds < end)
+        far, aside = beside(readings.ends[about], leaf[:2], bearing)
+        is_on = (np.abs(aside) < ON_LEAF) & (far > -ON_LEAF) & (far < leaf[2] + ON_LEAF)
+        out.append(index[is_on & meant])
+    return np.unique(np.concatenate(out))
 
 
 def exponents(group: IntArray) -> FloatArray:
     """On the likelihood of each look, so that its beams (n,) count as at most ``TOLD``."""
     return np.asarray(np.minimum(TOLD / np.maximum(np.bincount(group), 1), 1.0))
+
+
+def _thinned(group: IntArray, most: int) -> IntArray:
+    """Numbers of beams (n,), about evenly as many as ``most`` of each group; groups in a row."""
+    every = np.maximum(np.bincount(group) // most, 1)[group]
+    rank = np.arange(len(group)) - np.searchsorted(group, group)
+    return np.flatnonzero(rank % every == 0)
 
 
 def together(found: list[Opening]) -> list[list[Opening]]:
@@ -119,19 +127,22 @@ def doorway(
     plan: OccupancyMap,
     beams: Beams,
     settings: BeamModelSettings,
+    left: BoolArray | None = None,
 ) -> Doorway:
-    """What drives saw of openings that are together."""
+    """What drives saw of openings that are together, by the beams that are ``left`` (n,) of all."""
     widest = max(opening.width for opening in found)
     leaf = widest if widest < 1.4 else widest / 2
     middle = np.mean([opening.middle for opening in found], axis=0)
     radius = widest / 2 + leaf + MARGIN
     inside, past = _through(beams, middle, radius)
-    group = _looks(beams, inside)
+    if left is not None:
+        inside, past = inside[left[inside]], past[left[inside]]
+    group, stays = _looks(beams, inside)
     chosen = np.flatnonzero(group >= 0)
+    chosen = chosen[_thinned(group[chosen], FINE)]
     index = inside[chosen]
     first = np.unique(group[chosen], return_index=True)[1]
     last = np.append(first[1:], len(index))[: len(first)] - 1
-    is_same = np.diff(beams.drive[index[first]], prepend=-1) == 0
     model = BeamModel(settings)
     peak, per_sigma, random, missing, hit = model.parameters(1.0)[:5]
     ranges = beams.ranges[index]
@@ -161,36 +172,49 @@ def doorway(
         drive=beams.drive[index[first]],
         seconds=np.column_stack([beams.seconds[index[first]], beams.seconds[index[last]]]),
         exponents=exponents(group[chosen]),
-        stays=np.where(is_same, STAYS, UNMOVED),
+        stays=stays,
         model=np.array([hit, per_sigma, peak, random, missing]),
     )
 
 
 def _through(beams: Beams, middle: FloatArray, radius: float) -> tuple[IntArray, FloatArray]:
     """Beams that reach a disc, and how far along they leave it (n,) m."""
-    offset = middle - beams.origins
-    along = np.sum(offset * beams.directions, axis=1)
-    aside2 = np.sum(offset * offset, axis=1) - along**2
-    half = np.sqrt(np.maximum(radius**2 - aside2, 0.0))
-    near = (aside2 < radius**2) & (along + half > 0) & (np.hypot(*offset.T) < NEAR)
-    index = np.flatnonzero(near & (beams.ranges > along - half))
-    return index, (along + half)[index]
+    scans = beams.scans
+    chosen = np.flatnonzero(np.hypot(*(beams.origins[scans[:-1]] - middle).T) < NEAR)
+    most = int((scans[chosen + 1] - scans[chosen]).sum())
+    index, past = np.empty(most, dtype=np.int64), np.empty(most)
+    rays = beams.origins, beams.directions, beams.ranges
+    count = kernels.through(*rays, scans, chosen, middle, radius, index, past)
+    return index[:count], past[:count]
 
 
-def _looks(beams: Beams, index: IntArray) -> IntArray:
-    """(n,) the number of each beam's look, without a pause in which a door may be moved; -1: left out."""
+def _looks(beams: Beams, index: IntArray) -> tuple[IntArray, FloatArray]:
+    """(n,) the number of each beam's look, a stretch without a pause in which a door may be moved.
+
+    Beams that are left out have -1. And for each look the probability that nothing was moved since
+    the one before, or since the map.
+    """
     out = np.full(len(index), -1)
     scans, place = np.unique(beams.scan[index], return_inverse=True)
     if not len(scans):
-        return out
+        return out, np.empty(0)
     first = index[np.unique(place, return_index=True)[1]]
+    is_next = np.diff(beams.drive[first], prepend=-1) > 0
     pause = np.diff(beams.seconds[first], prepend=beams.seconds[first[0]]) > REST_S
-    look = np.cumsum(pause | (np.diff(beams.drive[first], prepend=beams.drive[first[0]]) > 0))
-    for number in range(int(look[-1]) + 1):
-        mine = np.flatnonzero(look == number)
-        kept = mine[np.linspace(0, len(mine) - 1, min(MOST_SCANS, len(mine))).round().astype(int)]
-        out[np.isin(place, kept)] = number
-    return out
+    begins = np.flatnonzero(pause | is_next)
+    stays = np.where(is_next[begins], UNMOVED, STAYS)
+    look = np.searchsorted(begins, np.arange(len(scans)), side="right") - 1
+    looks = _evenly(len(begins), MOST_LOOKS)
+    for number, each in enumerate(looks.tolist()):
+        mine = np.flatnonzero(look == each)
+        out[np.isin(place, mine[_evenly(len(mine), MOST_SCANS)])] = number
+    since = np.concatenate([[0], looks[:-1] + 1])
+    return out, np.multiply.reduceat(stays, since)
+
+
+def _evenly(count: int, most: int) -> IntArray:
+    """Some of so many numbers."""
+    return np.linspace(0, count - 1, min(most, count)).round().astype(np.int64)
 
 
 @dataclass(frozen=True, eq=False)

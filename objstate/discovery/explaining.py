@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -25,14 +25,13 @@ from objstate.discovery.scoring import (
 from objstate.discovery.walls import Opening
 from objstate.geometry import FloatArray, wrap
 
-LOG_DOOR = np.log(0.75)  # prior of a doorway to have a leaf
-LOG_BARE = np.log(0.25)
+DOOR = 0.75  # probability that an opening of a wall has a leaf
 LOG_KINDS = np.log(0.25)  # of the side of the hinge and the way it opens
 THING = -16.0  # nats: place, direction and length of something straight, of all there might be
 PLUG = -6.0  # nats: something that fills a doorway, such as a shelf, at some depth
 GAP = -3.0  # nats: the map lacks a piece of a wall
 SAME_WALL = 0.04  # m aside
-REFINED = 5  # leaves, beside those that the map shows
+REFINED = 6  # leaves
 DEPTH_APART = 0.1  # m, of leaves that are refined apart
 FINE, ABOUT = np.radians(0.75), np.radians(6.0)  # angles of a refined leaf
 SCALE = np.array([0.02, 0.02, np.radians(1.0), 0.02])  # m, m, rad, m: about a posterior's width
@@ -96,14 +95,14 @@ def explain(place: Doorway, plan: OccupancyMap) -> Explained | None:
     best, leaves = max(several, key=lambda one: one[0])
     all_log = float(np.logaddexp.reduce([log for log, _ in several]))
     base = float(as_is.log_likelihood.sum())
-    door = all_log + LOG_KINDS + LOG_DOOR - base
+    door = all_log + LOG_KINDS + np.log(DOOR) - base
     found += [each for _, both in pairs for each in both]
     things = _things([*((each,) for each in found), *(both for _, both in pairs)])
     things += [(GAP, _wall(opening)[None]) for opening in _of_first_line(place)]
     bare = max(
         _bare(place, as_is, open_, things) for variants in cleared.values() for open_ in variants
     )
-    bare += LOG_BARE - base
+    bare += np.log1p(-DOOR * max(each.p_wall for each in place.openings)) - base
     return Explained(
         leaves=tuple(_with_others(each, found, plan.resolution) for each in leaves),
         side_probability=float(np.exp(best - all_log)),
@@ -167,31 +166,38 @@ def _tried(
 ) -> list[tuple[int, Leaf]]:
     """The best single leaves of each kind and depth, with the numbers of their backgrounds."""
     lattice = Lattice.whole()
-    best: dict[tuple[int, bool, int], tuple[float, int, Leaf]] = {}
-    for leaf in [each for each in proposals(place) if each.share == 1.0]:
+    best: dict[tuple[int, bool, int, bool], tuple[float, int, Leaf]] = {}
+    drawn = [(n, leaf, True) for n, leaf in shown.proposed(place)]
+    for number, leaf, is_drawn in [*_on_each(proposals(place), cleared), *drawn]:
+        if leaf.share < 1.0:
+            continue
         _, aside = beside(leaf.hinge[None], *place.openings[leaf.about].jamb(leaf.from_end))
-        key = leaf.sense, leaf.from_end, round(float(aside[0]) / DEPTH_APART)
-        for number, behind in enumerate(cleared[leaf.about]):
-            score = log_joint(place, behind, leaf, lattice)
-            if key not in best or score > best[key][0]:
-                best[key] = score, number, leaf
+        key = leaf.sense, leaf.from_end, round(float(aside[0]) / DEPTH_APART), is_drawn
+        score = log_joint(place, cleared[leaf.about][number], leaf, lattice)
+        if key not in best or score > best[key][0]:
+            best[key] = score, number, leaf
     ordered = sorted(best.values(), key=lambda each: -each[0])[:REFINED]
-    drawn = [each for each in shown.proposed(place) if each[1].share == 1.0]
-    return [(number, leaf) for _, number, leaf in ordered] + drawn
+    return [(number, leaf) for _, number, leaf in ordered]
+
+
+def _on_each(
+    leaves: list[Leaf], cleared: dict[int, list[Behind]]
+) -> Iterator[tuple[int, Leaf, bool]]:
+    """Leaves that the map needn't show, on each of their backgrounds."""
+    return ((n, leaf, False) for leaf in leaves for n in range(len(cleared[leaf.about])))
 
 
 def _tried_pairs(
     place: Doorway, shown: Shown, cleared: dict[int, list[Behind]]
 ) -> list[tuple[int, Leaf]]:
     """The same of the first leaves of double doors, the best one of each way to open."""
-    best: dict[int, tuple[float, Leaf]] = {}
-    for leaf in proposals(place):
+    best: dict[int, tuple[float, int, Leaf]] = {}
+    for number, leaf in [*((0, leaf) for leaf in proposals(place)), *shown.proposed(place)]:
         if leaf.share < 1.0 and not leaf.from_end:
-            score = _joint_of_pair(place, cleared[leaf.about][0], leaf)
+            score = _joint_of_pair(place, cleared[leaf.about][number], leaf)
             if leaf.sense not in best or score > best[leaf.sense][0]:
-                best[leaf.sense] = score, leaf
-    drawn = [each for each in shown.proposed(place) if each[1].share < 1.0]
-    return [(0, leaf) for _, leaf in best.values()] + drawn
+                best[leaf.sense] = score, number, leaf
+    return [(number, leaf) for _, number, leaf in best.values()]
 
 
 def _with_others(best: Refined, found: list[Refined], cell: float) -> Refined:
@@ -225,7 +231,7 @@ def _refine(place: Doorway, behind: Behind, leaf: Leaf) -> Refined | None:
         return -value if np.isfinite(value) else 1e9
 
     simplex = np.vstack([np.zeros(4), 2.0 * np.eye(4)])
-    options = {"maxfev": 250, "xatol": 0.05, "fatol": 0.05, "initial_simplex": simplex}
+    options = {"maxfev": 250, "xatol": 0.1, "fatol": 0.1, "initial_simplex": simplex}
     found = minimize(score, np.zeros(4), method="Nelder-Mead", options=options)
     covariance = _covariance(score, found.x)
     if covariance is None:
@@ -304,7 +310,7 @@ def _bare(place: Doorway, as_is: Behind, open_: Behind, things: list[Thing]) -> 
         prior = np.full(len(gain), -np.log(len(gain)))
         first = np.full(len(gain), -np.inf)
         first[0] = open_.log_map_bare
-        return float(chained(first, prior, gain, place.stays))
+        return float(chained(first, prior, gain, place.stays)[0])
 
     value, chosen = total([]), list[FloatArray]()
     if not things:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
 from objstate.building.model import Building
+from objstate.discovery.nearby import Nearby
 from objstate.errors import LogError
 from objstate.geometry import FloatArray, IntArray, between, transform_from_pose
 from objstate.records import NANOSECONDS, Scan
@@ -41,9 +43,17 @@ class Beams:
         """(k, 2) m, where beams end that returned."""
         return np.asarray(self.origins[index] + self.ranges[index, None] * self.directions[index])
 
-    def take(self, index: IntArray | np.ndarray) -> Beams:
-        """The beams that an index or a mask selects."""
-        return Beams(*(getattr(self, name)[index] for name in NAMES))
+    @cached_property
+    def readings(self) -> Readings:
+        """Those that returned."""
+        numbers = np.flatnonzero(np.isfinite(self.ranges))
+        ends = self.ends(numbers)
+        return Readings(numbers, ends, self.directions[numbers], Nearby.of(ends))
+
+    @cached_property
+    def scans(self) -> IntArray:
+        """(scans + 1,) where each scan begins, and the number of beams."""
+        return np.append(np.flatnonzero(np.diff(self.scan, prepend=-1)), len(self))
 
     @staticmethod
     def joined(parts: Sequence[Beams]) -> Beams:
@@ -55,6 +65,16 @@ class Beams:
             scans += int(part.scan.max(initial=-1)) + 1
             drives += int(part.drive.max(initial=-1)) + 1
         return Beams(*(np.concatenate([getattr(p, name) for p in numbered]) for name in NAMES))
+
+
+@dataclass(frozen=True, eq=False)
+class Readings:
+    """Where beams ended that returned."""
+
+    numbers: IntArray  # (k,) of the beams
+    ends: FloatArray  # (k, 2) m
+    directions: FloatArray  # (k, 2) unit vectors
+    nearby: Nearby  # of the ends
 
 
 NAMES = tuple(Beams.__dataclass_fields__)

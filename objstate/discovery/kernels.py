@@ -146,28 +146,249 @@ def leaf_gain(
 def nearest_line(
     ends: FloatArray,
     directions: FloatArray,
-    lines: FloatArray,
-    near: float,
+    about: IntArray,
+    line: FloatArray,
+    number: int,
     steep: float,
     of: IntArray,
     aside: FloatArray,
 ) -> None:
-    """The nearest line within ``near`` m of where beams end that meet it steeply; ``of`` (n,) else stays.
+    """Note a line as that of ends which lie nearer to it than to those before: ``of`` (n,).
 
-    ``ends`` (n, 2) and ``directions`` (n, 2) are of beams, ``lines`` (k, 5) start, unit vector and
-    length; ``aside`` (n,) gets how far to the line's left a beam ends, m.
+    ``ends`` (n, 2) and ``directions`` (n, 2) are of beams, ``about`` (k,) the numbers of those that
+    may be near, ``line`` (5,) start, unit vector and length, which beams meet steeply. ``aside``
+    (n,) is how far to their line's left ends lie, m; at first, how near they have to lie.
     """
-    for j in range(len(ends)):
-        nearest = near
-        for k in range(len(lines)):
-            x, y = ends[j, 0] - lines[k, 0], ends[j, 1] - lines[k, 1]
-            ux, uy, length = lines[k, 2], lines[k, 3], lines[k, 4]
-            off = ux * y - uy * x
-            if not abs(off) < nearest:
+    ux, uy, length = line[2], line[3], line[4]
+    for j in about:
+        x, y = ends[j, 0] - line[0], ends[j, 1] - line[1]
+        off = ux * y - uy * x
+        place = ux * x + uy * y
+        if not abs(off) < abs(aside[j]) or not 0.0 < place < length:
+            continue
+        if abs(ux * directions[j, 1] - uy * directions[j, 0]) > steep:
+            of[j], aside[j] = number, off
+
+
+@_compile
+def crossed(
+    origins: FloatArray,
+    directions: FloatArray,
+    ranges: FloatArray,
+    reach: FloatArray,
+    line: FloatArray,
+    steep: float,
+    margin: float,
+    numbers: IntArray,
+    places: FloatArray,
+    beyond: FloatArray,
+) -> int:
+    """How many beams cross a line (5,) steeply, or would if they got so far.
+
+    Places up to ``margin`` m beside it count. The first of ``numbers`` (n,) get the beams' numbers,
+    ``places`` (n,) where along the line, ``beyond`` (n,) how far they get beyond it, m.
+    """
+    ux, uy = line[2], line[3]
+    count = 0
+    for j in range(len(ranges)):
+        cosine = ux * directions[j, 1] - uy * directions[j, 0]
+        if abs(cosine) <= steep:
+            continue
+        x, y = origins[j, 0] - line[0], origins[j, 1] - line[1]
+        way = (uy * x - ux * y) / cosine
+        if not 0.2 < way < reach[j]:
+            continue
+        place = ux * (x + way * directions[j, 0]) + uy * (y + way * directions[j, 1])
+        if not -margin < place < line[4] + margin:
+            continue
+        numbers[count], places[count] = j, place
+        beyond[count] = (ranges[j] - way) * abs(cosine)
+        count += 1
+    return count
+
+
+@_compile
+def through(
+    origins: FloatArray,
+    directions: FloatArray,
+    ranges: FloatArray,
+    scans: IntArray,
+    chosen: IntArray,
+    middle: FloatArray,
+    radius: float,
+    index: IntArray,
+    past: FloatArray,
+) -> int:
+    """How many beams of the chosen scans reach a disc.
+
+    Scan k has the beams from ``scans[k]`` on. The first of ``index`` (n,) get their numbers,
+    ``past`` (n,) how far along they leave the disc, m.
+    """
+    count = 0
+    for k in chosen:
+        for j in range(scans[k], scans[k + 1]):
+            x, y = middle[0] - origins[j, 0], middle[1] - origins[j, 1]
+            along = x * directions[j, 0] + y * directions[j, 1]
+            half2 = radius * radius - (x * x + y * y - along * along)
+            if half2 <= 0.0:
                 continue
-            place = ux * x + uy * y
-            if not 0.0 < place < length:
+            half = np.sqrt(half2)
+            if along + half <= 0.0 or not ranges[j] > along - half:
                 continue
-            if abs(ux * directions[j, 1] - uy * directions[j, 0]) <= steep:
+            index[count], past[count] = j, along + half
+            count += 1
+    return count
+
+
+@_compile
+def chain(
+    first: FloatArray, prior: FloatArray, gain: FloatArray, stays: FloatArray, out: FloatArray
+) -> None:
+    """Log evidence ``out`` (u,) of looks with log-likelihoods ``gain`` (s, groups), by states (s,).
+
+    ``first`` (u, s) and ``prior`` (u, s) are log-probabilities of states in the map and of those
+    drawn anew; between looks a state stays with the probabilities ``stays`` (groups,).
+    """
+    rows, states = first.shape
+    groups = gain.shape[1]
+    most = np.empty(groups)
+    likely = np.empty((groups, states))
+    for k in range(groups):
+        most[k] = gain[:, k].max()
+        likely[k] = np.exp(gain[:, k] - most[k])
+    for u in range(rows):
+        highest = first[u].max()
+        before, anew = np.exp(first[u] - highest), np.exp(prior[u])
+        total = before.sum()
+        log = highest
+        for k in range(groups):
+            moved = (1.0 - stays[k]) * total
+            total = 0.0
+            for s in range(states):
+                before[s] = (stays[k] * before[s] + moved * anew[s]) * likely[k, s]
+                total += before[s]
+            log += most[k] + np.log(total)
+            before /= total
+            total = 1.0
+        out[u] = log + np.log(total)
+
+
+@_inner
+def _quantile(ordered: FloatArray, share: float) -> Any:
+    place = share * (len(ordered) - 1)
+    low = int(place)
+    high = min(low + 1, len(ordered) - 1)
+    return ordered[low] + (place - low) * (ordered[high] - ordered[low])
+
+
+@_compile
+def off_drawn(
+    away: FloatArray,
+    bearings: FloatArray,
+    width: float,
+    stds: FloatArray,
+    last: float,
+    most: float,
+    out: FloatArray,
+) -> None:
+    """Squared deviations ``out`` (a,) of leaves from what a map shows.
+
+    That is points ``away`` (m, 2) m from the hinge. ``stds`` (4,) are of the turn, of the place
+    aside, of an end beyond the leaf's and before it; the share ``last`` of the points lies before
+    the end. From ``most`` on, all count the same.
+    """
+    count = len(away)
+    middle_x, middle_y = away[:, 0].mean(), away[:, 1].mean()
+    for a in range(len(bearings)):
+        cos, sin = np.cos(bearings[a]), np.sin(bearings[a])
+        along, aside = np.empty(count), np.empty(count)
+        spread = both = 0.0
+        middle = cos * middle_x + sin * middle_y
+        for i in range(count):
+            along[i] = cos * away[i, 0] + sin * away[i, 1]
+            aside[i] = cos * away[i, 1] - sin * away[i, 0]
+            spread += (along[i] - middle) ** 2
+            both += aside[i] * (along[i] - middle)
+        out[a] = (both / max(spread, 1e-9) / stds[0]) ** 2
+        if out[a] < most:
+            out[a] += (_quantile(np.sort(aside), 0.5) / stds[1]) ** 2
+            end = _quantile(np.sort(along), last) - width
+            out[a] += (end / (stds[2] if end > 0.0 else stds[3])) ** 2
+
+
+@_compile
+def shown_along(
+    points: FloatArray, hinges: FloatArray, bearings: FloatArray, size: float, out: BoolArray
+) -> None:
+    """Which bins of ``size`` m along rays points (m, 2) show that lie as near to these: ``out``.
+
+    Rays begin at ``hinges`` (h, 2) and run along ``bearings`` (t,); ``out`` (h, t, bins) is false
+    to begin with.
+    """
+    cosines, sines = np.cos(bearings), np.sin(bearings)
+    bins = out.shape[2]
+    for h in range(len(hinges)):
+        for i in range(len(points)):
+            x, y = points[i, 0] - hinges[h, 0], points[i, 1] - hinges[h, 1]
+            far = int(np.sqrt(x * x + y * y) / size)
+            if far >= bins:
                 continue
-            nearest, of[j], aside[j] = abs(off), k, off
+            for t in range(len(bearings)):
+                aside = cosines[t] * y - sines[t] * x
+                if abs(aside) < size and x * cosines[t] + y * sines[t] > 0.0:
+                    out[h, t, far] = True
+
+
+@_compile
+def stretches(told: FloatArray, leaves: float, before: FloatArray, after: FloatArray) -> None:
+    """Of a chain of two states, that of wall and another, what bins on either side of a place tell.
+
+    ``told`` (n,) are log-odds of wall by each bin, ``leaves`` is the probability of leaving a state
+    from bin to bin. ``before`` (n + 1, 2) gets the probabilities of the states at each bin by those
+    before it, ``after`` (n + 1, 2) the likelihoods of those from it on, up to a factor.
+    """
+    count = len(told)
+    before[0] = after[count] = 0.5
+    for k in range(count):
+        wall, other = before[k, 0] * np.exp(told[k]), before[k, 1]
+        total = wall + other
+        before[k + 1, 0] = (wall + leaves * (other - wall)) / total
+        before[k + 1, 1] = (other + leaves * (wall - other)) / total
+    for k in range(count - 1, -1, -1):
+        wall = after[k + 1, 0] + leaves * (after[k + 1, 1] - after[k + 1, 0])
+        other = after[k + 1, 1] + leaves * (after[k + 1, 0] - after[k + 1, 1])
+        wall *= np.exp(told[k])
+        after[k, 0], after[k, 1] = wall / (wall + other), other / (wall + other)
+
+
+@_compile
+def free_way(
+    cells: FloatArray,
+    hinge: FloatArray,
+    bearing: float,
+    sense: int,
+    width: float,
+    margin: float,
+    strays: int,
+) -> float:
+    """The angle, rad, beyond which a leaf can't come from closed without meeting cells (m, 2).
+
+    ``strays`` of them don't count, nor those within ``margin`` m of its hinge, its edge, or where
+    it is closed. A leaf may stand up to ``margin`` m behind a cell that it just meets.
+    """
+    lowest = np.full(strays + 1, np.inf)
+    for i in range(len(cells)):
+        x, y = cells[i, 0] - hinge[0], cells[i, 1] - hinge[1]
+        far = np.sqrt(x * x + y * y)
+        if far < margin or far > width - margin:
+            continue
+        along = np.cos(bearing) * x + np.sin(bearing) * y
+        aside = sense * (np.cos(bearing) * y - np.sin(bearing) * x)
+        angle = np.arctan2(aside, along)
+        if angle * far < margin:
+            continue
+        angle += margin / far
+        for k in range(strays + 1):
+            if angle < lowest[k]:
+                lowest[k], angle = angle, lowest[k]
+    return float(lowest[strays])

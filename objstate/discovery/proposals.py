@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
 
 from objstate.building.occupancy import OccupancyMap
+from objstate.discovery import kernels
 from objstate.discovery.doorway import DEEP, Cells, Doorway, background, beside
 from objstate.discovery.scoring import DRAWN, Behind, Drawn, Leaf
 from objstate.discovery.walls import Opening, WallLine
@@ -112,7 +113,10 @@ def backgrounds(place: Doorway, shown: Shown) -> tuple[Behind, dict[int, list[Be
         for (first, its), (other, others) in ((leaves[a], leaves[b]) for a, b in shown.both(about)):
             variants.append((first, other, between | its | others, 0.0))
         cleared[about] = [
-            _without(place, cells.segments(taken) + shift, as_is, drawn, second, log_left)
+            replace(
+                _without(place, cells.segments(taken) + shift, as_is, drawn, second, log_left),
+                cells=cells.middles[~taken],
+            )
             for drawn, second, taken, log_left in variants
         ]
     return as_is, cleared
@@ -162,26 +166,21 @@ def _drawn(
     near = np.hypot(*(cells.middles - jamb).T) < width + LONGER * size + np.hypot(*ABOUT)
     points = cells.middles[near]
     cos, sin = np.cos(bearing), np.sin(bearing)
-    found: list[tuple[float, FloatArray, float]] = []  # how well it fits
-    steps = [np.arange(-(n := round(reach / size)), n + 1) * size for reach in ABOUT]
-    for along, aside in product(*steps):
-        hinge = jamb + np.array([along * cos - aside * sin, along * sin + aside * cos])
-        off = points - hinge
-        far = np.hypot(off[:, 0], off[:, 1])
-        turned = np.arctan2(off[:, 1], off[:, 0]) - bearing - turns[:, None]
-        on_line = (np.abs(far * np.sin(turned)) < size) & (np.cos(turned) > 0.0)
-        bins = np.floor(far / size).astype(np.int64)
-        last, beyond = int(width / size), int(width / size) + LONGER
-        shown = np.zeros((len(turns), beyond + 1), dtype=bool)
-        rows, columns = np.nonzero(on_line & (bins <= beyond))
-        shown[rows, bins[columns]] = True
-        shown[:, 1:-1] |= shown[:, :-2] & shown[:, 2:]  # scans miss single cells
-        shares = shown[:, 2:last].mean(axis=1)
-        able = (shares > DRAWN_SHARE) & (shown[:, last + 2 :].sum(axis=1) <= 2)
-        # a jamb may go on as the leaf does: the leaf's end tells where it begins
-        ends = beyond - np.argmax(shown[:, ::-1], axis=1)
-        fits = shares - np.abs((ends + 1) * size - width) / width
-        found += [(float(fits[k]), hinge, float(turns[k])) for k in np.flatnonzero(able)]
+    along, aside = (
+        np.arange(-(n := round(reach / size)), n + 1)[:, None] * size * np.array(unit)
+        for reach, unit in zip(ABOUT, ((cos, sin), (-sin, cos)), strict=True)
+    )
+    hinges = (jamb + along[:, None] + aside).reshape(-1, 2)
+    last, beyond = int(width / size), int(width / size) + LONGER
+    shown = np.zeros((len(hinges), len(turns), beyond + 1), dtype=bool)
+    kernels.shown_along(points, hinges, bearing + turns, size, shown)
+    shown[..., 1:-1] |= shown[..., :-2] & shown[..., 2:]  # scans miss single cells
+    shares = shown[..., 2:last].mean(axis=-1)
+    able = (shares > DRAWN_SHARE) & (shown[..., last + 2 :].sum(axis=-1) <= 2)
+    # a jamb may go on as the leaf does: the leaf's end tells where it begins
+    ends = beyond - np.argmax(shown[..., ::-1], axis=-1)
+    fits = shares - np.abs((ends + 1) * size - width) / width
+    found = [(float(fits[h, k]), hinges[h], float(turns[k])) for h, k in np.argwhere(able)]
     found.sort(key=lambda each: -each[0])
     kept: list[tuple[FloatArray, float]] = []
     for _, start, turn in found:

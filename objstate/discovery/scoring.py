@@ -32,6 +32,13 @@ MISSED = -1.2  # nats: the map doesn't show a leaf that is there
 MAP_STD = np.radians(4.0)  # of the turn of a leaf in a map
 # m, of a leaf's place in a map, of an end beyond the leaf's, and before it, where it wasn't seen
 MAP_ASIDE, MAP_END, MAP_UNSEEN = 0.03, 0.05, 0.2
+OFF_STDS = np.array([MAP_STD, MAP_ASIDE, MAP_END, MAP_UNSEEN])
+FAR = -2.0 * (MISSED + DRAWN)  # squared deviations from which on the map shows something else
+# A leaf swings from closed to where it stands. That something which the map shows is in the way has
+# a small probability: things are put behind open doors, walls aren't.
+BLOCKED = np.log(0.01)  # nats
+WAY = 0.12  # m about hinge, edge, and both ends of the way that jambs, the leaf and cells take
+STRAYS = 2  # cells in the way that are none
 SAME_PLACE = 9.0  # squared deviations up to which a leaf stands where the map has it
 LAST = 0.97  # share of a leaf's cells that lie before its end
 SLIT = 0.01  # m, between a leaf and the jambs
@@ -87,20 +94,19 @@ class Drawn:
     points: FloatArray = field(repr=False)  # (m, 2) m, middles of its cells
 
     def off(self, leaf: Leaf, angles: FloatArray) -> FloatArray:
-        """(a,) squared deviations of a leaf at these angles from what is drawn."""
+        """(a,) squared deviations of a leaf at these angles from what is drawn.
+
+        From ``FAR`` on all are alike.
+        """
         away = self.points - leaf.hinge
-        bearings = leaf.bearing + leaf.sense * (np.zeros(1) if self.from_end is None else angles)
-        cos, sin = np.cos(bearings)[:, None], np.sin(bearings)[:, None]
-        along, aside = cos * away[:, 0] + sin * away[:, 1], cos * away[:, 1] - sin * away[:, 0]
-        off = np.square(np.median(aside, axis=1) / MAP_ASIDE)
+        out = np.empty(len(angles))
         if self.from_end is None:
-            return np.asarray(off + np.square((angles - abs(self.turn)) / MAP_STD))
-        middle = along.mean(axis=1, keepdims=True)
-        spread = np.square(along - middle).sum(axis=1)
-        slope = (aside * (along - middle)).sum(axis=1) / np.maximum(spread, 1e-9)
-        end = np.quantile(along, LAST, axis=1) - leaf.width
-        end = np.where(end > 0.0, end / MAP_END, end / MAP_UNSEEN)
-        return np.asarray(off + np.square(slope / MAP_STD) + np.square(end))
+            aside = away @ np.array([-np.sin(leaf.bearing), np.cos(leaf.bearing)])
+            turned_off = np.square((angles - abs(self.turn)) / MAP_STD)
+            return np.asarray(turned_off + np.square(np.median(aside) / MAP_ASIDE))
+        bearings = leaf.bearing + leaf.sense * angles
+        kernels.off_drawn(away, bearings, leaf.width, OFF_STDS, LAST, FAR, out)
+        return out
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,6 +120,8 @@ class Behind:
     as_drawn: FloatArray = field(default_factory=lambda: np.empty(0), repr=False)
     log_left: float = 0.0  # log-probability of what is left in the map beside a leaf
     second: Drawn | None = None  # what else was taken out, which may be the other leaf
+    # (m, 2) m, middles of the map's cells that were left
+    cells: FloatArray = field(default_factory=lambda: np.empty((0, 2)), repr=False)
 
     def is_drawn(self, leaf: Leaf) -> bool:
         """Whether what was taken out may be a leaf."""
@@ -123,13 +131,17 @@ class Behind:
         is_its = drawn.from_end == leaf.from_end and drawn.share == leaf.share
         return drawn.from_end is None or (is_its and leaf.sense * drawn.turn >= 0.0)
 
-    def log_map(self, leaf: Leaf, angles: FloatArray) -> FloatArray:
-        """(a,) log-likelihood of the map, if the leaf stood at these angles while it was made."""
-        if self.drawn is None:
-            return np.full(len(angles), MISSED + self.log_left)
-        if not self.is_drawn(leaf):
-            return np.full(len(angles), MISSED + DRAWN + self.log_left)
-        off = self.drawn.off(leaf, angles)
+    def off(self, leaf: Leaf, angles: FloatArray) -> FloatArray | None:
+        """(a,) squared deviations of a leaf from what is drawn, if that may be the leaf."""
+        if self.drawn is None or not self.is_drawn(leaf):
+            return None
+        return self.drawn.off(leaf, angles)
+
+    def log_map(self, off: FloatArray | None) -> FloatArray:
+        """(a,) log-likelihood of the map, if the leaf was off what is drawn by so much."""
+        if off is None:
+            missed = MISSED if self.drawn is None else MISSED + DRAWN
+            return np.array([missed + self.log_left])
         return np.asarray(np.maximum(-0.5 * off, MISSED + DRAWN) + self.log_left)
 
     @property
@@ -158,11 +170,18 @@ class Behind:
             as_drawn = as_drawn + self.log_likelihood - log_likelihood
         return replace(self, expected=expected, log_likelihood=log_likelihood, as_drawn=as_drawn)
 
-    def with_map(self, leaf: Leaf, angles: FloatArray, gain: FloatArray) -> FloatArray:
+    def log_way(self, leaf: Leaf, angles: FloatArray) -> FloatArray:
+        """(a,) log-probability of what the map shows in the way of a leaf to these angles."""
+        free = kernels.free_way(
+            self.cells, leaf.hinge, leaf.bearing, leaf.sense, leaf.width, WAY, STRAYS
+        )
+        return np.where(angles > free, BLOCKED, 0.0)
+
+    def with_map(self, off: FloatArray | None, gain: FloatArray) -> FloatArray:
         """Gains (a, groups) of a leaf, which where the map has it may look as it is drawn."""
-        if self.drawn is None or not self.is_drawn(leaf):
+        if off is None:
             return gain
-        there = self.drawn.off(leaf, angles)[:, None] < SAME_PLACE
+        there = off[:, None] < SAME_PLACE
         return np.asarray(np.where(there, np.maximum(gain, self.as_drawn), gain))
 
 
@@ -212,11 +231,18 @@ class Lattice:
 
     def gains(self, place: Doorway, behind: Behind, leaf: Leaf) -> FloatArray:
         """(a, groups) what a leaf at each angle adds to the log-likelihood of each look."""
-        return behind.with_map(leaf, self.angles, gains(place, behind, turned(leaf, self.angles)))
+        off = behind.off(leaf, self.angles)
+        return behind.with_map(off, gains(place, behind, turned(leaf, self.angles)))
 
-    def log_evidence(self, log_map: FloatArray, gain: FloatArray, stays: FloatArray) -> float:
-        """Of looks with gains (a, groups), where the map has the log-likelihood (a,) of angles."""
-        each = chained(self.log_prior + log_map, self.log_prior, gain, stays)
+    def log_evidence(
+        self, log_map: FloatArray, log_way: FloatArray, gain: FloatArray, stays: FloatArray
+    ) -> float:
+        """Of looks with gains (a, groups), where the map has the log-likelihood (a,) of angles.
+
+        ``log_way`` (a,) is the log-probability of what is in the way to them.
+        """
+        prior = self.log_prior + log_way
+        each = chained(prior + log_map, prior, gain, stays)
         return float(np.logaddexp.reduce(self.log_limit + each))
 
 
@@ -263,7 +289,10 @@ def turned(leaf: Leaf, angle: FloatArray) -> FloatArray:
 
 
 def log_prior(place: Doorway, leaf: Leaf) -> float:
-    """Log density of a leaf's hinge and width about what its opening shows, and of its bearing."""
+    """Log density of a leaf's hinge and width about what its opening shows, and of its bearing.
+
+    Leaves hang in walls.
+    """
     opening = place.openings[leaf.about]
     start, bearing = opening.jamb(leaf.from_end)
     along, aside = beside(leaf.hinge[None], start, bearing)
@@ -276,6 +305,7 @@ def log_prior(place: Doorway, leaf: Leaf) -> float:
     if leaf.twin is not None:
         return log + _log_alike(leaf, leaf.twin)
     log += _log_student(end, WIDTH_STD) + _log_normal(turned_by, BEARING_STD)
+    log += math.log(opening.p_wall)
     is_toward = leaf.sense == place.side(start, bearing)
     return float(log + _log_depth(depth, is_toward))
 
@@ -317,22 +347,22 @@ def log_joint(place: Doorway, behind: Behind, leaf: Leaf, lattice: Lattice) -> f
     prior = log_prior(place, leaf)
     if prior == -np.inf:
         return prior
-    gain = lattice.gains(place, behind, leaf)
-    total = lattice.log_evidence(behind.log_map(leaf, lattice.angles), gain, place.stays)
+    off = behind.off(leaf, lattice.angles)
+    gain = behind.with_map(off, gains(place, behind, turned(leaf, lattice.angles)))
+    log_way = behind.log_way(leaf, lattice.angles)
+    total = lattice.log_evidence(behind.log_map(off), log_way, gain, place.stays)
     return prior + total + float(behind.log_likelihood.sum())
 
 
 def chained(
     first: FloatArray, prior: FloatArray, gain: FloatArray, stays: FloatArray
 ) -> FloatArray:
-    """Log evidence (...,) of looks whose log-likelihoods are (s, groups), by states (s,).
+    """Log evidence (u,) of looks whose log-likelihoods are (s, groups), by states (s,).
 
     Between looks the state stays with probabilities (groups,), and is drawn anew from the ``prior``
-    (..., s) else; ``first`` (..., s) is the log-probability of states in the map, with the map.
+    (u, s) else; ``first`` (u, s) is the log-probability of states in the map, with the map.
     """
-    before = first
-    for k, stay in enumerate(stays.tolist()):
-        total = np.logaddexp.reduce(before, axis=-1, keepdims=True)
-        moved = np.log1p(-stay) + total + prior
-        before = np.logaddexp(np.log(stay) + before, moved) + gain[:, k]
-    return np.asarray(np.logaddexp.reduce(before, axis=-1))
+    first, prior = np.atleast_2d(first), np.atleast_2d(prior)
+    out = np.empty(len(first))
+    kernels.chain(first, prior, np.ascontiguousarray(gain), stays, out)
+    return out

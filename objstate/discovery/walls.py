@@ -10,7 +10,8 @@ import numpy as np
 
 from objstate.building.occupancy import OccupancyMap
 from objstate.discovery import kernels
-from objstate.discovery.gathering import Beams
+from objstate.discovery.gathering import Beams, Readings
+from objstate.discovery.nearby import Nearby
 from objstate.geometry import BoolArray, FloatArray, IntArray
 
 BIN = 0.025  # m along a line
@@ -22,7 +23,10 @@ STEEP = 0.15  # cosine of the incidence below which a beam doesn't tell
 NARROWEST, WIDEST = 0.45, 2.5  # m: a leaf that stands ajar hides a part of its opening
 MARGIN = 0.3  # m of unknown that may part an opening from its wall
 JAMB = 0.1  # m of wall that has to show beside an opening
-WALLS, LEAST_WALLS = 1.0, 0.6  # m on each side of an opening, and how much of them has to be wall
+# Along a wall this share is shown to be wall, the rest are doorways and niches; along a line
+# through pieces of other things it is the other way round. Pieces are as long as half a metre,
+# stretches of either kind ten times that.
+WALL_SHARE, PIECE, STRETCH = 0.75, 0.5, 5.0  # 1, m, m
 ENOUGH = 2  # beams that tell of a bin
 THICKEST = 0.35  # m of a wall
 HIDDEN = 0.5  # share of an opening behind another wall from which on it is none
@@ -76,6 +80,7 @@ class Opening:
 
     start: FloatArray  # (2,) m, one jamb
     end: FloatArray  # (2,) m, the other
+    p_wall: float = 1.0  # probability that its line is a wall there
 
     @property
     def width(self) -> float:
@@ -127,36 +132,45 @@ def fitted(lines: list[WallLine], beams: Beams) -> list[WallLine]:
     """
     for width in WIDTHS:
         index, of, aside = on_lines(lines, beams, 3.0 * width)
-        ends = beams.ends(index)
+        ends, order = beams.ends(index), np.argsort(of, kind="stable")
+        parts = np.split(order, np.searchsorted(of[order], np.arange(1, len(lines))))
         lines = [
-            _moved(line, (ends[of == k] - line.start) @ line.along, aside[of == k], width)
-            for k, line in enumerate(lines)
+            _moved(line, (ends[mine] - line.start) @ line.along, aside[mine], width)
+            for line, mine in zip(lines, parts, strict=True)
         ]
-    returned = np.flatnonzero(np.isfinite(beams.ranges))
-    directions, ends = beams.directions[returned], beams.ends(returned)
-    lines = [_extended(line, ends, directions) for line in lines]
-    found: list[WallLine] = []
-    for line in sorted(lines, key=lambda each: -each.length):
-        for number, other in enumerate(found):
-            joined = _joined(other, line)
-            if joined is not None:
-                found[number] = joined
-                break
-        else:
-            found.append(line)
-    return [replace(line, shown=_shown(line, ends, directions)) for line in found]
+    readings = beams.readings
+    lines = [_extended(line, readings) for line in lines]
+    found = _each_once(sorted(lines, key=lambda each: -each.length))
+    return [replace(line, shown=_shown(line, readings)) for line in found]
 
 
 def on_lines(
     lines: list[WallLine], beams: Beams, near: float, steep: float = STEEP
 ) -> tuple[IntArray, IntArray, FloatArray]:
     """The beams that end near lines which they meet steeply, their lines, and m to the left of these."""
-    returned = np.flatnonzero(np.isfinite(beams.ranges))
-    of, aside = np.full(len(returned), -1), np.zeros(len(returned))
-    ends, directions = beams.ends(returned), beams.directions[returned]
-    kernels.nearest_line(ends, directions, _table(lines), near, steep, of, aside)
+    readings = beams.readings
+    of, aside = _nearest(lines, readings.nearby, readings.ends, readings.directions, near, steep)
     kept = np.flatnonzero(of >= 0)
-    return returned[kept], of[kept], aside[kept]
+    return readings.numbers[kept], of[kept], aside[kept]
+
+
+def _nearest(
+    lines: list[WallLine],
+    nearby: Nearby,
+    ends: FloatArray,
+    directions: FloatArray,
+    near: float,
+    steep: float,
+) -> tuple[IntArray, FloatArray]:
+    """(n,) the number of the nearest line within ``near`` m of ends (n, 2), -1: none.
+
+    And (n,) how far to its left they lie, m.
+    """
+    of, aside = np.full(len(ends), -1), np.full(len(ends), near)
+    for number, line in enumerate(lines):
+        about = nearby.strip(line.start, line.at(line.length), near)
+        kernels.nearest_line(ends, directions, about, _table(line), number, steep, of, aside)
+    return of, aside
 
 
 def _moved(line: WallLine, places: FloatArray, asides: FloatArray, width: float) -> WallLine:
@@ -174,12 +188,12 @@ def _moved(line: WallLine, places: FloatArray, asides: FloatArray, width: float)
     return WallLine(middle - line.length / 2.0 * along, along, line.length)
 
 
-def _extended(line: WallLine, ends: FloatArray, directions: FloatArray) -> WallLine:
-    """A line as far as readings (n, 2) show the same wall, across openings: maps leave walls out.
+def _extended(line: WallLine, readings: Readings) -> WallLine:
+    """A line as far as readings show the same wall, across openings: maps leave walls out.
 
     It gets three times as long at most, as the direction of a short one isn't known well.
     """
-    walls = _pieces(line, ends, directions)
+    walls = _pieces(line, readings, line.length + MARGIN)
     low, high = 0.0, line.length
     for begin, end in walls:
         if high < end < 2.0 * line.length and begin - high < WIDEST:
@@ -190,11 +204,13 @@ def _extended(line: WallLine, ends: FloatArray, directions: FloatArray) -> WallL
     return WallLine(line.at(low), line.along, high - low)
 
 
-def _pieces(line: WallLine, ends: FloatArray, directions: FloatArray) -> list[tuple[float, float]]:
-    """Where along a line and its continuation readings (n, 2) show wall, m."""
-    off = ends - line.start
-    on_line = np.abs(off @ line.normal) < BESIDE
-    bins = np.floor((off @ line.along)[on_line & (np.abs(directions @ line.normal) > STEEP)] / BIN)
+def _pieces(line: WallLine, readings: Readings, beyond: float) -> list[tuple[float, float]]:
+    """Where along a line and up to ``beyond`` m before and behind it readings show wall, m."""
+    about = readings.nearby.strip(line.at(-beyond), line.at(line.length + beyond), BESIDE)
+    off = readings.ends[about] - line.start
+    is_steep = np.abs(readings.directions[about] @ line.normal) > STEEP
+    on_line = (np.abs(off @ line.normal) < BESIDE) & is_steep
+    bins = np.floor((off @ line.along)[on_line] / BIN)
     known, counts = np.unique(bins, return_counts=True)
     shown = known[counts >= ENOUGH] * BIN
     pieces = np.split(shown, np.flatnonzero(np.diff(shown) > 2.5 * BIN) + 1)
@@ -205,22 +221,33 @@ def _pieces(line: WallLine, ends: FloatArray, directions: FloatArray) -> list[tu
     ]
 
 
-def _shown(line: WallLine, ends: FloatArray, directions: FloatArray) -> float:
-    """How much of a line readings (n, 2) show to be wall, m."""
-    pieces = np.array(_pieces(line, ends, directions)).reshape(-1, 2).clip(0.0, line.length)
+def _shown(line: WallLine, readings: Readings) -> float:
+    """How much of a line readings show to be wall, m."""
+    pieces = np.array(_pieces(line, readings, LEAST_WALL)).reshape(-1, 2).clip(0.0, line.length)
     return float(np.diff(pieces).sum())
 
 
-def _joined(one: WallLine, other: WallLine) -> WallLine | None:
-    """The first line, as long as both; None where the second isn't on it."""
-    ends = np.array([other.start, other.at(other.length)]) - one.start
-    if np.abs(ends @ one.normal).max() > SAME_LINE:
-        return None
-    places = ends @ one.along
-    if places.max() < -WIDEST or places.min() > one.length + WIDEST:
-        return None
-    low, high = min(0.0, float(places.min())), max(one.length, float(places.max()))
-    return WallLine(one.at(low), one.along, high - low)
+def _each_once(lines: list[WallLine]) -> list[WallLine]:
+    """The lines, each as long as all that lie on it."""
+    found: list[WallLine] = []
+    table = np.empty((len(lines), 5))  # of those found
+    for line in lines:
+        known = table[: len(found)]
+        ends = np.array([line.start, line.at(line.length)])[:, None] - known[:, :2]
+        aside = np.abs(known[:, 2] * ends[..., 1] - known[:, 3] * ends[..., 0]).max(axis=0)
+        places = known[:, 2] * ends[..., 0] + known[:, 3] * ends[..., 1]
+        low, high = places.min(axis=0), places.max(axis=0)
+        is_on = (aside <= SAME_LINE) & (high >= -WIDEST) & (low <= known[:, 4] + WIDEST)
+        if is_on.any():
+            number = int(np.argmax(is_on))
+            one, begin = found[number], min(0.0, float(low[number]))
+            end = max(one.length, float(high[number]))
+            found[number] = WallLine(one.at(begin), one.along, end - begin)
+        else:
+            number = len(found)
+            found.append(line)
+        table[number] = _table(found[number])
+    return found
 
 
 def openings(lines: list[WallLine], plan: OccupancyMap, beams: Beams) -> list[Opening]:
@@ -228,27 +255,58 @@ def openings(lines: list[WallLine], plan: OccupancyMap, beams: Beams) -> list[Op
     found: list[Opening] = []
     of_beam = _walls_of(lines, beams)
     of_cell = _walls_of_cells(lines, plan)
+    drives = int(beams.drive.max()) + 1
     for number, line in enumerate(lines):
         count = int(np.ceil(line.length / BIN))
         if line.length < NARROWEST + 2 * JAMB:
             continue
         crossed = _crossed(line, beams)
         # where another wall crosses the line, that is shown, and no piece of this one
-        own = (of_beam == number) | (of_beam < 0)
-        drives = [
-            _of_drive(crossed.among(own & (beams.drive == drive)), count)
-            for drive in range(int(beams.drive.max()) + 1)
-        ]
+        at = of_beam[crossed.numbers]
+        own = (at == number) | (at < 0)
+        drive = beams.drive[crossed.numbers]
+        each = [_of_drive(crossed.among(own & (drive == k)), count) for k in range(drives)]
         behind = _behind_wall(crossed, count, of_beam >= 0)
         own_cells = plan.occupied & ((of_cell == number) | (of_cell < 0))
         drawn = _of_map(line, count, plan, own_cells)
-        shows = [(drawn, ~drawn & _of_map(line, count, plan, plan.free)), *drives]
+        shows = [(drawn, ~drawn & _of_map(line, count, plan, plan.free)), *each]
+        stretches = Stretches.of(shows)
         for begin, end in _gaps(shows):
+            p_wall = stretches.wall(begin, end)
             if behind[begin:end].mean() > HIDDEN:
                 continue
-            low, high = _between_jambs(line, begin * BIN, end * BIN, crossed, beams)
-            found.append(Opening(line.at(low), line.at(high)))
+            low, high = begin * BIN, end * BIN
+            about = crossed.between(low - JAMB_REACH, high + JAMB_REACH)
+            low, high = _between_jambs(line, low, high, about, beams)
+            found.append(Opening(line.at(low), line.at(high), p_wall))
     return found
+
+
+@dataclass(frozen=True, eq=False)
+class Stretches:
+    """Along a line, where it runs through wall and where through pieces of other things."""
+
+    before: FloatArray  # (bins + 1, 2) probabilities of both at a bin, by the bins before it
+    after: FloatArray  # (bins + 1, 2) likelihoods of the bins from there on
+
+    @staticmethod
+    def of(shows: list[tuple[BoolArray, BoolArray]]) -> Stretches:
+        """By the bins of a line that some show to be wall, and that some show to be open."""
+        wall = np.any([each for each, _ in shows], axis=0)
+        is_open = np.any([each for _, each in shows], axis=0)
+        unit = np.log(WALL_SHARE / (1.0 - WALL_SHARE)) * BIN / PIECE
+        told = unit * (wall.astype(float) - (is_open & ~wall))
+        before, after = np.empty((len(told) + 1, 2)), np.empty((len(told) + 1, 2))
+        kernels.stretches(told, BIN / STRETCH, before, after)
+        return Stretches(before, after)
+
+    def wall(self, begin: int, end: int) -> float:
+        """Probability that it is the same wall on both sides of some bins, whatever these show."""
+        count, leaves = end - begin, BIN / STRETCH
+        both = self.before[begin][:, None] * self.after[end]
+        same = (1.0 + (1.0 - 2.0 * leaves) ** count) / 2.0
+        likely = both * np.where(np.eye(2) > 0, same, 1.0 - same)
+        return float(both[0, 0] * (1.0 - leaves) ** count / likely.sum())
 
 
 def _between_jambs(
@@ -263,11 +321,12 @@ def _between_jambs(
     at_wall = np.exp(-0.5 * np.square(beyond / WALL_STD)) / (np.sqrt(2.0 * np.pi) * WALL_STD)
     free = np.where(beyond > 0.0, 1.0 / FREE, STRAY / FREE)
     inside = np.abs(places - (low + high) / 2.0) < INNER * (high - low) / 2.0
-    share = np.zeros(len(index))
-    for drive in np.unique(beams.drive[index]):
-        mine = beams.drive[index] == drive
-        hits = np.abs(beyond[mine & inside]) < BESIDE
-        share[mine] = hits.mean() if len(hits) else 1.0
+    drive = beams.drive[index]
+    counts, hits = (
+        np.bincount(drive[chosen], minlength=int(drive.max(initial=0)) + 1)
+        for chosen in (inside, inside & (np.abs(beyond) < BESIDE))
+    )
+    share = np.where(counts > 0, hits / np.maximum(counts, 1), 1.0)[drive]
     gain = np.log(
         (at_wall + STRAY / FREE) / (share * at_wall + (1.0 - share) * free + STRAY / FREE)
     )
@@ -300,18 +359,14 @@ def _walls_of_cells(lines: list[WallLine], plan: OccupancyMap) -> IntArray:
     rows, columns = np.nonzero(plan.occupied)
     cells: FloatArray = np.column_stack([columns, rows]) + np.float64(0.5)
     middles = plan.to_building(cells)
-    of, aside = np.full(len(middles), -1), np.zeros(len(middles))
-    anyway = np.zeros_like(middles)
-    near = BESIDE + plan.resolution / 2
-    kernels.nearest_line(middles, anyway, _table(lines), near, -1.0, of, aside)
-    out[rows, columns] = of
+    near, anyway = BESIDE + plan.resolution / 2, np.zeros_like(middles)
+    out[rows, columns], _ = _nearest(lines, Nearby.of(middles), middles, anyway, near, -1.0)
     return out
 
 
-def _table(lines: list[WallLine]) -> FloatArray:
-    """(k, 5) as the kernel takes lines."""
-    rows = [[*line.start, *line.along, line.length] for line in lines]
-    return np.array(rows, dtype=float).reshape(-1, 5)
+def _table(line: WallLine) -> FloatArray:
+    """(5,) as the kernels take a line."""
+    return np.array([*line.start, *line.along, line.length])
 
 
 def _behind_wall(crossed: Crossed, count: int, on_wall: BoolArray) -> BoolArray:
@@ -361,9 +416,12 @@ class Crossed(NamedTuple):
     beyond: FloatArray  # (k,) m, how far they get beyond it
 
     def among(self, chosen: BoolArray) -> Crossed:
-        """Those of the chosen (n,) of all beams."""
-        mine = chosen[self.numbers]
-        return Crossed(self.numbers[mine], self.places[mine], self.beyond[mine])
+        """Those of the chosen (k,)."""
+        return Crossed(self.numbers[chosen], self.places[chosen], self.beyond[chosen])
+
+    def between(self, low: float, high: float) -> Crossed:
+        """Those between two places along the line, m."""
+        return self.among((self.places > low) & (self.places < high))
 
     def binned(self, count: int) -> tuple[IntArray, IntArray, FloatArray]:
         """Those in the first bins (count,): their numbers, bins, and how far they get."""
@@ -374,14 +432,19 @@ class Crossed(NamedTuple):
 
 def _crossed(line: WallLine, beams: Beams) -> Crossed:
     """The beams that cross a line steeply enough to tell of it."""
-    offset = line.start - beams.origins
-    cosine = beams.directions @ line.normal
-    with np.errstate(divide="ignore", invalid="ignore"):
-        way = (offset @ line.normal) / cosine
-    index = np.flatnonzero((np.abs(cosine) > STEEP) & (way > 0.2) & (way < beams.reach))
-    crossing = beams.origins[index] + way[index, None] * beams.directions[index] - line.start
-    beyond = (beams.ranges[index] - way[index]) * np.abs(cosine[index])
-    return Crossed(index, crossing @ line.along, beyond)
+    count = kernels.crossed(
+        beams.origins,
+        beams.directions,
+        beams.ranges,
+        beams.reach,
+        _table(line),
+        STEEP,
+        JAMB_REACH,
+        numbers := np.empty(len(beams), dtype=np.int64),
+        places := np.empty(len(beams)),
+        beyond := np.empty(len(beams)),
+    )
+    return Crossed(numbers[:count].copy(), places[:count].copy(), beyond[:count].copy())
 
 
 def _gaps(shows: list[tuple[BoolArray, BoolArray]]) -> Iterator[tuple[int, int]]:
@@ -401,12 +464,6 @@ def _gaps(shows: list[tuple[BoolArray, BoolArray]]) -> Iterator[tuple[int, int]]
             before = ever_wall[max(begin - beside[0], 0) : begin].sum()
             behind = ever_wall[end : end + beside[0]].sum()
             if min(before, behind) < beside[1]:
-                continue
-            wide = round(WALLS / BIN)
-            about = (
-                ever_wall[max(begin - wide, 0) : begin].sum() + ever_wall[end : end + wide].sum()
-            )
-            if about < round(LEAST_WALLS / BIN):
                 continue
             told.add((begin, end))
             yield begin, end
@@ -431,8 +488,11 @@ def distinct(found: list[Opening], apart: float = 0.06) -> list[Opening]:
     """Openings, of which no two have both jambs nearer than ``apart`` m; the first is kept."""
     kept: list[Opening] = []
     for opening in found:
-        if not any(_is_same(opening, other, apart) for other in kept):
+        same = [k for k, other in enumerate(kept) if _is_same(opening, other, apart)]
+        if not same:
             kept.append(opening)
+        for k in same[:1]:
+            kept[k] = replace(kept[k], p_wall=max(kept[k].p_wall, opening.p_wall))
     return kept
 
 

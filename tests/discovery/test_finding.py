@@ -18,9 +18,10 @@ from objstate.config import BeamModelSettings
 from objstate.discovery import learn_doors
 from objstate.discovery.doorway import Doorway, doorway, ended_on
 from objstate.discovery.gathering import Beams
+from objstate.discovery.nearby import Nearby
 from objstate.discovery.registering import registered
-from objstate.discovery.scoring import Behind, Lattice, chained, with_things
-from objstate.discovery.walls import Opening, WallLine, distinct, fitted, openings
+from objstate.discovery.scoring import WAY, Behind, Lattice, Leaf, chained, with_things
+from objstate.discovery.walls import Opening, Stretches, WallLine, distinct, fitted, openings
 from objstate.geometry import FloatArray
 
 THICK, HALF, DEPTH = 0.14, 1.0, 2.5  # m
@@ -173,8 +174,8 @@ def test_beams_that_ended_on_a_leaf_are_told_from_others(x: float, width: float,
     ends = np.concatenate([on, on + 0.3 * normal, hinge + (width + 0.3) * along[None]])
     origin = hinge + 3.0 * normal
     where = looked_at(ends, origin)
-    assert ended_on(where, beams(ends, origin), np.array([*hinge, width]), np.array([b])).tolist() \
-        == [True] * 7 + [False] * 8  # fmt: skip
+    found = ended_on(where, beams(ends, origin), np.array([*hinge, width]), np.array([b]))
+    assert found.tolist() == list(range(7))
 
 
 @settings(max_examples=20, deadline=None)
@@ -218,6 +219,47 @@ def test_things_that_overlap_stop_a_beam_once(depth: float, away: float) -> None
     once, twice = (with_things(place, behind, np.tile(thing, (n, 1))) for n in (1, 2))
     np.testing.assert_allclose(once, twice, atol=0.1)
     assert once[0] > behind.log_likelihood[0] + 20.0
+
+
+@given(st.floats(0.3, 2.0), st.floats(-np.pi, np.pi), st.sampled_from([1, -1]))
+def test_no_leaf_has_come_through_what_stands_in_its_way(
+    at: float, bearing: float, sense: int
+) -> None:
+    away = np.linspace(0.3, 0.7, 9)[:, None]
+    cells = away * np.array([np.cos(bearing + sense * at), np.sin(bearing + sense * at)])
+    leaf = Leaf(np.zeros(2), bearing, sense, 0.9, 0, False, 1.0)
+    behind = Behind(np.empty(0), np.empty(0), cells=cells)
+    angles = np.array([0.0, 0.9 * at, at + 0.5])
+    if 0.3 * at < WAY:  # at the closed leaf
+        angles = angles[:2]
+    assert (behind.log_way(leaf, angles) < 0.0).tolist() == [False, False, True][: len(angles)]
+    other_way = replace(leaf, sense=-sense)
+    assert not behind.log_way(other_way, np.array([0.0, 1.0, 2.0])).any()
+
+
+@given(st.integers(0, 1000), st.floats(0.0, 1.5))
+def test_all_points_near_a_line_are_found_by_their_squares(seed: int, near: float) -> None:
+    rng = np.random.default_rng(seed)
+    points, ends = rng.uniform(-4.0, 4.0, (200, 2)), rng.uniform(-6.0, 6.0, (2, 2))
+    found = Nearby.of(points).strip(ends[0], ends[1], near)
+    way = ends[1] - ends[0]
+    share = np.clip((points - ends[0]) @ way / (way @ way), 0.0, 1.0)
+    off = np.hypot(*(points - ends[0] - share[:, None] * way).T)
+    assert set(np.flatnonzero(off < near)) <= set(found)
+    assert len(set(found)) == len(found)
+
+
+@given(st.integers(20, 200), st.integers(5, 60))
+def test_a_gap_lies_in_a_wall_if_both_sides_of_it_do(side: int, width: int) -> None:
+    count = 2 * side + width
+    gap = np.zeros(count, dtype=bool)
+    gap[side : side + width] = True
+    in_wall = Stretches.of([(~gap, gap)]).wall(side, side + width)
+    alone = ~gap & (np.abs(np.arange(count) - count / 2.0) < width / 2.0 + 5.0)
+    between_posts = Stretches.of([(alone, ~alone)]).wall(side, side + width)
+    unknown = Stretches.of([(gap & False, gap)]).wall(side, side + width)
+    assert in_wall > unknown >= between_posts
+    assert 0.0 < unknown < 0.5
 
 
 def looked_at(ends: FloatArray, origin: FloatArray) -> Doorway:
