@@ -110,19 +110,16 @@ class Doors:
 
     def cases(self, door: Doorway) -> list[tuple[float, Statics]]:
         """Deviations that a door's hinge and bearing may have, with probabilities."""
-        name, bearings = door.item.name, self._bearings(door)
+        name = door.item.name
         if name in self._known:
             own = self._known[name]
             return [(1.0, own if door.turn else Statics(own.hinge, 0.0))]
+        bearings = self._bearing.cases(name) if door.turn else [(1.0, 0.0)]
         return [
             (share * probability, Statics(hinge, bearing))
             for share, hinge in self._hinge.cases(name)
             for probability, bearing in bearings
         ]
-
-    def _bearings(self, door: Doorway) -> list[tuple[float, float]]:
-        """Variances that a door's bearing may have, with probabilities."""
-        return self._bearing.cases(door.item.name) if door.turn else [(1.0, 0.0)]
 
     def _read_off(self, posterior: DoorMixture, belief: ObjectBelief) -> ObjectBelief:
         """The posterior of a door's state, averaged over the deviations of hinge and bearing."""

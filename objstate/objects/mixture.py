@@ -124,11 +124,6 @@ class Doorway:
         return out
 
     @lazy
-    def tied(self) -> FloatArray:
-        """(c,) 1 for components tied to the state's zero, the limits; 0 for the others."""
-        return np.asarray(np.arange(len(self.states)) >= self.cells, dtype=float)
-
-    @lazy
     def turn(self) -> float:
         """Turn of the leaf in the building for each unit of the state."""
         return math.copysign(1.0, self.item.direction[2]) if self._hinged else 0.0

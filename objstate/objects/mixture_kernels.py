@@ -23,6 +23,7 @@ from objstate.sensing.sweeps import LARGE, SMALL
 ERRORS = 7  # robot x, y, yaw; state; origin x, y; zero of the state
 ROBOT = 3  # the first of these
 STATE, ORIGIN, ZERO = 3, 4, 6
+OBSERVED = ZERO  # the number of errors, the first ones, on which readings depend
 GRAZED_STD = 0.01  # m; roughness of a surface at a grazing incidence
 STEP = 0.05  # m between ranges of neighbouring beams that meet different surfaces
 # probability of a hit below which a beam carries no information about the object
@@ -104,9 +105,9 @@ class Work(NamedTuple):
     gone_on: FloatArray  # (n,) 1/m, of one to the same thing as the beam before
     origins: FloatArray  # (n, 2) m of the beams
     directions: FloatArray  # (n, 2)
-    row: FloatArray  # (7,) derivatives of one range by the errors
-    gradient: FloatArray  # (7,) of the log-likelihood
-    information: FloatArray  # (7, 7) Gauss-Newton approximation
+    row: FloatArray  # (6,) derivatives of one range by the errors
+    gradient: FloatArray  # (6,) of the log-likelihood
+    information: FloatArray  # (6, 6) Gauss-Newton approximation
     matrix: FloatArray  # (7, 7)
     right: FloatArray  # (7, 7)
 
@@ -439,9 +440,9 @@ def _linearize(
     """
     placed = _cast(beams, shape, placement, x, prior, work)
     gradient, information, row = work.gradient, work.information, work.row
-    for a in range(ERRORS):
+    for a in range(OBSERVED):
         gradient[a] = 0.0
-        for b in range(ERRORS):
+        for b in range(OBSERVED):
             information[a, b] = 0.0
     total, product, reach, fared, cosine = 0.0, 1.0, 0, (1.0, 0.0), 1.0
     for i in range(work.expected.shape[0]):
@@ -465,11 +466,11 @@ def _linearize(
             total, product = total + math.log(product), 1.0
         if is_met and abs(cosine) >= GRAZING and hit > LEAST_SHARE * density:
             weight = noise.independence * hit / density / scatter
-            for a in range(ERRORS):
+            for a in range(OBSERVED):
                 gradient[a] += weight * off * row[a]
                 for b in range(a + 1):
                     information[a, b] += weight * row[a] * row[b]
-    for a in range(ERRORS):
+    for a in range(OBSERVED):
         for b in range(a):
             information[b, a] = information[a, b]
     total = noise.independence * (total + math.log(product))
@@ -482,7 +483,7 @@ def _posterior(prior: FloatArray, work: Work) -> Any:
     for a in range(ERRORS):
         for b in range(ERRORS):
             value = 1.0 if a == b else 0.0
-            for k in range(ERRORS):
+            for k in range(OBSERVED if b < OBSERVED else 0):
                 value += prior[a, k] * work.information[k, b]
             work.matrix[a, b], work.right[a, b] = value, prior[a, b]
     return solve(work.matrix, work.right)
@@ -495,16 +496,16 @@ def _step(mean: FloatArray, prior: FloatArray, x: FloatArray, pull: FloatArray, 
     That is the posterior covariance, ``work.right``, times the gradient about the prior mean; as
     it is symmetric, the pull is what remains of that gradient once the information has been met.
     """
-    for a in range(ERRORS):
+    for a in range(OBSERVED):
         pull[a] = work.gradient[a]
-        for b in range(ERRORS):
+        for b in range(OBSERVED):
             pull[a] += work.information[a, b] * (x[b] - mean[b])
     for a in range(ERRORS):
         x[a] = mean[a]
-        for b in range(ERRORS):
+        for b in range(OBSERVED):
             x[a] += work.right[a, b] * pull[b]
-    for a in range(ERRORS):
-        for b in range(ERRORS):
+    for a in range(OBSERVED):
+        for b in range(OBSERVED):
             pull[a] -= work.information[a, b] * (x[b] - mean[b])
 
 
@@ -522,13 +523,13 @@ def _set_posterior(
     ``work`` has the posterior covariance, and ``_posterior`` gave the logarithm of its determinant.
     """
     gained, spent = 0.0, 0.0
-    for a in range(ERRORS):
+    for a in range(OBSERVED):
         spent += pull[a] * (x[a] - mean[a])
     for a in range(ERRORS):
         step = 0.0
-        for b in range(ERRORS):
+        for b in range(OBSERVED):
             step += work.right[a, b] * (work.gradient[b] - pull[b])
-        gained += (work.gradient[a] - pull[a]) * step
+        gained += (work.gradient[a] - pull[a]) * step if a < OBSERVED else 0.0
         mean[a] = x[a] + step
     for a in range(ERRORS):
         for b in range(ERRORS):
@@ -572,10 +573,10 @@ def _see_edges(
             variance = FOOTPRINT * FOOTPRINT
             for a in range(ERRORS):
                 step[a] = 0.0
-                margin += row[a] * (mean[a] - x[a])
-                for b in range(ERRORS):
+                for b in range(OBSERVED):
                     step[a] += covariance[a, b] * row[b]
-            for a in range(ERRORS):
+            for a in range(OBSERVED):
+                margin += row[a] * (mean[a] - x[a])
                 variance += row[a] * step[a]
             std = math.sqrt(variance)
             off = sign * margin / std
@@ -642,9 +643,9 @@ def condition(
         np.empty(count),
         np.empty((count, 2)),
         np.empty((count, 2)),
-        np.zeros(ERRORS),
-        np.empty(ERRORS),
-        np.empty((ERRORS, ERRORS)),
+        np.empty(OBSERVED),
+        np.empty(OBSERVED),
+        np.empty((OBSERVED, OBSERVED)),
         np.empty((ERRORS, ERRORS)),
         np.empty((ERRORS, ERRORS)),
     )

@@ -214,8 +214,10 @@ def _rotations(turns: FloatArray) -> FloatArray:
 def _turned(mixture: DoorMixture) -> FloatArray:
     """(2, 2) the mean rotation of the leaf from the closed one, when a drive ends."""
     door = mixture.door
-    means, turns = (each[: len(door.states)] for each in (mixture.means, door.placements[:, 2]))
-    rotations = _rotations(turns + door.turn * (means[:, STATE] + door.tied * means[:, ZERO]))
+    count = len(door.states)
+    off = mixture.means[:count, STATE].copy()
+    off[door.cells :] += mixture.means[door.cells : count, ZERO]  # at a limit by the bearing
+    rotations = _rotations(door.placements[:count, 2] + door.turn * off)
     return np.asarray(np.einsum("c,cij->ij", mixture.weights, rotations))
 
 
@@ -466,10 +468,10 @@ def _log_bearing(mixture: DoorMixture) -> FloatArray:
     """(g,) the log-likelihood of bearings."""
     if not mixture.door.turn:
         return np.zeros(len(BEARINGS))
-    weights, tied = mixture.weights, mixture.door.tied > 0.0
+    weights, cells = mixture.weights, mixture.door.cells
     before = mixture.statics.bearing
-    likelihood = np.full(len(BEARINGS), float(weights[~tied].sum()))
-    for k in np.flatnonzero(tied):
+    likelihood = np.full(len(BEARINGS), float(weights[:cells].sum()))
+    for k in range(cells, len(weights)):  # the limits
         mean, variance = mixture.means[k, ZERO], mixture.covariances[k, ZERO, ZERO]
         variance += np.radians(STEP_DEG / 2.0) ** 2
         after = _log_normal(BEARINGS - mean, variance)
