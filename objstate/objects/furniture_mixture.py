@@ -288,6 +288,7 @@ class FurnitureMixture:
         means = np.zeros((len(self.weights), kernels.ERRORS))
         means[:, :3] = self.robots
         covariances, log_evidence = self.covariances.copy(), np.empty(len(means))
+        kinds = np.zeros((len(means), len(kernels.KINDS)))  # neither handles nor glass
         best = [1 + int(np.argmax(self.weights[1:]))]
         reached = 0
         for part in (slice(None), best):
@@ -299,6 +300,7 @@ class FurnitureMixture:
                 np.maximum(self.weights[part], NEVER),
                 means[part],
                 covariances[part],
+                kinds[part],
                 log_evidence[part],
             )
         shift = means[:, ORDER]

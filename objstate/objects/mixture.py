@@ -265,6 +265,7 @@ class DoorMixture:
     means: FloatArray  # (c + o, 7) of errors, see ``mixture_kernels``
     covariances: FloatArray  # (c + o, 7, 7)
     statics: Statics  # their prior variances; a sliding door has no bearing
+    kinds: FloatArray  # (c + o, 2) probabilities that the leaf has a handle, and is of glass
     stamp_ns: int | None = None
 
     @staticmethod
@@ -285,6 +286,7 @@ class DoorMixture:
             means,
             covariances,
             statics,
+            np.tile(kernels.KINDS, (count, 1)),
         )
 
     @staticmethod
@@ -326,7 +328,7 @@ class DoorMixture:
         covariance ``added`` (3, 3).
         """
         door, means, covariances = self.door, self.means.copy(), self.covariances.copy()
-        resting, moving, beyond = self.resting, self.moving, self.beyond
+        resting, moving, beyond, kinds = self.resting, self.moving, self.beyond, self.kinds
         if seconds > 0.0:
             moved = door.moved(resting, moving, seconds)
             mean, covariance = kernels.pooled(self.weights, means, covariances)
@@ -334,10 +336,12 @@ class DoorMixture:
             arrived = np.maximum(moved.resting - stays * resting, 0.0)[edges]
             beyond = stays * beyond + arrived
             arriving = np.append(moved.arriving, arrived / np.maximum(beyond, NEVER))
+            known = self.weights @ kinds[: len(self.weights)]
+            kinds = np.where(arriving[:, None] < 0.5, kinds, known)
             kernels.join(arriving, mean, covariance, door.widths, means, covariances)
             resting, moving = moved.resting, moved.moving
         kernels.renew_robot(means, covariances, transfer, added)
-        return DoorMixture(door, resting, moving, beyond, means, covariances, self.statics)
+        return DoorMixture(door, resting, moving, beyond, means, covariances, self.statics, kinds)
 
     def at(self, stamp_ns: int) -> DoorMixture:
         """The same at a moment."""
@@ -346,12 +350,13 @@ class DoorMixture:
     def given(self, beams: Beams, noise: Noise, shape: kernels.Shape) -> tuple[DoorMixture, int]:
         """Bayes' rule for a scan, and the largest number of its beams that reach the leaf."""
         door, means, covariances = self.door, self.means.copy(), self.covariances.copy()
+        kinds = self.kinds.copy()
         count, cells = len(door.states), door.cells
         weights = np.concatenate([np.maximum(self.weights, NEVER), self.beyond])
         weights[cells:count] = 0.0
         log_evidence = np.full(len(means), -np.inf)
         reached = kernels.condition(
-            beams, shape, noise, door.placements, weights, means, covariances, log_evidence
+            beams, shape, noise, door.placements, weights, means, covariances, kinds, log_evidence
         )
         if door.atoms:
             latch_kernels.latch(
@@ -370,14 +375,19 @@ class DoorMixture:
         resting = np.maximum(self.resting * likelihood[:count], NEVER)
         moving = self.moving * likelihood[:count]
         share = float(resting.sum() + moving.sum())
+        beyond = self.beyond * likelihood[count:]
+        free = np.concatenate([(resting + moving)[:cells], beyond])
+        if door.atoms:
+            kinds[cells:count] = free @ np.delete(kinds, [cells, cells + 1], 0) / free.sum()
         after = DoorMixture(
             door,
             resting / share,
             moving / share,
-            np.clip(self.beyond * likelihood[count:] / share, NEVER, 1.0),
+            np.clip(beyond / share, NEVER, 1.0),
             means,
             covariances,
             self.statics,
+            kinds,
         )
         return after, int(reached)
 

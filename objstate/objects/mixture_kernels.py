@@ -33,8 +33,12 @@ WIDE = 4.0  # times the variance of a range: errors below which one is enough
 REACHED = 4.0  # deviations by which a range may fall short of an object that the beam reaches
 FOOTPRINT = 0.02  # m, half the width of a beam, and variation of ranges at the edge of a surface
 SURE = 4.0  # deviations of its distance from a corner from which a beam surely passes on its side
-# probability that a beam which meets the place of a handle is stopped there; its deviation, m
-HANDLED, HANDLE_STD = 0.3, 0.02
+# what a leaf may have: a handle at the laser's height, and glass; probabilities before any scan,
+# and the least that is left of each
+HANDLE, GLASS = 0, 1
+KINDS, LEAST_KIND = (0.5, 0.02), 1e-3
+HANDLE_STOPS, HANDLE_STD = 0.8, 0.02  # share of the beams that meet its outline; deviation, m
+GLASS_PASSES = 0.4  # share of the beams that pass a leaf of glass
 HOPELESS = 30.0  # nats below the most probable component from which a component isn't refined
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
@@ -99,6 +103,8 @@ class Work(NamedTuple):
     corners: FloatArray  # (m, 2) m in the building
     stds: FloatArray  # (m,) m of the distance of a corner from a beam
     flanked: IntArray  # (m,) 1 for corners beside which no background lies behind, else 0
+    kinds: FloatArray  # (2,) probabilities of a handle and of glass, by the beams so far
+    slopes: FloatArray  # (2,) derivatives of the density of a range by these
     past: FloatArray  # (n,) density of a range that misses the object and hits the background
     # (n,) 1/m, density of a range to something unexpected that didn't stop the beam before
     begun: FloatArray
@@ -400,25 +406,46 @@ def _fared(beams: Beams, noise: Noise, work: Work, i: int, variance: float, befo
     reaches = stays * before[0] + (1.0 - stays) * (1.0 - noise.unexpected)
     goes_on, begins = stays * before[1], (1.0 - stays) * noise.unexpected
     expected, past, share = work.expected[i], work.past[i], work.share[i]
+    passes, work.slopes[HANDLE] = GLASS_PASSES * work.kinds[GLASS], 0.0
     if measured == np.inf:
         met_it = noise.hit if expected >= noise.range_max else 0.0
+        work.slopes[GLASS] = reaches * share * GLASS_PASSES * (past - met_it)
+        met_it += passes * (past - met_it)
         missed = noise.missing + share * met_it + (1.0 - share) * past
         return 0.0, reaches * missed, (goes_on + begins) * noise.missing, reaches * (met_it - past)
-    met_it, bumped = 0.0, 0.0
+    met_it, bumped, clear = 0.0, 0.0, 1.0
     if share > 0.0:
         met_it = noise.hit * _bell(measured - expected, variance)
+    solid = (1.0 - passes) * met_it
     if work.bump[i] < np.inf:
         spread = _scatter(noise, work.bump[i]) + HANDLE_STD * HANDLE_STD
-        bumped = HANDLED * noise.hit * _bell(measured - work.bump[i], spread)
-        met_it, past = (1.0 - HANDLED) * met_it, (1.0 - HANDLED) * past
-    hit = reaches * share * met_it
-    free = hit + reaches * ((1.0 - share) * past + bumped + noise.random)
+        bumped = noise.hit * _bell(measured - work.bump[i], spread)
+        otherwise = share * (solid + passes * past) + (1.0 - share) * past
+        work.slopes[HANDLE] = reaches * HANDLE_STOPS * (bumped - otherwise)
+        clear = 1.0 - HANDLE_STOPS * work.kinds[HANDLE]
+    work.slopes[GLASS] = reaches * clear * share * GLASS_PASSES * (past - met_it)
+    past *= clear
+    hit = reaches * share * clear * solid
+    met_it = clear * solid + passes * past
+    free = reaches * (share * met_it + (1.0 - share) * past + (1.0 - clear) * bumped + noise.random)
     nearer = 0.0
     if measured < beams.background[i]:
         nearer = 1.0 if measured < expected else 1.0 - share
     stopped = begins * work.begun[i] + goes_on * work.gone_on[i]
     stopped = nearer * stopped + (goes_on + begins) * noise.random
     return hit, free, stopped, reaches * (met_it - past)
+
+
+@_inner
+def _tell_kinds(work: Work, density: float, independence: float) -> None:
+    """Update the probabilities of a handle and of glass by a range of a density."""
+    for k in range(len(KINDS)):
+        slope, before = work.slopes[k], work.kinds[k]
+        if slope == 0.0 or before == 0.0 or (slope < 0.0 and before <= LEAST_KIND):
+            continue
+        ratio = (density + (1.0 - before) * slope) / (density - before * slope)
+        odds = before / (1.0 - before) * ratio**independence
+        work.kinds[k] = min(max(odds / (1.0 + odds), LEAST_KIND), 1.0 - LEAST_KIND)
 
 
 @_inner
@@ -430,6 +457,7 @@ def _linearize(
     x: FloatArray,
     prior: FloatArray,
     spread: FloatArray,
+    kinds: FloatArray,
     work: Work,
 ) -> Any:
     """Log-likelihood of a scan at errors (7,), and the number of beams that reach the object.
@@ -445,6 +473,8 @@ def _linearize(
         for b in range(OBSERVED):
             information[a, b] = 0.0
     total, product, reach, fared, cosine = 0.0, 1.0, 0, (1.0, 0.0), 1.0
+    for k in range(len(KINDS)):
+        work.kinds[k] = kinds[k]
     for i in range(work.expected.shape[0]):
         is_met = work.side[i] >= 0
         if is_met:
@@ -461,6 +491,7 @@ def _linearize(
         density = free + stopped
         work.odds[i] = odds / density
         fared = (free / density, stopped / density)
+        _tell_kinds(work, density, noise.independence)
         product *= density
         if not SMALL < product < LARGE:
             total, product = total + math.log(product), 1.0
@@ -607,7 +638,7 @@ def _heaviest_first(weights: FloatArray) -> Any:
     return order[:count]
 
 
-@called_with("beams shape noise f2 f1 f2 f3 f1")
+@called_with("beams shape noise f2 f1 f2 f3 f2 f1")
 @_compile
 def condition(
     beams: Beams,
@@ -617,6 +648,7 @@ def condition(
     weights: FloatArray,
     means: FloatArray,
     covariances: FloatArray,
+    kinds: FloatArray,
     log_evidence: FloatArray,
 ) -> Any:
     """Bayes' rule in every component: ``means`` (c, 7) and ``covariances`` (c, 7, 7) are updated.
@@ -638,6 +670,8 @@ def condition(
         np.empty((shape.corners.shape[0], 2)),
         np.empty(shape.corners.shape[0]),
         np.empty(shape.corners.shape[0], dtype=np.int64),
+        np.empty(len(KINDS)),
+        np.empty(len(KINDS)),
         np.empty(count),
         np.empty(count),
         np.empty(count),
@@ -669,7 +703,7 @@ def condition(
                     for b in range(ERRORS):
                         spread[a, b] = 0.0
             total, reach, placed = _linearize(
-                beams, shape, noise, placements[c], x, prior, spread, work
+                beams, shape, noise, placements[c], x, prior, spread, kinds[c], work
             )
             now, unrefined = log_weight + total, total if look == 0 else unrefined
             hopeless = (look == 0 and now < first - HOPELESS) or (
@@ -689,6 +723,8 @@ def condition(
         if hopeless:
             continue
         log_evidence[c] += _set_posterior(mean, prior, x, pull, log_determinant, work)
+        for k in range(len(KINDS)):
+            kinds[c, k] = work.kinds[k]
         likeliest = max(likeliest, log_weight + log_evidence[c])
         _see_edges(beams, shape, noise.independence, x, mean, prior, placed, pull, work)
     return most
