@@ -437,6 +437,16 @@ def _fared(beams: Beams, noise: Noise, work: Work, i: int, variance: float, befo
 
 
 @_inner
+def _begin(kinds: FloatArray, work: Work) -> None:
+    """Set the sums of a linearization to zero, and ``work.kinds`` to what is known so far (2,)."""
+    work.kinds[HANDLE], work.kinds[GLASS] = kinds[HANDLE], kinds[GLASS]
+    for a in range(OBSERVED):
+        work.gradient[a] = 0.0
+        for b in range(OBSERVED):
+            work.information[a, b] = 0.0
+
+
+@_inner
 def _tell_kinds(work: Work, density: float, independence: float) -> None:
     """Update the probabilities of a handle and of glass by a range of a density."""
     for k in range(len(KINDS)):
@@ -462,19 +472,14 @@ def _linearize(
 ) -> Any:
     """Log-likelihood of a scan at errors (7,), and the number of beams that reach the object.
 
-    ``work`` takes its gradient and information. The chain of unexpected things is summed over by
+    ``work`` takes its gradient and information, and what the scan tells of handle and glass. The chain of unexpected things is summed over by
     the forward recursion. A beam contributes by the probability that it hit. Errors of a covariance
     ``spread`` (7, 7) are included in distinguishing hits from others.
     """
     placed = _cast(beams, shape, placement, x, prior, work)
     gradient, information, row = work.gradient, work.information, work.row
-    for a in range(OBSERVED):
-        gradient[a] = 0.0
-        for b in range(OBSERVED):
-            information[a, b] = 0.0
+    _begin(kinds, work)
     total, product, reach, fared, cosine = 0.0, 1.0, 0, (1.0, 0.0), 1.0
-    for k in range(len(KINDS)):
-        work.kinds[k] = kinds[k]
     for i in range(work.expected.shape[0]):
         is_met = work.side[i] >= 0
         if is_met:
@@ -656,8 +661,9 @@ def condition(
     ``log_evidence`` (c,) is log p(scan | component), by Laplace's approximation about the mean
     after one or, where errors are wide, ``MOST_LOOKS`` Gauss-Newton steps. The error of the state's
     zero doesn't move the object. Components of ``weights`` (c,) that the scan makes nearly
-    impossible stay as they are, and those of 0 are left out. Returned is the largest number of
-    beams that reach the object in a component.
+    impossible stay as they are, and those of 0 are left out. ``kinds`` (c, 2) are the probabilities
+    of a handle and of glass. Returned is the largest number of beams that reach the object in a
+    component.
     """
     count, most = beams.measured.shape[0], 0
     work = Work(
@@ -723,8 +729,7 @@ def condition(
         if hopeless:
             continue
         log_evidence[c] += _set_posterior(mean, prior, x, pull, log_determinant, work)
-        for k in range(len(KINDS)):
-            kinds[c, k] = work.kinds[k]
+        kinds[c, HANDLE], kinds[c, GLASS] = work.kinds[HANDLE], work.kinds[GLASS]
         likeliest = max(likeliest, log_weight + log_evidence[c])
         _see_edges(beams, shape, noise.independence, x, mean, prior, placed, pull, work)
     return most

@@ -16,7 +16,7 @@ from objstate.geometry import FloatArray, transform_from_pose
 from objstate.lazy import altered
 from objstate.objects.doors import LatticeFilter
 from objstate.objects.mixture import DoorMixture, Doorway, Statics
-from objstate.objects.mixture_kernels import Beams, Noise, Shape
+from objstate.objects.mixture_kernels import GLASS, HANDLE, Beams, Noise, Shape
 from objstate.objects.shape import shape_of
 from objstate.sensing import ExpectedRanges, cast_from
 from objstate.sensing.surfaces import Surfaces
@@ -105,6 +105,11 @@ def belief(mixture: DoorMixture) -> tuple[float, float]:
     )
     found = mixture.on_lattice(lattice)
     return math.degrees(found.mean[0]), math.degrees(found.std[0])
+
+
+def probability(mixture: DoorMixture, kind: int) -> float:
+    """Of a handle or of glass."""
+    return float(mixture.weights @ mixture.kinds[: len(mixture.weights), kind])
 
 
 @pytest.mark.parametrize("angle", [5.0, 20.0, 41.3, 66.6, 80.0])
@@ -229,6 +234,40 @@ def test_a_handle_pulls_the_angle_less_where_a_leaf_may_have_one() -> None:
             )
         off.append(abs(belief(mixture)[0] - 20.0))
     assert off[1] < 0.8 * off[0]
+    assert probability(mixture, HANDLE) > 0.9
+
+
+def test_a_leaf_that_never_stops_beams_early_has_no_handle() -> None:
+    beams, rng = read(math.radians(20.0)), np.random.default_rng(4)
+    mixture, outline = DoorMixture.unknown(doorway(), STATICS), shape(leaf(), may_have_handle=True)
+    for _ in range(20):
+        noisy = beams.measured + SIGMA * rng.standard_normal(len(beams.measured))
+        mixture, _ = mixture.later(0.1, *ANEW).given(
+            beams._replace(measured=noisy), noise(), outline
+        )
+    assert probability(mixture, HANDLE) < 0.1
+
+
+@pytest.mark.parametrize("angle", [0.0, 25.0, 60.0])
+@pytest.mark.parametrize(("passing", "is_glass"), [(0.33, True), (0.0, False)])
+def test_a_leaf_of_glass_is_told_from_an_open_door(
+    angle: float, passing: float, is_glass: bool
+) -> None:
+    """A third of the beams that would end on the leaf end on a wall behind."""
+    solid, rng = read(math.radians(angle)), np.random.default_rng(5)
+    mixture = DoorMixture.unknown(doorway(), STATICS)
+    behind = np.full(len(solid.measured), 5.0)
+    for _ in range(20):
+        passed = rng.random(len(behind)) < passing
+        noisy = np.where(passed, behind, np.minimum(solid.measured, behind))
+        noisy = noisy + SIGMA * rng.standard_normal(len(behind))
+        beams = solid._replace(measured=noisy, background=behind, blur=np.full(len(behind), 1e-4))
+        mixture, _ = mixture.later(0.1, *ANEW).given(beams, noise(), shape(leaf()))
+    assert belief(mixture)[0] == pytest.approx(angle, abs=0.3)
+    assert (probability(mixture, GLASS) > 0.9) == is_glass
+    assert (probability(mixture, GLASS) < 0.01) != is_glass
+    if angle == 0.0:
+        assert mixture.weights[doorway().zero] > 0.9
 
 
 def test_errors_that_go_together_tell_less() -> None:
