@@ -143,7 +143,7 @@ class LocalizationSettings(Strict):
 class OdometryErrorSettings(Strict):
     """How the log corrects the alphas."""
 
-    wheel_slips_per_hour: NonNegative = 30.0  # rate at which wheels begin to slip
+    wheel_slips_per_hour: ClassVar[float] = 30.0  # rate at which wheels begin to slip
     weight: ClassVar[float] = 1.0  # of the alphas, in stretches
     none_systematic: ClassVar[float] = 3.0  # weight of having no systematic error, in stretches
     stretch_m: ClassVar[float] = 1.0  # m of driving over which corrections are summed
@@ -202,7 +202,7 @@ class BuildingErrorSettings(Strict):
     laser_std_m: ClassVar[float] = 0.005  # of a laser's place on the robot
     laser_yaw_std_deg: Positive = 0.3
     range_bias_std_m: ClassVar[float] = 0.005  # common offset of all ranges of a laser
-    clock_std_s: Positive = 0.02  # offset of a laser's stamps from the odometry's
+    clock_std_s: ClassVar[float] = 0.02  # offset of a laser's stamps from the odometry's
     sweep_std_s: ClassVar[float] = 0.05  # duration of a sweep that the log doesn't tell
     range_std_m: ClassVar[float] = 0.03  # noise of a range
     robot_length_m: Positive = 0.5  # distance over which a recorded belief's error decorrelates
@@ -363,10 +363,15 @@ CONSTANTS = {  # by group, settings of earlier versions
         *("kernel_width", "update_min_d", "update_min_a", "max_beams", "tempering"),
         *("initial_xy_std", "initial_yaw_std_deg", "slips_per_hour", "object_states"),
     ),
-    "odometry_error": ("weight", "none_systematic", "stretch_m", "stretch_deg", "least", "most"),
+    "odometry_error": (
+        *("weight", "none_systematic", "stretch_m", "stretch_deg", "least", "most"),
+        "wheel_slips_per_hour",
+    ),
     "search": ("spacing", "max_places", "max_beams", "looks", "min_d", "min_a", "every_s"),
     "object_updates": ("robot_samples", "tempering", "max_position_std"),
-    "building_error": ("wall_length_m", "laser_std_m", "range_bias_std_m", "range_std_m"),
+    "building_error": (
+        *("wall_length_m", "laser_std_m", "range_bias_std_m", "range_std_m", "clock_std_s"),
+    ),
     "grid": ("reach_m", "max_position_std"),
 }
 REPLACED |= {(group, key): f"it is {CONSTANT}" for group, keys in CONSTANTS.items() for key in keys}
@@ -445,7 +450,7 @@ class Settings(Strict):
     scans: ScanSettings = ScanSettings()
     beam_model: BeamModelSettings = BeamModelSettings()
     localization: LocalizationSettings = LocalizationSettings()
-    odometry_error: OdometryErrorSettings = OdometryErrorSettings()
+    odometry_error: ClassVar[OdometryErrorSettings] = OdometryErrorSettings()
     search: ClassVar[SearchSettings] = SearchSettings()
     object_updates: ObjectUpdateSettings = ObjectUpdateSettings()
     building_error: BuildingErrorSettings = BuildingErrorSettings()

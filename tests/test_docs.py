@@ -28,7 +28,6 @@ GROUPS = {
     "`scans`": config.ScanSettings,
     "`beam_model`": config.BeamModelSettings,
     "`localization`": config.LocalizationSettings,
-    "`odometry_error`": config.OdometryErrorSettings,
     "`object_updates`": config.ObjectUpdateSettings,
     "`building_error`": config.BuildingErrorSettings,
     "`grid`": config.GridSettings,
