@@ -373,29 +373,30 @@ def _roughness(drives: Sequence[Drive]) -> float:
     log = -0.5 * np.log(ROUGHNESS) ** 2  # a lognormal prior
     for name in sorted({name for drive in drives for name in drive}):
         told = [drive[name] for drive in drives if name in drive]
-        for k, deviation in enumerate(deviations):
-            log[k] += _log_agreement(told, deviation**2)
+        log += _log_agreement(told, deviations**2)
     weights = np.exp(log - log.max())
     return float(weights @ deviations / weights.sum()) ** 2
 
 
-def _log_agreement(told: Sequence[DoorEvidence], variance: float) -> float:
-    """log p(z of all drives), up to a constant, with a drive's own error of such a variance.
+def _log_agreement(told: Sequence[DoorEvidence], variances: FloatArray) -> FloatArray:
+    """(k,) log p(z of all drives), up to a constant, by variances (k,) of a drive's own error.
 
     The hinge may be anywhere.
     """
     if len(told) < 2:
-        return 0.0
-    total = OF_HINGE / WIDEST_HINGE_M**2 + OF_LEAF
-    pull, log = np.zeros(4), 0.0
-    for each in told:
-        inside = np.eye(4) + variance * each.places @ OF_HINGE
-        left = np.linalg.solve(inside, np.column_stack([each.places, each.pull]))
-        total, pull = total + left[:, :4], pull + left[:, 4]
-        gained = variance * float(each.pull @ OF_HINGE @ left[:, 4])
-        log += 0.5 * (gained - float(np.linalg.slogdet(inside)[1]))
-    _, log_det = np.linalg.slogdet(total)
-    return log + 0.5 * (float(pull @ np.linalg.solve(total, pull)) - float(log_det))
+        return np.zeros(len(variances))
+    places, pull = np.array([each.places for each in told]), np.array([each.pull for each in told])
+    inside = np.eye(4) + variances[:, None, None, None] * (places @ OF_HINGE)  # (k, d, 4, 4)
+    sides = np.broadcast_to(
+        np.concatenate([places, pull[..., None]], axis=2), (*inside.shape[:3], 5)
+    )
+    left = np.linalg.solve(inside, sides)
+    total = OF_HINGE / WIDEST_HINGE_M**2 + OF_LEAF + left[..., :4].sum(axis=1)  # (k, 4, 4)
+    pulls = left[..., 4].sum(axis=1)  # (k, 4)
+    gained = variances * np.einsum("di,ij,kdj->k", pull, OF_HINGE, left[..., 4])
+    log = gained - np.linalg.slogdet(inside)[1].sum(axis=1) - np.linalg.slogdet(total)[1]
+    found = np.linalg.solve(total, pulls[..., None])[..., 0]
+    return np.asarray(0.5 * (log + np.sum(pulls * found, axis=1)))
 
 
 def _doubted(
@@ -534,15 +535,12 @@ def _log_bearings(evidence: Sequence[DoorEvidence], *, downward: bool) -> FloatA
     over.
     """
     likelihoods = np.exp([each.bearing for each in evidence])  # (d, g)
-    shares = np.array([AJAR**each.drives for each in evidence])[:, None]
-    out = []
-    for degrees in AJAR_DEG:
-        cells = round(degrees / STEP_DEG)
-        ahead = (cells, 0) if downward else (0, cells)
-        padded = np.pad(likelihoods, ((0, 0), ahead), mode="edge")
-        ajar = padded[:, : len(BEARINGS)] if downward else padded[:, cells:]
-        out.append(np.log(likelihoods + shares * ajar).sum(axis=0))
-    return np.asarray(np.logaddexp.reduce(out, axis=0) - math.log(len(out)))
+    shares = np.array([AJAR**each.drives for each in evidence])[:, None, None]
+    cells = np.round(AJAR_DEG / STEP_DEG).astype(int)[:, None] * (-1 if downward else 1)
+    ahead = (np.arange(len(BEARINGS)) + cells).clip(0, len(BEARINGS) - 1)  # (a, g)
+    ajar = likelihoods[:, ahead]  # (d, a, g)
+    log = np.log(likelihoods[:, None] + shares * ajar).sum(axis=0)
+    return np.asarray(np.logaddexp.reduce(log, axis=0) - math.log(len(log)))
 
 
 def _of_bearing(log: FloatArray, variances: FloatArray) -> FloatArray:
