@@ -12,7 +12,6 @@ import threading
 from itertools import chain
 from typing import Any
 
-from objstate.calibration import survey_kernels as surveying
 from objstate.compiling import types_of
 from objstate.grid import rasters as grid
 from objstate.habits import kernels as habits
@@ -122,7 +121,7 @@ PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the pr
         grid.draw_beams,
         grid.cover,
     ),
-    (habits.forward, surveying.sums),
+    (habits.forward,),
 )
 
 
