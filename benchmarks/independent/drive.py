@@ -55,17 +55,26 @@ class OdometryErrors:
     burst_turn: float = 0.08  # rad, standard deviation of what a burst turns
 
 
-def corridor_drive(seed: int) -> Drive:
-    """Up and down the corridor at 0.4 to 0.6 m/s, weaving, with a pause each way."""
+@dataclass(frozen=True)
+class Route:
+    """How the robot drives through a corridor."""
+
+    returns: bool = True  # whether it drives back as well
+    speeds: tuple[float, float] = (0.4, 0.6)  # m/s, from, to
+
+
+def corridor_drive(seed: int, route: Route = Route(), length: float | None = None) -> Drive:
+    """Up and down the corridor, weaving, with a pause each way; its ``length`` in m may be given."""
     rng = np.random.default_rng([seed, 21])
-    length, half = dimensions(seed)
+    length, half = dimensions(seed, length)
     sway, wave, phase = rng.uniform(0.05, 0.2), rng.uniform(3.0, 6.0), rng.uniform(0.0, 6.3)
     sway = min(sway, half - 1.0)
     pose, poses = [MARGIN, 0.0, 0.0], []
     _wait(poses, pose, START_PAUSE)
-    for forth, target in ((True, length - MARGIN), (False, MARGIN)):
+    legs = ((True, length - MARGIN), (False, MARGIN))
+    for forth, target in legs if route.returns else legs[:1]:
         way = 1 if forth else -1
-        speed, paused = rng.uniform(0.4, 0.6), False
+        speed, paused = rng.uniform(*route.speeds), False
         pause_at = rng.uniform(0.3, 0.7) * length
         _turn(poses, pose, 0.0 if forth else np.pi)
         while way * (target - pose[0]) > 0.0:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from benchmarks.independent.drive import OdometryErrors
+from benchmarks.independent.drive import OdometryErrors, Route
 from benchmarks.independent.model import ModelErrors
 from benchmarks.independent.world import WorldOptions
 
@@ -21,6 +21,7 @@ class Plan:
     errors: ModelErrors = field(default_factory=ModelErrors)
     world: WorldOptions = field(default_factory=WorldOptions)
     odometry: OdometryErrors = field(default_factory=OdometryErrors)
+    route: Route = field(default_factory=Route)
     rig: str = "two"  # see `lasers.rig`
     clock: float = 0.0  # s that the lasers' stamps run ahead
     range_bias: float = 0.0  # m, standard deviation per laser

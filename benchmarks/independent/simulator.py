@@ -44,7 +44,7 @@ def simulated(scenario: str, seed: int, cache: Path, day: int = 0) -> Path:
 
 def simulate(plan: Plan, seed: int, folder: Path, day: int = 0) -> None:
     """Write a drive's files into a folder. On other days doors, boxes and noise are others."""
-    drive = corridor_drive(seed)
+    drive = corridor_drive(seed, plan.route, plan.world.length)
     world = corridor(seed, plan.world, drive.along, day)
     lasers, mounts = _mounted(plan, seed)
     chance = seed + DAY * day

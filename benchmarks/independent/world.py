@@ -119,6 +119,8 @@ class WorldOptions:
     handles: bool = False
     frames: bool = False
     thickness: tuple[float, float] = (0.04, 0.04)  # m, from, to
+    length: float | None = None  # m, of the corridor; None: 16 to 19 m
+    rooms: int | None = None  # on each side; None: 5 to 7
 
 
 @dataclass(frozen=True)
@@ -135,10 +137,11 @@ class World:
     ends: list[tuple[str, float]]  # door, and s when it came to rest
 
 
-def dimensions(seed: int) -> tuple[float, float]:
-    """Length and half width of a seed's corridor, m."""
+def dimensions(seed: int, length: float | None = None) -> tuple[float, float]:
+    """Length and half width of a seed's corridor, m; the ``length`` may be given."""
     rng = np.random.default_rng([seed, 0])
-    return rng.uniform(16.0, 19.0), rng.uniform(1.15, 1.45)
+    usual, half = rng.uniform(16.0, 19.0), rng.uniform(1.15, 1.45)
+    return usual if length is None else length, half
 
 
 def corridor(seed: int, options: WorldOptions, robot: Course, day: int = 0) -> World:
@@ -147,11 +150,11 @@ def corridor(seed: int, options: WorldOptions, robot: Course, day: int = 0) -> W
     ``robot`` is how far along the corridor the robot is, so that doors are moved before it.
     """
     rng = np.random.default_rng([seed, 1])
-    length, half = dimensions(seed)
+    length, half = dimensions(seed, options.length)
     thick = rng.uniform(0.10, 0.16)
     walls, doors = _ends(length, half, thick), []
     for side in (1, -1):
-        for at, slot in _slots(rng, length):
+        for at, slot in _slots(rng, length, options.rooms):
             door, pieces = _bay(rng, at, slot, side, half, thick)
             doors.append(door)
             walls += pieces
@@ -183,9 +186,10 @@ def _ends(length: float, half: float, thick: float) -> list[Piece]:
     ]
 
 
-def _slots(rng: np.random.Generator, length: float) -> list[tuple[float, float]]:
+def _slots(rng: np.random.Generator, length: float, rooms: int | None) -> list[tuple[float, float]]:
     """Begin and width of the rooms on one side."""
     count = int(rng.integers(5, 8))
+    count = count if rooms is None else rooms
     width = length / count
     return [(number * width, width) for number in range(count)]
 

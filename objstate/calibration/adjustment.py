@@ -128,7 +128,7 @@ class Adjustment:
             link_blocks(self._links, unknowns.poses, unknowns.errors),
         )
         poses, others = unknowns.poses.size, len(unknowns.others)
-        equations = NormalEquations(
+        equations = NormalEquations.of(
             blocks,
             precision=diags_array(
                 np.concatenate(

@@ -36,30 +36,44 @@ class Blocks:
         return np.asarray(self.jacobian.transpose(0, 2, 1) @ self.information @ self.jacobian)
 
 
+def of_forms(
+    columns: IntArray, slopes: FloatArray, curvatures: FloatArray, count: int
+) -> tuple[csc_array, FloatArray]:
+    """Hessian (u, u) and gradient (u,) of ``count`` unknowns, by quadratic forms.
+
+    Each has ``slopes`` (n, c) and ``curvatures`` (n, c, c) over ``columns`` (n, c) of the unknowns.
+    """
+    from scipy.sparse import coo_array
+
+    width = columns.shape[1]
+    places = np.repeat(columns, width, axis=1).ravel(), np.tile(columns, (1, width)).ravel()
+    gradient = np.asarray(np.bincount(columns.ravel(), slopes.ravel(), count), dtype=float)
+    return coo_array((curvatures.ravel(), places), shape=(count, count)).tocsc(), gradient
+
+
 class NormalEquations:
-    """Blocks and a prior in one quadratic form, factored where needed."""
+    """A quadratic form, factored where needed."""
 
-    def __init__(self, blocks: Sequence[Blocks], precision: sparray, values: FloatArray) -> None:
-        """``values`` (n,) are the unknowns now, whose prior is zero with ``precision`` (n, n)."""
-        from scipy.sparse import coo_array
+    def __init__(self, hessian: csc_array, gradient: FloatArray) -> None:
+        """With a Hessian (n, n), and the gradient (n,) at the unknowns as they are now."""
+        self._hessian, self._gradient = hessian, gradient
 
-        count = len(values)
-        self._gradient = np.asarray(precision @ values)
-        hessian = precision.tocsc()
+    @staticmethod
+    def of(blocks: Sequence[Blocks], precision: sparray, values: FloatArray) -> NormalEquations:
+        """Of blocks and a prior: of zero, with ``precision`` (n, n); ``values`` (n,) are now."""
+        hessian, gradient = precision.tocsc(), np.asarray(precision @ values)
         for each in blocks:
-            np.add.at(self._gradient, each.columns.ravel(), each.slopes.ravel())
-            width = each.columns.shape[1]
-            rows = np.repeat(each.columns, width, axis=1).ravel()
-            columns = np.tile(each.columns, (1, width)).ravel()
-            entries = each.curvatures.ravel()
-            hessian = hessian + coo_array((entries, (rows, columns)), shape=(count, count)).tocsc()
-        self._hessian = hessian.tocsc()
+            own, slope = of_forms(each.columns, each.slopes, each.curvatures, len(values))
+            hessian, gradient = hessian + own, gradient + slope
+        return NormalEquations(hessian.tocsc(), gradient)
 
     @lazy
     def _factor(self) -> SuperLU:
         from scipy.sparse.linalg import splu
 
-        return splu(self._hessian)
+        # it is positive definite: unknowns may be eliminated in the order that keeps it sparse
+        order = {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.0}
+        return splu(self._hessian, **order, options={"SymmetricMode": True})
 
     def step(self) -> FloatArray:
         """(n,) the step of all unknowns to the least value."""
@@ -70,6 +84,16 @@ class NormalEquations:
         picked = np.zeros((len(self._gradient), len(unknowns)))
         picked[unknowns, np.arange(len(unknowns))] = 1.0
         return np.asarray(self._factor.solve(picked)[unknowns])
+
+    def holding(self, others: IntArray) -> NormalEquations:
+        """The same of all unknowns but some ``others`` (k,), which stay as they are."""
+        left = np.setdiff1d(np.arange(len(self._gradient)), others)
+        return NormalEquations(self._hessian[left][:, left], self._gradient[left])
+
+    @property
+    def unread(self) -> IntArray:
+        """(k,) unknowns on which nothing depends."""
+        return np.flatnonzero(self._hessian.diagonal() == 0.0)
 
     def marginal(self, chain: int, count: int) -> tuple[FloatArray, FloatArray]:
         """Hessian (k, k) and gradient (k,) of all but the first ``count``, at the best of these.

@@ -19,7 +19,7 @@ import numpy as np
 
 from objstate.building.warping import Columns
 from objstate.calibration.adjustment import TUKEY, biweight, link_blocks, spread_of
-from objstate.calibration.blocks import Blocks, NormalEquations
+from objstate.calibration.blocks import NormalEquations, of_forms
 from objstate.calibration.gathering import Gathered
 from objstate.calibration.motion import links_between
 from objstate.calibration.options import CalibrationOptions
@@ -36,8 +36,10 @@ from objstate.sensing.surfaces import Surfaces
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
 
+    from objstate.calibration import survey_kernels
     from objstate.localization import pose_update
 else:
+    survey_kernels = Later("objstate.calibration.survey_kernels")
     pose_update = Later("objstate.localization.pose_update")
 
 POSE, MOUNTING = 3, 4  # x, y, yaw; and those of a laser with the bias of its ranges
@@ -276,23 +278,25 @@ class _Drive:
         own = len(self._start) * POSE + ERRORS + CLOCKS * lasers
         spread = options.spread / TUKEY
         for _ in range(options.rounds):
-            blocks, off = self._blocks(state, spread)
-            state = state.moved(NormalEquations(blocks, precision, state.values).step())
+            equations, off = self._equations(state, spread, precision)
+            state = state.moved(equations.step())
             spread = spread_of(off, options.spread)
-        blocks, off = self._blocks(state, spread)
         from scipy.sparse import diags_array
 
         of_drive = diags_array(np.where(np.arange(len(state.values)) < own, 1.0, 0.0)) @ precision
-        equations = NormalEquations(blocks, of_drive, state.values)
-        information, gradient = equations.marginal(len(self._start) * POSE, own)
-        pull = information @ state.values[own:] - gradient
-        walls = np.diag(information)[MOUNTING * lasers :].reshape(-1, 2).any(axis=1)
-        seen = np.flatnonzero(np.concatenate([np.ones(MOUNTING * lasers), np.repeat(walls, 2)]))
+        equations, _ = self._equations(state, spread, of_drive.tocsc())
+        walls = own + MOUNTING * lasers
+        unread = np.zeros(2 * count, dtype=bool)
+        unread[equations.unread - walls] = True
+        unseen = np.logical_and(unread[0::2], unread[1::2])
+        held = walls + np.flatnonzero(np.repeat(unseen, 2))
+        information, gradient = equations.holding(held).marginal(len(self._start) * POSE, own)
+        pull = information @ np.delete(state.values, held)[own:] - gradient
         return Survey(
             self._lasers,
-            np.flatnonzero(walls),
-            information[np.ix_(seen, seen)],
-            pull[seen],
+            np.flatnonzero(~unseen),
+            information,
+            pull,
             spread,
             float(self._scans[0].rays.origins[0, 2]),
         )
@@ -313,60 +317,78 @@ class _Drive:
         walls = self._by.columns.precision(error.wall_length_m) / options.wall_spread**2
         return block_diag([diags_array(first), kron(walls, eye_array(2))]).tocsc()
 
-    def _blocks(self, state: _State, spread: float) -> tuple[tuple[Blocks, Blocks], FloatArray]:
-        """All readings about a state, and their distances (m,) from walls."""
+    def _equations(
+        self, state: _State, spread: float, precision: csc_array
+    ) -> tuple[NormalEquations, FloatArray]:
+        """All readings about a state, and their distances (m,) from walls.
+
+        ``precision`` (u, u) is that of the prior, which has all unknowns but poses zero.
+        """
         parts = [self._read(number, state) for number in range(len(self._scans))]
         off = np.concatenate([part.off for part in parts])
         weights = self._by.options.shared / spread**2 * biweight(off / (TUKEY * spread))
         links = link_blocks(self._links, state.poses, state.errors)
-        return (self._wall_blocks(state, parts, weights), links), off
+        values = state.values
+        of_walls, walls_slope = self._of_walls(state, parts, weights)
+        of_links, links_slope = of_forms(links.columns, links.slopes, links.curvatures, len(values))
+        hessian = (precision + of_links + of_walls).tocsc()
+        return NormalEquations(hessian, precision @ values + links_slope + walls_slope), off
 
-    def _wall_blocks(
+    def _of_walls(
         self, state: _State, parts: Sequence[_Readings], weights: FloatArray
-    ) -> Blocks:
-        """One block for each face in each scan."""
-        off = np.concatenate([part.off for part in parts])
-        over = np.concatenate([part.over for part in parts])
-        scan = np.repeat(np.arange(len(parts)), [len(part.off) for part in parts])
-        face = np.concatenate([part.face for part in parts])
-        ends = np.concatenate([part.ends for part in parts])
-        pairs, first, block = np.unique(
-            np.column_stack([scan, face]), axis=0, return_index=True, return_inverse=True
+    ) -> tuple[csc_array, FloatArray]:
+        """Hessian (u, u) and gradient (u,) of readings with ``weights`` (m,)."""
+        from scipy.sparse import coo_array
+
+        off, over, face, ends = (
+            np.concatenate([getattr(part, name) for part in parts])
+            for name in ("off", "over", "face", "ends")
         )
-        block, size = block.reshape(-1), over.shape[1]
-        information, pull = np.zeros((len(pairs), size, size)), np.zeros((len(pairs), size))
-        weighted = weights[:, None] * over
-        np.add.at(information, block, weighted[:, :, None] * over[:, None, :])
-        np.add.at(pull, block, weights[:, None] * off[:, None] * over)
-        return Blocks(*self._columns_of(state, pairs[:, 0], ends[first]), information, pull)
+        scan = np.repeat(np.arange(len(parts)), [len(part.off) for part in parts])
+        own = POSE + MOUNTING + CLOCKS
+        by_ends = over[:, own:, None, None] * ends[..., 1:]  # (m, 2, 2, 2) of ends, columns, axes
+        over = np.hstack([over[:, :own], by_ends.reshape(-1, 8)])
+        of_laser = self._laser[scan] * (int(face.max(initial=0)) + 1) + face
+        _, first, form = np.unique(of_laser, return_index=True, return_inverse=True)
+        poses, count = state.poses.size, len(state.values)
+        others = self._others(state, self._laser[scan], ends[..., 0].astype(np.int64))
+        of_scans, scan_slopes = np.zeros((len(parts), POSE, POSE)), np.zeros((len(parts), POSE))
+        size = others.shape[1]
+        of_faces, face_slopes = np.zeros((len(first), size, size)), np.zeros((len(first), size))
+        scans, unknowns, entries = survey_kernels.sums(
+            over,
+            off,
+            weights,
+            scan,
+            others,
+            form.reshape(-1),
+            count - poses,
+            of_scans,
+            scan_slopes,
+            of_faces,
+            face_slopes,
+        )
+        rows = POSE * np.arange(len(parts))[:, None] + np.arange(POSE)
+        hessian, gradient = of_forms(rows, scan_slopes, of_scans, count)
+        fixed, slope = of_forms(poses + others[first], face_slopes, of_faces, count)
+        columns = np.repeat(poses + unknowns, POSE)
+        across = coo_array((entries.ravel(), (rows[scans].ravel(), columns)), shape=(count, count))
+        return hessian + fixed + across + across.T, gradient + slope
 
-    def _columns_of(
-        self, state: _State, scan: IntArray, ends: FloatArray
-    ) -> tuple[IntArray, FloatArray]:
-        """Unknowns (b, 17) of blocks, and derivatives (b, 11, 17) of what these are over.
+    def _others(self, state: _State, laser: IntArray, ends: IntArray) -> IntArray:
+        """(m, 14) unknowns beside poses: of lasers (m,), and of the columns ``ends`` (m, 2, 2).
 
-        ``ends`` (b, 2, 2, 3): of both columns of both ends, the number and the derivatives of the
-        offset at that end by its x and y.
+        They are counted from the first that is no pose.
         """
-        poses, lasers = state.poses.size, len(self._lasers)
-        clocks = poses + ERRORS
-        mountings = clocks + CLOCKS * lasers
-        walls = mountings + MOUNTING * lasers + 2 * ends[..., 0].astype(np.int64)
-        laser = self._laser[scan][:, None]
-        columns = np.hstack(
+        mountings = ERRORS + CLOCKS * len(self._lasers)
+        walls = mountings + state.lasers.size + 2 * ends[..., None] + np.arange(2)
+        return np.hstack(
             [
-                POSE * scan[:, None] + np.arange(POSE),
-                mountings + MOUNTING * laser + np.arange(MOUNTING),
-                clocks + CLOCKS * laser + np.arange(CLOCKS),
-                np.stack([walls, walls + 1], axis=-1).reshape(len(scan), 8),
+                mountings + MOUNTING * laser[:, None] + np.arange(MOUNTING),
+                ERRORS + CLOCKS * laser[:, None] + np.arange(CLOCKS),
+                walls.reshape(len(laser), 8),
             ]
         )
-        own = POSE + MOUNTING + CLOCKS
-        jacobian = np.zeros((len(scan), own + 2, own + 8))
-        jacobian[:, range(own), range(own)] = 1.0
-        jacobian[:, own, own : own + 4] = ends[:, 0, :, 1:].reshape(-1, 4)
-        jacobian[:, own + 1, own + 4 :] = ends[:, 1, :, 1:].reshape(-1, 4)
-        return columns, jacobian
 
     def _read(self, number: int, state: _State) -> _Readings:
         """The chosen returns of a scan."""

@@ -44,7 +44,7 @@ from objstate.geometry import FloatArray
 from objstate.run import BuildingInput, RunOptions, open_run
 from objstate.run.calibrating import survey_log
 from objstate.run.inputs import describe_log, log_identity
-from objstate.world.adjusting import adjusted, beside, motions, places_beside
+from objstate.world.adjusting import adjusted, beside, downward, motions, places_beside
 from objstate.world.places import Places, PlaceStatics, places_of, put_together
 from objstate.world.statics import DoorStatics, Drive, combined, contradicting, evidence_of
 from objstate.world.surveys import is_same
@@ -118,7 +118,8 @@ def refine_building(
     if out_of_line is None:
         out_of_line = contradicting([one.doors for one in told])
     counting = _but(told, out_of_line)
-    doors = combined([beside(one.doors, moved, 1.0) for one in counting], error)
+    there = [beside(one.doors, moved, 1.0) for one in counting]
+    doors = combined(there, error, downward(model))
     pieces = put_together([places_beside(one.furniture, moved, 1.0) for one in counting])
     better = adjusted(model, columns, walls, doors, pieces)
     left_out = [one for one in told if one not in counting]

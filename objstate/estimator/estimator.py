@@ -43,6 +43,8 @@ class Estimator:
         beliefs: known beliefs about objects, by name, in place of their priors; on the
             samples that these settings give, as ``World.at`` returns them.
         history: keep what smoothing needs, see ``histories``.
+        observes: update objects; else the robot is localized only, among objects that may be in any
+            state that their priors have.
 
     Raises:
         SettingsError: settings that contradict each other, an object's joint, or the samples of
@@ -61,8 +63,10 @@ class Estimator:
         belief: Literal["own", "recorded"] = "own",
         beliefs: Mapping[str, ObjectBelief] | None = None,
         history: bool = False,
+        observes: bool = True,
     ) -> None:
         self.building = building
+        self._observes = observes
         self.settings = s = (settings or Settings()).in_building(building.error)
         self.scans_without_pose = 0
         self.corrections = 0  # number of scans that localized the robot
@@ -178,6 +182,8 @@ class Estimator:
         known = self._joint.known(near.pointed_at, sight)
         sight = sight.by(self._robot.correct(sight, known))
         self.corrections += 1
+        if not self._observes:
+            return []
         if self.is_lost:
             return self._lost(sight)
         fits = self._joint.observe(near.pointed_at, sight, self._robot, known)
@@ -191,7 +197,7 @@ class Estimator:
         if localizing.any():
             sight = sight.by(robot.localize(sight, localizing))
             self.corrections += 1
-        if not observing.any() or not robot.is_narrow:
+        if not (self._observes and observing.any() and robot.is_narrow):
             return []
         if self.is_lost:
             return self._lost(sight)

@@ -58,7 +58,7 @@ def survey_log(
 
     Raises SettingsError or LogError.
     """
-    records, estimator = open_run([log], building, run)
+    records, estimator = open_run([log], building, run, observes=False)
     gathered = gather(records, estimator, CalibrationOptions())
     survey = Surveyor.of(estimator, Columns.of(building.walls)).survey(gathered)
     return survey, {frame: records.mountings[frame] for frame in survey.lasers}

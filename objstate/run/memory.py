@@ -66,7 +66,7 @@ class Statics:
         mounts: Mapping[str, FloatArray],
     ) -> Statics:
         """By drives; ``mounts`` (4, 4) are those of the log's lasers by frame."""
-        from objstate.world.adjusting import adjusted, beside, motions
+        from objstate.world.adjusting import adjusted, beside, downward, motions
         from objstate.world.statics import combined, rehung
 
         error = building.error or BuildingErrorSettings()
@@ -77,7 +77,8 @@ class Statics:
             surveyed = Surveys(columns, error).together([each.beside(mounts) for each in kept])
             walls = surveyed.walls
         moved = motions(building, columns, walls)
-        hung = tuple(combined([beside(told, moved, 1.0)], error)) if told else ()
+        there = [beside(told, moved, 1.0)]
+        hung = tuple(combined(there, error, downward(building))) if told else ()
         if surveyed is None:
             return Statics(0, columns, walls, (), moved, told, hung, rehung(building, hung))
         lasers = _corrections(surveyed, mounts)

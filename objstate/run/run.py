@@ -226,14 +226,14 @@ def estimate_log(
 
 
 def open_run(
-    logs: Sequence[Path], building: Building, options: RunOptions
+    logs: Sequence[Path], building: Building, options: RunOptions, *, observes: bool = True
 ) -> tuple[Log, Estimator]:
-    """The log, and the estimator to feed with it, by the options.
+    """The log, and the estimator to feed with it, by the options; ``observes`` as this has it.
 
     Raises BuildingError, SettingsError or LogError.
     """
     check_start(options, building)
-    return _opened(logs, options), make_estimator(building, options)
+    return _opened(logs, options), make_estimator(building, options, observes=observes)
 
 
 def _opened(logs: Sequence[Path], options: RunOptions) -> Log:
@@ -286,6 +286,7 @@ def make_estimator(
     beliefs: Mapping[str, ObjectBelief] | None = None,
     *,
     history: bool = False,
+    observes: bool = True,
 ) -> Estimator:
     return Estimator(
         building,
@@ -296,6 +297,7 @@ def make_estimator(
         belief=options.belief,
         beliefs=beliefs,
         history=history,
+        observes=observes,
     )
 
 

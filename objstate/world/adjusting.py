@@ -31,6 +31,15 @@ def motions(building: Building, columns: Columns, walls: FloatArray) -> Motions:
     return out
 
 
+def downward(building: Building) -> frozenset[str]:
+    """The doors that are closed at their upper limit."""
+    return frozenset(
+        name
+        for name, item in building.objects.items()
+        if item.kind is Kind.HINGED and 2.0 * item.home[0] > item.lower + item.upper
+    )
+
+
 def beside(drive: Drive, moved: Motions, times: float) -> Drive:
     """What a drive tells, about doors that were moved.
 

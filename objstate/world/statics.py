@@ -5,15 +5,15 @@ each component. Where the door may have been closed, the direction of its leaf t
 elsewhere nothing does. So a drive's likelihood of the bearing is kept on a grid, that of the hinge
 and of where the leaf lies beside it as information. A leaf that is thicker or wider than modelled
 looks like one that hangs elsewhere, in another place at each of its angles. A door that is found in
-one direction drive after drive is closed there; one drive alone can't tell that from a door that is
-ajar.
+one direction in most drives is closed there. One or two drives can't tell that from a door that is
+ajar: many a door comes to rest ajar at an angle of its own, where its bolt meets the strike plate.
 """
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -38,6 +38,8 @@ ROUGHNESS_M = 0.004  # first guess of a drive's own error of a hinge, beside ROU
 ROUGHNESS_DEG = 0.1  # the same of a bearing
 ELSE = np.array([0.01, 0.03, 0.1, 0.3])  # shares of closed leaves that are something else
 ROUGHNESS = np.geomspace(0.25, 8.0, 11)  # times this, that are considered
+AJAR = 0.2  # how often a door is ajar at an angle of its own, for each time that it is closed
+AJAR_DEG = np.arange(1.0, 6.1, 0.2)  # these angles, all equally probable
 OF_HINGE = np.diag([1.0, 1.0, 0.0, 0.0])  # the hinge's part of hinge and leaf
 LEAF_M = 0.01  # deviation of where a leaf lies beside its hinge, along it and across
 OF_LEAF = np.diag([0.0, 0.0, LEAF_M**-2.0, LEAF_M**-2.0])  # what is known of that before drives
@@ -57,6 +59,7 @@ class DoorEvidence:
     pull: FloatArray  # (4,) 1/m, that times these errors
     bearing: FloatArray  # (g,) log-likelihood of ``BEARINGS``, up to a constant
     width: WidthEvidence = field(default_factory=WidthEvidence)
+    drives: int = 1  # number that tell this together
 
     @staticmethod
     def of(mixture: DoorMixture, width: WidthEvidence | None = None) -> DoorEvidence:
@@ -67,6 +70,8 @@ class DoorEvidence:
         information = _positive(told - np.eye(2) / mixture.statics.hinge)
         offset = np.linalg.solve(information + 1e-9 * np.eye(2), told @ mean)
         seen = np.hstack([np.eye(2), _turned(mixture)])
+        if not mixture.door.turn:  # a sliding leaf is where its rail is: it is told as one place
+            seen[:, 2:] = 0.0
         places = seen.T @ information @ seen
         pull, bearing = seen.T @ information @ offset, _log_bearing(mixture)
         return DoorEvidence(places, pull, bearing, width or WidthEvidence())
@@ -88,6 +93,7 @@ class DoorEvidence:
             self.pull + other.pull,
             bearing - bearing.max(),
             self.width + other.width,
+            self.drives + other.drives,
         )
 
     def beside(
@@ -109,6 +115,7 @@ class DoorEvidence:
             self.pull + self.places @ off,
             shifted - shifted.max(),
             self.width.beside(hinge, width),
+            self.drives,
         )
 
     def rougher(self, variance: float) -> DoorEvidence:
@@ -132,15 +139,18 @@ class DoorEvidence:
         """As bytes."""
         arrays = {"hinge": self.places, "pull": self.pull, "bearing": self.bearing}
         arrays["width"] = np.array(self.width.words())
-        return pack({}, {name: np.asarray(each, dtype="<f8") for name, each in arrays.items()})
+        return pack(
+            {"drives": self.drives},
+            {name: np.asarray(each, dtype="<f8") for name, each in arrays.items()},
+        )
 
     @staticmethod
     def unpacked(content: bytes, name: str) -> DoorEvidence:
         """What was packed of a door. Raises WorldError for damage."""
-        _, arrays = unpack(content, f"What is known of the hinge of '{name}'")
+        words, arrays = unpack(content, f"What is known of the hinge of '{name}'")
         hinge, pull, bearing = (arrays[each].astype(float) for each in ("hinge", "pull", "bearing"))
         width = WidthEvidence.read(arrays["width"]) if "width" in arrays else WidthEvidence()
-        return DoorEvidence(*_of_four(hinge, pull), bearing, width)
+        return DoorEvidence(*_of_four(hinge, pull), bearing, width, words.get("drives", 1))
 
     def words(self) -> dict[str, Any]:
         """As JSON has it."""
@@ -180,8 +190,8 @@ class DoorStatics:
 
     name: str
     drives: int  # that tell of it
-    hinge: FloatArray  # (2,) m, offset from the model
-    leaf: FloatArray  # (2,) m, offset of the closed leaf beside the hinge
+    hinge: FloatArray  # (2,) m, offset from the model; of a sliding door, that of its rail
+    leaf: FloatArray  # (2,) m, offset of the closed leaf beside the hinge; none beside a rail
     covariance: FloatArray  # (4, 4) m^2, of both
     bearing: float  # rad, of the closed leaf, beside the model's
     bearing_std: float  # rad
@@ -242,7 +252,7 @@ def rehung(building: Building, doors: Sequence[DoorStatics]) -> Building:
     error = building.error or BuildingErrorSettings()
     own = {
         each.name: DoorErrorSettings(
-            hinge_std_m=max(each.seen_std(_turns(building.objects[each.name])), LEAST_STD_M),
+            hinge_std_m=max(_seen_std(each, building.objects[each.name]), LEAST_STD_M),
             bearing_std_deg=max(math.degrees(each.bearing_std), LEAST_STD_DEG),
         )
         for each in doors
@@ -255,12 +265,12 @@ def rehung(building: Building, doors: Sequence[DoorStatics]) -> Building:
     )
 
 
-def _turns(item: MovableObject) -> FloatArray:
-    """(k,) rad by which a leaf may be turned from where the model shows it."""
+def _seen_std(learnt: DoorStatics, item: MovableObject) -> float:
+    """m, deviation of where a leaf makes its hinge seem to be, over its angles; or of its rail."""
     if item.kind is not Kind.HINGED:
-        return np.zeros(1)
+        return learnt.hinge_std
     states = np.linspace(item.lower, item.upper, ANGLES) - item.home[0]
-    return np.asarray(math.copysign(1.0, item.direction[2]) * states)
+    return learnt.seen_std(math.copysign(1.0, item.direction[2]) * states)
 
 
 def _moved(item: MovableObject, learnt: DoorStatics) -> MovableObject:
@@ -275,7 +285,9 @@ def _moved(item: MovableObject, learnt: DoorStatics) -> MovableObject:
     return replace(item, origin=origin, mesh=mesh)
 
 
-def combined(drives: Sequence[Drive], error: BuildingErrorSettings) -> list[DoorStatics]:
+def combined(
+    drives: Sequence[Drive], error: BuildingErrorSettings, downward: Collection[str] = ()
+) -> list[DoorStatics]:
     """The posterior of each door that some drive tells of, in the order of their names.
 
     Each drive has an own error, as large as the differences between drives show. Its causes,
@@ -284,19 +296,20 @@ def combined(drives: Sequence[Drive], error: BuildingErrorSettings) -> list[Door
     saw a leaf at different angles.
 
     How far hinges and bearings are off on the whole is learnt from all doors, but for those whose
-    own deviations ``error`` has.
+    own deviations ``error`` has. The doors that are ``downward`` are closed at their upper limit.
     """
     drives, rough = agreed(drives)
     names = sorted({name for drive in drives for name in drive})
     hinges = Deviation(error.hinge_std_m, WIDEST_HINGE_M)
     bearings = Deviation(math.radians(error.bearing_std_deg), math.radians(3.0), 3)
-    drives, swung = _doubted(drives, bearings.variances)
+    drives, swung = _doubted(drives, bearings.variances, downward)
     told = {name: [drive[name] for drive in drives if name in drive] for name in names}
     for name, evidence in told.items():
         if name in error.doors:
             continue
         hinges.observe(name, _of_hinge(evidence, hinges.variances))
-        bearings.observe(name, _of_bearing(evidence, bearings.variances))
+        log = _log_bearings(evidence, downward=name in downward)
+        bearings.observe(name, _of_bearing(log, bearings.variances))
     out = []
     for name in names:
         of_hinge, of_bearing = hinges.cases(name), bearings.cases(name)
@@ -304,7 +317,8 @@ def combined(drives: Sequence[Drive], error: BuildingErrorSettings) -> list[Door
             own = error.doors[name]
             of_hinge = [(1.0, own.hinge_std_m**2)]
             of_bearing = [(1.0, math.radians(own.bearing_std_deg) ** 2)]
-        out.append(_posterior(name, told[name], of_hinge, of_bearing, rough, swung))
+        log = _log_bearings(told[name], downward=name in downward)
+        out.append(_posterior(name, told[name], log, of_hinge, of_bearing, rough, swung))
     return _with_widths(out, told)
 
 
@@ -359,32 +373,35 @@ def _roughness(drives: Sequence[Drive]) -> float:
     log = -0.5 * np.log(ROUGHNESS) ** 2  # a lognormal prior
     for name in sorted({name for drive in drives for name in drive}):
         told = [drive[name] for drive in drives if name in drive]
-        for k, deviation in enumerate(deviations):
-            log[k] += _log_agreement(told, deviation**2)
+        log += _log_agreement(told, deviations**2)
     weights = np.exp(log - log.max())
     return float(weights @ deviations / weights.sum()) ** 2
 
 
-def _log_agreement(told: Sequence[DoorEvidence], variance: float) -> float:
-    """log p(z of all drives), up to a constant, with a drive's own error of such a variance.
+def _log_agreement(told: Sequence[DoorEvidence], variances: FloatArray) -> FloatArray:
+    """(k,) log p(z of all drives), up to a constant, by variances (k,) of a drive's own error.
 
     The hinge may be anywhere.
     """
     if len(told) < 2:
-        return 0.0
-    total = OF_HINGE / WIDEST_HINGE_M**2 + OF_LEAF
-    pull, log = np.zeros(4), 0.0
-    for each in told:
-        inside = np.eye(4) + variance * each.places @ OF_HINGE
-        left = np.linalg.solve(inside, np.column_stack([each.places, each.pull]))
-        total, pull = total + left[:, :4], pull + left[:, 4]
-        gained = variance * float(each.pull @ OF_HINGE @ left[:, 4])
-        log += 0.5 * (gained - float(np.linalg.slogdet(inside)[1]))
-    _, log_det = np.linalg.slogdet(total)
-    return log + 0.5 * (float(pull @ np.linalg.solve(total, pull)) - float(log_det))
+        return np.zeros(len(variances))
+    places, pull = np.array([each.places for each in told]), np.array([each.pull for each in told])
+    inside = np.eye(4) + variances[:, None, None, None] * (places @ OF_HINGE)  # (k, d, 4, 4)
+    sides = np.broadcast_to(
+        np.concatenate([places, pull[..., None]], axis=2), (*inside.shape[:3], 5)
+    )
+    left = np.linalg.solve(inside, sides)
+    total = OF_HINGE / WIDEST_HINGE_M**2 + OF_LEAF + left[..., :4].sum(axis=1)  # (k, 4, 4)
+    pulls = left[..., 4].sum(axis=1)  # (k, 4)
+    gained = variances * np.einsum("di,ij,kdj->k", pull, OF_HINGE, left[..., 4])
+    log = gained - np.linalg.slogdet(inside)[1].sum(axis=1) - np.linalg.slogdet(total)[1]
+    found = np.linalg.solve(total, pulls[..., None])[..., 0]
+    return np.asarray(0.5 * (log + np.sum(pulls * found, axis=1)))
 
 
-def _doubted(drives: Sequence[Drive], variances: FloatArray) -> tuple[list[Drive], float]:
+def _doubted(
+    drives: Sequence[Drive], variances: FloatArray, downward: Collection[str]
+) -> tuple[list[Drive], float]:
     """The same drives, each with an own error in each bearing; and the variance of these, rad^2.
 
     How large they are, and in how many drives something else looked like a closed leaf, is learnt.
@@ -394,14 +411,17 @@ def _doubted(drives: Sequence[Drive], variances: FloatArray) -> tuple[list[Drive
     log = np.empty((len(ROUGHNESS), len(ELSE)))
     for k, times in enumerate(ROUGHNESS):
         for m, share in enumerate(ELSE):
-            by_door: dict[str, FloatArray] = {}
+            by_door: dict[str, list[DoorEvidence]] = {}
             for drive in drives:
                 for name, each in drive.items():
                     if count[name] < 2:
                         continue
-                    own = each.doubted(math.radians(times * ROUGHNESS_DEG), share).bearing
-                    by_door[name] = by_door.get(name, prior) + own
-            log[k, m] = sum(float(np.logaddexp.reduce(each)) for each in by_door.values())
+                    own = each.doubted(math.radians(times * ROUGHNESS_DEG), share)
+                    by_door.setdefault(name, []).append(own)
+            log[k, m] = sum(
+                float(np.logaddexp.reduce(prior + _log_bearings(told, downward=name in downward)))
+                for name, told in by_door.items()
+            )
     log -= 0.5 * np.log(ROUGHNESS)[:, None] ** 2 + np.log(ELSE)  # priors; few doorways are full
     weights = np.exp(log - log.max())
     weights /= weights.sum()
@@ -508,9 +528,23 @@ def _of_hinge(evidence: Sequence[DoorEvidence], variances: FloatArray) -> FloatA
     return out
 
 
-def _of_bearing(evidence: Sequence[DoorEvidence], variances: FloatArray) -> FloatArray:
-    """(k,) the same of the bearing."""
-    log = np.sum([each.bearing for each in evidence], axis=0)
+def _log_bearings(evidence: Sequence[DoorEvidence], *, downward: bool) -> FloatArray:
+    """(g,) log-likelihood of bearings by all drives.
+
+    In each, the door may have been ajar instead of closed, at the angle of its own, which is summed
+    over.
+    """
+    likelihoods = np.exp([each.bearing for each in evidence])  # (d, g)
+    shares = np.array([AJAR**each.drives for each in evidence])[:, None, None]
+    cells = np.round(AJAR_DEG / STEP_DEG).astype(int)[:, None] * (-1 if downward else 1)
+    ahead = (np.arange(len(BEARINGS)) + cells).clip(0, len(BEARINGS) - 1)  # (a, g)
+    ajar = likelihoods[:, ahead]  # (d, a, g)
+    log = np.log(likelihoods[:, None] + shares * ajar).sum(axis=0)
+    return np.asarray(np.logaddexp.reduce(log, axis=0) - math.log(len(log)))
+
+
+def _of_bearing(log: FloatArray, variances: FloatArray) -> FloatArray:
+    """(k,) the same of the bearing, by its log-likelihood (g,)."""
     return np.array([float(np.logaddexp.reduce(log + _prior(v))) for v in variances])
 
 
@@ -558,12 +592,13 @@ def _prior(variance: float) -> FloatArray:
 def _posterior(
     name: str,
     evidence: Sequence[DoorEvidence],
+    bearing_log: FloatArray,
     hinges: Cases,
     bearings: Cases,
     rough: float,
     swung: float,
 ) -> DoorStatics:
-    """Of one door, whose variances have probabilities.
+    """Of one door, with the log-likelihood (g,) of its bearing; variances have probabilities.
 
     All drives share errors with variances, ``rough`` m^2 and ``swung`` rad^2.
     """
@@ -576,8 +611,8 @@ def _posterior(
         own = covariance @ pull
         mean += share * own
         second += share * (covariance + np.outer(own, own))
-    log = np.sum([each.bearing for each in evidence], axis=0)
-    log = DoorEvidence(information, pull, log - log.max()).doubted(math.sqrt(swung), 0.0).bearing
+    log = bearing_log - bearing_log.max()
+    log = DoorEvidence(information, pull, log).doubted(math.sqrt(swung), 0.0).bearing
     priors = [math.log(share) + _prior(variance) for share, variance in bearings]
     log = log + np.logaddexp.reduce(priors, axis=0)
     weights = np.exp(log - np.logaddexp.reduce(log))

@@ -47,7 +47,7 @@ def test_a_step_solves_linear_least_squares(seed: int) -> None:
     jacobian, errors = rng.standard_normal((8, 3, 4)), rng.standard_normal((8, 3))
     columns = np.array([rng.choice(6, 4, replace=False) for _ in range(8)])
     blocks = Blocks(columns, jacobian, np.tile(np.eye(3), (8, 1, 1)), errors)
-    equations = NormalEquations([blocks], diags_array(np.full(6, 0.5)), np.zeros(6))
+    equations = NormalEquations.of([blocks], diags_array(np.full(6, 0.5)), np.zeros(6))
     dense = np.zeros((24, 6))
     for k in range(8):
         dense[3 * k : 3 * k + 3, columns[k]] = jacobian[k]

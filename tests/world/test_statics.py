@@ -144,3 +144,17 @@ def test_evidence_is_written_and_read(x: float, std: float, bearing: float) -> N
     again = DoorEvidence.read(once.words())
     np.testing.assert_allclose(again.places, once.places, atol=1e-3)
     np.testing.assert_allclose(again.bearing, once.bearing, atol=1e-3)
+
+
+def test_a_door_that_rests_ajar_twice_need_not_hang_askew() -> None:
+    other = {f"door_{k}": evidence(0.0, 0.0, 0.01, 0.0) for k in range(6)}
+    drives = [
+        {**other, "door": evidence(0.0, 0.0, 0.01, at)} for at in (2.4, 2.4, None, None, None)
+    ]
+    doors = {each.name: each for each in combined(drives, ERROR)}
+    askew = doors["door"]
+    assert askew.bearing - 1.645 * askew.bearing_std < np.radians(0.3)
+    assert doors["door_0"].bearing_std < np.radians(0.2)
+    # closed it can't be ajar inward, so that there it hangs askew
+    inward = combined(drives, ERROR, downward={"door"})
+    assert {each.name: each for each in inward}["door"].bearing > askew.bearing
