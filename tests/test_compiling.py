@@ -10,7 +10,7 @@ from pathlib import Path
 import numba
 import pytest
 
-from objstate.cli.loops import EVERY_RUN, PARTS
+from objstate.cli.loops import EVERY_RUN, GROUPS, handed_out
 from objstate.compiling import njit
 from objstate.simulation import simulate
 
@@ -75,10 +75,8 @@ def test_loops_compiled_by_one_process_by_several_and_before_give_the_same_bytes
     alone, several = (tmp_path / name for name in ("alone", "several"))
     by_itself, many = estimated(tmp_path / "1", *doors, alone, cores=1, until=60)
     shared, first = estimated(tmp_path / "2", *doors, several, cores=2, until=60)
-    assert many == sum(map(len, PARTS[:EVERY_RUN]))
-    assert first == 1 + sum(
-        map(len, PARTS[:EVERY_RUN:2])
-    )  # and that by which it saw that any has to be
+    assert many == sum(map(len, GROUPS[:EVERY_RUN]))
+    assert 1 <= first < many
     told = run("from objstate.cli.entry import main\nmain(['compile'])")
     assert told.stdout.startswith("The inner loops are compiled")
     kept, none = estimated(tmp_path / "3", *doors, None, cores=2, until=60)
@@ -102,7 +100,7 @@ def test_processes_that_fail_to_compile_do_no_harm(tmp_path: Path) -> None:
     script = (
         "import sys\nfrom objstate.cli import loops, sharing\n"
         "from objstate.experiments import processes\n"
-        "loops.PARTS = tuple(part[-1:] for part in loops.PARTS)\n"  # to be sooner done
+        "loops.GROUPS = tuple(group[-1:] for group in loops.GROUPS)\n"  # to be sooner done
         "processes.default_workers = lambda: 2\n"
         "sharing.share_out_compiling()\nsys.executable = {!r}\n"
     )
@@ -113,14 +111,29 @@ def test_processes_that_fail_to_compile_do_no_harm(tmp_path: Path) -> None:
         )
 
 
-def test_a_process_that_compiles_ends_with_its_parent(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "objstate.cli.loops", "0", "1", "1"]
+def test_each_group_is_handed_out_once() -> None:
+    queue, end = os.pipe()
+    os.write(end, bytes(range(len(GROUPS))))
+    os.close(end)
+    one, other = handed_out(queue), handed_out(queue, os.getppid())
+    by_turns = [next(one), next(other), next(one), next(other)]
+    assert (*by_turns, *other) == GROUPS
+    assert list(one) == list(handed_out(queue, os.getppid())) == []
+    os.close(queue)
+
+
+def test_a_process_that_compiles_takes_nothing_up_after_its_parent_has_ended(
+    tmp_path: Path,
+) -> None:
+    queue, end = os.pipe()
+    os.write(end, bytes(range(len(GROUPS))))
+    os.close(end)
+    command = [sys.executable, "-m", "objstate.cli.loops", "1"]  # the number of another process
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
-    with subprocess.Popen(command, stdin=subprocess.PIPE, env=environment) as child:
-        assert child.stdin is not None
-        child.stdin.close()
-        assert child.wait(10) == 1
+    subprocess.run(command, stdin=queue, env=environment, check=True)
     assert not list(tmp_path.rglob("*.nbc"))
+    assert tuple(handed_out(queue)) == GROUPS
+    os.close(queue)
 
 
 def test_what_cant_be_compiled_is_an_error() -> None:

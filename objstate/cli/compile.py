@@ -20,7 +20,7 @@ def compile_() -> None:
     are kept beside the package, or in the user's cache folder; set NUMBA_CACHE_DIR to keep them
     elsewhere.
     """
-    from objstate.cli.loops import PARTS, compile_part
+    from objstate.cli.loops import GROUPS, compile_groups
     from objstate.cli.sharing import compile_shared
     from objstate.errors import ResultError
     from objstate.sensing.sweeps import take
@@ -31,6 +31,6 @@ def compile_() -> None:
             "written, here and for every run."
         )
     begin = time.monotonic()
-    compile_shared(len(PARTS))
-    compile_part(0, 1, len(PARTS))  # loaded, where others have compiled them
+    compile_shared(len(GROUPS))
+    compile_groups(GROUPS)  # loaded, where others have compiled them
     print_text(f"The inner loops are compiled ({time.monotonic() - begin:.0f} s).")

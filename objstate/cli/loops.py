@@ -1,4 +1,4 @@
-"""The loops that runs need, compiled part by part: ``python -m objstate.cli.loops PART OF PARTS``.
+"""The loops that runs need, compiled in groups: ``python -m objstate.cli.loops PARENT``.
 
 The signatures that a run calls them with stand beside the loops, see ``called_with``.
 """
@@ -8,7 +8,7 @@ from __future__ import annotations
 import gc
 import os
 import sys
-import threading
+from collections.abc import Iterable, Iterator
 from itertools import chain
 from typing import Any
 
@@ -28,120 +28,62 @@ from objstate.sensing import circles as sight
 from objstate.sensing import front_to_back, likelihood, pieces, projection
 from objstate.sensing import sweeps as scans
 
-Part = tuple[Any, ...]  # loops
+Group = tuple[Any, ...]  # loops that share much of what they call, so that one process has them
 
-# parts that every run needs; the others are of furniture, of wide beliefs, of grids and of habits
-EVERY_RUN = 4
+# groups that every run needs; the others are of furniture, of wide beliefs, of grids and of habits
+EVERY_RUN = 12
 
-PARTS: tuple[Part, ...] = (  # of about equal work; every other one holds the projection
+GROUPS: tuple[Group, ...] = (  # those that take longest come first
+    (likelihood.pose_log_likelihood, front_to_back.wall_ranges),
+    (mixture.condition,),
+    (pose.slipped, pose.gather, pose.surely_met, pose.agreement),
+    (exchange.read_off, exchange.exchange, exchange.evidence_under, latch.latch),
+    (sight.evenly_spread, sight.within, sight.near, sight.entries, sight.seen),
+    (pose.drive, pose.leave, pose.rows, pose.wall_sums, pose.columns_of),
+    (search.by_cell, search.look_round),
+    (mixture.pooled, mixture.renew_robot, mixture.join),
+    (search.scores, lattice.moments, lattice.interval),
+    (scans.total_log_likelihoods, scans.take, scans.stand, scans.stand_about, scans.hinged),
+    (scans.ranges_to, scans.share_explained, scans.short, pieces.meet),
     (
-        mixture.pooled,
-        mixture.renew_robot,
-        mixture.join,
-        latch.latch,
-        exchange.evidence_under,
-        exchange.exchange,
-        pose.wall_sums,
-        pose.drive,
-        pose.leave,
-        pose.columns_of,
-        pose.rows,
-        pose.gather,
-        pose.slipped,
-        pose.surely_met,
-        pose.agreement,
+        *(robot.moments, robot.cells, robot.copies),
+        *(particles.normalize, particles.largest_step, particles.systematic),
     ),
-    (
-        mixture.condition,
-        exchange.read_off,
-        pieces.meet,
-        scans.take,
-        scans.stand,
-        scans.stand_about,
-        scans.hinged,
-        scans.short,
-        scans.total_log_likelihoods,
-        scans.ranges_to,
-        scans.share_explained,
-        particles.normalize,
-        particles.largest_step,
-        particles.systematic,
-        lattice.moments,
-        lattice.interval,
-    ),
-    (
-        likelihood.pose_log_likelihood,
-        front_to_back.wall_ranges,
-        search.by_cell,
-        search.look_round,
-    ),
-    (
-        search.scores,
-        robot.moments,
-        robot.cells,
-        robot.copies,
-        sight.evenly_spread,
-        sight.within,
-        sight.near,
-        sight.entries,
-        sight.seen,
-    ),
-    (
-        projection.cast,
-        likelihood.object_log_likelihood,
-        furniture.moments,
-        likelihood.scan_log_likelihood,
-        scans.lasting,
-    ),
-    (
-        lattice.worth_casting,
-        lattice.predict,
-        lattice.condition,
-        robot.moved,
-        furniture.offsets,
-        furniture.lie_on,
-        components.arrive,
-        components.densities,
-        components.merge,
-        components.meeting,
-        scans.with_trigonometry,
-        scans.ends,
-    ),
-    (
-        grid.update_bayes,
-        grid.update_log_odds,
-        grid.update_counts,
-        grid.update_averages,
-        grid.read_counts,
-        grid.read_beliefs,
-        grid.entropies,
-        grid.entropies_from_table,
-        grid.entropies_by_series,
-        grid.draw_obstacles,
-        grid.draw_beams,
-        grid.cover,
-    ),
+    (likelihood.object_log_likelihood, projection.cast),
     (habits.forward,),
+    (components.arrive, components.densities, components.merge, components.meeting),
+    (lattice.predict, lattice.condition, lattice.worth_casting),
+    (furniture.moments, furniture.offsets, furniture.lie_on, robot.moved),
+    (
+        *(grid.update_bayes, grid.update_log_odds, grid.update_counts, grid.update_averages),
+        *(grid.read_counts, grid.read_beliefs),
+        *(grid.entropies, grid.entropies_from_table, grid.entropies_by_series),
+        *(grid.draw_obstacles, grid.draw_beams, grid.cover),
+    ),
+    (likelihood.scan_log_likelihood, scans.lasting, scans.with_trigonometry, scans.ends),
 )
 
 
-def compile_part(part: int, of: int, parts: int) -> None:
-    """Compile every ``of``-th of the first ``parts``, except those compiled before."""
-    for loop in chain(*PARTS[part:parts:of]):
+def compile_groups(groups: Iterable[Group]) -> None:
+    """Compile the loops of some groups, or load those that were compiled before."""
+    for loop in chain.from_iterable(groups):
         loop.compile(types_of(loop))
 
 
-def main(part: int, of: int, parts: int) -> None:
-    """The same in a process for that alone, which ends at once when its parent does."""
+def handed_out(queue: int, parent: int | None = None) -> Iterator[Group]:
+    """Groups whose numbers are read from a pipe, a byte each, as long as the ``parent`` runs.
+
+    Processes that read from the same pipe share its groups out among them.
+    """
+    while parent in (None, os.getppid()) and (number := os.read(queue, 1)):
+        yield GROUPS[number[0]]
+
+
+def main(parent: int) -> None:
+    """Compile the groups that standard input hands out, in a process for that alone."""
     gc.disable()  # not worth it in a process that ends soon
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-    compile_part(part, of, parts)
-
-
-def _end_with_parent() -> None:
-    sys.stdin.read()
-    os._exit(1)
+    compile_groups(handed_out(sys.stdin.fileno(), parent))
 
 
 if __name__ == "__main__":
-    main(*map(int, sys.argv[1:]))
+    main(int(sys.argv[1]))

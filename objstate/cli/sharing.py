@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from functools import cache
 
 from objstate.compiling import when_compiling
 
-MOST_PROCESSES = 4  # parts of about equal work
+MOST_PROCESSES = 4  # one group takes 0.3 of the time of a run's loops, so that more gain little
 PATIENCE = 120.0  # s that are waited for them
 
 
@@ -34,31 +35,34 @@ def _compile_for_a_run() -> None:
     compile_shared(EVERY_RUN)
 
 
-def compile_shared(parts: int) -> None:
-    """Compile the first ``parts`` of the loops that aren't yet, by a process for each core."""
-    from objstate.cli.loops import compile_part
+def compile_shared(groups: int) -> None:
+    """Compile the first ``groups`` of loops that aren't yet, by a process for each core."""
+    from objstate.cli.loops import compile_groups, handed_out
     from objstate.experiments.processes import default_workers
 
-    processes = min(default_workers(), MOST_PROCESSES)
-    command = [sys.executable, "-P", "-m", "objstate.cli.loops"]
+    command = [sys.executable, "-P", "-m", "objstate.cli.loops", str(os.getpid())]
     others: list[subprocess.Popen[bytes]] = []
+    queue, end = os.pipe()
+    os.write(end, bytes(range(groups)))
+    os.close(end)
     try:
-        for part in range(1, processes):
+        for _ in range(1, min(default_workers(), MOST_PROCESSES)):
             others.append(
                 subprocess.Popen(
-                    [*command, str(part), str(processes), str(parts)],
-                    stdin=subprocess.PIPE,
+                    command,
+                    stdin=queue,
                     stdout=subprocess.DEVNULL,
                     stderr=subprocess.DEVNULL,
                     start_new_session=True,  # Ctrl-C is for the parent
                 )
             )
-        compile_part(0, processes, parts)
+        compile_groups(handed_out(queue))
         for other in others:
             other.wait(PATIENCE)
     except (OSError, subprocess.TimeoutExpired):
         return
     finally:
+        os.close(queue)
         for other in others:
             other.kill()
-            other.communicate()
+            other.wait()

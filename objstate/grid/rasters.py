@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from objstate.compiling import called_with, njit
+from objstate.compiling import called_with, inner, njit
 from objstate.geometry import BoolArray, FloatArray
 
 Field = NDArray[np.float32]  # (n,)
@@ -20,6 +20,7 @@ Indices = NDArray[np.int32]  # (m,) flat, row by row
 UNKNOWN = 0.5  # the value of an unknown cell
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
+_inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
 
 
 @called_with("g1 g1 j1 g1 f f f f")
@@ -296,6 +297,17 @@ def draw_beams(
     return count
 
 
+@_inner
+def _ascend(values: FloatArray, count: int) -> None:
+    """Sort the first ``count`` values, which are few; ``sort`` takes longer to compile."""
+    for i in range(1, count):
+        value, k = values[i], i
+        while k > 0 and values[k - 1] > value:
+            values[k] = values[k - 1]
+            k -= 1
+        values[k] = value
+
+
 @called_with("j1 f2 f2 j1 f1")
 @_compile
 def cover(
@@ -333,7 +345,7 @@ def cover(
                     left, right = ax + low * (bx - ax), ax + high * (bx - ax)
                     spans = 1
                 else:  # those that lie within
-                    crossings[:met].sort()
+                    _ascend(crossings, met)
                     spans = met // 2
                 for span in range(spans):
                     if i == count:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from objstate.compiling import called_with, inner, njit
@@ -142,6 +144,15 @@ def _condition(
     return chance, left_over
 
 
+@_inner
+def _largest(values: FloatArray) -> Any:
+    """The largest magnitude of values (s,)."""
+    largest = 0.0
+    for j in range(values.shape[0]):
+        largest = max(largest, abs(values[j]))
+    return largest
+
+
 @called_with("f1 f2 i1 f1 i1 f2 f2 f3 f3 f4 i2 i2 f2 f1 f2")
 @_compile
 def forward(
@@ -171,7 +182,7 @@ def forward(
     s, p = state.shape[0], slope.shape[0]
     live, is_live, count = np.empty(p, dtype=np.int64), np.zeros(p, dtype=np.bool_), 0
     for q in range(p):  # parameters that the state depends on yet
-        if np.abs(slope[q]).max() > FORGOTTEN:
+        if _largest(slope[q]) > FORGOTTEN:
             live[count], is_live[q] = q, True
             count += 1
     kept, passes, one = np.empty(s), np.empty((s, s)), np.zeros(1, dtype=np.int64)
@@ -189,7 +200,8 @@ def forward(
             _transitions(right[k], left[k], kept, passes)
             _moved(state, rates[k], right[k], left[k], local_slopes[k], kept, t, moved)
             _onward(slope, live, count, passes)
-            states[0] = state
+            for j in range(s):  # assigning a whole row takes seconds to compile
+                states[0, j] = state[j]
             _onward(states, one, 1, passes)
             for j in range(s):
                 state[j] = max(states[0, j], 0.0)

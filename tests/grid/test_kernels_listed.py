@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from objstate.cli.loops import PARTS, compile_part
+from objstate.cli.loops import GROUPS, compile_groups
 from objstate.grid import (
     AverageCells,
     BayesCells,
@@ -21,11 +21,11 @@ from objstate.grid import (
 
 
 def test_after_compiling_no_grid_compiles_anything() -> None:
-    own = {each for each in vars(rasters).values() if hasattr(each, "py_func")}
-    parts = [index for index, part in enumerate(PARTS) if own & set(part)]
-    assert own <= {loop for index in parts for loop in PARTS[index]}
-    for index in parts:
-        compile_part(index, len(PARTS), len(PARTS))
+    loops = [each for each in vars(rasters).values() if hasattr(each, "py_func")]
+    own = {loop for loop in loops if "forceinline" not in loop.targetoptions}
+    groups = [group for group in GROUPS if own & set(group)]
+    assert own <= {loop for group in groups for loop in group}
+    compile_groups(groups)
     before = {loop.__name__: list(loop.signatures) for loop in own}
     layout = Layout(0.05, 40, 60, np.array([0.3, -0.2, 0.1]))
     ends = np.array([[1.0, 1.0], [2.0, 0.5]])
