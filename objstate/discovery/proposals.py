@@ -10,7 +10,7 @@ import numpy as np
 from objstate.building.occupancy import OccupancyMap
 from objstate.discovery import kernels
 from objstate.discovery.doorway import DEEP, Cells, Doorway, background, beside
-from objstate.discovery.scoring import DRAWN, FILLED, Behind, Drawn, Leaf
+from objstate.discovery.scoring import DRAWN, FILLED, NEARLY_CLOSED, Behind, Drawn, Leaf
 from objstate.discovery.walls import Opening, WallLine
 from objstate.geometry import BoolArray, FloatArray
 
@@ -169,7 +169,8 @@ def _drawn(
 ) -> list[tuple[FloatArray, float]]:
     """Hinges about a jamb, and turns from the closed leaf, at which the map shows a leaf.
 
-    That is something as long as a leaf, and no longer.
+    That is something as long as a leaf, and no longer. What is nearly parallel to the opening fills
+    it, or is the back of a recess.
     """
     size, turns = cells.plan.resolution, TURNS[np.abs(TURNS) > LEAST_TURN]
     near = np.hypot(*(cells.middles - jamb).T) < width + LONGER * size + np.hypot(*ABOUT)
@@ -196,7 +197,7 @@ def _drawn(
         if all(abs(turn - other) > np.radians(20.0) for _, other in kept):
             hinge, along = _fitted(points, start, bearing + turn, width, size)
             kept.append((hinge, along - bearing))
-    return kept[:2]
+    return [each for each in kept[:2] if abs(each[1]) > NEARLY_CLOSED]
 
 
 def _fitted(
