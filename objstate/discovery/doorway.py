@@ -266,9 +266,11 @@ class Cells:
         along, aside = beside(self.middles, opening.start, opening.bearing)
         return (along > JAMB) & (along < opening.width - JAMB) & (np.abs(aside) < DEEP)
 
-    def fills(self, opening: Opening) -> bool:
-        """Whether something in the map closes an opening, within a wall's depth."""
+    def fills(self, opening: Opening, without: BoolArray | None = None) -> bool:
+        """Whether something in the map, but for some cells (n,), closes an opening in a wall's depth."""
         inside = self.in_doorway(opening)
+        if without is not None:
+            inside &= ~without
         along, _ = beside(self.middles[inside], opening.start, opening.bearing)
         bins = np.unique(np.floor(along / self.plan.resolution))
         return len(bins) * self.plan.resolution > FILLED * (opening.width - 2 * JAMB)

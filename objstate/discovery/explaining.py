@@ -13,6 +13,7 @@ from objstate.discovery.proposals import Shown, backgrounds, proposals
 from objstate.discovery.registering import PLACE_STD
 from objstate.discovery.scoring import (
     FLAT,
+    NEARLY_CLOSED,
     Behind,
     Drawn,
     Lattice,
@@ -277,7 +278,7 @@ def _things(several: Sequence[tuple[Refined, ...]]) -> list[Thing]:
     for leaves in several:
         for angles in np.unique(np.array([each.angles for each in leaves]).T, axis=0).tolist():
             cost = sum(
-                GAP if angle == FLAT else PLUG if angle < np.radians(10.0) else THING
+                GAP if angle == FLAT else PLUG if angle < NEARLY_CLOSED else THING
                 for angle in angles
             )
             pairs = zip(leaves, angles, strict=True)

@@ -10,7 +10,7 @@ import numpy as np
 from objstate.building.occupancy import OccupancyMap
 from objstate.discovery import kernels
 from objstate.discovery.doorway import DEEP, Cells, Doorway, background, beside
-from objstate.discovery.scoring import DRAWN, Behind, Drawn, Leaf
+from objstate.discovery.scoring import DRAWN, FILLED, NEARLY_CLOSED, Behind, Drawn, Leaf
 from objstate.discovery.walls import Opening, WallLine
 from objstate.geometry import BoolArray, FloatArray
 
@@ -109,9 +109,13 @@ def backgrounds(place: Doorway, shown: Shown) -> tuple[Behind, dict[int, list[Be
         variants: list[tuple[Drawn | None, Drawn | None, BoolArray, float]] = [
             (shown.filling[about], None, between, left)
         ]
-        variants += [(drawn, None, between | leaf, 0.0) for drawn, leaf in leaves]
+        opening = place.openings[about]
+        for drawn, leaf in leaves:
+            variants.append((drawn, None, between | leaf, _beside_leaves(cells, opening, leaf)))
         for (first, its), (other, others) in ((leaves[a], leaves[b]) for a, b in shown.both(about)):
-            variants.append((first, other, between | its | others, 0.0))
+            both = its | others
+            log_left = _beside_leaves(cells, opening, both)
+            variants.append((first, other, between | both, log_left))
         cleared[about] = [
             replace(
                 _without(place, cells.segments(taken) + shift, as_is, drawn, second, log_left),
@@ -120,6 +124,11 @@ def backgrounds(place: Doorway, shown: Shown) -> tuple[Behind, dict[int, list[Be
             for drawn, second, taken, log_left in variants
         ]
     return as_is, cleared
+
+
+def _beside_leaves(cells: Cells, opening: Opening, leaves: BoolArray) -> float:
+    """Log-probability that the map shows a doorway filled or not, beside leaves' cells (n,)."""
+    return FILLED if cells.fills(opening, leaves) else 0.0
 
 
 def _leaves(cells: Cells, opening: Opening, walls: list[WallLine]) -> list[tuple[Drawn, BoolArray]]:
@@ -160,7 +169,8 @@ def _drawn(
 ) -> list[tuple[FloatArray, float]]:
     """Hinges about a jamb, and turns from the closed leaf, at which the map shows a leaf.
 
-    That is something as long as a leaf, and no longer.
+    That is something as long as a leaf, and no longer. What is nearly parallel to the opening fills
+    it, or is the back of a recess.
     """
     size, turns = cells.plan.resolution, TURNS[np.abs(TURNS) > LEAST_TURN]
     near = np.hypot(*(cells.middles - jamb).T) < width + LONGER * size + np.hypot(*ABOUT)
@@ -187,7 +197,7 @@ def _drawn(
         if all(abs(turn - other) > np.radians(20.0) for _, other in kept):
             hinge, along = _fitted(points, start, bearing + turn, width, size)
             kept.append((hinge, along - bearing))
-    return kept[:2]
+    return [each for each in kept[:2] if abs(each[1]) > NEARLY_CLOSED]
 
 
 def _fitted(

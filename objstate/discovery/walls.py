@@ -18,6 +18,8 @@ BIN = 0.025  # m along a line
 LEAST_WALL = 0.25  # m: shorter pieces make no line
 SAME_WAY = np.radians(4.0)  # between pieces of one line
 SAME_LINE = 0.08  # m aside, likewise
+PARALLEL = np.sin(2.0 * SAME_WAY)  # sine of the angle between walls that run alike
+LONGER = 2.0  # times as long as an opening: what is no leaf of it
 BESIDE = 0.07  # m within which a reading is of the wall
 STEEP = 0.15  # cosine of the incidence below which a beam doesn't tell
 NARROWEST, WIDEST = 0.45, 2.5  # m: a leaf that stands ajar hides a part of its opening
@@ -67,8 +69,8 @@ class WallLine:
         along = np.array([np.cos(bearing), np.sin(bearing)])
         off = start + length / 2.0 * along - self.start
         return bool(
-            self.shown >= 2.0 * length
-            and abs(along @ self.normal) < np.sin(2.0 * SAME_WAY)
+            self.shown >= LONGER * length
+            and abs(along @ self.normal) < PARALLEL
             and abs(off @ self.normal) < 2.0 * SAME_LINE
             and 0.0 < off @ self.along < self.length
         )
@@ -256,6 +258,7 @@ def openings(lines: list[WallLine], plan: OccupancyMap, beams: Beams) -> list[Op
     of_beam = _walls_of(lines, beams)
     of_cell = _walls_of_cells(lines, plan)
     drives = int(beams.drive.max()) + 1
+    shown = np.array([line.shown for line in lines])
     for number, line in enumerate(lines):
         count = int(np.ceil(line.length / BIN))
         if line.length < NARROWEST + 2 * JAMB:
@@ -266,17 +269,20 @@ def openings(lines: list[WallLine], plan: OccupancyMap, beams: Beams) -> list[Op
         own = (at == number) | (at < 0)
         drive = beams.drive[crossed.numbers]
         each = [_of_drive(crossed.among(own & (drive == k)), count) for k in range(drives)]
-        behind = _behind_wall(crossed, count, of_beam >= 0)
+        parallel = np.array([abs(other.along @ line.normal) < PARALLEL for other in lines])
         own_cells = plan.occupied & ((of_cell == number) | (of_cell < 0))
         drawn = _of_map(line, count, plan, own_cells)
         shows = [(drawn, ~drawn & _of_map(line, count, plan, plan.free)), *each]
         stretches = Stretches.of(shows)
         for begin, end in _gaps(shows):
             p_wall = stretches.wall(begin, end)
-            if behind[begin:end].mean() > HIDDEN:
-                continue
             low, high = begin * BIN, end * BIN
             about = crossed.between(low - JAMB_REACH, high + JAMB_REACH)
+            walls = parallel & (shown >= LONGER * (high - low))
+            inside = about.between(low, high)
+            of = of_beam[inside.numbers]
+            if _is_behind_wall(inside, low, end - begin, (of >= 0) & walls[of]):
+                continue
             low, high = _between_jambs(line, low, high, about, beams)
             found.append(Opening(line.at(low), line.at(high), p_wall))
     return found
@@ -369,12 +375,18 @@ def _table(line: WallLine) -> FloatArray:
     return np.array([*line.start, *line.along, line.length])
 
 
-def _behind_wall(crossed: Crossed, count: int, on_wall: BoolArray) -> BoolArray:
-    """(count,) the bins to which most beams end at another wall that is a wall's thickness before."""
-    index, bins, beyond = crossed.binned(count)
-    before = on_wall[index] & (beyond < -BESIDE) & (beyond > -THICKEST)
-    counts = [np.bincount(bins[chosen], minlength=count) for chosen in (before, beyond > -BESIDE)]
-    return np.asarray(counts[0] > counts[1])
+def _is_behind_wall(inside: Crossed, low: float, count: int, on_wall: BoolArray) -> bool:
+    """Whether an opening lies behind another wall: the far face of a wall is open everywhere.
+
+    Then most beams that cross most of its bins, ``count`` of them from ``low`` m on, end at that
+    wall, a wall's thickness before. ``on_wall`` (k,) tells which of the beams inside end at a wall.
+    """
+    bins = np.floor((inside.places - low) / BIN).astype(np.int64)
+    before = on_wall & (inside.beyond < -BESIDE) & (inside.beyond > -THICKEST)
+    hidden, past = (
+        np.bincount(bins[chosen], minlength=count) for chosen in (before, inside.beyond > -BESIDE)
+    )
+    return bool(np.mean(hidden[:count] > past[:count]) > HIDDEN)
 
 
 def _of_map(line: WallLine, count: int, plan: OccupancyMap, cells: BoolArray) -> BoolArray:

@@ -16,7 +16,7 @@ from objstate.building.door_table import Door
 from objstate.building.occupancy import OccupancyMap
 from objstate.config import BeamModelSettings
 from objstate.discovery import learn_doors
-from objstate.discovery.doorway import Doorway, doorway, ended_on
+from objstate.discovery.doorway import Cells, Doorway, doorway, ended_on
 from objstate.discovery.gathering import Beams
 from objstate.discovery.nearby import Nearby
 from objstate.discovery.registering import registered
@@ -302,3 +302,27 @@ def test_walls_that_cross_a_line_are_no_jambs_of_it() -> None:
     seen = beams(np.array([[5.0, 5.0]]), np.array([4.0, 5.0]))
     assert not openings([*walls, leaning], plan, seen)
     assert openings([leaning], plan, seen)
+
+
+@pytest.mark.parametrize(("turn_deg", "length", "hides"), [(-26.0, 0.9, False), (0.0, 6.0, True)])
+def test_a_leaf_that_stands_ajar_hides_no_opening_but_the_near_face_of_a_wall_does(
+    turn_deg: float, length: float, hides: bool
+) -> None:
+    places = np.arange(0.0, 6.0, 0.02)
+    plan = drawn(places[(places < 2.0) | (places > 2.9)])
+    far = WallLine(np.array([0.0, 1.0]), np.array([1.0, 0.0]), 6.0, shown=5.0)
+    turn = np.radians(turn_deg)
+    along = np.array([np.cos(turn), np.sin(turn)])
+    start = np.array([2.0, 0.98]) if turn else np.array([0.0, 0.86])
+    near = WallLine(start, along, length, shown=length)
+    ends = start + np.arange(0.01, length, 0.002)[:, None] * along
+    found = openings([far, near], plan, beams(ends, np.array([2.45, -1.0])))
+    assert (not found) == hides
+
+
+def test_what_fills_an_opening_in_the_map_is_told_from_a_leaf() -> None:
+    plan = drawn(np.arange(0.0, 6.0, 0.02))
+    opening = Opening(np.array([2.0, 1.025]), np.array([2.9, 1.025]))
+    cells = Cells.about(plan, opening.middle, 1.5)
+    assert cells.fills(opening)
+    assert not cells.fills(opening, cells.on_leaf(np.array([1.9, 1.025]), 0.0, 0.9))
