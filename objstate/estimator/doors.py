@@ -34,8 +34,8 @@ PARTS = 3  # number of parts of the usual deviations of bearings, with a mean ea
 WIDEST_M, WIDEST_DEG = 0.03, 3.0  # deviations of hinges and bearings with which doors are filtered
 # number of deviations on the grid, and the smallest in units of the first guess
 GRID, LEAST = 15, 0.1
-FACTOR = 1.25  # prior standard deviation of the logarithm of a deviation
-USUAL = 1.6  # deviations of that logarithm within which a deviation counts as usual
+FACTOR = 1.0  # prior standard deviation of the logarithm of a deviation
+USUAL = 2.0  # deviations of that logarithm within which a deviation counts as usual
 EDGE_SHARE = 0.1  # of the beams beside an edge that meet the neighbouring surface
 LEAST_DENSITY = 1e-9  # 1/m, of a random range
 
