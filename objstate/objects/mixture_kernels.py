@@ -472,9 +472,10 @@ def _linearize(
 ) -> Any:
     """Log-likelihood of a scan at errors (7,), and the number of beams that reach the object.
 
-    ``work`` takes its gradient and information, and what the scan tells of handle and glass. The chain of unexpected things is summed over by
-    the forward recursion. A beam contributes by the probability that it hit. Errors of a covariance
-    ``spread`` (7, 7) are included in distinguishing hits from others.
+    ``work`` takes its gradient and information, and ``kinds`` (2,) after the scan. The chain of
+    unexpected things is summed over by the forward recursion. A beam contributes by the probability
+    that it hit. Errors of a covariance ``spread`` (7, 7) are included in distinguishing hits from
+    others.
     """
     placed = _cast(beams, shape, placement, x, prior, work)
     gradient, information, row = work.gradient, work.information, work.row
