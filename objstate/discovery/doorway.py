@@ -267,7 +267,7 @@ class Cells:
         return (along > JAMB) & (along < opening.width - JAMB) & (np.abs(aside) < DEEP)
 
     def fills(self, opening: Opening, without: BoolArray | None = None) -> bool:
-        """Whether something in the map, but for some cells (n,), closes an opening in a wall's depth."""
+        """Whether the map, but for some cells (n,), closes an opening in a wall's depth."""
         inside = self.in_doorway(opening)
         if without is not None:
             inside &= ~without

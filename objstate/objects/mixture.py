@@ -376,8 +376,8 @@ class DoorMixture:
         moving = self.moving * likelihood[:count]
         share = float(resting.sum() + moving.sum())
         beyond = self.beyond * likelihood[count:]
-        free = np.concatenate([(resting + moving)[:cells], beyond])
         if door.atoms:
+            free = np.concatenate([(resting + moving)[:cells], beyond])
             kinds[cells:count] = free @ np.delete(kinds, [cells, cells + 1], 0) / free.sum()
         after = DoorMixture(
             door,

@@ -304,12 +304,12 @@ def combined(
     bearings = Deviation(math.radians(error.bearing_std_deg), math.radians(3.0), 3)
     drives, swung = _doubted(drives, bearings.variances, downward)
     told = {name: [drive[name] for drive in drives if name in drive] for name in names}
+    logs = {name: _log_bearings(told[name], downward=name in downward) for name in names}
     for name, evidence in told.items():
         if name in error.doors:
             continue
         hinges.observe(name, _of_hinge(evidence, hinges.variances))
-        log = _log_bearings(evidence, downward=name in downward)
-        bearings.observe(name, _of_bearing(log, bearings.variances))
+        bearings.observe(name, _of_bearing(logs[name], bearings.variances))
     out = []
     for name in names:
         of_hinge, of_bearing = hinges.cases(name), bearings.cases(name)
@@ -317,8 +317,7 @@ def combined(
             own = error.doors[name]
             of_hinge = [(1.0, own.hinge_std_m**2)]
             of_bearing = [(1.0, math.radians(own.bearing_std_deg) ** 2)]
-        log = _log_bearings(told[name], downward=name in downward)
-        out.append(_posterior(name, told[name], log, of_hinge, of_bearing, rough, swung))
+        out.append(_posterior(name, told[name], logs[name], of_hinge, of_bearing, rough, swung))
     return _with_widths(out, told)
 
 
