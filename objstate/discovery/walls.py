@@ -413,7 +413,7 @@ def shown_at(plan: OccupancyMap, cells: BoolArray, points: FloatArray) -> BoolAr
 
 def _of_drive(crossed: Crossed, count: int) -> tuple[BoolArray, BoolArray]:
     """(count,) the bins where most beams of a drive end at the line, and where most pass it."""
-    _, bins, beyond = crossed.binned(count)
+    bins, beyond = crossed.binned(count)
     hits = np.bincount(bins[np.abs(beyond) < BESIDE], minlength=count)
     passed = np.bincount(bins[beyond >= BESIDE], minlength=count)
     enough = hits + passed >= ENOUGH
@@ -435,11 +435,11 @@ class Crossed(NamedTuple):
         """Those between two places along the line, m."""
         return self.among((self.places > low) & (self.places < high))
 
-    def binned(self, count: int) -> tuple[IntArray, IntArray, FloatArray]:
-        """Those in the first bins (count,): their numbers, bins, and how far they get."""
+    def binned(self, count: int) -> tuple[IntArray, FloatArray]:
+        """Bins of those in the first ones (count,), and how far they get."""
         bins = np.floor(self.places / BIN).astype(np.int64)
         inside = (bins >= 0) & (bins < count)
-        return self.numbers[inside], bins[inside], self.beyond[inside]
+        return bins[inside], self.beyond[inside]
 
 
 def _crossed(line: WallLine, beams: Beams) -> Crossed:
