@@ -62,7 +62,7 @@ class BeamModelSettings(Strict):
 
     model: Literal["mixture", "gaussian"] = "mixture"  # gaussian: the paper's
     z_hit: NonNegative = 0.85
-    z_short: NonNegative = 0.05
+    z_short: NonNegative = 0.2
     z_max: NonNegative = 0.05
     z_rand: NonNegative = 0.15
     sigma_hit: Positive = 0.06  # m
