@@ -54,10 +54,6 @@ class Clones:
         self._covariances: dict[str, FloatArray] = {}  # (3, 3) of the cloned errors
         self.cross = np.empty((0, 0))  # (m, 3 k)
 
-    def transform(self, matrix: FloatArray) -> None:
-        """The state's error x becomes matrix (m', m) x, plus a part independent of all clones."""
-        self.cross = matrix @ self.cross
-
     def select(self, rows: list[int]) -> None:
         """Keep only some rows of the state."""
         self.cross = self.cross[rows]

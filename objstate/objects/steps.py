@@ -106,6 +106,7 @@ class Past(NamedTuple):
 
     step: Step
     before: Past | None
+    is_like: bool  # whether the posterior is nearly that of the step before
 
     @property
     def steps(self) -> list[Step]:
@@ -196,12 +197,13 @@ def _table(mixture: DoorMixture) -> Table:
 
 def _appended(past: Past | None, step: Step) -> Past:
     """The past with a step added; the step before is dropped if it is like its neighbours."""
-    if past is not None and past.before is not None:
+    if past is None:
+        return Past(step, None, False)
+    if past.before is not None and past.is_like:
         kept = past.before.step
-        is_near = step.stamp_ns - kept.stamp_ns <= GAP_NS
-        if is_near and _alike(kept, past.step) and _alike(kept, step):
-            return Past(step, past.before)
-    return Past(step, past)
+        if step.stamp_ns - kept.stamp_ns <= GAP_NS and _alike(kept, step):
+            return Past(step, past.before, True)
+    return Past(step, past, _alike(past.step, step))
 
 
 def _alike(one: Step, other: Step) -> bool:
