@@ -130,7 +130,7 @@ def exchange(
     for k in range(others.shape[0]):
         by_origin = 1.0 / others[k, 0] - 1.0 / priors[0] if priors[0] > 0.0 else 0.0
         by_zero = 1.0 / others[k, 1] - 1.0 / priors[1] if priors[1] > 0.0 else 0.0
-        origin_gained, zero_gained = math.log1p(by_origin * priors[0]), math.log1p(by_zero * priors[1])
+        of_origin, of_zeros = math.log1p(by_origin * priors[0]), math.log1p(by_zero * priors[1])
         largest = -np.inf
         for c in range(count):
             mean, covariance, log = means[c], covariances[c], 0.0
@@ -138,7 +138,7 @@ def exchange(
             of_state, of_zero = covariance[STATE, STATE], covariance[ZERO, ZERO]
             of_both = covariance[STATE, ZERO]
             if by_origin != 0.0:
-                log, a, b, d, x, y = _factor_of_two(mean, covariance, origin_gained, by_origin)
+                log, a, b, d, x, y = _factor_of_two(mean, covariance, of_origin, by_origin)
                 state_x, state_y = covariance[STATE, ORIGIN], covariance[STATE, ORIGIN + 1]
                 zero_x, zero_y = covariance[ZERO, ORIGIN], covariance[ZERO, ORIGIN + 1]
                 state -= by_origin * (state_x * x + state_y * y)
@@ -149,7 +149,7 @@ def exchange(
                 pulled_x, pulled_y = d * zero_x - b * zero_y, a * zero_y - b * zero_x
                 of_zero -= by_origin * (zero_x * pulled_x + zero_y * pulled_y)
             if by_zero != 0.0:
-                log += _factor_of_one(zero, of_zero, zero_gained, by_zero)
+                log += _factor_of_one(zero, of_zero, of_zeros, by_zero)
                 inside = 1.0 + by_zero * of_zero
                 state -= by_zero * of_both * zero / inside
                 of_state -= by_zero * of_both * of_both / inside
