@@ -171,10 +171,9 @@ class Deviation:
     def __init__(self, first: float, widest: float, parts: int = 1) -> None:
         deviations = np.geomspace(LEAST * first, max(widest, 2.0 * first), GRID)
         self.variances = deviations**2  # (k,)
-        usual = deviations <= first * math.exp(USUAL * FACTOR)
-        self._parts = np.array_split(np.flatnonzero(usual), parts)
-        if not usual.all():
-            self._parts.append(np.flatnonzero(~usual))
+        usual = int(np.count_nonzero(deviations <= first * math.exp(USUAL * FACTOR)))
+        begins = [part[0] for part in np.array_split(np.arange(usual), parts)]
+        self._begins = np.array([*begins, *([usual] if usual < GRID else [])])  # of the parts
         log_prior = -0.5 * (np.log(deviations / first) / FACTOR) ** 2
         self._log_prior = np.asarray(log_prior)
         self._doors: dict[str, FloatArray] = {}  # (k,) log-likelihood of each deviation
@@ -196,12 +195,10 @@ class Deviation:
     def cases(self, name: str) -> list[tuple[float, float]]:
         """Variances that a door's own error may have, and their probabilities."""
         outlying = self._outliers.get(name, np.full(GRID, OUTLIERS)) * self._weights
-        usual = self._weights - outlying
-        cases = [
-            (float(usual[part].sum()), float(usual[part] @ self.variances[part]))
-            for part in self._parts
-        ]
-        cases.append((float(outlying.sum()), float(outlying.sum() * self.variances[-1])))
+        usual, widest = np.array([self._weights - outlying] * 2), float(outlying.sum())
+        usual[1] *= self.variances
+        cases = np.add.reduceat(usual, self._begins, axis=1).T.tolist()
+        cases.append((widest, widest * self.variances[-1]))
         kept = [(share, total / share) for share, total in cases if share > NEGLIGIBLE]
         every = sum(share for share, _ in kept)
         return [(share / every, variance) for share, variance in kept]

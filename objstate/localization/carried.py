@@ -62,18 +62,18 @@ class Clones:
         """Append so many rows to the state, independent of all clones."""
         self.cross = np.concatenate([self.cross, np.zeros((count, self.cross.shape[1]))])
 
-    def renew(self, name: str, jacobian: FloatArray, covariance: FloatArray) -> Carried:
+    def renew(
+        self, name: str, jacobian: FloatArray, present: FloatArray, own: FloatArray
+    ) -> Carried:
         """The error since an object was last observed; its clone becomes the present error.
 
-        The error of the pose is the ``jacobian`` (3, m) times the state's, whose covariance is (m,
-        m).
+        The error of the pose is the ``jacobian`` (3, m) times the state's. Its covariance with the
+        state is ``present`` (m, 3), and its ``own`` is (3, 3).
         """
-        present = covariance @ jacobian.T
-        own = jacobian @ present
         if name not in self._first:
             self._first[name] = self.cross.shape[1]
             self.cross = np.concatenate([self.cross, present], axis=1)
-            carried = Carried(np.zeros((3, 3)), np.asarray(own))
+            carried = Carried(np.zeros((3, 3)), own)
         else:
             columns = slice(self._first[name], self._first[name] + 3)
             shared = jacobian @ self.cross[:, columns]

@@ -20,7 +20,6 @@ from objstate.lazy import Later
 from objstate.localization.belief import PoseBelief
 from objstate.localization.carried import POSE, Carried, Clones
 from objstate.localization.motion import Variances
-from objstate.particles import Weights
 from objstate.records import SECONDS_PER_HOUR, Scan
 from objstate.sensing.surfaces import Surfaces
 
@@ -88,6 +87,7 @@ class Vantage(NamedTuple):
     independence: float = 1.0  # exponent on the likelihood of a beam, for dependent errors
     bias: float = 0.0  # m by which ranges are too long
     jacobian: FloatArray = NO_STATE  # (3, m) of that pose by the state of the filter
+    shared: FloatArray = NO_STATE.T  # (m, 3) covariance of the state with that pose
 
     @staticmethod
     def of(robot: PoseBelief, scan: Scan, noise: RangeNoise) -> Vantage:
@@ -180,11 +180,8 @@ class PoseFilter:
         return Learnt(lasers, dict(self._noise), self._walls_with(self._offsets))
 
     def belief(self, draws: FloatArray) -> PoseBelief:
-        """Samples of the pose at fixed ``draws`` (n, 3) of a standard normal distribution."""
-        root = np.linalg.cholesky(self.covariance + 1e-18 * np.eye(POSE))
-        poses = self._mean[:POSE] + draws @ root.T
-        poses[:, 2] = (poses[:, 2] + math.pi) % (2.0 * math.pi) - math.pi
-        return PoseBelief(poses, Weights.uniform(len(poses)))
+        """Samples of the pose at fixed ``draws`` (n, 3), see ``PoseBelief.whitened``."""
+        return PoseBelief.whitened(self.mean, self.covariance.copy(), draws)
 
     def drive(self, step: FloatArray, variances: Variances, seconds: float) -> None:
         """Predict for a ``step`` (3,) of odometry in the robot's frame, with ``variances``."""
@@ -220,20 +217,21 @@ class PoseFilter:
         jacobian[:2, first : first + 2] = (cos, -sin), (sin, cos)
         jacobian[:, first + 2] = y, -x, 1.0
         jacobian[:, first + CLOCK] = moving
+        shared = self._covariance @ jacobian.T
         return Vantage(
             pose[:2] - shift,
             origins - shift,
             directions,
-            jacobian @ self._covariance @ jacobian.T,
-            self.range_noise(scan.laser),
-            self.independence(scan.laser),
+            jacobian @ shared,
+            *self._noises(scan.laser),
             float(self._mean[first + BIAS]),
             jacobian,
+            shared,
         )
 
     def carried(self, name: str, vantage: Vantage) -> Carried:
         """How the error at the last observation of an object carries over; it is observed now."""
-        return self._clones.renew(name, vantage.jacobian, self._covariance)
+        return self._clones.renew(name, vantage.jacobian, vantage.shared, vantage.covariance)
 
     def range_noise(self, laser: str) -> RangeNoise:
         """The noise of a laser's ranges: weighted least squares of squared errors so far."""

@@ -202,9 +202,9 @@ class Doorway:
         stops, swinging = ends * swinging, (1.0 - ends) * swinging
         anywhere = stops.sum(axis=-1, keepdims=True) * self.rest
         arrived = (1.0 - leaves) * (stops @ self.latching) + leaves * anywhere
-        total = remaining + arrived + swinging
-        share = (arrived + swinging) / np.maximum(total, NEVER)
-        return Moved(remaining + arrived, swinging, share)
+        resting, arriving = remaining + arrived, arrived + swinging
+        arriving /= np.maximum(resting + swinging, NEVER)
+        return Moved(resting, swinging, arrived, arriving)
 
     def expected(
         self, resting: FloatArray, moving: FloatArray, seconds: float
@@ -251,6 +251,7 @@ class Moved(NamedTuple):
 
     resting: FloatArray  # (c,)
     moving: FloatArray  # (c,)
+    arrived: FloatArray  # (c,) of those that rest, what came to rest since
     arriving: FloatArray  # (c,) share of a component's weight that has arrived
 
 
@@ -330,15 +331,11 @@ class DoorMixture:
         door, means, covariances = self.door, self.means.copy(), self.covariances.copy()
         resting, moving, beyond, kinds = self.resting, self.moving, self.beyond, self.kinds
         if seconds > 0.0:
-            moved = door.moved(resting, moving, seconds)
-            mean, covariance = kernels.pooled(self.weights, means, covariances)
-            stays, edges = door.stays(seconds), door.edges
-            arrived = np.maximum(moved.resting - stays * resting, 0.0)[edges]
-            beyond = stays * beyond + arrived
+            kinds, moved = kinds.copy(), door.moved(resting, moving, seconds)
+            arrived = moved.arrived[door.edges]
+            beyond = door.stays(seconds) * beyond + arrived
             arriving = np.append(moved.arriving, arrived / np.maximum(beyond, NEVER))
-            known = self.weights @ kinds[: len(self.weights)]
-            kinds = np.where(arriving[:, None] < 0.5, kinds, known)
-            kernels.join(arriving, mean, covariance, door.widths, means, covariances)
+            kernels.join(self.weights, arriving, door.widths, means, covariances, kinds)
             resting, moving = moved.resting, moved.moving
         kernels.renew_robot(means, covariances, transfer, added)
         return DoorMixture(door, resting, moving, beyond, means, covariances, self.statics, kinds)

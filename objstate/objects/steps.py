@@ -184,13 +184,13 @@ def _table(mixture: DoorMixture) -> Table:
     """The stored form of a door's components."""
     index = np.flatnonzero(mixture.weights > LEAST)
     errors, rows, columns = _errors()
-    covariances = mixture.covariances[index]
+    covariances = mixture.covariances.take(index, 0).reshape(len(index), -1)
     parts = (
         index[:, None],
-        mixture.resting[index, None],
-        mixture.moving[index, None],
-        mixture.means[index[:, None], errors],
-        covariances[:, errors[rows], errors[columns]],
+        mixture.resting.take(index)[:, None],
+        mixture.moving.take(index)[:, None],
+        mixture.means.take(index, 0).take(errors, 1),
+        covariances.take(errors[rows] * kernels.ERRORS + errors[columns], 1),
     )
     return np.concatenate(parts, axis=1, dtype=np.float32)
 
