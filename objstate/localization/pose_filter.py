@@ -311,12 +311,7 @@ class PoseFilter:
         if about is None and self._slips > 0.0:
             self._slips = pose_update.slipped(
                 np.ascontiguousarray(np.flatnonzero(used)[::EVERY]),
-                scan.ranges,
-                seen.ranges,
-                entered,
-                seen.row,
-                *self._columns(scan, seen.numbers),
-                self._mean,
+                self._readings(scan, seen, entered),
                 gripping,
                 self._densities(scan),
                 slipping,
@@ -328,13 +323,13 @@ class PoseFilter:
         if about is not None:
             gate = prior.copy()
             gate[:POSE, :POSE] = about.covariance + np.diag([NEAR[0], NEAR[0], NEAR[1]]) ** 2
-        taken = self._take(scan, seen, used, entered, shift, prior, gate)
+        taken = self._take(scan, self._readings(scan, seen, entered), used, shift, prior, gate)
         if not is_near or self._slips > NEGLIGIBLE:
             self._mean, self._known_wall_std = mean + taken.shift, None
             seen = self._meet(scan, surfaces)
             used &= seen.numbers >= 0
-            gate = taken.reduced(prior)
-            taken = self._take(scan, seen, used, entered, taken.shift, prior, gate)
+            again, gate = self._readings(scan, seen, entered), taken.reduced(prior)
+            taken = self._take(scan, again, used, taken.shift, prior, gate)
         covariance = taken.reduced(prior)
         self._covariance = 0.5 * (covariance + covariance.T)
         self._mean, self._known_wall_std = mean + taken.shift, None
@@ -371,9 +366,8 @@ class PoseFilter:
     def _take(
         self,
         scan: Scan,
-        seen: _Met,
+        beams: pose_update.Readings,
         used: BoolArray,
-        entered: FloatArray,
         off: FloatArray,
         prior: FloatArray,
         gate: FloatArray,
@@ -388,12 +382,7 @@ class PoseFilter:
         sums, residuals = np.zeros(FIT), np.empty(len(scan))
         pose_update.gather(
             used,
-            scan.ranges,
-            seen.ranges,
-            entered,
-            seen.row,
-            *self._columns(scan, seen.numbers),
-            self._mean,
+            beams,
             off,
             gate,
             self._densities(scan),
@@ -517,11 +506,14 @@ class PoseFilter:
         squares, count = self._learnt.pieces
         return FIRST_PIECES * self._error.wall_std_m**2 + squares, FIRST_PIECES + count
 
-    def _columns(self, scan: Scan, numbers: IntArray) -> tuple[IntArray, IntArray]:
-        """The state's columns (11,) that all beams depend on, and those (n,) of walls, or -1."""
-        table = self._tables[float(scan.rays.origins[0, 2])]
-        laser = self._laser(scan.laser) + np.arange(LASER)
-        return np.concatenate([COMMON, laser]), table[numbers]
+    def _readings(self, scan: Scan, seen: _Met, entered: FloatArray) -> pose_update.Readings:
+        """A scan's beams, entered by objects (n,) m away, as the loops take them."""
+        columns = np.concatenate([COMMON, self._laser(scan.laser) + np.arange(LASER)])
+        walls = self._tables[float(scan.rays.origins[0, 2])][seen.numbers]
+        offsets = np.where(walls >= 0, self._mean[walls], 0.0)
+        return pose_update.Readings(
+            scan.ranges, seen.ranges, entered, seen.row, columns, walls, offsets
+        )
 
     def _shares(self, range_max: float) -> tuple[float, float, float]:
         """Probability of a hit, and densities, 1/m, of random and of short readings."""

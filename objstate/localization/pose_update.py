@@ -39,6 +39,19 @@ class Densities(NamedTuple):
     independence: float  # exponent on the likelihood of a beam, for dependent errors
 
 
+@record("readings", "f1 f1 f1 f2 i1 i1 f1")
+class Readings(NamedTuple):
+    """The beams of a scan, and the walls that they should meet at the mean of the state (m,)."""
+
+    measured: FloatArray  # (n,) m
+    expected: FloatArray  # (n,) m
+    entered: FloatArray  # (n,) m; beyond, an object may stop the beam
+    row: FloatArray  # (n, 12) derivatives of the range by ``columns`` and by the wall's offset
+    columns: IntArray  # (11,) of the state, on which all beams depend
+    walls: IntArray  # (n,) column of the wall's offset, -1 where it isn't followed
+    offsets: FloatArray  # (n,) m, these offsets, else 0
+
+
 @_inner
 def _scatter(noise: Densities, distance: float, slope: float) -> Any:
     """m^2 of a range to a wall by the laser's noise, by one over the cosine of incidence."""
@@ -321,17 +334,11 @@ def _note_error(
     sums[8] += weight * slanted * error
 
 
-@called_with("b1 f1 f1 f1 f2 i1 i1 f1 f1 f2 densities f2 f1 f1 f1")
+@called_with("b1 readings f1 f2 densities f2 f1 f1 f1")
 @_compile
 def gather(
     used: BoolArray,
-    measured: FloatArray,
-    ranges: FloatArray,
-    entered: FloatArray,
-    row: FloatArray,
-    columns: IntArray,
-    walls: IntArray,
-    mean: FloatArray,
+    beams: Readings,
     off: FloatArray,
     covariance: FloatArray,
     noise: Densities,
@@ -342,28 +349,31 @@ def gather(
 ) -> None:
     """Add ``used`` beams (n,) to ``information`` (m, m) and ``gradient`` (m,) at the prior mean.
 
-    Ranges were ``measured`` (n,) where ``ranges`` (n,) are expected at the present ``mean`` (m,),
-    which is ``off`` (m,) from the prior mean. Their derivatives are ``row`` (n, 12) by the state's
-    ``columns`` (11,) and by the offset of the wall, in column ``walls`` (n,), or -1 where it isn't
-    followed. Beyond the range at which a beam is ``entered`` (n,), an object may stop it. A beam
-    counts by the probability that the wall stopped it, given the state's ``covariance`` (m, m),
-    times the independence of its error. ``sums`` (9,) are those of a weighted least squares fit of
-    squared errors to their variance, over beams that are off by less than ``SURELY_HIT``
-    deviations: products of its three terms (6), and of these with the squared errors (3).
-    ``residuals`` (n,) are in deviations, NaN for other beams.
+    The present mean is ``off`` (m,) from the prior mean. A beam counts by the probability that the
+    wall stopped it, given the state's ``covariance`` (m, m), times the independence of its error.
+    ``sums`` (9,) are those of a weighted least squares fit of squared errors to their variance,
+    over beams that are off by less than ``SURELY_HIT`` deviations: products of its three terms (6),
+    and of these with the squared errors (3). ``residuals`` (n,) are in deviations, NaN for other
+    beams.
     """
-    shared, known = _shared(covariance, columns), np.zeros((OFFSET, OFFSET))
+    columns, known = beams.columns, np.zeros((OFFSET, OFFSET))
+    shared = _shared(covariance, columns)
     for i in range(used.shape[0]):
         residuals[i] = np.nan
         if not used[i]:
             continue
-        h, wall, slope = row[i], walls[i], row[i, OFFSET]
-        residual, own = measured[i] - ranges[i], _scatter(noise, ranges[i], slope)
-        scatter, back = own, 0.0
+        h, wall, slope, expected = (
+            beams.row[i],
+            beams.walls[i],
+            beams.row[i, OFFSET],
+            beams.expected[i],
+        )
+        residual = beams.measured[i] - expected - slope * beams.offsets[i]
+        scatter, back = _scatter(noise, expected, slope), 0.0
+        own = scatter
         for a in range(OFFSET):
             back += h[a] * off[columns[a]]
         if wall >= 0:
-            residual -= slope * mean[wall]
             back += slope * off[wall]
         else:
             own += slope * slope * noise.wall_variance
@@ -373,7 +383,7 @@ def gather(
             * math.exp(-0.5 * residual * residual / spread)
             / (ROOT_TAU * math.sqrt(spread))
         )
-        beyond = measured[i] > entered[i]
+        beyond = beams.measured[i] > beams.entered[i]
         other = noise.random + (noise.short if residual < 0.0 else 0.0)
         other += noise.standing if beyond else 0.0
         share = density / (density + other)
@@ -386,7 +396,7 @@ def gather(
         residuals[i] = residual / math.sqrt(spread)
         if wall >= 0 and not beyond:
             weight, error = share / (scatter * scatter), residual * residual / CUT_OFF
-            _note_error(weight, ranges[i] * ranges[i], slope * slope - 1.0, error, sums)
+            _note_error(weight, expected * expected, slope * slope - 1.0, error, sums)
     for a in range(OFFSET):
         for k in range(information.shape[0]):
             information[columns[a], k] = information[k, columns[a]]
@@ -459,17 +469,11 @@ def _evidence_of_pose(  # noqa: PLR0912
     return independence * total - 0.5 * (pull + log_determinant)
 
 
-@called_with("i1 f1 f1 f1 f2 i1 i1 f1 f2 densities f1 f")
+@called_with("i1 readings f2 densities f1 f")
 @_compile
 def slipped(
     some: IntArray,
-    measured: FloatArray,
-    ranges: FloatArray,
-    entered: FloatArray,
-    row: FloatArray,
-    columns: IntArray,
-    walls: IntArray,
-    mean: FloatArray,
+    beams: Readings,
     covariance: FloatArray,
     noise: Densities,
     slipping: FloatArray,
@@ -478,25 +482,26 @@ def slipped(
     """Probability that wheels slipped before a scan, which adds variances ``slipping`` (3,).
 
     The prior probability is ``slips``. By ``some`` beams (k,), for a state that has only the pose:
-    errors from the rest of the state count as noise. For other arguments see ``gather``.
+    errors from the rest of the state, of ``covariance`` (m, m), count as noise.
     """
     own, residuals, other = np.empty(len(some)), np.empty(len(some)), np.empty((len(some), 2))
-    shared = _shared(covariance, columns)
+    shared = _shared(covariance, beams.columns)
     for k in range(len(some)):
         i = some[k]
-        slope = row[i, OFFSET]
-        residuals[k] = measured[i] - ranges[i] - (slope * mean[walls[i]] if walls[i] >= 0 else 0.0)
-        own[k] = _scatter(noise, ranges[i], slope)
-        own[k] += slope * slope * noise.wall_variance if walls[i] < 0 else 0.0
-        own[k] += _predicted(row[i], 3, walls[i], shared, covariance, columns)
-        other[k, 0] = noise.random + (noise.standing if measured[i] > entered[i] else 0.0)
+        slope, wall = beams.row[i, OFFSET], beams.walls[i]
+        residuals[k] = beams.measured[i] - beams.expected[i] - slope * beams.offsets[i]
+        own[k] = _scatter(noise, beams.expected[i], slope)
+        own[k] += slope * slope * noise.wall_variance if wall < 0 else 0.0
+        own[k] += _predicted(beams.row[i], POSE, wall, shared, covariance, beams.columns)
+        is_beyond = beams.measured[i] > beams.entered[i]
+        other[k, 0] = noise.random + (noise.standing if is_beyond else 0.0)
         other[k, 1] = other[k, 0] + noise.short
     gripping, widened = np.empty((3, 3)), np.empty((3, 3))
     for a in range(3):
         for b in range(3):
             gripping[a, b] = widened[a, b] = covariance[a, b]
         widened[a, a] += slipping[a]
-    readings = residuals, own, row, some, other, noise.hit, noise.independence
+    readings = residuals, own, beams.row, some, other, noise.hit, noise.independence
     log_odds = math.log(slips) - math.log1p(-slips)
     log_odds += _evidence_of_pose(*readings, widened) - _evidence_of_pose(*readings, gripping)
     return 1.0 / (1.0 + math.exp(-min(max(log_odds, -50.0), 50.0)))
