@@ -176,7 +176,8 @@ class Deviation:
         self._begins = np.array([*begins, *([usual] if usual < GRID else [])])  # of the parts
         log_prior = -0.5 * (np.log(deviations / first) / FACTOR) ** 2
         self._log_prior = np.asarray(log_prior)
-        self._doors: dict[str, FloatArray] = {}  # (k,) log-likelihood of each deviation
+        self._rows: dict[str, int] = {}  # of each door seen so far
+        self._logs = np.empty((0, GRID))  # (doors, k) log-likelihood of each deviation
         self._outliers: dict[str, FloatArray] = {}  # (k,) probability that a door is one
         self._weights = _normalized(log_prior)
 
@@ -189,8 +190,10 @@ class Deviation:
         """Replace the log-likelihoods (k,), up to a constant, of all readings of a door."""
         usual = log_likelihood - log_likelihood[-1] + math.log1p(-OUTLIERS)
         both = np.logaddexp(usual, math.log(OUTLIERS))
-        self._doors[name], self._outliers[name] = both, OUTLIERS * np.exp(-both)
-        self._weights = _normalized(self._log_prior + sum(self._doors.values()))
+        if name not in self._rows:
+            self._rows[name], self._logs = len(self._logs), np.vstack([self._logs, both])
+        self._logs[self._rows[name]], self._outliers[name] = both, OUTLIERS * np.exp(-both)
+        self._weights = _normalized(self._log_prior + self._logs.sum(axis=0))
 
     def cases(self, name: str) -> list[tuple[float, float]]:
         """Variances that a door's own error may have, and their probabilities."""

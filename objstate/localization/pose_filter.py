@@ -392,7 +392,7 @@ class PoseFilter:
             residuals,
         )
         told = np.flatnonzero(information.diagonal())
-        information, prior = information[np.ix_(told, told)], prior[:, told]
+        information, prior = information[told[:, None], told], prior[:, told]
         held = np.eye(len(told)) + information @ prior[told]
         gain = prior @ np.linalg.solve(held, information)
         taken = _Taken(told, gain, prior @ gradient[told], sums, residuals)
@@ -568,9 +568,12 @@ class _Taken(NamedTuple):
 
 def _independence(sums: FloatArray) -> float:
     """Correlations with the previous scan and with neighbours, from sums (4,)."""
-    together = (sums[::2] + FIRST_TOGETHER * FIRST_BEAMS) / (sums[1::2] + FIRST_BEAMS)
-    together = np.clip(together, 0.0, MOST_TOGETHER)
-    return float(np.prod((1.0 - together) / (1.0 + together)))
+    out = 1.0
+    for products, squares in sums.reshape(-1, 2).tolist():
+        together = (products + FIRST_TOGETHER * FIRST_BEAMS) / (squares + FIRST_BEAMS)
+        together = min(max(together, 0.0), MOST_TOGETHER)
+        out *= (1.0 - together) / (1.0 + together)
+    return out
 
 
 def _heading(pose: FloatArray) -> tuple[float, float]:

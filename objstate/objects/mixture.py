@@ -364,13 +364,14 @@ class DoorMixture:
         share = float(resting.sum() + moving.sum())
         beyond = self.beyond * likelihood[count:]
         if door.atoms:
-            free = np.concatenate([(resting + moving)[:cells], beyond])
-            kinds[cells:count] = free @ np.delete(kinds, [cells, cells + 1], 0) / free.sum()
+            free = np.concatenate([resting + moving, beyond])
+            free[cells:count] = 0.0
+            kinds[cells:count] = free @ kinds / free.sum()
         after = DoorMixture(
             door,
             resting / share,
             moving / share,
-            np.clip(beyond / share, NEVER, 1.0),
+            np.minimum(np.maximum(beyond / share, NEVER), 1.0),
             means,
             covariances,
             self.statics,
