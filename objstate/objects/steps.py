@@ -185,14 +185,12 @@ def _table(mixture: DoorMixture) -> Table:
     index = np.flatnonzero(mixture.weights > LEAST)
     errors, rows, columns = _errors()
     covariances = mixture.covariances.take(index, 0).reshape(len(index), -1)
-    parts = (
-        index[:, None],
-        mixture.resting.take(index)[:, None],
-        mixture.moving.take(index)[:, None],
-        mixture.means.take(index, 0).take(errors, 1),
-        covariances.take(errors[rows] * kernels.ERRORS + errors[columns], 1),
-    )
-    return np.concatenate(parts, axis=1, dtype=np.float32)
+    past = MEAN + len(errors)
+    out = np.empty((len(index), past + len(rows)), dtype=np.float32)
+    out[:, INDEX], out[:, RESTING] = index, mixture.resting[index]
+    out[:, MOVING], out[:, MEAN:past] = mixture.moving[index], mixture.means[index][:, errors]
+    out[:, past:] = covariances.take(errors[rows] * kernels.ERRORS + errors[columns], 1)
+    return out
 
 
 def _appended(past: Past | None, step: Step) -> Past:
