@@ -93,20 +93,8 @@ class LatticeFilter:
         self, belief: ObjectBelief, seconds: float, rng: np.random.Generator
     ) -> ObjectBelief:
         """The prediction: drift and moves."""
-        weights, p_moving = np.empty(len(belief.states)), np.empty(len(belief.states))
-        mean, std = lattice.predict(
-            belief.weights.values,
-            belief.p_moving,
-            *belief.lattice,
-            self._cells_per_second * seconds,
-            self.settings.dynamics.moved(seconds),
-            seconds,
-            self._swing,
-            self._rest_weights,
-            weights,
-            p_moving,
-        )
-        return belief.on_lattice(weights, mean, std, p_moving=p_moving)
+        moved, begun = belief.p_moving, self.settings.dynamics.moved(seconds)
+        return self._later(belief, belief.weights.values, moved, begun, self._rest_weights, seconds)
 
     def carried(
         self, belief: ObjectBelief, kept: FloatArray, rest: FloatArray, seconds: float
@@ -115,15 +103,28 @@ class LatticeFilter:
 
         Where it was moved it rests after ``rest`` (n,), which sums to one.
         """
-        weights, p_moving = np.empty(len(belief.states)), np.empty(len(belief.states))
         stays = belief.weights.values * kept
         total = float(stays.sum())
+        weights = stays / total if total > 0.0 else rest
+        return self._later(belief, weights, np.zeros(1), 1.0 - total, rest, seconds)
+
+    def _later(
+        self,
+        belief: ObjectBelief,
+        before: FloatArray,
+        moving: FloatArray,
+        begun: float,
+        rest: FloatArray,
+        seconds: float,
+    ) -> ObjectBelief:
+        """The prediction of weights ``before`` (n,), see ``lattice.predict``."""
+        weights, p_moving = np.empty(len(belief.states)), np.empty(len(belief.states))
         mean, std = lattice.predict(
-            stays / total if total > 0.0 else rest,
-            np.zeros(1),
+            before,
+            moving,
             *belief.lattice,
             self._cells_per_second * seconds,
-            1.0 - total,
+            begun,
             seconds,
             self._swing,
             rest,
