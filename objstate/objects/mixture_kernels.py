@@ -801,18 +801,19 @@ def join(
     the first components before, but no information about the state within the component, whose
     variance is ``widths`` (c,). Only components of which most of the weight has arrived change.
     """
-    if arriving.max() < 0.5:
+    most, handle, glass = 0.0, 0.0, 0.0
+    for c in range(arriving.shape[0]):
+        most = max(most, arriving[c])
+    if most < 0.5:
         return
     mean, covariance = _pooled(weights, means, covariances)
-    known = np.zeros(len(KINDS))
-    for k in range(len(KINDS)):
-        for c in range(weights.shape[0]):
-            known[k] += weights[c] * kinds[c, k]
+    for c in range(weights.shape[0]):
+        handle += weights[c] * kinds[c, HANDLE]
+        glass += weights[c] * kinds[c, GLASS]
     for c in range(arriving.shape[0]):
         if arriving[c] < 0.5:
             continue
-        for k in range(len(KINDS)):
-            kinds[c, k] = known[k]
+        kinds[c, HANDLE], kinds[c, GLASS] = handle, glass
         for a in range(ERRORS):
             means[c, a] = 0.0 if a == STATE else mean[a]
             for b in range(ERRORS):
