@@ -8,6 +8,7 @@ are read; an unknown key is an error that names the nearest known one.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from datetime import date, datetime, tzinfo
 from fnmatch import fnmatchcase
@@ -228,6 +229,15 @@ class Dynamics(Strict):
     drift_deg: NonNegative = 0.0  # standard deviation after one second, grows with sqrt(t)
     drift_m: NonNegative = 0.0
 
+    @property
+    def drift(self) -> tuple[float, float, float]:
+        """m, m and rad, deviations of x, y and yaw after one second."""
+        return _on_floor(self.drift_m, self.drift_deg)
+
+    def moved(self, seconds: float) -> float:
+        """Probability that an object is moved within some time."""
+        return -math.expm1(-self.moves_per_hour * seconds / 3600.0)
+
 
 class Rest(Strict):
     """Where a door comes to rest after a move; the shares are normalized to one."""
@@ -244,6 +254,10 @@ class Swing(Strict):
     near_s: ClassVar[float] = 0.5  # mean time until it may be wherever doors come to rest
     most_deg_per_s: ClassVar[float] = 90.0  # hinged
     most_m_per_s: ClassVar[float] = 1.0  # sliding
+
+    def most(self, is_hinged: bool) -> float:
+        """rad/s or m/s."""
+        return math.radians(self.most_deg_per_s) if is_hinged else self.most_m_per_s
 
 
 class DoorSettings(Strict):
@@ -273,6 +287,21 @@ class FurnitureSettings(Strict):
     samples: Samples = 400  # in marginal inference
     nudge_m: Positive = 0.1  # deviation of small moves, which are as frequent as moves to the prior
     nudge_deg: Positive = 20.0
+
+    @property
+    def prior_std(self) -> tuple[float, float, float]:
+        """m, m and rad; of a uniform prior, half the widths."""
+        return _on_floor(self.prior_std_m, self.prior_std_deg)
+
+    @property
+    def nudge(self) -> tuple[float, float, float]:
+        """m, m and rad, deviations of small moves."""
+        return _on_floor(self.nudge_m, self.nudge_deg)
+
+
+def _on_floor(metres: float, degrees: float) -> tuple[float, float, float]:
+    """Deviations of x, y and yaw, in m and rad."""
+    return metres, metres, math.radians(degrees)
 
 
 ObjectSettings = DoorSettings | FurnitureSettings

@@ -79,6 +79,13 @@ def square_root(covariance: FloatArray) -> FloatArray:
     return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
 
 
+def whitened(points: FloatArray) -> FloatArray:
+    """Points (n, d), moved and sheared to mean zero and unit covariance."""
+    points = points - points.mean(axis=0)
+    root = np.linalg.cholesky(points.T @ points / len(points))
+    return np.asarray(np.linalg.solve(root, points.T).T)
+
+
 def rotation_about(axis: ArrayLike, angles: ArrayLike) -> FloatArray:
     """Rotation matrices (..., 3, 3) by ``angles`` (...) about a unit ``axis`` (3,) (Rodrigues)."""
     x, y, z = np.asarray(axis, dtype=float)

@@ -1,4 +1,4 @@
-"""Small systems of linear equations, compiled into the loops that need them; and constants."""
+"""Small systems of linear equations and angles, compiled into the loops that need them."""
 
 from __future__ import annotations
 
@@ -6,11 +6,17 @@ import math
 from typing import Any
 
 from objstate.compiling import inner
-from objstate.geometry import FloatArray
+from objstate.geometry import TURN, FloatArray
 
 ROOT_2, ROOT_TAU = math.sqrt(2.0), math.sqrt(2.0 * math.pi)  # of normal distributions
 
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
+
+
+@_inner
+def wrapped(angle: float) -> Any:
+    """An angle in [-pi, pi)."""
+    return angle - TURN * math.floor((angle + math.pi) / TURN)
 
 
 @_inner

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import errno
 import gc
 import os
@@ -40,6 +41,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     that was written but isn't reliable; 130 after Ctrl-C; 70 for a bug, with its traceback.
     """
     gc.set_threshold(OBJECTS_BEFORE_COLLECTION)
+    atexit.register(gc.freeze)  # Python would search all objects for garbage once more as it ends
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # for small matrices, more only spin
     try:
         code = app(args=arguments, prog_name="objstate", standalone_mode=False) or FINE

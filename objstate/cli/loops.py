@@ -39,7 +39,7 @@ GROUPS: tuple[Group, ...] = (  # those that take longest come first
     (pose.slipped, pose.gather, pose.surely_met, pose.agreement),
     (exchange.read_off, exchange.exchange, exchange.evidence_under, latch.latch),
     (sight.evenly_spread, sight.within, sight.near, sight.entries, sight.seen),
-    (pose.drive, pose.leave, pose.rows, pose.wall_sums, pose.columns_of),
+    (pose.drive, pose.leave, pose.rows, pose.wall_sums),
     (search.by_cell, search.look_round),
     (mixture.pooled, mixture.renew_robot, mixture.join),
     (search.scores, lattice.moments, lattice.interval),

@@ -91,8 +91,9 @@ class Bank(Generic[Kept]):
     @property
     def p_followed(self) -> float:
         """Probability that the robot is at the followed place."""
-        here = float(self._states[:2].sum())
-        return here / (here * (1.0 + self._others) + float(self._states[2]))
+        explained, unmapped, outside = self._states.tolist()
+        here = explained + unmapped
+        return float(here / (here * (1.0 + self._others) + outside))
 
     @property
     def p_localized(self) -> float:

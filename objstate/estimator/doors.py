@@ -171,13 +171,13 @@ class Deviation:
     def __init__(self, first: float, widest: float, parts: int = 1) -> None:
         deviations = np.geomspace(LEAST * first, max(widest, 2.0 * first), GRID)
         self.variances = deviations**2  # (k,)
-        usual = deviations <= first * math.exp(USUAL * FACTOR)
-        self._parts = np.array_split(np.flatnonzero(usual), parts)
-        if not usual.all():
-            self._parts.append(np.flatnonzero(~usual))
+        usual = int(np.count_nonzero(deviations <= first * math.exp(USUAL * FACTOR)))
+        begins = [part[0] for part in np.array_split(np.arange(usual), parts)]
+        self._begins = np.array([*begins, *([usual] if usual < GRID else [])])  # of the parts
         log_prior = -0.5 * (np.log(deviations / first) / FACTOR) ** 2
         self._log_prior = np.asarray(log_prior)
-        self._doors: dict[str, FloatArray] = {}  # (k,) log-likelihood of each deviation
+        self._rows: dict[str, int] = {}  # of each door seen so far
+        self._logs = np.empty((0, GRID))  # (doors, k) log-likelihood of each deviation
         self._outliers: dict[str, FloatArray] = {}  # (k,) probability that a door is one
         self._weights = _normalized(log_prior)
 
@@ -190,18 +190,18 @@ class Deviation:
         """Replace the log-likelihoods (k,), up to a constant, of all readings of a door."""
         usual = log_likelihood - log_likelihood[-1] + math.log1p(-OUTLIERS)
         both = np.logaddexp(usual, math.log(OUTLIERS))
-        self._doors[name], self._outliers[name] = both, OUTLIERS * np.exp(-both)
-        self._weights = _normalized(self._log_prior + sum(self._doors.values()))
+        if name not in self._rows:
+            self._rows[name], self._logs = len(self._logs), np.vstack([self._logs, both])
+        self._logs[self._rows[name]], self._outliers[name] = both, OUTLIERS * np.exp(-both)
+        self._weights = _normalized(self._log_prior + self._logs.sum(axis=0))
 
     def cases(self, name: str) -> list[tuple[float, float]]:
         """Variances that a door's own error may have, and their probabilities."""
         outlying = self._outliers.get(name, np.full(GRID, OUTLIERS)) * self._weights
-        usual = self._weights - outlying
-        cases = [
-            (float(usual[part].sum()), float(usual[part] @ self.variances[part]))
-            for part in self._parts
-        ]
-        cases.append((float(outlying.sum()), float(outlying.sum() * self.variances[-1])))
+        usual, widest = np.array([self._weights - outlying] * 2), float(outlying.sum())
+        usual[1] *= self.variances
+        cases = np.add.reduceat(usual, self._begins, axis=1).T.tolist()
+        cases.append((widest, widest * self.variances[-1]))
         kept = [(share, total / share) for share, total in cases if share > NEGLIGIBLE]
         every = sum(share for share, _ in kept)
         return [(share / every, variance) for share, variance in kept]

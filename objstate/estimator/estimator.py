@@ -105,22 +105,22 @@ class Estimator:
     @property
     def lost(self) -> tuple[tuple[int, int], ...]:
         """Intervals (from, to) in ns in which the robot was probably lost."""
-        return self._monitor.stretches(self._thinned.now_ns)
+        return self._monitor.bank.stretches(self._thinned.now_ns)
 
     @property
     def is_lost(self) -> bool:
         """Whether the robot is probably lost, so that objects aren't updated."""
-        return self._monitor.is_lost
+        return self._monitor.bank.is_lost
 
     @property
     def p_localized(self) -> float:
         """Probability that the robot is within 0.75 m and 20 degrees of the mean of ``robot``."""
-        return self._monitor.p_localized
+        return self._monitor.bank.p_localized
 
     @property
     def lost_probabilities(self) -> tuple[float, ...]:
         """The largest probability of being lost in each interval in ``lost``."""
-        return self._monitor.probabilities
+        return self._monitor.bank.probabilities
 
     @property
     def map_error(self) -> float:

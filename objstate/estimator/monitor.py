@@ -67,30 +67,9 @@ class Monitor:
         self.is_anywhere = is_anywhere
         self._everywhere = Anywhere(sensing, settings)
         self._search = Search(sensing, settings)
-        self._bank = Bank(settings, self._kept)
+        self.bank = Bank(settings, self._kept)  # how probable the followed place is
         # odometry (3,) and stamp of the last one
         self._moment: tuple[FloatArray, int] | None = None
-
-    # --- how probable the followed place is -----------------------------------------
-
-    @property
-    def is_lost(self) -> bool:
-        """Whether the robot is probably lost."""
-        return self._bank.is_lost
-
-    @property
-    def p_localized(self) -> float:
-        """Probability that the robot is within 0.75 m and 20 degrees of its belief's mean."""
-        return self._bank.p_localized
-
-    def stretches(self, now_ns: int) -> tuple[tuple[int, int], ...]:
-        """(from, to) ns of each interval in which the robot was probably lost."""
-        return self._bank.stretches(now_ns)
-
-    @property
-    def probabilities(self) -> tuple[float, ...]:
-        """The largest probability of being lost in each of these intervals."""
-        return self._bank.probabilities
 
     # --- a given place --------------------------------------------------------------
 
@@ -98,7 +77,7 @@ class Monitor:
         """Note that a belief was given; as a start, it is probably right."""
         self._search.forget()
         if is_start:
-            self._bank.start(self._kept)
+            self.bank.start(self._kept)
             self._publish(now_ns)
 
     # --- propose: a robot that may be anywhere --------------------------------------
@@ -110,12 +89,12 @@ class Monitor:
         if robot.odometry is None or not beams.any():
             robot.forget()
             return
-        self._bank.publish(0.0, now)
+        self.bank.publish(0.0, now)
         chance = self._everywhere.chance(scan, self._scenery.thinned(beams)).mean
         if not self._search.note(Keyframe(scan, robot.odometry, chance=chance)):
             return
         found = self._search.hypotheses(self._explained, self._rng)
-        if self._bank.begin(found):
+        if self.bank.begin(found):
             self.is_anywhere = False
             self._search.follow(0, 0)
             robot.found(found.poses[0], robot.learnt)
@@ -129,25 +108,25 @@ class Monitor:
         """Update the probability of the followed place; move the robot if another place wins."""
         robot, scan = self._robot, sight.scan
         if not robot.is_filtered:
-            self._bank.widen(sight.robot.position_std)
+            self.bank.widen(sight.robot.position_std)
         if robot.odometry is not None and self._is_moment(scan, robot.odometry):
             beams = self._scenery.thinned(self._everywhere.usable(scan))
             if beams.any():
                 chance = self._everywhere.chance(scan, beams)
                 log_evidence = self._log_evidence(sight, beams)
                 moment = Moment(scan, robot.odometry, sight.robot.mean, self._kept)
-                self._bank.take(moment, log_evidence, chance)
+                self.bank.take(moment, log_evidence, chance)
                 keyframe = Keyframe(
-                    scan, robot.odometry, sight.robot.mean, *self._bank.odds, chance.mean
+                    scan, robot.odometry, sight.robot.mean, *self.bank.odds, chance.mean
                 )
                 if self._search.note(keyframe):
-                    self._bank.keyframe_kept()
+                    self.bank.keyframe_kept()
                     self._search_elsewhere(sight)
         self._publish(scan.stamp_ns)
 
     def _publish(self, now_ns: int) -> None:
         assert self._robot.belief is not None
-        self._bank.publish(_near_mean(self._robot.belief), now_ns)
+        self.bank.publish(_near_mean(self._robot.belief), now_ns)
 
     def _is_moment(self, scan: Scan, now: FloatArray) -> bool:
         """Whether the robot has moved, or time has passed, since the last compared scan."""
@@ -166,7 +145,7 @@ class Monitor:
         Objects are taken as they were believed before the robot may have left the place, since
         later updates may be what makes a wrong place explain its scans.
         """
-        scenery, beliefs = self._scenery, self._bank.before.beliefs
+        scenery, beliefs = self._scenery, self.bank.before.beliefs
         tempering = self._settings.localization.tempering
         if self._robot.is_filtered:
             return tempering * scenery.log_likelihood_of_mean(sight, beams, BLUR, beliefs)
@@ -177,7 +156,7 @@ class Monitor:
 
     def _search_elsewhere(self, sight: Sight) -> None:
         """Search the whole building if other places are probable enough; follow one that wins."""
-        bank, now = self._bank, sight.scan.stamp_ns
+        bank, now = self.bank, sight.scan.stamp_ns
         if not bank.may_search(now, self._settings.search.every_s):
             return
         within = SAME
@@ -200,7 +179,7 @@ class Monitor:
 
     def _left(self, place: FloatArray) -> tuple[Kept, int]:
         """The beliefs from before scans favoured the way to a place (3,), and their stamp."""
-        moments, gained = self._bank.moments, []
+        moments, gained = self.bank.moments, []
         for moment in moments:
             log_likelihood = self._explained(moment.scan)
             there = compose(place, between(moments[-1].odometry, moment.odometry))

@@ -31,9 +31,8 @@ def share_explained(belief: ObjectBelief, exposure: Exposure, beams: IntArray) -
     """Share of the ``beams`` (k,) reaching an object that its most probable state explains."""
     chosen = np.zeros(len(exposure.scan), dtype=bool)
     chosen[beams] = True
-    every = np.ones(len(beams), dtype=bool)
     states = belief.best[None] if belief.presence >= 0.5 else belief.states[:0]
-    sight = exposure.sight
-    return sight.view(chosen).share_explained(
-        belief.item.name, states, sight.robot.mean, exposure.background[beams], every
+    sight, valid = exposure.sight, exposure.scan.valid
+    return sight.whole.share_explained(
+        belief.item.name, states, sight.robot.mean, exposure.background[valid], chosen[valid]
     )

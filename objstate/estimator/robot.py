@@ -10,7 +10,7 @@ import numpy as np
 from objstate.config import Settings
 from objstate.estimator.scenery import Scenery
 from objstate.estimator.sight import Sight
-from objstate.geometry import BoolArray, FloatArray, between
+from objstate.geometry import BoolArray, FloatArray, between, whitened
 from objstate.localization import (
     NOTHING,
     Carried,
@@ -62,7 +62,8 @@ class Robot:
         self._localizer = Localizer(settings.localization)
         self._filter: PoseFilter | None = None  # while the pose is known to centimetres
         self._learnt = NOTHING  # what the last filter had learnt of robot and building
-        self._draws = _whitened(settings.localization.min_particles)
+        count = settings.localization.min_particles
+        self._draws = whitened(np.random.default_rng(0).standard_normal((count, 3)))
         self._decorrelation = Decorrelation(settings.building_error.robot_length_m)
 
     # --- what is known --------------------------------------------------------------
@@ -255,10 +256,3 @@ class Robot:
         if self._filter is not None:
             return self._filter.carried(name, vantage)
         return self._decorrelation.carried(name, self._driven_m, vantage.covariance)
-
-
-def _whitened(count: int) -> FloatArray:
-    """Draws (n, 3) of a standard normal distribution, with exactly its mean and covariance."""
-    draws = np.random.default_rng(0).standard_normal((count, 3))
-    draws -= draws.mean(axis=0)
-    return np.asarray(draws @ np.linalg.inv(np.linalg.cholesky(draws.T @ draws / count)).T)

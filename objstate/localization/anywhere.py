@@ -47,13 +47,15 @@ class Anywhere:
         bearings = np.arctan2(directions[:, 1], directions[:, 0]) / (2.0 * np.pi)
         headings = (np.arange(len(around)) * GOLDEN)[:, None]
         turns = np.round((bearings + headings) * TURNS).astype(np.int64) % TURNS
-        expected = np.take_along_axis(around, turns, axis=1)
+        expected = around[np.arange(len(around))[:, None], turns]
         log = self._tempering * self._model.totals(measured[None], expected, scan.range_max)[0]
         peak, _, _, missing, hit, *_ = self._model.parameters(scan.range_max).tolist()
         should = np.where(np.isinf(measured), missing + hit, peak * np.exp(-0.5))
         most = self._tempering * float(np.log(should.clip(min=LEAST_CHANCE)).sum())
         mean = float(np.logaddexp.reduce(log) - np.log(len(log)))
-        return Chance(mean, most, float(np.median(log)) - mean, float(log.max()) - mean)
+        log.sort()
+        median = 0.5 * float(log[(len(log) - 1) // 2] + log[len(log) // 2])
+        return Chance(mean, most, median - mean, float(log[-1]) - mean)
 
     def _around(self, height: float) -> FloatArray:
         """Ranges (p, TURNS) m in all directions from the places.

@@ -3,22 +3,46 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from objstate.geometry import FloatArray, compose
+from objstate.geometry import FloatArray, compose, wrap
 from objstate.lazy import lazy
 from objstate.localization import samples
 from objstate.particles import Weights, systematic
+
+TINY = 1e-18  # added to variances, so that a covariance without any has a root
 
 
 @dataclass(frozen=True, eq=False)
 class PoseBelief:
     """Weighted samples of ``base_link`` in the building's frame."""
 
-    poses: FloatArray  # (n, 3) x m, y m, yaw rad
+    samples: FloatArray | Callable[[], FloatArray]  # (n, 3) x m, y m, yaw rad, or what draws them
     weights: Weights  # (n,)
+
+    @lazy
+    def poses(self) -> FloatArray:
+        """(n, 3) x m, y m, yaw rad of the samples."""
+        return self.samples if isinstance(self.samples, np.ndarray) else self.samples()
+
+    @staticmethod
+    def whitened(mean: FloatArray, covariance: FloatArray, draws: FloatArray) -> PoseBelief:
+        """A Gaussian, by samples that are computed on demand from ``draws`` (n, 3) of a normal one.
+
+        These have exactly a mean of 0 and unit covariance.
+        """
+
+        def poses() -> FloatArray:
+            drawn = mean + draws @ np.linalg.cholesky(covariance + TINY * np.eye(3)).T
+            drawn[:, 2] = wrap(drawn[:, 2])
+            return drawn
+
+        out = PoseBelief(poses, Weights.uniform(len(draws)))
+        out.__dict__["_moments"] = mean, covariance
+        return out
 
     @staticmethod
     def gaussian(

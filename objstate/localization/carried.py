@@ -54,10 +54,6 @@ class Clones:
         self._covariances: dict[str, FloatArray] = {}  # (3, 3) of the cloned errors
         self.cross = np.empty((0, 0))  # (m, 3 k)
 
-    def transform(self, matrix: FloatArray) -> None:
-        """The state's error x becomes matrix (m', m) x, plus a part independent of all clones."""
-        self.cross = matrix @ self.cross
-
     def select(self, rows: list[int]) -> None:
         """Keep only some rows of the state."""
         self.cross = self.cross[rows]
@@ -66,18 +62,18 @@ class Clones:
         """Append so many rows to the state, independent of all clones."""
         self.cross = np.concatenate([self.cross, np.zeros((count, self.cross.shape[1]))])
 
-    def renew(self, name: str, jacobian: FloatArray, covariance: FloatArray) -> Carried:
+    def renew(
+        self, name: str, jacobian: FloatArray, present: FloatArray, own: FloatArray
+    ) -> Carried:
         """The error since an object was last observed; its clone becomes the present error.
 
-        The error of the pose is the ``jacobian`` (3, m) times the state's, whose covariance is (m,
-        m).
+        The error of the pose is the ``jacobian`` (3, m) times the state's. Its covariance with the
+        state is ``present`` (m, 3), and its ``own`` is (3, 3).
         """
-        present = covariance @ jacobian.T
-        own = jacobian @ present
         if name not in self._first:
             self._first[name] = self.cross.shape[1]
             self.cross = np.concatenate([self.cross, present], axis=1)
-            carried = Carried(np.zeros((3, 3)), np.asarray(own))
+            carried = Carried(np.zeros((3, 3)), own)
         else:
             columns = slice(self._first[name], self._first[name] + 3)
             shared = jacobian @ self.cross[:, columns]

@@ -20,7 +20,6 @@ from objstate.lazy import Later
 from objstate.localization.belief import PoseBelief
 from objstate.localization.carried import POSE, Carried, Clones
 from objstate.localization.motion import Variances
-from objstate.particles import Weights
 from objstate.records import SECONDS_PER_HOUR, Scan
 from objstate.sensing.surfaces import Surfaces
 
@@ -55,6 +54,7 @@ LEAST_STD, MOST_GROWTH = 0.001, 0.05
 NOISIEST = 2.0  # times the first guess of a range's deviation: the largest that is learnt
 FIT = 9  # number of sums of the noise's fit
 UPPER = np.triu_indices(3)  # of a symmetric matrix of its three terms
+COMMON = np.arange(POSE + 2)  # columns on which all beams depend: pose and shift
 FIRST_TOGETHER = 0.5  # initial correlation of errors
 MOST_TOGETHER = 0.8  # largest
 FARTHEST = 3.0  # deviations beyond which a piece isn't a wall
@@ -87,6 +87,7 @@ class Vantage(NamedTuple):
     independence: float = 1.0  # exponent on the likelihood of a beam, for dependent errors
     bias: float = 0.0  # m by which ranges are too long
     jacobian: FloatArray = NO_STATE  # (3, m) of that pose by the state of the filter
+    shared: FloatArray = NO_STATE.T  # (m, 3) covariance of the state with that pose
 
     @staticmethod
     def of(robot: PoseBelief, scan: Scan, noise: RangeNoise) -> Vantage:
@@ -138,7 +139,8 @@ class PoseFilter:
         self._lasers: dict[str, int] = {}  # the first column of each laser
         # the column of each piece, by height and number
         self._pieces: dict[tuple[float, int], int] = {}
-        self._tables: dict[float, IntArray] = {}  # by height: the column of each number, or -1
+        # by height: the column of each number, or -1, as of the number -1
+        self._tables: dict[float, IntArray] = {}
         self._offsets = np.empty(0, dtype=np.int64)  # all columns of pieces
         self._known_wall_std: float | None = None  # cached for the present state
         self._learnt = learnt
@@ -178,11 +180,8 @@ class PoseFilter:
         return Learnt(lasers, dict(self._noise), self._walls_with(self._offsets))
 
     def belief(self, draws: FloatArray) -> PoseBelief:
-        """Samples of the pose at fixed ``draws`` (n, 3) of a standard normal distribution."""
-        root = np.linalg.cholesky(self.covariance + 1e-18 * np.eye(POSE))
-        poses = self._mean[:POSE] + draws @ root.T
-        poses[:, 2] = (poses[:, 2] + math.pi) % (2.0 * math.pi) - math.pi
-        return PoseBelief(poses, Weights.uniform(len(poses)))
+        """Samples of the pose at fixed ``draws`` (n, 3), see ``PoseBelief.whitened``."""
+        return PoseBelief.whitened(self.mean, self.covariance.copy(), draws)
 
     def drive(self, step: FloatArray, variances: Variances, seconds: float) -> None:
         """Predict for a ``step`` (3,) of odometry in the robot's frame, with ``variances``."""
@@ -218,20 +217,21 @@ class PoseFilter:
         jacobian[:2, first : first + 2] = (cos, -sin), (sin, cos)
         jacobian[:, first + 2] = y, -x, 1.0
         jacobian[:, first + CLOCK] = moving
+        shared = self._covariance @ jacobian.T
         return Vantage(
             pose[:2] - shift,
             origins - shift,
             directions,
-            jacobian @ self._covariance @ jacobian.T,
-            self.range_noise(scan.laser),
-            self.independence(scan.laser),
+            jacobian @ shared,
+            *self._noises(scan.laser),
             float(self._mean[first + BIAS]),
             jacobian,
+            shared,
         )
 
     def carried(self, name: str, vantage: Vantage) -> Carried:
         """How the error at the last observation of an object carries over; it is observed now."""
-        return self._clones.renew(name, vantage.jacobian, self._covariance)
+        return self._clones.renew(name, vantage.jacobian, vantage.shared, vantage.covariance)
 
     def range_noise(self, laser: str) -> RangeNoise:
         """The noise of a laser's ranges: weighted least squares of squared errors so far."""
@@ -253,19 +253,21 @@ class PoseFilter:
         return self._known_noise[laser]
 
     def _noise_of(self, sums: FloatArray) -> RangeNoise:
-        sums, first = sums + self._first_fit, self._error.range_std_m**2
-        products, errors = np.empty((3, 3)), sums[6:]
-        products[UPPER] = products.T[UPPER] = sums[:6]
-        terms, found = [0, 1, 2], np.zeros(3)
-        while True:
-            found[:] = 0.0
-            found[terms] = np.linalg.solve(products[np.ix_(terms, terms)], errors[terms])
-            least = 1 + int(np.argmin(found[1:]))
-            if found[least] >= 0.0:
-                break
-            terms.remove(least)
-        growth, slant = np.minimum(found[1:], MOST_GROWTH**2).tolist()
-        variance = (errors[0] - products[0, 1] * growth - products[0, 2] * slant) / products[0, 0]
+        count, a, b, aa, ab, bb, own, of_a, of_b = (sums + self._first_fit).tolist()
+        first, most = self._error.range_std_m**2, MOST_GROWTH**2
+        # the products of growth and slant, and of these with the squared errors, about their means
+        aa, ab, bb = aa - a * a / count, ab - a * b / count, bb - b * b / count
+        of_a, of_b = of_a - a * own / count, of_b - b * own / count
+        determinant = aa * bb - ab * ab
+        growth, slant = of_a * bb - of_b * ab, of_b * aa - of_a * ab
+        if growth >= 0.0 <= slant:
+            growth, slant = growth / determinant, slant / determinant
+        elif growth < slant:
+            growth, slant = 0.0, max(of_b / bb, 0.0)
+        else:
+            growth, slant = max(of_a / aa, 0.0), 0.0
+        growth, slant = min(growth, most), min(slant, most)
+        variance = (own - a * growth - b * slant) / count
         return RangeNoise(min(max(variance, LEAST_STD**2), NOISIEST**2 * first), growth, slant)
 
     @property
@@ -307,15 +309,9 @@ class PoseFilter:
         is_near = not self._is_wider(NEAR)
         slipping = (np.array(SLIPPING) * min(self._since, 1.0)) ** 2
         if about is None and self._slips > 0.0:
-            columns, offsets = self._columns(scan, seen.numbers)
             self._slips = pose_update.slipped(
                 np.ascontiguousarray(np.flatnonzero(used)[::EVERY]),
-                scan.ranges,
-                seen.ranges,
-                entered,
-                seen.row,
-                columns,
-                offsets,
+                self._readings(scan, seen, entered),
                 gripping,
                 self._densities(scan),
                 slipping,
@@ -327,17 +323,17 @@ class PoseFilter:
         if about is not None:
             gate = prior.copy()
             gate[:POSE, :POSE] = about.covariance + np.diag([NEAR[0], NEAR[0], NEAR[1]]) ** 2
-        taken = self._take(scan, seen, used, entered, shift, prior, gate)
+        taken = self._take(scan, self._readings(scan, seen, entered), used, shift, prior, gate)
         if not is_near or self._slips > NEGLIGIBLE:
             self._mean, self._known_wall_std = mean + taken.shift, None
             seen = self._meet(scan, surfaces)
             used &= seen.numbers >= 0
-            gate = taken.left @ prior
-            taken = self._take(scan, seen, used, entered, taken.shift, prior, gate)
-        covariance = taken.left @ prior
+            again, gate = self._readings(scan, seen, entered), taken.reduced(prior)
+            taken = self._take(scan, again, used, taken.shift, prior, gate)
+        covariance = taken.reduced(prior)
         self._covariance = 0.5 * (covariance + covariance.T)
         self._mean, self._known_wall_std = mean + taken.shift, None
-        self._clones.transform(taken.left)
+        self._clones.cross = taken.reduced(self._clones.cross)
         self._since = 0.0
         self._learn_noise(scan.laser, taken)
         return int(np.count_nonzero(used))
@@ -370,9 +366,8 @@ class PoseFilter:
     def _take(
         self,
         scan: Scan,
-        seen: _Met,
+        beams: pose_update.Readings,
         used: BoolArray,
-        entered: FloatArray,
         off: FloatArray,
         prior: FloatArray,
         gate: FloatArray,
@@ -382,19 +377,13 @@ class PoseFilter:
         The prior's covariance is (m, m). Beams count by the probability that they hit, for a state
         of covariance ``gate`` (m, m).
         """
-        columns, offsets = self._columns(scan, seen.numbers)
         count = len(off)
         information, gradient = np.zeros((count, count)), np.zeros(count)
         sums, residuals = np.zeros(FIT), np.empty(len(scan))
         pose_update.gather(
             used,
-            scan.ranges,
-            seen.ranges,
-            entered,
-            seen.row,
-            columns,
+            beams,
             off,
-            offsets,
             gate,
             self._densities(scan),
             information,
@@ -402,9 +391,12 @@ class PoseFilter:
             sums,
             residuals,
         )
-        left = np.asarray(np.linalg.inv(np.eye(count) + prior @ information))
-        shift = left @ (prior @ gradient)
-        return _Taken(left, shift, sums, residuals)
+        told = np.flatnonzero(information.diagonal())
+        information, prior = information[told[:, None], told], prior[:, told]
+        held = np.eye(len(told)) + information @ prior[told]
+        gain = prior @ np.linalg.solve(held, information)
+        taken = _Taken(told, gain, prior @ gradient[told], sums, residuals)
+        return taken._replace(shift=taken.reduced(taken.shift))
 
     def _densities(self, scan: Scan) -> pose_update.Densities:
         """The beam model of a scan, as the loops take it."""
@@ -460,7 +452,7 @@ class PoseFilter:
         """Follow the offsets of pieces that enough beams (k,) meet; drop some of too many."""
         height = float(scan.rays.origins[0, 2])
         if height not in self._tables:
-            self._tables[height] = np.full(len(surfaces.pieces), -1, dtype=np.int64)
+            self._tables[height] = np.full(len(surfaces.pieces) + 1, -1, dtype=np.int64)
         seen = np.flatnonzero(np.bincount(numbers) >= FEWEST)
         wanted = [(height, k) for k in seen.tolist()]
         fresh = [piece for piece in wanted if piece not in self._pieces]
@@ -514,14 +506,14 @@ class PoseFilter:
         squares, count = self._learnt.pieces
         return FIRST_PIECES * self._error.wall_std_m**2 + squares, FIRST_PIECES + count
 
-    def _columns(self, scan: Scan, numbers: IntArray) -> tuple[IntArray, FloatArray]:
-        """The state's columns (n, 12) that each beam depends on, and its wall's offset (n,)."""
-        columns = np.empty((len(numbers), pose_update.COLUMNS), dtype=np.int64)
-        offsets = np.empty(len(numbers))
-        table = self._tables[float(scan.rays.origins[0, 2])]
-        first = self._laser(scan.laser)
-        pose_update.columns_of(numbers, table, self._mean, first, columns, offsets)
-        return columns, offsets
+    def _readings(self, scan: Scan, seen: _Met, entered: FloatArray) -> pose_update.Readings:
+        """A scan's beams, entered by objects (n,) m away, as the loops take them."""
+        columns = np.concatenate([COMMON, self._laser(scan.laser) + np.arange(LASER)])
+        walls = self._tables[float(scan.rays.origins[0, 2])][seen.numbers]
+        offsets = np.where(walls >= 0, self._mean[walls], 0.0)
+        return pose_update.Readings(
+            scan.ranges, seen.ranges, entered, seen.row, columns, walls, offsets
+        )
 
     def _shares(self, range_max: float) -> tuple[float, float, float]:
         """Probability of a hit, and densities, 1/m, of random and of short readings."""
@@ -563,17 +555,25 @@ class _Met(NamedTuple):
 class _Taken(NamedTuple):
     """The posterior of the state after a scan."""
 
-    left: FloatArray  # (m, m) what remains of the prior's errors
+    told: IntArray  # (t,) columns of the state on which readings depend
+    gain: FloatArray  # (m, t) what is subtracted for each error in these
     shift: FloatArray  # (m,) of the mean
     sums: FloatArray  # (9,) of the fit of ``RangeNoise``
     residuals: FloatArray  # (n,) in standard deviations
 
+    def reduced(self, errors: FloatArray) -> FloatArray:
+        """What remains of errors (m, ...) of the prior: (1 + prior information)^-1 errors."""
+        return np.asarray(errors - self.gain @ errors[self.told])
+
 
 def _independence(sums: FloatArray) -> float:
     """Correlations with the previous scan and with neighbours, from sums (4,)."""
-    together = (sums[::2] + FIRST_TOGETHER * FIRST_BEAMS) / (sums[1::2] + FIRST_BEAMS)
-    together = np.clip(together, 0.0, MOST_TOGETHER)
-    return float(np.prod((1.0 - together) / (1.0 + together)))
+    out = 1.0
+    for products, squares in sums.reshape(-1, 2).tolist():
+        together = (products + FIRST_TOGETHER * FIRST_BEAMS) / (squares + FIRST_BEAMS)
+        together = min(max(together, 0.0), MOST_TOGETHER)
+        out *= (1.0 - together) / (1.0 + together)
+    return out
 
 
 def _heading(pose: FloatArray) -> tuple[float, float]:

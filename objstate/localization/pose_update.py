@@ -39,6 +39,19 @@ class Densities(NamedTuple):
     independence: float  # exponent on the likelihood of a beam, for dependent errors
 
 
+@record("readings", "f1 f1 f1 f2 i1 i1 f1")
+class Readings(NamedTuple):
+    """The beams of a scan, and the walls that they should meet at the mean of the state (m,)."""
+
+    measured: FloatArray  # (n,) m
+    expected: FloatArray  # (n,) m
+    entered: FloatArray  # (n,) m; beyond, an object may stop the beam
+    row: FloatArray  # (n, 12) derivatives of the range by ``columns`` and by the wall's offset
+    columns: IntArray  # (11,) of the state, on which all beams depend
+    walls: IntArray  # (n,) column of the wall's offset, -1 where it isn't followed
+    offsets: FloatArray  # (n,) m, these offsets, else 0
+
+
 @_inner
 def _scatter(noise: Densities, distance: float, slope: float) -> Any:
     """m^2 of a range to a wall by the laser's noise, by one over the cosine of incidence."""
@@ -71,6 +84,40 @@ def wall_sums(
     limited to ``farthest`` deviations.
     """
     return _wall_sums(mean, covariance, columns, prior, farthest)
+
+
+@_inner
+def _shared(covariance: FloatArray, columns: IntArray) -> Any:
+    """Covariance (11, 11) of the state's ``columns`` (11,) on which all beams depend."""
+    out = np.empty((OFFSET, OFFSET))
+    for a in range(OFFSET):
+        for b in range(OFFSET):
+            out[a, b] = covariance[columns[a], columns[b]]
+    return out
+
+
+@_inner
+def _predicted(
+    row: FloatArray,
+    first: int,
+    wall: int,
+    shared: FloatArray,
+    covariance: FloatArray,
+    columns: IntArray,
+) -> Any:
+    """m^2 of a range by errors of the state, from the ``first`` of those of ``shared`` on."""
+    total = 0.0
+    for a in range(first, OFFSET):
+        part = 0.5 * shared[a, a] * row[a]
+        for b in range(first, a):
+            part += shared[a, b] * row[b]
+        total += row[a] * part
+    if wall >= 0:
+        part = 0.5 * covariance[wall, wall] * row[OFFSET]
+        for a in range(first, OFFSET):
+            part += covariance[wall, columns[a]] * row[a]
+        total += row[OFFSET] * part
+    return 2.0 * total
 
 
 @called_with("f1 f2 f2 f1 f f f f f f i1 f f f")
@@ -204,32 +251,6 @@ def leave(
         towards[i, 1] = turn_sin * x_now + turn_cos * y_now
 
 
-@called_with("i1 i1 f1 i i2 f1")
-@_compile
-def columns_of(
-    numbers: IntArray,
-    table: IntArray,
-    mean: FloatArray,
-    first: int,
-    columns: IntArray,
-    offsets: FloatArray,
-) -> None:
-    """The ``columns`` (n, 12) of the state (m,) of beams, and their walls' ``offsets`` (n,).
-
-    Beams meet pieces of some ``numbers`` (n,). The ``table`` has the column of each piece's offset,
-    or -1. The laser's errors begin with a column ``first``.
-    """
-    frame = POSE + SHIFTS
-    for i in range(numbers.shape[0]):
-        for a in range(frame):
-            columns[i, a] = a
-        for a in range(frame, OFFSET):
-            columns[i, a] = first + a - frame
-        own = table[numbers[i]] if numbers[i] >= 0 else -1
-        columns[i, OFFSET] = own
-        offsets[i] = mean[own] if own >= 0 else 0.0
-
-
 @called_with("f2 i1 f1 f2 f2 f1 f1 f1 f1 f2")
 @_compile
 def rows(
@@ -273,17 +294,52 @@ def rows(
         out[i, OFFSET] = 1.0 / cosine
 
 
-@called_with("b1 f1 f1 f1 f2 i2 f1 f1 f2 densities f2 f1 f1 f1")
+@_inner
+def _inform(
+    weight: float,
+    row: FloatArray,
+    off: float,
+    columns: IntArray,
+    wall: int | np.int64,
+    known: FloatArray,
+    information: FloatArray,
+    gradient: FloatArray,
+) -> None:
+    """Add a beam that is off: the lower half of ``known`` (11, 11) by ``columns``, and the rest."""
+    for a in range(OFFSET):
+        gradient[columns[a]] += weight * row[a] * off
+        for b in range(a + 1):
+            known[a, b] += weight * row[a] * row[b]
+    if wall >= 0:
+        gradient[wall] += weight * row[OFFSET] * off
+        information[wall, wall] += weight * row[OFFSET] * row[OFFSET]
+        for a in range(OFFSET):
+            information[wall, columns[a]] += weight * row[OFFSET] * row[a]
+
+
+@_inner
+def _note_error(
+    weight: float, square: float, slanted: float, error: float, sums: FloatArray
+) -> None:
+    """Add a beam's squared range, squared tangent and squared error to ``sums`` (9,)."""
+    slanted *= square
+    sums[0] += weight
+    sums[1] += weight * square
+    sums[2] += weight * slanted
+    sums[3] += weight * square * square
+    sums[4] += weight * square * slanted
+    sums[5] += weight * slanted * slanted
+    sums[6] += weight * error
+    sums[7] += weight * square * error
+    sums[8] += weight * slanted * error
+
+
+@called_with("b1 readings f1 f2 densities f2 f1 f1 f1")
 @_compile
 def gather(
     used: BoolArray,
-    measured: FloatArray,
-    ranges: FloatArray,
-    entered: FloatArray,
-    row: FloatArray,
-    columns: IntArray,
+    beams: Readings,
     off: FloatArray,
-    offsets: FloatArray,
     covariance: FloatArray,
     noise: Densities,
     information: FloatArray,
@@ -293,63 +349,60 @@ def gather(
 ) -> None:
     """Add ``used`` beams (n,) to ``information`` (m, m) and ``gradient`` (m,) at the prior mean.
 
-    Ranges were ``measured`` (n,) where ``ranges`` (n,) are expected at the present mean, which is
-    ``off`` (m,) from the prior mean. Their derivatives are ``row`` (n, 12) by the state's
-    ``columns`` (n, 12), of which the last is -1 for walls whose ``offsets`` (n,) aren't followed.
-    Beyond the range at which a beam is ``entered`` (n,), an object may stop it. A beam counts by
-    the probability that the wall stopped it, given the state's ``covariance`` (m, m), times the
-    independence of its error. ``sums`` (9,) are those of a weighted least squares fit of
-    squared errors to their variance, over beams that are off by less than ``SURELY_HIT``
-    deviations: products of its three terms (6), and of these with the squared errors (3).
-    ``residuals`` (n,) are in deviations, NaN for other beams.
+    The present mean is ``off`` (m,) from the prior mean. A beam counts by the probability that the
+    wall stopped it, given the state's ``covariance`` (m, m), times the independence of its error.
+    ``sums`` (9,) are those of a weighted least squares fit of squared errors to their variance,
+    over beams that are off by less than ``SURELY_HIT`` deviations: products of its three terms (6),
+    and of these with the squared errors (3). ``residuals`` (n,) are in deviations, NaN for other
+    beams.
     """
+    columns, known = beams.columns, np.zeros((OFFSET, OFFSET))
+    shared = _shared(covariance, columns)
     for i in range(used.shape[0]):
         residuals[i] = np.nan
         if not used[i]:
             continue
-        count = COLUMNS if columns[i, OFFSET] >= 0 else OFFSET
-        residual = measured[i] - ranges[i] - row[i, OFFSET] * offsets[i]
-        scatter = _scatter(noise, ranges[i], row[i, OFFSET])
-        own, predicted, back = scatter, 0.0, 0.0
-        if count == OFFSET:
-            own += row[i, OFFSET] * row[i, OFFSET] * noise.wall_variance
-        for a in range(count):
-            back += row[i, a] * off[columns[i, a]]
-            for b in range(count):
-                predicted += row[i, a] * covariance[columns[i, a], columns[i, b]] * row[i, b]
-        spread = own + predicted
+        h, wall, slope, expected = (
+            beams.row[i],
+            beams.walls[i],
+            beams.row[i, OFFSET],
+            beams.expected[i],
+        )
+        residual = beams.measured[i] - expected - slope * beams.offsets[i]
+        scatter, back = _scatter(noise, expected, slope), 0.0
+        own = scatter
+        for a in range(OFFSET):
+            back += h[a] * off[columns[a]]
+        if wall >= 0:
+            back += slope * off[wall]
+        else:
+            own += slope * slope * noise.wall_variance
+        spread = own + _predicted(h, 0, wall, shared, covariance, columns)
         density = (
             noise.hit
             * math.exp(-0.5 * residual * residual / spread)
             / (ROOT_TAU * math.sqrt(spread))
         )
-        beyond = measured[i] > entered[i]
+        beyond = beams.measured[i] > beams.entered[i]
         other = noise.random + (noise.short if residual < 0.0 else 0.0)
         other += noise.standing if beyond else 0.0
         share = density / (density + other)
         if share < 1e-6:
             continue
         weight = noise.independence * share / own
-        for a in range(count):
-            gradient[columns[i, a]] += weight * row[i, a] * (residual + back)
-            for b in range(count):
-                information[columns[i, a], columns[i, b]] += weight * row[i, a] * row[i, b]
+        _inform(weight, h, residual + back, columns, wall, known, information, gradient)
         if residual * residual > SURELY_HIT * SURELY_HIT * spread:
             continue
         residuals[i] = residual / math.sqrt(spread)
-        if count == COLUMNS and not beyond:
+        if wall >= 0 and not beyond:
             weight, error = share / (scatter * scatter), residual * residual / CUT_OFF
-            square = ranges[i] * ranges[i]
-            slanted = square * (row[i, OFFSET] * row[i, OFFSET] - 1.0)
-            sums[0] += weight
-            sums[1] += weight * square
-            sums[2] += weight * slanted
-            sums[3] += weight * square * square
-            sums[4] += weight * square * slanted
-            sums[5] += weight * slanted * slanted
-            sums[6] += weight * error
-            sums[7] += weight * square * error
-            sums[8] += weight * slanted * error
+            _note_error(weight, expected * expected, slope * slope - 1.0, error, sums)
+    for a in range(OFFSET):
+        for k in range(information.shape[0]):
+            information[columns[a], k] = information[k, columns[a]]
+    for a in range(OFFSET):
+        for b in range(a + 1):
+            information[columns[a], columns[b]] = information[columns[b], columns[a]] = known[a, b]
 
 
 @_inner
@@ -416,16 +469,11 @@ def _evidence_of_pose(  # noqa: PLR0912
     return independence * total - 0.5 * (pull + log_determinant)
 
 
-@called_with("i1 f1 f1 f1 f2 i2 f1 f2 densities f1 f")
+@called_with("i1 readings f2 densities f1 f")
 @_compile
 def slipped(
     some: IntArray,
-    measured: FloatArray,
-    ranges: FloatArray,
-    entered: FloatArray,
-    row: FloatArray,
-    columns: IntArray,
-    offsets: FloatArray,
+    beams: Readings,
     covariance: FloatArray,
     noise: Densities,
     slipping: FloatArray,
@@ -434,27 +482,26 @@ def slipped(
     """Probability that wheels slipped before a scan, which adds variances ``slipping`` (3,).
 
     The prior probability is ``slips``. By ``some`` beams (k,), for a state that has only the pose:
-    errors from the rest of the state count as noise. For other arguments see ``gather``.
+    errors from the rest of the state, of ``covariance`` (m, m), count as noise.
     """
     own, residuals, other = np.empty(len(some)), np.empty(len(some)), np.empty((len(some), 2))
+    shared = _shared(covariance, beams.columns)
     for k in range(len(some)):
         i = some[k]
-        count = COLUMNS if columns[i, OFFSET] >= 0 else OFFSET
-        residuals[k] = measured[i] - ranges[i] - row[i, OFFSET] * offsets[i]
-        own[k] = _scatter(noise, ranges[i], row[i, OFFSET])
-        if count == OFFSET:
-            own[k] += row[i, OFFSET] * row[i, OFFSET] * noise.wall_variance
-        for a in range(3, count):
-            for b in range(3, count):
-                own[k] += row[i, a] * covariance[columns[i, a], columns[i, b]] * row[i, b]
-        other[k, 0] = noise.random + (noise.standing if measured[i] > entered[i] else 0.0)
+        slope, wall = beams.row[i, OFFSET], beams.walls[i]
+        residuals[k] = beams.measured[i] - beams.expected[i] - slope * beams.offsets[i]
+        own[k] = _scatter(noise, beams.expected[i], slope)
+        own[k] += slope * slope * noise.wall_variance if wall < 0 else 0.0
+        own[k] += _predicted(beams.row[i], POSE, wall, shared, covariance, beams.columns)
+        is_beyond = beams.measured[i] > beams.entered[i]
+        other[k, 0] = noise.random + (noise.standing if is_beyond else 0.0)
         other[k, 1] = other[k, 0] + noise.short
     gripping, widened = np.empty((3, 3)), np.empty((3, 3))
     for a in range(3):
         for b in range(3):
             gripping[a, b] = widened[a, b] = covariance[a, b]
         widened[a, a] += slipping[a]
-    readings = residuals, own, row, some, other, noise.hit, noise.independence
+    readings = residuals, own, beams.row, some, other, noise.hit, noise.independence
     log_odds = math.log(slips) - math.log1p(-slips)
     log_odds += _evidence_of_pose(*readings, widened) - _evidence_of_pose(*readings, gripping)
     return 1.0 / (1.0 + math.exp(-min(max(log_odds, -50.0), 50.0)))

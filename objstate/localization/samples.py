@@ -7,16 +7,11 @@ from typing import Any
 import numpy as np
 
 from objstate.compiling import called_with, inner, njit
-from objstate.geometry import TURN, FloatArray, IntArray
+from objstate.geometry import FloatArray, IntArray
+from objstate.linear import wrapped
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
-
-
-@_inner
-def _wrapped(angle: float) -> Any:
-    """The angle in [-pi, pi)."""
-    return angle - TURN * np.floor((angle + np.pi) / TURN)
 
 
 @_inner
@@ -44,7 +39,7 @@ def moments(
             covariance[row, column] = 0.0
     for p in range(poses.shape[0]):
         off[0], off[1] = poses[p, 0] - mean[0], poses[p, 1] - mean[1]
-        off[2] = _wrapped(poses[p, 2] - mean[2])
+        off[2] = wrapped(poses[p, 2] - mean[2])
         for row in range(3):
             for column in range(row + 1):
                 covariance[row, column] += weights[p] * off[row] * off[column]
@@ -75,7 +70,7 @@ def moved(
         driven = length + length_std * noise[2, p]
         out[p, 0] = poses[p, 0] + driven * np.cos(heading + bearing)
         out[p, 1] = poses[p, 1] + driven * np.sin(heading + bearing)
-        out[p, 2] = _wrapped(heading + (turn + half_turn_std * noise[1, p]))
+        out[p, 2] = wrapped(heading + (turn + half_turn_std * noise[1, p]))
 
 
 @called_with("f2 f1")
@@ -96,7 +91,7 @@ def cells(poses: FloatArray, sides: FloatArray) -> Any:
     for p in range(count):
         places[p, 0] = np.rint((poses[p, 0] - mean[0]) / sides[0])
         places[p, 1] = np.rint((poses[p, 1] - mean[1]) / sides[1])
-        places[p, 2] = np.rint(_wrapped(poses[p, 2] - mean[2]) / sides[2])
+        places[p, 2] = np.rint(wrapped(poses[p, 2] - mean[2]) / sides[2])
         for axis in range(3):
             first[axis] = min(first[axis], places[p, axis])
             last[axis] = max(last[axis], places[p, axis])
@@ -146,5 +141,5 @@ def copies(
             out[k, axis] = poses[ancestors[k], axis]
             for column in range(3):
                 out[k, axis] += root[axis, column] * noise[k, column]
-        out[k, 2] = _wrapped(out[k, 2])
+        out[k, 2] = wrapped(out[k, 2])
     return out

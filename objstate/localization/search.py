@@ -285,7 +285,7 @@ def _listed(heights: list[float]) -> str:
 
 
 def _off(poses: FloatArray, pose: FloatArray) -> FloatArray:
-    """Differences (..., p, 3) of poses (p, 3) from a pose (3,) or several (..., 1, 3)."""
+    """Differences (..., 3) of poses from another, or from others."""
     off = poses - pose
     off[..., 2] = wrap(off[..., 2])
     return off
@@ -293,8 +293,7 @@ def _off(poses: FloatArray, pose: FloatArray) -> FloatArray:
 
 def apart(a: FloatArray, b: FloatArray) -> FloatArray:
     """Distances between poses (..., 3) in units of ``APART``."""
-    off = np.abs(np.stack([*(a - b)[..., :2].T, wrap((a - b)[..., 2]).T], axis=-1))
-    return np.asarray((off / APART).max(axis=-1))
+    return np.asarray((np.abs(_off(a, b)) / APART).max(axis=-1))
 
 
 class _Priors:

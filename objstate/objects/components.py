@@ -9,9 +9,9 @@ import numpy as np
 
 from objstate.compiling import called_with, inner, njit
 from objstate.geometry import BoolArray, FloatArray
-from objstate.linear import ROOT_TAU
+from objstate.linear import ROOT_TAU, wrapped
 from objstate.objects.mixture_kernels import ERRORS, ROBOT
-from objstate.objects.sampling import alike, wrapped
+from objstate.objects.sampling import alike
 
 SAME_PLACE = 1.0  # nats of divergence below which a component merges with a heavier one
 YAW, EAST, NORTH = 3, 4, 5  # indices of the errors

@@ -12,13 +12,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from objstate.building.model import Kind, MovableObject
-from objstate.config import DoorSettings
+from objstate.config import DoorSettings, Rest
 from objstate.geometry import FloatArray, wrap
 from objstate.lazy import Later, lazy
 from objstate.objects.belief import ObjectBelief
 from objstate.objects.evidence import ScanEvidence, Update
 from objstate.particles import Weights
-from objstate.records import SECONDS_PER_HOUR
 
 if TYPE_CHECKING:
     from objstate.objects import lattice
@@ -37,11 +36,15 @@ class LatticeFilter:
     item: MovableObject
     settings: DoorSettings
 
+    @property
+    def _hinged(self) -> bool:
+        return self.item.kind is Kind.HINGED
+
     @lazy
     def _states(self) -> FloatArray:
         """(n,) from limit to limit, so that a door at its stop lies on a sample."""
-        s, hinged = self.settings, self.item.kind is Kind.HINGED
-        resolution = np.radians(s.resolution_deg) if hinged else s.resolution_m
+        s = self.settings
+        resolution = np.radians(s.resolution_deg) if self._hinged else s.resolution_m
         span = self.item.upper - self.item.lower
         cells = max(int(np.ceil(span / resolution)), 1)
         return np.linspace(
@@ -71,16 +74,9 @@ class LatticeFilter:
 
     @lazy
     def _prior_weights(self) -> FloatArray:
-        states, s = self._states, self.settings
-        if s.prior == "uniform":
+        if self.settings.prior == "uniform":
             return self._rest_weights
-        mean, std = s.prior_mean_m, s.prior_std_m
-        if self.item.kind is Kind.HINGED:
-            mean = None if s.prior_mean_deg is None else np.radians(s.prior_mean_deg)
-            std = np.radians(s.prior_std_deg)
-        off = states - (self.item.home[0] if mean is None else mean)
-        off = wrap(off) if self.item.wraps else off
-        weights = np.exp(-0.5 * (off / std) ** 2) + np.finfo(float).tiny
+        weights = gaussian_prior(self.item, self.settings, self._states) + np.finfo(float).tiny
         return np.asarray(weights / weights.sum())
 
     @lazy
@@ -89,29 +85,16 @@ class LatticeFilter:
         rest, count, item = self.settings.rest, len(self._states), self.item
         weights = np.full(count, 1.0 / count)
         if not item.wraps:
-            closed_is_first = abs(item.lower - item.home[0]) <= abs(item.upper - item.home[0])
             weights *= rest.anywhere
-            weights[[0, -1]] += (rest.closed, rest.open)[:: 1 if closed_is_first else -1]
+            weights[[0, -1]] += rest_at_limits(item, rest)
         return np.asarray(weights / weights.sum())
 
     def predict(
         self, belief: ObjectBelief, seconds: float, rng: np.random.Generator
     ) -> ObjectBelief:
         """The prediction: drift and moves."""
-        weights, p_moving = np.empty(len(belief.states)), np.empty(len(belief.states))
-        mean, std = lattice.predict(
-            belief.weights.values,
-            belief.p_moving,
-            *belief.lattice,
-            self._cells_per_second * seconds,
-            1.0 - self.stayed(seconds),
-            seconds,
-            self._swing,
-            self._rest_weights,
-            weights,
-            p_moving,
-        )
-        return belief.on_lattice(weights, mean, std, p_moving=p_moving)
+        moved, begun = belief.p_moving, self.settings.dynamics.moved(seconds)
+        return self._later(belief, belief.weights.values, moved, begun, self._rest_weights, seconds)
 
     def carried(
         self, belief: ObjectBelief, kept: FloatArray, rest: FloatArray, seconds: float
@@ -120,15 +103,28 @@ class LatticeFilter:
 
         Where it was moved it rests after ``rest`` (n,), which sums to one.
         """
-        weights, p_moving = np.empty(len(belief.states)), np.empty(len(belief.states))
         stays = belief.weights.values * kept
         total = float(stays.sum())
+        weights = stays / total if total > 0.0 else rest
+        return self._later(belief, weights, np.zeros(1), 1.0 - total, rest, seconds)
+
+    def _later(
+        self,
+        belief: ObjectBelief,
+        before: FloatArray,
+        moving: FloatArray,
+        begun: float,
+        rest: FloatArray,
+        seconds: float,
+    ) -> ObjectBelief:
+        """The prediction of weights ``before`` (n,), see ``lattice.predict``."""
+        weights, p_moving = np.empty(len(belief.states)), np.empty(len(belief.states))
         mean, std = lattice.predict(
-            stays / total if total > 0.0 else rest,
-            np.zeros(1),
+            before,
+            moving,
             *belief.lattice,
             self._cells_per_second * seconds,
-            1.0 - total,
+            begun,
             seconds,
             self._swing,
             rest,
@@ -151,20 +147,14 @@ class LatticeFilter:
     @lazy
     def _swing(self) -> FloatArray:
         """(3,) how the door moves while it is being moved, as the loops take it."""
-        swing, hinged = self.settings.swing, self.item.kind is Kind.HINGED
-        most = math.radians(swing.most_deg_per_s) if hinged else swing.most_m_per_s
-        return np.array([swing.seconds, swing.near_s, most / self._spacing])
-
-    def stayed(self, seconds: float) -> float:
-        """Probability that the door isn't moved for some time."""
-        return math.exp(-self.settings.dynamics.moves_per_hour * seconds / SECONDS_PER_HOUR)
+        swing = self.settings.swing
+        return np.array([swing.seconds, swing.near_s, swing.most(self._hinged) / self._spacing])
 
     @lazy
     def _cells_per_second(self) -> float:
         """The variance of the drift, in cells squared."""
-        dynamics, hinged = self.settings.dynamics, self.item.kind is Kind.HINGED
-        drift = math.radians(dynamics.drift_deg) if hinged else dynamics.drift_m
-        return (drift / self._spacing) ** 2
+        drift, _, turn = self.settings.dynamics.drift
+        return ((turn if self._hinged else drift) / self._spacing) ** 2
 
     def update(
         self, belief: ObjectBelief, evidence: ScanEvidence, rng: np.random.Generator
@@ -200,8 +190,24 @@ class LatticeFilter:
     @lazy
     def _coarsely(self) -> int:
         """One of so many states is cast whatever its weight."""
-        hinged = self.item.kind is Kind.HINGED
-        return max(int(COARSE / (self._spacing * (self._width if hinged else 1.0))), 1)
+        return max(int(COARSE / (self._spacing * (self._width if self._hinged else 1.0))), 1)
+
+
+def gaussian_prior(item: MovableObject, settings: DoorSettings, states: FloatArray) -> FloatArray:
+    """Densities (n,), up to a factor, of a door's states (n,) by a Gaussian about its prior mean."""
+    mean, std = settings.prior_mean_m, settings.prior_std_m
+    if item.kind is Kind.HINGED:
+        mean = None if settings.prior_mean_deg is None else math.radians(settings.prior_mean_deg)
+        std = math.radians(settings.prior_std_deg)
+    off = states - (item.home[0] if mean is None else mean)
+    off = wrap(off) if item.wraps else off
+    return np.asarray(np.exp(-0.5 * (off / std) ** 2))
+
+
+def rest_at_limits(item: MovableObject, rest: Rest) -> tuple[float, float]:
+    """Shares of resting doors at the lower and the upper limit: the nearer to home is closed."""
+    closed_is_first = abs(item.lower - item.home[0]) <= abs(item.upper - item.home[0])
+    return (rest.closed, rest.open) if closed_is_first else (rest.open, rest.closed)
 
 
 def leaf_axes(item: MovableObject) -> tuple[FloatArray, FloatArray]:

@@ -13,28 +13,45 @@ import numpy as np
 
 from objstate.compiling import called_with, inner, njit
 from objstate.geometry import FloatArray
-from objstate.linear import ROOT_2
+from objstate.linear import ROOT_2, ROOT_TAU
 from objstate.objects.mixture_kernels import ORIGIN, STATE, ZERO
 
 LEAST_WEIGHT = 1e-7  # relative weight below which a component is left off a lattice
 SIGMAS = 6.0  # deviations beyond which a Gaussian is zero
 NARROWEST = 1e-3  # least deviation of a Gaussian on a lattice, in its cells
 OUTSIDE = 1e-9  # probability within a lattice below which a Gaussian lies beyond its end
+TABLED, PER_DEVIATION = 6.5, 48.0  # deviations up to which ``BELOW`` goes; its steps per deviation
+
+
+def _below_each(deviations: FloatArray) -> FloatArray:
+    """(n, 2) the normal distribution function, and its increase over a step by the density."""
+    table = np.empty((len(deviations), 2))
+    for k, off in enumerate(deviations.tolist()):
+        table[k, 0] = 0.5 * math.erfc(-off / ROOT_2)
+        table[k, 1] = math.exp(-0.5 * off * off) / (ROOT_TAU * PER_DEVIATION)
+    return table
+
+
+BELOW = _below_each(np.arange(-TABLED, TABLED + 2.0 / PER_DEVIATION, 1.0 / PER_DEVIATION))
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
 
 
 @_inner
-def _factor_of_one(mean: float, variance: float, prior: float, precision: float) -> Any:
-    """Log integral of a Gaussian times the ratio of two priors of different precision."""
+def _factor_of_one(mean: float, variance: float, gained: float, precision: float) -> Any:
+    """Log integral of a Gaussian times the ratio of two priors of different precision.
+
+    That is log1p(precision prior) for the prior itself, which has ``gained`` it.
+    """
     inside = 1.0 + precision * variance
-    gained = math.log1p(precision * prior) - math.log(inside)
-    return 0.5 * (gained - precision * mean * mean / inside)
+    return 0.5 * (gained - math.log(inside) - precision * mean * mean / inside)
 
 
 @_inner
-def _factor_of_two(mean: FloatArray, covariance: FloatArray, prior: float, precision: float) -> Any:
+def _factor_of_two(
+    mean: FloatArray, covariance: FloatArray, gained: float, precision: float
+) -> Any:
     """The same for the origin's two errors.
 
     Also the matrix 1 + precision covariance, and its inverse times the mean.
@@ -46,7 +63,7 @@ def _factor_of_two(mean: FloatArray, covariance: FloatArray, prior: float, preci
     determinant = a * d - b * b
     pulled_x, pulled_y = (d * x - b * y) / determinant, (a * y - b * x) / determinant
     spent = precision * (x * pulled_x + y * pulled_y)
-    log = math.log1p(precision * prior) - 0.5 * (math.log(determinant) + spent)
+    log = gained - 0.5 * (math.log(determinant) + spent)
     return log, a / determinant, b / determinant, d / determinant, pulled_x, pulled_y
 
 
@@ -71,15 +88,15 @@ def evidence_under(
     for c in range(count):
         log_weights[c] = math.log(weights[c]) if weights[c] > least else -np.inf
     for k in range(precisions.shape[0]):
-        largest = -np.inf
+        largest, gained = -np.inf, math.log1p(precisions[k] * prior)
         for c in range(count):
             logs[c] = log_weights[c]
             if log_weights[c] > -np.inf:
                 if of_origin:
-                    logs[c] += _factor_of_two(means[c], covariances[c], prior, precisions[k])[0]
+                    logs[c] += _factor_of_two(means[c], covariances[c], gained, precisions[k])[0]
                 else:
                     mean, variance = means[c, ZERO], covariances[c, ZERO, ZERO]
-                    logs[c] += _factor_of_one(mean, variance, prior, precisions[k])
+                    logs[c] += _factor_of_one(mean, variance, gained, precisions[k])
             largest = max(largest, logs[c])
         total = 0.0
         for c in range(count):
@@ -113,6 +130,7 @@ def exchange(
     for k in range(others.shape[0]):
         by_origin = 1.0 / others[k, 0] - 1.0 / priors[0] if priors[0] > 0.0 else 0.0
         by_zero = 1.0 / others[k, 1] - 1.0 / priors[1] if priors[1] > 0.0 else 0.0
+        of_origin, of_zeros = math.log1p(by_origin * priors[0]), math.log1p(by_zero * priors[1])
         largest = -np.inf
         for c in range(count):
             mean, covariance, log = means[c], covariances[c], 0.0
@@ -120,7 +138,7 @@ def exchange(
             of_state, of_zero = covariance[STATE, STATE], covariance[ZERO, ZERO]
             of_both = covariance[STATE, ZERO]
             if by_origin != 0.0:
-                log, a, b, d, x, y = _factor_of_two(mean, covariance, priors[0], by_origin)
+                log, a, b, d, x, y = _factor_of_two(mean, covariance, of_origin, by_origin)
                 state_x, state_y = covariance[STATE, ORIGIN], covariance[STATE, ORIGIN + 1]
                 zero_x, zero_y = covariance[ZERO, ORIGIN], covariance[ZERO, ORIGIN + 1]
                 state -= by_origin * (state_x * x + state_y * y)
@@ -131,7 +149,7 @@ def exchange(
                 pulled_x, pulled_y = d * zero_x - b * zero_y, a * zero_y - b * zero_x
                 of_zero -= by_origin * (zero_x * pulled_x + zero_y * pulled_y)
             if by_zero != 0.0:
-                log += _factor_of_one(zero, of_zero, priors[1], by_zero)
+                log += _factor_of_one(zero, of_zero, of_zeros, by_zero)
                 inside = 1.0 + by_zero * of_zero
                 state -= by_zero * of_both * zero / inside
                 of_state -= by_zero * of_both * of_both / inside
@@ -153,8 +171,14 @@ def exchange(
 
 
 @_inner
-def _below(value: float, mean: float, std: float) -> Any:
-    return 0.5 * math.erfc((mean - value) / (std * ROOT_2))
+def _below(value: float, mean: float, per_std: float) -> Any:
+    """Probability of a Gaussian below a value, by a cubic between those of ``BELOW``: to 3e-10."""
+    steps = (min(max((value - mean) * per_std, -TABLED), TABLED) + TABLED) * PER_DEVIATION
+    k = int(steps)
+    t, by = steps - k, BELOW[k + 1, 0] - BELOW[k, 0]
+    rise, rises = BELOW[k, 1], BELOW[k + 1, 1]
+    bent = 3.0 * by - 2.0 * rise - rises + t * (rise + rises - 2.0 * by)
+    return BELOW[k, 0] + t * (rise + t * bent)
 
 
 @_inner
@@ -173,7 +197,7 @@ def _add(
 
     What lies beyond the ends of a lattice that doesn't wrap is cut off.
     """
-    count, inside = out.shape[0], 1.0
+    count, per_std = out.shape[0], 1.0 / std
     lower, upper = first, first + cell * (count - 1)
     low = math.floor((mean - SIGMAS * std - first) / cell + 0.5)
     high = math.floor((mean + SIGMAS * std - first) / cell + 0.5)
@@ -181,21 +205,21 @@ def _add(
         if high - low >= count:
             low, high = 0, count - 1
     else:
-        inside = _below(upper, mean, std) - _below(lower, mean, std)
+        inside = _below(upper, mean, per_std) - _below(lower, mean, per_std)
         if inside < OUTSIDE:
             end = 0 if mean < lower else count - 1
             out[end] += weight
             p_moving[end] += moving
             return
+        weight, moving = weight / inside, moving / inside
         low, high = max(low, 0), min(high, count - 1)
     cut_low, cut_high = not wraps and low == 0, not wraps and high == count - 1
-    before = _below(lower if cut_low else first + cell * (low - 0.5), mean, std)
+    before = _below(lower if cut_low else first + cell * (low - 0.5), mean, per_std)
     for j in range(low, high + 1):
         edge = upper if cut_high and j == high else first + cell * (j + 0.5)
-        after = _below(edge, mean, std)
-        share = (after - before) / inside
-        out[j % count] += weight * share
-        p_moving[j % count] += moving * share
+        after, at = _below(edge, mean, per_std), j % count if wraps else j
+        out[at] += weight * (after - before)
+        p_moving[at] += moving * (after - before)
         before = after
 
 

@@ -5,18 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import radians
 
 import numpy as np
 
 from objstate.building.model import MovableObject
 from objstate.config import FurnitureSettings
 from objstate.geometry import FloatArray, wrap
-from objstate.lazy import altered, lazy
+from objstate.lazy import altered
 from objstate.objects.belief import ObjectBelief
 from objstate.objects.evidence import ScanEvidence, Update
 from objstate.particles import Weights, systematic
-from objstate.records import SECONDS_PER_HOUR
 
 RESAMPLE_BELOW = 0.5  # share of samples; resample when the effective number falls below
 LEAST_PRESENCE = 1e-6  # least probability of presence, and of absence
@@ -44,12 +42,12 @@ class SampleFilter:
     ) -> ObjectBelief:
         """The prediction: drift, small moves, and moves to the prior."""
         s, count = self.settings, len(belief.states)
-        nudge = np.array([s.nudge_m, s.nudge_m, radians(s.nudge_deg)])
-        moved = -math.expm1(-s.dynamics.moves_per_hour * seconds / SECONDS_PER_HOUR)
+        moved = s.dynamics.moved(seconds)
         presence = belief.presence + moved * (s.presence - belief.presence)
         came = moved * s.presence / max(presence, LEAST_PRESENCE)  # of what is there then
         is_moved, is_nudged = rng.random(count) < came, rng.random(count) < 0.5
-        step = np.where((is_moved & is_nudged)[:, None], nudge, math.sqrt(seconds) * self._drift)
+        drift = math.sqrt(seconds) * np.array(s.dynamics.drift)
+        step = np.where((is_moved & is_nudged)[:, None], s.nudge, drift)
         states = belief.states + step * rng.standard_normal(belief.states.shape)
         states[:, 2] = wrap(states[:, 2])
         anew = is_moved & ~is_nudged
@@ -66,9 +64,8 @@ class SampleFilter:
         rng: np.random.Generator,
     ) -> ObjectBelief:
         """The belief after a time in which a sample was moved with a probability, to where samples arrive."""
-        states = belief.states + math.sqrt(seconds) * self._drift * rng.standard_normal(
-            belief.states.shape
-        )
+        drift = math.sqrt(seconds) * np.array(self.settings.dynamics.drift)
+        states = belief.states + drift * rng.standard_normal(belief.states.shape)
         states[:, 2] = wrap(states[:, 2])
         is_moved = rng.random(len(states)) < moved
         states[is_moved] = arrive(int(is_moved.sum()), rng)
@@ -109,7 +106,7 @@ class SampleFilter:
         count = self.settings.samples
         if belief.weights.effective_size >= RESAMPLE_BELOW * count:
             return belief
-        off, width = belief.deviations, (4.0 / (5.0 * count)) ** (1.0 / 7.0)
+        off, width = belief.deviations, kernel_width(count)
         covariance = (belief.weights.values[:, None] * off).T @ off
         root = np.linalg.cholesky(covariance + np.finfo(float).eps * np.eye(3))
         copied = off[systematic(belief.weights, count, rng)]
@@ -122,21 +119,14 @@ class SampleFilter:
         """(count, 3) samples of the prior around the modelled place."""
         is_gaussian = self.settings.prior == "gaussian"
         unit = rng.standard_normal((count, 3)) if is_gaussian else rng.uniform(-1, 1, (count, 3))
-        states = self.item.home + self._width * unit
+        states = self.item.home + np.array(self.settings.prior_std) * unit
         states[:, 2] = wrap(states[:, 2])
         return states
 
-    @lazy
-    def _drift(self) -> FloatArray:
-        """(3,) deviations after a second."""
-        d = self.settings.dynamics
-        return np.array([d.drift_m, d.drift_m, radians(d.drift_deg)])
 
-    @lazy
-    def _width(self) -> FloatArray:
-        """(3,) deviations of the prior; half its widths, where it is uniform."""
-        s = self.settings
-        return np.array([s.prior_std_m, s.prior_std_m, radians(s.prior_std_deg)])
+def kernel_width(count: int) -> float:
+    """Width of a kernel relative to a Gaussian that ``count`` of them cover (Silverman 1986)."""
+    return float((4.0 / (5.0 * count)) ** (1.0 / 7.0))
 
 
 def rows_given(prior: FloatArray, log_likelihood: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -19,15 +19,15 @@ import numpy as np
 from objstate.building.model import MovableObject
 from objstate.building.outline import outline
 from objstate.config import FurnitureSettings
-from objstate.geometry import BoolArray, FloatArray, IntArray, wrap
+from objstate.geometry import BoolArray, FloatArray, IntArray, whitened, wrap
 from objstate.lazy import Later, altered, lazy
 from objstate.objects import pushing
 from objstate.objects.belief import ObjectBelief
+from objstate.objects.furniture import kernel_width
 from objstate.objects.mixture import NEVER
 from objstate.objects.proposals import TracedOutline
 from objstate.objects.shape import shape_of
 from objstate.particles import Weights, evenly
-from objstate.records import SECONDS_PER_HOUR
 
 if TYPE_CHECKING:
     from objstate.objects import components
@@ -71,35 +71,24 @@ class Piece:
     def prior_covariance(self) -> FloatArray:
         """(3, 3) of x, y, yaw about home."""
         s, by_shape = self.settings, 1.0
-        yaw = math.radians(s.prior_std_deg)
+        *place, yaw = s.prior_std
         if s.prior == "uniform":
             yaw, by_shape = min(yaw, math.pi / self.item.symmetry.order), 1.0 / math.sqrt(3.0)
-        return np.diag((by_shape * np.array([s.prior_std_m, s.prior_std_m, yaw])) ** 2)
+        return np.diag((by_shape * np.array([*place, yaw])) ** 2)
 
     @lazy
     def cells(self) -> tuple[FloatArray, FloatArray]:
         """Places (c, 3) of the prior's cells and the covariance (3, 3) of each."""
-        return self._cells(self.item.home, self.prior_covariance, OF_PRIOR)
+        is_gaussian = self.settings.prior == "gaussian"
+        return _covered(self.item.home, self.prior_covariance, OF_PRIOR, is_gaussian)
 
     def nearby(self, place: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Places (c, 3) to which it may be pushed from a place (3,), and the covariance of each."""
-        s = self.settings
-        nudge = np.array([s.nudge_m, s.nudge_m, math.radians(s.nudge_deg)])
-        return _covered(place, np.diag(nudge**2), NEARBY, is_gaussian=True)
-
-    def _cells(
-        self, middle: FloatArray, covariance: FloatArray, count: int
-    ) -> tuple[FloatArray, FloatArray]:
-        return _covered(middle, covariance, count, self.settings.prior == "gaussian")
+        return _covered(place, np.diag(np.square(self.settings.nudge)), NEARBY, is_gaussian=True)
 
     def drift(self, seconds: float) -> FloatArray:
         """(3,) variances of x, y, yaw that drift adds."""
-        d = self.settings.dynamics
-        return seconds * np.array([d.drift_m, d.drift_m, math.radians(d.drift_deg)]) ** 2
-
-    def moved(self, seconds: float) -> float:
-        """Probability that it is moved within some time."""
-        return 1.0 - math.exp(-self.settings.dynamics.moves_per_hour * seconds / SECONDS_PER_HOUR)
+        return np.asarray(seconds * np.square(self.settings.dynamics.drift))
 
     def shape(self, height: float) -> Shape:
         """Its outline at a height above the floor, m, about its origin at yaw 0."""
@@ -144,7 +133,7 @@ class FurnitureMixture:
         off = belief.deviations
         covariance = (belief.weights.values[:, None] * off).T @ off
         chosen = off[evenly(belief.weights, OF_SAMPLES)]
-        share = _kernel(OF_SAMPLES) ** 2
+        share = kernel_width(OF_SAMPLES) ** 2
         places = belief.mean + math.sqrt(1.0 - share) * chosen
         weights = np.full(OF_SAMPLES, belief.presence / OF_SAMPLES)
         out = FurnitureMixture._of(piece, places, share * covariance, weights)
@@ -206,7 +195,7 @@ class FurnitureMixture:
         The robot's error is ``transfer`` (3, 3) times the earlier one, plus an independent one of
         covariance ``added`` (3, 3); its own covariance is ``robot`` (3, 3).
         """
-        piece, moved = self.piece, self.piece.moved(seconds)
+        piece, moved = self.piece, self.piece.settings.dynamics.moved(seconds)
         places, covariances = self.places.copy(), self.covariances.copy()
         means = np.zeros((len(places), kernels.ERRORS))
         means[:, :3] = self.robots
@@ -413,16 +402,11 @@ def traced(item: MovableObject, height: float) -> TracedOutline | None:
     return TracedOutline.of(outline(item.upright_mesh, height - item.origin[2, 3]))
 
 
-def _kernel(count: int) -> float:
-    """Width of a kernel relative to a Gaussian that ``count`` of them cover (Silverman 1986)."""
-    return float((4.0 / (5.0 * count)) ** (1.0 / 7.0))
-
-
 def _covered(
     middle: FloatArray, covariance: FloatArray, count: int, is_gaussian: bool
 ) -> tuple[FloatArray, FloatArray]:
     """Places (count, 3), and the covariance of each, of Gaussians with a joint covariance."""
-    share = _kernel(count) ** 2
+    share = kernel_width(count) ** 2
     root = np.linalg.cholesky(covariance)
     places = middle + math.sqrt(1.0 - share) * _spread(count, is_gaussian) @ root.T
     places[:, 2] = wrap(places[:, 2])
@@ -440,7 +424,7 @@ def _spread(count: int, is_gaussian: bool) -> FloatArray:
     unit = (0.5 + np.outer(np.arange(1, count + 1), steps)) % 1.0
     if is_gaussian:
         unit = np.vectorize(NormalDist().inv_cdf)(unit)
-    return _whitened(unit)
+    return whitened(unit)
 
 
 @lru_cache(maxsize=PUBLISHED)
@@ -449,11 +433,4 @@ def _draws(count: int) -> FloatArray:
     if count < 4 * FEWEST:
         axes = math.sqrt(3.0) * np.concatenate([np.eye(3), -np.eye(3)])
         return np.asarray(axes[np.arange(count) % len(axes)])
-    return _whitened(np.random.default_rng(0).standard_normal((count, 3)))
-
-
-def _whitened(points: FloatArray) -> FloatArray:
-    """Points (n, 3), moved and sheared to mean zero and unit covariance."""
-    points = points - points.mean(axis=0)
-    root = np.linalg.cholesky(points.T @ points / len(points))
-    return np.asarray(np.linalg.solve(root, points.T).T)
+    return whitened(np.random.default_rng(0).standard_normal((count, 3)))

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from objstate.compiling import called_with, inner, njit
-from objstate.geometry import TURN, FloatArray, IntArray
+from objstate.geometry import FloatArray, IntArray
+from objstate.linear import wrapped
 
 LEAST_EVIDENCE = 1e-250
 TAIL_SIGMAS = 4.0  # deviations at which a Gaussian is cut off
@@ -104,7 +105,7 @@ def _normalize(weights: FloatArray) -> None:
 def _off(j: int, mean: float, first: float, cell: float, wraps: bool) -> Any:
     """The distance of a lattice's state ``j`` from the mean; of directions the shorter way."""
     off = first + cell * j - mean
-    return off - TURN * np.floor((off + np.pi) / TURN) if wraps else off
+    return wrapped(off) if wraps else off
 
 
 @_inner

@@ -20,11 +20,11 @@ import numpy as np
 
 from objstate.building.model import Kind, MovableObject
 from objstate.config import BuildingErrorSettings, DoorSettings
-from objstate.geometry import FloatArray, IntArray, wrap
+from objstate.geometry import FloatArray, IntArray
 from objstate.lazy import Later, altered, lazy
 from objstate.objects.belief import ObjectBelief
+from objstate.objects.doors import gaussian_prior, rest_at_limits
 from objstate.particles import Weights
-from objstate.records import SECONDS_PER_HOUR
 
 if TYPE_CHECKING:
     from objstate.objects import exchange_kernels, latch_kernels
@@ -148,10 +148,8 @@ class Doorway:
         s, item = self.settings.rest, self.item
         out = np.full(len(self.states), 1.0 / self.cells)
         if self.atoms:
-            closed_is_first = abs(item.lower - item.home[0]) <= abs(item.upper - item.home[0])
-            limits = (s.closed, s.open) if closed_is_first else (s.open, s.closed)
             out[: self.cells] *= s.anywhere
-            out[self.cells :] = limits
+            out[self.cells :] = rest_at_limits(item, s)
         return np.asarray(out / out.sum())
 
     @lazy
@@ -166,28 +164,20 @@ class Doorway:
     @lazy
     def prior(self) -> FloatArray:
         """(c,) weights before any scan."""
-        s = self.settings
-        if s.prior == "uniform":
+        if self.settings.prior == "uniform":
             return self.rest
-        mean, std = s.prior_mean_m, s.prior_std_m
-        if self._hinged:
-            mean = None if s.prior_mean_deg is None else math.radians(s.prior_mean_deg)
-            std = math.radians(s.prior_std_deg)
-        off = self.states - (self.item.home[0] if mean is None else mean)
-        off = wrap(off) if self.item.wraps else off
-        out = self.rest * np.exp(-0.5 * (off / std) ** 2) + NEVER
+        out = self.rest * gaussian_prior(self.item, self.settings, self.states) + NEVER
         return np.asarray(out / out.sum())
 
     def _wanders(self, seconds: float) -> FloatArray:
         """(c, c) probabilities of each component of a moving door after some time, given now's."""
-        swing = self.settings.swing
-        fastest = math.radians(swing.most_deg_per_s) if self._hinged else swing.most_m_per_s
+        fastest = self.settings.swing.most(self._hinged)
         std = max(fastest / 2.0 * min(seconds, FASTEST_S) / self.cell, 0.3)
         return _wanders(round(std, 2), self.cells, self.item.wraps)
 
     def stays(self, seconds: float) -> float:
         """Probability that a resting door isn't moved for some time."""
-        return math.exp(-self.settings.dynamics.moves_per_hour * seconds / SECONDS_PER_HOUR)
+        return 1.0 - self.settings.dynamics.moved(seconds)
 
     def _stops(self, seconds: float) -> tuple[float, float]:
         """Probabilities that a moving door comes to rest, and that it then may be anywhere."""
@@ -202,9 +192,9 @@ class Doorway:
         stops, swinging = ends * swinging, (1.0 - ends) * swinging
         anywhere = stops.sum(axis=-1, keepdims=True) * self.rest
         arrived = (1.0 - leaves) * (stops @ self.latching) + leaves * anywhere
-        total = remaining + arrived + swinging
-        share = (arrived + swinging) / np.maximum(total, NEVER)
-        return Moved(remaining + arrived, swinging, share)
+        resting, arriving = remaining + arrived, arrived + swinging
+        arriving /= np.maximum(resting + swinging, NEVER)
+        return Moved(resting, swinging, arrived, arriving)
 
     def expected(
         self, resting: FloatArray, moving: FloatArray, seconds: float
@@ -251,6 +241,7 @@ class Moved(NamedTuple):
 
     resting: FloatArray  # (c,)
     moving: FloatArray  # (c,)
+    arrived: FloatArray  # (c,) of those that rest, what came to rest since
     arriving: FloatArray  # (c,) share of a component's weight that has arrived
 
 
@@ -330,15 +321,11 @@ class DoorMixture:
         door, means, covariances = self.door, self.means.copy(), self.covariances.copy()
         resting, moving, beyond, kinds = self.resting, self.moving, self.beyond, self.kinds
         if seconds > 0.0:
-            moved = door.moved(resting, moving, seconds)
-            mean, covariance = kernels.pooled(self.weights, means, covariances)
-            stays, edges = door.stays(seconds), door.edges
-            arrived = np.maximum(moved.resting - stays * resting, 0.0)[edges]
-            beyond = stays * beyond + arrived
+            kinds, moved = kinds.copy(), door.moved(resting, moving, seconds)
+            arrived = moved.arrived[door.edges]
+            beyond = door.stays(seconds) * beyond + arrived
             arriving = np.append(moved.arriving, arrived / np.maximum(beyond, NEVER))
-            known = self.weights @ kinds[: len(self.weights)]
-            kinds = np.where(arriving[:, None] < 0.5, kinds, known)
-            kernels.join(arriving, mean, covariance, door.widths, means, covariances)
+            kernels.join(self.weights, arriving, door.widths, means, covariances, kinds)
             resting, moving = moved.resting, moved.moving
         kernels.renew_robot(means, covariances, transfer, added)
         return DoorMixture(door, resting, moving, beyond, means, covariances, self.statics, kinds)
@@ -377,13 +364,14 @@ class DoorMixture:
         share = float(resting.sum() + moving.sum())
         beyond = self.beyond * likelihood[count:]
         if door.atoms:
-            free = np.concatenate([(resting + moving)[:cells], beyond])
-            kinds[cells:count] = free @ np.delete(kinds, [cells, cells + 1], 0) / free.sum()
+            free = np.concatenate([resting + moving, beyond])
+            free[cells:count] = 0.0
+            kinds[cells:count] = free @ kinds / free.sum()
         after = DoorMixture(
             door,
             resting / share,
             moving / share,
-            np.clip(beyond / share, NEVER, 1.0),
+            np.minimum(np.maximum(beyond / share, NEVER), 1.0),
             means,
             covariances,
             self.statics,

@@ -761,9 +761,8 @@ def renew_robot(
                     covariance[a, b] += moved[a, k] * transfer[b, k]
 
 
-@called_with("f1 f2 f3")
-@_compile
-def pooled(weights: FloatArray, means: FloatArray, covariances: FloatArray) -> Any:
+@_inner
+def _pooled(weights: FloatArray, means: FloatArray, covariances: FloatArray) -> Any:
     """Mean (7,) and covariance (7, 7) of a mixture of Gaussians with weights (c,) of sum one."""
     mean, covariance = np.zeros(ERRORS), np.zeros((ERRORS, ERRORS))
     for c in range(weights.shape[0]):
@@ -779,25 +778,42 @@ def pooled(weights: FloatArray, means: FloatArray, covariances: FloatArray) -> A
     return mean, covariance
 
 
-@called_with("f1 f1 f2 f1 f2 f3")
+@called_with("f1 f2 f3")
+@_compile
+def pooled(weights: FloatArray, means: FloatArray, covariances: FloatArray) -> Any:
+    """``_pooled``, for Python."""
+    return _pooled(weights, means, covariances)
+
+
+@called_with("f1 f1 f1 f2 f3 f2")
 @_compile
 def join(
+    weights: FloatArray,
     arriving: FloatArray,
-    mean: FloatArray,
-    covariance: FloatArray,
     widths: FloatArray,
     means: FloatArray,
     covariances: FloatArray,
+    kinds: FloatArray,
 ) -> None:
     """Update components by arrivals, a share ``arriving`` (c,) of their weight.
 
-    What arrives has the errors of the whole mixture, ``mean`` (7,) and ``covariance`` (7, 7), but
-    no information about the state within the component, whose variance is ``widths`` (c,). Only
-    components of which most of the weight has arrived change.
+    What arrives has the errors and the ``kinds`` (c, 2) of the whole mixture, by the ``weights`` of
+    the first components before, but no information about the state within the component, whose
+    variance is ``widths`` (c,). Only components of which most of the weight has arrived change.
     """
+    most, handle, glass = 0.0, 0.0, 0.0
+    for c in range(arriving.shape[0]):
+        most = max(most, arriving[c])
+    if most < 0.5:
+        return
+    mean, covariance = _pooled(weights, means, covariances)
+    for c in range(weights.shape[0]):
+        handle += weights[c] * kinds[c, HANDLE]
+        glass += weights[c] * kinds[c, GLASS]
     for c in range(arriving.shape[0]):
         if arriving[c] < 0.5:
             continue
+        kinds[c, HANDLE], kinds[c, GLASS] = handle, glass
         for a in range(ERRORS):
             means[c, a] = 0.0 if a == STATE else mean[a]
             for b in range(ERRORS):

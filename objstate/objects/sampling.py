@@ -8,18 +8,13 @@ import numpy as np
 
 from objstate.compiling import called_with, inner, njit
 from objstate.geometry import TURN, BoolArray, FloatArray
+from objstate.linear import wrapped
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
 _compile_nearest = njit(
     nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nnan", "nsz"}
 )
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
-
-
-@_inner
-def wrapped(angle: float) -> Any:
-    """An angle in [-pi, pi)."""
-    return (angle + np.pi) % TURN - np.pi
 
 
 # --- where samples are --------------------------------------------------------------

@@ -106,6 +106,7 @@ class Past(NamedTuple):
 
     step: Step
     before: Past | None
+    is_like: bool  # whether the posterior is nearly that of the step before
 
     @property
     def steps(self) -> list[Step]:
@@ -183,25 +184,24 @@ def _table(mixture: DoorMixture) -> Table:
     """The stored form of a door's components."""
     index = np.flatnonzero(mixture.weights > LEAST)
     errors, rows, columns = _errors()
-    covariances = mixture.covariances[index]
-    parts = (
-        index[:, None],
-        mixture.resting[index, None],
-        mixture.moving[index, None],
-        mixture.means[index[:, None], errors],
-        covariances[:, errors[rows], errors[columns]],
-    )
-    return np.concatenate(parts, axis=1, dtype=np.float32)
+    covariances = mixture.covariances.take(index, 0).reshape(len(index), -1)
+    past = MEAN + len(errors)
+    out = np.empty((len(index), past + len(rows)), dtype=np.float32)
+    out[:, INDEX], out[:, RESTING] = index, mixture.resting[index]
+    out[:, MOVING], out[:, MEAN:past] = mixture.moving[index], mixture.means[index][:, errors]
+    out[:, past:] = covariances.take(errors[rows] * kernels.ERRORS + errors[columns], 1)
+    return out
 
 
 def _appended(past: Past | None, step: Step) -> Past:
     """The past with a step added; the step before is dropped if it is like its neighbours."""
-    if past is not None and past.before is not None:
+    if past is None:
+        return Past(step, None, False)
+    if past.before is not None and past.is_like:
         kept = past.before.step
-        is_near = step.stamp_ns - kept.stamp_ns <= GAP_NS
-        if is_near and _alike(kept, past.step) and _alike(kept, step):
-            return Past(step, past.before)
-    return Past(step, past)
+        if step.stamp_ns - kept.stamp_ns <= GAP_NS and _alike(kept, step):
+            return Past(step, past.before, True)
+    return Past(step, past, _alike(past.step, step))
 
 
 def _alike(one: Step, other: Step) -> bool:

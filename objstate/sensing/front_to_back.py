@@ -17,7 +17,6 @@ from objstate.compiling import called_with, inner, njit, record
 from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.sensing.projection import (
     SPARE,
-    Stands,
     _bearing,
     _first_at_or_after,
     _gap,
@@ -28,7 +27,7 @@ from objstate.sensing.projection import (
     untouched,
 )
 from objstate.sensing.segments import SLACK
-from objstate.sensing.sweeps import COS, SIN, SPREAD, Beams, X, Y, taken
+from objstate.sensing.sweeps import COS, SPREAD, Beams, X, Y, taken
 
 TOGETHER = 16  # segments that are projected at a time
 
@@ -117,71 +116,19 @@ class NearGroups(NamedTuple):
 
 
 @_inner
-def _walls_before(
-    at: Stands,
-    walls: WallGroups,
-    near: NearGroups,
-    place: int,
-    beams: FloatArray,
-    index: IntArray,
-    spread: float,
-    nearest: FloatArray,
-    spare: FloatArray,
-) -> None:
-    """Ranges ``nearest`` (m, p) of walls for sorted beams, from lasers' p poses.
-
-    They lie near the ``place`` of this number, by whose distances walls are taken in turn.
-    """
-    count, middle = beams.shape[1], at.middle
-    off = np.sqrt(
-        (middle[X] - near.places[place, 0]) ** 2 + (middle[Y] - near.places[place, 1]) ** 2
-    )
-    margin = at.strayed + spread
-    fixed = np.empty(4)
-    fixed[X], fixed[Y], fixed[COS], fixed[SIN] = 0.0, 0.0, 1.0, 0.0
-    farthest, is_touched = np.empty(count), np.empty(count, dtype=np.bool_)
+def _begin(nearest: FloatArray, is_touched: BoolArray, farthest: FloatArray) -> None:
+    """Reset touched beams and largest ranges (n,), and ranges (n, p)."""
     untouched(nearest, is_touched)
-    for i in range(count):
+    for i in range(farthest.shape[0]):
         farthest[i] = np.inf
-    front, seen, held = np.empty((TOGETHER, 4)), np.empty((1, 4)), 0
-    reached = np.inf  # m, largest range reached by all beams
-    first, last = near.ends[place - 1] if place > 0 else 0, near.ends[place]
-    for j in range(first, last + 1):
-        is_over = j == last or near.distances[j] - off - margin > reached
-        k = end = group = 0
-        if not is_over:
-            group = near.groups[j]
-            k, end = walls.starts[group], walls.starts[group + 1]
-            k -= end - k > 1  # where there are several, their circle comes first
-        while k < end or (is_over and held > 0):
-            if k < end:
-                is_circle = k < walls.starts[group]
-                line = walls.circles[group] if is_circle else walls.segments[k]
-                around = margin + walls.radii[group] if is_circle else margin
-                _seen_from(middle, fixed, line.reshape(1, 4), seen)
-                if _is_hidden(seen[0], around, at.turned, beams, index, farthest):
-                    k = end if is_circle else k
-                elif not is_circle:
-                    for part in range(4):  # assigning a whole row takes seconds to compile
-                        front[held, part] = line[part]
-                    held += 1
-                k += 1
-            if held == TOGETHER or is_over:
-                project(
-                    at,
-                    fixed,
-                    front[:held],
-                    np.int64(0),
-                    beams,
-                    index,
-                    spread,
-                    nearest,
-                    is_touched,
-                    spare,
-                )
-                held, reached = 0, _renewed(farthest, nearest, is_touched)
-        if is_over:
-            break
+
+
+@_inner
+def _scatter(nearest: FloatArray, order: IntArray, out: FloatArray) -> None:
+    """Put ranges (n, p) of sorted beams into the scan's order."""
+    for i in range(nearest.shape[0]):
+        for p in range(nearest.shape[1]):
+            out[order[i], p] = nearest[i, p]
 
 
 @called_with("f3 walls near b1 laser f1 f3")
@@ -197,15 +144,46 @@ def wall_ranges(
 ) -> None:
     """Ranges ``out`` (h, m, p) of walls from poses (h, p, 4), in h groups that lie close together.
 
-    ``near`` has a place for each group. Of the ``chosen`` beams (n,) of a scan, see ``taken``, in
-    the scan's order.
+    ``near`` has a place for each group, by whose distances walls are taken in turn. Of the
+    ``chosen`` beams (n,) of a scan, see ``taken``, in the scan's order.
     """
     order, beams, index = taken(chosen, laser)
-    size, count = poses.shape[1], beams.shape[1]
+    size, count, spread = poses.shape[1], beams.shape[1], sweep[SPREAD]
     nearest, spare = np.empty((count, size)), np.empty((SPARE, size))
+    farthest, is_touched = np.empty(count), np.empty(count, dtype=np.bool_)
+    front, seen, fixed = np.empty((TOGETHER, 4)), np.empty((1, 4)), np.zeros(4)
+    fixed[COS] = 1.0
     for h in range(poses.shape[0]):
         at = stands(poses[h], sweep)
-        _walls_before(at, walls, near, h, beams, index, sweep[SPREAD], nearest, spare)
-        for i in range(count):
-            for p in range(size):
-                out[h, order[i], p] = nearest[i, p]
+        dx, dy = at.middle[X] - near.places[h, 0], at.middle[Y] - near.places[h, 1]
+        off, margin, held = np.sqrt(dx * dx + dy * dy), at.strayed + spread, 0
+        _begin(nearest, is_touched, farthest)
+        reached = np.inf  # m, largest range reached by all beams
+        last = near.ends[h]
+        for j in range(near.ends[h - 1] if h > 0 else 0, last + 1):
+            is_over = j == last or near.distances[j] - off - margin > reached
+            k = end = group = 0
+            if not is_over:
+                group = near.groups[j]
+                k, end = walls.starts[group], walls.starts[group + 1]
+                k -= end - k > 1  # where there are several, their circle comes first
+            while k < end or (is_over and held > 0):
+                if k < end:
+                    is_circle = k < walls.starts[group]
+                    line = walls.circles[group] if is_circle else walls.segments[k]
+                    around = margin + walls.radii[group] if is_circle else margin
+                    _seen_from(at.middle, fixed, line.reshape(1, 4), seen)
+                    if _is_hidden(seen[0], around, at.turned, beams, index, farthest):
+                        k = end if is_circle else k
+                    elif not is_circle:
+                        for part in range(4):  # assigning a whole row takes seconds to compile
+                            front[held, part] = line[part]
+                        held += 1
+                    k += 1
+                if held == TOGETHER or is_over:
+                    place = at, fixed, front[:held], np.int64(0), beams, index, spread
+                    project(*place, nearest, is_touched, spare)
+                    held, reached = 0, _renewed(farthest, nearest, is_touched)
+            if is_over:
+                break
+        _scatter(nearest, order, out[h])

@@ -63,7 +63,8 @@ class Surfaces:
         They are limited to that of a grazing incidence, and 0 for beams that meet nothing.
         """
         out, meets = np.zeros(len(numbers)), numbers >= 0
-        cosines = np.sum(self.normals[numbers[meets]] * directions[meets], axis=1)
+        products = self.normals[numbers[meets]] * directions[meets]
+        cosines = products[:, 0] + products[:, 1]
         out[meets] = 1.0 / np.maximum(cosines**2, pieces.GRAZING**2) - 1.0
         return out
 

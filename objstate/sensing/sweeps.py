@@ -15,7 +15,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from objstate.compiling import called_with, inner, njit, record
-from objstate.geometry import TURN, BoolArray, FloatArray, IntArray
+from objstate.geometry import BoolArray, FloatArray, IntArray
+from objstate.linear import wrapped
 from objstate.sensing.beam_model import LEAST_DENSITY
 from objstate.sensing.segments import hit
 
@@ -123,8 +124,7 @@ def stand_about(poses: FloatArray, out: FloatArray, stds: FloatArray) -> Any:
         yaw = np.arctan2(sin, cos)
         for p in range(count if count > 1 else 0):
             dx, dy = poses[h, p, 0] - x, poses[h, p, 1] - y
-            turn = poses[h, p, 2] - yaw
-            turn -= TURN * np.floor((turn + np.pi) / TURN)
+            turn = wrapped(poses[h, p, 2] - yaw)
             xx, xy, yy = xx + dx * dx / count, xy + dx * dy / count, yy + dy * dy / count
             turned += turn * turn / count
             farthest = max(farthest, np.hypot(dx, dy))

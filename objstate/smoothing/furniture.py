@@ -115,7 +115,7 @@ def _filtered(step: FurnitureStep, moment: int) -> Places:
 def _stays(step: FurnitureStep, after: Places, seconds: float) -> FloatArray:
     """(c,) probability that the object was in each component of the next moment already."""
     piece, there = step.piece, step.piece.settings.presence
-    moved = piece.moved(seconds)
+    moved = piece.settings.dynamics.moved(seconds)
     before, arrived = np.empty((2, len(after.weights)))
     before[ABSENT], arrived[ABSENT] = step.absent, 1.0 - there
     own = step.weights, step.places, step.covariances

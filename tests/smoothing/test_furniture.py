@@ -82,7 +82,7 @@ def test_smoothed_weights_are_those_of_a_chain_over_places(seed: int, gaps: list
     expected = filtered[-1]
     assert result[-1] == pytest.approx(expected, abs=1e-6)
     for k in (2, 1, 0):
-        moved = own.moved(gaps[k])
+        moved = own.settings.dynamics.moved(gaps[k])
         arrived = moved * arrivals(own, filtered[k])
         ratio = expected / ((1.0 - moved) * filtered[k] + arrived)
         stayed = (1.0 - moved) * filtered[k] * ratio
