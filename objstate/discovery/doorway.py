@@ -266,14 +266,11 @@ class Cells:
         along, aside = beside(self.middles, opening.start, opening.bearing)
         return (along > JAMB) & (along < opening.width - JAMB) & (np.abs(aside) < DEEP)
 
-    def fills(self, opening: Opening, without: BoolArray | None = None) -> bool:
-        """Whether the map, but for some cells (n,), closes an opening in a wall's depth."""
-        inside = self.in_doorway(opening)
-        if without is not None:
-            inside &= ~without
-        along, _ = beside(self.middles[inside], opening.start, opening.bearing)
+    def fill(self, some: BoolArray, opening: Opening, share: float) -> bool:
+        """Whether some of the cells (n,) close a share of an opening."""
+        along, _ = beside(self.middles[some], opening.start, opening.bearing)
         bins = np.unique(np.floor(along / self.plan.resolution))
-        return len(bins) * self.plan.resolution > FILLED * (opening.width - 2 * JAMB)
+        return len(bins) * self.plan.resolution > FILLED * share * (opening.width - 2 * JAMB)
 
     def on_leaf(self, hinge: FloatArray, bearing: float, width: float) -> BoolArray:
         """(n,) the cells about a leaf; those at its hinge are the jamb."""

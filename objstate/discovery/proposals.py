@@ -10,7 +10,7 @@ import numpy as np
 from objstate.building.occupancy import OccupancyMap
 from objstate.discovery import kernels
 from objstate.discovery.doorway import DEEP, Cells, Doorway, background, beside
-from objstate.discovery.scoring import DRAWN, FILLED, NEARLY_CLOSED, Behind, Drawn, Leaf
+from objstate.discovery.scoring import FILLED, NEARLY_CLOSED, Behind, Drawn, Leaf
 from objstate.discovery.walls import Opening, WallLine
 from objstate.geometry import BoolArray, FloatArray
 
@@ -46,7 +46,7 @@ class Shown:
 
     cells: Cells
     between: list[BoolArray]  # the cells in the opening
-    filling: list[Drawn | None]  # what fills it
+    filling: list[list[Drawn]]  # what fills it, or a half
     leaves: list[list[tuple[Drawn, BoolArray]]]  # what may be its leaves, and their cells
 
     def both(self, about: int) -> list[tuple[int, int]]:
@@ -76,12 +76,7 @@ class Shown:
         """What it shows about one."""
         cells, openings = Cells.about(plan, place.middle, place.radius + 0.3), place.openings
         between = [cells.in_doorway(opening) for opening in openings]
-        filling = [
-            Drawn(None, 0.0, opening.start, 1.0, cells.middles[inside])
-            if cells.fills(opening)
-            else None
-            for opening, inside in zip(openings, between, strict=True)
-        ]
+        filling = [_filling(cells, opening) for opening in openings]
         leaves = [_leaves(cells, opening, place.walls) for opening in openings]
         return Shown(cells, between, filling, leaves)
 
@@ -102,33 +97,35 @@ def backgrounds(place: Doorway, shown: Shown) -> tuple[Behind, dict[int, list[Be
     ]
     shift = shifts[int(np.argmax(fits))]
     as_is = Behind(*background(place, segments + shift))
-    left = DRAWN if any(shown.leaves) else 0.0  # what looks like a leaf in the map is none
     cleared = {}
     for about, between in enumerate(shown.between):
-        leaves = shown.leaves[about]
-        variants: list[tuple[Drawn | None, Drawn | None, BoolArray, float]] = [
-            (shown.filling[about], None, between, left)
-        ]
-        opening = place.openings[about]
-        for drawn, leaf in leaves:
-            variants.append((drawn, None, between | leaf, _beside_leaves(cells, opening, leaf)))
+        leaves, filling = shown.leaves[about], shown.filling[about]
+        variants = [(filling, between)]
+        variants += [([*filling, drawn], between | leaf) for drawn, leaf in leaves]
         for (first, its), (other, others) in ((leaves[a], leaves[b]) for a, b in shown.both(about)):
-            both = its | others
-            log_left = _beside_leaves(cells, opening, both)
-            variants.append((first, other, between | both, log_left))
+            variants.append(([*filling, first, other], between | its | others))
         cleared[about] = [
             replace(
-                _without(place, cells.segments(taken) + shift, as_is, drawn, second, log_left),
+                _without(place, cells.segments(taken) + shift, as_is, drawn),
                 cells=cells.middles[~taken],
             )
-            for drawn, second, taken, log_left in variants
+            for drawn, taken in variants
         ]
     return as_is, cleared
 
 
-def _beside_leaves(cells: Cells, opening: Opening, leaves: BoolArray) -> float:
-    """Log-probability that the map shows a doorway filled or not, beside leaves' cells (n,)."""
-    return FILLED if cells.fills(opening, leaves) else 0.0
+def _filling(cells: Cells, opening: Opening) -> list[Drawn]:
+    """What the map shows that fills an opening, as one leaf that is closed, or either of two."""
+    between = cells.in_doorway(opening)
+    along, _ = beside(cells.middles, opening.start, opening.bearing)
+    first = along < opening.width / 2.0
+    found = []
+    for from_end, share, half in ((None, 1.0, between), (False, 0.5, first), (True, 0.5, ~first)):
+        closing = between & half
+        if cells.fill(closing, opening, share):
+            start = opening.jamb(bool(from_end))[0]
+            found.append(Drawn(from_end, 0.0, start, share, cells.middles[closing], share * FILLED))
+    return found
 
 
 def _leaves(cells: Cells, opening: Opening, walls: list[WallLine]) -> list[tuple[Drawn, BoolArray]]:
@@ -150,18 +147,10 @@ def _widths(opening: Opening) -> dict[float, float]:
     return {k: width for k, width in widths.items() if NARROWEST_LEAF <= width <= WIDEST_LEAF}
 
 
-def _without(
-    place: Doorway,
-    segments: FloatArray,
-    as_is: Behind,
-    drawn: Drawn | None,
-    second: Drawn | None,
-    log_left: float,
-) -> Behind:
-    """A map from which something was taken out, or two things."""
+def _without(place: Doorway, segments: FloatArray, as_is: Behind, drawn: list[Drawn]) -> Behind:
+    """A map from which things were taken out."""
     expected, log_likelihood = background(place, segments)
-    as_drawn = as_is.log_likelihood - log_likelihood
-    return Behind(expected, log_likelihood, drawn, as_drawn, log_left, second)
+    return Behind(expected, log_likelihood, tuple(drawn), as_is.log_likelihood - log_likelihood)
 
 
 def _drawn(

@@ -320,9 +320,25 @@ def test_a_leaf_that_stands_ajar_hides_no_opening_but_the_near_face_of_a_wall_do
     assert (not found) == hides
 
 
-def test_what_fills_an_opening_in_the_map_is_told_from_a_leaf() -> None:
-    plan = drawn(np.arange(0.0, 6.0, 0.02))
-    opening = Opening(np.array([2.0, 1.025]), np.array([2.9, 1.025]))
-    cells = Cells.about(plan, opening.middle, 1.5)
-    assert cells.fills(opening)
-    assert not cells.fills(opening, cells.on_leaf(np.array([1.9, 1.025]), 0.0, 0.9))
+def test_a_map_shows_which_half_of_an_opening_is_filled() -> None:
+    places = np.arange(0.0, 6.0, 0.02)
+    opening = Opening(np.array([2.0, 1.025]), np.array([3.6, 1.025]))
+    cells = Cells.about(drawn(places[places < 2.8]), opening.middle, 1.5)
+    along = cells.middles[:, 0] - 2.0
+    between = cells.in_doorway(opening)
+    assert cells.fill(between & (along < 0.8), opening, 0.5)
+    assert not cells.fill(between & (along > 0.8), opening, 0.5)
+    assert not cells.fill(between, opening, 1.0)
+
+
+@pytest.mark.parametrize("is_seen_behind", [False, True])
+def test_a_piece_of_wall_that_a_map_lacks_is_open_where_something_passed(
+    is_seen_behind: bool,
+) -> None:
+    places = np.arange(0.0, 6.0, 0.02)
+    plan = drawn(places[(places < 2.0) | (places > 2.9)])
+    if not is_seen_behind:
+        plan.free[int(1.0 / plan.resolution) :] = False
+    wall = WallLine(np.array([0.0, 1.025]), np.array([1.0, 0.0]), 6.0, shown=5.0)
+    seen = beams(np.array([[0.5, 1.025], [5.5, 1.025]]), np.array([3.0, -1.0]))
+    assert bool(openings([wall], plan, seen)) == is_seen_behind
