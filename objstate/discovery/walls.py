@@ -266,7 +266,7 @@ def openings(lines: list[WallLine], plan: OccupancyMap, beams: Beams) -> list[Op
         crossed = _crossed(line, beams)
         # where another wall crosses the line, that is shown, and no piece of this one
         at = of_beam[crossed.numbers]
-        own = (at == number) | (at < 0)
+        own = (at == number) | (at < 0) | (np.abs(crossed.beyond) > BESIDE)
         drive = beams.drive[crossed.numbers]
         each = [_of_drive(crossed.among(own & (drive == k)), count) for k in range(drives)]
         parallel = np.array([abs(other.along @ line.normal) < PARALLEL for other in lines])
