@@ -62,6 +62,10 @@ class Doorway:
         _, aside = beside(self.robot[None], start, bearing)
         return 1 if aside[0] > 0.0 else -1
 
+    def inward(self, start: FloatArray, bearing: float) -> FloatArray:
+        """(2,) unit vector across a line, away from where the robot was."""
+        return -self.side(start, bearing) * np.array([-np.sin(bearing), np.cos(bearing)])
+
     def log_likelihood(self, expected: FloatArray) -> FloatArray:
         """(groups,) of the looks, tempered, for expected distances (n,) m of the beams."""
         out = np.zeros(self.groups)
@@ -265,6 +269,12 @@ class Cells:
         """(n,) the cells between its jambs."""
         along, aside = beside(self.middles, opening.start, opening.bearing)
         return (along > JAMB) & (along < opening.width - JAMB) & (np.abs(aside) < DEEP)
+
+    def behind(self, opening: Opening, depth: float) -> BoolArray:
+        """(n,) the cells between its jambs' lines, farther than a wall's depth on either side."""
+        along, aside = beside(self.middles, opening.start, opening.bearing)
+        aside = np.abs(aside)
+        return (along > JAMB) & (along < opening.width - JAMB) & (aside > DEEP) & (aside < depth)
 
     def fill(self, some: BoolArray, opening: Opening, share: float) -> bool:
         """Whether some of the cells (n,) close a share of an opening."""

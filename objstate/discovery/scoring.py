@@ -51,7 +51,8 @@ TAIL = 3.0  # degrees of freedom of these: some openings are shown wrongly
 FRONT, FRONT_STD = 0.01, 0.03  # m
 THINNEST, THICKEST = 0.06, DEEP  # m, depths of leaves that open away
 SOFT = 0.01  # m, of these
-ELSEWHERE = 0.1
+ELSEWHERE = 0.1  # within the wall's depth
+BEFORE = 0.05  # m before a wall's line within which its face may be
 BEARING_STD = np.radians(2.0)  # about the wall's
 TWIN_STD, TWIN_BEARING_STD = 0.01, np.radians(0.7)  # m, rad: the leaves of a double door are alike
 
@@ -290,7 +291,7 @@ def log_prior(place: Doorway, leaf: Leaf) -> float:
     start, bearing = opening.jamb(leaf.from_end)
     along, aside = beside(leaf.hinge[None], start, bearing)
     depth = -float(aside[0]) * place.side(start, bearing)
-    if abs(depth) > DEEP:
+    if not -BEFORE - 4.0 * SOFT < depth < DEEP:
         return -np.inf
     turned_by = float(wrap(leaf.bearing - bearing))
     end = leaf.width + float(along[0]) - leaf.share * (opening.width - SLIT)
@@ -332,7 +333,8 @@ def _log_depth(depth: float, is_toward: bool) -> float:
     else:
         rise = math.erf((depth - THINNEST) / SOFT) - math.erf((depth - THICKEST) / SOFT)
         usual = 0.5 * rise / (THICKEST - THINNEST)
-    return math.log((1.0 - ELSEWHERE) * usual + ELSEWHERE / (2.0 * DEEP))
+    inside = 0.5 * (1.0 + math.erf((depth + BEFORE) / SOFT)) / (DEEP + BEFORE)
+    return math.log((1.0 - ELSEWHERE) * usual + ELSEWHERE * inside)
 
 
 def log_joint(place: Doorway, behind: Behind, leaf: Leaf, lattice: Lattice) -> float:
