@@ -13,6 +13,7 @@ from objstate.discovery.proposals import Shown, backgrounds, proposals
 from objstate.discovery.registering import PLACE_STD
 from objstate.discovery.scoring import (
     FLAT,
+    HALF,
     NEARLY_CLOSED,
     Behind,
     Drawn,
@@ -75,6 +76,11 @@ class Explained:
         """Of a door, against none."""
         return self.log_door - self.log_bare
 
+    @property
+    def of_leaf(self) -> float:
+        """The log odds of one leaf: those of a double door are of both."""
+        return self.log_odds / len(self.leaves)
+
 
 def explain(place: Doorway, plan: OccupancyMap) -> Explained | None:
     """The most probable leaf of a doorway, and the probability that there is one; None where nothing fits."""
@@ -99,7 +105,7 @@ def explain(place: Doorway, plan: OccupancyMap) -> Explained | None:
     door = all_log + LOG_KINDS + np.log(DOOR) - base
     found += [each for _, both in pairs for each in both]
     things = _things([*((each,) for each in found), *(both for _, both in pairs)])
-    things += [(GAP, _wall(opening)[None]) for opening in _of_first_line(place)]
+    things += [(GAP, _wall(place, opening)[None]) for opening in _of_first_line(place)]
     bare = max(
         _bare(place, as_is, open_, things) for variants in cleared.values() for open_ in variants
     )
@@ -307,9 +313,10 @@ def _of_first_line(place: Doorway) -> list[Opening]:
     return [each for each, aside in pairs if abs(float(aside[0])) < SAME_WALL]
 
 
-def _wall(opening: Opening) -> FloatArray:
-    """(4,) what would be in the place of an opening, if the wall went on there."""
-    return np.array([*opening.start, opening.bearing, opening.width])
+def _wall(place: Doorway, opening: Opening) -> FloatArray:
+    """(4,) what would be in the place of an opening, if the wall went on there: its face."""
+    start, bearing = opening.jamb(False)
+    return np.array([*(start + HALF * place.inward(start, bearing)), bearing, opening.width])
 
 
 def _bare(place: Doorway, as_is: Behind, open_: Behind, things: list[Thing]) -> float:
