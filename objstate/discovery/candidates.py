@@ -75,7 +75,7 @@ def find_doors(
             on_progress(number / len(places))
         weigh(number)
     while waiting:
-        number = max(waiting, key=lambda each: (waiting[each].explained.log_odds, -each))
+        number = max(waiting, key=lambda each: (waiting[each].explained.of_leaf, -each))
         if not waiting[number].is_current:
             weigh(number)  # without what has been explained since
             continue

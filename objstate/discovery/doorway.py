@@ -62,6 +62,10 @@ class Doorway:
         _, aside = beside(self.robot[None], start, bearing)
         return 1 if aside[0] > 0.0 else -1
 
+    def inward(self, start: FloatArray, bearing: float) -> FloatArray:
+        """(2,) unit vector across a line, away from where the robot was."""
+        return -self.side(start, bearing) * np.array([-np.sin(bearing), np.cos(bearing)])
+
     def log_likelihood(self, expected: FloatArray) -> FloatArray:
         """(groups,) of the looks, tempered, for expected distances (n,) m of the beams."""
         out = np.zeros(self.groups)
@@ -266,14 +270,17 @@ class Cells:
         along, aside = beside(self.middles, opening.start, opening.bearing)
         return (along > JAMB) & (along < opening.width - JAMB) & (np.abs(aside) < DEEP)
 
-    def fills(self, opening: Opening, without: BoolArray | None = None) -> bool:
-        """Whether the map, but for some cells (n,), closes an opening in a wall's depth."""
-        inside = self.in_doorway(opening)
-        if without is not None:
-            inside &= ~without
-        along, _ = beside(self.middles[inside], opening.start, opening.bearing)
+    def behind(self, opening: Opening, depth: float) -> BoolArray:
+        """(n,) the cells between its jambs' lines, farther than a wall's depth on either side."""
+        along, aside = beside(self.middles, opening.start, opening.bearing)
+        aside = np.abs(aside)
+        return (along > JAMB) & (along < opening.width - JAMB) & (aside > DEEP) & (aside < depth)
+
+    def fill(self, some: BoolArray, opening: Opening, share: float) -> bool:
+        """Whether some of the cells (n,) close a share of an opening."""
+        along, _ = beside(self.middles[some], opening.start, opening.bearing)
         bins = np.unique(np.floor(along / self.plan.resolution))
-        return len(bins) * self.plan.resolution > FILLED * (opening.width - 2 * JAMB)
+        return len(bins) * self.plan.resolution > FILLED * share * (opening.width - 2 * JAMB)
 
     def on_leaf(self, hinge: FloatArray, bearing: float, width: float) -> BoolArray:
         """(n,) the cells about a leaf; those at its hinge are the jamb."""

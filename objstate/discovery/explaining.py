@@ -13,6 +13,7 @@ from objstate.discovery.proposals import Shown, backgrounds, proposals
 from objstate.discovery.registering import PLACE_STD
 from objstate.discovery.scoring import (
     FLAT,
+    HALF,
     NEARLY_CLOSED,
     Behind,
     Drawn,
@@ -57,7 +58,7 @@ class Refined:
     @property
     def drawn(self) -> Drawn | None:
         """What the map shows of it, if it does."""
-        return self.behind.drawn if self.behind.is_drawn(self.leaf) else None
+        return self.behind.drawn_as(self.leaf)
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,6 +75,11 @@ class Explained:
     def log_odds(self) -> float:
         """Of a door, against none."""
         return self.log_door - self.log_bare
+
+    @property
+    def of_leaf(self) -> float:
+        """The log odds of one leaf: those of a double door are of both."""
+        return self.log_odds / len(self.leaves)
 
 
 def explain(place: Doorway, plan: OccupancyMap) -> Explained | None:
@@ -99,7 +105,7 @@ def explain(place: Doorway, plan: OccupancyMap) -> Explained | None:
     door = all_log + LOG_KINDS + np.log(DOOR) - base
     found += [each for _, both in pairs for each in both]
     things = _things([*((each,) for each in found), *(both for _, both in pairs)])
-    things += [(GAP, _wall(opening)[None]) for opening in _of_first_line(place)]
+    things += [(GAP, _wall(place, opening)[None]) for opening in _of_first_line(place)]
     bare = max(
         _bare(place, as_is, open_, things) for variants in cleared.values() for open_ in variants
     )
@@ -127,12 +133,22 @@ def _pairs(
 
 
 def _joint_of_pair(place: Doorway, behind: Behind, leaf: Leaf) -> float:
-    """Log p(beams, leaves) of a double door, the first leaf in its angles given the second one's."""
-    lattice, other = Lattice.whole(), _other(place, leaf)
-    angles = lattice.angles[lattice.best(lattice.gains(place, behind, leaf))]
-    beside_it = behind.before(place, leaf, angles)
-    angles = lattice.angles[lattice.best(lattice.gains(place, beside_it, other))]
-    return log_joint(place, behind.before(place, other, angles), leaf, lattice)
+    """Log p(beams, leaves) of a double door, either leaf given the other one's angles."""
+    lattice, other = Lattice.whole(), replace(_other(place, leaf), twin=leaf)
+    angles = lattice.angles[lattice.best(behind.gains(place, leaf, lattice.angles))]
+    beside_first = behind.beside(place, leaf, angles)
+    angles = lattice.angles[lattice.best(beside_first.gains(place, other, lattice.angles))]
+    beside_other = behind.beside(place, other, angles)
+    first = log_joint(place, beside_other, leaf, lattice)
+    second = log_joint(place, beside_first, other, lattice)
+    return first - _log_seen(place, beside_other, leaf, lattice) + second
+
+
+def _log_seen(place: Doorway, behind: Behind, leaf: Leaf, lattice: Lattice) -> float:
+    """Log-likelihood of all looks with a leaf at its most probable angles."""
+    gain = behind.gains(place, leaf, lattice.angles)
+    seen = gain[lattice.best(gain), np.arange(place.groups)]
+    return float(seen.sum() + behind.log_likelihood.sum())
 
 
 def _pair(
@@ -140,15 +156,15 @@ def _pair(
 ) -> tuple[float, tuple[Refined, Refined]] | None:
     """A leaf and the other one of its double door, refined in turns; their log evidence."""
     lattice = Lattice.whole()
-    angles = lattice.angles[lattice.best(lattice.gains(place, behind, leaf))]
-    other = _refine(place, behind.before(place, leaf, angles), _other(place, leaf))
+    angles = lattice.angles[lattice.best(behind.gains(place, leaf, lattice.angles))]
+    other = _refine(place, behind.beside(place, leaf, angles), _other(place, leaf))
     if other is None:
         return None
     first = _refine(place, behind.beside(place, other.leaf, other.angles), leaf)
     if first is None:
         return None
     alike = replace(_other(place, first.leaf), twin=first.leaf)
-    other = _refine(place, behind.before(place, first.leaf, first.angles), alike)
+    other = _refine(place, behind.beside(place, first.leaf, first.angles), alike)
     return None if other is None else (first.log_prior + other.log_evidence, (first, other))
 
 
@@ -193,7 +209,10 @@ def _tried_pairs(
 ) -> list[tuple[int, Leaf]]:
     """The same of the first leaves of double doors, the best one of each way to open."""
     best: dict[int, tuple[float, int, Leaf]] = {}
-    for number, leaf in [*((0, leaf) for leaf in proposals(place)), *shown.proposed(place)]:
+    drawn = (
+        (n, _other(place, leaf) if leaf.from_end else leaf) for n, leaf in shown.proposed(place)
+    )
+    for number, leaf in [*((0, leaf) for leaf in proposals(place)), *drawn]:
         if leaf.share < 1.0 and not leaf.from_end:
             score = _joint_of_pair(place, cleared[leaf.about][number], leaf)
             if leaf.sense not in best or score > best[leaf.sense][0]:
@@ -224,7 +243,7 @@ def _refine(place: Doorway, behind: Behind, leaf: Leaf) -> Refined | None:
     from scipy.optimize import minimize
 
     whole = Lattice.whole()
-    lattice = whole.about(whole.gains(place, behind, leaf), FINE, ABOUT)
+    lattice = whole.about(behind.gains(place, leaf, whole.angles), FINE, ABOUT)
     start = leaf.vector
 
     def score(offset: FloatArray) -> float:
@@ -241,7 +260,7 @@ def _refine(place: Doorway, behind: Behind, leaf: Leaf) -> Refined | None:
     full = log_joint(place, behind, leaf, whole)
     value = max(-float(found.fun), full)
     volume = 0.5 * np.linalg.slogdet(2 * np.pi * covariance)[1]
-    gain, evidence = lattice.gains(place, behind, leaf), value + float(volume)
+    gain, evidence = behind.gains(place, leaf, lattice.angles), value + float(volume)
     best = lattice.best(gain)
     seen = gain[best, np.arange(place.groups)]
     log_prior = evidence - float(seen.sum() + behind.log_likelihood.sum())
@@ -294,9 +313,10 @@ def _of_first_line(place: Doorway) -> list[Opening]:
     return [each for each, aside in pairs if abs(float(aside[0])) < SAME_WALL]
 
 
-def _wall(opening: Opening) -> FloatArray:
-    """(4,) what would be in the place of an opening, if the wall went on there."""
-    return np.array([*opening.start, opening.bearing, opening.width])
+def _wall(place: Doorway, opening: Opening) -> FloatArray:
+    """(4,) what would be in the place of an opening, if the wall went on there: its face."""
+    start, bearing = opening.jamb(False)
+    return np.array([*(start + HALF * place.inward(start, bearing)), bearing, opening.width])
 
 
 def _bare(place: Doorway, as_is: Behind, open_: Behind, things: list[Thing]) -> float:
@@ -310,7 +330,7 @@ def _bare(place: Doorway, as_is: Behind, open_: Behind, things: list[Thing]) -> 
         gain = np.array([*logs, *more])
         prior = np.full(len(gain), -np.log(len(gain)))
         first = np.full(len(gain), -np.inf)
-        first[0] = open_.log_map_bare
+        first[0] = 0.0
         return float(chained(first, prior, gain, place.stays)[0])
 
     value, chosen = total([]), list[FloatArray]()

@@ -10,16 +10,23 @@ import numpy as np
 from objstate.building.occupancy import OccupancyMap
 from objstate.discovery import kernels
 from objstate.discovery.doorway import DEEP, Cells, Doorway, background, beside
-from objstate.discovery.scoring import DRAWN, FILLED, NEARLY_CLOSED, Behind, Drawn, Leaf
-from objstate.discovery.walls import Opening, WallLine
+from objstate.discovery.scoring import (
+    BEFORE,
+    FILLED,
+    NEARLY_CLOSED,
+    Behind,
+    Drawn,
+    Leaf,
+)
+from objstate.discovery.walls import Opening
 from objstate.geometry import BoolArray, FloatArray
 
 SHIFTS = np.arange(-0.06, 0.061, 0.015)  # m, of the map across a wall
 SHIFT_STD = 0.03  # m
 TURNS = np.radians(np.arange(-155.0, 156.0, 5.0))  # of a leaf in the map that are tried
-LEAST_TURN = np.radians(19.0)  # what stands nearer may be the wall
+LEAST_TURN = np.radians(19.0)  # what stands nearer to the wall's line may be the wall
 NARROWEST_LEAF, WIDEST_LEAF = 0.55, 1.4  # m
-ABOUT = 0.1, DEEP  # m along the wall and across it within which a hinge lies about a jamb
+ALONG = 0.1  # m along the wall within which a hinge lies about a jamb
 APART = DEEP / 5.0  # m, across the wall, of leaves that are tried
 DRAWN_SHARE = 0.7  # of a leaf's length that the map shows
 LONGER = 8  # cells beyond a leaf's end that have to be free
@@ -31,10 +38,10 @@ def proposals(place: Doorway) -> list[Leaf]:
     for about, opening in enumerate(place.openings):
         for from_end in (False, True):
             start, bearing = opening.jamb(from_end)
-            normal = np.array([-np.sin(bearing), np.cos(bearing)])
+            inward = place.inward(start, bearing)
             for share, width in _widths(opening).items():
-                for aside in np.arange(-DEEP, DEEP + 0.01, APART):
-                    hinge = start + aside * normal
+                for depth in np.arange(0.0, DEEP, APART):
+                    hinge = start + depth * inward
                     for sense in (1, -1):
                         found.append(Leaf(hinge, bearing, sense, width, about, from_end, share))
     return found
@@ -46,7 +53,7 @@ class Shown:
 
     cells: Cells
     between: list[BoolArray]  # the cells in the opening
-    filling: list[Drawn | None]  # what fills it
+    filling: list[list[Drawn]]  # what fills it, or a half
     leaves: list[list[tuple[Drawn, BoolArray]]]  # what may be its leaves, and their cells
 
     def both(self, about: int) -> list[tuple[int, int]]:
@@ -76,13 +83,8 @@ class Shown:
         """What it shows about one."""
         cells, openings = Cells.about(plan, place.middle, place.radius + 0.3), place.openings
         between = [cells.in_doorway(opening) for opening in openings]
-        filling = [
-            Drawn(None, 0.0, opening.start, 1.0, cells.middles[inside])
-            if cells.fills(opening)
-            else None
-            for opening, inside in zip(openings, between, strict=True)
-        ]
-        leaves = [_leaves(cells, opening, place.walls) for opening in openings]
+        filling = [_filling(cells, opening) for opening in openings]
+        leaves = [_leaves(cells, opening, place) for opening in openings]
         return Shown(cells, between, filling, leaves)
 
 
@@ -102,44 +104,48 @@ def backgrounds(place: Doorway, shown: Shown) -> tuple[Behind, dict[int, list[Be
     ]
     shift = shifts[int(np.argmax(fits))]
     as_is = Behind(*background(place, segments + shift))
-    left = DRAWN if any(shown.leaves) else 0.0  # what looks like a leaf in the map is none
     cleared = {}
     for about, between in enumerate(shown.between):
-        leaves = shown.leaves[about]
-        variants: list[tuple[Drawn | None, Drawn | None, BoolArray, float]] = [
-            (shown.filling[about], None, between, left)
-        ]
-        opening = place.openings[about]
-        for drawn, leaf in leaves:
-            variants.append((drawn, None, between | leaf, _beside_leaves(cells, opening, leaf)))
+        leaves, filling = shown.leaves[about], shown.filling[about]
+        variants = [(filling, between)]
+        variants += [([*filling, drawn], between | leaf) for drawn, leaf in leaves]
         for (first, its), (other, others) in ((leaves[a], leaves[b]) for a, b in shown.both(about)):
-            both = its | others
-            log_left = _beside_leaves(cells, opening, both)
-            variants.append((first, other, between | both, log_left))
+            variants.append(([*filling, first, other], between | its | others))
         cleared[about] = [
             replace(
-                _without(place, cells.segments(taken) + shift, as_is, drawn, second, log_left),
+                _without(place, cells.segments(taken) + shift, as_is, drawn),
                 cells=cells.middles[~taken],
             )
-            for drawn, second, taken, log_left in variants
+            for drawn, taken in variants
         ]
     return as_is, cleared
 
 
-def _beside_leaves(cells: Cells, opening: Opening, leaves: BoolArray) -> float:
-    """Log-probability that the map shows a doorway filled or not, beside leaves' cells (n,)."""
-    return FILLED if cells.fills(opening, leaves) else 0.0
+def _filling(cells: Cells, opening: Opening) -> list[Drawn]:
+    """What the map shows that fills an opening, as one leaf that is closed, or either of two."""
+    between = cells.in_doorway(opening)
+    along, _ = beside(cells.middles, opening.start, opening.bearing)
+    first = along < opening.width / 2.0
+    found = []
+    for from_end, share, half in ((None, 1.0, between), (False, 0.5, first), (True, 0.5, ~first)):
+        closing = between & half
+        if cells.fill(closing, opening, share):
+            start = opening.jamb(bool(from_end))[0]
+            found.append(Drawn(from_end, 0.0, start, share, cells.middles[closing], share * FILLED))
+    return found
 
 
-def _leaves(cells: Cells, opening: Opening, walls: list[WallLine]) -> list[tuple[Drawn, BoolArray]]:
+def _leaves(cells: Cells, opening: Opening, place: Doorway) -> list[tuple[Drawn, BoolArray]]:
     """Leaves of an opening that the map shows: the end of the hinge and the turn, and their cells."""
     found: list[tuple[Drawn, BoolArray]] = []
     for from_end, (share, width) in product((False, True), _widths(opening).items()):
         start, bearing = opening.jamb(from_end)
-        for hinge, turn in _drawn(cells, start, bearing, width):
-            if any(wall.holds(hinge, bearing + turn, width) for wall in walls):
+        for hinge, turn in _drawn(cells, start, bearing, place.inward(start, bearing), width):
+            if any(wall.holds(hinge, bearing + turn, width) for wall in place.walls):
                 continue
             leaf = cells.on_leaf(hinge, bearing + turn, width)
+            if cells.fill(~leaf & cells.behind(opening, width), opening, 1.0):
+                continue  # the side of a recess
             found.append((Drawn(from_end, turn, hinge, share, cells.middles[leaf]), leaf))
     return found
 
@@ -150,22 +156,14 @@ def _widths(opening: Opening) -> dict[float, float]:
     return {k: width for k, width in widths.items() if NARROWEST_LEAF <= width <= WIDEST_LEAF}
 
 
-def _without(
-    place: Doorway,
-    segments: FloatArray,
-    as_is: Behind,
-    drawn: Drawn | None,
-    second: Drawn | None,
-    log_left: float,
-) -> Behind:
-    """A map from which something was taken out, or two things."""
+def _without(place: Doorway, segments: FloatArray, as_is: Behind, drawn: list[Drawn]) -> Behind:
+    """A map from which things were taken out."""
     expected, log_likelihood = background(place, segments)
-    as_drawn = as_is.log_likelihood - log_likelihood
-    return Behind(expected, log_likelihood, drawn, as_drawn, log_left, second)
+    return Behind(expected, log_likelihood, tuple(drawn), as_is.log_likelihood - log_likelihood)
 
 
 def _drawn(
-    cells: Cells, jamb: FloatArray, bearing: float, width: float
+    cells: Cells, jamb: FloatArray, bearing: float, inward: FloatArray, width: float
 ) -> list[tuple[FloatArray, float]]:
     """Hinges about a jamb, and turns from the closed leaf, at which the map shows a leaf.
 
@@ -173,14 +171,13 @@ def _drawn(
     it, or is the back of a recess.
     """
     size, turns = cells.plan.resolution, TURNS[np.abs(TURNS) > LEAST_TURN]
-    near = np.hypot(*(cells.middles - jamb).T) < width + LONGER * size + np.hypot(*ABOUT)
+    near = np.hypot(*(cells.middles - jamb).T) < width + LONGER * size + np.hypot(ALONG, DEEP)
     points = cells.middles[near]
-    cos, sin = np.cos(bearing), np.sin(bearing)
-    along, aside = (
-        np.arange(-(n := round(reach / size)), n + 1)[:, None] * size * np.array(unit)
-        for reach, unit in zip(ABOUT, ((cos, sin), (-sin, cos)), strict=True)
-    )
-    hinges = (jamb + along[:, None] + aside).reshape(-1, 2)
+    reach, before, deep = (round(way / size) for way in (ALONG, BEFORE, DEEP))
+    unit = np.array([np.cos(bearing), np.sin(bearing)])
+    along = np.arange(-reach, reach + 1)[:, None] * size * unit
+    depth = np.arange(-before, deep + 1)[:, None] * size * inward
+    hinges = (jamb + along[:, None] + depth).reshape(-1, 2)
     last, beyond = int(width / size), int(width / size) + LONGER
     shown = np.zeros((len(hinges), len(turns), beyond + 1), dtype=bool)
     kernels.shown_along(points, hinges, bearing + turns, size, shown)
@@ -197,7 +194,7 @@ def _drawn(
         if all(abs(turn - other) > np.radians(20.0) for _, other in kept):
             hinge, along = _fitted(points, start, bearing + turn, width, size)
             kept.append((hinge, along - bearing))
-    return [each for each in kept[:2] if abs(each[1]) > NEARLY_CLOSED]
+    return [each for each in kept[:2] if NEARLY_CLOSED < abs(each[1]) < np.pi - LEAST_TURN]
 
 
 def _fitted(

@@ -9,13 +9,14 @@ to gain more than that.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from objstate.discovery import kernels
 from objstate.discovery.doorway import DEEP, Doorway, beside
-from objstate.geometry import FloatArray, IntArray, wrap
+from objstate.geometry import BoolArray, FloatArray, IntArray, wrap
 
 HALF = 0.02  # m, of a leaf's thickness
 STEP = np.radians(3.0)  # between angles of a leaf that are summed over
@@ -50,7 +51,8 @@ TAIL = 3.0  # degrees of freedom of these: some openings are shown wrongly
 FRONT, FRONT_STD = 0.01, 0.03  # m
 THINNEST, THICKEST = 0.06, DEEP  # m, depths of leaves that open away
 SOFT = 0.01  # m, of these
-ELSEWHERE = 0.1
+ELSEWHERE = 0.1  # within the wall's depth
+BEFORE = 0.05  # m before a wall's line within which its face may be
 BEARING_STD = np.radians(2.0)  # about the wall's
 TWIN_STD, TWIN_BEARING_STD = 0.01, np.radians(0.7)  # m, rad: the leaves of a double door are alike
 
@@ -93,6 +95,12 @@ class Drawn:
     hinge: FloatArray  # (2,) m, where it begins
     share: float  # of the opening that it would close
     points: FloatArray = field(repr=False)  # (m, 2) m, middles of its cells
+    log_none: float = DRAWN  # log-probability that a map shows it, where it is no leaf
+
+    def may_be(self, leaf: Leaf) -> bool:
+        """Whether it hangs and opens as a leaf does."""
+        is_its = self.from_end in (None, leaf.from_end) and self.share == leaf.share
+        return is_its and leaf.sense * self.turn >= 0.0
 
     def off(self, leaf: Leaf, angles: FloatArray) -> FloatArray:
         """(a,) squared deviations of a leaf at these angles from what is drawn.
@@ -101,9 +109,9 @@ class Drawn:
         """
         away = self.points - leaf.hinge
         out = np.empty(len(angles))
-        if self.from_end is None:
+        if self.turn == 0.0:
             aside = away @ np.array([-np.sin(leaf.bearing), np.cos(leaf.bearing)])
-            turned_off = np.square((angles - abs(self.turn)) / MAP_STD)
+            turned_off = np.square(angles / MAP_STD)
             return np.asarray(turned_off + np.square(np.median(aside) / MAP_ASIDE))
         bearings = leaf.bearing + leaf.sense * angles
         kernels.off_drawn(away, bearings, leaf.width, OFF_STDS, LAST, FAR, out)
@@ -116,50 +124,36 @@ class Behind:
 
     expected: FloatArray = field(repr=False)  # (n,) m
     log_likelihood: FloatArray  # (groups,)
-    drawn: Drawn | None = None  # what was taken out of the map
+    drawn: tuple[Drawn, ...] = ()  # what was taken out of the map
     # (groups,) what it gains
     as_drawn: FloatArray = field(default_factory=lambda: np.empty(0), repr=False)
-    log_left: float = 0.0  # log-probability of what is left in the map beside a leaf
-    second: Drawn | None = None  # what else was taken out, which may be the other leaf
     # (m, 2) m, middles of the map's cells that were left
     cells: FloatArray = field(default_factory=lambda: np.empty((0, 2)), repr=False)
 
-    def is_drawn(self, leaf: Leaf) -> bool:
-        """Whether what was taken out may be a leaf."""
-        if self.drawn is None:
-            return False
-        drawn = self.drawn
-        is_its = drawn.from_end == leaf.from_end and drawn.share == leaf.share
-        return drawn.from_end is None or (is_its and leaf.sense * drawn.turn >= 0.0)
+    def drawn_as(self, leaf: Leaf) -> Drawn | None:
+        """What was taken out and is the leaf, if anything is."""
+        angles = Lattice.whole().angles
+        able = [(float(d.off(leaf, angles).min()), k) for k, d in self._able(leaf)]
+        best, number = min(able, default=(np.inf, 0))
+        return self.drawn[number] if best < FAR else None
 
-    def off(self, leaf: Leaf, angles: FloatArray) -> FloatArray | None:
-        """(a,) squared deviations of a leaf from what is drawn, if that may be the leaf."""
-        if self.drawn is None or not self.is_drawn(leaf):
-            return None
-        return self.drawn.off(leaf, angles)
+    def _able(self, leaf: Leaf) -> Iterator[tuple[int, Drawn]]:
+        return ((k, drawn) for k, drawn in enumerate(self.drawn) if drawn.may_be(leaf))
 
-    def log_map(self, off: FloatArray | None) -> FloatArray:
-        """(a,) log-likelihood of the map, if the leaf was off what is drawn by so much."""
-        if off is None:
-            missed = MISSED if self.drawn is None else MISSED + DRAWN
-            return np.array([missed + self.log_left])
-        return np.asarray(np.maximum(-0.5 * off, MISSED + DRAWN) + self.log_left)
+    def map_of(self, leaf: Leaf, angles: FloatArray) -> tuple[FloatArray, BoolArray]:
+        """(a,) log-likelihood ratio of the map with a leaf at these angles, to that without one.
 
-    @property
-    def log_map_bare(self) -> float:
-        """The same, if there is no leaf."""
-        if self.drawn is None:
-            return self.log_left
-        return self.log_left + (FILLED if self.drawn.from_end is None else DRAWN)
-
-    def before(self, place: Doorway, leaf: Leaf, angles: FloatArray) -> Behind:
-        """What there is for the other leaf of a double door, if this one stands at angles (groups,)."""
-        there = self.beside(place, leaf, angles)
-        is_filled = self.drawn is not None and self.drawn.from_end is None
-        return replace(there, drawn=self.drawn if is_filled else self.second, log_left=0.0)
+        And (a,) whether the map has it there.
+        """
+        log, is_there = np.full(len(angles), MISSED), np.zeros(len(angles), dtype=bool)
+        for _, drawn in self._able(leaf):
+            off = drawn.off(leaf, angles)
+            log = np.maximum(log, -0.5 * off - drawn.log_none)
+            is_there |= off < SAME_PLACE
+        return log, is_there
 
     def beside(self, place: Doorway, leaf: Leaf, angles: FloatArray) -> Behind:
-        """What there is with a leaf that stands at angles (groups,) and isn't what the map shows."""
+        """What there is with a leaf that stands at angles (groups,), for another leaf."""
         expected = self.expected.copy()
         for k, own in enumerate(turned(leaf, angles)):
             if angles[k] < FLAT:
@@ -167,7 +161,7 @@ class Behind:
                 expected[mine] = np.minimum(expected[mine], _front(place.beams[:, mine], own))
         log_likelihood = place.log_likelihood(expected)
         as_drawn = self.as_drawn
-        if self.drawn is not None:
+        if self.drawn:
             as_drawn = as_drawn + self.log_likelihood - log_likelihood
         return replace(self, expected=expected, log_likelihood=log_likelihood, as_drawn=as_drawn)
 
@@ -178,12 +172,16 @@ class Behind:
         )
         return np.where(angles > free, BLOCKED, 0.0)
 
-    def with_map(self, off: FloatArray | None, gain: FloatArray) -> FloatArray:
-        """Gains (a, groups) of a leaf, which where the map has it may look as it is drawn."""
-        if off is None:
+    def gains(self, place: Doorway, leaf: Leaf, angles: FloatArray) -> FloatArray:
+        """(a, groups) what a leaf at each angle adds to the log-likelihood of each look.
+
+        Where the map has it, it may look as it is drawn.
+        """
+        _, is_there = self.map_of(leaf, angles)
+        gain = gains(place, self, turned(leaf, angles))
+        if not is_there.any():
             return gain
-        there = off[:, None] < SAME_PLACE
-        return np.asarray(np.where(there, np.maximum(gain, self.as_drawn), gain))
+        return np.asarray(np.where(is_there[:, None], np.maximum(gain, self.as_drawn), gain))
 
 
 @dataclass(frozen=True, eq=False)
@@ -229,11 +227,6 @@ class Lattice:
         fine = np.arange(0.0, WIDEST_TURN, step)
         kept = (np.abs(fine[:, None] - best) <= near).any(axis=1)
         return Lattice.of(fine[kept], step)
-
-    def gains(self, place: Doorway, behind: Behind, leaf: Leaf) -> FloatArray:
-        """(a, groups) what a leaf at each angle adds to the log-likelihood of each look."""
-        off = behind.off(leaf, self.angles)
-        return behind.with_map(off, gains(place, behind, turned(leaf, self.angles)))
 
     def log_evidence(
         self, log_map: FloatArray, log_way: FloatArray, gain: FloatArray, stays: FloatArray
@@ -298,7 +291,7 @@ def log_prior(place: Doorway, leaf: Leaf) -> float:
     start, bearing = opening.jamb(leaf.from_end)
     along, aside = beside(leaf.hinge[None], start, bearing)
     depth = -float(aside[0]) * place.side(start, bearing)
-    if abs(depth) > DEEP:
+    if not -BEFORE - 4.0 * SOFT < depth < DEEP:
         return -np.inf
     turned_by = float(wrap(leaf.bearing - bearing))
     end = leaf.width + float(along[0]) - leaf.share * (opening.width - SLIT)
@@ -340,7 +333,8 @@ def _log_depth(depth: float, is_toward: bool) -> float:
     else:
         rise = math.erf((depth - THINNEST) / SOFT) - math.erf((depth - THICKEST) / SOFT)
         usual = 0.5 * rise / (THICKEST - THINNEST)
-    return math.log((1.0 - ELSEWHERE) * usual + ELSEWHERE / (2.0 * DEEP))
+    inside = 0.5 * (1.0 + math.erf((depth + BEFORE) / SOFT)) / (DEEP + BEFORE)
+    return math.log((1.0 - ELSEWHERE) * usual + ELSEWHERE * inside)
 
 
 def log_joint(place: Doorway, behind: Behind, leaf: Leaf, lattice: Lattice) -> float:
@@ -348,10 +342,10 @@ def log_joint(place: Doorway, behind: Behind, leaf: Leaf, lattice: Lattice) -> f
     prior = log_prior(place, leaf)
     if prior == -np.inf:
         return prior
-    off = behind.off(leaf, lattice.angles)
-    gain = behind.with_map(off, gains(place, behind, turned(leaf, lattice.angles)))
+    log_map, _ = behind.map_of(leaf, lattice.angles)
+    gain = behind.gains(place, leaf, lattice.angles)
     log_way = behind.log_way(leaf, lattice.angles)
-    total = lattice.log_evidence(behind.log_map(off), log_way, gain, place.stays)
+    total = lattice.log_evidence(log_map, log_way, gain, place.stays)
     return prior + total + float(behind.log_likelihood.sum())
 
 

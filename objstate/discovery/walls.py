@@ -266,13 +266,13 @@ def openings(lines: list[WallLine], plan: OccupancyMap, beams: Beams) -> list[Op
         crossed = _crossed(line, beams)
         # where another wall crosses the line, that is shown, and no piece of this one
         at = of_beam[crossed.numbers]
-        own = (at == number) | (at < 0)
+        own = (at == number) | (at < 0) | (np.abs(crossed.beyond) > BESIDE)
         drive = beams.drive[crossed.numbers]
         each = [_of_drive(crossed.among(own & (drive == k)), count) for k in range(drives)]
         parallel = np.array([abs(other.along @ line.normal) < PARALLEL for other in lines])
         own_cells = plan.occupied & ((of_cell == number) | (of_cell < 0))
         drawn = _of_map(line, count, plan, own_cells)
-        shows = [(drawn, ~drawn & _of_map(line, count, plan, plan.free)), *each]
+        shows = [(drawn, ~drawn & _is_free(line, count, plan)), *each]
         stretches = Stretches.of(shows)
         for begin, end in _gaps(shows):
             p_wall = stretches.wall(begin, end)
@@ -391,14 +391,25 @@ def _is_behind_wall(inside: Crossed, low: float, count: int, on_wall: BoolArray)
 
 def _of_map(line: WallLine, count: int, plan: OccupancyMap, cells: BoolArray) -> BoolArray:
     """(count,) the bins where some of the map's cells, such as occupied ones, lie on the line."""
-    places = (np.arange(count) + 0.5) * BIN
     reach = BESIDE + plan.resolution / 2  # of its cells' middles
-    aside = np.arange(-reach, reach + 1e-9, plan.resolution / 2)
-    points = line.start + places[:, None, None] * line.along + aside[:, None] * line.normal
-    shown: BoolArray = np.any(
-        shown_at(plan, cells, points.reshape(-1, 2)).reshape(count, -1), axis=1
-    )
-    return shown
+    asides = np.arange(-reach, reach + 1e-9, plan.resolution / 2)
+    return np.asarray(_at_bins(line, count, plan, cells, asides).any(axis=1))
+
+
+def _is_free(line: WallLine, count: int, plan: OccupancyMap) -> BoolArray:
+    """(count,) the bins where the map is free on both sides of the line: something passes there."""
+    asides = np.arange(plan.resolution / 2, BESIDE + plan.resolution / 2, plan.resolution / 2)
+    left, right = (_at_bins(line, count, plan, plan.free, side) for side in (asides, -asides))
+    return np.asarray(left.any(axis=1) & right.any(axis=1))
+
+
+def _at_bins(
+    line: WallLine, count: int, plan: OccupancyMap, cells: BoolArray, asides: FloatArray
+) -> BoolArray:
+    """(count, a) whether some of the map's cells are at bins of a line, so many m to its left."""
+    places = (np.arange(count) + 0.5) * BIN
+    points = line.start + places[:, None, None] * line.along + asides[:, None] * line.normal
+    return shown_at(plan, cells, points.reshape(-1, 2)).reshape(count, -1)
 
 
 def shown_at(plan: OccupancyMap, cells: BoolArray, points: FloatArray) -> BoolArray:

@@ -19,8 +19,17 @@ from objstate.discovery import learn_doors
 from objstate.discovery.doorway import Cells, Doorway, doorway, ended_on
 from objstate.discovery.gathering import Beams
 from objstate.discovery.nearby import Nearby
+from objstate.discovery.proposals import Shown
 from objstate.discovery.registering import registered
-from objstate.discovery.scoring import WAY, Behind, Lattice, Leaf, chained, with_things
+from objstate.discovery.scoring import (
+    WAY,
+    Behind,
+    Lattice,
+    Leaf,
+    chained,
+    log_prior,
+    with_things,
+)
 from objstate.discovery.walls import Opening, Stretches, WallLine, distinct, fitted, openings
 from objstate.geometry import FloatArray
 
@@ -320,9 +329,62 @@ def test_a_leaf_that_stands_ajar_hides_no_opening_but_the_near_face_of_a_wall_do
     assert (not found) == hides
 
 
-def test_what_fills_an_opening_in_the_map_is_told_from_a_leaf() -> None:
-    plan = drawn(np.arange(0.0, 6.0, 0.02))
-    opening = Opening(np.array([2.0, 1.025]), np.array([2.9, 1.025]))
-    cells = Cells.about(plan, opening.middle, 1.5)
-    assert cells.fills(opening)
-    assert not cells.fills(opening, cells.on_leaf(np.array([1.9, 1.025]), 0.0, 0.9))
+def test_a_map_shows_which_half_of_an_opening_is_filled() -> None:
+    places = np.arange(0.0, 6.0, 0.02)
+    opening = Opening(np.array([2.0, 1.025]), np.array([3.6, 1.025]))
+    cells = Cells.about(drawn(places[places < 2.8]), opening.middle, 1.5)
+    along = cells.middles[:, 0] - 2.0
+    between = cells.in_doorway(opening)
+    assert cells.fill(between & (along < 0.8), opening, 0.5)
+    assert not cells.fill(between & (along > 0.8), opening, 0.5)
+    assert not cells.fill(between, opening, 1.0)
+
+
+@pytest.mark.parametrize("is_seen_behind", [False, True])
+def test_a_piece_of_wall_that_a_map_lacks_is_open_where_something_passed(
+    is_seen_behind: bool,
+) -> None:
+    places = np.arange(0.0, 6.0, 0.02)
+    plan = drawn(places[(places < 2.0) | (places > 2.9)])
+    if not is_seen_behind:
+        plan.free[int(1.0 / plan.resolution) :] = False
+    wall = WallLine(np.array([0.0, 1.025]), np.array([1.0, 0.0]), 6.0, shown=5.0)
+    seen = beams(np.array([[0.5, 1.025], [5.5, 1.025]]), np.array([3.0, -1.0]))
+    assert bool(openings([wall], plan, seen)) == is_seen_behind
+
+
+def test_a_leaf_that_is_a_line_of_its_own_shows_that_its_wall_is_open() -> None:
+    places = np.arange(0.0, 6.0, 0.02)
+    plan = drawn(places[(places < 2.0) | (places > 2.9)])
+    wall = WallLine(np.array([0.0, 1.025]), np.array([1.0, 0.0]), 6.0, shown=5.0)
+    leaf = WallLine(np.array([2.0, 1.15]), np.array([1.0, 0.0]), 0.9, shown=0.9)
+    plan.free[:] = False  # the map tells nothing
+    ends = np.column_stack([np.arange(2.0, 2.9, 0.002), np.full(450, 1.15)])
+    assert openings([wall, leaf], plan, beams(ends, np.array([2.45, -1.0])))
+
+
+@pytest.mark.parametrize("is_recess", [False, True])
+def test_the_side_of_a_recess_is_no_leaf_that_stands_open(is_recess: bool) -> None:
+    plan = drawn(np.arange(0.0, 6.0, 0.02)[~np.isin(np.arange(300), np.arange(100, 145))])
+    plan.occupied[20:36, 40] = True  # from the jamb on, about as long as a leaf
+    if is_recess:
+        plan.occupied[36, 40:59] = True
+    place = replace(looked_at(np.array([[2.45, 1.0]]), np.array([2.45, 0.2])), walls=[])
+    place.openings[:] = [Opening(np.array([2.0, 1.025]), np.array([2.9, 1.025]))]
+    place = replace(place, middle=np.array([2.45, 1.025]), radius=1.5)
+    found = {leaf.from_end for leaf, _ in Shown.about(place, plan).leaves[0]}
+    assert found == (set() if is_recess else {False})
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+def test_no_leaf_hangs_before_its_wall(sense: int) -> None:
+    place = looked_at(np.array([[2.45, 1.0]]), np.array([2.45, 0.2]))
+    start, bearing = place.openings[0].jamb(False)
+    inward = place.inward(start, bearing)
+    width = place.openings[0].width
+    inside, before = (
+        log_prior(place, Leaf(start + deep * inward, bearing, sense, width, 0, False, 1.0))
+        for deep in (0.1, -0.1)
+    )
+    assert np.isfinite(inside)
+    assert before == -np.inf
