@@ -434,7 +434,7 @@ def test_a_table_off_its_place_is_found_within_a_few_scans(seed: int) -> None:
         evidence = evidence_of(place, "table", scan, np.array([pose]))
         belief = updated(filter_, belief, evidence, rng)
     assert np.hypot(*(belief.mean - true)[:2]) < 0.03
-    assert np.degrees(abs(wrap(belief.mean[2] - true[2]))) < 2.0
+    assert np.degrees(abs(wrap(belief.mean[2] - true[2]))) < 2.5
 
 
 def test_steps_take_in_all_of_a_samples_evidence() -> None:
