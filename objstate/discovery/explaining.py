@@ -25,7 +25,7 @@ from objstate.discovery.scoring import (
     with_things,
 )
 from objstate.discovery.walls import Opening
-from objstate.geometry import FloatArray, wrap
+from objstate.geometry import FloatArray, IntArray, wrap
 
 DOOR = 0.75  # probability that an opening of a wall has a leaf
 LOG_KINDS = np.log(0.25)  # of the side of the hinge and the way it opens
@@ -141,14 +141,13 @@ def _joint_of_pair(place: Doorway, behind: Behind, leaf: Leaf) -> float:
     beside_other = behind.beside(place, other, angles)
     first = log_joint(place, beside_other, leaf, lattice)
     second = log_joint(place, beside_first, other, lattice)
-    return first - _log_seen(place, beside_other, leaf, lattice) + second
+    gain = beside_other.gains(place, leaf, lattice.angles)
+    return first - _log_seen(beside_other, gain, lattice.best(gain)) + second
 
 
-def _log_seen(place: Doorway, behind: Behind, leaf: Leaf, lattice: Lattice) -> float:
-    """Log-likelihood of all looks with a leaf at its most probable angles."""
-    gain = behind.gains(place, leaf, lattice.angles)
-    seen = gain[lattice.best(gain), np.arange(place.groups)]
-    return float(seen.sum() + behind.log_likelihood.sum())
+def _log_seen(behind: Behind, gain: FloatArray, best: IntArray) -> float:
+    """Log-likelihood of all looks with a leaf of a ``gain`` (a, groups) at the ``best`` angles."""
+    return float(gain[best, np.arange(len(best))].sum() + behind.log_likelihood.sum())
 
 
 def _pair(
@@ -262,8 +261,7 @@ def _refine(place: Doorway, behind: Behind, leaf: Leaf) -> Refined | None:
     volume = 0.5 * np.linalg.slogdet(2 * np.pi * covariance)[1]
     gain, evidence = behind.gains(place, leaf, lattice.angles), value + float(volume)
     best = lattice.best(gain)
-    seen = gain[best, np.arange(place.groups)]
-    log_prior = evidence - float(seen.sum() + behind.log_likelihood.sum())
+    log_prior = evidence - _log_seen(behind, gain, best)
     return Refined(leaf, behind, covariance, evidence, lattice.angles[best], log_prior)
 
 

@@ -10,14 +10,7 @@ import numpy as np
 from objstate.building.occupancy import OccupancyMap
 from objstate.discovery import kernels
 from objstate.discovery.doorway import DEEP, Cells, Doorway, background, beside
-from objstate.discovery.scoring import (
-    BEFORE,
-    FILLED,
-    NEARLY_CLOSED,
-    Behind,
-    Drawn,
-    Leaf,
-)
+from objstate.discovery.scoring import BEFORE, FILLED, NEARLY_CLOSED, Behind, Drawn, Leaf
 from objstate.discovery.walls import Opening
 from objstate.geometry import BoolArray, FloatArray
 

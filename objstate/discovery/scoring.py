@@ -177,11 +177,17 @@ class Behind:
 
         Where the map has it, it may look as it is drawn.
         """
-        _, is_there = self.map_of(leaf, angles)
+        return self.with_leaf(place, leaf, angles)[1]
+
+    def with_leaf(
+        self, place: Doorway, leaf: Leaf, angles: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """What the map tells of a leaf at each angle (a,), see ``map_of``, and its ``gains``."""
+        log_map, is_there = self.map_of(leaf, angles)
         gain = gains(place, self, turned(leaf, angles))
-        if not is_there.any():
-            return gain
-        return np.asarray(np.where(is_there[:, None], np.maximum(gain, self.as_drawn), gain))
+        if is_there.any():
+            gain = np.where(is_there[:, None], np.maximum(gain, self.as_drawn), gain)
+        return log_map, gain
 
 
 @dataclass(frozen=True, eq=False)
@@ -342,8 +348,7 @@ def log_joint(place: Doorway, behind: Behind, leaf: Leaf, lattice: Lattice) -> f
     prior = log_prior(place, leaf)
     if prior == -np.inf:
         return prior
-    log_map, _ = behind.map_of(leaf, lattice.angles)
-    gain = behind.gains(place, leaf, lattice.angles)
+    log_map, gain = behind.with_leaf(place, leaf, lattice.angles)
     log_way = behind.log_way(leaf, lattice.angles)
     total = lattice.log_evidence(log_map, log_way, gain, place.stays)
     return prior + total + float(behind.log_likelihood.sum())
