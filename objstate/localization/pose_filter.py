@@ -525,9 +525,8 @@ class PoseFilter:
     def _learn_noise(self, laser: str, taken: _Taken) -> None:
         """Update the statistics of errors and of their correlations, with fading memory."""
         found, residuals = np.concatenate([taken.sums, np.zeros(4)]), taken.residuals
-        before = self._residuals.get(laser)
-        if before is not None and len(before) == len(residuals):
-            pose_update.agreement(residuals, before, found[FIT:])
+        before = self._residuals.get(laser, np.empty(0))
+        pose_update.agreement(residuals, before, found[FIT:])
         self._residuals[laser] = residuals
         total = self._noise.get(laser, np.zeros(FIT + 4)) + found
         self._known_noise.pop(laser, None)

@@ -541,14 +541,16 @@ def surely_met(
 def agreement(residuals: FloatArray, before: FloatArray, sums: FloatArray) -> None:
     """Add to ``sums`` (4,) the products of residuals (n,) with those ``before`` and neighbours.
 
-    Products and squares, for both in turn.
+    Products and squares, for both in turn. The residuals ``before`` (m,) are of about the same
+    directions: the beams that are used of a dense laser change from scan to scan, and their number
+    by one.
     """
     for i in range(residuals.shape[0]):
         here = residuals[i]
         if not abs(here) < np.inf:
             continue
-        then = before[i]
-        if abs(then) < np.inf:
+        if i < before.shape[0] and abs(before[i]) < np.inf:
+            then = before[i]
             sums[0] += here * then
             sums[1] += 0.5 * (here * here + then * then)
         if i + 1 < residuals.shape[0] and abs(residuals[i + 1]) < np.inf:
