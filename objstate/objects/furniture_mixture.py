@@ -285,6 +285,7 @@ class FurnitureMixture:
                 beams,
                 shape,
                 noise,
+                np.ones(len(beams.measured)),
                 self.places[part],
                 np.maximum(self.weights[part], NEVER),
                 means[part],

@@ -11,8 +11,8 @@ hinge, and the angle's variance includes the uncertainty of robot, hinge and zer
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -27,13 +27,14 @@ from objstate.objects.doors import gaussian_prior, rest_at_limits
 from objstate.particles import Weights
 
 if TYPE_CHECKING:
-    from objstate.objects import exchange_kernels, latch_kernels
+    from objstate.objects import exchange_kernels, latch_kernels, repeats
     from objstate.objects import mixture_kernels as kernels
     from objstate.objects.mixture_kernels import Beams, Noise
 else:
     exchange_kernels = Later("objstate.objects.exchange_kernels")
     kernels = Later("objstate.objects.mixture_kernels")
     latch_kernels = Later("objstate.objects.latch_kernels")
+    repeats = Later("objstate.objects.repeats")
 
 CELL_DEG, CELL_M = 2.5, 0.05  # width of a cell, hinged and sliding; ranges are linear within one
 MARGIN_DEG, MARGIN_M = 6.0, 0.05  # beyond a limit, where leaves of latched doors may still stand
@@ -257,6 +258,7 @@ class DoorMixture:
     covariances: FloatArray  # (c + o, 7, 7)
     statics: Statics  # their prior variances; a sliding door has no bearing
     kinds: FloatArray  # (c + o, 2) probabilities that the leaf has a handle, and is of glass
+    ends: Mapping[str, repeats.Ends] = field(default_factory=dict)  # of each laser's last scan
     stamp_ns: int | None = None
 
     @staticmethod
@@ -328,22 +330,43 @@ class DoorMixture:
             kernels.join(self.weights, arriving, door.widths, means, covariances, kinds)
             resting, moving = moved.resting, moved.moving
         kernels.renew_robot(means, covariances, transfer, added)
-        return DoorMixture(door, resting, moving, beyond, means, covariances, self.statics, kinds)
+        return DoorMixture(
+            door, resting, moving, beyond, means, covariances, self.statics, kinds, self.ends
+        )
 
     def at(self, stamp_ns: int) -> DoorMixture:
         """The same at a moment."""
         return altered(self, stamp_ns=stamp_ns)
 
-    def given(self, beams: Beams, noise: Noise, shape: kernels.Shape) -> tuple[DoorMixture, int]:
-        """Bayes' rule for a scan, and the largest number of its beams that reach the leaf."""
+    def given(
+        self, laser: str, beams: Beams, noise: Noise, shape: kernels.Shape
+    ) -> tuple[DoorMixture, int]:
+        """Bayes' rule for a laser's scan, and the largest number of its beams that reach the leaf."""
         door, means, covariances = self.door, self.means.copy(), self.covariances.copy()
         kinds = self.kinds.copy()
         count, cells = len(door.states), door.cells
         weights = np.concatenate([np.maximum(self.weights, NEVER), self.beyond])
         weights[cells:count] = 0.0
         log_evidence = np.full(len(means), -np.inf)
+        ends = repeats.follow(
+            self.ends.get(laser, repeats.NO_ENDS),
+            beams.origins,
+            beams.directions,
+            beams.measured,
+            noise.variance,
+            noise.growth,
+        )
         reached = kernels.condition(
-            beams, shape, noise, door.placements, weights, means, covariances, kinds, log_evidence
+            beams,
+            shape,
+            noise,
+            repeats.fresh(ends),
+            door.placements,
+            weights,
+            means,
+            covariances,
+            kinds,
+            log_evidence,
         )
         if door.atoms:
             latch_kernels.latch(
@@ -376,6 +399,7 @@ class DoorMixture:
             covariances,
             self.statics,
             kinds,
+            {**self.ends, laser: ends},
         )
         return after, int(reached)
 

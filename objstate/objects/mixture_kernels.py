@@ -18,7 +18,6 @@ from objstate.compiling import called_with, inner, njit, record
 from objstate.geometry import FloatArray, IntArray
 from objstate.linear import ROOT_2, ROOT_TAU, solve
 from objstate.sensing.pieces import GRAZING, met
-from objstate.sensing.sweeps import LARGE, SMALL
 
 ERRORS = 7  # robot x, y, yaw; state; origin x, y; zero of the state
 ROBOT = 3  # the first of these
@@ -39,6 +38,8 @@ HANDLE, GLASS = 0, 1
 KINDS, LEAST_KIND = (0.5, 0.02), 1e-3
 HANDLE_STOPS, HANDLE_STD = 0.8, 0.02  # share of the beams that meet its outline; deviation, m
 GLASS_PASSES = 0.4  # share of the beams that pass a leaf of glass
+# probability that something unexpected goes on straight from beam to beam, and its roughness, m
+STRAIGHT, STRAIGHT_STD = 0.0, 0.01
 HOPELESS = 30.0  # nats below the most probable component from which a component isn't refined
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
@@ -376,6 +377,20 @@ def _variance(
 
 
 @_inner
+def _straight_on(beams: Beams, i: int) -> Any:
+    """m to the line through the ends of the two beams before; inf where the beam misses it."""
+    if i < 2 or not (beams.measured[i - 1] < np.inf and beams.measured[i - 2] < np.inf):
+        return np.inf
+    x = beams.origins[i - 1, 0] + beams.measured[i - 1] * beams.directions[i - 1, 0]
+    y = beams.origins[i - 1, 1] + beams.measured[i - 1] * beams.directions[i - 1, 1]
+    along_x = x - beams.origins[i - 2, 0] - beams.measured[i - 2] * beams.directions[i - 2, 0]
+    along_y = y - beams.origins[i - 2, 1] - beams.measured[i - 2] * beams.directions[i - 2, 1]
+    turned = along_x * beams.directions[i, 1] - along_y * beams.directions[i, 0]
+    off = along_x * (y - beams.origins[i, 1]) - along_y * (x - beams.origins[i, 0])
+    return off / turned if off * turned > 0.0 else np.inf
+
+
+@_inner
 def _set_densities(beams: Beams, noise: Noise, work: Work) -> None:
     """Set ``work.past``, ``work.begun`` and ``work.gone_on``, which don't depend on the state."""
     for i in range(beams.measured.shape[0]):
@@ -390,8 +405,12 @@ def _set_densities(beams: Beams, noise: Noise, work: Work) -> None:
             work.past[i] += noise.hit * _bell(measured - background, blurred)
         work.begun[i] = noise.decay * math.exp(-noise.decay * measured)
         if i > 0 and beams.measured[i - 1] < np.inf:
-            off = measured - beams.measured[i - 1]
+            off, straight = measured - beams.measured[i - 1], _straight_on(beams, i)
             work.gone_on[i] = _bell(off, noise.run_std * noise.run_std)
+            if straight < np.inf:
+                spread = STRAIGHT_STD * STRAIGHT_STD + 6.0 * _scatter(noise, measured)
+                work.gone_on[i] *= 1.0 - STRAIGHT
+                work.gone_on[i] += STRAIGHT * _bell(measured - straight, spread)
 
 
 @_inner
@@ -468,6 +487,7 @@ def _linearize(
     prior: FloatArray,
     spread: FloatArray,
     kinds: FloatArray,
+    fresh: FloatArray,
     work: Work,
 ) -> Any:
     """Log-likelihood of a scan at errors (7,), and the number of beams that reach the object.
@@ -475,12 +495,14 @@ def _linearize(
     ``work`` takes its gradient and information, and ``kinds`` (2,) after the scan. The chain of
     unexpected things is summed over by the forward recursion. A beam contributes by the probability
     that it hit. Errors of a covariance ``spread`` (7, 7) are included in distinguishing hits from
-    others.
+    others. Beams count by ``fresh`` (n,) in the likelihood; the last value is the share of the
+    information that is fresh.
     """
     placed = _cast(beams, shape, placement, x, prior, work)
     gradient, information, row = work.gradient, work.information, work.row
     _begin(kinds, work)
-    total, product, reach, fared, cosine = 0.0, 1.0, 0, (1.0, 0.0), 1.0
+    total, reach, fared, cosine = 0.0, 0, (1.0, 0.0), 1.0
+    all_told, freshly = 0.0, 0.0
     for i in range(work.expected.shape[0]):
         is_met = work.side[i] >= 0
         if is_met:
@@ -497,12 +519,11 @@ def _linearize(
         density = free + stopped
         work.odds[i] = odds / density
         fared = (free / density, stopped / density)
-        _tell_kinds(work, density, noise.independence)
-        product *= density
-        if not SMALL < product < LARGE:
-            total, product = total + math.log(product), 1.0
+        _tell_kinds(work, density, noise.independence * fresh[i])
+        total += fresh[i] * math.log(density)
         if is_met and abs(cosine) >= GRAZING and hit > LEAST_SHARE * density:
             weight = noise.independence * hit / density / scatter
+            all_told, freshly = all_told + weight, freshly + fresh[i] * weight
             for a in range(OBSERVED):
                 gradient[a] += weight * off * row[a]
                 for b in range(a + 1):
@@ -510,8 +531,8 @@ def _linearize(
     for a in range(OBSERVED):
         for b in range(a):
             information[b, a] = information[a, b]
-    total = noise.independence * (total + math.log(product))
-    return total, reach, placed
+    share = freshly / all_told if all_told > 0.0 else 1.0
+    return noise.independence * total, reach, placed, share
 
 
 @_inner
@@ -553,6 +574,7 @@ def _set_posterior(
     x: FloatArray,
     pull: FloatArray,
     log_determinant: float,
+    share: float,
     work: Work,
 ) -> Any:
     """Set mean and prior to the posterior, linearized at x = mean + prior pull; log evidence.
@@ -571,7 +593,7 @@ def _set_posterior(
     for a in range(ERRORS):
         for b in range(ERRORS):
             prior[a, b] = 0.5 * (work.right[a, b] + work.right[b, a])
-    return 0.5 * (gained - spent - log_determinant)
+    return 0.5 * (share * (gained - log_determinant) - spent)
 
 
 @_inner
@@ -644,12 +666,13 @@ def _heaviest_first(weights: FloatArray) -> Any:
     return order[:count]
 
 
-@called_with("beams shape noise f2 f1 f2 f3 f2 f1")
+@called_with("beams shape noise f1 f2 f1 f2 f3 f2 f1")
 @_compile
 def condition(
     beams: Beams,
     shape: Shape,
     noise: Noise,
+    fresh: FloatArray,
     placements: FloatArray,
     weights: FloatArray,
     means: FloatArray,
@@ -703,14 +726,15 @@ def condition(
         looks = 1 if wide < WIDE * noise.variance else MOST_LOOKS
         work.flanked[:] = 0
         total, unrefined, hopeless, reach, placed = 0.0, 0.0, False, 0, (1.0, 0.0, 0.0, 0.0)
+        share = 1.0
         log_weight, log_determinant = math.log(weights[c]), 0.0
         for look in range(looks + 1):
             if look == looks:  # the evidence is computed without these errors
                 for a in range(ERRORS):
                     for b in range(ERRORS):
                         spread[a, b] = 0.0
-            total, reach, placed = _linearize(
-                beams, shape, noise, placements[c], x, prior, spread, kinds[c], work
+            total, reach, placed, share = _linearize(
+                beams, shape, noise, placements[c], x, prior, spread, kinds[c], fresh, work
             )
             now, unrefined = log_weight + total, total if look == 0 else unrefined
             hopeless = (look == 0 and now < first - HOPELESS) or (
@@ -729,7 +753,7 @@ def condition(
         log_evidence[c] = total
         if hopeless:
             continue
-        log_evidence[c] += _set_posterior(mean, prior, x, pull, log_determinant, work)
+        log_evidence[c] += _set_posterior(mean, prior, x, pull, log_determinant, share, work)
         kinds[c, HANDLE], kinds[c, GLASS] = work.kinds[HANDLE], work.kinds[GLASS]
         likeliest = max(likeliest, log_weight + log_evidence[c])
         _see_edges(beams, shape, noise.independence, x, mean, prior, placed, pull, work)
