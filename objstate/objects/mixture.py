@@ -327,7 +327,15 @@ class DoorMixture:
             arrived = moved.arrived[door.edges]
             beyond = door.stays(seconds) * beyond + arrived
             arriving = np.append(moved.arriving, arrived / np.maximum(beyond, NEVER))
-            kernels.join(self.weights, arriving, door.widths, means, covariances, kinds)
+            kernels.join(
+                self.weights,
+                arriving,
+                door.widths,
+                np.array(self.statics),
+                means,
+                covariances,
+                kinds,
+            )
             resting, moving = moved.resting, moved.moving
         kernels.renew_robot(means, covariances, transfer, added)
         return DoorMixture(
