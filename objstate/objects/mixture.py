@@ -20,7 +20,7 @@ import numpy as np
 
 from objstate.building.model import Kind, MovableObject
 from objstate.config import BuildingErrorSettings, DoorSettings
-from objstate.geometry import FloatArray, IntArray
+from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.lazy import Later, altered, lazy
 from objstate.objects.belief import ObjectBelief
 from objstate.objects.doors import gaussian_prior, rest_at_limits
@@ -46,6 +46,7 @@ HINGE = slice(4, 6)  # indices of a component's errors
 NEGLIGIBLE = 1e-9  # weight below which a component is left out of the evidence for a prior
 SPREADS_KEPT = 256  # number of transitions of moving doors that are cached
 MOST_NATS = 100.0  # most evidence for a component, beside the best one between the limits
+FORGETS = 0.3  # probability that what was learnt of hinge and bearing is wrong, for a moved door
 NEVER = 1e-30  # least weight of a component, so that nothing is impossible
 
 
@@ -259,6 +260,7 @@ class DoorMixture:
     statics: Statics  # their prior variances; a sliding door has no bearing
     kinds: FloatArray  # (c + o, 2) probabilities that the leaf has a handle, and is of glass
     ends: Mapping[str, repeats.Ends] = field(default_factory=dict)  # of each laser's last scan
+    arrived: IntArray | None = None  # components that took over what all know
     stamp_ns: int | None = None
 
     @staticmethod
@@ -322,24 +324,18 @@ class DoorMixture:
         """
         door, means, covariances = self.door, self.means.copy(), self.covariances.copy()
         resting, moving, beyond, kinds = self.resting, self.moving, self.beyond, self.kinds
+        arrived = self.arrived
         if seconds > 0.0:
             kinds, moved = kinds.copy(), door.moved(resting, moving, seconds)
-            arrived = moved.arrived[door.edges]
-            beyond = door.stays(seconds) * beyond + arrived
-            arriving = np.append(moved.arriving, arrived / np.maximum(beyond, NEVER))
-            kernels.join(
-                self.weights,
-                arriving,
-                door.widths,
-                np.array(self.statics),
-                means,
-                covariances,
-                kinds,
-            )
+            came = moved.arrived[door.edges]
+            beyond = door.stays(seconds) * beyond + came
+            arriving = np.append(moved.arriving, came / np.maximum(beyond, NEVER))
+            kernels.join(self.weights, arriving, door.widths, means, covariances, kinds)
+            arrived = np.flatnonzero(arriving >= 0.5)
             resting, moving = moved.resting, moved.moving
         kernels.renew_robot(means, covariances, transfer, added)
         return DoorMixture(
-            door, resting, moving, beyond, means, covariances, self.statics, kinds, self.ends
+            door, resting, moving, beyond, means, covariances, self.statics, kinds, self.ends, arrived
         )
 
     def at(self, stamp_ns: int) -> DoorMixture:
@@ -350,11 +346,16 @@ class DoorMixture:
         self, laser: str, beams: Beams, noise: Noise, shape: kernels.Shape
     ) -> tuple[DoorMixture, int]:
         """Bayes' rule for a laser's scan, and the largest number of its beams that reach the leaf."""
-        door, means, covariances = self.door, self.means.copy(), self.covariances.copy()
-        kinds = self.kinds.copy()
-        count, cells = len(door.states), door.cells
+        door, count, cells = self.door, len(self.door.states), self.door.cells
         weights = np.concatenate([np.maximum(self.weights, NEVER), self.beyond])
         weights[cells:count] = 0.0
+        anew = np.empty(0, dtype=np.int64) if self.arrived is None else self.arrived
+        anew = anew[weights[anew] > 0.0]
+        befores, priors = self._with_new_statics(anew)
+        means, covariances = befores.copy(), priors.copy()
+        kinds = np.concatenate([self.kinds, self.kinds[anew]])
+        shares = np.concatenate([weights, FORGETS * weights[anew]])
+        shares[anew] *= 1.0 - FORGETS
         log_evidence = np.full(len(means), -np.inf)
         ends = repeats.follow(
             self.ends.get(laser, repeats.NO_ENDS),
@@ -369,21 +370,33 @@ class DoorMixture:
             shape,
             noise,
             repeats.fresh(ends),
-            door.placements,
-            weights,
+            np.concatenate([door.placements, door.placements[anew]]),
+            shares,
             means,
             covariances,
             kinds,
             log_evidence,
         )
+        if len(anew):
+            all_of = len(weights)
+            known = log_evidence[anew] + math.log1p(-FORGETS)
+            unknown = log_evidence[all_of:] + math.log(FORGETS)
+            log_evidence[anew] = np.logaddexp(known, unknown)
+            better = np.flatnonzero(unknown > known)
+            for each in (befores, priors, means, covariances, kinds):
+                each[anew[better]] = each[all_of + better]
+            befores, priors, means, covariances, kinds, log_evidence = (
+                np.ascontiguousarray(each[:all_of])
+                for each in (befores, priors, means, covariances, kinds, log_evidence)
+            )
         if door.atoms:
             latch_kernels.latch(
                 np.concatenate([np.maximum(self.resting, NEVER), self.beyond]),
                 door.middles,
                 door.widths,
                 cells,
-                self.means,
-                self.covariances,
+                befores,
+                priors,
                 means,
                 covariances,
                 log_evidence,
@@ -410,6 +423,17 @@ class DoorMixture:
             {**self.ends, laser: ends},
         )
         return after, int(reached)
+
+    def _with_new_statics(self, anew: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Means and covariances, those of components ``anew`` again without what is known of statics."""
+        means, covariances = self.means[anew], self.covariances[anew]
+        static = slice(kernels.ORIGIN, kernels.ERRORS)
+        means[:, static] = 0.0
+        covariances[:, static] = 0.0
+        covariances[:, :, static] = 0.0
+        covariances[:, HINGE, HINGE] = self.statics.hinge * np.eye(2)
+        covariances[:, kernels.ZERO, kernels.ZERO] = self.statics.bearing
+        return np.concatenate([self.means, means]), np.concatenate([self.covariances, covariances])
 
     def log_evidence(self, name: str, variances: FloatArray) -> FloatArray:
         """(k,) log p(z | variance) of a static error, up to a constant, for variances (k,)."""

@@ -809,13 +809,12 @@ def pooled(weights: FloatArray, means: FloatArray, covariances: FloatArray) -> A
     return _pooled(weights, means, covariances)
 
 
-@called_with("f1 f1 f1 f1 f2 f3 f2")
+@called_with("f1 f1 f1 f2 f3 f2")
 @_compile
 def join(
     weights: FloatArray,
     arriving: FloatArray,
     widths: FloatArray,
-    statics: FloatArray,
     means: FloatArray,
     covariances: FloatArray,
     kinds: FloatArray,
@@ -843,9 +842,4 @@ def join(
             means[c, a] = 0.0 if a == STATE else mean[a]
             for b in range(ERRORS):
                 covariances[c, a, b] = 0.0 if STATE in (a, b) else covariance[a, b]
-        for a in range(STATE + 1, ERRORS):
-            means[c, a] = 0.0
-            for b in range(ERRORS):
-                covariances[c, a, b] = covariances[c, b, a] = 0.0
-            covariances[c, a, a] = statics[0 if a < ZERO else 1]
         covariances[c, STATE, STATE] = widths[c]
