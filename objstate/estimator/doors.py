@@ -91,9 +91,7 @@ class Doors:
         posterior = before.later(exposure.seconds_since(before.stamp_ns), *exposure.carried())
         noise = beam_noise(self._settings.beam_model, vantage, scan.range_max)
         shape = self._shape(before.door, exposure.sight.height)
-        posterior, reached = posterior.given(
-            scan.laser, exposure.beams(beams), noise, shape
-        )
+        posterior, reached = posterior.given(scan.laser, exposure.beams(beams), noise, shape)
         posterior = posterior.at(scan.stamp_ns)
         self._learn(exposure.name, posterior)
         return Seen(self._read_off(posterior, belief), exposure, beams, reached > 0)

@@ -20,7 +20,7 @@ import numpy as np
 
 from objstate.building.model import Kind, MovableObject
 from objstate.config import BuildingErrorSettings, DoorSettings
-from objstate.geometry import BoolArray, FloatArray, IntArray
+from objstate.geometry import FloatArray, IntArray
 from objstate.lazy import Later, altered, lazy
 from objstate.objects.belief import ObjectBelief
 from objstate.objects.doors import gaussian_prior, rest_at_limits
@@ -335,7 +335,16 @@ class DoorMixture:
             resting, moving = moved.resting, moved.moving
         kernels.renew_robot(means, covariances, transfer, added)
         return DoorMixture(
-            door, resting, moving, beyond, means, covariances, self.statics, kinds, self.ends, arrived
+            door,
+            resting,
+            moving,
+            beyond,
+            means,
+            covariances,
+            self.statics,
+            kinds,
+            self.ends,
+            arrived,
         )
 
     def at(self, stamp_ns: int) -> DoorMixture:

@@ -38,8 +38,6 @@ HANDLE, GLASS = 0, 1
 KINDS, LEAST_KIND = (0.5, 0.02), 1e-3
 HANDLE_STOPS, HANDLE_STD = 0.8, 0.02  # share of the beams that meet its outline; deviation, m
 GLASS_PASSES = 0.4  # share of the beams that pass a leaf of glass
-# probability that something unexpected goes on straight from beam to beam, and its roughness, m
-STRAIGHT, STRAIGHT_STD = 0.0, 0.01
 HOPELESS = 30.0  # nats below the most probable component from which a component isn't refined
 
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
@@ -377,20 +375,6 @@ def _variance(
 
 
 @_inner
-def _straight_on(beams: Beams, i: int) -> Any:
-    """m to the line through the ends of the two beams before; inf where the beam misses it."""
-    if i < 2 or not (beams.measured[i - 1] < np.inf and beams.measured[i - 2] < np.inf):
-        return np.inf
-    x = beams.origins[i - 1, 0] + beams.measured[i - 1] * beams.directions[i - 1, 0]
-    y = beams.origins[i - 1, 1] + beams.measured[i - 1] * beams.directions[i - 1, 1]
-    along_x = x - beams.origins[i - 2, 0] - beams.measured[i - 2] * beams.directions[i - 2, 0]
-    along_y = y - beams.origins[i - 2, 1] - beams.measured[i - 2] * beams.directions[i - 2, 1]
-    turned = along_x * beams.directions[i, 1] - along_y * beams.directions[i, 0]
-    off = along_x * (y - beams.origins[i, 1]) - along_y * (x - beams.origins[i, 0])
-    return off / turned if off * turned > 0.0 else np.inf
-
-
-@_inner
 def _set_densities(beams: Beams, noise: Noise, work: Work) -> None:
     """Set ``work.past``, ``work.begun`` and ``work.gone_on``, which don't depend on the state."""
     for i in range(beams.measured.shape[0]):
@@ -405,12 +389,8 @@ def _set_densities(beams: Beams, noise: Noise, work: Work) -> None:
             work.past[i] += noise.hit * _bell(measured - background, blurred)
         work.begun[i] = noise.decay * math.exp(-noise.decay * measured)
         if i > 0 and beams.measured[i - 1] < np.inf:
-            off, straight = measured - beams.measured[i - 1], _straight_on(beams, i)
+            off = measured - beams.measured[i - 1]
             work.gone_on[i] = _bell(off, noise.run_std * noise.run_std)
-            if straight < np.inf:
-                spread = STRAIGHT_STD * STRAIGHT_STD + 6.0 * _scatter(noise, measured)
-                work.gone_on[i] *= 1.0 - STRAIGHT
-                work.gone_on[i] += STRAIGHT * _bell(measured - straight, spread)
 
 
 @_inner

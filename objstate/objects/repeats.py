@@ -16,7 +16,7 @@ from objstate.compiling import called_with, njit
 from objstate.geometry import FloatArray
 from objstate.linear import ROOT_TAU
 
-LENGTH, ALONG = 0.4, 0.05  # m
+LENGTH = 0.05  # m along a surface, from which on its deviations are independent
 SHIFT = 0.01  # m; deviation of ranges to the same surface from pose to pose
 BENT = 0.5  # deviation of a surface between two points, as a share of their distance
 REPEATS = 0.8  # probability that the surface of the last scan is still there
@@ -39,7 +39,7 @@ def fresh(ends: Ends) -> FloatArray:
     """(n,) share of a beam that counts."""
     gaps = np.hypot(*np.diff(ends.points, axis=0).T)
     gaps = np.where(np.isnan(gaps), np.inf, gaps)
-    own = np.tanh(np.concatenate([[np.inf], gaps, [np.inf]]) / (2.0 * ALONG))
+    own = np.tanh(np.concatenate([[np.inf], gaps, [np.inf]]) / (2.0 * LENGTH))
     return 0.5 * (own[1:] + own[:-1]) / ends.times
 
 
