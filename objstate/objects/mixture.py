@@ -49,6 +49,8 @@ MOST_NATS = 100.0  # most evidence for a component, beside the best one between 
 FORGETS = 0.3  # probability that what was learnt of hinge and bearing is wrong, for a moved door
 NEVER = 1e-30  # least weight of a component, so that nothing is impossible
 
+_Gaussians = tuple[FloatArray, FloatArray]  # means and covariances
+
 
 @dataclass(frozen=True)
 class Doorway:
@@ -260,7 +262,8 @@ class DoorMixture:
     statics: Statics  # their prior variances; a sliding door has no bearing
     kinds: FloatArray  # (c + o, 2) probabilities that the leaf has a handle, and is of glass
     ends: Mapping[str, repeats.Ends] = field(default_factory=dict)  # of each laser's last scan
-    arrived: IntArray | None = None  # components that took over what all know
+    # components that a moved door just arrived in
+    arrived: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     stamp_ns: int | None = None
 
     @staticmethod
@@ -358,14 +361,6 @@ class DoorMixture:
         door, count, cells = self.door, len(self.door.states), self.door.cells
         weights = np.concatenate([np.maximum(self.weights, NEVER), self.beyond])
         weights[cells:count] = 0.0
-        anew = np.empty(0, dtype=np.int64) if self.arrived is None else self.arrived
-        anew = anew[weights[anew] > 0.0]
-        befores, priors = self._with_new_statics(anew)
-        means, covariances = befores.copy(), priors.copy()
-        kinds = np.concatenate([self.kinds, self.kinds[anew]])
-        shares = np.concatenate([weights, FORGETS * weights[anew]])
-        shares[anew] *= 1.0 - FORGETS
-        log_evidence = np.full(len(means), -np.inf)
         ends = repeats.follow(
             self.ends.get(laser, repeats.NO_ENDS),
             beams.origins,
@@ -374,38 +369,17 @@ class DoorMixture:
             noise.variance,
             noise.growth,
         )
-        reached = kernels.condition(
-            beams,
-            shape,
-            noise,
-            repeats.fresh(ends),
-            np.concatenate([door.placements, door.placements[anew]]),
-            shares,
-            means,
-            covariances,
-            kinds,
-            log_evidence,
+        reached, before, then, kinds, log_evidence = self._conditioned(
+            beams, noise, shape, repeats.fresh(ends), weights
         )
-        if len(anew):
-            all_of = len(weights)
-            known = log_evidence[anew] + math.log1p(-FORGETS)
-            unknown = log_evidence[all_of:] + math.log(FORGETS)
-            log_evidence[anew] = np.logaddexp(known, unknown)
-            better = np.flatnonzero(unknown > known)
-            for each in (befores, priors, means, covariances, kinds):
-                each[anew[better]] = each[all_of + better]
-            befores, priors, means, covariances, kinds, log_evidence = (
-                np.ascontiguousarray(each[:all_of])
-                for each in (befores, priors, means, covariances, kinds, log_evidence)
-            )
+        means, covariances = then
         if door.atoms:
             latch_kernels.latch(
                 np.concatenate([np.maximum(self.resting, NEVER), self.beyond]),
                 door.middles,
                 door.widths,
                 cells,
-                befores,
-                priors,
+                *before,
                 means,
                 covariances,
                 log_evidence,
@@ -431,18 +405,57 @@ class DoorMixture:
             kinds,
             {**self.ends, laser: ends},
         )
-        return after, int(reached)
+        return after, reached
 
-    def _with_new_statics(self, anew: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Means and covariances, those of components ``anew`` again without what is known of statics."""
-        means, covariances = self.means[anew], self.covariances[anew]
+    def _conditioned(
+        self,
+        beams: Beams,
+        noise: Noise,
+        shape: kernels.Shape,
+        fresh: FloatArray,
+        weights: FloatArray,
+    ) -> tuple[int, _Gaussians, _Gaussians, FloatArray, FloatArray]:
+        """Number of beams reached, Gaussians before and after, kinds and evidence of components.
+
+        Components that a moved door just arrived in are conditioned with the hinge and bearing that
+        were learnt and with their priors. Their evidence is the sum; the likelier Gaussian is kept.
+        """
+        anew = self.arrived[weights[self.arrived] > 0.0]
+        before = [self.means, self.covariances, self.kinds]
+        for i, again in enumerate((*self._with_prior_statics(anew), self.kinds[anew])):
+            before[i] = np.concatenate([before[i], again])
+        means, covariances, kinds = (each.copy() for each in before)
+        shares = np.concatenate([weights, FORGETS * weights[anew]])
+        shares[anew] *= 1.0 - FORGETS
+        log_evidence = np.full(len(means), -np.inf)
+        placements = np.concatenate([self.door.placements, self.door.placements[anew]])
+        reached = kernels.condition(
+            beams, shape, noise, fresh, placements, shares, means, covariances, kinds, log_evidence
+        )
+        count = len(weights)
+        known = log_evidence[anew] + math.log1p(-FORGETS)
+        unknown = log_evidence[count:] + math.log(FORGETS)
+        log_evidence[anew] = np.logaddexp(known, unknown)
+        chosen = np.arange(count)
+        chosen[anew] = np.where(unknown > known, count + np.arange(len(anew)), anew)
+        return (
+            int(reached),
+            (before[0][chosen], before[1][chosen]),
+            (means[chosen], covariances[chosen]),
+            kinds[chosen],
+            log_evidence[:count].copy(),
+        )
+
+    def _with_prior_statics(self, chosen: IntArray) -> _Gaussians:
+        """Gaussians of components without what is known of hinge and bearing."""
+        means, covariances = self.means[chosen], self.covariances[chosen]
         static = slice(kernels.ORIGIN, kernels.ERRORS)
         means[:, static] = 0.0
         covariances[:, static] = 0.0
         covariances[:, :, static] = 0.0
         covariances[:, HINGE, HINGE] = self.statics.hinge * np.eye(2)
         covariances[:, kernels.ZERO, kernels.ZERO] = self.statics.bearing
-        return np.concatenate([self.means, means]), np.concatenate([self.covariances, covariances])
+        return means, covariances
 
     def log_evidence(self, name: str, variances: FloatArray) -> FloatArray:
         """(k,) log p(z | variance) of a static error, up to a constant, for variances (k,)."""

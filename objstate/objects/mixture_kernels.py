@@ -499,7 +499,7 @@ def _linearize(
         density = free + stopped
         work.odds[i] = odds / density
         fared = (free / density, stopped / density)
-        _tell_kinds(work, density, noise.independence * fresh[i])
+        _tell_kinds(work, density, noise.independence)
         total += fresh[i] * math.log(density)
         if is_met and abs(cosine) >= GRAZING and hit > LEAST_SHARE * density:
             weight = noise.independence * hit / density / scatter

@@ -22,6 +22,7 @@ from objstate.sensing import ExpectedRanges, cast_from
 from objstate.sensing.surfaces import Surfaces
 from tests.rooms import building, door, fan
 
+LASER = "laser"
 RANGE_MAX = 8.0
 SIGMA = 0.02
 ERROR = BuildingErrorSettings(bearing_std_deg=0.1)
@@ -94,7 +95,7 @@ def read(
 def after(beams: list[Beams], mixture: DoorMixture | None = None) -> DoorMixture:
     mixture = mixture or DoorMixture.unknown(doorway(), STATICS)
     for each in beams:
-        mixture, _ = mixture.later(0.1, *ANEW).given(each, noise(), shape(leaf()))
+        mixture, _ = mixture.later(0.1, *ANEW).given(LASER, each, noise(), shape(leaf()))
     return mixture
 
 
@@ -230,7 +231,7 @@ def test_a_handle_pulls_the_angle_less_where_a_leaf_may_have_one() -> None:
         for _ in range(20):
             noisy = measured + SIGMA * rng.standard_normal(len(measured))
             mixture, _ = mixture.later(0.1, *ANEW).given(
-                plain._replace(measured=noisy), noise(), outline
+                LASER, plain._replace(measured=noisy), noise(), outline
             )
         off.append(abs(belief(mixture)[0] - 20.0))
     assert off[1] < 0.8 * off[0]
@@ -243,7 +244,7 @@ def test_a_leaf_that_never_stops_beams_early_has_no_handle() -> None:
     for _ in range(20):
         noisy = beams.measured + SIGMA * rng.standard_normal(len(beams.measured))
         mixture, _ = mixture.later(0.1, *ANEW).given(
-            beams._replace(measured=noisy), noise(), outline
+            LASER, beams._replace(measured=noisy), noise(), outline
         )
     assert probability(mixture, HANDLE) < 0.1
 
@@ -262,7 +263,7 @@ def test_a_leaf_of_glass_is_told_from_an_open_door(
         noisy = np.where(passed, behind, np.minimum(solid.measured, behind))
         noisy = noisy + SIGMA * rng.standard_normal(len(behind))
         beams = solid._replace(measured=noisy, background=behind, blur=np.full(len(behind), 1e-4))
-        mixture, _ = mixture.later(0.1, *ANEW).given(beams, noise(), shape(leaf()))
+        mixture, _ = mixture.later(0.1, *ANEW).given(LASER, beams, noise(), shape(leaf()))
     assert belief(mixture)[0] == pytest.approx(angle, abs=0.3)
     assert (probability(mixture, GLASS) > 0.9) == is_glass
     assert (probability(mixture, GLASS) < 0.01) != is_glass
@@ -273,8 +274,8 @@ def test_a_leaf_of_glass_is_told_from_an_open_door(
 def test_errors_that_go_together_tell_less() -> None:
     beams = read(math.radians(35.0))
     start = DoorMixture.unknown(doorway(), STATICS)
-    free, _ = start.given(beams, noise(), shape(leaf()))
-    bound, _ = start.given(beams, noise(0.1), shape(leaf()))
+    free, _ = start.given(LASER, beams, noise(), shape(leaf()))
+    bound, _ = start.given(LASER, beams, noise(0.1), shape(leaf()))
     assert belief(bound)[1] > belief(free)[1]
 
 
@@ -282,8 +283,8 @@ def test_no_beam_reaches_a_door_behind_something() -> None:
     beams = read(math.radians(35.0))
     hidden = beams._replace(measured=np.full_like(beams.measured, 0.5))
     start = DoorMixture.unknown(doorway(), STATICS)
-    assert start.given(beams, noise(), shape(leaf()))[1] > 10
-    assert start.given(hidden, noise(), shape(leaf()))[1] == 0
+    assert start.given(LASER, beams, noise(), shape(leaf()))[1] > 10
+    assert start.given(LASER, hidden, noise(), shape(leaf()))[1] == 0
 
 
 def test_a_belief_on_a_lattice_makes_a_mixture_and_comes_back() -> None:
