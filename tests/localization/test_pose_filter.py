@@ -10,6 +10,7 @@ from objstate.config import BeamModelSettings, BuildingErrorSettings
 from objstate.geometry import FloatArray, compose, wrap
 from objstate.localization import PoseBelief, PoseFilter
 from objstate.localization.motion import Variances
+from objstate.localization.pose_update import agreement
 from objstate.particles import Weights
 from objstate.records import Rays, Scan
 from objstate.sensing.surfaces import Surfaces
@@ -103,3 +104,15 @@ def test_noise_that_grows_with_the_incidence_is_learnt() -> None:
     assert abs(np.sqrt(noise.variance) - SIGMA) < 0.001
     assert abs(np.sqrt(noise.slant) - SLANT) < 0.001
     assert np.sqrt(noise.growth) < 0.0015
+
+
+@given(st.integers(-3, 3), st.integers(0, 100))
+def test_errors_that_repeat_are_noticed_though_the_number_of_beams_changes(
+    more: int, seed: int
+) -> None:
+    before = np.random.default_rng(seed).standard_normal(200)
+    now = np.resize(before, 200 + more)
+    sums = np.zeros(4)
+    agreement(now, before, sums)
+    assert sums[0] > 0.95 * sums[1] > 0.0
+    assert abs(sums[2]) < 0.5 * sums[3]

@@ -14,6 +14,7 @@ from objstate.building.model import Mesh, MovableObject
 from objstate.config import BuildingErrorSettings, DoorSettings
 from objstate.geometry import FloatArray, transform_from_pose
 from objstate.lazy import altered
+from objstate.objects import mixture as mixtures
 from objstate.objects.doors import LatticeFilter
 from objstate.objects.mixture import DoorMixture, Doorway, Statics
 from objstate.objects.mixture_kernels import GLASS, HANDLE, Beams, Noise, Shape
@@ -310,3 +311,17 @@ def test_pieces_of_wall_are_short_and_together_the_wall() -> None:
     lengths = np.hypot(*(pieces[:, 2:] - pieces[:, :2]).T)
     assert lengths.max() <= 2.0
     assert lengths.sum() == pytest.approx(8.0)
+
+
+def test_a_moved_door_forgets_a_hinge_that_no_longer_fits(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a box beside it, say, had made of its hinge."""
+    rng, errors = np.random.default_rng(8), {}
+    for forgets in (1e-9, mixtures.FORGETS):
+        monkeypatch.setattr(mixtures, "FORGETS", forgets)
+        misled = after([read(math.radians(20.0), np.array([0.06, 0.05]), rng) for _ in range(8)])
+        moved = misled.later(600.0, *ANEW)
+        assert len(moved.arrived)
+        moved, _ = moved.given(LASER, read(math.radians(60.0)), noise(), shape(leaf()))
+        errors[forgets] = abs(belief(moved)[0] - 60.0)
+    assert errors[mixtures.FORGETS] < 0.5
+    assert errors[1e-9] > 2.0 * errors[mixtures.FORGETS]
