@@ -18,7 +18,7 @@ from objstate.habits import kernels as habits
 from objstate.localization import pose_update as pose
 from objstate.localization import samples as robot
 from objstate.localization import tables as search
-from objstate.objects import components, lattice
+from objstate.objects import components, lattice, repeats
 from objstate.objects import exchange_kernels as exchange
 from objstate.objects import latch_kernels as latch
 from objstate.objects import mixture_kernels as mixture
@@ -41,7 +41,7 @@ GROUPS: tuple[Group, ...] = (  # those that take longest come first
     (sight.evenly_spread, sight.within, sight.near, sight.entries, sight.seen),
     (pose.drive, pose.leave, pose.rows, pose.wall_sums),
     (search.by_cell, search.look_round),
-    (mixture.pooled, mixture.renew_robot, mixture.join),
+    (mixture.pooled, mixture.renew_robot, mixture.join, repeats.count),
     (search.scores, lattice.moments, lattice.interval),
     (scans.total_log_likelihoods, scans.take, scans.stand, scans.stand_about, scans.hinged),
     (scans.ranges_to, scans.share_explained, scans.short, pieces.meet),
