@@ -422,16 +422,21 @@ class DoorMixture:
         """
         anew = self.arrived[weights[self.arrived] > 0.0]
         before = [self.means, self.covariances, self.kinds]
-        for i, again in enumerate((*self._with_prior_statics(anew), self.kinds[anew])):
-            before[i] = np.concatenate([before[i], again])
+        if len(anew):
+            again = (*self._with_prior_statics(anew), self.kinds[anew])
+            before = [np.concatenate(each) for each in zip(before, again, strict=True)]
         means, covariances, kinds = (each.copy() for each in before)
         shares = np.concatenate([weights, FORGETS * weights[anew]])
         shares[anew] *= 1.0 - FORGETS
         log_evidence = np.full(len(means), -np.inf)
-        placements = np.concatenate([self.door.placements, self.door.placements[anew]])
+        placements = self.door.placements
+        if len(anew):
+            placements = np.concatenate([placements, placements[anew]])
         reached = kernels.condition(
             beams, shape, noise, fresh, placements, shares, means, covariances, kinds, log_evidence
         )
+        if not len(anew):
+            return int(reached), (before[0], before[1]), (means, covariances), kinds, log_evidence
         count = len(weights)
         known = log_evidence[anew] + math.log1p(-FORGETS)
         unknown = log_evidence[count:] + math.log(FORGETS)

@@ -38,10 +38,9 @@ NO_ENDS = Ends(np.empty((0, 2)), np.empty(0))
 
 def fresh(ends: Ends) -> FloatArray:
     """(n,) share of a beam that counts."""
-    gaps = np.hypot(*np.diff(ends.points, axis=0).T)
-    gaps = np.where(np.isnan(gaps), np.inf, gaps)
-    own = np.tanh(np.concatenate([[np.inf], gaps, [np.inf]]) / (2.0 * LENGTH))
-    return 0.5 * (own[1:] + own[:-1]) / ends.times
+    shares = np.empty(len(ends.times))
+    share(ends.points, ends.times, shares)
+    return shares
 
 
 def follow(
@@ -104,3 +103,22 @@ def count(
                     same *= math.exp(-gap * min(part, 1.0 - part) / LENGTH)
                     out[i] = 1.0 + same * min(times[k - 1], times[k])
             before, along_before = across, along
+
+
+@called_with("f2 f1 f1")
+@_compile
+def share(points: FloatArray, times: FloatArray, out: FloatArray) -> None:
+    """Set ``out`` (n,) to the share that a beam counts whose surface, at ``points``, was met so often.
+
+    Readings of a surface that are evenly spaced by g, with exponential correlation, count as many
+    independent ones as tanh(g / 2 LENGTH) times their number.
+    """
+    before = 1.0
+    for i in range(times.shape[0]):
+        after = 1.0
+        if i + 1 < times.shape[0]:
+            gap = math.hypot(points[i + 1, 0] - points[i, 0], points[i + 1, 1] - points[i, 1])
+            if gap < np.inf:
+                after = math.tanh(gap / (2.0 * LENGTH))
+        out[i] = 0.5 * (before + after) / times[i]
+        before = after
