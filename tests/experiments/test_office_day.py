@@ -45,7 +45,7 @@ def test_looking_ends_with_recorded_outcomes() -> None:
 
 
 def test_what_the_coordinator_promises_is_of_the_size_of_what_is_kept() -> None:
-    worth = try_day(Trial("coordinator", 1.1, 21, 0.3))
+    worth = try_day(Trial("coordinator", 1.1, 21, 0.15))
     assert worth.tasks > 5
     assert 0.4 < worth.realized / worth.predicted < 2.5
 
