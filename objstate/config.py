@@ -33,6 +33,7 @@ from objstate.errors import SettingsError
 from objstate.faults import faults
 from objstate.geometry import checked_angle
 from objstate.kinds import BUILDING, IMAGE, LOG, instead, kind_of
+from objstate.units import SECONDS_PER_HOUR
 from objstate.yaml_files import YamlError, read_yaml
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -236,7 +237,7 @@ class Dynamics(Strict):
 
     def moved(self, seconds: float) -> float:
         """Probability that an object is moved within some time."""
-        return -math.expm1(-self.moves_per_hour * seconds / 3600.0)
+        return -math.expm1(-self.moves_per_hour * seconds / SECONDS_PER_HOUR)
 
 
 class Rest(Strict):

@@ -15,7 +15,6 @@ from objstate.geometry import BoolArray, FloatArray, IntArray
 from objstate.lazy import lazy
 
 NANOSECONDS = 1e9  # in a second
-SECONDS_PER_HOUR = 3600.0
 STEEP = 1e-9  # cosine of a beam's slope that counts as upright
 
 

@@ -21,8 +21,8 @@ from objstate.localization import Hypotheses, Odds
 from objstate.localization.anywhere import Chance
 from objstate.particles.weights import NEVER
 from objstate.records import NANOSECONDS, Scan
+from objstate.units import SECONDS_PER_HOUR
 
-HOUR = 3600.0  # s
 START_WRONG = 0.01  # probability that a given start pose is wrong
 UNMAPPED_PER_HOUR = 20.0  # rate of coming to a part of the building that the map lacks
 UNMAPPED_S = 10.0  # mean duration of that
@@ -64,7 +64,10 @@ class Bank(Generic[Kept]):
 
     def __init__(self, settings: Settings, now: Kept) -> None:
         s = settings.localization
-        self._kidnaps, self._slips = s.kidnaps_per_hour / HOUR, s.slips_per_hour / HOUR
+        self._kidnaps, self._slips = (
+            s.kidnaps_per_hour / SECONDS_PER_HOUR,
+            s.slips_per_hour / SECONDS_PER_HOUR,
+        )
         self._wide = settings.object_updates.max_position_std
         self._past: list[tuple[int, int]] = []
         self._probabilities: list[float] = []  # of having been lost, in each of these intervals
@@ -80,7 +83,7 @@ class Bank(Generic[Kept]):
     def start(self, now: Kept) -> None:
         """Follow a given place."""
         self.before = now
-        unmapped = UNMAPPED_PER_HOUR / HOUR * UNMAPPED_S
+        unmapped = UNMAPPED_PER_HOUR / SECONDS_PER_HOUR * UNMAPPED_S
         self._states = np.array([1.0 - unmapped, unmapped, START_WRONG])
         self._others = (
             0.0  # odds of the places that the last search found, relative to the followed one
@@ -234,7 +237,7 @@ class Bank(Generic[Kept]):
 
     def _predict(self, seconds: float) -> None:
         """Predict the states of the chain."""
-        begins, ends = UNMAPPED_PER_HOUR / HOUR, 1.0 / UNMAPPED_S
+        begins, ends = UNMAPPED_PER_HOUR / SECONDS_PER_HOUR, 1.0 / UNMAPPED_S
         explained, unmapped, outside = self._states.tolist()
         share = (explained + unmapped) * begins / (begins + ends)
         unmapped = share + (unmapped - share) * math.exp(-(begins + ends) * seconds)

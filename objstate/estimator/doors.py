@@ -178,7 +178,6 @@ class Deviation:
         self._log_prior = np.asarray(log_prior)
         self._rows: dict[str, int] = {}  # of each door seen so far
         self._logs = np.empty((0, GRID))  # (doors, k) log-likelihood of each deviation
-        self._outliers: dict[str, FloatArray] = {}  # (k,) probability that a door is one
         self._weights = _normalized(log_prior)
 
     @property
@@ -192,12 +191,13 @@ class Deviation:
         both = np.logaddexp(usual, math.log(OUTLIERS))
         if name not in self._rows:
             self._rows[name], self._logs = len(self._logs), np.vstack([self._logs, both])
-        self._logs[self._rows[name]], self._outliers[name] = both, OUTLIERS * np.exp(-both)
+        self._logs[self._rows[name]] = both
         self._weights = _normalized(self._log_prior + self._logs.sum(axis=0))
 
     def cases(self, name: str) -> list[tuple[float, float]]:
         """Variances that a door's own error may have, and their probabilities."""
-        outlying = self._outliers.get(name, np.full(GRID, OUTLIERS)) * self._weights
+        log = self._logs[self._rows[name]] if name in self._rows else np.zeros(GRID)
+        outlying = OUTLIERS * np.exp(-log) * self._weights  # the door is an outlier
         usual, widest = np.array([self._weights - outlying] * 2), float(outlying.sum())
         usual[1] *= self.variances
         cases = np.add.reduceat(usual, self._begins, axis=1).T.tolist()

@@ -23,8 +23,8 @@ from objstate.geometry import FloatArray
 from objstate.lazy import lazy
 from objstate.objects import ObjectBelief, filter_for
 from objstate.particles import Weights
+from objstate.units import SECONDS_PER_HOUR
 
-SECONDS_PER_HOUR = 3600.0
 FIRST, LAST = 1.0 / 60.0, 24.0  # h, the ages between which fading is followed
 AGES = np.append(0.0, np.geomspace(FIRST, LAST, 40))  # h
 SAMPLES = 4000  # of furniture that fades

@@ -14,8 +14,8 @@ import numpy as np
 
 from objstate.geometry import FloatArray
 from objstate.habits.design import AWAY, BRIEF, BRIEF_FIRST, BRIEF_OTHER, LOCAL, SETTLED
+from objstate.units import SECONDS_PER_HOUR
 
-SECONDS_PER_HOUR = 3600.0
 MOST_LOG = 12.0  # log rates and log odds beyond are cut off
 
 

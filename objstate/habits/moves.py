@@ -16,11 +16,11 @@ from objstate.habits.calendar import Calendar
 from objstate.habits.design import ALL, SETTLED, Design
 from objstate.habits.model import Evidence, Gaussian
 from objstate.lazy import lazy
+from objstate.units import SECONDS_PER_HOUR
 
 MEAN_LOG = float(np.log(0.1))  # moves an hour of a working day, before any look
 LEVEL_STD = 2.0  # of that logarithm, beside what doors differ by
 DRAWS = 64  # of the parameters
-SECONDS_PER_HOUR = 3600.0
 LEAST = 1e-12  # expected moves
 
 

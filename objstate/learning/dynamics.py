@@ -15,6 +15,7 @@ from objstate.geometry import IntArray
 from objstate.learning.rates import Rate, Waits, posterior_rate
 from objstate.learning.rests import Rest, alike, difference, rests_of
 from objstate.learning.shares import RestShares, learn_shares
+from objstate.units import SECONDS_PER_HOUR
 
 if TYPE_CHECKING:
     import polars as pl
@@ -97,7 +98,7 @@ def _waits(item: MovableObject, rests: Sequence[Rest]) -> Waits:
     """The waits between an object's rests."""
     pairs = list(pairwise(rests))
     return Waits(
-        watched=sum(rest.seconds for rest in rests) / 3600.0,
+        watched=sum(rest.seconds for rest in rests) / SECONDS_PER_HOUR,
         hours=np.array([(b.begin_ns - a.end_ns) / 3.6e12 for a, b in pairs]),
         stayed=np.array([_stayed(item, a, b) for a, b in pairs]),
         moved=np.full(len(pairs), _anywhere(item)),

@@ -20,8 +20,9 @@ from objstate.lazy import Later
 from objstate.localization.belief import PoseBelief
 from objstate.localization.carried import POSE, Carried, Clones
 from objstate.localization.motion import Variances
-from objstate.records import SECONDS_PER_HOUR, Scan
+from objstate.records import Scan
 from objstate.sensing.surfaces import Surfaces
+from objstate.units import SECONDS_PER_HOUR
 
 if TYPE_CHECKING:
     from objstate.localization import pose_update

@@ -11,6 +11,7 @@ from objstate.config import Dynamics, ObjectRule, Rest, Settings
 from objstate.objects import ObjectFilter
 from objstate.objects.doors import LatticeFilter
 from objstate.records import NANOSECONDS
+from objstate.units import SECONDS_PER_HOUR
 from objstate.world.world import World
 
 AGAIN_S = 600.0  # after which a robot comes back to a door; a single rate serves one such time
@@ -44,7 +45,7 @@ def drive_settings(world: World, stamp_ns: int) -> Settings:
 
 def _rule(filter_: ObjectFilter, moved: float, **also: Rest) -> ObjectRule:
     """A rule for an object that is moved within ten minutes with a probability."""
-    rate = -math.log1p(-min(moved, MOST_MOVED)) / AGAIN_S * 3600.0
+    rate = -math.log1p(-min(moved, MOST_MOVED)) / AGAIN_S * SECONDS_PER_HOUR
     drift = _drift(filter_.settings.dynamics)
     dynamics = Dynamics(moves_per_hour=min(max(rate, LEAST_RATE), MOST_RATE), **drift)
     return ObjectRule(match=glob.escape(filter_.item.name), dynamics=dynamics, **also)

@@ -18,7 +18,6 @@ from objstate.records import NANOSECONDS
 if TYPE_CHECKING:
     from objstate.world.world import World
 
-SECONDS_PER_HOUR = 3600.0
 
 # Deviations of x, y, yaw up to which a look tells where a piece stands, m, m, rad
 PLACED = np.array([0.15, 0.15, math.radians(15.0)])
@@ -89,8 +88,7 @@ def moves_by(
     """How probably a piece was moved within seconds after a belief, and where it went then."""
     begin_ns, state = belief.stamp_ns or 0, belief.mean
     if (habits := world.moves_of(filter_.item.name)) is None:
-        rate = filter_.settings.dynamics.moves_per_hour / SECONDS_PER_HOUR
-        return lambda seconds: -math.expm1(-rate * seconds), elsewhere(filter_)(state)
+        return filter_.settings.dynamics.moved, elsewhere(filter_)(state)
     forecast = habits.forecast(filter_.item.name)
 
     def moved(seconds: float) -> float:

@@ -14,6 +14,7 @@ from objstate.habits.passage import waiting
 from objstate.habits.regions import region_of
 from objstate.objects.doors import LatticeFilter
 from objstate.records import NANOSECONDS
+from objstate.units import SECONDS_PER_HOUR
 from objstate.world.habitual import state_of
 from objstate.world.world import World
 
@@ -154,7 +155,7 @@ def _by_settings(world: World, name: str, width: float, stamp_ns: int, horizon_s
     prior = filter_.prior(np.random.default_rng(0))
     good = float(filter_.rests[prior.clear_width.values >= width].sum())
     now = world.belief(name, stamp_ns).probability_clear(width)
-    rate = filter_.settings.dynamics.moves_per_hour * good / 3600.0
+    rate = filter_.settings.dynamics.moves_per_hour * good / SECONDS_PER_HOUR
     times = np.linspace(0.0, horizon_s, 1000)
     return _wait(times, (1.0 - now) * np.exp(-rate * times))
 

@@ -19,6 +19,7 @@ from objstate.habits.building import DoorHabits, PieceHabits
 from objstate.lazy import lazy
 from objstate.objects import ObjectBelief, ObjectFilter, filter_for
 from objstate.records import NANOSECONDS
+from objstate.units import SECONDS_PER_HOUR
 from objstate.world.allowed import Task
 from objstate.world.blocking import Blockage, blocked
 from objstate.world.due import Due, due
@@ -28,7 +29,6 @@ from objstate.world.habitual import carried, has_habits, state_of
 from objstate.world.lately import Lately
 from objstate.world.moving import has_moves, moved_on
 
-SECONDS_PER_HOUR = 3600.0
 NAMES_SHOWN = 10  # so many names tell what the others are like
 UNUSED_RNG = np.random.default_rng(0)  # for doors, whose filters draw nothing
 

@@ -1,0 +1,3 @@
+"""Factors between units."""
+
+SECONDS_PER_HOUR = 3600.0
