@@ -16,7 +16,7 @@ from objstate.geometry import FloatArray
 from objstate.lazy import Later, altered
 from objstate.localization import Vantage
 from objstate.objects import ObjectBelief
-from objstate.objects.mixture import NEVER, DoorMixture, Doorway, Statics
+from objstate.objects.mixture import NEVER, PACES, DoorMixture, Doorway, Statics
 from objstate.objects.shape import shape_of
 from objstate.particles import Weights
 from objstate.sensing import Sensing
@@ -36,6 +36,8 @@ WIDEST_M, WIDEST_DEG = 0.03, 3.0  # deviations of hinges and bearings with which
 GRID, LEAST = 15, 0.1
 FACTOR = 1.0  # prior standard deviation of the logarithm of a deviation
 USUAL = 2.0  # deviations of that logarithm within which a deviation counts as usual
+USUAL_PACE_STD = 1.5  # prior standard deviation of the logarithm of doors' usual pace
+PACES_STD = 1.0  # of the logarithm of a door's pace about the usual one
 EDGE_SHARE = 0.1  # of the beams beside an edge that meet the neighbouring surface
 LEAST_DENSITY = 1e-9  # 1/m, of a random range
 
@@ -55,6 +57,7 @@ class Doors:
         self._bearing = Deviation(
             math.radians(error.bearing_std_deg), math.radians(WIDEST_DEG), PARTS
         )
+        self._paces = Paces()
 
     def __contains__(self, name: str) -> bool:
         return self._building.objects[name].kind is not Kind.PLANAR
@@ -88,6 +91,7 @@ class Doors:
         before = belief.joint
         if not isinstance(before, DoorMixture):
             before = DoorMixture.of(self._doorway(belief), belief, self._widest)
+        before = before.among(self._paces.of(exposure.name))
         posterior = before.later(exposure.seconds_since(before.stamp_ns), *exposure.carried())
         noise = beam_noise(self._settings.beam_model, vantage, scan.range_max)
         shape = self._shape(before.door, exposure.sight.height)
@@ -121,6 +125,12 @@ class Doors:
             for probability, bearing in bearings
         ]
 
+    def pace(self, belief: ObjectBelief) -> float:
+        """How often a door is moved, in units of the setting."""
+        if not isinstance(belief.joint, DoorMixture):
+            return float(self._paces.of(belief.item.name) @ PACES)
+        return belief.joint.among(self._paces.of(belief.item.name)).pace
+
     def _read_off(self, posterior: DoorMixture, belief: ObjectBelief) -> ObjectBelief:
         """The posterior of a door's state, averaged over the deviations of hinge and bearing."""
         door = posterior.door
@@ -138,7 +148,8 @@ class Doors:
         )
 
     def _learn(self, name: str, posterior: DoorMixture) -> None:
-        """Update the learnt deviations by a door, unless its own are known."""
+        """Update what is learnt over all doors; not deviations, where the door's are known."""
+        self._paces.observe(name, posterior.log_paces)
         if name in self._known:
             return
         if posterior.door.turn:
@@ -205,6 +216,32 @@ class Deviation:
         kept = [(share, total / share) for share, total in cases if share > NEGLIGIBLE]
         every = sum(share for share, _ in kept)
         return [(share / every, variance) for share, variance in kept]
+
+
+class Paces:
+    """How often doors are moved, in units of their settings: p(pace | z) on a grid.
+
+    The paces of a building's doors are distributed about a usual one, which isn't known.
+    """
+
+    def __init__(self) -> None:
+        logs = np.log(PACES)
+        self._about = np.exp(-0.5 * ((logs - logs[:, None]) / PACES_STD) ** 2)  # usual, own
+        self._about /= self._about.sum(axis=1, keepdims=True)
+        self._log_prior = -0.5 * (logs / USUAL_PACE_STD) ** 2
+        self._logs: dict[str, FloatArray] = {}  # (k,) log-likelihoods of the usual pace, by door
+        self._log_all = self._log_prior
+
+    def observe(self, name: str, log_likelihood: FloatArray) -> None:
+        """Replace the log-likelihoods (k,), up to a constant, of all readings of a door."""
+        self._logs[name] = np.log(self._about @ np.exp(log_likelihood - log_likelihood.max()))
+        self._log_all = self._log_prior + np.sum(list(self._logs.values()), axis=0)
+
+    def of(self, name: str) -> FloatArray:
+        """(k,) prior probabilities of a door's pace, by all other doors."""
+        own = self._logs.get(name)
+        others = self._log_all if own is None else self._log_all - own
+        return np.asarray(_normalized(others) @ self._about)
 
 
 def _normalized(log: FloatArray) -> FloatArray:

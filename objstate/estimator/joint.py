@@ -112,5 +112,7 @@ class JointUpdate:
     def _history(self, belief: ObjectBelief, steps: Sequence[Step]) -> History:
         of_door = [step for step in steps if isinstance(step, DoorStep)]
         if of_door:
-            return DoorHistory(belief, of_door, self._doors.cases(of_door[-1].door))
+            door = of_door[-1].door
+            pace = self._doors.pace(belief)
+            return DoorHistory(belief, of_door, self._doors.cases(door), pace)
         return FurnitureHistory(belief, [step for step in steps if isinstance(step, FurnitureStep)])

@@ -20,9 +20,10 @@ from objstate.objects.evidence import ScanEvidence, Update
 from objstate.particles import Weights
 
 if TYPE_CHECKING:
-    from objstate.objects import lattice
+    from objstate.objects import lattice, mixture
 else:
     lattice = Later("objstate.objects.lattice")
+    mixture = Later("objstate.objects.mixture")
 
 FINE = 50  # most states with weight that are cast; of more, a regular selection
 NEGLIGIBLE = 1e-4  # weight, relative to the largest, below which a state is cast only coarsely
@@ -94,6 +95,8 @@ class LatticeFilter:
     ) -> ObjectBelief:
         """The prediction: drift and moves."""
         moved, begun = belief.p_moving, self.settings.dynamics.moved(seconds)
+        if isinstance(belief.joint, mixture.DoorMixture):
+            begun = belief.joint.begun(seconds)
         return self._later(belief, belief.weights.values, moved, begun, self._rest_weights, seconds)
 
     def carried(

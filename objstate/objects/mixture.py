@@ -48,6 +48,9 @@ SPREADS_KEPT = 256  # number of transitions of moving doors that are cached
 MOST_NATS = 100.0  # most evidence for a component, beside the best one between the limits
 FORGETS = 0.3  # probability that what was learnt of hinge and bearing is wrong, for a moved door
 NEVER = 1e-30  # least weight of a component, so that nothing is impossible
+PACES = np.geomspace(0.25, 256.0, 6)  # (k,) how often a door is moved, in units of the setting
+AS_SET = np.eye(len(PACES))[int(np.abs(np.log(PACES)).argmin())]
+NONE = np.empty(0, dtype=np.int64)
 
 _Gaussians = tuple[FloatArray, FloatArray]  # means and covariances
 
@@ -179,29 +182,40 @@ class Doorway:
         std = max(fastest / 2.0 * min(seconds, FASTEST_S) / self.cell, 0.3)
         return _wanders(round(std, 2), self.cells, self.item.wraps)
 
-    def stays(self, seconds: float) -> float:
-        """Probability that a resting door isn't moved for some time."""
-        return 1.0 - self.settings.dynamics.moved(seconds)
+    def stays(self, seconds: float, pace: FloatArray | float = 1.0) -> FloatArray:
+        """Probability that a resting door isn't moved for some time, ``pace`` as often as set."""
+        return np.power(1.0 - self.settings.dynamics.moved(seconds), pace)
 
     def _stops(self, seconds: float) -> tuple[float, float]:
         """Probabilities that a moving door comes to rest, and that it then may be anywhere."""
         swing = self.settings.swing
         return -math.expm1(-seconds / swing.seconds), -math.expm1(-seconds / swing.near_s)
 
-    def moved(self, resting: FloatArray, moving: FloatArray, seconds: float) -> Moved:
-        """The weights (..., c) of resting and of moving doors after some time."""
-        remaining = self.stays(seconds) * resting
+    def moved(
+        self,
+        resting: FloatArray,
+        moving: FloatArray,
+        seconds: float,
+        pace: FloatArray | float = 1.0,
+    ) -> Moved:
+        """The weights (..., c) of resting and of moving doors after some time.
+
+        Doors are moved ``pace`` (...) times as often as set.
+        """
+        remaining = self.stays(seconds, pace) * resting
         swinging = (moving + resting - remaining) @ self._wanders(seconds)
         ends, leaves = self._stops(seconds)
         stops, swinging = ends * swinging, (1.0 - ends) * swinging
         anywhere = stops.sum(axis=-1, keepdims=True) * self.rest
         arrived = (1.0 - leaves) * (stops @ self.latching) + leaves * anywhere
-        resting, arriving = remaining + arrived, arrived + swinging
-        arriving /= np.maximum(resting + swinging, NEVER)
-        return Moved(resting, swinging, arrived, arriving)
+        return Moved(remaining + arrived, swinging, arrived)
 
     def expected(
-        self, resting: FloatArray, moving: FloatArray, seconds: float
+        self,
+        resting: FloatArray,
+        moving: FloatArray,
+        seconds: float,
+        pace: FloatArray | float = 1.0,
     ) -> tuple[FloatArray, FloatArray]:
         """Expectations (..., c) of values after some time, given the present state.
 
@@ -213,7 +227,7 @@ class Doorway:
         anywhere = (resting @ self.rest)[..., None]
         stopped = (1.0 - leaves) * (resting @ self.latching.T) + leaves * anywhere
         out = (ends * stopped + (1.0 - ends) * moving) @ self._wanders(seconds).T
-        stays = self.stays(seconds)
+        stays = self.stays(seconds, pace)
         return stays * resting + (1.0 - stays) * out, out
 
     def on_lattice(self, states: States, lattice: ObjectBelief) -> tuple[FloatArray, FloatArray]:
@@ -243,10 +257,15 @@ class States(NamedTuple):
 class Moved(NamedTuple):
     """The change of the components' weights over some time."""
 
-    resting: FloatArray  # (c,)
-    moving: FloatArray  # (c,)
-    arrived: FloatArray  # (c,) of those that rest, what came to rest since
-    arriving: FloatArray  # (c,) share of a component's weight that has arrived
+    resting: FloatArray  # (..., c)
+    moving: FloatArray  # (..., c)
+    arrived: FloatArray  # (..., c) of those that rest, what came to rest since
+
+    @property
+    def arriving(self) -> FloatArray:
+        """(..., c) share of each component's weight that has arrived."""
+        every = np.maximum(self.resting + self.moving, NEVER)
+        return np.asarray((self.arrived + self.moving) / every)
 
 
 @dataclass(frozen=True, eq=False)
@@ -254,16 +273,18 @@ class DoorMixture:
     """p(mode, s, d | z) of one door. A value: updates return new ones."""
 
     door: Doorway
-    resting: FloatArray  # (c,) weights of a resting door; with ``moving`` they sum to one
-    moving: FloatArray  # (c,) of a moving door
+    by_pace: FloatArray  # (2, k, c) weights at rest and moving under each of ``PACES``; sum to one
+    log_paces: FloatArray  # (k,) log p(z | pace), up to a constant
+    paces: FloatArray  # (k,) prior probabilities of ``PACES``
     beyond: FloatArray  # (o,) weights of cells beyond the limits, which aren't in that sum
     means: FloatArray  # (c + o, 7) of errors, see ``mixture_kernels``
     covariances: FloatArray  # (c + o, 7, 7)
     statics: Statics  # their prior variances; a sliding door has no bearing
     kinds: FloatArray  # (c + o, 2) probabilities that the leaf has a handle, and is of glass
     ends: Mapping[str, repeats.Ends] = field(default_factory=dict)  # of each laser's last scan
-    # components that a moved door just arrived in
-    arrived: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    arrived: IntArray = field(
+        default_factory=lambda: NONE
+    )  # components that a moved door just arrived in
     stamp_ns: int | None = None
 
     @staticmethod
@@ -278,8 +299,9 @@ class DoorMixture:
         resting = door.prior
         return DoorMixture(
             door,
-            resting,
-            np.zeros(len(resting)),
+            _under_each(resting, np.zeros(len(resting))),
+            np.zeros(len(PACES)),
+            AS_SET,
             resting[door.edges],
             means,
             covariances,
@@ -303,16 +325,41 @@ class DoorMixture:
         p_moving = (
             belief.p_moving if len(belief.p_moving) == len(weights) else np.zeros(len(weights))
         )
-        moving = np.bincount(where.clip(0, door.cells - 1), weights * p_moving, len(door.states))
+        cells = where.clip(0, door.cells - 1)
+        moving = np.bincount(cells, weights * p_moving, len(door.states)).astype(float)
         resting = np.maximum(resting - moving, NEVER)
+        weighed = blank.weighed(resting, moving)
+        return altered(weighed, beyond=weighed.resting[door.edges], stamp_ns=belief.stamp_ns)
+
+    def weighed(self, resting: FloatArray, moving: FloatArray) -> DoorMixture:
+        """The mixture with the same weights (c,) under each pace, normalized."""
         total = resting.sum() + moving.sum()
-        return altered(
-            blank,
-            resting=resting / total,
-            moving=moving / total,
-            beyond=resting[door.edges] / total,
-            stamp_ns=belief.stamp_ns,
-        )
+        return altered(self, by_pace=_under_each(resting / total, moving / total))
+
+    @lazy
+    def posterior_paces(self) -> FloatArray:
+        """(k,) probabilities of ``PACES``."""
+        shares = self.paces * np.exp(self.log_paces - self.log_paces.max())
+        return np.asarray(shares / shares.sum())
+
+    @lazy
+    def pace(self) -> float:
+        """The mean of how often the door is moved, in units of the setting."""
+        return float(self.posterior_paces @ PACES)
+
+    def begun(self, seconds: float) -> float:
+        """Probability that a resting door begins to move within some time."""
+        return 1.0 - float(self.posterior_paces @ self.door.stays(seconds, PACES))
+
+    @lazy
+    def resting(self) -> FloatArray:
+        """(c,) weights of a resting door; with ``moving`` they sum to one."""
+        return np.asarray(self.posterior_paces @ self.by_pace[0])
+
+    @lazy
+    def moving(self) -> FloatArray:
+        """(c,) weights of a moving door."""
+        return np.asarray(self.posterior_paces @ self.by_pace[1])
 
     @lazy
     def weights(self) -> FloatArray:
@@ -326,29 +373,31 @@ class DoorMixture:
         covariance ``added`` (3, 3).
         """
         door, means, covariances = self.door, self.means.copy(), self.covariances.copy()
-        resting, moving, beyond, kinds = self.resting, self.moving, self.beyond, self.kinds
-        arrived = self.arrived
+        by_pace, beyond, kinds, arrived = self.by_pace, self.beyond, self.kinds, self.arrived
         if seconds > 0.0:
-            kinds, moved = kinds.copy(), door.moved(resting, moving, seconds)
+            kinds, each = kinds.copy(), door.moved(by_pace[0], by_pace[1], seconds, PACES[:, None])
+            moved = Moved(*(self.posterior_paces @ part for part in each))
             came = moved.arrived[door.edges]
-            beyond = door.stays(seconds) * beyond + came
+            beyond = (1.0 - self.begun(seconds)) * beyond + came
             arriving = np.append(moved.arriving, came / np.maximum(beyond, NEVER))
             kernels.join(self.weights, arriving, door.widths, means, covariances, kinds)
             arrived = np.flatnonzero(arriving >= 0.5)
-            resting, moving = moved.resting, moved.moving
+            by_pace = np.stack([each.resting, each.moving])
         kernels.renew_robot(means, covariances, transfer, added)
-        return DoorMixture(
-            door,
-            resting,
-            moving,
-            beyond,
-            means,
-            covariances,
-            self.statics,
-            kinds,
-            self.ends,
-            arrived,
+        return altered(
+            self,
+            by_pace=by_pace,
+            beyond=beyond,
+            means=means,
+            covariances=covariances,
+            kinds=kinds,
+            arrived=arrived,
+            stamp_ns=None,
         )
+
+    def among(self, paces: FloatArray) -> DoorMixture:
+        """The same under other prior probabilities (k,) of ``PACES``."""
+        return altered(self, paces=paces)
 
     def at(self, stamp_ns: int) -> DoorMixture:
         """The same at a moment."""
@@ -386,25 +435,25 @@ class DoorMixture:
             )
         # what stands beyond a limit, as no free door does, may be far likelier than all doors
         likelihood = np.exp(np.minimum(log_evidence - log_evidence[:count].max(), MOST_NATS))
-        resting = np.maximum(self.resting * likelihood[:count], NEVER)
-        moving = self.moving * likelihood[:count]
-        share = float(resting.sum() + moving.sum())
-        beyond = self.beyond * likelihood[count:]
+        by_pace = self.by_pace * likelihood[:count]
+        by_pace[0] = np.maximum(by_pace[0], NEVER)
+        shares = by_pace.sum(axis=(0, 2))
+        beyond = self.beyond * likelihood[count:] / float(self.posterior_paces @ shares)
+        after = altered(
+            self,
+            by_pace=by_pace / shares[:, None],
+            log_paces=self.log_paces + np.log(shares),
+            beyond=np.minimum(np.maximum(beyond, NEVER), 1.0),
+            means=means,
+            covariances=covariances,
+            kinds=kinds,
+            ends={**self.ends, laser: ends},
+            arrived=NONE,
+        )
         if door.atoms:
-            free = np.concatenate([resting + moving, beyond])
+            free = np.concatenate([after.weights, after.beyond])
             free[cells:count] = 0.0
             kinds[cells:count] = free @ kinds / free.sum()
-        after = DoorMixture(
-            door,
-            resting / share,
-            moving / share,
-            np.minimum(np.maximum(beyond / share, NEVER), 1.0),
-            means,
-            covariances,
-            self.statics,
-            kinds,
-            {**self.ends, laser: ends},
-        )
         return after, reached
 
     def _conditioned(
@@ -504,6 +553,12 @@ class DoorMixture:
         """The posterior of the state as weights of a lattice's states."""
         (weights,), (p_moving,) = self.door.on_lattice(self.under([self.statics]), lattice)
         return altered(lattice, weights=Weights(weights), p_moving=p_moving, stamp_ns=self.stamp_ns)
+
+
+def _under_each(resting: FloatArray, moving: FloatArray) -> FloatArray:
+    """(2, k, c) weights that are the same under each pace."""
+    weights = np.stack([resting, moving])
+    return np.repeat(weights[:, None], len(PACES), axis=1)
 
 
 @lru_cache(maxsize=SPREADS_KEPT)

@@ -59,11 +59,8 @@ class DoorStep(NamedTuple):
         means[index[:, None], errors] = self.table[:, MEAN:past]
         covariances[index[:, None], errors[rows], errors[columns]] = self.table[:, past:]
         covariances[index[:, None], errors[columns], errors[rows]] = self.table[:, past:]
-        share = resting.sum() + moving.sum()
         return altered(
-            blank,
-            resting=resting / share,
-            moving=moving / share,
+            blank.weighed(resting, moving),
             means=means,
             covariances=covariances,
             stamp_ns=self.stamp_ns,

@@ -33,10 +33,11 @@ class Chain:
 
 
 def smoothed_chain(
-    door: Doorway, stamps_ns: IntArray, resting: FloatArray, moving: FloatArray
+    door: Doorway, stamps_ns: IntArray, resting: FloatArray, moving: FloatArray, pace: float = 1.0
 ) -> Chain:
     """The chain of a door, by its filtered weights (n, ..., c) at moments (n,).
 
+    The door is moved ``pace`` times as often as set.
     With x the mode and component, a_k(x) the filtered weights, and T the transition of
     ``Doorway.moved``, the smoothed weights are (Kitagawa 1987)
 
@@ -50,11 +51,11 @@ def smoothed_chain(
     stayed = np.zeros_like(stays)
     for k in range(count - 2, -1, -1):
         seconds = float(stamps_ns[k + 1] - stamps_ns[k]) / NANOSECONDS
-        before = door.moved(resting[k], moving[k], seconds)
+        stay = door.stays(seconds, pace)
+        before = door.moved(resting[k], moving[k], seconds, pace)
         ratio_rest = _ratio(rest[k + 1], before.resting)
         ratio_move = _ratio(move[k + 1], before.moving)
-        ahead_rest, ahead_move = door.expected(ratio_rest, ratio_move, seconds)
-        stay = door.stays(seconds)
+        ahead_rest, ahead_move = door.expected(ratio_rest, ratio_move, seconds, pace)
         stays[k] = stay * _ratio(ratio_rest, ahead_rest)
         stayed[k] = stay * _ratio(resting[k], before.resting)
         rest[k], move[k] = resting[k] * ahead_rest, moving[k] * ahead_move

@@ -24,6 +24,7 @@ class DoorHistory(NamedTuple):
     belief: ObjectBelief  # the last belief, on whose lattice states are published
     steps: list[DoorStep]
     cases: list[tuple[float, Statics]]  # probabilities of the priors of the static errors
+    pace: float  # how often it is moved, in units of the setting
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,8 +69,10 @@ def smoothed_door(history: DoorHistory, also_ns: Iterable[int] = ()) -> Smoothed
     door, blank = history.steps[0].door, history.steps[0].blank
     priors, chains = [statics for _, statics in history.cases], list[tuple[float, Chain]]()
     by_stamp = {step.stamp_ns: step.posterior(blank).under(priors) for step in history.steps}
-    filtered = _filtered(door, by_stamp, len(priors), moments)
-    every = smoothed_chain(door, filtered.stamps_ns, filtered.resting, filtered.moving)
+    filtered = _filtered(door, by_stamp, len(priors), moments, history.pace)
+    every = smoothed_chain(
+        door, filtered.stamps_ns, filtered.resting, filtered.moving, history.pace
+    )
     gaussians = _carried_back(every, filtered)
     for case, (share, _) in enumerate(history.cases):
         chain = every.of(case)
@@ -105,7 +108,11 @@ def moments_of(steps: Sequence[Step], also_ns: Sequence[int]) -> list[int]:
 
 
 def _filtered(
-    door: Doorway, by_stamp: Mapping[int, States], cases: int, moments: Sequence[int]
+    door: Doorway,
+    by_stamp: Mapping[int, States],
+    cases: int,
+    moments: Sequence[int],
+    pace: float,
 ) -> _Filtered:
     """The filtered posterior at moments (n,), predicted where there is no step."""
     shape = len(moments), cases, len(door.states)
@@ -115,7 +122,7 @@ def _filtered(
             out.resting[k], out.moving[k], out.means[k], out.variances[k] = by_stamp[stamp]
             continue
         seconds = (stamp - moments[k - 1]) / NANOSECONDS
-        moved = door.moved(out.resting[k - 1], out.moving[k - 1], seconds)
+        moved = door.moved(out.resting[k - 1], out.moving[k - 1], seconds, pace)
         arrived = moved.arriving > 0.5
         out.resting[k], out.moving[k] = moved.resting, moved.moving
         out.means[k] = np.where(arrived, door.states, out.means[k - 1])

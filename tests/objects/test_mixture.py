@@ -16,7 +16,7 @@ from objstate.geometry import FloatArray, transform_from_pose
 from objstate.lazy import altered
 from objstate.objects import mixture as mixtures
 from objstate.objects.doors import LatticeFilter
-from objstate.objects.mixture import DoorMixture, Doorway, Statics
+from objstate.objects.mixture import PACES, DoorMixture, Doorway, Statics
 from objstate.objects.mixture_kernels import GLASS, HANDLE, Beams, Noise, Shape
 from objstate.objects.shape import shape_of
 from objstate.sensing import ExpectedRanges, cast_from
@@ -325,3 +325,32 @@ def test_a_moved_door_forgets_a_hinge_that_no_longer_fits(monkeypatch: pytest.Mo
         errors[forgets] = abs(belief(moved)[0] - 60.0)
     assert errors[mixtures.FORGETS] < 0.5
     assert errors[1e-9] > 2.0 * errors[mixtures.FORGETS]
+
+
+def seen_each_minute(angles: list[float]) -> DoorMixture:
+    """A door after scans a minute apart, in which it stands at angles in degrees."""
+    mixture = DoorMixture.unknown(doorway(), STATICS).among(np.full(len(PACES), 1 / len(PACES)))
+    for angle in angles:
+        beams = read(math.radians(angle))
+        mixture, _ = mixture.later(60.0, *ANEW).given(LASER, beams, noise(), shape(leaf()))
+    return mixture
+
+
+def test_a_door_that_stands_still_is_moved_seldom() -> None:
+    log = seen_each_minute([35.0] * 20).log_paces
+    assert (np.diff(log[2:]) < -1.0).all()  # from 8 an hour on; 20 minutes don't tell fewer apart
+
+
+def test_a_door_that_is_found_elsewhere_each_time_is_moved_often() -> None:
+    mixture = seen_each_minute([35.0, 70.0] * 5)
+    assert (np.diff(mixture.log_paces[:4]) > 1.0).all()
+    assert mixture.pace * DoorSettings().dynamics.moves_per_hour > 20.0
+
+
+def test_weights_are_those_of_all_paces_by_their_probabilities() -> None:
+    mixture = seen_each_minute([35.0, 70.0])
+    each = [mixture.among(alone) for alone in np.eye(len(PACES))]
+    shares = mixture.posterior_paces
+    resting = sum(share * other.resting for share, other in zip(shares, each, strict=True))
+    assert resting == pytest.approx(mixture.resting, abs=1e-12)
+    assert mixture.weights.sum() == pytest.approx(1.0)
