@@ -125,11 +125,12 @@ class Doors:
             for probability, bearing in bearings
         ]
 
-    def pace(self, belief: ObjectBelief) -> float:
-        """How often a door is moved, in units of the setting."""
+    def paces(self, belief: ObjectBelief) -> FloatArray:
+        """(k,) probabilities of how often a door is moved, of ``PACES``."""
+        by_others = self._paces.of(belief.item.name)
         if not isinstance(belief.joint, DoorMixture):
-            return float(self._paces.of(belief.item.name) @ PACES)
-        return belief.joint.among(self._paces.of(belief.item.name)).pace
+            return by_others
+        return belief.joint.among(by_others).posterior_paces
 
     def _read_off(self, posterior: DoorMixture, belief: ObjectBelief) -> ObjectBelief:
         """The posterior of a door's state, averaged over the deviations of hinge and bearing."""

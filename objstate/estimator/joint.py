@@ -113,6 +113,6 @@ class JointUpdate:
         of_door = [step for step in steps if isinstance(step, DoorStep)]
         if of_door:
             door = of_door[-1].door
-            pace = self._doors.pace(belief)
-            return DoorHistory(belief, of_door, self._doors.cases(door), pace)
+            cases, paces = self._doors.cases(door), self._doors.paces(belief)
+            return DoorHistory(belief, of_door, cases, paces)
         return FurnitureHistory(belief, [step for step in steps if isinstance(step, FurnitureStep)])

@@ -105,7 +105,7 @@ def evidence_under(
     return out
 
 
-@called_with("f1 f1 f2 f3 f1 f1 f2 f3 f2 f2")
+@called_with("f2 f2 f2 f3 f1 f1 f2 f4 f2 f2")
 @_compile
 def exchange(
     resting: FloatArray,
@@ -121,17 +121,17 @@ def exchange(
 ) -> None:
     """Components' weights and states under each of ``others`` (k, 2), variances of origin and zero.
 
-    They had the ``priors`` (2,); one of 0 stays. ``weights`` (2, k, c) are those of a door that
-    rests or moves in a component whose middle is ``states`` (c,); ``state_means`` and
-    ``state_variances`` (k, c) are those of the state there.
+    They had the ``priors`` (2,); one of 0 stays. ``resting`` and ``moving`` (p, c) are weights under
+    each of some paces, ``weights`` (2, k, p, c) what they become. The middles of the components are
+    ``states`` (c,); ``state_means`` and ``state_variances`` (k, c) are those of the state there.
     """
-    count = states.shape[0]
-    factors = np.empty(count)
+    count, paces = states.shape[0], resting.shape[0]
+    factors, largest = np.empty(count), np.empty(paces)
     for k in range(others.shape[0]):
         by_origin = 1.0 / others[k, 0] - 1.0 / priors[0] if priors[0] > 0.0 else 0.0
         by_zero = 1.0 / others[k, 1] - 1.0 / priors[1] if priors[1] > 0.0 else 0.0
         of_origin, of_zeros = math.log1p(by_origin * priors[0]), math.log1p(by_zero * priors[1])
-        largest = -np.inf
+        largest[:] = -np.inf
         for c in range(count):
             mean, covariance, log = means[c], covariances[c], 0.0
             state, zero = mean[STATE], mean[ZERO]
@@ -156,18 +156,22 @@ def exchange(
                 zero, of_zero, of_both = zero / inside, of_zero / inside, of_both / inside
             state_means[k, c] = states[c] + state - zero
             state_variances[k, c] = max(of_state + of_zero - 2.0 * of_both, 0.0)
-            factors[c] = log if resting[c] + moving[c] > 0.0 else -np.inf
-            weight = resting[c] + moving[c]
-            if weight > 0.0:
-                largest = max(largest, log + math.log(weight))
-        total = 0.0
-        for c in range(count):
-            factor = math.exp(factors[c] - largest)
-            weights[0, k, c], weights[1, k, c] = resting[c] * factor, moving[c] * factor
-            total += weights[0, k, c] + weights[1, k, c]
-        for c in range(count):
-            weights[0, k, c] /= total
-            weights[1, k, c] /= total
+            factors[c] = log
+            for p in range(paces):
+                weight = resting[p, c] + moving[p, c]
+                if weight > 0.0:
+                    largest[p] = max(largest[p], log + math.log(weight))
+        for p in range(paces):
+            total = 0.0
+            for c in range(count):
+                here = resting[p, c] + moving[p, c] > 0.0
+                factor = math.exp(factors[c] - largest[p]) if here else 0.0
+                weights[0, k, p, c] = resting[p, c] * factor
+                weights[1, k, p, c] = moving[p, c] * factor
+                total += weights[0, k, p, c] + weights[1, k, p, c]
+            for c in range(count):
+                weights[0, k, p, c] /= total
+                weights[1, k, p, c] /= total
 
 
 @_inner

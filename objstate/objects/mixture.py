@@ -248,8 +248,8 @@ class Statics(NamedTuple):
 class States(NamedTuple):
     """p(mode, s) of a door under several priors: a Gaussian of the state in each component."""
 
-    resting: FloatArray  # (k, c) weights of a resting door; with ``moving`` they sum to one
-    moving: FloatArray  # (k, c) of a moving door
+    resting: FloatArray  # (k, ..., c) weights of a resting door; with ``moving`` they sum to one
+    moving: FloatArray  # (k, ..., c) of a moving door
     means: FloatArray  # (k, c) of the state
     variances: FloatArray  # (k, c)
 
@@ -341,11 +341,6 @@ class DoorMixture:
         """(k,) probabilities of ``PACES``."""
         shares = self.paces * np.exp(self.log_paces - self.log_paces.max())
         return np.asarray(shares / shares.sum())
-
-    @lazy
-    def pace(self) -> float:
-        """The mean of how often the door is moved, in units of the setting."""
-        return float(self.posterior_paces @ PACES)
 
     def begun(self, seconds: float) -> float:
         """Probability that a resting door begins to move within some time."""
@@ -527,11 +522,21 @@ class DoorMixture:
 
     def under(self, priors: Sequence[Statics]) -> States:
         """The states given the same readings, under each of some narrower priors (k,)."""
-        shape = len(priors), len(self.resting)
-        weights, means, variances = np.empty((2, *shape)), np.empty(shape), np.empty(shape)
+        every = self._under(priors, self.resting[None], self.moving[None])
+        return States(every.resting[:, 0], every.moving[:, 0], every.means, every.variances)
+
+    def by_pace_under(self, priors: Sequence[Statics]) -> States:
+        """The same with weights (k, p, c) under each of ``PACES``."""
+        return self._under(priors, *self.by_pace)
+
+    def _under(self, priors: Sequence[Statics], resting: FloatArray, moving: FloatArray) -> States:
+        """The states under priors (k,), with weights under them that were (p, c)."""
+        paces, count = resting.shape
+        weights = np.empty((2, len(priors), paces, count))
+        means, variances = np.empty((2, len(priors), count))
         exchange_kernels.exchange(
-            self.resting,
-            self.moving,
+            resting,
+            moving,
             self.means,
             self.covariances,
             self.door.states,

@@ -1,6 +1,6 @@
 """The stored posteriors of each object after scans, for smoothing.
 
-A step holds the components of mixtures that have weight, 68 bytes each of a door and 40 of
+A step holds the components of mixtures that have weight, 108 bytes each of a door and 40 of
 furniture. Between steps at most a second apart, those that are like their neighbours are left out.
 """
 
@@ -16,7 +16,7 @@ from objstate.geometry import FloatArray, IntArray
 from objstate.lazy import Later, altered
 from objstate.objects.belief import ObjectBelief
 from objstate.objects.furniture_mixture import ABSENT, ORDER, FurnitureMixture, Piece
-from objstate.objects.mixture import NEVER, DoorMixture, Doorway, Statics
+from objstate.objects.mixture import NEVER, PACES, DoorMixture, Doorway, Statics
 
 if TYPE_CHECKING:
     from objstate.objects import mixture_kernels as kernels
@@ -31,7 +31,8 @@ ALIKE = 0.01  # difference of weights up to which two steps are alike
 ALIKE_STDS = 0.1  # difference of the state and of its deviation, in deviations, likewise
 
 Table = NDArray[np.float32]
-INDEX, RESTING, MOVING, MEAN = 0, 1, 2, 3  # columns of a door's table; covariances follow the means
+INDEX, WEIGHTS = 0, 1  # columns of a door's table: weights at rest under each pace, then moving
+MEAN = WEIGHTS + 2 * len(PACES)  # the first of the means, which covariances follow
 VARIANCES = [4, 7, 9]  # of x, y, yaw, columns of furniture's table
 
 
@@ -41,7 +42,8 @@ class DoorStep(NamedTuple):
     stamp_ns: int
     door: Doorway
     statics: Statics  # the prior variances of its static errors
-    table: Table  # (r, 17): component, weights at rest and moving, means, covariances
+    paces: FloatArray  # (k,) probabilities of ``PACES``
+    table: Table  # (r, 27): component, weights at rest and moving, means, covariances
 
     @property
     def blank(self) -> DoorMixture:
@@ -51,16 +53,22 @@ class DoorStep(NamedTuple):
     def posterior(self, blank: DoorMixture) -> DoorMixture:
         """The posterior without the robot's errors; ``blank`` is the mixture before any scan."""
         index = self.table[:, INDEX].astype(int)
-        resting, moving = np.zeros(len(blank.resting)), np.zeros(len(blank.resting))
-        means, covariances = blank.means.copy(), blank.covariances.copy()
-        resting[index], moving[index] = self.table[:, RESTING], self.table[:, MOVING]
+        by_pace, means, covariances = (
+            np.zeros_like(blank.by_pace),
+            blank.means.copy(),
+            blank.covariances.copy(),
+        )
+        weights = self.table[:, WEIGHTS:MEAN].T.astype(float).reshape(2, len(PACES), -1)
+        by_pace[:, :, index] = weights / weights.sum(axis=(0, 2), keepdims=True)
         errors, rows, columns = _errors()
         past = MEAN + len(errors)
         means[index[:, None], errors] = self.table[:, MEAN:past]
         covariances[index[:, None], errors[rows], errors[columns]] = self.table[:, past:]
         covariances[index[:, None], errors[columns], errors[rows]] = self.table[:, past:]
         return altered(
-            blank.weighed(resting, moving),
+            blank,
+            by_pace=by_pace,
+            paces=self.paces,
             means=means,
             covariances=covariances,
             stamp_ns=self.stamp_ns,
@@ -159,7 +167,8 @@ def step_of(posterior: DoorMixture | FurnitureMixture) -> Step:
     if isinstance(posterior, FurnitureMixture):
         return _furniture_step(posterior)
     assert posterior.stamp_ns is not None
-    return DoorStep(posterior.stamp_ns, posterior.door, posterior.statics, _table(posterior))
+    p = posterior
+    return DoorStep(posterior.stamp_ns, p.door, p.statics, p.posterior_paces, _table(p))
 
 
 def _furniture_step(mixture: FurnitureMixture) -> FurnitureStep:
@@ -184,8 +193,9 @@ def _table(mixture: DoorMixture) -> Table:
     covariances = mixture.covariances.take(index, 0).reshape(len(index), -1)
     past = MEAN + len(errors)
     out = np.empty((len(index), past + len(rows)), dtype=np.float32)
-    out[:, INDEX], out[:, RESTING] = index, mixture.resting[index]
-    out[:, MOVING], out[:, MEAN:past] = mixture.moving[index], mixture.means[index][:, errors]
+    out[:, INDEX] = index
+    out[:, WEIGHTS:MEAN] = mixture.by_pace.reshape(2 * len(PACES), -1)[:, index].T
+    out[:, MEAN:past] = mixture.means[index][:, errors]
     out[:, past:] = covariances.take(errors[rows] * kernels.ERRORS + errors[columns], 1)
     return out
 
@@ -209,7 +219,7 @@ def _alike(one: Step, other: Step) -> bool:
             and isinstance(other, FurnitureStep)
             and _stands(one, other)
         )
-    return _rests(one.table, other.table)
+    return _rests(one, other)
 
 
 def _stands(one: FurnitureStep, other: FurnitureStep) -> bool:
@@ -223,12 +233,12 @@ def _stands(one: FurnitureStep, other: FurnitureStep) -> bool:
     return is_near and abs(a[0] - b[0]) < ALIKE and abs(one.absent - other.absent) < ALIKE
 
 
-def _rests(one: Table, other: Table) -> bool:
+def _rests(one: DoorStep, other: DoorStep) -> bool:
     """Whether the components of a door with weight are nearly the same."""
-    a, b = _heavy(one), _heavy(other)
+    (weights, a), (others, b) = _heavy(one), _heavy(other)
     if len(a) != len(b) or (a[:, INDEX] != b[:, INDEX]).any():
         return False
-    if (np.abs(a[:, RESTING : MOVING + 1] - b[:, RESTING : MOVING + 1]) > ALIKE).any():
+    if (np.abs(weights - others) > ALIKE).any():
         return False
     variance = MEAN + len(_errors()[0])  # the state is the first of the stored errors
     stds, others = np.sqrt(a[:, variance]), np.sqrt(b[:, variance])
@@ -236,8 +246,12 @@ def _rests(one: Table, other: Table) -> bool:
     return bool((off <= ALIKE_STDS * np.minimum(stds, others)).all())
 
 
-def _heavy(table: Table) -> Table:
-    return table[table[:, RESTING] + table[:, MOVING] > HEAVY]
+def _heavy(step: DoorStep) -> tuple[FloatArray, Table]:
+    """Weights (2, r) at rest and moving of the components with weight, and their rows."""
+    by_pace = step.table[:, WEIGHTS:MEAN].reshape(-1, 2, len(PACES))
+    weights = (by_pace @ step.paces).T
+    chosen = np.flatnonzero(weights.sum(axis=0) > HEAVY)
+    return weights[:, chosen], step.table[chosen]
 
 
 @cache

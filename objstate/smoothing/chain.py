@@ -26,18 +26,22 @@ class Chain:
     stays: FloatArray  # (n - 1, ..., c) from moment k to k + 1, given rest at k
     stayed: FloatArray  # (n - 1, ..., c) the same, given rest at k + 1
 
-    def of(self, case: int) -> Chain:
-        """One of several cases, the axis after that of the moments."""
+    def of(self, case: int, pace: int) -> Chain:
+        """That of one case and pace, of arrays (n, case, pace, c)."""
         parts = (self.resting, self.moving, self.stays, self.stayed)
-        return Chain(self.stamps_ns, *(np.ascontiguousarray(part[:, case]) for part in parts))
+        return Chain(self.stamps_ns, *(np.ascontiguousarray(part[:, case, pace]) for part in parts))
 
 
 def smoothed_chain(
-    door: Doorway, stamps_ns: IntArray, resting: FloatArray, moving: FloatArray, pace: float = 1.0
+    door: Doorway,
+    stamps_ns: IntArray,
+    resting: FloatArray,
+    moving: FloatArray,
+    pace: FloatArray | float = 1.0,
 ) -> Chain:
     """The chain of a door, by its filtered weights (n, ..., c) at moments (n,).
 
-    The door is moved ``pace`` times as often as set.
+    The door is moved ``pace`` (...) times as often as set.
     With x the mode and component, a_k(x) the filtered weights, and T the transition of
     ``Doorway.moved``, the smoothed weights are (Kitagawa 1987)
 

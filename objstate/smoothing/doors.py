@@ -11,7 +11,7 @@ import numpy as np
 from objstate.geometry import FloatArray, IntArray
 from objstate.lazy import altered
 from objstate.objects import ObjectBelief
-from objstate.objects.mixture import NEVER, Doorway, States, Statics
+from objstate.objects.mixture import NEVER, PACES, Doorway, Moved, States, Statics
 from objstate.objects.steps import GAP_NS, DoorStep, Step
 from objstate.particles import Weights
 from objstate.records import NANOSECONDS
@@ -24,7 +24,7 @@ class DoorHistory(NamedTuple):
     belief: ObjectBelief  # the last belief, on whose lattice states are published
     steps: list[DoorStep]
     cases: list[tuple[float, Statics]]  # probabilities of the priors of the static errors
-    pace: float  # how often it is moved, in units of the setting
+    paces: FloatArray  # (p,) probabilities of ``PACES`` given the whole log
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +32,8 @@ class SmoothedDoor:
     """p(state | the whole log) of one door."""
 
     beliefs: list[ObjectBelief]  # at the chains' moments
-    chains: list[tuple[float, Chain]]  # under each prior of the static errors, with its probability
+    # under each prior of the static errors and pace, with its probability
+    chains: list[tuple[float, Chain]]
 
     @property
     def stamps_ns(self) -> IntArray:
@@ -45,8 +46,8 @@ class _Filtered:
     """The filtered posterior of a door at moments, under each prior of its static errors."""
 
     stamps_ns: IntArray  # (n,)
-    resting: FloatArray  # (n, k, c)
-    moving: FloatArray  # (n, k, c)
+    resting: FloatArray  # (n, k, p, c) weights under each pace
+    moving: FloatArray  # (n, k, p, c)
     means: FloatArray  # (n, k, c) of the state in each component
     variances: FloatArray  # (n, k, c)
 
@@ -56,7 +57,8 @@ def smoothed_door(history: DoorHistory, also_ns: Iterable[int] = ()) -> Smoothed
 
     What is exact and what is approximate: Modes and components are a Markov chain, whose backward
     pass is exact for the filter's posterior (``smoothed_chain``). Static errors (hinge, bearing)
-    are summed over their priors given the whole log, and each prior has a chain of its own. While a
+    are summed over their priors given the whole log, and so is the pace at which the door is moved:
+    each prior and pace has a chain of its own. While a
     door rests in a component, its offset from the component's middle is static, so that the
     Gaussian of the last belief in which it still rested there is carried back. That is the
     Rauch-Tung-Striebel pass of a state without process noise. It is approximate where a door may
@@ -68,17 +70,16 @@ def smoothed_door(history: DoorHistory, also_ns: Iterable[int] = ()) -> Smoothed
     weights, moved = np.zeros(shape), np.zeros(shape)
     door, blank = history.steps[0].door, history.steps[0].blank
     priors, chains = [statics for _, statics in history.cases], list[tuple[float, Chain]]()
-    by_stamp = {step.stamp_ns: step.posterior(blank).under(priors) for step in history.steps}
-    filtered = _filtered(door, by_stamp, len(priors), moments, history.pace)
+    by_stamp = {s.stamp_ns: s.posterior(blank).by_pace_under(priors) for s in history.steps}
+    filtered = _filtered(door, by_stamp, len(priors), moments, history.paces)
     every = smoothed_chain(
-        door, filtered.stamps_ns, filtered.resting, filtered.moving, history.pace
+        door, filtered.stamps_ns, filtered.resting, filtered.moving, PACES[:, None]
     )
-    gaussians = _carried_back(every, filtered)
+    gaussians = _carried_back(every, filtered, history.paces)
     for case, (share, _) in enumerate(history.cases):
-        chain = every.of(case)
-        chains.append((share, chain))
-        means, variances = (np.ascontiguousarray(part[:, case]) for part in gaussians)
-        states = States(chain.resting, chain.moving, means, variances)
+        chains += [(share * p, every.of(case, k)) for k, p in enumerate(history.paces)]
+        modes = (history.paces @ part[:, case] for part in (every.resting, every.moving))
+        states = States(*modes, *(np.ascontiguousarray(part[:, case]) for part in gaussians))
         each, p_moving = door.on_lattice(states, history.belief)
         weights += share * each
         moved += share * each * p_moving
@@ -112,32 +113,36 @@ def _filtered(
     by_stamp: Mapping[int, States],
     cases: int,
     moments: Sequence[int],
-    pace: float,
+    paces: FloatArray,
 ) -> _Filtered:
     """The filtered posterior at moments (n,), predicted where there is no step."""
-    shape = len(moments), cases, len(door.states)
-    out = _Filtered(np.array(moments, dtype=np.int64), *(np.empty(shape) for _ in range(4)))
+    count = len(door.states)
+    weights = np.empty((2, len(moments), cases, len(PACES), count))
+    out = _Filtered(
+        np.array(moments, dtype=np.int64), *weights, *np.empty((2, len(moments), cases, count))
+    )
     for k, stamp in enumerate(moments):
         if stamp in by_stamp:
             out.resting[k], out.moving[k], out.means[k], out.variances[k] = by_stamp[stamp]
             continue
         seconds = (stamp - moments[k - 1]) / NANOSECONDS
-        moved = door.moved(out.resting[k - 1], out.moving[k - 1], seconds, pace)
-        arrived = moved.arriving > 0.5
-        out.resting[k], out.moving[k] = moved.resting, moved.moving
+        each = door.moved(out.resting[k - 1], out.moving[k - 1], seconds, PACES[:, None])
+        arrived = Moved(*(paces @ part for part in each)).arriving > 0.5
+        out.resting[k], out.moving[k] = each.resting, each.moving
         out.means[k] = np.where(arrived, door.states, out.means[k - 1])
         out.variances[k] = np.where(arrived, door.widths[: len(door.states)], out.variances[k - 1])
     return out
 
 
-def _carried_back(chain: Chain, filtered: _Filtered) -> tuple[FloatArray, FloatArray]:
+def _carried_back(
+    chain: Chain, filtered: _Filtered, paces: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Means and variances (n, k, c) of the state in each component, given the whole log."""
     means, variances = filtered.means.copy(), filtered.variances.copy()
     for k in range(len(means) - 2, -1, -1):
-        total = chain.resting[k] + chain.moving[k]
-        share = np.divide(
-            chain.resting[k] * chain.stays[k], total, out=np.zeros_like(total), where=total > 0.0
-        )
+        total = paces @ (chain.resting[k] + chain.moving[k])
+        stays = paces @ (chain.resting[k] * chain.stays[k])
+        share = np.divide(stays, total, out=np.zeros_like(total), where=total > 0.0)
         off = means[k + 1] - filtered.means[k]
         means[k] = filtered.means[k] + share * off
         variances[k] = share * variances[k + 1] + (1.0 - share) * filtered.variances[k]

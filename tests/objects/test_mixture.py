@@ -344,7 +344,7 @@ def test_a_door_that_stands_still_is_moved_seldom() -> None:
 def test_a_door_that_is_found_elsewhere_each_time_is_moved_often() -> None:
     mixture = seen_each_minute([35.0, 70.0] * 5)
     assert (np.diff(mixture.log_paces[:4]) > 1.0).all()
-    assert mixture.pace * DoorSettings().dynamics.moves_per_hour > 20.0
+    assert mixture.posterior_paces @ PACES * DoorSettings().dynamics.moves_per_hour > 20.0
 
 
 def test_weights_are_those_of_all_paces_by_their_probabilities() -> None:

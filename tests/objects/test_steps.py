@@ -14,7 +14,7 @@ from objstate.lazy import altered
 from objstate.objects import ObjectBelief
 from objstate.objects.doors import LatticeFilter
 from objstate.objects.furniture_mixture import ORDER, FurnitureMixture, Piece
-from objstate.objects.mixture import DoorMixture, Doorway, Statics
+from objstate.objects.mixture import PACES, DoorMixture, Doorway, Statics
 from objstate.objects.steps import DoorStep, FurnitureStep, Past, remembered, step_of
 from objstate.particles import Weights
 from tests.rooms import door, table
@@ -32,14 +32,16 @@ def lattice() -> ObjectBelief:
 def mixture(seed: int, stamp_ns: int = 0) -> DoorMixture:
     """One with few heavy components and random Gaussians."""
     rng, blank = np.random.default_rng(seed), DoorMixture.unknown(DOOR, STATICS)
-    weights = rng.dirichlet(np.full(2 * len(DOOR.states), 0.05)).reshape(2, -1)
-    weights[1, DOOR.cells :] = 0.0
-    weights /= weights.sum()
+    count = len(PACES), 2, len(DOOR.states)
+    weights = rng.gamma(0.05, size=count).transpose(1, 0, 2) + 1e-12
+    weights[1, :, DOOR.cells :] = 0.0
+    weights /= weights.sum(axis=(0, 2), keepdims=True)
     root = rng.normal(scale=0.01, size=blank.covariances.shape)
     return altered(
         blank,
-        resting=weights[0],
-        moving=weights[1],
+        by_pace=weights,
+        log_paces=rng.normal(size=len(PACES)),
+        paces=np.full(len(PACES), 1.0 / len(PACES)),
         means=rng.normal(scale=0.01, size=blank.means.shape),
         covariances=root @ root.transpose(0, 2, 1) + 1e-6 * np.eye(root.shape[-1]),
         stamp_ns=stamp_ns,
@@ -51,7 +53,7 @@ def narrow(place: int, stamp_ns: int, off: float = 0.0) -> DoorMixture:
     whole = mixture(0, stamp_ns)
     means, resting = whole.means.copy(), np.zeros(len(DOOR.states))
     means[place, 3], resting[place] = off, 1.0
-    return altered(whole, means=means, resting=resting, moving=np.zeros(len(resting)))
+    return altered(whole.weighed(resting, np.zeros(len(resting))), means=means)
 
 
 def held(*mixtures: DoorMixture) -> Past:
@@ -75,6 +77,10 @@ def test_a_step_publishes_what_its_mixture_does_under_any_statics(seed: int) -> 
             each.door.on_lattice(each.under([statics]), lattice()) for each in posteriors
         )
         assert kept == pytest.approx(before, abs=1e-4)
+        for p, (kept, before) in enumerate(
+            zip(*(each.by_pace_under([statics]).resting[0] for each in posteriors), strict=True)
+        ):
+            assert kept == pytest.approx(before, abs=0.01), f"pace {p}"
 
 
 def test_steps_that_are_alike_are_kept_once_a_second() -> None:

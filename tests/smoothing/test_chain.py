@@ -114,6 +114,22 @@ def test_smoothed_weights_are_those_of_all_paths(seed: int, seconds: list[float]
         assert smoothed[k] == pytest.approx(expected, abs=1e-9)
 
 
+@given(seed=seeds, paces=st.lists(st.floats(0.1, 100.0), min_size=3, max_size=3))
+@settings(max_examples=30, deadline=None)
+def test_chains_of_several_paces_are_those_of_each(seed: int, paces: list[float]) -> None:
+    leaf, rng = doorway(door("door", 0.0, 0.0), Dynamics(moves_per_hour=2.0)), np.random
+    weights = rng.default_rng(seed).uniform(size=(2, 4, 2, 3, len(leaf.states)))
+    weights[1, ..., leaf.cells :] = 0.0
+    stamps_ns = np.array([0, 1, 7, 50]) * SECOND
+    every = smoothed_chain(leaf, stamps_ns, *weights, np.array(paces)[:, None])
+    for case in range(2):
+        for k, pace in enumerate(paces):
+            alone = smoothed_chain(leaf, stamps_ns, *weights[:, :, case, k], pace)
+            of_it = every.of(case, k)
+            assert of_it.resting == pytest.approx(alone.resting)
+            assert of_it.stays == pytest.approx(alone.stays)
+
+
 @given(seed=seeds, seconds=gaps)
 @settings(max_examples=30, deadline=None)
 def test_the_probability_of_resting_is_that_of_all_paths(seed: int, seconds: list[float]) -> None:
