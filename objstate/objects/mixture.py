@@ -267,6 +267,10 @@ class Moved(NamedTuple):
         every = np.maximum(self.resting + self.moving, NEVER)
         return np.asarray((self.arrived + self.moving) / every)
 
+    def averaged(self, paces: FloatArray) -> Moved:
+        """The average (..., c) of weights (..., k, c) over paces of some probabilities (k,)."""
+        return Moved(*(paces @ part for part in self))
+
 
 @dataclass(frozen=True, eq=False)
 class DoorMixture:
@@ -371,7 +375,7 @@ class DoorMixture:
         by_pace, beyond, kinds, arrived = self.by_pace, self.beyond, self.kinds, self.arrived
         if seconds > 0.0:
             kinds, each = kinds.copy(), door.moved(by_pace[0], by_pace[1], seconds, PACES[:, None])
-            moved = Moved(*(self.posterior_paces @ part for part in each))
+            moved = each.averaged(self.posterior_paces)
             came = moved.arrived[door.edges]
             beyond = (1.0 - self.begun(seconds)) * beyond + came
             arriving = np.append(moved.arriving, came / np.maximum(beyond, NEVER))

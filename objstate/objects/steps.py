@@ -53,11 +53,8 @@ class DoorStep(NamedTuple):
     def posterior(self, blank: DoorMixture) -> DoorMixture:
         """The posterior without the robot's errors; ``blank`` is the mixture before any scan."""
         index = self.table[:, INDEX].astype(int)
-        by_pace, means, covariances = (
-            np.zeros_like(blank.by_pace),
-            blank.means.copy(),
-            blank.covariances.copy(),
-        )
+        means, covariances = blank.means.copy(), blank.covariances.copy()
+        by_pace = np.zeros_like(blank.by_pace)
         weights = self.table[:, WEIGHTS:MEAN].T.astype(float).reshape(2, len(PACES), -1)
         by_pace[:, :, index] = weights / weights.sum(axis=(0, 2), keepdims=True)
         errors, rows, columns = _errors()
@@ -167,8 +164,13 @@ def step_of(posterior: DoorMixture | FurnitureMixture) -> Step:
     if isinstance(posterior, FurnitureMixture):
         return _furniture_step(posterior)
     assert posterior.stamp_ns is not None
-    p = posterior
-    return DoorStep(posterior.stamp_ns, p.door, p.statics, p.posterior_paces, _table(p))
+    return DoorStep(
+        posterior.stamp_ns,
+        posterior.door,
+        posterior.statics,
+        posterior.posterior_paces,
+        _table(posterior),
+    )
 
 
 def _furniture_step(mixture: FurnitureMixture) -> FurnitureStep:
@@ -235,10 +237,10 @@ def _stands(one: FurnitureStep, other: FurnitureStep) -> bool:
 
 def _rests(one: DoorStep, other: DoorStep) -> bool:
     """Whether the components of a door with weight are nearly the same."""
-    (weights, a), (others, b) = _heavy(one), _heavy(other)
+    (weights, a), (other_weights, b) = _heavy(one), _heavy(other)
     if len(a) != len(b) or (a[:, INDEX] != b[:, INDEX]).any():
         return False
-    if (np.abs(weights - others) > ALIKE).any():
+    if (np.abs(weights - other_weights) > ALIKE).any():
         return False
     variance = MEAN + len(_errors()[0])  # the state is the first of the stored errors
     stds, others = np.sqrt(a[:, variance]), np.sqrt(b[:, variance])

@@ -29,7 +29,7 @@ class Chain:
     def of(self, case: int, pace: int) -> Chain:
         """That of one case and pace, of arrays (n, case, pace, c)."""
         parts = (self.resting, self.moving, self.stays, self.stayed)
-        return Chain(self.stamps_ns, *(np.ascontiguousarray(part[:, case, pace]) for part in parts))
+        return Chain(self.stamps_ns, *(part[:, case, pace] for part in parts))
 
 
 def smoothed_chain(

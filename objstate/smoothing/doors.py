@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -11,7 +11,7 @@ import numpy as np
 from objstate.geometry import FloatArray, IntArray
 from objstate.lazy import altered
 from objstate.objects import ObjectBelief
-from objstate.objects.mixture import NEVER, PACES, Doorway, Moved, States, Statics
+from objstate.objects.mixture import NEVER, PACES, States, Statics
 from objstate.objects.steps import GAP_NS, DoorStep, Step
 from objstate.particles import Weights
 from objstate.records import NANOSECONDS
@@ -68,10 +68,9 @@ def smoothed_door(history: DoorHistory, also_ns: Iterable[int] = ()) -> Smoothed
     moments = moments_of(history.steps, sorted(set(also_ns)))
     shape = len(moments), len(history.belief.states)
     weights, moved = np.zeros(shape), np.zeros(shape)
-    door, blank = history.steps[0].door, history.steps[0].blank
+    door = history.steps[0].door
     priors, chains = [statics for _, statics in history.cases], list[tuple[float, Chain]]()
-    by_stamp = {s.stamp_ns: s.posterior(blank).by_pace_under(priors) for s in history.steps}
-    filtered = _filtered(door, by_stamp, len(priors), moments, history.paces)
+    filtered = _filtered(history, priors, moments)
     every = smoothed_chain(
         door, filtered.stamps_ns, filtered.resting, filtered.moving, PACES[:, None]
     )
@@ -108,26 +107,21 @@ def moments_of(steps: Sequence[Step], also_ns: Sequence[int]) -> list[int]:
     return out
 
 
-def _filtered(
-    door: Doorway,
-    by_stamp: Mapping[int, States],
-    cases: int,
-    moments: Sequence[int],
-    paces: FloatArray,
-) -> _Filtered:
+def _filtered(history: DoorHistory, priors: Sequence[Statics], moments: Sequence[int]) -> _Filtered:
     """The filtered posterior at moments (n,), predicted where there is no step."""
-    count = len(door.states)
-    weights = np.empty((2, len(moments), cases, len(PACES), count))
-    out = _Filtered(
-        np.array(moments, dtype=np.int64), *weights, *np.empty((2, len(moments), cases, count))
-    )
+    by_stamp = {step.stamp_ns: step for step in history.steps}
+    door, blank = history.steps[0].door, history.steps[0].blank
+    shape, count = (2, len(moments), len(priors)), len(door.states)
+    weights, gaussians = np.empty((*shape, len(PACES), count)), np.empty((*shape, count))
+    out = _Filtered(np.array(moments, dtype=np.int64), *weights, *gaussians)
     for k, stamp in enumerate(moments):
         if stamp in by_stamp:
-            out.resting[k], out.moving[k], out.means[k], out.variances[k] = by_stamp[stamp]
+            states = by_stamp[stamp].posterior(blank).by_pace_under(priors)
+            out.resting[k], out.moving[k], out.means[k], out.variances[k] = states
             continue
         seconds = (stamp - moments[k - 1]) / NANOSECONDS
         each = door.moved(out.resting[k - 1], out.moving[k - 1], seconds, PACES[:, None])
-        arrived = Moved(*(paces @ part for part in each)).arriving > 0.5
+        arrived = each.averaged(history.paces).arriving > 0.5
         out.resting[k], out.moving[k] = each.resting, each.moving
         out.means[k] = np.where(arrived, door.states, out.means[k - 1])
         out.variances[k] = np.where(arrived, door.widths[: len(door.states)], out.variances[k - 1])
