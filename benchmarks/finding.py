@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.floors import Floor, make_drives, make_floor
+from benchmarks.floors import Floor, furnished, make_drives, make_floor
 from benchmarks.independent.__main__ import seeds_of
 from objstate.building.door_table import Door
 from objstate.discovery import learn_doors
@@ -106,6 +106,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=seeds_of, default=seeds_of("1:5"))
     parser.add_argument("--keep", type=Path, help="a folder for drives, taken from there again")
+    parser.add_argument("--furnished", action="store_true", help="rooms full of furniture, entered")
     given = parser.parse_args()
     cases = {"three drives, half of the doors moved": (3, 0.5), "one drive, none moved": (1, 0.0)}
     print(
@@ -117,6 +118,8 @@ def main() -> None:
         tally, seconds = Tally(), 0.0
         for seed in given.seeds:
             floor = make_floor(seed)
+            if given.furnished:
+                furnished(floor, seed)
             with tempfile.TemporaryDirectory() as scratch:
                 folder = (given.keep or Path(scratch)) / f"{seed}_{count}"
                 folder.mkdir(parents=True, exist_ok=True)

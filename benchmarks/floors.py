@@ -3,6 +3,9 @@
 A floor has a corridor with rooms on both sides. Rooms have a hinged door, a double door, or an
 opening without a leaf; between them are niches, and gaps in which a shelf stands. Walls are of
 several thicknesses, so that some closed leaves lie flush with the corridor's wall, and others behind it.
+
+Rooms are all but empty, and the robot stays in the corridor. ``furnished`` floors have rooms full of
+desks, chairs and shelves, and the robot drives into half of them.
 """
 
 from __future__ import annotations
@@ -10,7 +13,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -44,6 +49,27 @@ LASER = """\
 """
 
 
+class Room(NamedTuple):
+    """What lies behind a gap in a corridor's wall: along it from ``x0`` to ``x1``, m."""
+
+    x0: float
+    x1: float
+    side: int
+    gap: tuple[float, float]  # m along the corridor
+    depth: tuple[float, float]  # m from the corridor's middle
+    doors: tuple[str, ...]
+
+
+class Piece(NamedTuple):
+    """A box that stands somewhere: x, y, heading, length, width in m and rad."""
+
+    x: float
+    y: float
+    yaw: float
+    length: float
+    width: float
+
+
 @dataclass
 class Floor:
     """A floor as it was built."""
@@ -53,6 +79,9 @@ class Floor:
     shelves: list[tuple[float, float, float, float]] = field(default_factory=list)  # x, y, w, d
     length: float = 0.0
     half: float = 0.0
+    rooms: list[Room] = field(default_factory=list)  # that a robot may enter
+    furniture: list[Piece] = field(default_factory=list)
+    visited: list[Room] = field(default_factory=list)
 
     @property
     def building(self) -> Building:
@@ -121,6 +150,7 @@ def _bay(
         floor.shelves.append(
             ((left + right) / 2, side * (near + 0.02 + 0.15), right - left - 0.06, 0.3)
         )
+    names = list[str]()
     if kind in ("door", "double"):
         into_room = bool(rng.random() < 0.8)
         limit = round(float(rng.uniform(1.5, 2.1)), 4) if into_room else 1.57
@@ -133,6 +163,81 @@ def _bay(
             sense = (1 if is_left == into_room else -1) * side
             bearing = 0.0 if is_left else math.pi
             floor.doors.append(Door(name, hinge, bearing, sense, float(leaf), limit))
+            names.append(name)
+    if kind in ("door", "double", "opening"):
+        inside = begin, begin + width
+        floor.rooms.append(Room(*inside, side, (left, right), (far, far + DEPTH), tuple(names)))
+
+
+def furnished(floor: Floor, seed: int) -> Floor:
+    """The floor with desks, chairs, shelves and cabinets in its rooms, half of which are visited."""
+    rng = np.random.default_rng([seed, 13])
+    for room in floor.rooms:
+        middle = (room.gap[0] + room.gap[1]) / 2
+        near, far = room.depth
+        wide = room.x1 - room.x0
+        for _ in range(int(rng.integers(6, 15))):
+            kind = rng.choice(["desk", "shelf", "cabinet", "partition", "chair", "chair"])
+            length, width = {
+                "desk": (rng.uniform(1.2, 1.8), 0.8),
+                "shelf": (rng.uniform(0.7, 1.6), rng.uniform(0.25, 0.4)),
+                "cabinet": (rng.uniform(0.4, 0.7), rng.uniform(0.4, 0.6)),
+                "partition": (rng.uniform(0.6, 1.4), 0.04),
+                "chair": (0.6, 0.6),
+            }[str(kind)]
+            along_wall = kind != "chair" and rng.random() < 0.7
+            yaw = float(rng.choice([0.0, math.pi / 2]) if along_wall else rng.uniform(0, math.pi))
+            reach = (
+                abs(math.cos(yaw)) * length + abs(math.sin(yaw)) * width,
+                abs(math.sin(yaw)) * length + abs(math.cos(yaw)) * width,
+            )
+            if reach[0] > wide - 0.3 or reach[1] > far - near - 0.3:
+                continue
+            x = float(rng.uniform(room.x0 + reach[0] / 2, room.x1 - reach[0] / 2))
+            y = float(rng.uniform(near + 0.1 + reach[1] / 2, far - 0.05 - reach[1] / 2))
+            if along_wall:
+                y = far - 0.03 - reach[1] / 2 if rng.random() < 0.5 else y
+                x = room.x0 + 0.15 + reach[0] / 2 if rng.random() < 0.4 else x
+            # the way through the door stays free, as far as the robot goes
+            if abs(x - middle) < 0.65 + reach[0] / 2 and y - reach[1] / 2 < near + 2.1:
+                continue
+            floor.furniture += _parts(str(kind), x, room.side * y, yaw, length, width, rng)
+        if rng.random() < 0.5:
+            floor.visited.append(room)
+    return floor
+
+
+def _parts(
+    kind: str,
+    x: float,
+    y: float,
+    yaw: float,
+    length: float,
+    width: float,
+    rng: np.random.Generator,
+) -> list[Piece]:
+    """What a level laser meets of a piece of furniture."""
+    cos, sin = math.cos(yaw), math.sin(yaw)
+
+    def at(u: float, v: float, long: float, wide: float) -> Piece:
+        return Piece(x + cos * u - sin * v, y + sin * u + cos * v, yaw, long, wide)
+
+    if kind == "chair":
+        turns = rng.uniform(0, 2 * math.pi) + np.arange(5) * 2 * math.pi / 5
+        return [at(0.27 * math.cos(a), 0.27 * math.sin(a), 0.05, 0.05) for a in turns]
+    if kind != "desk":
+        return [at(0.0, 0.0, length, width)]
+    ends = [
+        at(u, v, 0.05, 0.05) for u in (-length / 2, length / 2) for v in (-width / 2, width / 2)
+    ]
+    style = rng.random()
+    if style < 0.3:  # with a panel behind
+        ends.append(at(0.0, width / 2 - 0.05, length, 0.03))
+    elif style < 0.6:  # with side panels
+        ends += [at(u, 0.0, 0.03, width) for u in (-length / 2, length / 2)]
+    if rng.random() < 0.6:  # drawers
+        ends.append(at(length / 2 - 0.3, 0.1, 0.42, 0.6))
+    return ends
 
 
 def _wall(floor: Floor, side: int, x0: float, x1: float, y0: float, y1: float) -> None:
@@ -168,6 +273,9 @@ def make_drives(floor: Floor, folder: Path, seed: int, count: int, moved: float)
     for _ in range(count):
         other = states_of(floor, rng)
         states.append(states[0] | {name: other[name] for name in movable})
+    open_ = {door.name: door.upper for door in floor.doors}
+    entered = {name: open_[name] for room in floor.visited for name in room.doors}
+    states = [state | entered for state in states]
     for number, state in enumerate(states):
         scene = folder / f"drive{number}.scene.yaml"
         shelves = [shelf for shelf in floor.shelves if moved == 0.0 or rng.random() < 0.7]
@@ -200,6 +308,10 @@ def _scene(
         (ends[0], aside[0]), (floor.length / 2, aside[1]), (ends[1], aside[1]),
         (floor.length / 2, aside[2]), (ends[0], aside[3]),
     ]  # fmt: skip
+    for room in floor.visited:
+        middle, inside = sum(room.gap) / 2, room.side * (room.depth[0] + 1.4)
+        points += [(middle, 0.0), (middle, inside), (middle, 0.0)]
+    points = [points[0], *(b for a, b in pairwise(points) if math.dist(a, b) > 0.05)]
     written = "".join(f"    - {{x: {x:.3f}, y: {y:.3f}}}\n" for x, y in points)
     objects = "".join(
         f"  - {{name: {name}, initial: {angle:.5f}}}\n" for name, angle in state.items()
@@ -207,6 +319,10 @@ def _scene(
     boxes = "".join(
         f"  - {{size: [{w:.3f}, {d:.3f}, 1.8], pose: {{x: {x:.3f}, y: {y:.3f}}}}}\n"
         for x, y, w, d in shelves
+    ) + "".join(
+        f"  - {{size: [{each.length:.3f}, {each.width:.3f}, 1.8], "
+        f"pose: {{x: {each.x:.3f}, y: {each.y:.3f}, yaw: {each.yaw:.4f}}}}}\n"
+        for each in floor.furniture
     )
     return (
         f"building: building/floor.urdf\nseed: {seed}\nroute:\n  speed: 0.6\n  corner_radius: 0.3\n"

@@ -14,6 +14,7 @@ from objstate.building.door_table import Door
 from objstate.building.model import Building
 from objstate.building.occupancy import OccupancyMap
 from objstate.config import BeamModelSettings
+from objstate.discovery.detours import with_ways_around
 from objstate.discovery.doorway import Doorway, doorway, ended_on, together
 from objstate.discovery.explaining import Explained, Refined, explain
 from objstate.discovery.gathering import Beams
@@ -58,7 +59,7 @@ def find_doors(
 ) -> list[Candidate]:
     """Doors of a map in what drives saw, the most probable first, named in that order."""
     lines, beams = registered(wall_lines(outline(walls.walls, HEIGHT)), beams)
-    open_ = distinct(openings(lines, plan, beams))
+    open_ = with_ways_around(distinct(openings(lines, plan, beams)), plan)
     places = together([each for each in open_ if each.p_wall >= LEAST])
     left = np.ones(len(beams), dtype=bool)  # the beams that no door explains
     found, waiting = list[Candidate](), dict[int, Weighed]()

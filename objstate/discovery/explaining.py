@@ -294,13 +294,18 @@ def _things(several: Sequence[tuple[Refined, ...]]) -> list[Thing]:
     things = []
     for leaves in several:
         for angles in np.unique(np.array([each.angles for each in leaves]).T, axis=0).tolist():
-            cost = sum(
-                GAP if angle == FLAT else PLUG if angle < NEARLY_CLOSED else THING
-                for angle in angles
-            )
-            pairs = zip(leaves, angles, strict=True)
-            things.append((cost, np.concatenate([turned(e.leaf, np.array([a])) for e, a in pairs])))
+            pairs = list(zip(leaves, np.array(angles)[:, None], strict=True))
+            cost = sum(_cost(each, angle) for each, angle in pairs)
+            things.append((cost, np.concatenate([turned(e.leaf, angle) for e, angle in pairs])))
     return things
+
+
+def _cost(found: Refined, angle: FloatArray) -> float:
+    """Log prior of a thing in the place of a leaf at an angle (1,); the map may show it."""
+    if angle[0] == FLAT:
+        return GAP
+    is_shown = bool(found.behind.map_of(found.leaf, angle)[1][0])
+    return PLUG if angle[0] < NEARLY_CLOSED or is_shown else THING
 
 
 def _of_first_line(place: Doorway) -> list[Opening]:

@@ -10,7 +10,17 @@ import numpy as np
 from objstate.building.occupancy import OccupancyMap
 from objstate.discovery import kernels
 from objstate.discovery.doorway import DEEP, Cells, Doorway, background, beside
-from objstate.discovery.scoring import BEFORE, FILLED, NEARLY_CLOSED, Behind, Drawn, Leaf
+from objstate.discovery.scoring import (
+    BEFORE,
+    DRAWN,
+    FILLED,
+    MAP_ASIDE,
+    NEARLY_CLOSED,
+    WALL_GOES_ON,
+    Behind,
+    Drawn,
+    Leaf,
+)
 from objstate.discovery.walls import Opening
 from objstate.geometry import BoolArray, FloatArray
 
@@ -117,14 +127,16 @@ def backgrounds(place: Doorway, shown: Shown) -> tuple[Behind, dict[int, list[Be
 def _filling(cells: Cells, opening: Opening) -> list[Drawn]:
     """What the map shows that fills an opening, as one leaf that is closed, or either of two."""
     between = cells.in_doorway(opening)
-    along, _ = beside(cells.middles, opening.start, opening.bearing)
+    along, aside = beside(cells.middles, opening.start, opening.bearing)
     first = along < opening.width / 2.0
     found = []
     for from_end, share, half in ((None, 1.0, between), (False, 0.5, first), (True, 0.5, ~first)):
         closing = between & half
         if cells.fill(closing, opening, share):
             start = opening.jamb(bool(from_end))[0]
-            found.append(Drawn(from_end, 0.0, start, share, cells.middles[closing], share * FILLED))
+            off = float(np.median(aside[closing])) / MAP_ASIDE
+            log_none = share * float(np.logaddexp(FILLED, WALL_GOES_ON - 0.5 * off**2))
+            found.append(Drawn(from_end, 0.0, start, share, cells.middles[closing], log_none))
     return found
 
 
@@ -139,7 +151,9 @@ def _leaves(cells: Cells, opening: Opening, place: Doorway) -> list[tuple[Drawn,
             leaf = cells.on_leaf(hinge, bearing + turn, width)
             if cells.fill(~leaf & cells.behind(opening, width), opening, 1.0):
                 continue  # the side of a recess
-            found.append((Drawn(from_end, turn, hinge, share, cells.middles[leaf]), leaf))
+            fills = cells.fill(leaf & cells.in_doorway(opening), opening, share)
+            log_none = share * FILLED if fills else DRAWN
+            found.append((Drawn(from_end, turn, hinge, share, cells.middles[leaf], log_none), leaf))
     return found
 
 

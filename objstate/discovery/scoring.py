@@ -29,6 +29,7 @@ USUAL_LIMIT, USUAL_LIMIT_STD = np.radians(95.0), np.radians(18.0)
 OPENS_FLAT = 0.15  # of doors that open as far as the wall
 DRAWN = -10.0  # nats: a map shows something as long as a leaf that ends at a jamb, and is none
 FILLED = -3.0  # nats: an opening without a leaf is filled within a wall's depth
+WALL_GOES_ON = np.log(0.5)  # nats: what seems open is wall
 NEARLY_CLOSED = np.radians(10.0)  # up to which what is in a leaf's place fills the opening
 MISSED = -1.2  # nats: the map doesn't show a leaf that is there
 MAP_STD = np.radians(4.0)  # of the turn of a leaf in a map

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from objstate.compiling import called_with, inner, njit
-from objstate.geometry import BoolArray, FloatArray, IntArray
+from objstate.geometry import FloatArray, IntArray
 from objstate.habits.calendar import CELL_S
 
 CLOSE = 1e-5  # eigenvalues times seconds that differ by less count as equal
-FORGOTTEN = 1e-9  # a derivative of the state that is smaller is none
 LEAST = 1e-300  # probability
 
 _compile = njit(nogil=True, error_model="numpy")
@@ -43,46 +40,44 @@ def _moved(
 ) -> None:
     """Let ``moved`` (u, s) be the derivatives of the next state by the local parameters (Daleckii and Krein)."""
     s = state.shape[0]
+    begin, gain = np.empty(s), np.empty((s, s))
+    for m in range(s):
+        begin[m] = 0.0
+        for r in range(s):
+            begin[m] += state[r] * right[r, m]
+        for j in range(s):
+            apart = rates[m] - rates[j]
+            if abs(apart) * seconds < CLOSE:
+                gain[m, j] = seconds * np.exp(0.5 * (rates[m] + rates[j]) * seconds)
+            else:
+                gain[m, j] = (kept[m] - kept[j]) / apart
     for u in range(moved.shape[0]):
         for j in range(s):
             moved[u, j] = 0.0
         for j in range(s):
             mixed = 0.0
             for m in range(s):
-                a = 0.0
-                for r in range(s):
-                    a += state[r] * right[r, m]
-                apart = rates[m] - rates[j]
-                if abs(apart) * seconds < CLOSE:
-                    gain = seconds * np.exp(0.5 * (rates[m] + rates[j]) * seconds)
-                else:
-                    gain = (kept[m] - kept[j]) / apart
-                mixed += a * local_slopes[u, m, j] * gain
+                mixed += begin[m] * local_slopes[u, m, j] * gain[m, j]
             for r in range(s):
                 moved[u, r] += mixed * left[j, r]
 
 
 @_inner
-def _onward(rows: FloatArray, which: IntArray, count: int, passes: FloatArray) -> None:
-    """Take the first ``count`` of ``which`` rows (p, s) through a transition."""
-    s = passes.shape[0]
-    out = np.empty(s)
-    for c in range(count):
-        q = which[c]
-        for j in range(s):
-            out[j] = 0.0
-            for m in range(s):
-                out[j] += rows[q, m] * passes[m, j]
-        for j in range(s):
-            rows[q, j] = out[j]
+def _onward(values: FloatArray, passes: FloatArray, out: FloatArray) -> None:
+    """Let ``out`` (s, n) be values (s, n) after a transition."""
+    for j in range(out.shape[0]):
+        for c in range(out.shape[1]):
+            out[j, c] = 0.0
+        for m in range(out.shape[0]):
+            passed = passes[m, j]
+            for c in range(out.shape[1]):
+                out[j, c] += values[m, c] * passed
 
 
 @_inner
 def _inform(
     state: FloatArray,
     slope: FloatArray,
-    live: IntArray,
-    count: int,
     look: FloatArray,
     told: FloatArray,
     information: FloatArray,
@@ -96,68 +91,40 @@ def _inform(
     on = 1.0 - error - off
     for r in range(regions):
         seen = max(off + on * (state[2 * r] + state[2 * r + 1]), LEAST)
-        for c in range(count):
-            change = slope[live[c], 2 * r] + slope[live[c], 2 * r + 1]
-            told[c, r] = on * change / np.sqrt(seen)
-    for c in range(count):
-        for d in range(c + 1):
-            x = 0.0
-            for r in range(regions):
-                x += told[c, r] * told[d, r]
-            information[live[c], live[d]] += x
-            if c != d:
-                information[live[d], live[c]] += x
+        gain = on / np.sqrt(seen)
+        for c in range(told.shape[0]):
+            told[c] = gain * (slope[2 * r, c] + slope[2 * r + 1, c])
+        for c in range(told.shape[0]):
+            for d in range(c + 1):
+                information[c, d] += told[c] * told[d]
 
 
 @_inner
-def _condition(
-    state: FloatArray,
-    slope: FloatArray,
-    live: IntArray,
-    is_live: BoolArray,
-    count: int,
-    look: FloatArray,
-    score: FloatArray,
-) -> tuple[float, int]:
-    """Take a look in; the probability of it, and how many parameters still matter."""
+def _condition(state: FloatArray, slope: FloatArray, look: FloatArray, score: FloatArray) -> float:
+    """Take a look in; the probability of it."""
     s, chance = state.shape[0], 0.0
     for j in range(s):
         chance += state[j] * look[j // 2]
     chance = max(chance, LEAST)
+    change = np.zeros(slope.shape[1])
     for j in range(s):
-        state[j] *= look[j // 2] / chance
-    left_over = 0
-    for c in range(count):
-        q, change, most = live[c], 0.0, 0.0
-        for j in range(s):
-            slope[q, j] *= look[j // 2] / chance
-            change += slope[q, j]
-        score[q] += change
-        for j in range(s):
-            slope[q, j] -= state[j] * change
-            most = max(most, abs(slope[q, j]))
-        if most > FORGOTTEN:
-            live[left_over] = q
-            left_over += 1
-        else:
-            slope[q], is_live[q] = 0.0, False
-    return chance, left_over
+        gain = look[j // 2] / chance
+        state[j] *= gain
+        for c in range(slope.shape[1]):
+            slope[j, c] *= gain
+            change[c] += slope[j, c]
+    for c in range(slope.shape[1]):
+        score[c] += change[c]
+    for j in range(s):
+        for c in range(slope.shape[1]):
+            slope[j, c] -= state[j] * change[c]
+    return chance
 
 
-@_inner
-def _largest(values: FloatArray) -> Any:
-    """The largest magnitude of values (s,)."""
-    largest = 0.0
-    for j in range(values.shape[0]):
-        largest = max(largest, abs(values[j]))
-    return largest
-
-
-@called_with("f1 f2 i1 f1 i1 f2 f2 f3 f3 f4 i2 i2 f2 f1 f2")
+@called_with("f1 i1 f1 i1 f2 f2 f3 f3 f4 i2 i2 f2 f1 f2")
 @_compile
 def forward(
     state: FloatArray,
-    slope: FloatArray,
     keys: IntArray,
     seconds: FloatArray,
     looks: IntArray,
@@ -172,52 +139,43 @@ def forward(
     score: FloatArray,
     information: FloatArray,
 ) -> float:
-    """Log-likelihood of looks; ``score`` (p,) and ``information`` (p, p) are added to.
+    """Log-likelihood of looks; ``score`` (p,) and ``information`` (p, p) are written to.
 
-    ``state`` (s,) and its derivatives ``slope`` (p, s) are brought from before the first step to after
-    the last. Step i lets ``seconds[i]`` pass in the cell of the key ``keys[i]``, and then takes look
-    ``looks[i]`` in, if that isn't -1. ``likelihood`` (n, r) is scaled to 1 at its largest. The information
-    is Fisher's, expected over what the door might have shown, of looks as sure as each was.
+    ``state`` (s,), known before the first step, is brought to after the last. Step i lets
+    ``seconds[i]`` pass in the cell of the key ``keys[i]``, and then takes look ``looks[i]`` in, if
+    that isn't -1. ``likelihood`` (n, r) is scaled to 1 at its largest. The information is Fisher's,
+    expected over what the door might have shown, of looks as sure as each was.
     """
-    s, p = state.shape[0], slope.shape[0]
-    live, is_live, count = np.empty(p, dtype=np.int64), np.zeros(p, dtype=np.bool_), 0
-    for q in range(p):  # parameters that the state depends on yet
-        if _largest(slope[q]) > FORGOTTEN:
-            live[count], is_live[q] = q, True
-            count += 1
-    kept, passes, one = np.empty(s), np.empty((s, s)), np.zeros(1, dtype=np.int64)
-    moved, told, states = (
-        np.empty((local_slopes.shape[1], s)),
-        np.empty((p, s // 2)),
-        np.empty((1, s)),
-    )
-    total = 0.0
+    s, p = state.shape[0], score.shape[0]
+    kept, passes = np.empty(s), np.empty((s, s))
+    moved, told = np.empty((local_slopes.shape[1], s)), np.empty(p)
+    slope, moved_on = np.zeros((s, p)), np.empty((s, p))  # derivatives of the state
+    total, before = 0.0, np.empty((s, 1))
+    information[:] = 0.0
+    score[:] = 0.0
     for i in range(keys.shape[0]):
         k, t = keys[i], seconds[i]
         if t > 0.0:
             for j in range(s):
                 kept[j] = np.exp(rates[k, j] * t)
+                before[j, 0] = state[j]
             _transitions(right[k], left[k], kept, passes)
             _moved(state, rates[k], right[k], left[k], local_slopes[k], kept, t, moved)
-            _onward(slope, live, count, passes)
-            for j in range(s):  # assigning a whole row takes seconds to compile
-                states[0, j] = state[j]
-            _onward(states, one, 1, passes)
+            _onward(slope, passes, moved_on)
+            slope, moved_on = moved_on, slope
+            _onward(before, passes, state.reshape(s, 1))
             for j in range(s):
-                state[j] = max(states[0, j], 0.0)
+                state[j] = max(state[j], 0.0)
             for m in range(which.shape[1]):
-                q = which[k, m]
-                if by[k, m] != 0.0:
-                    if not is_live[q]:
-                        live[count], is_live[q] = q, True
-                        count += 1
-                    for j in range(s):
-                        slope[q, j] += by[k, m] * moved[to[k, m], j]
+                for j in range(s):
+                    slope[j, which[k, m]] += by[k, m] * moved[to[k, m], j]
         if looks[i] >= 0:
             look = likelihood[looks[i]]
-            _inform(state, slope, live, count, look, told, information)
-            chance, count = _condition(state, slope, live, is_live, count, look, score)
-            total += np.log(chance)
+            _inform(state, slope, look, told, information)
+            total += np.log(_condition(state, slope, look, score))
+    for c in range(p):
+        for d in range(c):
+            information[d, c] = information[c, d]
     return total
 
 

@@ -121,12 +121,10 @@ def evidence_of(
         u = design.matrix @ theta
         of = chain(u)
         state = of.settled[cut.keys[0]].copy() if after is None else after.state.copy()
-        slope = np.zeros((design.parameters, design.states))
-        score = np.zeros(design.parameters)
-        information = np.zeros((design.parameters, design.parameters))
+        score = np.empty(design.parameters)
+        information = np.empty((design.parameters, design.parameters))
         total = kernels.forward(
             state,
-            slope,
             cut.keys,
             cut.seconds,
             cut.looks,
