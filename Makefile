@@ -12,6 +12,8 @@ run: .venv/.stamp
 	$(BIN)/objstate estimate logs/corridor.mcap --building models/corridor/corridor.urdf \
 		--truth logs/corridor.truth.csv --out out/corridor --overwrite
 
+# each worker has one core to itself, which threads of linear algebra would only contend for
+test: export OPENBLAS_NUM_THREADS := 1
 test: .venv/.stamp
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check

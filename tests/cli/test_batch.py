@@ -1,11 +1,14 @@
 """Many logs, as a user types it: batch, evaluate, statistics."""
 
 import json
+from contextlib import redirect_stderr, redirect_stdout
+from io import StringIO
 from pathlib import Path
 
 import pytest
 
 from objstate.cli import main
+from tests.cli.conftest import Outcome
 from tests.cli.test_commands import ROOM, SCENE
 
 LOGS = 3
@@ -30,13 +33,20 @@ def command(home: Path, out: str) -> list[str]:
     return ["batch", drives, "--building", building, "--out", str(home / out)]
 
 
-def test_a_batch_says_how_far_it_is_and_how_it_ended(run, home: Path) -> None:
-    outcome = run(*command(home, "told"), "--workers", 2)
-    assert outcome.code == 0
-    assert f"{LOGS} logs: {LOGS} done." in outcome.out
-    assert f"{LOGS}/{LOGS} day_" in outcome.err
-    assert "0:00:00 left" in outcome.err
-    again = run(*command(home, "told"))
+@pytest.fixture(scope="module")
+def other(home: Path) -> Outcome:
+    """What another batch of the drives said, which is in the folder ``other``."""
+    with redirect_stdout(StringIO()) as out, redirect_stderr(StringIO()) as err:
+        code = main([*command(home, "other"), "--seed", "5", "--workers", "2"])
+    return Outcome(code, out.getvalue(), err.getvalue())
+
+
+def test_a_batch_says_how_far_it_is_and_how_it_ended(run, home: Path, other: Outcome) -> None:
+    assert other.code == 0
+    assert f"{LOGS} logs: {LOGS} done." in other.out
+    assert f"{LOGS}/{LOGS} day_" in other.err
+    assert "0:00:00 left" in other.err
+    again = run(*command(home, "other"), "--seed", 5)
     assert again.code == 0
     assert f"0 logs to run, {LOGS} are done." in again.err
 
@@ -48,8 +58,9 @@ def test_a_log_that_fails_sets_the_exit_code_and_is_named(run, home: Path, tmp_p
     assert outcome.code == 1
     assert "empty: failed. " in outcome.out
     assert "is empty" in outcome.out
-    assert run("batch", *arguments).code == 1
-    assert "--retry-failed" in run("batch", *arguments).err
+    again = run("batch", *arguments)
+    assert again.code == 1
+    assert "--retry-failed" in again.err
 
 
 def test_a_batch_is_evaluated_by_its_own_truths(run, home: Path) -> None:
@@ -64,8 +75,8 @@ def test_a_batch_is_evaluated_by_its_own_truths(run, home: Path) -> None:
     assert {group["condition"] for group in figures["groups"]} >= {"class", "beams"}
 
 
+@pytest.mark.usefixtures("other")
 def test_a_batch_is_held_against_another(run, home: Path) -> None:
-    run(*command(home, "other"), "--seed", 5, "--quiet")
     outcome = run("evaluate", home / "all", "--against", home / "other", "--quiet")
     assert outcome.code == 0
     assert f"Paired differences over {LOGS} logs" in outcome.out

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import subprocess
 import sys
 
 import numpy as np
@@ -14,6 +13,7 @@ from objstate.cli.live import BAR, LiveView, bar
 from objstate.estimator import Estimator
 from objstate.records import Estimate, Odometry
 from objstate.simulation import simulate
+from tests.cli.conftest import Run
 from tests.cli.test_commands import ROOM, ROOT, SCENE, stderr_of_a_terminal
 from tests.rooms import building, door, enclosure, table
 
@@ -63,18 +63,18 @@ def arguments(tmp_path_factory: pytest.TempPathFactory) -> list[object]:
     (folder / "room.scene.yaml").write_text(SCENE)
     log = simulate(folder / "room.scene.yaml", folder / "log").log
     return [
-        sys.executable, ROOT / "cli.py", "estimate", log, "--building", folder / "room.urdf",
+        "estimate", log, "--building", folder / "room.urdf",
         "--out", folder / "out", "--live", "--overwrite",
     ]  # fmt: skip
 
 
 def test_a_terminal_sees_bars_while_it_runs(arguments: list[object]) -> None:
-    shown = stderr_of_a_terminal(arguments).decode()
+    shown = stderr_of_a_terminal([sys.executable, ROOT / "cli.py", *arguments]).decode()
     assert "office_door" in shown
     assert "●" in shown
 
 
-def test_without_a_terminal_it_is_refused(arguments: list[object]) -> None:
-    done = subprocess.run(arguments, check=False, capture_output=True, text=True)
-    assert done.returncode == 1
-    assert "--live shows its bars on a terminal" in done.stderr
+def test_without_a_terminal_it_is_refused(run: Run, arguments: list[object]) -> None:
+    done = run(*arguments)
+    assert done.code == 1
+    assert "--live shows its bars on a terminal" in done.err

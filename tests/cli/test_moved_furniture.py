@@ -54,7 +54,7 @@ def scene(stood: Stood, day: int) -> str:
             "start_time": BEGIN + 86400 * day,
             "seed": day,
             "route": {"waypoints": [{"x": 0.0, "y": 0.0}, {"x": 1.5, "y": 0.0}]},
-            "lasers": [{"frame": "laser", "rate": 8.0, "range_max": 10.0, "beams": 361}],
+            "lasers": [{"frame": "laser", "rate": 5.0, "range_max": 10.0, "beams": 181}],
             "objects": objects,
         }
     )

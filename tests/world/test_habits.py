@@ -15,6 +15,7 @@ from objstate.habits.levels import Mixture
 from objstate.habits.piece import PieceSite
 from objstate.habits.site import Site
 from objstate.habits.summary import week_habit
+from objstate.objects.doors import LatticeFilter
 from objstate.world import Allowed, Task, World
 from objstate.world.driving import drive_settings
 from objstate.world.habit_rows import pack_piece, pack_site, unpack_piece, unpack_site
@@ -52,6 +53,11 @@ def store(tmp_path_factory: pytest.TempPathFactory) -> WorldStore:
     """A world that has looked at a door for two weeks."""
     place = tmp_path_factory.mktemp("habits") / "world.db"
     return taught(open_store(place, BUILDING), range(14))
+
+
+def lately(world: World) -> World:
+    """The world with the last day's looks alone, which are quick to go through; its habits stay."""
+    return world.only(world.history("door")[-len(HOURS) :])
 
 
 def clear(world: World, hours: float) -> float:
@@ -143,7 +149,7 @@ def test_sites_come_back_from_bytes(store: WorldStore) -> None:
 
 
 def test_exports_have_the_habits(store: WorldStore) -> None:
-    words = json.loads(json.dumps(world_words(store.load(), "office", store.drives())))
+    words = json.loads(json.dumps(world_words(lately(store.load()), "office", store.drives())))
     door = words["habits"]["door"]
     assert door["regions"] == ["closed", "open"]
     assert door["looks"] == 14 * len(HOURS)
@@ -251,19 +257,21 @@ def test_habits_of_a_calendar_with_seasons_are_learnt_anew(tmp_path: Path) -> No
 def test_the_moves_of_a_door_are_told_by_a_mixture(store: WorldStore) -> None:
     world = store.load()
     assert world.habits is not None
-    forecast = of_moves(world.habits, world.filter_of("door"), world.history("door"))  # type: ignore[arg-type]
+    monday, latest, filter_ = date(2026, 1, 19), lately(world), world.filter_of("door")
+    assert isinstance(filter_, LatticeFilter)
+    forecast = of_moves(world.habits, filter_, world.history("door"))
     assert isinstance(forecast.habits, Mixture)
     gaussian = replace(forecast, habits=world.habits.forecast("door").habits)
-    wide, narrow = (week_habit(each, date(2026, 1, 19)) for each in (forecast, gaussian))
-    last = world.history("door")[-len(HOURS) :]
-    latest = of_moves(world.habits, world.filter_of("door"), last)  # type: ignore[arg-type]
-    assert week_habit(latest, date(2026, 1, 19)).shares[1].upper < 0.5  # what older looks told
-    told = week_of(world, "door")
-    assert told.moves_per_day == wide.moves_per_day
-    assert told.shares == week_habit(world.habits.forecast("door"), date(2026, 1, 19)).shares
+    wide, narrow = (week_habit(each, monday) for each in (forecast, gaussian))
+    of_latest = of_moves(world.habits, filter_, latest.history("door"))
+    week = week_habit(of_latest, monday)
+    assert week.shares[1].upper < 0.5  # what older looks told
+    told = week_of(latest, "door")
+    assert told.moves_per_day == week.moves_per_day
+    assert told.shares == week_habit(world.habits.forecast("door"), monday).shares
     for each in (wide, narrow):
         assert each.shares[1].lower < 8 * 5 / 7 / 24 < each.shares[1].upper
     spread = [each.moves_per_day.upper / each.moves_per_day.lower for each in (wide, narrow)]
     assert spread[0] > 1.2 * spread[1]
-    unseen = of_moves(world.habits, world.filter_of("door"), ())  # type: ignore[arg-type]
+    unseen = of_moves(world.habits, filter_, ())
     assert unseen is world.habits.forecast("door")
