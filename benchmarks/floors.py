@@ -76,7 +76,7 @@ class Floor:
 
     walls: list[tuple[float, float, float, float]] = field(default_factory=list)  # x0, x1, y0, y1
     doors: list[Door] = field(default_factory=list)
-    shelves: list[tuple[float, float, float, float]] = field(default_factory=list)  # x, y, w, d
+    shelves: list[Piece] = field(default_factory=list)  # which may be missing on some days
     length: float = 0.0
     half: float = 0.0
     rooms: list[Room] = field(default_factory=list)  # that a robot may enter
@@ -147,9 +147,8 @@ def _bay(
         for x in (left - 0.1, right):
             _wall(floor, side, x, x + 0.1, far, deep)
     if kind == "shelf":
-        floor.shelves.append(
-            ((left + right) / 2, side * (near + 0.02 + 0.15), right - left - 0.06, 0.3)
-        )
+        middle, deep = (left + right) / 2, side * (near + 0.02 + 0.15)
+        floor.shelves.append(Piece(middle, deep, 0.0, right - left - 0.06, 0.3))
     names = list[str]()
     if kind in ("door", "double"):
         into_room = bool(rng.random() < 0.8)
@@ -273,13 +272,14 @@ def make_drives(floor: Floor, folder: Path, seed: int, count: int, moved: float)
     for _ in range(count):
         other = states_of(floor, rng)
         states.append(states[0] | {name: other[name] for name in movable})
-    open_ = {door.name: door.upper for door in floor.doors}
-    entered = {name: open_[name] for room in floor.visited for name in room.doors}
-    states = [state | entered for state in states]
+    passed = {name for room in floor.visited for name in room.doors}
+    wide_open = {door.name: door.upper for door in floor.doors if door.name in passed}
+    states = [state | wide_open for state in states]
     for number, state in enumerate(states):
         scene = folder / f"drive{number}.scene.yaml"
         shelves = [shelf for shelf in floor.shelves if moved == 0.0 or rng.random() < 0.7]
-        scene.write_text(_scene(floor, state, shelves, rng, seed * 100 + number))
+        boxes = [*shelves, *floor.furniture]
+        scene.write_text(_scene(floor, state, boxes, rng, seed * 100 + number))
         if not (folder / f"drive{number}").is_dir():
             simulate(scene, folder / f"drive{number}")
     logs = [folder / f"drive{number}" / "log.mcap" for number in range(1, count + 1)]
@@ -298,7 +298,7 @@ def make_map(drive: Path, folder: Path) -> Path:
 def _scene(
     floor: Floor,
     state: dict[str, float],
-    shelves: Sequence[tuple[float, float, float, float]],
+    pieces: Sequence[Piece],
     rng: np.random.Generator,
     seed: int,
 ) -> str:
@@ -317,12 +317,9 @@ def _scene(
         f"  - {{name: {name}, initial: {angle:.5f}}}\n" for name, angle in state.items()
     )
     boxes = "".join(
-        f"  - {{size: [{w:.3f}, {d:.3f}, 1.8], pose: {{x: {x:.3f}, y: {y:.3f}}}}}\n"
-        for x, y, w, d in shelves
-    ) + "".join(
         f"  - {{size: [{each.length:.3f}, {each.width:.3f}, 1.8], "
         f"pose: {{x: {each.x:.3f}, y: {each.y:.3f}, yaw: {each.yaw:.4f}}}}}\n"
-        for each in floor.furniture
+        for each in pieces
     )
     return (
         f"building: building/floor.urdf\nseed: {seed}\nroute:\n  speed: 0.6\n  corner_radius: 0.3\n"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +9,8 @@ import numpy as np
 from objstate.building.occupancy import OccupancyMap
 from objstate.discovery.doorway import beside
 from objstate.discovery.walls import Opening
-from objstate.geometry import BoolArray, FloatArray
+from objstate.gaze.floor import edges_between
+from objstate.geometry import FloatArray
 
 BODY = 0.15  # m that the way stays off whatever the map shows
 NEARBY, BAR = (0.1, 0.8), 0.1  # m across, where a way begins and ends, and what it must not cross
@@ -46,54 +46,37 @@ def has_way_around(opening: Opening, plan: OccupancyMap) -> bool | None:
 
     None where it doesn't show enough of a side.
     """
-    from scipy import ndimage
-    from scipy.sparse import coo_matrix
+    from scipy.ndimage import distance_transform_edt
+    from scipy.sparse import csr_array
     from scipy.sparse.csgraph import dijkstra
 
-    occupied, free, middles = _about(opening, plan)
-    along, aside = beside(middles.reshape(-1, 2), opening.start, opening.bearing)
-    along, aside = along.reshape(free.shape), aside.reshape(free.shape)
-    clearance = ndimage.distance_transform_edt(~occupied) * plan.resolution
+    near, middles = _about(opening, plan)
+    along, aside = beside(plan.to_building(middles), opening.start, opening.bearing)
+    clearance = distance_transform_edt(~plan.occupied[near]) * plan.resolution
     bar = (along > -BEYOND) & (along < opening.width + BEYOND) & (np.abs(aside) < BAR)
-    able = free & (clearance > BODY) & ~bar
+    able = (plan.free[near] & (clearance > BODY)).reshape(-1) & ~bar
     between = able & (along > INSIDE) & (along < opening.width - INSIDE)
-    numbers = np.cumsum(able).reshape(able.shape) - 1
-    ends = [
-        numbers[between & (sign * aside > NEARBY[0]) & (sign * aside < NEARBY[1])]
-        for sign in (1, -1)
-    ]
-    if min(len(end) for end in ends) < FEWEST:
+    left, right = (
+        np.flatnonzero(between & (side > NEARBY[0]) & (side < NEARBY[1]))
+        for side in (aside, -aside)
+    )
+    if min(len(left), len(right)) < FEWEST:
         return None
-    parts = [
-        (numbers[a][ok], numbers[b][ok], way)
-        for a, b, way in _steps(able.shape)
-        if (ok := able[a] & able[b]).any()
-    ]
-    rows, columns = (np.concatenate([part[k] for part in parts]) for k in (0, 1))
-    ways = np.concatenate([np.full(len(part[0]), part[2] * plan.resolution) for part in parts])
-    count = int(able.sum())
-    graph = coo_matrix((ways, (rows, columns)), shape=(count, count)).tocsr()
-    far = dijkstra(graph, directed=False, indices=ends[0], min_only=True, limit=SHORT)
-    return bool(np.isfinite(far[ends[1]]).any())
+    here, there = edges_between(able.reshape(clearance.shape)).T
+    ways = np.hypot(*(middles[there] - middles[here]).T) * plan.resolution
+    graph = csr_array((ways, (here, there)), shape=(len(able), len(able)))
+    far = dijkstra(graph, directed=False, indices=left, min_only=True, limit=SHORT)
+    return bool(np.isfinite(far[right]).any())
 
 
-def _about(opening: Opening, plan: OccupancyMap) -> tuple[BoolArray, BoolArray, FloatArray]:
-    """The map's cells about an opening: occupied ones, free ones, and middles (..., 2) m."""
+def _about(opening: Opening, plan: OccupancyMap) -> tuple[tuple[slice, slice], FloatArray]:
+    """The rows and columns of a map about an opening, and middles (n, 2) of their cells, in cells."""
     reach = int(np.ceil((SHORT / 2.0 + opening.width) / plan.resolution))
     column, row = np.floor(plan.to_cells(opening.middle[None])[0]).astype(int)
-    low = max(row - reach, 0), max(column - reach, 0)
-    near = slice(low[0], max(row + reach, 0)), slice(low[1], max(column + reach, 0))
-    occupied, free = plan.occupied[near], plan.free[near]
-    rows, columns = np.indices(occupied.shape)
-    cells = np.column_stack([(columns + low[1]).ravel(), (rows + low[0]).ravel()]) + 0.5
-    return occupied, free, plan.to_building(cells).reshape(*occupied.shape, 2)
-
-
-def _steps(
-    shape: tuple[int, ...],
-) -> Iterator[tuple[tuple[slice, slice], tuple[slice, slice], float]]:
-    """Pairs of neighbouring cells of a grid, as slices, and the way between them in cells."""
-    for down, right in ((0, 1), (1, 0), (1, 1), (1, -1)):
-        a = slice(0, shape[0] - down), slice(max(-right, 0), shape[1] - max(right, 0))
-        b = slice(down, shape[0]), slice(max(right, 0), shape[1] - max(-right, 0))
-        yield a, b, float(np.hypot(down, right))
+    (top, bottom), (left, right) = (
+        np.clip([middle - reach, middle + reach], 0, count)
+        for middle, count in zip((row, column), plan.occupied.shape, strict=True)
+    )
+    columns, rows = np.meshgrid(np.arange(left, right), np.arange(top, bottom))
+    middles = np.column_stack([columns.reshape(-1), rows.reshape(-1)]) + 0.5
+    return (slice(top, bottom), slice(left, right)), middles

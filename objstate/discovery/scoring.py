@@ -96,7 +96,7 @@ class Drawn:
     hinge: FloatArray  # (2,) m, where it begins
     share: float  # of the opening that it would close
     points: FloatArray = field(repr=False)  # (m, 2) m, middles of its cells
-    log_none: float = DRAWN  # log-probability that a map shows it, where it is no leaf
+    log_none: float  # log-probability that a map shows it, where it is no leaf
 
     def may_be(self, leaf: Leaf) -> bool:
         """Whether it hangs and opens as a leaf does."""

@@ -85,13 +85,7 @@ class Floor:
     @lazy
     def _edges(self) -> IntArray:
         """(e, 2) numbers of neighbouring cells that are both free."""
-        numbers = np.arange(self.free.size).reshape(self.free.shape)
-        pairs = []
-        for down, right in NEIGHBOURS:
-            here, there = _shifted(numbers, down, right)
-            both = self.free.reshape(-1)[here] & self.free.reshape(-1)[there]
-            pairs.append(np.column_stack([here[both], there[both]]))
-        return np.concatenate(pairs)
+        return edges_between(self.free)
 
     @lazy
     def _lengths(self) -> FloatArray:
@@ -256,6 +250,17 @@ def _points_on(segments: FloatArray, spacing: float) -> FloatArray:
         count = max(int(np.ceil(np.linalg.norm(end - start) / spacing)), 1) + 1
         points.append(start + np.linspace(0.0, 1.0, count)[:, None] * (end - start))
     return np.concatenate(points)
+
+
+def edges_between(free: BoolArray) -> IntArray:
+    """(e, 2) numbers, row by row, of neighbouring cells (rows, columns) that are both free."""
+    numbers, able = np.arange(free.size).reshape(free.shape), free.reshape(-1)
+    pairs = []
+    for down, right in NEIGHBOURS:
+        here, there = _shifted(numbers, down, right)
+        both = able[here] & able[there]
+        pairs.append(np.column_stack([here[both], there[both]]))
+    return np.concatenate(pairs)
 
 
 def _shifted(numbers: IntArray, down: int, right: int) -> tuple[IntArray, IntArray]:
