@@ -16,8 +16,9 @@ from objstate.building.occupancy import OccupancyMap
 from objstate.config import BeamModelSettings
 from objstate.discovery.detours import with_ways_around
 from objstate.discovery.doorway import Doorway, doorway, ended_on, together
-from objstate.discovery.explaining import Explained, Refined, explain
+from objstate.discovery.explaining import Explained, explain
 from objstate.discovery.gathering import Beams
+from objstate.discovery.modes import Refined
 from objstate.discovery.registering import registered
 from objstate.discovery.walls import distinct, openings, wall_lines
 from objstate.geometry import BoolArray, FloatArray

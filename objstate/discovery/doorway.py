@@ -32,6 +32,7 @@ DEEP = 0.27  # m from the wall's line, within which a closed leaf may lie
 FILLED = 0.7  # of an opening's width that something covers which closes it
 ON_LEAF = 0.08  # m from a leaf within which a reading is of it
 JAMB = 0.03  # m of a jamb that stays when a doorway is cleared
+JAMB_WALL = 0.2  # m of wall beside an opening, by which it is one without what stands there
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +72,12 @@ class Doorway:
         out = np.zeros(self.groups)
         kernels.background_log_likelihood(self.beams, expected, self.group, self.model, out)
         return np.asarray(self.exponents * out)
+
+    def moved(self, offsets: FloatArray) -> Doorway:
+        """The same where the robot stood elsewhere in each look, by offsets (groups, 2) m."""
+        beams = self.beams.copy()
+        beams[[kernels.ORIGIN_X, kernels.ORIGIN_Y]] += offsets[self.group].T
+        return replace(self, beams=beams)
 
     @property
     def rough(self) -> Doorway:
@@ -281,6 +288,14 @@ class Cells:
         along, _ = beside(self.middles[some], opening.start, opening.bearing)
         bins = np.unique(np.floor(along / self.plan.resolution))
         return len(bins) * self.plan.resolution > FILLED * share * (opening.width - 2 * JAMB)
+
+    def has_jamb(self, some: BoolArray, opening: Opening, from_end: bool) -> bool:
+        """Whether some of the cells (n,) show wall beside an opening, at its end or its start."""
+        start, bearing = opening.jamb(from_end)
+        along, aside = beside(self.middles[some], start, bearing)
+        near = (along < JAMB) & (along > -JAMB_WALL) & (np.abs(aside) < DEEP)
+        bins = np.unique(np.floor(along[near] / self.plan.resolution))
+        return len(bins) * self.plan.resolution > FILLED * JAMB_WALL
 
     def on_leaf(self, hinge: FloatArray, bearing: float, width: float) -> BoolArray:
         """(n,) the cells about a leaf; those at its hinge are the jamb."""

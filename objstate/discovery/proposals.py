@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
@@ -15,23 +16,32 @@ from objstate.discovery.scoring import (
     DRAWN,
     FILLED,
     MAP_ASIDE,
-    NEARLY_CLOSED,
+    NARROWEST_LEAF,
     WALL_GOES_ON,
+    WIDEST_LEAF,
     Behind,
     Drawn,
     Leaf,
 )
 from objstate.discovery.walls import Opening
-from objstate.geometry import BoolArray, FloatArray
+from objstate.geometry import BoolArray, FloatArray, wrap
 
 SHIFTS = np.arange(-0.06, 0.061, 0.015)  # m, of the map across a wall
-SHIFT_STD = 0.03  # m
+SHIFT_STD, LOOK_STD = 0.03, 0.015  # m, of the map, and of a look
 TURNS = np.radians(np.arange(-155.0, 156.0, 5.0))  # of a leaf in the map that are tried
 LEAST_TURN = np.radians(19.0)  # what stands nearer to the wall's line may be the wall
-NARROWEST_LEAF, WIDEST_LEAF = 0.55, 1.4  # m
+LEAST_FITTED = np.radians(15.0)  # likewise, by the cells about it
 ALONG = 0.1  # m along the wall within which a hinge lies about a jamb
 APART = DEEP / 5.0  # m, across the wall, of leaves that are tried
 DRAWN_SHARE = 0.7  # of a leaf's length that the map shows
+SAME_LEAF = np.radians(20.0)  # between turns of what may be one
+ABOUT_AS_WELL, MOST_FITTED = (
+    0.1,
+    16,
+)  # of how well a map shows leaves, of which the straightest counts
+GAP_BEHIND = 2.5  # cells without any, behind which there is something else
+END_WEIGHT = 0.25  # of how far a leaf's end is off, against its cells
+MOST_DRAWN = 2  # leaves in a map, about one jamb
 LONGER = 8  # cells beyond a leaf's end that have to be free
 
 
@@ -91,37 +101,66 @@ class Shown:
         return Shown(cells, between, filling, leaves)
 
 
-def backgrounds(place: Doorway, shown: Shown) -> tuple[Behind, dict[int, list[Behind]]]:
-    """The map as it is, and by opening without what it shows in the doorway, and without leaves there.
+def settled(place: Doorway, shown: Shown) -> tuple[Doorway, FloatArray]:
+    """A doorway whose looks fit the map best across the wall, and the shift (4,) m of the map's walls.
 
-    The map is shifted across the wall so that it fits the readings best.
+    Where the robot was in each look is off by some more.
     """
-    cells, bearing = shown.cells, place.openings[0].bearing
-    across = np.tile([-np.sin(bearing), np.cos(bearing)], 2)
-    segments = cells.segments()
-    shifts = [shift * across for shift in SHIFTS]
-    fits = [
-        background(place, segments + shift)[1].sum()
-        - 0.5 * (float(np.hypot(*shift[:2])) / SHIFT_STD) ** 2
-        for shift in shifts
-    ]
-    shift = shifts[int(np.argmax(fits))]
-    as_is = Behind(*background(place, segments + shift))
-    cleared = {}
-    for about, between in enumerate(shown.between):
-        leaves, filling = shown.leaves[about], shown.filling[about]
-        variants = [(filling, between)]
-        variants += [([*filling, drawn], between | leaf) for drawn, leaf in leaves]
-        for (first, its), (other, others) in ((leaves[a], leaves[b]) for a, b in shown.both(about)):
-            variants.append(([*filling, first, other], between | its | others))
-        cleared[about] = [
-            replace(
-                _without(place, cells.segments(taken) + shift, as_is, drawn),
-                cells=cells.middles[~taken],
-            )
-            for drawn, taken in variants
-        ]
-    return as_is, cleared
+    bearing = place.openings[0].bearing
+    across = np.array([-np.sin(bearing), np.cos(bearing)])
+    segments, shifts = shown.cells.segments(), SHIFTS[:, None] * np.tile(across, 2)
+    fits = np.array([background(place, segments + shift)[1] for shift in shifts])
+    total = fits.sum(axis=1) - 0.5 * (SHIFTS / SHIFT_STD) ** 2
+    best = int(np.argmax(total))
+    own = SHIFTS - SHIFTS[best]
+    each = np.argmax(fits - 0.5 * (own / LOOK_STD)[:, None] ** 2, axis=0)
+    return place.moved(-own[each][:, None] * across), shifts[best]
+
+
+@dataclass(frozen=True, eq=False)
+class Backgrounds:
+    """The map about a doorway as it is, and without what may be leaves."""
+
+    place: Doorway
+    shown: Shown
+    shift: FloatArray  # (4,) m, of the map's walls
+    as_is: Behind
+    # by opening, without what the map shows in the doorway, and without leaves there too
+    cleared: dict[int, list[Behind]]
+
+    @staticmethod
+    def of(place: Doorway, shown: Shown, shift: FloatArray) -> Backgrounds:
+        """Those of one."""
+        as_is = Behind(*background(place, shown.cells.segments() + shift))
+        found = Backgrounds(place, shown, shift, as_is, {})
+        for about, leaves in enumerate(shown.leaves):
+            both = [[leaves[one], leaves[other]] for one, other in shown.both(about)]
+            variants = [[], *([leaf] for leaf in leaves), *both]
+            found.cleared[about] = [found.without(about, some) for some in variants]
+        return found
+
+    def without(self, about: int, leaves: Sequence[tuple[Drawn, BoolArray]]) -> Behind:
+        """Without what fills an opening, and some leaves with their cells."""
+        cells, taken = self.shown.cells, self.shown.between[about].copy()
+        for _, its in leaves:
+            taken |= its
+        expected, log_likelihood = background(self.place, cells.segments(taken) + self.shift)
+        drawn = (*self.shown.filling[about], *(each for each, _ in leaves))
+        gained = self.as_is.log_likelihood - log_likelihood
+        return Behind(expected, log_likelihood, drawn, gained, cells.middles[~taken])
+
+    def redrawn(self, leaves: Sequence[Leaf], behind: Behind) -> Behind | None:
+        """Without what lies on leaves, where the map shows them; None where it shows none of them."""
+        shown = []
+        for leaf in leaves:
+            turn = behind.turn_in_map(leaf)
+            if turn is not None:
+                opening = self.place.openings[leaf.about]
+                bearing = opening.jamb(leaf.from_end)[1]
+                turn += float(wrap(leaf.bearing - bearing))
+                hung = leaf.hinge, turn, leaf.width
+                shown.append(_as_drawn(self.shown.cells, opening, leaf.from_end, leaf.share, hung))
+        return self.without(leaves[0].about, shown) if shown else None
 
 
 def _filling(cells: Cells, opening: Opening) -> list[Drawn]:
@@ -148,25 +187,32 @@ def _leaves(cells: Cells, opening: Opening, place: Doorway) -> list[tuple[Drawn,
         for hinge, turn in _drawn(cells, start, bearing, place.inward(start, bearing), width):
             if any(wall.holds(hinge, bearing + turn, width) for wall in place.walls):
                 continue
-            leaf = cells.on_leaf(hinge, bearing + turn, width)
-            if cells.fill(~leaf & cells.behind(opening, width), opening, 1.0):
-                continue  # the side of a recess
-            fills = cells.fill(leaf & cells.in_doorway(opening), opening, share)
-            log_none = share * FILLED if fills else DRAWN
-            found.append((Drawn(from_end, turn, hinge, share, cells.middles[leaf], log_none), leaf))
+            drawn, leaf = _as_drawn(cells, opening, from_end, share, (hinge, turn, width))
+            if not cells.fill(~leaf & cells.behind(opening, width), opening, 1.0):
+                found.append((drawn, leaf))  # else it is the side of a recess
     return found
+
+
+def _as_drawn(
+    cells: Cells,
+    opening: Opening,
+    from_end: bool,
+    share: float,
+    leaf: tuple[FloatArray, float, float],
+) -> tuple[Drawn, BoolArray]:
+    """What a map shows in the place of a leaf, by its hinge, turn and width, and its cells."""
+    hinge, turn, width = leaf
+    on = cells.on_leaf(hinge, opening.jamb(from_end)[1] + turn, width)
+    fills = cells.fill(on & cells.in_doorway(opening), opening, share)
+    is_at_jamb = cells.has_jamb(~on, opening, from_end)
+    log_none = share * FILLED if fills or not is_at_jamb else DRAWN
+    return Drawn(from_end, turn, hinge, share, cells.middles[on], log_none), on
 
 
 def _widths(opening: Opening) -> dict[float, float]:
     """The widths, m, that leaves of an opening may have, by the share of it that they close."""
     widths = {share: share * opening.width for share in (1.0, 0.5)}
     return {k: width for k, width in widths.items() if NARROWEST_LEAF <= width <= WIDEST_LEAF}
-
-
-def _without(place: Doorway, segments: FloatArray, as_is: Behind, drawn: list[Drawn]) -> Behind:
-    """A map from which things were taken out."""
-    expected, log_likelihood = background(place, segments)
-    return Behind(expected, log_likelihood, tuple(drawn), as_is.log_likelihood - log_likelihood)
 
 
 def _drawn(
@@ -197,17 +243,28 @@ def _drawn(
     found = [(float(fits[h, k]), hinges[h], float(turns[k])) for h, k in np.argwhere(able)]
     found.sort(key=lambda each: -each[0])
     kept: list[tuple[FloatArray, float]] = []
-    for _, start, turn in found:
-        if all(abs(turn - other) > np.radians(20.0) for _, other in kept):
-            hinge, along = _fitted(points, start, bearing + turn, width, size)
-            kept.append((hinge, along - bearing))
-    return [each for each in kept[:2] if NEARLY_CLOSED < abs(each[1]) < np.pi - LEAST_TURN]
+    while found and len(kept) < MOST_DRAWN:
+        best, _, turn = found[0]
+        same = [each for each in found if abs(each[2] - turn) <= SAME_LEAF]
+        found = [each for each in found if abs(each[2] - turn) > SAME_LEAF]
+        alike = [each for each in same if each[0] > best - ABOUT_AS_WELL][:MOST_FITTED]
+        fitted = [_fitted(points, start, bearing + way, width, size) for _, start, way in alike]
+        _, hinge, along = min(fitted, key=lambda each: each[0])
+        turn = along - bearing
+        is_leaf = LEAST_FITTED < abs(turn) < np.pi - LEAST_TURN
+        if is_leaf and all(abs(turn - other) > SAME_LEAF / 2.0 for _, other in kept):
+            kept.append((hinge, turn))
+    return kept
 
 
 def _fitted(
     points: FloatArray, hinge: FloatArray, bearing: float, width: float, size: float
-) -> tuple[FloatArray, float]:
-    """A leaf's hinge and bearing by the cells (n, 2) about it, whose middles lie on it on average."""
+) -> tuple[float, FloatArray, float]:
+    """A leaf's hinge and bearing by the cells (n, 2) about it, whose middles lie on it on average.
+
+    And how far they lie from it, and its end from theirs, m.
+    """
+    off, near = size, width + LONGER * size
     for reach in (1.5, 1.5, 1.0):
         along, aside = beside(points, hinge, bearing)
         on = (np.abs(aside) < reach * size) & (along > 2.0 * size) & (along < width + 2.0 * size)
@@ -216,4 +273,10 @@ def _fitted(
         lean, shift = np.polyfit(along[on], aside[on], 1).tolist()
         hinge = hinge + shift * np.array([-np.sin(bearing), np.cos(bearing)])
         bearing = bearing + float(np.arctan(lean))
-    return hinge, bearing
+        along, aside = beside(points, hinge, bearing)
+        on = (np.abs(aside) < size) & (along > 0.0) & (along < near)
+        ordered = np.sort(along[on])
+        gaps = np.flatnonzero(np.diff(ordered) > GAP_BEHIND * size)
+        end = float(ordered[gaps[0] if len(gaps) else -1]) + size / 2.0 - width
+        off = float(np.hypot(np.sqrt(np.mean(np.square(aside[on]))), END_WEIGHT * end))
+    return off, hinge, bearing

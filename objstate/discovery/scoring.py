@@ -46,6 +46,9 @@ SAME_PLACE = 9.0  # squared deviations up to which a leaf stands where the map h
 LAST = 0.97  # share of a leaf's cells that lie before its end
 SLIT = 0.01  # m, between a leaf and the jambs
 ALONG_STD, WIDTH_STD = 0.02, 0.025  # m of hinge and width about what an opening shows
+NARROWEST_LEAF, WIDEST_LEAF = 0.55, 1.4  # m
+USUAL_WIDTH, USUAL_WIDTH_STD = 0.85, 0.12  # m, of leaves
+OPENINGS_SPREAD = 2.0  # m, over which the widths of openings are spread evenly that have no leaf
 TAIL = 3.0  # degrees of freedom of these: some openings are shown wrongly
 # A leaf lies in that face of its wall to which it opens: at the front if it opens to the robot,
 # or as deep as the wall is thick. Few lie elsewhere.
@@ -138,6 +141,14 @@ class Behind:
         best, number = min(able, default=(np.inf, 0))
         return self.drawn[number] if best < FAR else None
 
+    def turn_in_map(self, leaf: Leaf) -> float | None:
+        """By how much a leaf is turned where the map shows it open, rad; None where it doesn't."""
+        angles = Lattice.whole().angles[:-1]
+        drawn = [each.off(leaf, angles) for _, each in self._able(leaf) if each.turn != 0.0]
+        if not drawn or min(off.min() for off in drawn) >= FAR:
+            return None
+        return leaf.sense * float(angles[np.argmin(np.min(drawn, axis=0))])
+
     def _able(self, leaf: Leaf) -> Iterator[tuple[int, Drawn]]:
         return ((k, drawn) for k, drawn in enumerate(self.drawn) if drawn.may_be(leaf))
 
@@ -154,13 +165,23 @@ class Behind:
         return log, is_there
 
     def beside(self, place: Doorway, leaf: Leaf, angles: FloatArray) -> Behind:
-        """What there is with a leaf that stands at angles (groups,), for another leaf."""
+        """What there is with a leaf that stands at angles (groups,), for another leaf.
+
+        The map is right in those looks in which it shows this leaf, too.
+        """
         expected = self.expected.copy()
         for k, own in enumerate(turned(leaf, angles)):
             if angles[k] < FLAT:
                 mine = np.flatnonzero(place.group == k)
                 expected[mine] = np.minimum(expected[mine], _front(place.beams[:, mine], own))
-        log_likelihood = place.log_likelihood(expected)
+        there = self.changed(expected, place.log_likelihood(expected))
+        if not self.drawn:
+            return there
+        is_right = self.map_of(leaf, angles)[1] | (angles == FLAT)
+        return replace(there, as_drawn=np.where(is_right, there.as_drawn, -np.inf))
+
+    def changed(self, expected: FloatArray, log_likelihood: FloatArray) -> Behind:
+        """The same with more in it, where other distances (n,) are expected."""
         as_drawn = self.as_drawn
         if self.drawn:
             as_drawn = as_drawn + self.log_likelihood - log_likelihood
@@ -238,26 +259,30 @@ class Lattice:
     def log_evidence(
         self, log_map: FloatArray, log_way: FloatArray, gain: FloatArray, stays: FloatArray
     ) -> float:
-        """Of looks with gains (a, groups), where the map has the log-likelihood (a,) of angles.
+        """Of looks with gains (k * a, groups): without a thing beside the leaf, then with each.
 
-        ``log_way`` (a,) is the log-probability of what is in the way to them.
+        The map has the log-likelihood (a,) of angles, and none of the things. ``log_way`` (a,) is
+        the log-probability of what is in the way to them.
         """
         prior = self.log_prior + log_way
-        each = chained(prior + log_map, prior, gain, stays)
+        count = len(gain) // prior.shape[1]
+        nowhere = np.full((len(prior), len(gain) - prior.shape[1]), -np.inf)
+        first = np.hstack([prior + log_map, nowhere])
+        each = chained(first, np.tile(prior, count) - math.log(count), gain, stays)
         return float(np.logaddexp.reduce(self.log_limit + each))
 
 
-def with_things(place: Doorway, behind: Behind, leaves: FloatArray) -> FloatArray:
-    """(groups,) log-likelihood of the looks with all of some leaves (k, 4) at their bearings.
+def with_things(place: Doorway, behind: Behind, leaves: FloatArray) -> Behind:
+    """What there is with all of some leaves (k, 4) at their bearings, in all looks.
 
     A beam ends at the nearest one.
     """
-    total, expected = behind.log_likelihood.copy(), behind.expected
+    log_likelihood, expected = behind.log_likelihood.copy(), behind.expected
     for k in range(len(leaves)):
         there = replace(behind, expected=expected)
-        total += gains(place, there, leaves[k : k + 1])[0]
+        log_likelihood += gains(place, there, leaves[k : k + 1])[0]
         expected = np.minimum(expected, _front(place.beams, leaves[k]))
-    return total
+    return behind.changed(expected, log_likelihood)
 
 
 def _front(beams: FloatArray, leaf: FloatArray) -> FloatArray:
@@ -298,7 +323,7 @@ def log_prior(place: Doorway, leaf: Leaf) -> float:
     start, bearing = opening.jamb(leaf.from_end)
     along, aside = beside(leaf.hinge[None], start, bearing)
     depth = -float(aside[0]) * place.side(start, bearing)
-    if not -BEFORE - 4.0 * SOFT < depth < DEEP:
+    if not -BEFORE - 4.0 * SOFT < depth < DEEP or leaf.width > WIDEST_LEAF:
         return -np.inf
     turned_by = float(wrap(leaf.bearing - bearing))
     end = leaf.width + float(along[0]) - leaf.share * (opening.width - SLIT)
@@ -306,7 +331,7 @@ def log_prior(place: Doorway, leaf: Leaf) -> float:
     if leaf.twin is not None:
         return log + _log_alike(leaf, leaf.twin)
     log += _log_student(end, WIDTH_STD) + _log_normal(turned_by, BEARING_STD)
-    log += math.log(opening.p_wall)
+    log += math.log(opening.p_wall) + _log_width(leaf.width)
     is_toward = leaf.sense == place.side(start, bearing)
     return float(log + _log_depth(depth, is_toward))
 
@@ -330,6 +355,11 @@ def _log_student(off: float, std: float) -> float:
     norm = math.gamma((TAIL + 1.0) / 2.0) / math.gamma(TAIL / 2.0)
     norm /= math.sqrt(TAIL * math.pi) * std
     return math.log(norm) - (TAIL + 1.0) / 2.0 * math.log1p((off / std) ** 2 / TAIL)
+
+
+def _log_width(width: float) -> float:
+    """Log density of a leaf's width, against that of openings that are none."""
+    return _log_student(width - USUAL_WIDTH, USUAL_WIDTH_STD) + math.log(OPENINGS_SPREAD)
 
 
 def _log_depth(depth: float, is_toward: bool) -> float:

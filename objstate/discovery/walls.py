@@ -24,6 +24,8 @@ BESIDE = 0.07  # m within which a reading is of the wall
 STEEP = 0.15  # cosine of the incidence below which a beam doesn't tell
 NARROWEST, WIDEST = 0.45, 2.5  # m: a leaf that stands ajar hides a part of its opening
 MARGIN = 0.3  # m of unknown that may part an opening from its wall
+HOLE = 0.15  # m without readings in a stretch of wall
+KNOWN = 0.5  # share of an opening that the map has to know: elsewhere nobody mapped a door
 JAMB = 0.1  # m of wall that has to show beside an opening
 # Along a wall this share is shown to be wall, the rest are doorways and niches; along a line
 # through pieces of other things it is the other way round. Pieces are as long as half a metre,
@@ -53,26 +55,35 @@ class WallLine:
     start: FloatArray = field(repr=False)  # (2,) m
     along: FloatArray = field(repr=False)  # (2,) unit vector
     length: float  # m
-    shown: float = 0.0  # m of it that readings show to be wall
+    # m along it, where readings show stretches of wall begin and end
+    stretches: tuple[tuple[float, float], ...] = ()
 
     @property
     def normal(self) -> FloatArray:
         """(2,) to the left."""
         return np.array([-self.along[1], self.along[0]])
 
+    @property
+    def shown(self) -> float:
+        """m of it that are wall."""
+        return sum(end - begin for begin, end in self.stretches)
+
     def at(self, place: float) -> FloatArray:
         """The point (2,) so many metres along."""
         return np.asarray(self.start + place * self.along)
 
     def holds(self, start: FloatArray, bearing: float, length: float) -> bool:
-        """Whether something straight is a piece of this line, of which twice as much is wall."""
+        """Whether something straight is a piece of a stretch of wall twice as long."""
         along = np.array([np.cos(bearing), np.sin(bearing)])
         off = start + length / 2.0 * along - self.start
+        place = float(off @ self.along)
         return bool(
-            self.shown >= LONGER * length
-            and abs(along @ self.normal) < PARALLEL
+            abs(along @ self.normal) < PARALLEL
             and abs(off @ self.normal) < 2.0 * SAME_LINE
-            and 0.0 < off @ self.along < self.length
+            and any(
+                begin < place < end and end - begin >= LONGER * length
+                for begin, end in self.stretches
+            )
         )
 
 
@@ -143,7 +154,7 @@ def fitted(lines: list[WallLine], beams: Beams) -> list[WallLine]:
     readings = beams.readings
     lines = [_extended(line, readings) for line in lines]
     found = _each_once(sorted(lines, key=lambda each: -each.length))
-    return [replace(line, shown=_shown(line, readings)) for line in found]
+    return [replace(line, stretches=_stretches(line, readings)) for line in found]
 
 
 def on_lines(
@@ -223,10 +234,16 @@ def _pieces(line: WallLine, readings: Readings, beyond: float) -> list[tuple[flo
     ]
 
 
-def _shown(line: WallLine, readings: Readings) -> float:
-    """How much of a line readings show to be wall, m."""
-    pieces = np.array(_pieces(line, readings, LEAST_WALL)).reshape(-1, 2).clip(0.0, line.length)
-    return float(np.diff(pieces).sum())
+def _stretches(line: WallLine, readings: Readings) -> tuple[tuple[float, float], ...]:
+    """Where along a line readings show wall, but for short gaps, m."""
+    found: list[tuple[float, float]] = []
+    for begin, end in _pieces(line, readings, LEAST_WALL):
+        low, high = max(begin, 0.0), min(end, line.length)
+        if found and low - found[-1][1] < HOLE:
+            low = found.pop()[0]
+        if high > low:
+            found.append((low, high))
+    return tuple(found)
 
 
 def _each_once(lines: list[WallLine]) -> list[WallLine]:
@@ -272,9 +289,12 @@ def openings(lines: list[WallLine], plan: OccupancyMap, beams: Beams) -> list[Op
         parallel = np.array([abs(other.along @ line.normal) < PARALLEL for other in lines])
         own_cells = plan.occupied & ((of_cell == number) | (of_cell < 0))
         drawn = _of_map(line, count, plan, own_cells)
+        known = _of_map(line, count, plan, plan.occupied | plan.free)
         shows = [(drawn, ~drawn & _is_free(line, count, plan)), *each]
         stretches = Stretches.of(shows)
         for begin, end in _gaps(shows):
+            if known[begin:end].mean() < KNOWN:
+                continue
             p_wall = stretches.wall(begin, end)
             low, high = begin * BIN, end * BIN
             about = crossed.between(low - JAMB_REACH, high + JAMB_REACH)

@@ -24,6 +24,7 @@ from objstate.discovery.registering import registered
 from objstate.discovery.scoring import (
     WAY,
     Behind,
+    Drawn,
     Lattice,
     Leaf,
     chained,
@@ -142,6 +143,43 @@ def test_where_a_leaf_stands_is_a_distribution_whatever_its_limit(step_deg: floa
     np.testing.assert_allclose(np.exp(lattice.log_prior).sum(axis=1), 1.0, atol=0.06)
 
 
+@given(st.integers(0, 1000), st.integers(1, 3))
+def test_things_that_change_nothing_tell_nothing_of_a_leaf(seed: int, things: int) -> None:
+    lattice, rng = Lattice.whole(np.radians(10.0)), np.random.default_rng(seed)
+    count = len(lattice.angles)
+    log_map, gain = rng.normal(0.0, 2.0, count), rng.normal(0.0, 3.0, (count, 4))
+    stays, way = np.full(4, 0.8), np.zeros(count)
+    alone = lattice.log_evidence(log_map, way, gain, stays)
+    beside = lattice.log_evidence(log_map, way, np.tile(gain, (1 + things, 1)), stays)
+    assert beside == pytest.approx(alone)
+
+
+@pytest.mark.parametrize(("angle_deg", "is_right"), [(0.0, False), (60.0, True), (100.0, False)])
+def test_a_map_is_right_beside_a_leaf_only_where_it_shows_the_leaf(
+    angle_deg: float, is_right: bool
+) -> None:
+    place = looked_at(np.array([[0.5, -0.1]]), np.array([0.5, 2.0]))
+    turn = np.radians(60.0)
+    cells = np.linspace(0.05, 0.9, 18)[:, None] * np.array([np.cos(turn), np.sin(turn)])
+    shown = Drawn(False, turn, np.zeros(2), 1.0, cells, -10.0)
+    leaf = Leaf(np.zeros(2), 0.0, 1, 0.9, 0, False, 1.0)
+    far = np.full(place.beams.shape[1], 9.0)
+    behind = Behind(far, place.log_likelihood(far), (shown,), np.zeros(1))
+    beside = behind.beside(place, leaf, np.radians([angle_deg]))
+    assert bool(np.isfinite(beside.as_drawn[0])) == is_right
+    assert behind.turn_in_map(leaf) == pytest.approx(turn, abs=np.radians(3.0))
+
+
+@pytest.mark.parametrize(
+    ("stretches", "is_wall"), [(((0.0, 0.95), (2.5, 4.5)), False), (((0.0, 2.0),), True)]
+)
+def test_a_leaf_in_line_with_other_things_is_no_piece_of_a_wall(
+    stretches: tuple[tuple[float, float], ...], is_wall: bool
+) -> None:
+    line = WallLine(np.zeros(2), np.array([1.0, 0.0]), 6.0, stretches)
+    assert line.holds(np.array([0.05, 0.01]), 0.0, 0.9) == is_wall
+
+
 @settings(max_examples=20, deadline=None)
 @given(st.floats(0.5, 1.4), st.floats(-0.02, 0.02), st.integers(0, 1000))
 def test_jambs_are_where_beams_begin_to_pass(width: float, off: float, seed: int) -> None:
@@ -225,7 +263,9 @@ def test_things_that_overlap_stop_a_beam_once(depth: float, away: float) -> None
     place = looked_at(ends, np.array([0.5, away]))
     behind = Behind(np.full(place.beams.shape[1], 9.0), place.log_likelihood(np.full(31, 9.0)))
     thing = np.array([[-0.3, -depth, 0.0, 1.6]])
-    once, twice = (with_things(place, behind, np.tile(thing, (n, 1))) for n in (1, 2))
+    once, twice = (
+        with_things(place, behind, np.tile(thing, (n, 1))).log_likelihood for n in (1, 2)
+    )
     np.testing.assert_allclose(once, twice, atol=0.1)
     assert once[0] > behind.log_likelihood[0] + 20.0
 
@@ -319,11 +359,11 @@ def test_a_leaf_that_stands_ajar_hides_no_opening_but_the_near_face_of_a_wall_do
 ) -> None:
     places = np.arange(0.0, 6.0, 0.02)
     plan = drawn(places[(places < 2.0) | (places > 2.9)])
-    far = WallLine(np.array([0.0, 1.0]), np.array([1.0, 0.0]), 6.0, shown=5.0)
+    far = WallLine(np.array([0.0, 1.0]), np.array([1.0, 0.0]), 6.0, ((0.0, 5.0),))
     turn = np.radians(turn_deg)
     along = np.array([np.cos(turn), np.sin(turn)])
     start = np.array([2.0, 0.98]) if turn else np.array([0.0, 0.86])
-    near = WallLine(start, along, length, shown=length)
+    near = WallLine(start, along, length, ((0.0, length),))
     ends = start + np.arange(0.01, length, 0.002)[:, None] * along
     found = openings([far, near], plan, beams(ends, np.array([2.45, -1.0])))
     assert (not found) == hides
@@ -348,7 +388,7 @@ def test_a_piece_of_wall_that_a_map_lacks_is_open_where_something_passed(
     plan = drawn(places[(places < 2.0) | (places > 2.9)])
     if not is_seen_behind:
         plan.free[int(1.0 / plan.resolution) :] = False
-    wall = WallLine(np.array([0.0, 1.025]), np.array([1.0, 0.0]), 6.0, shown=5.0)
+    wall = WallLine(np.array([0.0, 1.025]), np.array([1.0, 0.0]), 6.0, ((0.0, 5.0),))
     seen = beams(np.array([[0.5, 1.025], [5.5, 1.025]]), np.array([3.0, -1.0]))
     assert bool(openings([wall], plan, seen)) == is_seen_behind
 
@@ -356,11 +396,22 @@ def test_a_piece_of_wall_that_a_map_lacks_is_open_where_something_passed(
 def test_a_leaf_that_is_a_line_of_its_own_shows_that_its_wall_is_open() -> None:
     places = np.arange(0.0, 6.0, 0.02)
     plan = drawn(places[(places < 2.0) | (places > 2.9)])
-    wall = WallLine(np.array([0.0, 1.025]), np.array([1.0, 0.0]), 6.0, shown=5.0)
-    leaf = WallLine(np.array([2.0, 1.15]), np.array([1.0, 0.0]), 0.9, shown=0.9)
-    plan.free[:] = False  # the map tells nothing
+    wall = WallLine(np.array([0.0, 1.025]), np.array([1.0, 0.0]), 6.0, ((0.0, 5.0),))
+    leaf = WallLine(np.array([2.0, 1.15]), np.array([1.0, 0.0]), 0.9, ((0.0, 0.9),))
+    plan.free[20:] = False  # the map knows only what is before the wall
     ends = np.column_stack([np.arange(2.0, 2.9, 0.002), np.full(450, 1.15)])
     assert openings([wall, leaf], plan, beams(ends, np.array([2.45, -1.0])))
+
+
+@pytest.mark.parametrize("is_known", [False, True])
+def test_nobody_mapped_a_door_where_a_map_knows_nothing(is_known: bool) -> None:
+    places = np.arange(0.0, 6.0, 0.02)
+    plan = drawn(places[(places < 2.0) | (places > 2.9)])
+    if not is_known:
+        plan.free[:, 38:60] = False
+    wall = WallLine(np.array([0.0, 1.025]), np.array([1.0, 0.0]), 6.0, ((0.0, 5.0),))
+    passing = np.column_stack([np.linspace(2.0, 2.9, 450), np.full(450, 3.0)])
+    assert bool(openings([wall], plan, beams(passing, np.array([2.45, -1.0])))) == is_known
 
 
 @pytest.mark.parametrize("is_recess", [False, True])

@@ -1,0 +1,179 @@
+"""Things that nobody drew, which stand about a doorway, with a leaf or without one.
+
+Leaves and things are explanations of the same beams. Each thing pays for its place once, by how
+surely the beams tell it, and may stand there or not in any look.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from objstate.discovery.doorway import Doorway, beside
+from objstate.discovery.modes import Refined
+from objstate.discovery.scoring import (
+    FLAT,
+    HALF,
+    NEARLY_CLOSED,
+    Behind,
+    Lattice,
+    chained,
+    turned,
+    with_things,
+)
+from objstate.discovery.walls import Opening
+from objstate.geometry import FloatArray
+
+# Log densities, 1/(m3 rad), of place, direction and length of something straight that is no leaf:
+PLUG = 14.5  # it fills a doorway, such as a shelf, at some depth
+SHOWN = 12.0  # the map shows it, as well as maps do
+ALONG_WALL = 5.0  # it is a piece of a wall
+GAP = -3.0  # nats: the map lacks a thing, or a piece of a wall
+WALLS_OFF, WALL_ASIDE = (-0.03, 0.0, 0.03), 0.03  # m, of a wall's face from its line
+SAME_WALL = 0.04  # m aside
+SAME_TURN = np.radians(4.0)  # between angles of a leaf that may be one thing
+MOST_TURNS = 3  # of a leaf that is none, but things at all these angles
+MOST_THINGS = 3  # that stand about a doorway
+
+Thing = tuple[float, FloatArray]  # log prior; (k, 4) places of something straight, as of leaves
+
+
+def things_of(place: Doorway, several: Sequence[tuple[Refined, ...]]) -> list[Thing]:
+    """What leaves would be, if they were just things: their prior, and places (k, 4) side by side."""
+    anywhere = -np.log(np.pi * place.radius**2) - np.log(np.pi)  # its length is between 0 and 1 m
+    things = []
+    for leaves in several:
+        for angles in _apart(np.array([each.angles for each in leaves]).T):
+            pairs = list(zip(leaves, angles[:, None], strict=True))
+            cost = sum(_cost(each, angle, anywhere) for each, angle in pairs)
+            things.append((cost, np.concatenate([turned(e.leaf, angle) for e, angle in pairs])))
+    return things
+
+
+def _apart(angles: FloatArray) -> list[FloatArray]:
+    """Those of the rows (n, leaves) that differ, the commonest first."""
+    rows, counts = np.unique(angles, axis=0, return_counts=True)
+    kept: list[FloatArray] = []
+    for row in rows[np.argsort(-counts, kind="stable")]:
+        if all(np.abs(row - other).max() > SAME_TURN for other in kept):
+            kept.append(row)
+    return kept
+
+
+def _cost(found: Refined, angle: FloatArray, anywhere: float) -> float:
+    """Log evidence of a thing in the place of a leaf at an angle (1,), without its likelihood.
+
+    Its place is as sure as the leaf's; the map may show it. ``anywhere`` is its log density, where
+    it doesn't.
+    """
+    if angle[0] == FLAT:
+        density = ALONG_WALL
+    elif bool(found.behind.map_of(found.leaf, angle)[1][0]):
+        density = SHOWN
+    else:
+        density = PLUG if angle[0] < NEARLY_CLOSED else anywhere
+    return GAP + min(density + found.log_volume, 0.0)
+
+
+def _of_first_line(place: Doorway) -> list[Opening]:
+    """The openings of the longest wall; a recess has lines of its own."""
+    first = place.openings[0]
+    asides = [beside(each.middle[None], first.start, first.bearing)[1] for each in place.openings]
+    pairs = zip(place.openings, asides, strict=True)
+    return [each for each, aside in pairs if abs(float(aside[0])) < SAME_WALL]
+
+
+def walls_on(place: Doorway) -> list[Thing]:
+    """What would be in the place of each opening, if the wall went on there: its face, about its line."""
+    found = []
+    for opening in _of_first_line(place):
+        start, bearing = opening.jamb(False)
+        inward = place.inward(start, bearing)
+        for off in WALLS_OFF:
+            face = np.array([[*(start + (HALF + off) * inward), bearing, opening.width]])
+            found.append((GAP - 0.5 * (off / WALL_ASIDE) ** 2, face))
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class Hung:
+    """The leaves of a door, and the things that stand about beside them."""
+
+    log_evidence: float
+    leaves: tuple[Refined, ...]
+    things: list[Thing]
+
+    @staticmethod
+    def of(place: Doorway, log: float, leaves: tuple[Refined, ...], things: list[Thing]) -> Hung:
+        """Leaves that have a ``log`` evidence alone, with some of the things that there may be."""
+        behind, leaf, lattice = leaves[-1].behind, leaves[-1].leaf, Lattice.whole()
+        log_map, log_way = (
+            behind.map_of(leaf, lattice.angles)[0],
+            behind.log_way(leaf, lattice.angles),
+        )
+
+        def gains(there: Behind) -> FloatArray:
+            change = there.log_likelihood - behind.log_likelihood
+            return np.asarray(there.gains(place, leaf, lattice.angles) + change)
+
+        def total(there: list[FloatArray]) -> float:
+            return lattice.log_evidence(log_map, log_way, np.concatenate(there), place.stays)
+
+        value, chosen = _Told(place, gains, total).best([behind], things)
+        return Hung(log + value - total([gains(behind)]), leaves, chosen)
+
+
+def bare(place: Doorway, as_is: Behind, open_: Behind, best: Hung, things: list[Thing]) -> float:
+    """Log evidence of a doorway without a leaf: in each look as drawn, or open, or with things.
+
+    These are found one after the other, or are all that stands about where there is a door: its
+    leaves, each as something that stood at some angle, and what is beside them.
+    """
+
+    def total(there: list[FloatArray]) -> float:
+        gain = np.array(there)
+        prior = np.full(len(gain), -np.log(len(gain)))
+        first = np.full(len(gain), -np.inf)
+        first[0] = 0.0
+        return float(chained(first, prior, gain, place.stays)[0])
+
+    told = _Told(place, lambda there: there.log_likelihood, total)
+    states, spent = [as_is, open_], 0.0
+    for cost, thing in [*things_of(place, [best.leaves])[:MOST_TURNS], *best.things]:
+        states += [with_things(place, state, thing) for state in states]
+        spent += cost
+    of_leaves = spent + total([state.log_likelihood for state in states])
+    return max(of_leaves, told.best([as_is, open_], things)[0])
+
+
+class _Told(NamedTuple):
+    """How much looks tell of what there may be: the ``total`` of the ``gains`` of each."""
+
+    place: Doorway
+    gains: Callable[[Behind], FloatArray]
+    total: Callable[[list[FloatArray]], float]
+
+    def best(self, states: list[Behind], things: list[Thing]) -> tuple[float, list[Thing]]:
+        """The most log evidence, where things may stand about, and which do.
+
+        Each is paid for once; in any look it may be there or not.
+        """
+        there = [self.gains(state) for state in states]
+        value, spent, left, chosen = self.total(there), 0.0, list(things), list[Thing]()
+        while left and len(chosen) < MOST_THINGS:
+            tried = []
+            for cost, thing in left:
+                more = [with_things(self.place, state, thing) for state in states]
+                theirs = [self.gains(state) for state in more]
+                tried.append((spent + cost + self.total(there + theirs), more, theirs))
+            best = max(range(len(tried)), key=lambda k: tried[k][0])
+            if tried[best][0] <= value:
+                break
+            value, more, theirs = tried[best]
+            states, there = states + more, there + theirs
+            chosen.append(left.pop(best))
+            spent += chosen[-1][0]
+        return value, chosen
