@@ -20,6 +20,7 @@ SAME_WAY = np.radians(4.0)  # between pieces of one line
 SAME_LINE = 0.08  # m aside, likewise
 PARALLEL = np.sin(2.0 * SAME_WAY)  # sine of the angle between walls that run alike
 LONGER = 2.0  # times as long as an opening: what is no leaf of it
+BROKEN = 3.0  # likewise, in pieces with openings between them
 BESIDE = 0.07  # m within which a reading is of the wall
 STEEP = 0.15  # cosine of the incidence below which a beam doesn't tell
 NARROWEST, WIDEST = 0.45, 2.5  # m: a leaf that stands ajar hides a part of its opening
@@ -73,17 +74,18 @@ class WallLine:
         return np.asarray(self.start + place * self.along)
 
     def holds(self, start: FloatArray, bearing: float, length: float) -> bool:
-        """Whether something straight is a piece of a stretch of wall twice as long."""
+        """Whether something straight is a piece of a wall, which goes on or is broken by openings."""
         along = np.array([np.cos(bearing), np.sin(bearing)])
         off = start + length / 2.0 * along - self.start
         place = float(off @ self.along)
+        if abs(along @ self.normal) > PARALLEL or abs(off @ self.normal) > 2.0 * SAME_LINE:
+            return False
+        reach = length / 2.0 + WIDEST
+        about = np.clip(np.reshape(self.stretches, (-1, 2)), place - reach, place + reach)
+        whole = sum(end - begin for begin, end in self.stretches if begin < place < end)
         return bool(
-            abs(along @ self.normal) < PARALLEL
-            and abs(off @ self.normal) < 2.0 * SAME_LINE
-            and any(
-                begin < place < end and end - begin >= LONGER * length
-                for begin, end in self.stretches
-            )
+            0.0 < place < self.length
+            and (whole >= LONGER * length or np.diff(about).sum() >= BROKEN * length)
         )
 
 

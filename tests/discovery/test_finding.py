@@ -171,7 +171,13 @@ def test_a_map_is_right_beside_a_leaf_only_where_it_shows_the_leaf(
 
 
 @pytest.mark.parametrize(
-    ("stretches", "is_wall"), [(((0.0, 0.95), (2.5, 4.5)), False), (((0.0, 2.0),), True)]
+    ("stretches", "is_wall"),
+    [
+        (((0.0, 0.95), (2.5, 4.0)), False),
+        (((0.0, 0.95), (3.5, 6.0)), False),
+        (((0.0, 0.95), (1.2, 2.2), (2.6, 4.5)), True),
+        (((0.0, 2.0),), True),
+    ],
 )
 def test_a_leaf_in_line_with_other_things_is_no_piece_of_a_wall(
     stretches: tuple[tuple[float, float], ...], is_wall: bool
