@@ -286,16 +286,18 @@ class Cells:
     def fill(self, some: BoolArray, opening: Opening, share: float) -> bool:
         """Whether some of the cells (n,) close a share of an opening."""
         along, _ = beside(self.middles[some], opening.start, opening.bearing)
-        bins = np.unique(np.floor(along / self.plan.resolution))
-        return len(bins) * self.plan.resolution > FILLED * share * (opening.width - 2 * JAMB)
+        return self._covered(along) > FILLED * share * (opening.width - 2 * JAMB)
 
     def has_jamb(self, some: BoolArray, opening: Opening, from_end: bool) -> bool:
         """Whether some of the cells (n,) show wall beside an opening, at its end or its start."""
         start, bearing = opening.jamb(from_end)
         along, aside = beside(self.middles[some], start, bearing)
         near = (along < JAMB) & (along > -JAMB_WALL) & (np.abs(aside) < DEEP)
-        bins = np.unique(np.floor(along[near] / self.plan.resolution))
-        return len(bins) * self.plan.resolution > FILLED * JAMB_WALL
+        return self._covered(along[near]) > FILLED * JAMB_WALL
+
+    def _covered(self, along: FloatArray) -> float:
+        """How much of a line cells cover that lie so far along it (n,), m."""
+        return len(np.unique(np.floor(along / self.plan.resolution))) * self.plan.resolution
 
     def on_leaf(self, hinge: FloatArray, bearing: float, width: float) -> BoolArray:
         """(n,) the cells about a leaf; those at its hinge are the jamb."""

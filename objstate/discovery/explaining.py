@@ -12,12 +12,7 @@ from objstate.discovery.doorway import Doorway, beside
 from objstate.discovery.modes import Refined, log_seen, refine
 from objstate.discovery.proposals import Backgrounds, Shown, proposals, settled
 from objstate.discovery.registering import PLACE_STD
-from objstate.discovery.scoring import (
-    Behind,
-    Lattice,
-    Leaf,
-    log_joint,
-)
+from objstate.discovery.scoring import Behind, Lattice, Leaf, log_joint
 from objstate.discovery.things import Hung, bare, things_of, walls_on
 from objstate.geometry import wrap
 
@@ -79,7 +74,7 @@ def explain(place: Doorway, plan: OccupancyMap) -> Explained | None:
     base = float(about.as_is.log_likelihood.sum())
     door = all_log + np.log(DOOR) - base
     variants = [open_ for each in about.cleared.values() for open_ in each]
-    without = max(bare(place, about.as_is, open_, best, things) for open_ in variants)
+    without = bare(place, about.as_is, variants, best.as_things(place), things)
     without += np.log1p(-DOOR * max(each.p_wall for each in place.openings)) - base
     return Explained(
         leaves=tuple(_with_others(each, found, plan.resolution) for each in best.leaves),

@@ -30,7 +30,7 @@ class Refined:
     @property
     def log_volume(self) -> float:
         """Of its posterior, in nats: how much of the places that it might have it leaves."""
-        return 0.5 * float(np.linalg.slogdet(2 * np.pi * self.covariance)[1])
+        return _log_volume(self.covariance)
 
     @property
     def drawn(self) -> Drawn | None:
@@ -59,11 +59,14 @@ def refine(place: Doorway, behind: Behind, leaf: Leaf) -> Refined | None:
     leaf = leaf.at(start + found.x * SCALE)
     full = log_joint(place, behind, leaf, whole)
     value = max(-float(found.fun), full)
-    volume = 0.5 * np.linalg.slogdet(2 * np.pi * covariance)[1]
-    gain, evidence = behind.gains(place, leaf, lattice.angles), value + float(volume)
+    gain, evidence = behind.gains(place, leaf, lattice.angles), value + _log_volume(covariance)
     best = lattice.best(gain)
     log_prior = evidence - log_seen(behind, gain, best)
     return Refined(leaf, behind, covariance, evidence, lattice.angles[best], log_prior)
+
+
+def _log_volume(covariance: FloatArray) -> float:
+    return 0.5 * float(np.linalg.slogdet(2 * np.pi * covariance)[1])
 
 
 def _covariance(score: Callable[[FloatArray], float], middle: FloatArray) -> FloatArray | None:

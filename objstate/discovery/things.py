@@ -110,10 +110,8 @@ class Hung:
     def of(place: Doorway, log: float, leaves: tuple[Refined, ...], things: list[Thing]) -> Hung:
         """Leaves that have a ``log`` evidence alone, with some of the things that there may be."""
         behind, leaf, lattice = leaves[-1].behind, leaves[-1].leaf, Lattice.whole()
-        log_map, log_way = (
-            behind.map_of(leaf, lattice.angles)[0],
-            behind.log_way(leaf, lattice.angles),
-        )
+        log_map = behind.map_of(leaf, lattice.angles)[0]
+        log_way = behind.log_way(leaf, lattice.angles)
 
         def gains(there: Behind) -> FloatArray:
             change = there.log_likelihood - behind.log_likelihood
@@ -122,15 +120,22 @@ class Hung:
         def total(there: list[FloatArray]) -> float:
             return lattice.log_evidence(log_map, log_way, np.concatenate(there), place.stays)
 
-        value, chosen = _Told(place, gains, total).best([behind], things)
+        on_each = [[with_things(place, behind, thing)] for _, thing in things]
+        value, chosen = _Told(place, gains, total).best([behind], things, on_each)
         return Hung(log + value - total([gains(behind)]), leaves, chosen)
 
+    def as_things(self, place: Doorway) -> list[Thing]:
+        """What stands about, if none of it is a leaf: the leaves at some angles, and the rest."""
+        return [*things_of(place, [self.leaves])[:MOST_TURNS], *self.things]
 
-def bare(place: Doorway, as_is: Behind, open_: Behind, best: Hung, things: list[Thing]) -> float:
+
+def bare(
+    place: Doorway, as_is: Behind, opened: list[Behind], hung: list[Thing], things: list[Thing]
+) -> float:
     """Log evidence of a doorway without a leaf: in each look as drawn, or open, or with things.
 
-    These are found one after the other, or are all that stands about where there is a door: its
-    leaves, each as something that stood at some angle, and what is beside them.
+    These are found one after the other, or are all that stands about where there is a door,
+    ``hung``. Open it is one of ``opened``.
     """
 
     def total(there: list[FloatArray]) -> float:
@@ -140,13 +145,17 @@ def bare(place: Doorway, as_is: Behind, open_: Behind, best: Hung, things: list[
         first[0] = 0.0
         return float(chained(first, prior, gain, place.stays)[0])
 
-    told = _Told(place, lambda there: there.log_likelihood, total)
-    states, spent = [as_is, open_], 0.0
-    for cost, thing in [*things_of(place, [best.leaves])[:MOST_TURNS], *best.things]:
-        states += [with_things(place, state, thing) for state in states]
-        spent += cost
-    of_leaves = spent + total([state.log_likelihood for state in states])
-    return max(of_leaves, told.best([as_is, open_], things)[0])
+    told, logs = _Told(place, lambda there: there.log_likelihood, total), list[float]()
+    on_map = [with_things(place, as_is, thing) for _, thing in things]
+    for open_ in opened:
+        states = [as_is, open_]
+        for _, thing in hung:
+            states += [with_things(place, state, thing) for state in states]
+        logs.append(sum(cost for cost, _ in hung) + total([each.log_likelihood for each in states]))
+        on_open = (with_things(place, open_, thing) for _, thing in things)
+        on_each = [list(both) for both in zip(on_map, on_open, strict=True)]
+        logs.append(told.best([as_is, open_], things, on_each)[0])
+    return max(logs)
 
 
 class _Told(NamedTuple):
@@ -156,24 +165,32 @@ class _Told(NamedTuple):
     gains: Callable[[Behind], FloatArray]
     total: Callable[[list[FloatArray]], float]
 
-    def best(self, states: list[Behind], things: list[Thing]) -> tuple[float, list[Thing]]:
+    def best(
+        self, states: list[Behind], things: list[Thing], on_each: list[list[Behind]]
+    ) -> tuple[float, list[Thing]]:
         """The most log evidence, where things may stand about, and which do.
 
-        Each is paid for once; in any look it may be there or not.
+        Each is paid for once; in any look it may be there or not. With each thing, the states are
+        as ``on_each`` has them.
         """
         there = [self.gains(state) for state in states]
-        value, spent, left, chosen = self.total(there), 0.0, list(things), list[Thing]()
-        while left and len(chosen) < MOST_THINGS:
-            tried = []
-            for cost, thing in left:
-                more = [with_things(self.place, state, thing) for state in states]
-                theirs = [self.gains(state) for state in more]
-                tried.append((spent + cost + self.total(there + theirs), more, theirs))
-            best = max(range(len(tried)), key=lambda k: tried[k][0])
-            if tried[best][0] <= value:
+        value, spent, chosen = self.total(there), 0.0, list[Thing]()
+        left = [
+            (thing, more, [self.gains(state) for state in more])
+            for thing, more in zip(things, on_each, strict=True)
+        ]
+        while left:
+            pays = [spent + thing[0] + self.total(there + theirs) for thing, _, theirs in left]
+            best = int(np.argmax(pays))
+            if pays[best] <= value:
                 break
-            value, more, theirs = tried[best]
-            states, there = states + more, there + theirs
-            chosen.append(left.pop(best))
-            spent += chosen[-1][0]
+            value, (thing, added, theirs) = pays[best], left.pop(best)
+            there, spent = there + theirs, spent + thing[0]
+            chosen.append(thing)
+            if len(chosen) == MOST_THINGS:
+                break
+            for other, more, its in left:
+                new = [with_things(self.place, state, other[1]) for state in added]
+                more.extend(new)
+                its.extend(self.gains(state) for state in new)
         return value, chosen

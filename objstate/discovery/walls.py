@@ -25,7 +25,7 @@ BESIDE = 0.07  # m within which a reading is of the wall
 STEEP = 0.15  # cosine of the incidence below which a beam doesn't tell
 NARROWEST, WIDEST = 0.45, 2.5  # m: a leaf that stands ajar hides a part of its opening
 MARGIN = 0.3  # m of unknown that may part an opening from its wall
-HOLE = 0.15  # m without readings in a stretch of wall
+HOLE = 0.15  # m without readings in a piece of wall
 KNOWN = 0.5  # share of an opening that the map has to know: elsewhere nobody mapped a door
 JAMB = 0.1  # m of wall that has to show beside an opening
 # Along a wall this share is shown to be wall, the rest are doorways and niches; along a line
@@ -56,8 +56,8 @@ class WallLine:
     start: FloatArray = field(repr=False)  # (2,) m
     along: FloatArray = field(repr=False)  # (2,) unit vector
     length: float  # m
-    # m along it, where readings show stretches of wall begin and end
-    stretches: tuple[tuple[float, float], ...] = ()
+    # m along it, where readings show wall, but for holes, begins and ends
+    solid: tuple[tuple[float, float], ...] = ()
 
     @property
     def normal(self) -> FloatArray:
@@ -67,7 +67,7 @@ class WallLine:
     @property
     def shown(self) -> float:
         """m of it that are wall."""
-        return sum(end - begin for begin, end in self.stretches)
+        return sum(end - begin for begin, end in self.solid)
 
     def at(self, place: float) -> FloatArray:
         """The point (2,) so many metres along."""
@@ -81,8 +81,8 @@ class WallLine:
         if abs(along @ self.normal) > PARALLEL or abs(off @ self.normal) > 2.0 * SAME_LINE:
             return False
         reach = length / 2.0 + WIDEST
-        about = np.clip(np.reshape(self.stretches, (-1, 2)), place - reach, place + reach)
-        whole = sum(end - begin for begin, end in self.stretches if begin < place < end)
+        about = np.clip(np.reshape(self.solid, (-1, 2)), place - reach, place + reach)
+        whole = sum(end - begin for begin, end in self.solid if begin < place < end)
         return bool(
             0.0 < place < self.length
             and (whole >= LONGER * length or np.diff(about).sum() >= BROKEN * length)
@@ -156,7 +156,7 @@ def fitted(lines: list[WallLine], beams: Beams) -> list[WallLine]:
     readings = beams.readings
     lines = [_extended(line, readings) for line in lines]
     found = _each_once(sorted(lines, key=lambda each: -each.length))
-    return [replace(line, stretches=_stretches(line, readings)) for line in found]
+    return [replace(line, solid=_solid(line, readings)) for line in found]
 
 
 def on_lines(
@@ -236,7 +236,7 @@ def _pieces(line: WallLine, readings: Readings, beyond: float) -> list[tuple[flo
     ]
 
 
-def _stretches(line: WallLine, readings: Readings) -> tuple[tuple[float, float], ...]:
+def _solid(line: WallLine, readings: Readings) -> tuple[tuple[float, float], ...]:
     """Where along a line readings show wall, but for short gaps, m."""
     found: list[tuple[float, float]] = []
     for begin, end in _pieces(line, readings, LEAST_WALL):
