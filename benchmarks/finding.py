@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.floors import Floor, furnished, make_drives, make_floor
+from benchmarks.floors import Floor, furnished, make_drives, make_floor, with_sliding
 from benchmarks.independent.__main__ import seeds_of
 from objstate.building.door_table import Door
 from objstate.discovery import learn_doors
@@ -40,6 +40,10 @@ class Tally:
     held: list[tuple[bool, bool, bool]] = field(default_factory=list)  # hinge, bearing, width
     # of the end with the hinge and the way to open: the stated probability, and whether it is right
     sides: list[tuple[float, bool]] = field(default_factory=list)
+    sliding: int = 0  # of the doors
+    # of those found that slide, and of those that are said to: whether the other holds as well
+    slides: list[bool] = field(default_factory=list)
+    said: list[bool] = field(default_factory=list)
 
 
 def closed(door: Door) -> tuple[np.ndarray, np.ndarray]:
@@ -52,6 +56,7 @@ def compare(floor: Floor, found: Sequence[Candidate], tally: Tally) -> None:
     """Add a floor to a tally."""
     left = [each for each in found if each.probability > 0.5]
     tally.doors += len(floor.doors)
+    tally.sliding += sum(door.slides for door in floor.doors)
     for door in floor.doors:
         along, middle = closed(door)
         near = sorted(left, key=lambda each: float(np.hypot(*(closed(each.door)[1] - middle))))
@@ -59,6 +64,10 @@ def compare(floor: Floor, found: Sequence[Candidate], tally: Tally) -> None:
             continue
         best = near[0]
         left.remove(best)
+        if door.slides:
+            tally.slides.append(best.door.slides)
+        if best.door.slides:
+            tally.said.append(door.slides)
         is_swapped = bool(np.hypot(*(best.door.hinge - door.hinge)) > door.width / 2.0)
         is_right = not is_swapped and best.door.sense == door.sense
         tally.sides.append((best.side_probability, is_right))
@@ -107,6 +116,7 @@ def main() -> None:
     parser.add_argument("--seeds", type=seeds_of, default=seeds_of("1:5"))
     parser.add_argument("--keep", type=Path, help="a folder for drives, taken from there again")
     parser.add_argument("--furnished", action="store_true", help="rooms full of furniture, entered")
+    parser.add_argument("--sliding", action="store_true", help="half of the doors slide")
     given = parser.parse_args()
     cases = {"three drives, half of the doors moved": (3, 0.5), "one drive, none moved": (1, 0.0)}
     print(
@@ -118,6 +128,8 @@ def main() -> None:
         tally, seconds = Tally(), 0.0
         for seed in given.seeds:
             floor = make_floor(seed)
+            if given.sliding:
+                with_sliding(floor, seed)
             if given.furnished:
                 furnished(floor, seed)
             with tempfile.TemporaryDirectory() as scratch:
@@ -136,6 +148,13 @@ def main() -> None:
                 flush=True,
             )
         print(row(name, tally, seconds / len(given.seeds)), flush=True)
+        if given.sliding:
+            print(
+                f"<!-- {tally.sliding} doors slide: {len(tally.slides)} are found, of {sum(tally.slides)} "
+                f"that is said; it is said of {len(tally.said)} that are found, and right of "
+                f"{sum(tally.said)} -->",
+                flush=True,
+            )
 
 
 if __name__ == "__main__":

@@ -5,7 +5,8 @@ opening without a leaf; between them are niches, and gaps in which a shelf stand
 several thicknesses, so that some closed leaves lie flush with the corridor's wall, and others behind it.
 
 Rooms are all but empty, and the robot stays in the corridor. ``furnished`` floors have rooms full of
-desks, chairs and shelves, and the robot drives into half of them.
+desks, chairs and shelves, and the robot drives into half of them. On ``with_sliding`` floors half of
+the doors slide: along the corridor's wall, in it, or behind it.
 """
 
 from __future__ import annotations
@@ -20,8 +21,8 @@ from typing import NamedTuple
 import numpy as np
 
 from benchmarks.scan_map import write_map
-from objstate.building.door_table import Door
-from objstate.building.leaves import hinged
+from objstate.building.door_table import SLIDES, Door
+from objstate.building.leaves import leaf_of_door
 from objstate.building.model import Building, Mesh
 from objstate.building.shapes import Box
 from objstate.building.writing import write_buildings
@@ -32,6 +33,10 @@ from objstate.records import Scan
 from objstate.simulation import simulate
 
 WALL_HEIGHT, LEAF_HEIGHT, LEAF = 2.5, 2.0, 0.04  # m
+OVERLAP, BESIDE_WALL = (
+    0.03,
+    0.04,
+)  # m, of a leaf that slides on a wall: over the jamb, and before it
 SLIT = 0.01  # m between a leaf and its frame
 DEPTH = 3.5  # m, of rooms
 MAP_SCANS = 3  # every so many scans of the mapping drive count
@@ -95,7 +100,7 @@ class Floor:
             np.concatenate([part.vertices for part in parts]),
             np.concatenate([part.faces + 8 * k for k, part in enumerate(parts)]),
         )
-        leaves = {door.name: hinged(door, LEAF, LEAF_HEIGHT) for door in self.doors}
+        leaves = {door.name: leaf_of_door(door, LEAF, LEAF_HEIGHT) for door in self.doors}
         return Building("floor", walls, leaves)
 
 
@@ -166,6 +171,31 @@ def _bay(
     if kind in ("door", "double", "opening"):
         inside = begin, begin + width
         floor.rooms.append(Room(*inside, side, (left, right), (far, far + DEPTH), tuple(names)))
+
+
+def with_sliding(floor: Floor, seed: int) -> Floor:
+    """The floor with leaves that slide in half of its doorways, where there is wall beside them."""
+    rng = np.random.default_rng([seed, 14])
+    doors = {door.name: door for door in floor.doors}
+    for room in floor.rooms:
+        near, far = floor.half, room.depth[0]
+        depth = float(rng.choice([near - BESIDE_WALL, (near + far) / 2, far + BESIDE_WALL]))
+        over = SLIT if near < depth < far else -OVERLAP
+        low, high = room.gap[0] + over, room.gap[1] - over
+        beside = {True: room.gap[0] - room.x0, False: room.x1 - room.gap[1]}
+        meet = [low, (low + high) / 2, high] if len(room.doors) == 2 else [low, high]
+        is_left = [True, False] if len(room.doors) == 2 else [beside[True] > beside[False]]
+        width = meet[1] - meet[0]
+        is_narrow = any(beside[left] < 0.8 * width for left in is_left)
+        if not room.doors or rng.random() < 0.5 or is_narrow:
+            continue
+        for name, left in zip(room.doors, is_left, strict=True):
+            hinge = np.array([low if left else high, room.side * depth])
+            bearing = 0.0 if left else math.pi
+            travel = round(min(width, beside[left]), 4)
+            doors[name] = Door(name, hinge, bearing, SLIDES, width, travel)
+    floor.doors = list(doors.values())
+    return floor
 
 
 def furnished(floor: Floor, seed: int) -> Floor:

@@ -11,6 +11,7 @@ from pydantic import BaseModel
 from objstate import config
 from objstate.batch.manifest import COLUMNS as MANIFEST_COLUMNS
 from objstate.building.door_table import COLUMNS as DOOR_COLUMNS
+from objstate.building.door_table import TRAVEL
 from objstate.recording.batches import summary_schema, timings_schema
 from objstate.recording.candidates import Found
 from objstate.recording.events import event_schema
@@ -140,7 +141,7 @@ def test_the_example_is_understood() -> None:
 def test_the_columns_of_tables_are_listed() -> None:
     doors = " ".join(row[0] for row in rows("Door table: doors.csv"))
     estimates = " ".join(row[0] for row in rows("States: estimates.parquet"))
-    assert set(re.findall(r"`(\w+)`", doors)) == set(DOOR_COLUMNS)
+    assert set(re.findall(r"`(\w+)`", doors)) == {*DOOR_COLUMNS, TRAVEL}
     assert set(re.findall(r"`(\w+)`", estimates)) == set(ESTIMATE_COLUMNS)
     events = " ".join(row[0] for row in rows("Events: events.parquet"))
     assert set(re.findall(r"`(\w+)`", events)) == set(event_schema())

@@ -27,10 +27,10 @@ COLUMNS = (
 )
 PROBABILITY = "probability"  # that a candidate is a door
 SIDE = "side_probability"  # that a candidate is hinged at this end and opens this way
-# of candidates
-OPTIONAL = (PROBABILITY, SIDE, "hinge_std_m", "bearing_std_deg", "width_std_m", "type")
-HINGED = "hinged"  # the only type that a row can describe
-SENSE = {"ccw": 1, "cw": -1}  # of opening, seen from above
+TYPE, TRAVEL = "type", "upper_limit_m"
+OPTIONAL = (PROBABILITY, SIDE, "hinge_std_m", "bearing_std_deg", "width_std_m", TYPE, TRAVEL)
+SLIDES = 0  # the sense of a leaf that doesn't turn
+SENSE = {"ccw": 1, "cw": -1, "slides": SLIDES}  # of opening, seen from above
 FULL_TURN = 360.0  # degrees
 WIDEST_LEAF = 5.0  # m; wider doors slide, fold or roll
 LARGEST = 1e8  # m, degrees; also of coordinates of a country
@@ -38,15 +38,33 @@ LARGEST = 1e8  # m, degrees; also of coordinates of a country
 
 @dataclass(frozen=True, eq=False)
 class Door:
-    """One hinged leaf as the table has it."""
+    """One leaf as the table has it.
+
+    The hinge of a leaf that slides is its end past which it slides open.
+    """
 
     name: str
     hinge: FloatArray = field(repr=False)  # (2,) m in the map's frame
     closed_bearing: float  # rad, from the hinge to the free edge when closed
-    sense: int  # 1 opens counter-clockwise seen from above, -1 clockwise
+    sense: int  # 1 opens counter-clockwise seen from above, -1 clockwise, SLIDES neither
     width: float  # m, from the hinge to the free edge
-    upper: float  # rad, the widest opening
+    upper: float  # rad, the widest opening; m if it slides
     probability: float | None = None  # of a candidate
+
+    @property
+    def slides(self) -> bool:
+        """Whether it slides, instead of turning about its hinge."""
+        return self.sense == SLIDES
+
+    @property
+    def type(self) -> str:
+        """As the table has it."""
+        return "sliding" if self.slides else "hinged"
+
+    @property
+    def opens(self) -> str:
+        """As the table has it."""
+        return next(name for name, sense in SENSE.items() if sense == self.sense)
 
 
 def read_doors(path: Path) -> list[Door]:
@@ -75,15 +93,20 @@ def door_rows(doors: Sequence[Door]) -> str:
     """A table of doors as text, to be read again."""
     text = io.StringIO()
     rows = csv.writer(text, lineterminator="\n")
-    rows.writerow(COLUMNS)
+    slide = any(door.slides for door in doors)
+    rows.writerow((*COLUMNS, TRAVEL) if slide else COLUMNS)
     for door in doors:
-        x, y = (round(float(value), 4) for value in door.hinge)
-        bearing, upper = (
-            round(math.degrees(each), 3) for each in (door.closed_bearing, door.upper)
-        )
-        opens = next(name for name, sense in SENSE.items() if sense == door.sense)
-        rows.writerow([door.name, x, y, bearing, opens, round(door.width, 4), upper])
+        described, travel = door_row(door)
+        rows.writerow([*described, travel] if slide else described)
     return text.getvalue()
+
+
+def door_row(door: Door) -> tuple[list[object], object]:
+    """What ``COLUMNS`` say of a door, and how far it slides."""
+    x, y = (round(float(value), 4) for value in door.hinge)
+    bearing = round(math.degrees(door.closed_bearing), 3)
+    limits = ("", round(door.upper, 4)) if door.slides else (round(math.degrees(door.upper), 3), "")
+    return [door.name, x, y, bearing, door.opens, round(door.width, 4), limits[0]], limits[1]
 
 
 def _check_columns(path: Path, found: Sequence[str], header: str) -> None:
@@ -117,15 +140,12 @@ def _read_door(row: dict[str, str | None], where: str) -> Door:
     opens = (row["opens"] or "").strip().lower()
     if not name:
         raise BuildingError(f"{where} names no door; fill the column 'door'.")
-    if (row.get("type") or HINGED).strip() != HINGED:
-        raise BuildingError(
-            f"{where}: door '{name}' is {row['type']}; a table can only have hinged ones."
-        )
     if opens not in SENSE:
         raise BuildingError(
-            f"{where}: door '{name}' opens '{opens}'; it must be ccw or cw, seen from above."
+            f"{where}: door '{name}' opens '{opens}'; it must be ccw or cw, seen from above, or "
+            "slides."
         )
-    width, upper = _number(row, "width_m", where), _number(row, "upper_limit_deg", where)
+    width = _number(row, "width_m", where)
     if width <= 0:
         raise BuildingError(f"{where}: door '{name}' is {width:g} m wide; give a width above 0.")
     if width > WIDEST_LEAF:
@@ -133,6 +153,27 @@ def _read_door(row: dict[str, str | None], where: str) -> Door:
             f"{where}: door '{name}' is {width:g} m wide; no leaf is wider than {WIDEST_LEAF:g} m, "
             f"so give it in metres ({width / (1000 if width >= 200 else 100):g}?)."
         )
+    door = Door(
+        name=name,
+        hinge=np.array([_number(row, "hinge_x", where), _number(row, "hinge_y", where)]),
+        closed_bearing=math.radians(_number(row, "closed_bearing_deg", where)),
+        sense=SENSE[opens],
+        width=width,
+        upper=_travel(row, width, where) if opens == "slides" else _widest(row, where),
+        probability=_probability(row, where),
+    )
+    told = (row.get(TYPE) or door.type).strip()
+    if told != door.type:
+        raise BuildingError(
+            f"{where}: door '{name}' is {told}, but opens '{opens}'; sliding doors open 'slides', "
+            "hinged ones ccw or cw."
+        )
+    return door
+
+
+def _widest(row: dict[str, str | None], where: str) -> float:
+    """How far a door turns, rad."""
+    name, upper = row["door"], _number(row, "upper_limit_deg", where)
     if not 0 < upper < FULL_TURN:
         raise BuildingError(
             f"{where}: door '{name}' opens up to {upper:g} degrees; "
@@ -143,15 +184,27 @@ def _read_door(row: dict[str, str | None], where: str) -> Door:
             f"{where}: door '{name}' opens up to {upper:g} degrees; no door opens so little, so "
             f"give degrees instead of radians ({math.degrees(upper):.0f}?)."
         )
-    return Door(
-        name=name,
-        hinge=np.array([_number(row, "hinge_x", where), _number(row, "hinge_y", where)]),
-        closed_bearing=math.radians(_number(row, "closed_bearing_deg", where)),
-        sense=SENSE[opens],
-        width=width,
-        upper=math.radians(upper),
-        probability=_probability(row, where),
-    )
+    return math.radians(upper)
+
+
+def _travel(row: dict[str, str | None], width: float, where: str) -> float:
+    """How far a door slides, m; by its width, if that isn't said."""
+    name, turn = row["door"], (row["upper_limit_deg"] or "").strip()
+    if turn:
+        raise BuildingError(
+            f"{where}: door '{name}' slides, but opens up to {turn} degrees; leave "
+            f"upper_limit_deg empty, and give {TRAVEL} if it slides by another length than its "
+            "width."
+        )
+    if not (row.get(TRAVEL) or "").strip():
+        return width
+    travel = _number(row, TRAVEL, where)
+    if not 0 < travel <= 2.0 * WIDEST_LEAF:
+        raise BuildingError(
+            f"{where}: door '{name}' slides by {travel:g} m; give a length above 0 and up to "
+            f"{2.0 * WIDEST_LEAF:g} m."
+        )
+    return travel
 
 
 def _probability(row: dict[str, str | None], where: str) -> float | None:

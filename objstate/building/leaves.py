@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from objstate.building.door_table import Door
@@ -10,6 +12,15 @@ from objstate.building.shapes import Box
 from objstate.geometry import FloatArray, transform, transform_from_pose
 
 UP, FORWARD = (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)
+
+
+def leaf_of_door(door: Door, thickness: float, height: float) -> MovableObject:
+    """The leaf of a door of a table, of ``thickness`` and ``height``, m, on z = 0."""
+    if not door.slides:
+        return hinged(door, thickness, height)
+    along = np.array([np.cos(door.closed_bearing), np.sin(door.closed_bearing)])
+    edge = door.hinge + door.width * along
+    return replace(sliding(door.name, edge, door.hinge, thickness, height), upper=door.upper)
 
 
 def hinged(door: Door, thickness: float, height: float) -> MovableObject:

@@ -67,7 +67,8 @@ def find_leaf(plan: OccupancyMap, door: Door, thickness: float) -> Swing:
     Blobs that begin there and reach no farther than ``tolerance`` past the widest opening, or
     ``TAIL`` past the free edge, are leaf as well. What reaches farther is a wall. ``tolerance`` is
     half the leaf's thickness and the blur of the map; cells that close to the hinge are the jamb
-    and stay.
+    and stay. Of a leaf that slides only what stands about its closed place is cleared: elsewhere
+    it lies on a wall, or in it.
     """
     tolerance = thickness / 2 + SMEAR * plan.resolution
     rows, columns = np.nonzero(plan.occupied)
@@ -78,6 +79,9 @@ def find_leaf(plan: OccupancyMap, door: Door, thickness: float) -> Swing:
     in_place = np.abs(aside) <= tolerance
     far = in_place & (along >= beyond)
     closed = (along > tolerance) & (along <= door.width) & in_place & ~far
+    here = _Cells(plan.occupied.shape, rows, columns)
+    if door.slides:
+        return Swing(door, here.grid(closed), 0, is_wall)
     along, aside = _beside(turn - door.upper, reach)
     free = (reach > tolerance) & (reach <= door.width)
     open_wide = free & (along > 0) & (np.abs(aside) <= tolerance)
@@ -86,12 +90,10 @@ def find_leaf(plan: OccupancyMap, door: Door, thickness: float) -> Swing:
     leaf = closed | (free & within & ~wall & ~far)
     past_limit = open_wide & ~wall & ~leaf
     past_edge = within & (reach > door.width) & (reach <= door.width + TAIL)
-    remnants = _Cells(plan.occupied.shape, rows, columns).blobs_inside(
+    remnants = here.blobs_inside(
         past_limit | past_edge, among=~leaf & (reach > tolerance), touching=leaf | past_limit
     )
-    found = np.zeros_like(plan.occupied)
-    found[rows, columns] = leaf | remnants
-    return Swing(door, found, int(np.count_nonzero(wall)), is_wall)
+    return Swing(door, here.grid(leaf | remnants), int(np.count_nonzero(wall)), is_wall)
 
 
 def _walls_in_line(
@@ -133,7 +135,7 @@ def _closes_behind(door: Door, other: Door) -> bool:
 def _polar(offsets: FloatArray, door: Door) -> tuple[FloatArray, FloatArray]:
     """Opening angle (n,) rad, below 0 and above ``upper`` equally far, and distance (n,) m."""
     bearing = np.arctan2(offsets[:, 1], offsets[:, 0])
-    turn = door.sense * (bearing - door.closed_bearing)
+    turn = (-1 if door.sense < 0 else 1) * (bearing - door.closed_bearing)
     spare = (2 * np.pi - door.upper) / 2
     return (turn + spare) % (2 * np.pi) - spare, np.linalg.norm(offsets, axis=1)
 
@@ -167,15 +169,16 @@ class _Cells:
         """(n,) the blobs of ``among`` that lie wholly in a region and touch or hold some cells."""
         from scipy.ndimage import binary_dilation, label
 
-        blobs, count = label(self._grid(among), NEIGHBOURS)
+        blobs, count = label(self.grid(among), NEIGHBOURS)
         blob = blobs[self.rows, self.columns]
         chosen = np.zeros(count + 1, dtype=bool)
-        near = binary_dilation(self._grid(touching), NEIGHBOURS)
+        near = binary_dilation(self.grid(touching), NEIGHBOURS)
         chosen[blob[near[self.rows, self.columns]]] = True
         chosen[blob[among & ~region]] = False
         return np.asarray(among & chosen[blob], dtype=bool)
 
-    def _grid(self, mask: BoolArray) -> BoolArray:
+    def grid(self, mask: BoolArray) -> BoolArray:
+        """The cells of a mask in the grid."""
         grid = np.zeros(self.shape, dtype=bool)
         grid[self.rows[mask], self.columns[mask]] = True
         return grid

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from objstate.building.door_table import Door
-from objstate.building.leaves import hinged
+from objstate.building.leaves import leaf_of_door
 from objstate.building.model import Building, Kind, Mesh, MovableObject
 from objstate.building.shapes import Box
 from objstate.building.sidecar import SUFFIX
@@ -80,7 +80,7 @@ def write_building(
     The doors' leaves are boxes of ``thickness`` and ``height``, m. What ``out`` held
     is replaced; ask ``check_target`` before. Raises ResultError if it can't be written.
     """
-    leaves = {door.name: hinged(door, thickness, height) for door in doors}
+    leaves = {door.name: leaf_of_door(door, thickness, height) for door in doors}
     return write_buildings(out, {".": Building(name, walls, leaves)}, {".": sidecar})[0]
 
 

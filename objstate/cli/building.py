@@ -21,11 +21,13 @@ Example:
 \b
 The columns of doors.csv:
   door                a name of your choice
-  hinge_x, hinge_y    where the hinge stands in the map, m
+  hinge_x, hinge_y    where the hinge stands in the map, m; of a leaf that slides,
+                      its end past which it slides open
   closed_bearing_deg  where the closed leaf points, seen from the hinge
-  opens               ccw or cw, seen from above
+  opens               ccw or cw, seen from above, or slides
   width_m             from the hinge to the free edge
-  upper_limit_deg     the widest opening
+  upper_limit_deg     the widest opening; empty if it slides
+  upper_limit_m       if it slides, how far; its width, where this is missing
 """
 
 IMPORT_EXAMPLES = """\b

@@ -40,8 +40,11 @@ def _cells(each: Candidate) -> Iterator[str]:
     yield f"{math.degrees(each.bearing_std):.1f}"
     yield f"{door.width:.2f}"
     yield f"{each.width_std:.3f}"
-    yield "ccw" if door.sense > 0 else "cw"
-    yield " ".join(f"{math.degrees(angle):.0f}" for angle in each.angles)
+    yield door.opens
+    if door.slides:
+        yield " ".join(f"{way:.2f} m" for way in each.angles)
+    else:
+        yield " ".join(f"{math.degrees(angle):.0f}" for angle in each.angles)
 
 
 def describe_refined(refined: Refined) -> Iterator[str | Table]:

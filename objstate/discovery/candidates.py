@@ -20,8 +20,9 @@ from objstate.discovery.explaining import Explained, explain
 from objstate.discovery.gathering import Beams
 from objstate.discovery.modes import Refined
 from objstate.discovery.registering import registered
+from objstate.discovery.scoring import turned
 from objstate.discovery.walls import distinct, openings, wall_lines
-from objstate.geometry import BoolArray, FloatArray
+from objstate.geometry import BoolArray, FloatArray, wrap
 
 PROBABLE = 0.5  # from which on a candidate is a door
 LEAST = 0.05  # probability below which a doorway isn't worth telling of
@@ -38,11 +39,12 @@ class Candidate:
 
     door: Door
     probability: float
-    side_probability: float  # of the hinge at this end, and of opening this way, if it is a door
+    # of the hinge at this end, and of opening this way, turning or sliding, if it is a door
+    side_probability: float
     hinge_std: FloatArray  # (2,) m along and across the closed leaf
     bearing_std: float  # rad
     width_std: float  # m
-    angles: tuple[float, ...]  # rad, the most probable of each look
+    angles: tuple[float, ...]  # rad, m if it slides, the most probable of each look
     log_odds: float  # of the evidence, against all that is no door
 
     @property
@@ -109,9 +111,7 @@ def _explained_away(
     They tell nothing of other doors.
     """
     for each in best.leaves:
-        bearings = each.leaf.bearing + each.leaf.sense * each.angles
-        vector = np.array([*each.leaf.hinge, each.leaf.width])
-        left[ended_on(place, beams, vector, bearings)] = False
+        left[ended_on(place, beams, turned(each.leaf, each.angles))] = False
         if each.drawn is not None:
             plan = plan.without(each.drawn.points)
     return plan
@@ -122,14 +122,15 @@ def _candidate(explained: Explained, best: Refined) -> Candidate:
     cos, sin = np.cos(leaf.bearing), np.sin(leaf.bearing)
     axes = np.array([[cos, sin], [-sin, cos]])
     hinge = axes @ best.covariance[:2, :2] @ axes.T
-    widest = float(best.angles.max(initial=0.0))
+    angles = best.angles * leaf.width if leaf.slides else best.angles
+    widest = float(angles.max(initial=0.0))
     door = Door(
         name="",
         hinge=leaf.hinge,
-        closed_bearing=float(leaf.bearing),
+        closed_bearing=float(wrap(leaf.bearing)),
         sense=leaf.sense,
         width=leaf.width,
-        upper=max(widest + SWING, LEAST_LIMIT),
+        upper=leaf.width if leaf.slides else max(widest + SWING, LEAST_LIMIT),
         probability=explained.probability,
     )
     return Candidate(
@@ -139,7 +140,7 @@ def _candidate(explained: Explained, best: Refined) -> Candidate:
         hinge_std=np.sqrt(np.diag(hinge)),
         bearing_std=float(np.sqrt(best.covariance[2, 2])),
         width_std=float(np.sqrt(best.covariance[3, 3])),
-        angles=tuple(best.angles.tolist()),
+        angles=tuple(angles.tolist()),
         log_odds=explained.log_odds,
     )
 

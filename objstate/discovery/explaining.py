@@ -12,14 +12,17 @@ from objstate.discovery.doorway import Doorway, beside
 from objstate.discovery.modes import Refined, log_seen, refine
 from objstate.discovery.proposals import Backgrounds, Shown, proposals, settled
 from objstate.discovery.registering import PLACE_STD
-from objstate.discovery.scoring import Behind, Lattice, Leaf, log_joint
+from objstate.discovery.scoring import Behind, Leaf, lattice_of, log_joint
 from objstate.discovery.things import Hung, bare, things_of, walls_on
 from objstate.geometry import wrap
 
 DOOR = 0.5  # probability that an opening of a wall has a leaf
-# of the side of the hinge and the way it opens, and of double doors, of which one door in six is one
-LOG_SINGLE, LOG_DOUBLE = np.log(5.0 / 6.0 / 4.0), np.log(1.0 / 6.0 / 2.0)
-REFINED = 6  # leaves
+# Shares of doors: one in twenty slides, and of these every other one has two leaves. Of others one
+# in six has. The side of the hinge and the way to open are evenly distributed.
+SLIDING = 0.05
+LOG_HINGED = np.log(1.0 - SLIDING) + np.log([5.0 / 6.0 / 4.0, 1.0 / 6.0 / 2.0])
+LOG_SLIDING = np.log(SLIDING) + np.log([0.5 / 2.0, 0.5])
+REFINED, REFINED_SLIDING = 6, 2  # leaves
 DEPTH_APART = 0.1  # m, of leaves that are refined apart
 SHARED_WIDTH_STD = 0.012  # m, of a width, which all looks share: what readings of both jambs do
 
@@ -48,9 +51,9 @@ class Explained:
 def explain(place: Doorway, plan: OccupancyMap) -> Explained | None:
     """The most probable leaf of a doorway, and the probability that there is one; None where nothing fits."""
     shown = Shown.about(place, plan)
-    place, shift = settled(place, shown)
-    about, rough = Backgrounds.of(place, shown, shift), place.rough
-    roughly, found = Backgrounds.of(rough, shown, shift).cleared, list[Refined]()
+    place = settled(place, shown)
+    about, rough = Backgrounds.of(place, shown), place.rough
+    roughly, found = Backgrounds.of(rough, shown).cleared, list[Refined]()
     for number, leaf in _tried(rough, shown, roughly):
         refined = _refined(about, about.cleared[leaf.about][number], leaf)
         if refined is not None:
@@ -60,8 +63,8 @@ def explain(place: Doorway, plan: OccupancyMap) -> Explained | None:
     for each in sorted(found, key=lambda leaf: leaf.log_evidence):
         each_kind[each.leaf.kind] = each
     several: list[tuple[float, tuple[Refined, ...]]] = [
-        *((one.log_evidence + LOG_SINGLE, (one,)) for one in each_kind.values()),
-        *((log + LOG_DOUBLE, both) for log, both in pairs),
+        *((one.log_evidence + _log_type((one,)), (one,)) for one in each_kind.values()),
+        *((log + _log_type(both), both) for log, both in pairs),
     ]
     if not several:
         return None
@@ -83,6 +86,11 @@ def explain(place: Doorway, plan: OccupancyMap) -> Explained | None:
         log_door=door,
         log_bare=without,
     )
+
+
+def _log_type(leaves: tuple[Refined, ...]) -> float:
+    """Of a door with such leaves, among all doors."""
+    return float((LOG_SLIDING if leaves[0].leaf.slides else LOG_HINGED)[len(leaves) - 1])
 
 
 def _refined(about: Backgrounds, behind: Behind, leaf: Leaf) -> Refined | None:
@@ -113,7 +121,7 @@ def _pairs(
 
 def _joint_of_pair(place: Doorway, behind: Behind, leaf: Leaf) -> float:
     """Log p(beams, leaves) of a double door, either leaf given the other one's angles."""
-    lattice, other = Lattice.whole(), replace(_other(place, leaf), twin=leaf)
+    lattice, other = lattice_of(leaf), replace(_other(place, leaf), twin=leaf)
     angles = lattice.angles[lattice.best(behind.gains(place, leaf, lattice.angles))]
     beside_first = behind.beside(place, leaf, angles)
     angles = lattice.angles[lattice.best(beside_first.gains(place, other, lattice.angles))]
@@ -128,7 +136,7 @@ def _pair(
     place: Doorway, behind: Behind, leaf: Leaf
 ) -> tuple[float, tuple[Refined, Refined]] | None:
     """A leaf and the other one of its double door, refined in turns; their log evidence."""
-    lattice = Lattice.whole()
+    lattice = lattice_of(leaf)
     angles = lattice.angles[lattice.best(behind.gains(place, leaf, lattice.angles))]
     other = refine(place, behind.beside(place, leaf, angles), _other(place, leaf))
     if other is None:
@@ -155,14 +163,13 @@ def _tried(
     place: Doorway, shown: Shown, cleared: dict[int, list[Behind]]
 ) -> list[tuple[int, Leaf]]:
     """The best single leaves of each kind, depth and background, with the numbers of these."""
-    lattice = Lattice.whole()
     best: dict[tuple[int, bool, int, int], tuple[float, int, Leaf]] = {}
     for number, leaf in [*_on_each(proposals(place), cleared), *shown.proposed(place)]:
         if leaf.share < 1.0:
             continue
         _, aside = beside(leaf.hinge[None], *place.openings[leaf.about].jamb(leaf.from_end))
         key = leaf.sense, leaf.from_end, round(float(aside[0]) / DEPTH_APART), number
-        score = log_joint(place, cleared[leaf.about][number], leaf, lattice)
+        score = log_joint(place, cleared[leaf.about][number], leaf, lattice_of(leaf))
         if key not in best or score > best[key][0]:
             best[key] = score, number, leaf
     return _foremost(best.values())
@@ -170,13 +177,20 @@ def _tried(
 
 def _foremost(scored: Iterable[tuple[float, int, Leaf]]) -> list[tuple[int, Leaf]]:
     """The numbers and leaves that scored best."""
-    ordered = sorted(scored, key=lambda each: -each[0])[:REFINED]
-    return [(number, leaf) for _, number, leaf in ordered]
+    ordered = [(number, leaf) for _, number, leaf in sorted(scored, key=lambda each: -each[0])]
+    turning = [each for each in ordered if not each[1].slides]
+    sliding = [each for each in ordered if each[1].slides]
+    return turning[:REFINED] + sliding[:REFINED_SLIDING]
 
 
 def _on_each(leaves: list[Leaf], cleared: dict[int, list[Behind]]) -> Iterator[tuple[int, Leaf]]:
-    """Leaves that the map needn't show, on each of their backgrounds."""
-    return ((n, leaf) for leaf in leaves for n in range(len(cleared[leaf.about])))
+    """Leaves that the map needn't show, on each of their backgrounds.
+
+    No map shows a leaf that slides elsewhere than in its opening.
+    """
+    return (
+        (n, leaf) for leaf in leaves for n in range(1 if leaf.slides else len(cleared[leaf.about]))
+    )
 
 
 def _tried_pairs(

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from objstate.building import building_from_map, load_building
-from objstate.building.door_table import COLUMNS, HINGED, OPTIONAL, SENSE, Door, door_rows
+from objstate.building.door_table import COLUMNS, OPTIONAL, Door, door_row, door_rows
 from objstate.building.model import Building
 from objstate.building.occupancy import OccupancyMap, read_map
 from objstate.building.sidecar import sidecar_of
@@ -110,24 +110,17 @@ def candidates_table(candidates: Sequence[Candidate]) -> str:
     rows = csv.writer(text, lineterminator="\n")
     rows.writerow([*COLUMNS, *OPTIONAL])
     for each in candidates:
-        door = each.door
-        x, y = (round(float(value), 4) for value in door.hinge)
-        opens = next(name for name, sense in SENSE.items() if sense == door.sense)
+        described, travel = door_row(each.door)
         rows.writerow(
             [
-                door.name,
-                x,
-                y,
-                round(math.degrees(door.closed_bearing), 2),
-                opens,
-                round(door.width, 4),
-                round(math.degrees(door.upper), 1),
+                *described,
                 round(each.probability, 4),
                 round(each.side_probability, 4),
                 round(each.hinge_deviation, 4),
                 round(math.degrees(each.bearing_std), 2),
                 round(each.width_std, 4),
-                HINGED,
+                each.door.type,
+                travel,
             ]
         )
     return text.getvalue()
@@ -149,8 +142,15 @@ def _about(
                 "log_odds": round(each.log_odds, 2),
                 "hinge_std_along_m": round(float(each.hinge_std[0]), 4),
                 "hinge_std_across_m": round(float(each.hinge_std[1]), 4),
-                "angles_deg": [round(math.degrees(angle), 1) for angle in each.angles],
+                **_states(each),
             }
             for each in found
         ],
     }
+
+
+def _states(found: Candidate) -> dict[str, list[float]]:
+    """How far a door was open in each look."""
+    if found.door.slides:
+        return {"open_m": [round(way, 3) for way in found.angles]}
+    return {"angles_deg": [round(math.degrees(angle), 1) for angle in found.angles]}

@@ -8,10 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from objstate.discovery.doorway import Doorway
-from objstate.discovery.scoring import Behind, Drawn, Lattice, Leaf, log_joint
+from objstate.discovery.scoring import Behind, Drawn, Leaf, lattice_of, log_joint
 from objstate.geometry import FloatArray, IntArray
 
-FINE, ABOUT = np.radians(0.75), np.radians(6.0)  # angles of a refined leaf
 SCALE = np.array([0.02, 0.02, np.radians(1.0), 0.02])  # m, m, rad, m: about a posterior's width
 STEP = 0.5  # of the scale, for curvatures
 
@@ -24,7 +23,7 @@ class Refined:
     behind: Behind = field(repr=False)
     covariance: FloatArray  # (4, 4) of hinge, bearing and width
     log_evidence: float
-    angles: FloatArray  # (groups,) rad, the most probable of each look
+    angles: FloatArray  # (groups,) rad or share of the width, the most probable of each look
     log_prior: float  # the evidence without the likelihood of the most probable angles
 
     @property
@@ -42,8 +41,8 @@ def refine(place: Doorway, behind: Behind, leaf: Leaf) -> Refined | None:
     """The mode near a leaf, and the evidence about it by Laplace's approximation."""
     from scipy.optimize import minimize
 
-    whole = Lattice.whole()
-    lattice = whole.about(behind.gains(place, leaf, whole.angles), FINE, ABOUT)
+    whole = lattice_of(leaf)
+    lattice = whole.about(behind.gains(place, leaf, whole.angles))
     start = leaf.vector
 
     def score(offset: FloatArray) -> float:

@@ -8,6 +8,7 @@ from itertools import product
 
 import numpy as np
 
+from objstate.building.door_table import SLIDES
 from objstate.building.occupancy import OccupancyMap
 from objstate.discovery import kernels
 from objstate.discovery.doorway import DEEP, Cells, Doorway, background, beside
@@ -26,13 +27,14 @@ from objstate.discovery.scoring import (
 from objstate.discovery.walls import Opening
 from objstate.geometry import BoolArray, FloatArray, wrap
 
-SHIFTS = np.arange(-0.06, 0.061, 0.015)  # m, of the map across a wall
-SHIFT_STD, LOOK_STD = 0.03, 0.015  # m, of the map, and of a look
+SHIFTS = np.arange(-0.045, 0.046, 0.015)  # m, of a look across a wall
+LOOK_STD = 0.015  # m, of these
 TURNS = np.radians(np.arange(-155.0, 156.0, 5.0))  # of a leaf in the map that are tried
 LEAST_TURN = np.radians(19.0)  # what stands nearer to the wall's line may be the wall
 LEAST_FITTED = np.radians(15.0)  # likewise, by the cells about it
 ALONG = 0.1  # m along the wall within which a hinge lies about a jamb
-APART = DEEP / 5.0  # m, across the wall, of leaves that are tried
+DEPTHS = np.arange(0.0, DEEP, DEEP / 5.0)  # m in the wall, of leaves that are tried
+ON_WALL = 0.04  # m before it, of leaves that slide along its face
 DRAWN_SHARE = 0.7  # of a leaf's length that the map shows
 SAME_LEAF = np.radians(20.0)  # between turns of what may be one
 ABOUT_AS_WELL, MOST_FITTED = (
@@ -53,10 +55,10 @@ def proposals(place: Doorway) -> list[Leaf]:
             start, bearing = opening.jamb(from_end)
             inward = place.inward(start, bearing)
             for share, width in _widths(opening).items():
-                for depth in np.arange(0.0, DEEP, APART):
+                places = [(depth, sense) for depth in DEPTHS for sense in (1, -1, SLIDES)]
+                for depth, sense in [*places, (-ON_WALL, SLIDES)]:
                     hinge = start + depth * inward
-                    for sense in (1, -1):
-                        found.append(Leaf(hinge, bearing, sense, width, about, from_end, share))
+                    found.append(Leaf(hinge, bearing, sense, width, about, from_end, share))
     return found
 
 
@@ -94,27 +96,23 @@ class Shown:
     @staticmethod
     def about(place: Doorway, plan: OccupancyMap) -> Shown:
         """What it shows about one."""
-        cells, openings = Cells.about(plan, place.middle, place.radius + 0.3), place.openings
+        openings = place.openings
+        walls = [*place.walls, *(face for opening in openings for face in opening.faces(DEEP))]
+        cells = Cells.about(plan, place.middle, place.radius + 0.3, walls)
         between = [cells.in_doorway(opening) for opening in openings]
         filling = [_filling(cells, opening) for opening in openings]
         leaves = [_leaves(cells, opening, place) for opening in openings]
         return Shown(cells, between, filling, leaves)
 
 
-def settled(place: Doorway, shown: Shown) -> tuple[Doorway, FloatArray]:
-    """A doorway whose looks fit the map best across the wall, and the shift (4,) m of the map's walls.
-
-    Where the robot was in each look is off by some more.
-    """
+def settled(place: Doorway, shown: Shown) -> Doorway:
+    """A doorway whose looks fit the map best across the wall: where the robot was is off by some."""
     bearing = place.openings[0].bearing
     across = np.array([-np.sin(bearing), np.cos(bearing)])
     segments, shifts = shown.cells.segments(), SHIFTS[:, None] * np.tile(across, 2)
     fits = np.array([background(place, segments + shift)[1] for shift in shifts])
-    total = fits.sum(axis=1) - 0.5 * (SHIFTS / SHIFT_STD) ** 2
-    best = int(np.argmax(total))
-    own = SHIFTS - SHIFTS[best]
-    each = np.argmax(fits - 0.5 * (own / LOOK_STD)[:, None] ** 2, axis=0)
-    return place.moved(-own[each][:, None] * across), shifts[best]
+    best = np.argmax(fits - 0.5 * (SHIFTS / LOOK_STD)[:, None] ** 2, axis=0)
+    return place.moved(-SHIFTS[best][:, None] * across)
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,16 +121,15 @@ class Backgrounds:
 
     place: Doorway
     shown: Shown
-    shift: FloatArray  # (4,) m, of the map's walls
     as_is: Behind
     # by opening, without what the map shows in the doorway, and without leaves there too
     cleared: dict[int, list[Behind]]
 
     @staticmethod
-    def of(place: Doorway, shown: Shown, shift: FloatArray) -> Backgrounds:
+    def of(place: Doorway, shown: Shown) -> Backgrounds:
         """Those of one."""
-        as_is = Behind(*background(place, shown.cells.segments() + shift))
-        found = Backgrounds(place, shown, shift, as_is, {})
+        as_is = Behind(*background(place, shown.cells.segments()))
+        found = Backgrounds(place, shown, as_is, {})
         for about, leaves in enumerate(shown.leaves):
             both = [[leaves[one], leaves[other]] for one, other in shown.both(about)]
             variants = [[], *([leaf] for leaf in leaves), *both]
@@ -144,7 +141,7 @@ class Backgrounds:
         cells, taken = self.shown.cells, self.shown.between[about].copy()
         for _, its in leaves:
             taken |= its
-        expected, log_likelihood = background(self.place, cells.segments(taken) + self.shift)
+        expected, log_likelihood = background(self.place, cells.segments(taken))
         drawn = (*self.shown.filling[about], *(each for each, _ in leaves))
         gained = self.as_is.log_likelihood - log_likelihood
         return Behind(expected, log_likelihood, drawn, gained, cells.middles[~taken])

@@ -1,9 +1,10 @@
 """How probable it is that a doorway holds a leaf: explanations that compete by their evidence.
 
-A leaf has a hinge, a bearing and a width that hold for all looks, and in each look an angle, which
-is summed over. Without one, the map is right in a look, or the doorway is open. Either way, things
-may stand about that nobody drew; each costs its prior, so that an explanation that needs them has
-to gain more than that.
+A leaf has a hinge, a bearing and a width that hold for all looks, and in each look a state, which
+is summed over: the angle by which it is open, rad, or the share of its width by which it was slid
+away past its hinge's end. Without one, the map is right in a look, or the doorway is open. Either
+way, things may stand about that nobody drew; each costs its prior, so that an explanation that
+needs them has to gain more than that.
 """
 
 from __future__ import annotations
@@ -11,22 +12,25 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 
+from objstate.building.door_table import SLIDES
 from objstate.discovery import kernels
 from objstate.discovery.doorway import DEEP, Doorway, beside
 from objstate.geometry import BoolArray, FloatArray, IntArray, wrap
 
 HALF = 0.02  # m, of a leaf's thickness
-STEP = np.radians(3.0)  # between angles of a leaf that are summed over
 WIDEST_TURN = np.radians(140.0)  # beyond it a leaf lies along the wall
 FLAT = np.radians(172.0)  # stands for all angles beyond
 CLOSED, AT_LIMIT, BETWEEN = 0.45, 0.25, 0.3  # where leaves are found
-CLOSED_STD, LIMIT_STD = np.radians(2.0), np.radians(4.0)
-LIMITS = np.append(np.radians(np.arange(60.0, 136.0, 7.5)), FLAT)  # where a door may stop
+LIMITS = np.radians(np.arange(60.0, 136.0, 7.5))  # where a door may stop
 USUAL_LIMIT, USUAL_LIMIT_STD = np.radians(95.0), np.radians(18.0)
 OPENS_FLAT = 0.15  # of doors that open as far as the wall
+SLID_LIMITS = np.array([0.9, 0.95, 1.0])  # where a leaf that slides may stop
+AWAY = 0.9  # share of its width from which on a leaf that slides leaves its opening free
 DRAWN = -10.0  # nats: a map shows something as long as a leaf that ends at a jamb, and is none
 FILLED = -3.0  # nats: an opening without a leaf is filled within a wall's depth
 WALL_GOES_ON = np.log(0.5)  # nats: what seems open is wall
@@ -67,12 +71,17 @@ class Leaf:
 
     hinge: FloatArray  # (2,) m
     bearing: float  # rad, closed, from hinge to free edge
-    sense: int  # 1 opens counter-clockwise
+    sense: int  # 1 opens counter-clockwise, SLIDES slides
     width: float  # m
     about: int  # number of the opening that it closes
     from_end: bool  # whether its hinge is at the opening's end
     share: float  # of the opening's width that it closes: 1, or 0.5 of two leaves
     twin: Leaf | None = None  # the other leaf of a double door, if that is known
+
+    @property
+    def slides(self) -> bool:
+        """Whether it slides along itself."""
+        return self.sense == SLIDES
 
     @property
     def kind(self) -> tuple[int, bool, float]:
@@ -104,7 +113,7 @@ class Drawn:
     def may_be(self, leaf: Leaf) -> bool:
         """Whether it hangs and opens as a leaf does."""
         is_its = self.from_end in (None, leaf.from_end) and self.share == leaf.share
-        return is_its and leaf.sense * self.turn >= 0.0
+        return is_its and (leaf.sense * self.turn > 0.0 or self.turn == 0.0)
 
     def off(self, leaf: Leaf, angles: FloatArray) -> FloatArray:
         """(a,) squared deviations of a leaf at these angles from what is drawn.
@@ -115,7 +124,9 @@ class Drawn:
         out = np.empty(len(angles))
         if self.turn == 0.0:
             aside = away @ np.array([-np.sin(leaf.bearing), np.cos(leaf.bearing)])
-            turned_off = np.square(angles / MAP_STD)
+            turned_off = np.square(
+                angles * leaf.width / MAP_END if leaf.slides else angles / MAP_STD
+            )
             return np.asarray(turned_off + np.square(np.median(aside) / MAP_ASIDE))
         bearings = leaf.bearing + leaf.sense * angles
         kernels.off_drawn(away, bearings, leaf.width, OFF_STDS, LAST, FAR, out)
@@ -136,14 +147,15 @@ class Behind:
 
     def drawn_as(self, leaf: Leaf) -> Drawn | None:
         """What was taken out and is the leaf, if anything is."""
-        angles = Lattice.whole().angles
+        angles = lattice_of(leaf).angles
         able = [(float(d.off(leaf, angles).min()), k) for k, d in self._able(leaf)]
         best, number = min(able, default=(np.inf, 0))
         return self.drawn[number] if best < FAR else None
 
     def turn_in_map(self, leaf: Leaf) -> float | None:
         """By how much a leaf is turned where the map shows it open, rad; None where it doesn't."""
-        angles = Lattice.whole().angles[:-1]
+        angles = lattice_of(leaf).angles
+        angles = angles[angles < FLAT]
         drawn = [each.off(leaf, angles) for _, each in self._able(leaf) if each.turn != 0.0]
         if not drawn or min(off.min() for off in drawn) >= FAR:
             return None
@@ -157,7 +169,9 @@ class Behind:
 
         And (a,) whether the map has it there.
         """
-        log, is_there = np.full(len(angles), MISSED), np.zeros(len(angles), dtype=bool)
+        # slid away, a leaf lies on a wall, or in it
+        log = np.where(leaf.slides & (angles >= AWAY), 0.0, MISSED)
+        is_there = np.zeros(len(angles), dtype=bool)
         for _, drawn in self._able(leaf):
             off = drawn.off(leaf, angles)
             log = np.maximum(log, -0.5 * off - drawn.log_none)
@@ -177,7 +191,7 @@ class Behind:
         there = self.changed(expected, place.log_likelihood(expected))
         if not self.drawn:
             return there
-        is_right = self.map_of(leaf, angles)[1] | (angles == FLAT)
+        is_right = self.map_of(leaf, angles)[1] | (angles >= (AWAY if leaf.slides else FLAT))
         return replace(there, as_drawn=np.where(is_right, there.as_drawn, -np.inf))
 
     def changed(self, expected: FloatArray, log_likelihood: FloatArray) -> Behind:
@@ -189,6 +203,8 @@ class Behind:
 
     def log_way(self, leaf: Leaf, angles: FloatArray) -> FloatArray:
         """(a,) log-probability of what the map shows in the way of a leaf to these angles."""
+        if leaf.slides:
+            return np.zeros(len(angles))
         free = kernels.free_way(
             self.cells, leaf.hinge, leaf.bearing, leaf.sense, leaf.width, WAY, STRAYS
         )
@@ -212,49 +228,75 @@ class Behind:
         return log_map, gain
 
 
+class Rests(NamedTuple):
+    """Where leaves of one type come to rest, and how finely their states are summed over."""
+
+    widest: float
+    step: float
+    fine: float  # step about a leaf's states once they are known roughly
+    near: float  # so far about them
+    closed_std: float
+    limit_std: float
+    limits: FloatArray  # (u,)
+    log_limit: FloatArray  # (u,)
+
+
+def _rests(slides: bool) -> Rests:
+    if slides:
+        log_limit = np.full(len(SLID_LIMITS), -math.log(len(SLID_LIMITS)))
+        return Rests(1.075, 0.05, 0.0125, 0.1, 0.02, 0.02, SLID_LIMITS, log_limit)
+    usual = np.exp(-0.5 * ((LIMITS - USUAL_LIMIT) / USUAL_LIMIT_STD) ** 2)
+    log_limit = np.log(np.append((1.0 - OPENS_FLAT) * usual / usual.sum(), OPENS_FLAT))
+    step, fine, near, closed, limit = np.radians([3.0, 0.75, 6.0, 2.0, 4.0]).tolist()
+    return Rests(WIDEST_TURN, step, fine, near, closed, limit, np.append(LIMITS, FLAT), log_limit)
+
+
+SWINGS, SLIDS = _rests(slides=False), _rests(slides=True)
+
+
 @dataclass(frozen=True, eq=False)
 class Lattice:
-    """Angles by which a leaf may stand open; the last one stands for a leaf along the wall.
+    """States in which a leaf may be; of one that turns the last stands for a leaf along the wall.
 
     A door stops somewhere. It stands closed, or at its limit, or anywhere between.
     """
 
-    angles: FloatArray  # (a,) rad
+    angles: FloatArray  # (a,) rad, or shares of the width
     log_prior: FloatArray  # (u, a) of angles, given each limit
-    log_limit: FloatArray  # (u,) of limits
+    rests: Rests
 
     @staticmethod
-    def whole(step: float = STEP) -> Lattice:
-        """All angles."""
-        return Lattice.of(np.arange(0.0, WIDEST_TURN, step), step)
-
-    @staticmethod
-    def of(each: FloatArray, step: float) -> Lattice:
-        """Some of the angles that lie ``step`` apart, and a leaf along the wall."""
-        half = np.sqrt(np.pi / 2) * CLOSED_STD  # the integral
-        closed = CLOSED / half * np.exp(-0.5 * (each / CLOSED_STD) ** 2)
-        limit = LIMITS[:, None]
-        width = np.sqrt(2 * np.pi) * LIMIT_STD
-        at_limit = AT_LIMIT / width * np.exp(-0.5 * ((each - limit) / LIMIT_STD) ** 2)
-        between = BETWEEN / limit / (1.0 + np.exp((each - limit) / (LIMIT_STD / 2.0)))
-        flat = np.where(limit < FLAT, 1e-6, AT_LIMIT + BETWEEN * (1.0 - WIDEST_TURN / FLAT))
+    def of(each: FloatArray, rests: Rests, step: float) -> Lattice:
+        """Some of the states that lie ``step`` apart, and a leaf along the wall."""
+        half = np.sqrt(np.pi / 2) * rests.closed_std  # the integral
+        closed = CLOSED / half * np.exp(-0.5 * (each / rests.closed_std) ** 2)
+        limit = rests.limits[:, None]
+        width = np.sqrt(2 * np.pi) * rests.limit_std
+        at_limit = AT_LIMIT / width * np.exp(-0.5 * ((each - limit) / rests.limit_std) ** 2)
+        between = BETWEEN / limit / (1.0 + np.exp((each - limit) / (rests.limit_std / 2.0)))
         cell = np.where(each > 0.0, step, step / 2.0)  # no door opens beyond closed
-        prior = np.hstack([cell * (closed + at_limit + between), flat])
-        usual = np.exp(-0.5 * ((LIMITS[:-1] - USUAL_LIMIT) / USUAL_LIMIT_STD) ** 2)
-        limits = np.append((1.0 - OPENS_FLAT) * usual / usual.sum(), OPENS_FLAT)
-        return Lattice(np.append(each, FLAT), np.log(prior), np.log(limits))
+        prior = cell * (closed + at_limit + between)
+        if rests is SWINGS:
+            flat = np.where(limit < FLAT, 1e-6, AT_LIMIT + BETWEEN * (1.0 - WIDEST_TURN / FLAT))
+            each, prior = np.append(each, FLAT), np.hstack([prior, flat])
+        return Lattice(each, np.log(prior), rests)
+
+    @property
+    def log_limit(self) -> FloatArray:
+        """(u,) of limits."""
+        return self.rests.log_limit
 
     def best(self, gain: FloatArray) -> IntArray:
         """(groups,) numbers of the most probable angles of looks, of gains (a, groups)."""
         marginal = np.logaddexp.reduce(self.log_prior + self.log_limit[:, None], axis=0)
         return np.asarray(np.argmax(gain + marginal[:, None], axis=0))
 
-    def about(self, gain: FloatArray, step: float, near: float) -> Lattice:
+    def about(self, gain: FloatArray) -> Lattice:
         """A finer one about what each look finds best, of gains (a, groups)."""
-        best = self.angles[self.best(gain)]
-        fine = np.arange(0.0, WIDEST_TURN, step)
-        kept = (np.abs(fine[:, None] - best) <= near).any(axis=1)
-        return Lattice.of(fine[kept], step)
+        best, rests = self.angles[self.best(gain)], self.rests
+        fine = np.arange(0.0, rests.widest, rests.fine)
+        kept = (np.abs(fine[:, None] - best) <= rests.near).any(axis=1)
+        return Lattice.of(fine[kept], rests, rests.fine)
 
     def log_evidence(
         self, log_map: FloatArray, log_way: FloatArray, gain: FloatArray, stays: FloatArray
@@ -270,6 +312,17 @@ class Lattice:
         first = np.hstack([prior + log_map, nowhere])
         each = chained(first, np.tile(prior, count) - math.log(count), gain, stays)
         return float(np.logaddexp.reduce(self.log_limit + each))
+
+
+def lattice_of(leaf: Leaf) -> Lattice:
+    """All states of a leaf."""
+    return _whole(leaf.slides)
+
+
+@cache
+def _whole(slides: bool) -> Lattice:
+    rests = SLIDS if slides else SWINGS
+    return Lattice.of(np.arange(0.0, rests.widest, rests.step), rests, rests.step)
 
 
 def with_things(place: Doorway, behind: Behind, leaves: FloatArray) -> Behind:
@@ -304,14 +357,12 @@ def gains(place: Doorway, behind: Behind, leaves: FloatArray) -> FloatArray:
 
 
 def turned(leaf: Leaf, angle: FloatArray) -> FloatArray:
-    """(a, 4) the leaf, open by angles (a,)."""
-    return np.column_stack(
-        [
-            np.tile(leaf.hinge, (len(angle), 1)),
-            leaf.bearing + leaf.sense * angle,
-            np.full(len(angle), leaf.width),
-        ]
-    )
+    """(a, 4) the leaf, open by angles (a,) or shares of its width."""
+    hinge, turn = np.tile(leaf.hinge, (len(angle), 1)), leaf.sense * angle
+    if leaf.slides:
+        along = np.array([np.cos(leaf.bearing), np.sin(leaf.bearing)])
+        hinge -= (angle * leaf.width)[:, None] * along
+    return np.column_stack([hinge, leaf.bearing + turn, np.full(len(angle), leaf.width)])
 
 
 def log_prior(place: Doorway, leaf: Leaf) -> float:
@@ -332,6 +383,8 @@ def log_prior(place: Doorway, leaf: Leaf) -> float:
         return log + _log_alike(leaf, leaf.twin)
     log += _log_student(end, WIDTH_STD) + _log_normal(turned_by, BEARING_STD)
     log += math.log(opening.p_wall) + _log_width(leaf.width)
+    if leaf.slides:
+        return float(log + math.log(_inside(depth)))
     is_toward = leaf.sense == place.side(start, bearing)
     return float(log + _log_depth(depth, is_toward))
 
@@ -370,8 +423,12 @@ def _log_depth(depth: float, is_toward: bool) -> float:
     else:
         rise = math.erf((depth - THINNEST) / SOFT) - math.erf((depth - THICKEST) / SOFT)
         usual = 0.5 * rise / (THICKEST - THINNEST)
-    inside = 0.5 * (1.0 + math.erf((depth + BEFORE) / SOFT)) / (DEEP + BEFORE)
-    return math.log((1.0 - ELSEWHERE) * usual + ELSEWHERE * inside)
+    return math.log((1.0 - ELSEWHERE) * usual + ELSEWHERE * _inside(depth))
+
+
+def _inside(depth: float) -> float:
+    """Density, 1/m, of a depth anywhere in a wall, or just before it."""
+    return 0.5 * (1.0 + math.erf((depth + BEFORE) / SOFT)) / (DEEP + BEFORE)
 
 
 def log_joint(place: Doorway, behind: Behind, leaf: Leaf, lattice: Lattice) -> float:

@@ -7,7 +7,7 @@ surely the beams tell it, and may stand there or not in any look.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -15,12 +15,13 @@ import numpy as np
 from objstate.discovery.doorway import Doorway, beside
 from objstate.discovery.modes import Refined
 from objstate.discovery.scoring import (
+    AWAY,
     FLAT,
     HALF,
     NEARLY_CLOSED,
     Behind,
-    Lattice,
     chained,
+    lattice_of,
     turned,
     with_things,
 )
@@ -69,7 +70,7 @@ def _cost(found: Refined, angle: FloatArray, anywhere: float) -> float:
     Its place is as sure as the leaf's; the map may show it. ``anywhere`` is its log density, where
     it doesn't.
     """
-    if angle[0] == FLAT:
+    if angle[0] >= (AWAY if found.leaf.slides else FLAT):
         density = ALONG_WALL
     elif bool(found.behind.map_of(found.leaf, angle)[1][0]):
         density = SHOWN
@@ -87,7 +88,10 @@ def _of_first_line(place: Doorway) -> list[Opening]:
 
 
 def walls_on(place: Doorway) -> list[Thing]:
-    """What would be in the place of each opening, if the wall went on there: its face, about its line."""
+    """Pieces of wall that the map may lack: in the place of each opening, and on either side of it.
+
+    In an opening its face may lie a little off its line.
+    """
     found = []
     for opening in _of_first_line(place):
         start, bearing = opening.jamb(False)
@@ -95,6 +99,9 @@ def walls_on(place: Doorway) -> list[Thing]:
         for off in WALLS_OFF:
             face = np.array([[*(start + (HALF + off) * inward), bearing, opening.width]])
             found.append((GAP - 0.5 * (off / WALL_ASIDE) ** 2, face))
+        for jamb, away in (opening.jamb(False), opening.jamb(True)):
+            far = place.radius - opening.width / 2.0
+            found.append((GAP, np.array([[*(jamb + HALF * inward), away + np.pi, far]])))
     return found
 
 
@@ -109,7 +116,7 @@ class Hung:
     @staticmethod
     def of(place: Doorway, log: float, leaves: tuple[Refined, ...], things: list[Thing]) -> Hung:
         """Leaves that have a ``log`` evidence alone, with some of the things that there may be."""
-        behind, leaf, lattice = leaves[-1].behind, leaves[-1].leaf, Lattice.whole()
+        behind, leaf, lattice = leaves[-1].behind, leaves[-1].leaf, lattice_of(leaves[-1].leaf)
         log_map = behind.map_of(leaf, lattice.angles)[0]
         log_way = behind.log_way(leaf, lattice.angles)
 
@@ -121,8 +128,11 @@ class Hung:
             return lattice.log_evidence(log_map, log_way, np.concatenate(there), place.stays)
 
         on_each = [[with_things(place, behind, thing)] for _, thing in things]
-        value, chosen = _Told(place, gains, total).best([behind], things, on_each)
-        return Hung(log + value - total([gains(behind)]), leaves, chosen)
+        value, chosen, there = _Told(place, gains, total).best([behind], things, on_each)
+        # beside things a leaf may stand elsewhere than without them
+        angles = lattice.angles[lattice.best(np.max(there, axis=0))]
+        beside = (*leaves[:-1], replace(leaves[-1], angles=angles)) if chosen else leaves
+        return Hung(log + value - total([gains(behind)]), beside, chosen)
 
     def as_things(self, place: Doorway) -> list[Thing]:
         """What stands about, if none of it is a leaf: the leaves at some angles, and the rest."""
@@ -167,8 +177,8 @@ class _Told(NamedTuple):
 
     def best(
         self, states: list[Behind], things: list[Thing], on_each: list[list[Behind]]
-    ) -> tuple[float, list[Thing]]:
-        """The most log evidence, where things may stand about, and which do.
+    ) -> tuple[float, list[Thing], list[FloatArray]]:
+        """The most log evidence, where things may stand about, which do, and the gains of all states.
 
         Each is paid for once; in any look it may be there or not. With each thing, the states are
         as ``on_each`` has them.
@@ -193,4 +203,4 @@ class _Told(NamedTuple):
                 new = [with_things(self.place, state, other[1]) for state in added]
                 more.extend(new)
                 its.extend(self.gains(state) for state in new)
-        return value, chosen
+        return value, chosen, there

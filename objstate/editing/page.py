@@ -21,7 +21,7 @@ HEIGHT = 0.3  # m above the floor, where many robots carry their laser
 MARGIN = 1.0  # m around the walls, in which scan points are drawn
 KEYS = (
     "j k next, previous door; y n accept, reject; a add by three clicks (hinge, free edge, the "
-    "side to which it opens); f flip the hinge's side, d the direction; arrows move it by 1 cm; "
+    "side to which it opens); f flip the hinge's side, d the direction; s a door that slides, or turns; arrows move it by 1 cm; "
     "Ctrl+Z, Ctrl+Y undo, redo; / search; + − 0 zoom. Drag a hinge or a free edge; with Alt "
     "nothing snaps."
 )
@@ -129,7 +129,7 @@ def _form() -> str:
         ("y", "hinge y, m", "number", "0.01"),
         ("bearing", "closed bearing, deg", "number", "0.5"),
         ("width", "width, m", "number", "0.01"),
-        ("upper", "opens up to, deg", "number", "1"),
+        ("upper", "opens up to, deg (slides: m)", "number", "any"),
     )
     inputs = [
         element("label", label, element("input", id=f"in-{name}", type=kind, step=step or None))
@@ -142,19 +142,20 @@ def _form() -> str:
             "select",
             element("option", "counter-clockwise", value="1"),
             element("option", "clockwise", value="-1"),
+            element("option", "slides", value="0"),
             id="in-sense",
         ),
     )
     angle = element(
         "label",
-        "show the leaf at, deg",
+        "show the leaf at, deg (slides: m)",
         element("input", id="in-angle", type="range", min="0", max="90", step="1", value="0"),
         element("output", "0", id="angle"),
         class_="wide-field",
     )
     named = (
         ("accept", "accept (y)"), ("reject", "reject (n)"), ("flip", "flip hinge (f)"),
-        ("turn", "flip direction (d)"),
+        ("turn", "flip direction (d)"), ("slide", "slides or turns (s)"),
     )  # fmt: skip
     buttons = [element("button", label, id=name, type="button") for name, label in named]
     return section(

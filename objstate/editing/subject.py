@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -106,20 +105,7 @@ def _own_table(path: Path) -> Path | None:
 
 def _candidates(path: Path) -> list[DoorRow]:
     """The doors of a table, open where it has a probability for each."""
-    return [
-        DoorRow(
-            name=door.name,
-            x=float(door.hinge[0]),
-            y=float(door.hinge[1]),
-            bearing=round(math.degrees(door.closed_bearing), 3),
-            width=door.width,
-            upper=round(math.degrees(door.upper), 3),
-            sense=1 if door.sense > 0 else -1,
-            decision="kept" if door.probability is None else "open",
-            probability=door.probability,
-        )
-        for door in read_doors(path)
-    ]
+    return [DoorRow.of(door) for door in read_doors(path)]
 
 
 def _merged(

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import tempfile
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from PIL import Image
 
 from objstate.building import building_from_map, load_building, outline
+from objstate.building.door_table import SENSE, Door, door_rows, read_doors
+from objstate.building.model import Kind
 from objstate.errors import BuildingError
 from objstate.geometry import BoolArray, FloatArray
 
@@ -16,6 +21,7 @@ DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
 FREE, OCCUPIED, UNKNOWN = 254, 0, 205
 RESOLUTION = 0.05
 HEADER = "door,hinge_x,hinge_y,closed_bearing_deg,opens,width_m,upper_limit_deg\n"
+WIDER = HEADER.replace("\n", ",upper_limit_m,type\n")
 HEIGHT = 0.3  # m, of the laser
 
 
@@ -260,6 +266,11 @@ def test_maps_that_cannot_be_used_are_refused(
         (HEADER + ",1,2,0,cw,0.9,90\n", "names no door"),
         (HEADER + "a,1,2,0,cw,-0.9,90\n", "width above 0"),
         (HEADER + "a,1,2,0,cw,0.9,0\n", "angle above 0"),
+        (HEADER + "a,1,2,0,slides,0.9,90\n", "slides, but opens up to 90 degrees"),
+        (WIDER + "a,1,2,0,slides,0.9,,30,sliding\n", "slides by 30 m"),
+        (WIDER + "a,1,2,0,slides,0.9,,x,sliding\n", "'x' in column 'upper_limit_m'"),
+        (WIDER + "a,1,2,0,slides,0.9,,,hinged\n", "is hinged, but opens 'slides'"),
+        (WIDER + "a,1,2,0,cw,0.9,90,,sliding\n", "is sliding, but opens 'cw'"),
     ],
 )
 def test_door_tables_that_cannot_be_used_are_refused(
@@ -268,6 +279,43 @@ def test_door_tables_that_cannot_be_used_are_refused(
     (tmp_path / "doors.csv").write_text(content)
     with pytest.raises(BuildingError, match=message):
         building_from_map(save(tmp_path, plan()), tmp_path / "doors.csv", tmp_path / "out")
+
+
+@given(
+    st.sampled_from(sorted(SENSE.values())), st.floats(-3.0, 3.0), st.floats(0.3, 2.0),
+    st.floats(0.15, 1.5),
+)  # fmt: skip
+def test_a_table_says_what_it_was_written_of(
+    sense: int, bearing: float, width: float, upper: float
+) -> None:
+    door = Door("a", np.array([1.0, -2.0]), bearing, sense, width, upper)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "doors.csv"
+        path.write_text(door_rows([door, Door("b", np.zeros(2), 0.0, 1, 0.9, 1.5)]))
+        read, other = read_doors(path)
+    assert (read.sense, other.sense) == (sense, 1)
+    found = [*read.hinge, read.closed_bearing, read.width, read.upper]
+    assert found == pytest.approx([1.0, -2.0, bearing, width, upper], abs=1e-4)
+
+
+@pytest.mark.parametrize(("limit", "upper"), [("0.6", 0.6), ("", 0.9)])
+def test_a_leaf_that_slides_is_cleared_where_it_closes(
+    tmp_path: Path, limit: str, upper: float
+) -> None:
+    pixels = plan()
+    pixels[10, 40:60] = OCCUPIED  # closed while it was mapped
+    doors = tmp_path / "doors.csv"
+    doors.write_text(f"{WIDER}slider,2.0,2.475,0,slides,0.9,,{limit},sliding\n")
+    urdf = building_from_map(save(tmp_path, pixels), doors, tmp_path / "out")
+    item = load_building(urdf)["slider"]
+    assert (item.kind, item.lower, item.upper) == (Kind.SLIDING, 0.0, pytest.approx(upper))
+    closed, opened = (item.mesh.moved(item.transforms(np.array([[s]]))[0]) for s in (0.0, upper))
+    for mesh, begin in ((closed, 2.0), (opened, 2.0 - upper)):
+        assert mesh.vertices[:, 0].min() == pytest.approx(begin)
+        assert mesh.vertices[:, 0].max() == pytest.approx(begin + 0.9)
+    through, beside = distance_to_walls(urdf, [(2.5, 2.475), (1.5, 2.475)])
+    assert through > 0.3
+    assert beside < 0.03
 
 
 def test_an_empty_table_gives_walls_alone(tmp_path: Path) -> None:

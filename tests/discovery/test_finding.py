@@ -10,44 +10,56 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks import floors
 from benchmarks.finding import Tally, closed, compare
 from benchmarks.floors import Floor, make_drives
-from objstate.building.door_table import Door
+from objstate.building.door_table import SLIDES, Door
 from objstate.building.occupancy import OccupancyMap
 from objstate.config import BeamModelSettings
 from objstate.discovery import learn_doors
-from objstate.discovery.doorway import Cells, Doorway, doorway, ended_on
+from objstate.discovery.doorway import Cells, Doorway, doorway, ended_on, on_walls
 from objstate.discovery.gathering import Beams
 from objstate.discovery.nearby import Nearby
 from objstate.discovery.proposals import Shown
 from objstate.discovery.registering import registered
 from objstate.discovery.scoring import (
+    SLIDS,
+    SWINGS,
     WAY,
     Behind,
     Drawn,
     Lattice,
     Leaf,
+    Rests,
     chained,
+    lattice_of,
     log_prior,
+    turned,
     with_things,
 )
 from objstate.discovery.walls import Opening, Stretches, WallLine, distinct, fitted, openings
 from objstate.geometry import FloatArray
 
-THICK, HALF, DEPTH = 0.14, 1.0, 2.5  # m
+THICK, HALF, DEPTH, LENGTH = 0.14, 1.0, 2.5, 10.0  # m
+
+STATES = (  # in the map, and in each drive
+    {"single": 1.45, "left": 1.5, "right": 0.0, "sliding": 0.0},
+    {"single": 0.86, "left": 0.0, "right": 1.05, "sliding": 0.5},
+    {"single": 0.68, "left": 0.2, "right": 0.15, "sliding": 0.9},
+)
 
 
 def floor() -> Floor:
-    """A corridor with a door, an opening without a leaf, a niche, and a double door."""
-    out = Floor(half=HALF, length=8.0)
-    gaps = {1: [(1.0, 1.9), (5.0, 5.9)], -1: [(1.5, 2.3), (4.5, 6.2)]}
+    """A corridor with three doors, one of which slides, an opening without a leaf, and a niche."""
+    out = Floor(half=HALF, length=LENGTH)
+    gaps = {1: [(1.0, 1.9), (5.0, 5.9), (7.4, 8.4)], -1: [(1.5, 2.3), (4.5, 6.2)]}
     for side, between in gaps.items():
-        ends = [-THICK, *(end for gap in between for end in gap), 8.0 + THICK]
+        ends = [-THICK, *(end for gap in between for end in gap), LENGTH + THICK]
         for left, right in zip(ends[::2], ends[1::2], strict=True):
             out.walls.append((left, right, *sorted((side * HALF, side * (HALF + THICK)))))
         back = HALF + THICK + DEPTH
-        out.walls.append((-THICK, 8.0 + THICK, *sorted((side * back, side * (back + THICK)))))
-        for x in (-THICK, 8.0, 3.7):
+        out.walls.append((-THICK, LENGTH + THICK, *sorted((side * back, side * (back + THICK)))))
+        for x in (-THICK, LENGTH, 3.7):
             near = HALF + THICK if x == 3.7 else 0.0
             out.walls.append((x, x + THICK, *sorted((side * near, side * back))))
     niche = sorted((-HALF - 0.4, -HALF - 0.5))
@@ -56,6 +68,7 @@ def floor() -> Floor:
     out.doors.append(Door("single", np.array([1.01, y]), 0.0, 1, 0.88, 1.8))
     out.doors.append(Door("left", np.array([4.51, -y]), 0.0, -1, 0.835, 1.8))
     out.doors.append(Door("right", np.array([6.19, -y]), np.pi, 1, 0.835, 1.8))
+    out.doors.append(Door("sliding", np.array([7.41, HALF + THICK / 2]), 0.0, SLIDES, 0.98, 0.95))
     return out
 
 
@@ -63,7 +76,10 @@ def floor() -> Floor:
 def found(tmp_path_factory: pytest.TempPathFactory) -> Tally:
     """What is found in two drives, before which doors were moved."""
     folder, tally = tmp_path_factory.mktemp("floor"), Tally()
-    drives = make_drives(floor(), folder, seed=5, count=2, moved=1.0)
+    states = iter(STATES)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(floors, "states_of", lambda floor, rng: next(states))
+        drives = make_drives(floor(), folder, seed=5, count=2, moved=1.0)
     learnt = learn_doors(drives.logs, drives.map, folder / "learnt")
     assert learnt.urdf == folder / "learnt" / "building.urdf"
     assert (Path(learnt.urdf).parent / "doors.csv").exists()
@@ -72,9 +88,10 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> Tally:
 
 
 def test_doors_are_found_and_other_openings_are_none(found: Tally) -> None:
-    assert found.found + found.swapped == 3
-    assert found.found >= 2
+    assert found.found + found.swapped == 4
+    assert found.found >= 3
     assert found.false == 0
+    assert found.slides == found.said == [True]
 
 
 def test_hinges_widths_and_bearings_are_about_right(found: Tally) -> None:
@@ -136,16 +153,37 @@ def test_looks_are_summed_over_all_courses_of_states(
     assert chained(np.log(first), np.log(prior), gain, stays) == pytest.approx(np.log(total))
 
 
-@given(st.sampled_from([0.5, 1.0, 3.0]))
-def test_where_a_leaf_stands_is_a_distribution_whatever_its_limit(step_deg: float) -> None:
-    lattice = Lattice.whole(np.radians(step_deg))
+@given(st.sampled_from([SWINGS, SLIDS]), st.sampled_from([0.2, 0.5, 1.0]))
+def test_where_a_leaf_stands_is_a_distribution_whatever_its_limit(
+    rests: Rests, share: float
+) -> None:
+    step = share * rests.step
+    lattice = Lattice.of(np.arange(0.0, rests.widest, step), rests, step)
     assert np.exp(lattice.log_limit).sum() == pytest.approx(1.0)
     np.testing.assert_allclose(np.exp(lattice.log_prior).sum(axis=1), 1.0, atol=0.06)
 
 
+def leaf(sense: int = 1) -> Leaf:
+    return Leaf(np.zeros(2), 0.0, sense, 0.9, 0, False, 1.0)
+
+
+@given(st.floats(0.0, 1.0))
+def test_a_leaf_that_slides_stays_in_line_and_leaves_its_opening(share: float) -> None:
+    (at,) = turned(leaf(SLIDES), np.array([share]))
+    np.testing.assert_allclose(at, [-share * 0.9, 0.0, 0.0, 0.9], atol=1e-12)
+    cells = np.column_stack([np.linspace(0.05, 0.85, 17), np.zeros(17)])
+    filled = Drawn(None, 0.0, np.zeros(2), 1.0, cells, -3.0)
+    turned_away = replace(filled, turn=np.radians(60.0), from_end=False)
+    behind = Behind(np.empty(0), np.empty(0), (filled, turned_away))
+    log_map, is_there = behind.map_of(leaf(SLIDES), np.array([0.0, share]))
+    assert is_there[0]
+    assert log_map[0] >= log_map[1]
+    assert behind.turn_in_map(leaf(SLIDES)) is None
+
+
 @given(st.integers(0, 1000), st.integers(1, 3))
 def test_things_that_change_nothing_tell_nothing_of_a_leaf(seed: int, things: int) -> None:
-    lattice, rng = Lattice.whole(np.radians(10.0)), np.random.default_rng(seed)
+    lattice, rng = lattice_of(leaf()), np.random.default_rng(seed)
     count = len(lattice.angles)
     log_map, gain = rng.normal(0.0, 2.0, count), rng.normal(0.0, 3.0, (count, 4))
     stays, way = np.full(4, 0.8), np.zeros(count)
@@ -162,12 +200,11 @@ def test_a_map_is_right_beside_a_leaf_only_where_it_shows_the_leaf(
     turn = np.radians(60.0)
     cells = np.linspace(0.05, 0.9, 18)[:, None] * np.array([np.cos(turn), np.sin(turn)])
     shown = Drawn(False, turn, np.zeros(2), 1.0, cells, -10.0)
-    leaf = Leaf(np.zeros(2), 0.0, 1, 0.9, 0, False, 1.0)
     far = np.full(place.beams.shape[1], 9.0)
     behind = Behind(far, place.log_likelihood(far), (shown,), np.zeros(1))
-    beside = behind.beside(place, leaf, np.radians([angle_deg]))
+    beside = behind.beside(place, leaf(), np.radians([angle_deg]))
     assert bool(np.isfinite(beside.as_drawn[0])) == is_right
-    assert behind.turn_in_map(leaf) == pytest.approx(turn, abs=np.radians(3.0))
+    assert behind.turn_in_map(leaf()) == pytest.approx(turn, abs=np.radians(3.0))
 
 
 @pytest.mark.parametrize(
@@ -184,6 +221,29 @@ def test_a_leaf_in_line_with_other_things_is_no_piece_of_a_wall(
 ) -> None:
     line = WallLine(np.zeros(2), np.array([1.0, 0.0]), 6.0, stretches)
     assert line.holds(np.array([0.05, 0.01]), 0.0, 0.9) == is_wall
+
+
+@given(st.integers(0, 1000), st.floats(-np.pi, np.pi))
+def test_edges_of_a_map_are_laid_on_the_walls_that_readings_show(seed: int, turn: float) -> None:
+    rng = np.random.default_rng(seed)
+    room = np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 2.0], [0.0, 2.0]])
+    cos, sin = np.cos(turn), np.sin(turn)
+    room = room @ np.array([[cos, sin], [-sin, cos]])
+    ways = np.roll(room, -1, axis=0) - room
+    lengths = np.hypot(*ways.T)
+    walls = [
+        WallLine(start, way / length, float(length), ((0.0, float(length)),))
+        for start, way, length in zip(room, ways, lengths, strict=True)
+    ]
+    drawn = room + rng.uniform(-0.04, 0.04, (4, 2))
+    np.testing.assert_allclose(on_walls(drawn, walls), room, atol=1e-6)
+    unseen = [replace(wall, solid=((0.0, 0.1),)) for wall in walls]
+    for none in (
+        unseen,
+        [],
+        [replace(wall, start=wall.at(0.0) + 0.2 * wall.normal) for wall in walls],
+    ):
+        np.testing.assert_allclose(on_walls(drawn, none), drawn, atol=1e-9)
 
 
 @settings(max_examples=20, deadline=None)
@@ -227,7 +287,7 @@ def test_beams_that_ended_on_a_leaf_are_told_from_others(x: float, width: float,
     ends = np.concatenate([on, on + 0.3 * normal, hinge + (width + 0.3) * along[None]])
     origin = hinge + 3.0 * normal
     where = looked_at(ends, origin)
-    found = ended_on(where, beams(ends, origin), np.array([*hinge, width]), np.array([b]))
+    found = ended_on(where, beams(ends, origin), np.array([[*hinge, b, width]]))
     assert found.tolist() == list(range(7))
 
 
@@ -282,13 +342,13 @@ def test_no_leaf_has_come_through_what_stands_in_its_way(
 ) -> None:
     away = np.linspace(0.3, 0.7, 9)[:, None]
     cells = away * np.array([np.cos(bearing + sense * at), np.sin(bearing + sense * at)])
-    leaf = Leaf(np.zeros(2), bearing, sense, 0.9, 0, False, 1.0)
+    hung = replace(leaf(sense), bearing=bearing)
     behind = Behind(np.empty(0), np.empty(0), cells=cells)
     angles = np.array([0.0, 0.9 * at, at + 0.5])
     if 0.3 * at < WAY:  # at the closed leaf
         angles = angles[:2]
-    assert (behind.log_way(leaf, angles) < 0.0).tolist() == [False, False, True][: len(angles)]
-    other_way = replace(leaf, sense=-sense)
+    assert (behind.log_way(hung, angles) < 0.0).tolist() == [False, False, True][: len(angles)]
+    other_way = replace(hung, sense=-sense)
     assert not behind.log_way(other_way, np.array([0.0, 1.0, 2.0])).any()
 
 
@@ -378,7 +438,7 @@ def test_a_leaf_that_stands_ajar_hides_no_opening_but_the_near_face_of_a_wall_do
 def test_a_map_shows_which_half_of_an_opening_is_filled() -> None:
     places = np.arange(0.0, 6.0, 0.02)
     opening = Opening(np.array([2.0, 1.025]), np.array([3.6, 1.025]))
-    cells = Cells.about(drawn(places[places < 2.8]), opening.middle, 1.5)
+    cells = Cells.about(drawn(places[places < 2.8]), opening.middle, 1.5, [])
     along = cells.middles[:, 0] - 2.0
     between = cells.in_doorway(opening)
     assert cells.fill(between & (along < 0.8), opening, 0.5)

@@ -1,4 +1,4 @@
-"""A building with a door of each kind, as objstate wrote it."""
+"""A building with a door and other objects, as objstate wrote it."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def folder(tmp_path: Path) -> Path:
     left = Door("left", np.array([2.0, 0.0]), 0.0, 1, 1.0, np.radians(100))
     items = [
         hinged(left, 0.04, 2.0),
-        sliding("slides", np.array([4.0, 4.0]), np.array([5.0, 4.0]), 0.04, 2.0),
+        sliding("drawer", np.array([4.0, 3.5]), np.array([4.5, 3.5]), 0.4, 0.7),
         MovableObject(
             "desk",
             Kind.PLANAR,

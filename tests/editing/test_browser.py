@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 from objstate.building import load_building
+from objstate.building.model import Kind
 from objstate.editing import edit_app, edit_page, subject_of
 from objstate.geometry import FloatArray
 
@@ -143,6 +144,24 @@ def test_a_flipped_hinge_leaves_the_doorway_and_the_side_to_which_it_opens(desk:
     assert (float(row["hinge_x"]), float(row["hinge_y"])) == pytest.approx((3, 0))
     assert abs(float(row["closed_bearing_deg"])) == pytest.approx(180)
     assert row["opens"] == "cw"
+
+
+def test_a_door_is_made_to_slide_and_to_turn_again(desk: Desk) -> None:
+    desk.page.keyboard.press("s")
+    row = desk.doors()["left"]
+    assert (row["opens"], row["upper_limit_deg"], row["upper_limit_m"]) == ("slides", "", "1.0")
+    desk.page.locator("#in-angle").fill("0.4")
+    assert desk.page.locator("#doors .shown").get_attribute("d") == "M1.600,0.000L2.600,0.000"
+    desk.page.keyboard.press("d")  # to the other side
+    assert float(desk.doors()["left"]["hinge_x"]) == pytest.approx(3.0)
+    desk.page.fill("#in-upper", "0.8")
+    desk.page.keyboard.press("Enter")
+    desk.doors()
+    leaf = load_building(desk.folder / "room.urdf")["left"]
+    assert (leaf.kind, leaf.upper) == (Kind.SLIDING, pytest.approx(0.8))
+    desk.page.select_option("#in-sense", "1")
+    row = desk.doors()["left"]
+    assert (row["opens"], row["upper_limit_deg"]) == ("ccw", "90.0")
 
 
 def test_doors_are_rejected_accepted_renamed_and_found(desk: Desk) -> None:

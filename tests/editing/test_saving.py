@@ -8,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from PIL import Image
 
 from objstate.building import inspect_building, load_building
@@ -35,7 +37,7 @@ def test_a_door_becomes_a_row_and_is_the_same_leaf_again(folder: Path) -> None:
     row = row_of(building["left"])
     assert row == DoorRow(name="left", x=2, y=0, bearing=0, width=1, upper=100, sense=1)
     assert leaf_of(row, building["left"]) is building["left"]
-    assert [row_of(building[name]) for name in ("slides", "desk")] == [None, None]
+    assert [row_of(building[name]) for name in ("drawer", "desk")] == [None, None]
 
 
 @pytest.mark.parametrize("lower", [-1.5, 0.0])
@@ -48,6 +50,23 @@ def test_a_row_states_the_same_swing_as_the_door(folder: Path, lower: float) -> 
     over = replace(leaf, axis=-leaf.axis, lower=-leaf.upper, upper=0.0)
     assert row_of(over) == other
     assert row_of(replace(leaf, lower=lower - 0.1)) is None  # closed is no limit of it
+
+
+@given(st.floats(-3.0, 3.0), st.floats(-180.0, 180.0), st.floats(0.3, 2.0), st.floats(0.1, 2.0))
+def test_a_door_that_slides_is_the_same_row_again(
+    x: float, bearing: float, width: float, travel: float
+) -> None:
+    row = DoorRow(name="a", x=x, y=1.0, bearing=bearing, width=width, upper=travel, sense=0)
+    leaf = leaf_of(row, None)
+    back = row_of(leaf)
+    assert back is not None
+    assert leaf_of(back, leaf) is leaf
+    turn = (back.bearing - bearing + 180.0) % 360.0 - 180.0
+    assert (back.sense, turn) == (0, pytest.approx(0.0, abs=2e-3))
+    found = [back.x, back.y, back.width, back.upper]
+    assert found == pytest.approx([x, 1.0, width, travel], abs=2e-4)
+    over = replace(leaf, axis=-leaf.axis, lower=-leaf.upper, upper=0.0)
+    assert row_of(over) == back  # the same motion told the other way round
 
 
 def test_saving_unchanged_doors_keeps_the_building(folder: Path) -> None:
@@ -66,7 +85,7 @@ def test_moved_added_and_rejected_doors_are_saved_and_decided_for_good(folder: P
     wrong = added("wrong", decision="rejected")
     save(subject, Edits(doors=[moved, added(), wrong]))
     building = load_building(folder / "room.urdf")
-    assert list(building.objects) == ["left", "new", "slides", "desk"]
+    assert list(building.objects) == ["left", "new", "drawer", "desk"]
     assert building["left"].hinge == pytest.approx([2.05, 0])
     assert building["new"].kind is Kind.HINGED
     again = subject_of(folder)
@@ -83,15 +102,15 @@ def test_deviations_of_doors_that_were_put_elsewhere_are_left_out(folder: Path) 
     (folder / "room.building.yaml").write_text(
         "building_error:\n  wall_std_m: 0.01\n  doors:\n"
         "    left: {hinge_std_m: 0.004, bearing_std_deg: 0.2}\n"
-        "    slides: {hinge_std_m: 0.003, bearing_std_deg: 0.1}\n"
+        "    drawer: {hinge_std_m: 0.003, bearing_std_deg: 0.1}\n"
     )
     subject = subject_of(folder)
     save(subject, Edits(doors=subject.rows))
-    assert set(read_sidecar(folder / "room.urdf").doors) == {"left", "slides"}
+    assert set(read_sidecar(folder / "room.urdf").doors) == {"left", "drawer"}
     again = subject_of(folder)
     save(again, Edits(doors=[again.rows[0].model_copy(update={"x": 2.05})]))
     error = read_sidecar(folder / "room.urdf")
-    assert set(error.doors) == {"slides"}
+    assert set(error.doors) == {"drawer"}
     assert error.wall_std_m == 0.01
 
 
@@ -107,7 +126,7 @@ def test_candidates_are_taken_by_their_probability_until_somebody_decides(folder
     opened = {row.name: (row.decision, row.probability) for row in subject.rows}
     assert opened == {"left": ("open", 0.2), "sure": ("open", 0.9), "unsure": ("open", 0.2)}
     save(subject, Edits(doors=subject.rows))
-    assert list(load_building(folder / "room.urdf").objects) == ["sure", "slides", "desk"]
+    assert list(load_building(folder / "room.urdf").objects) == ["sure", "drawer", "desk"]
     assert {row.name: row.probability for row in subject_of(folder).rows} == {
         "left": 0.2,
         "sure": 0.9,
@@ -154,7 +173,7 @@ def test_a_building_of_others_is_not_changed_where_it_lies(folder: Path, tmp_pat
         subject_of(folder / "room.urdf")
     subject = subject_of(folder / "room.urdf", tmp_path / "out")
     save(subject, Edits(doors=[]))
-    assert list(load_building(tmp_path / "out" / "room.urdf").objects) == ["slides", "desk"]
+    assert list(load_building(tmp_path / "out" / "room.urdf").objects) == ["drawer", "desk"]
     assert "left" in load_building(folder / "room.urdf").objects
     with pytest.raises(BuildingError, match="not just a building"):
         subject_of(tmp_path / "out", folder)

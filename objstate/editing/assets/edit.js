@@ -44,10 +44,18 @@
   }
 
   const here = () => doors[chosen];
-  const freeEdge = (door, turn = 0) => {
-    const bearing = rad(door.bearing + door.sense * turn);
-    return [door.x + door.width * Math.cos(bearing), door.y + door.width * Math.sin(bearing)];
+  const slides = (door) => door.sense === 0;
+  const opens = (door) => slides(door) ? "slides" : door.sense > 0 ? "ccw" : "cw";
+  const beyond = (door, way) => { // along the closed leaf, from its hinge
+    const bearing = rad(door.bearing);
+    return [door.x + way * Math.cos(bearing), door.y + way * Math.sin(bearing)];
   };
+  // Ends of the leaf, open by degrees, or by metres if it slides.
+  const leafAt = (door, open) => {
+    if (slides(door)) return [beyond(door, -open), beyond(door, door.width - open)];
+    return [[door.x, door.y], beyond({ ...door, bearing: door.bearing + door.sense * open }, door.width)];
+  };
+  const freeEdge = (door) => beyond(door, door.width);
 
   function setFreeEdge(door, [x, y]) {
     const width = Math.hypot(x - door.x, y - door.y);
@@ -72,9 +80,17 @@
   const flip = () => edit((door) => {
     [door.x, door.y] = freeEdge(door).map((value) => round(value, 4));
     door.bearing = wrapped(door.bearing + 180);
-    door.sense = -door.sense; // it opens to the same side as before
+    setSense(door, -door.sense); // it opens to the same side as before
   });
-  const turn = () => edit((door) => { door.sense = -door.sense; });
+  const turn = () => here() && slides(here()) ? flip() : edit((door) => setSense(door, -door.sense));
+  const slide = () => edit((door) => setSense(door, slides(door) ? 1 : 0));
+
+  function setSense(door, sense) { // 0 slides
+    const was = slides(door);
+    door.sense = sense || 0;
+    if (slides(door) !== was) door.upper = was ? UPPER : door.width;
+  }
+
   const nudge = (x, y) => edit((door) => {
     door.x = round(door.x + x, 4);
     door.y = round(door.y + y, 4);
@@ -130,12 +146,13 @@
   const quoted = (name) => /[",\n]/.test(name) ? `"${name.replaceAll('"', '""')}"` : name;
 
   function table() {
+    const taken = doors.filter(isTaken), wide = taken.some(slides);
     const head = "door,hinge_x,hinge_y,closed_bearing_deg,opens,width_m,upper_limit_deg";
-    const rows = doors.filter(isTaken).map((door) => [
-      quoted(door.name), door.x, door.y, door.bearing, door.sense > 0 ? "ccw" : "cw", door.width,
-      door.upper,
+    const rows = taken.map((door) => [
+      quoted(door.name), door.x, door.y, door.bearing, opens(door), door.width,
+      slides(door) ? "" : door.upper, ...(wide ? [slides(door) ? door.upper : ""] : []),
     ].join(","));
-    return [head, ...rows, ""].join("\n");
+    return [wide ? `${head},upper_limit_m` : head, ...rows, ""].join("\n");
   }
 
   function download() {
@@ -163,11 +180,15 @@
     const turned = index === chosen ? Math.min(angle, door.upper) : 0;
     group.setAttribute("class", `object door ${door.decision}${index === chosen ? " chosen" : ""}`);
     group.dataset.object = index;
-    const hinge = [door.x, door.y], edge = freeEdge(door), wide = freeEdge(door, door.upper);
-    const r = door.width.toFixed(3), large = door.upper > 180 ? 1 : 0, sweep = door.sense > 0 ? 1 : 0;
-    path(group, `M${point(hinge)}L${point(edge)}A${r},${r} 0 ${large} ${sweep} ${point(wide)}Z`, "sector");
+    const hinge = [door.x, door.y], edge = freeEdge(door);
+    if (slides(door)) path(group, `M${point(hinge)}L${point(leafAt(door, door.upper)[0])}`, "ahead");
+    else {
+      const r = door.width.toFixed(3), large = door.upper > 180 ? 1 : 0, sweep = door.sense > 0 ? 1 : 0;
+      const wide = point(leafAt(door, door.upper)[1]);
+      path(group, `M${point(hinge)}L${point(edge)}A${r},${r} 0 ${large} ${sweep} ${wide}Z`, "sector");
+    }
     if (turned) path(group, `M${point(hinge)}L${point(edge)}`, "ahead");
-    path(group, `M${point(hinge)}L${point(freeEdge(door, turned))}`, "shown leaf");
+    path(group, `M${leafAt(door, turned).map(point).join("L")}`, "shown leaf");
     path(group, `M${point(hinge)}L${point(edge)}`, "hit");
     path(group, `M${point(hinge)}h0`, "hinge");
     path(group, `M${point(edge)}h0`, "end");
@@ -207,10 +228,12 @@
       field.disabled = !door;
       if (field !== document.activeElement) field.value = door ? door[key] : "";
     }
-    for (const id of ["accept", "reject", "flip", "turn", "in-angle"]) at(id).disabled = !door;
+    for (const id of ["accept", "reject", "flip", "turn", "slide", "in-angle"]) at(id).disabled = !door;
+    const metres = door && slides(door);
     at("in-angle").max = door ? door.upper : 90;
+    at("in-angle").step = metres ? 0.01 : 1;
     at("in-angle").value = angle;
-    at("angle").textContent = Math.round(angle);
+    at("angle").textContent = metres ? angle.toFixed(2) : Math.round(angle);
   }
 
   function showList() {
@@ -227,7 +250,7 @@
       cell(row, door.probability === null ? "" : door.probability.toFixed(2));
       cell(row, door.decision);
       cell(row, door.width.toFixed(2));
-      cell(row, door.sense > 0 ? "ccw" : "cw");
+      cell(row, opens(door));
       return row;
     }));
   }
@@ -337,9 +360,11 @@
   // --- the form, the list and the keys ------------------------------------------------
 
   const numbers = { x: [-1e8, 1e8], y: [-1e8, 1e8], bearing: [-1e4, 1e4], width: [NARROWEST, 100], upper: [1, 359] };
-  for (const [key, [low, high]] of Object.entries(numbers)) {
+  const TRAVEL = [0.05, 10]; // m, of leaves that slide
+  for (const [key, range] of Object.entries(numbers)) {
     at(`in-${key}`).addEventListener("change", (event) => {
       const value = Number(event.target.value);
+      const [low, high] = key === "upper" && here() && slides(here()) ? TRAVEL : range;
       event.target.blur();
       if (!(value >= low && value <= high)) { show(); return; }
       edit((door) => { door[key] = key === "bearing" ? wrapped(value) : round(value, 4); });
@@ -355,7 +380,7 @@
   at("in-sense").addEventListener("change", (event) => {
     const sense = Number(event.target.value);
     event.target.blur();
-    edit((door) => { door.sense = sense; });
+    edit((door) => setSense(door, sense));
   });
   at("in-angle").addEventListener("input", (event) => { angle = Number(event.target.value); show(); });
   at("form").addEventListener("submit", (event) => event.preventDefault());
@@ -366,7 +391,7 @@
   at("search").addEventListener("input", showList);
 
   const acts = {
-    accept: () => decide("accepted"), reject: () => decide("rejected"), flip, turn, add: startAdding,
+    accept: () => decide("accepted"), reject: () => decide("rejected"), flip, turn, slide, add: startAdding,
     undo: () => travel(done, undone), redo: () => travel(undone, done), download,
     points: () => svg.classList.toggle("plain"),
   };
@@ -374,7 +399,7 @@
 
   const keys = {
     j: () => step(1), k: () => step(-1), y: () => { decide("accepted"); }, n: () => { decide("rejected"); },
-    f: flip, d: turn, a: startAdding, u: acts.undo, r: () => at("in-name").select(),
+    f: flip, d: turn, s: slide, a: startAdding, u: acts.undo, r: () => at("in-name").select(),
     ArrowLeft: () => nudge(-NUDGE, 0), ArrowRight: () => nudge(NUDGE, 0),
     ArrowUp: () => nudge(0, NUDGE), ArrowDown: () => nudge(0, -NUDGE),
     Escape: () => { if (clicks) startAdding(); },
