@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -12,7 +11,7 @@ from objstate.building.occupancy import OccupancyMap
 from objstate.config import BeamModelSettings
 from objstate.discovery import kernels
 from objstate.discovery.gathering import Beams
-from objstate.discovery.walls import HOLE, Opening, WallLine
+from objstate.discovery.walls import Opening, WallLine
 from objstate.geometry import BoolArray, FloatArray, IntArray, wrap
 from objstate.sensing.beam_model import BeamModel
 
@@ -33,8 +32,6 @@ DEEP = 0.27  # m from the wall's line, within which a closed leaf may lie
 FILLED = 0.7  # of an opening's width that something covers which closes it
 ON_LEAF = 0.08  # m from a leaf within which a reading is of it
 JAMB = 0.03  # m of a jamb that stays when a doorway is cleared
-LEAST_EDGE, EDGE_OFF = 0.08, 0.06  # m, of edges in a map that are laid on walls, and from these
-LEAST_CORNER = 0.3  # sine of the angle between two edges below which they are in line
 JAMB_WALL = 0.2  # m of wall beside an opening, by which it is one without what stands there
 
 
@@ -241,13 +238,10 @@ class Cells:
     occupied: BoolArray = field(repr=False)  # (rows, columns)
     middles: FloatArray = field(repr=False)  # (k, 2) m of the occupied ones
     places: tuple[IntArray, IntArray] = field(repr=False)  # their rows and columns
-    walls: list[WallLine] = field(repr=False)  # that readings show
-    rings: dict[bytes, FloatArray] = field(default_factory=dict, repr=False)  # (k, 2) m, of loops
+    rings: dict[bytes, FloatArray] = field(default_factory=dict, repr=False)  # straightened loops
 
     @staticmethod
-    def about(
-        plan: OccupancyMap, middle: FloatArray, radius: float, walls: list[WallLine]
-    ) -> Cells:
+    def about(plan: OccupancyMap, middle: FloatArray, radius: float) -> Cells:
         """Those within a square about a place."""
         size = plan.occupied.shape
         corners = np.array([[0, 0], [size[1], 0], [0, size[0]], [size[1], size[0]]], dtype=float)
@@ -259,29 +253,13 @@ class Cells:
         reach = int(np.ceil(radius / plan.resolution)) + 4
         low = np.maximum([int(row) - reach, int(column) - reach], 0)
         high = np.maximum([int(row) + reach, int(column) + reach], 0)
-        occupied = plan.occupied[low[0] : high[0], low[1] : high[1]].copy()
-
-        def middles() -> tuple[tuple[IntArray, IntArray], FloatArray]:
-            rows, columns = np.nonzero(occupied)
-            cells = np.column_stack([columns + low[1], rows + low[0]])
-            return (rows, columns), plan.to_building(cells + 0.5)
-
-        near = [wall for wall in walls if wall.is_near(middle, 2.0 * radius)]
-        for points in _holes(middles()[1], near, plan.resolution):
-            away = points - origin
-            rows = np.floor(away @ per_row / plan.resolution**2).astype(int) - low[0]
-            columns = np.floor(away @ per_column / plan.resolution**2).astype(int) - low[1]
-            inside = (rows >= 0) & (columns >= 0)
-            inside &= (rows < occupied.shape[0]) & (columns < occupied.shape[1])
-            occupied[rows[inside], columns[inside]] = True
-        places, found = middles()
-        return Cells(plan, low, occupied, found, places, near)
+        occupied = plan.occupied[low[0] : high[0], low[1] : high[1]]
+        rows, columns = np.nonzero(occupied)
+        middles = plan.to_building(np.column_stack([columns + low[1], rows + low[0]]) + 0.5)
+        return Cells(plan, low, occupied, middles, (rows, columns))
 
     def segments(self, cleared: BoolArray | None = None) -> FloatArray:
-        """Walls (k, 4) m where readings show them, without the cleared ones (n,) of the cells.
-
-        They are made as `building from-map` makes them. A map has them off by up to a cell.
-        """
+        """Walls (k, 4) m as `building from-map` makes them, without the cleared ones (n,) of the cells."""
         occupied = self.occupied
         if cleared is not None and cleared.any():
             occupied = occupied.copy()
@@ -290,9 +268,8 @@ class Cells:
         for loop in border_loops(occupied):
             key = loop.tobytes()  # most stay as they are when others are cleared
             if key not in self.rings:
-                ring = straighten(loop, TOLERANCE, INSET) + self.corner[::-1]
-                self.rings[key] = on_walls(self.plan.to_building(ring), self.walls)
-            ring = self.rings[key]
+                self.rings[key] = straighten(loop, TOLERANCE, INSET)
+            ring = self.plan.to_building(self.rings[key] + self.corner[::-1])
             pieces.append(np.hstack([ring, np.roll(ring, -1, axis=0)]))
         return np.concatenate(pieces) if pieces else np.zeros((0, 4))
 
@@ -328,44 +305,6 @@ class Cells:
         along, aside = beside(self.middles, hinge, bearing)
         smear = 2.0 * self.plan.resolution
         return (along > smear) & (along < width + smear) & (np.abs(aside) < smear)
-
-
-def _holes(middles: FloatArray, walls: list[WallLine], size: float) -> Iterator[FloatArray]:
-    """Points (k, 2) m in holes of walls whose cells (n, 2) a map shows on both sides."""
-    for wall in walls:
-        away = middles - wall.start
-        along, aside = away @ wall.along, away @ wall.normal
-        on = (np.abs(aside) < size) & (along > 0.0) & (along < wall.length)
-        order = np.flatnonzero(on)[np.argsort(along[on])]
-        gaps = np.diff(along[order])
-        for k in np.flatnonzero((gaps > 1.5 * size) & (gaps < HOLE + size)):
-            share = np.arange(0.5, gaps[k] / size)[:, None] * size / gaps[k]
-            first, last = middles[order[[k, k + 1]]]
-            yield first + share * (last - first)
-
-
-def on_walls(ring: FloatArray, walls: list[WallLine]) -> FloatArray:
-    """A polygon (k, 2) m whose edges lie on those walls that they are near and parallel to."""
-    ways = np.roll(ring, -1, axis=0) - ring
-    lengths = np.hypot(*ways.T)
-    starts, along = ring.copy(), ways / np.maximum(lengths, 1e-9)[:, None]
-    for k in np.flatnonzero(lengths > LEAST_EDGE):
-        bearing = float(np.arctan2(*along[k][::-1]))
-        near = [(wall.off(ring[k], bearing, float(lengths[k])), wall) for wall in walls]
-        off, wall = min(near, key=lambda each: each[0], default=(np.inf, None))
-        if wall is not None and off < EDGE_OFF:
-            starts[k], along[k] = wall.start, wall.along
-    before, here = np.roll(along, 1, axis=0), along
-    cross = before[:, 0] * here[:, 1] - before[:, 1] * here[:, 0]
-    offsets = starts - np.roll(starts, 1, axis=0)
-    way = offsets[:, 0] * here[:, 1] - offsets[:, 1] * here[:, 0]
-    way /= np.where(cross == 0.0, 1.0, cross)
-    corners = np.roll(starts, 1, axis=0) + way[:, None] * before
-    # where both edges are in line, their corner goes to the wall
-    flat = starts + np.sum((ring - starts) * here, axis=1)[:, None] * here
-    corners = np.where((np.abs(cross) < LEAST_CORNER)[:, None], flat, corners)
-    is_far = np.hypot(*(corners - ring).T) > 2.0 * EDGE_OFF
-    return np.where(is_far[:, None], ring, corners)
 
 
 def beside(points: FloatArray, start: FloatArray, bearing: float) -> tuple[FloatArray, FloatArray]:

@@ -51,9 +51,9 @@ class Explained:
 def explain(place: Doorway, plan: OccupancyMap) -> Explained | None:
     """The most probable leaf of a doorway, and the probability that there is one; None where nothing fits."""
     shown = Shown.about(place, plan)
-    place = settled(place, shown)
-    about, rough = Backgrounds.of(place, shown), place.rough
-    roughly, found = Backgrounds.of(rough, shown).cleared, list[Refined]()
+    place, shift = settled(place, shown)
+    about, rough = Backgrounds.of(place, shown, shift), place.rough
+    roughly, found = Backgrounds.of(rough, shown, shift).cleared, list[Refined]()
     for number, leaf in _tried(rough, shown, roughly):
         refined = _refined(about, about.cleared[leaf.about][number], leaf)
         if refined is not None:

@@ -27,8 +27,8 @@ from objstate.discovery.scoring import (
 from objstate.discovery.walls import Opening
 from objstate.geometry import BoolArray, FloatArray, wrap
 
-SHIFTS = np.arange(-0.045, 0.046, 0.015)  # m, of a look across a wall
-LOOK_STD = 0.015  # m, of these
+SHIFTS = np.arange(-0.06, 0.061, 0.015)  # m, of the map across a wall
+SHIFT_STD, LOOK_STD = 0.03, 0.015  # m, of the map, and of a look
 TURNS = np.radians(np.arange(-155.0, 156.0, 5.0))  # of a leaf in the map that are tried
 LEAST_TURN = np.radians(19.0)  # what stands nearer to the wall's line may be the wall
 LEAST_FITTED = np.radians(15.0)  # likewise, by the cells about it
@@ -96,23 +96,27 @@ class Shown:
     @staticmethod
     def about(place: Doorway, plan: OccupancyMap) -> Shown:
         """What it shows about one."""
-        openings = place.openings
-        walls = [*place.walls, *(face for opening in openings for face in opening.faces(DEEP))]
-        cells = Cells.about(plan, place.middle, place.radius + 0.3, walls)
+        cells, openings = Cells.about(plan, place.middle, place.radius + 0.3), place.openings
         between = [cells.in_doorway(opening) for opening in openings]
         filling = [_filling(cells, opening) for opening in openings]
         leaves = [_leaves(cells, opening, place) for opening in openings]
         return Shown(cells, between, filling, leaves)
 
 
-def settled(place: Doorway, shown: Shown) -> Doorway:
-    """A doorway whose looks fit the map best across the wall: where the robot was is off by some."""
+def settled(place: Doorway, shown: Shown) -> tuple[Doorway, FloatArray]:
+    """A doorway whose looks fit the map best across the wall, and the shift (4,) m of the map's walls.
+
+    Where the robot was in each look is off by some more.
+    """
     bearing = place.openings[0].bearing
     across = np.array([-np.sin(bearing), np.cos(bearing)])
     segments, shifts = shown.cells.segments(), SHIFTS[:, None] * np.tile(across, 2)
     fits = np.array([background(place, segments + shift)[1] for shift in shifts])
-    best = np.argmax(fits - 0.5 * (SHIFTS / LOOK_STD)[:, None] ** 2, axis=0)
-    return place.moved(-SHIFTS[best][:, None] * across)
+    total = fits.sum(axis=1) - 0.5 * (SHIFTS / SHIFT_STD) ** 2
+    best = int(np.argmax(total))
+    own = SHIFTS - SHIFTS[best]
+    each = np.argmax(fits - 0.5 * (own / LOOK_STD)[:, None] ** 2, axis=0)
+    return place.moved(-own[each][:, None] * across), shifts[best]
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,15 +125,16 @@ class Backgrounds:
 
     place: Doorway
     shown: Shown
+    shift: FloatArray  # (4,) m, of the map's walls
     as_is: Behind
     # by opening, without what the map shows in the doorway, and without leaves there too
     cleared: dict[int, list[Behind]]
 
     @staticmethod
-    def of(place: Doorway, shown: Shown) -> Backgrounds:
+    def of(place: Doorway, shown: Shown, shift: FloatArray) -> Backgrounds:
         """Those of one."""
-        as_is = Behind(*background(place, shown.cells.segments()))
-        found = Backgrounds(place, shown, as_is, {})
+        as_is = Behind(*background(place, shown.cells.segments() + shift))
+        found = Backgrounds(place, shown, shift, as_is, {})
         for about, leaves in enumerate(shown.leaves):
             both = [[leaves[one], leaves[other]] for one, other in shown.both(about)]
             variants = [[], *([leaf] for leaf in leaves), *both]
@@ -141,7 +146,7 @@ class Backgrounds:
         cells, taken = self.shown.cells, self.shown.between[about].copy()
         for _, its in leaves:
             taken |= its
-        expected, log_likelihood = background(self.place, cells.segments(taken))
+        expected, log_likelihood = background(self.place, cells.segments(taken) + self.shift)
         drawn = (*self.shown.filling[about], *(each for each, _ in leaves))
         gained = self.as_is.log_likelihood - log_likelihood
         return Behind(expected, log_likelihood, drawn, gained, cells.middles[~taken])

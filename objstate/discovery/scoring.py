@@ -169,9 +169,7 @@ class Behind:
 
         And (a,) whether the map has it there.
         """
-        # slid away, a leaf lies on a wall, or in it
-        log = np.where(leaf.slides & (angles >= AWAY), 0.0, MISSED)
-        is_there = np.zeros(len(angles), dtype=bool)
+        log, is_there = np.full(len(angles), MISSED), np.zeros(len(angles), dtype=bool)
         for _, drawn in self._able(leaf):
             off = drawn.off(leaf, angles)
             log = np.maximum(log, -0.5 * off - drawn.log_none)

@@ -73,22 +73,6 @@ class WallLine:
         """The point (2,) so many metres along."""
         return np.asarray(self.start + place * self.along)
 
-    def is_near(self, place: FloatArray, reach: float) -> bool:
-        """Whether some of it is within a distance of a place."""
-        off = place - self.start
-        far = float(off @ self.along)
-        return bool(abs(off @ self.normal) < reach and -reach < far < self.length + reach)
-
-    def off(self, start: FloatArray, bearing: float, length: float) -> float:
-        """How far something straight is from wall beside it that is shown along half of it, m."""
-        along = np.array([np.cos(bearing), np.sin(bearing)])
-        ends = np.array([start, start + length * along]) - self.start
-        if abs(along @ self.normal) > PARALLEL:
-            return np.inf
-        low, high = sorted((ends @ self.along).tolist())
-        shown = np.diff(np.clip(np.reshape(self.solid, (-1, 2)), low, high)).sum()
-        return float(np.abs(ends @ self.normal).max()) if shown > 0.5 * length else np.inf
-
     def holds(self, start: FloatArray, bearing: float, length: float) -> bool:
         """Whether something straight is a piece of a wall, which goes on or is broken by openings."""
         along = np.array([np.cos(bearing), np.sin(bearing)])
@@ -127,12 +111,6 @@ class Opening:
     def bearing(self) -> float:
         """rad, from start to end."""
         return float(np.arctan2(*(self.end - self.start)[::-1]))
-
-    def faces(self, deep: float) -> list[WallLine]:
-        """Those of its jambs, so many metres before and behind its line."""
-        across = np.array([-np.sin(self.bearing), np.cos(self.bearing)])
-        ends = self.start, self.end
-        return [WallLine(e - deep * across, across, 2.0 * deep, ((0.0, 2.0 * deep),)) for e in ends]
 
     def jamb(self, is_end: bool) -> tuple[FloatArray, float]:
         """One of the jambs (2,), and the bearing from there to the other, rad."""

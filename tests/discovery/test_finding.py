@@ -17,7 +17,7 @@ from objstate.building.door_table import SLIDES, Door
 from objstate.building.occupancy import OccupancyMap
 from objstate.config import BeamModelSettings
 from objstate.discovery import learn_doors
-from objstate.discovery.doorway import Cells, Doorway, doorway, ended_on, on_walls
+from objstate.discovery.doorway import Cells, Doorway, doorway, ended_on
 from objstate.discovery.gathering import Beams
 from objstate.discovery.nearby import Nearby
 from objstate.discovery.proposals import Shown
@@ -223,29 +223,6 @@ def test_a_leaf_in_line_with_other_things_is_no_piece_of_a_wall(
     assert line.holds(np.array([0.05, 0.01]), 0.0, 0.9) == is_wall
 
 
-@given(st.integers(0, 1000), st.floats(-np.pi, np.pi))
-def test_edges_of_a_map_are_laid_on_the_walls_that_readings_show(seed: int, turn: float) -> None:
-    rng = np.random.default_rng(seed)
-    room = np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 2.0], [0.0, 2.0]])
-    cos, sin = np.cos(turn), np.sin(turn)
-    room = room @ np.array([[cos, sin], [-sin, cos]])
-    ways = np.roll(room, -1, axis=0) - room
-    lengths = np.hypot(*ways.T)
-    walls = [
-        WallLine(start, way / length, float(length), ((0.0, float(length)),))
-        for start, way, length in zip(room, ways, lengths, strict=True)
-    ]
-    drawn = room + rng.uniform(-0.04, 0.04, (4, 2))
-    np.testing.assert_allclose(on_walls(drawn, walls), room, atol=1e-6)
-    unseen = [replace(wall, solid=((0.0, 0.1),)) for wall in walls]
-    for none in (
-        unseen,
-        [],
-        [replace(wall, start=wall.at(0.0) + 0.2 * wall.normal) for wall in walls],
-    ):
-        np.testing.assert_allclose(on_walls(drawn, none), drawn, atol=1e-9)
-
-
 @settings(max_examples=20, deadline=None)
 @given(st.floats(0.5, 1.4), st.floats(-0.02, 0.02), st.integers(0, 1000))
 def test_jambs_are_where_beams_begin_to_pass(width: float, off: float, seed: int) -> None:
@@ -438,7 +415,7 @@ def test_a_leaf_that_stands_ajar_hides_no_opening_but_the_near_face_of_a_wall_do
 def test_a_map_shows_which_half_of_an_opening_is_filled() -> None:
     places = np.arange(0.0, 6.0, 0.02)
     opening = Opening(np.array([2.0, 1.025]), np.array([3.6, 1.025]))
-    cells = Cells.about(drawn(places[places < 2.8]), opening.middle, 1.5, [])
+    cells = Cells.about(drawn(places[places < 2.8]), opening.middle, 1.5)
     along = cells.middles[:, 0] - 2.0
     between = cells.in_doorway(opening)
     assert cells.fill(between & (along < 0.8), opening, 0.5)
