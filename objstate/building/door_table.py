@@ -135,7 +135,8 @@ def _check_columns(path: Path, found: Sequence[str], header: str) -> None:
 
 def _read_door(row: dict[str, str | None], where: str) -> Door:
     if None in row or None in row.values():
-        raise BuildingError(f"{where} must hold {len(COLUMNS)} values: {','.join(COLUMNS)}.")
+        names = [name for name in row if name is not None]
+        raise BuildingError(f"{where} must hold {len(names)} values: {','.join(names)}.")
     name = (row["door"] or "").strip()
     opens = (row["opens"] or "").strip().lower()
     if not name:

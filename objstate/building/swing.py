@@ -48,7 +48,8 @@ def clear_leaves(
         cleared &= ~swing.leaf
         count = np.count_nonzero(swing.leaf)
         kept = f", {swing.kept} kept as a wall behind the open leaf" if swing.kept else ""
-        tell(f"Door '{door.name}': {count} cells cleared from its swing area{kept}.")
+        place = "where it closes" if door.slides else "its swing area"
+        tell(f"Door '{door.name}': {count} cells cleared from {place}{kept}.")
     return cleared
 
 

@@ -267,6 +267,7 @@ def test_maps_that_cannot_be_used_are_refused(
         (HEADER + "a,1,2,0,cw,-0.9,90\n", "width above 0"),
         (HEADER + "a,1,2,0,cw,0.9,0\n", "angle above 0"),
         (HEADER + "a,1,2,0,slides,0.9,90\n", "slides, but opens up to 90 degrees"),
+        (WIDER + "a,1,2,0,slides,0.9,,30\n", "line 2 must hold 9 values"),
         (WIDER + "a,1,2,0,slides,0.9,,30,sliding\n", "slides by 30 m"),
         (WIDER + "a,1,2,0,slides,0.9,,x,sliding\n", "'x' in column 'upper_limit_m'"),
         (WIDER + "a,1,2,0,slides,0.9,,,hinged\n", "is hinged, but opens 'slides'"),
