@@ -12,7 +12,7 @@ from objstate.discovery.doorway import Doorway, beside
 from objstate.discovery.modes import Refined, log_seen, refine
 from objstate.discovery.proposals import Backgrounds, Shown, proposals, settled
 from objstate.discovery.registering import PLACE_STD
-from objstate.discovery.scoring import Behind, Leaf, lattice_of, log_joint
+from objstate.discovery.scoring import Behind, Leaf, log_joint
 from objstate.discovery.things import Hung, bare, things_of, walls_on
 from objstate.geometry import wrap
 
@@ -121,7 +121,7 @@ def _pairs(
 
 def _joint_of_pair(place: Doorway, behind: Behind, leaf: Leaf) -> float:
     """Log p(beams, leaves) of a double door, either leaf given the other one's angles."""
-    lattice, other = lattice_of(leaf), replace(_other(place, leaf), twin=leaf)
+    lattice, other = leaf.lattice, replace(_other(place, leaf), twin=leaf)
     angles = lattice.angles[lattice.best(behind.gains(place, leaf, lattice.angles))]
     beside_first = behind.beside(place, leaf, angles)
     angles = lattice.angles[lattice.best(beside_first.gains(place, other, lattice.angles))]
@@ -136,7 +136,7 @@ def _pair(
     place: Doorway, behind: Behind, leaf: Leaf
 ) -> tuple[float, tuple[Refined, Refined]] | None:
     """A leaf and the other one of its double door, refined in turns; their log evidence."""
-    lattice = lattice_of(leaf)
+    lattice = leaf.lattice
     angles = lattice.angles[lattice.best(behind.gains(place, leaf, lattice.angles))]
     other = refine(place, behind.beside(place, leaf, angles), _other(place, leaf))
     if other is None:
@@ -169,7 +169,7 @@ def _tried(
             continue
         _, aside = beside(leaf.hinge[None], *place.openings[leaf.about].jamb(leaf.from_end))
         key = leaf.sense, leaf.from_end, round(float(aside[0]) / DEPTH_APART), number
-        score = log_joint(place, cleared[leaf.about][number], leaf, lattice_of(leaf))
+        score = log_joint(place, cleared[leaf.about][number], leaf, leaf.lattice)
         if key not in best or score > best[key][0]:
             best[key] = score, number, leaf
     return _foremost(best.values())

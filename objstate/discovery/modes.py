@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from objstate.discovery.doorway import Doorway
-from objstate.discovery.scoring import Behind, Drawn, Leaf, lattice_of, log_joint
+from objstate.discovery.scoring import Behind, Drawn, Leaf, log_joint
 from objstate.geometry import FloatArray, IntArray
 
 SCALE = np.array([0.02, 0.02, np.radians(1.0), 0.02])  # m, m, rad, m: about a posterior's width
@@ -41,7 +41,7 @@ def refine(place: Doorway, behind: Behind, leaf: Leaf) -> Refined | None:
     """The mode near a leaf, and the evidence about it by Laplace's approximation."""
     from scipy.optimize import minimize
 
-    whole = lattice_of(leaf)
+    whole = leaf.lattice
     lattice = whole.about(behind.gains(place, leaf, whole.angles))
     start = leaf.vector
 

@@ -12,25 +12,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from functools import cache
-from typing import NamedTuple
 
 import numpy as np
 
 from objstate.building.door_table import SLIDES
 from objstate.discovery import kernels
 from objstate.discovery.doorway import DEEP, Doorway, beside
-from objstate.geometry import BoolArray, FloatArray, IntArray, wrap
+from objstate.discovery.lattice import AWAY, FLAT, Lattice, whole
+from objstate.geometry import BoolArray, FloatArray, wrap
 
 HALF = 0.02  # m, of a leaf's thickness
-WIDEST_TURN = np.radians(140.0)  # beyond it a leaf lies along the wall
-FLAT = np.radians(172.0)  # stands for all angles beyond
-CLOSED, AT_LIMIT, BETWEEN = 0.45, 0.25, 0.3  # where leaves are found
-LIMITS = np.radians(np.arange(60.0, 136.0, 7.5))  # where a door may stop
-USUAL_LIMIT, USUAL_LIMIT_STD = np.radians(95.0), np.radians(18.0)
-OPENS_FLAT = 0.15  # of doors that open as far as the wall
-SLID_LIMITS = np.array([0.9, 0.95, 1.0])  # where a leaf that slides may stop
-AWAY = 0.9  # share of its width from which on a leaf that slides leaves its opening free
 DRAWN = -10.0  # nats: a map shows something as long as a leaf that ends at a jamb, and is none
 FILLED = -3.0  # nats: an opening without a leaf is filled within a wall's depth
 WALL_GOES_ON = np.log(0.5)  # nats: what seems open is wall
@@ -82,6 +73,16 @@ class Leaf:
     def slides(self) -> bool:
         """Whether it slides along itself."""
         return self.sense == SLIDES
+
+    @property
+    def lattice(self) -> Lattice:
+        """All its states."""
+        return whole(self.slides)
+
+    @property
+    def away(self) -> float:
+        """The state from which on it lies along the wall."""
+        return AWAY if self.slides else FLAT
 
     @property
     def kind(self) -> tuple[int, bool, float]:
@@ -147,14 +148,14 @@ class Behind:
 
     def drawn_as(self, leaf: Leaf) -> Drawn | None:
         """What was taken out and is the leaf, if anything is."""
-        angles = lattice_of(leaf).angles
+        angles = leaf.lattice.angles
         able = [(float(d.off(leaf, angles).min()), k) for k, d in self._able(leaf)]
         best, number = min(able, default=(np.inf, 0))
         return self.drawn[number] if best < FAR else None
 
     def turn_in_map(self, leaf: Leaf) -> float | None:
         """By how much a leaf is turned where the map shows it open, rad; None where it doesn't."""
-        angles = lattice_of(leaf).angles
+        angles = leaf.lattice.angles
         angles = angles[angles < FLAT]
         drawn = [each.off(leaf, angles) for _, each in self._able(leaf) if each.turn != 0.0]
         if not drawn or min(off.min() for off in drawn) >= FAR:
@@ -189,7 +190,7 @@ class Behind:
         there = self.changed(expected, place.log_likelihood(expected))
         if not self.drawn:
             return there
-        is_right = self.map_of(leaf, angles)[1] | (angles >= (AWAY if leaf.slides else FLAT))
+        is_right = self.map_of(leaf, angles)[1] | (angles >= leaf.away)
         return replace(there, as_drawn=np.where(is_right, there.as_drawn, -np.inf))
 
     def changed(self, expected: FloatArray, log_likelihood: FloatArray) -> Behind:
@@ -224,103 +225,6 @@ class Behind:
         if is_there.any():
             gain = np.where(is_there[:, None], np.maximum(gain, self.as_drawn), gain)
         return log_map, gain
-
-
-class Rests(NamedTuple):
-    """Where leaves of one type come to rest, and how finely their states are summed over."""
-
-    widest: float
-    step: float
-    fine: float  # step about a leaf's states once they are known roughly
-    near: float  # so far about them
-    closed_std: float
-    limit_std: float
-    limits: FloatArray  # (u,)
-    log_limit: FloatArray  # (u,)
-
-
-def _rests(slides: bool) -> Rests:
-    if slides:
-        log_limit = np.full(len(SLID_LIMITS), -math.log(len(SLID_LIMITS)))
-        return Rests(1.075, 0.05, 0.0125, 0.1, 0.02, 0.02, SLID_LIMITS, log_limit)
-    usual = np.exp(-0.5 * ((LIMITS - USUAL_LIMIT) / USUAL_LIMIT_STD) ** 2)
-    log_limit = np.log(np.append((1.0 - OPENS_FLAT) * usual / usual.sum(), OPENS_FLAT))
-    step, fine, near, closed, limit = np.radians([3.0, 0.75, 6.0, 2.0, 4.0]).tolist()
-    return Rests(WIDEST_TURN, step, fine, near, closed, limit, np.append(LIMITS, FLAT), log_limit)
-
-
-SWINGS, SLIDS = _rests(slides=False), _rests(slides=True)
-
-
-@dataclass(frozen=True, eq=False)
-class Lattice:
-    """States in which a leaf may be; of one that turns the last stands for a leaf along the wall.
-
-    A door stops somewhere. It stands closed, or at its limit, or anywhere between.
-    """
-
-    angles: FloatArray  # (a,) rad, or shares of the width
-    log_prior: FloatArray  # (u, a) of angles, given each limit
-    rests: Rests
-
-    @staticmethod
-    def of(each: FloatArray, rests: Rests, step: float) -> Lattice:
-        """Some of the states that lie ``step`` apart, and a leaf along the wall."""
-        half = np.sqrt(np.pi / 2) * rests.closed_std  # the integral
-        closed = CLOSED / half * np.exp(-0.5 * (each / rests.closed_std) ** 2)
-        limit = rests.limits[:, None]
-        width = np.sqrt(2 * np.pi) * rests.limit_std
-        at_limit = AT_LIMIT / width * np.exp(-0.5 * ((each - limit) / rests.limit_std) ** 2)
-        between = BETWEEN / limit / (1.0 + np.exp((each - limit) / (rests.limit_std / 2.0)))
-        cell = np.where(each > 0.0, step, step / 2.0)  # no door opens beyond closed
-        prior = cell * (closed + at_limit + between)
-        if rests is SWINGS:
-            flat = np.where(limit < FLAT, 1e-6, AT_LIMIT + BETWEEN * (1.0 - WIDEST_TURN / FLAT))
-            each, prior = np.append(each, FLAT), np.hstack([prior, flat])
-        return Lattice(each, np.log(prior), rests)
-
-    @property
-    def log_limit(self) -> FloatArray:
-        """(u,) of limits."""
-        return self.rests.log_limit
-
-    def best(self, gain: FloatArray) -> IntArray:
-        """(groups,) numbers of the most probable angles of looks, of gains (a, groups)."""
-        marginal = np.logaddexp.reduce(self.log_prior + self.log_limit[:, None], axis=0)
-        return np.asarray(np.argmax(gain + marginal[:, None], axis=0))
-
-    def about(self, gain: FloatArray) -> Lattice:
-        """A finer one about what each look finds best, of gains (a, groups)."""
-        best, rests = self.angles[self.best(gain)], self.rests
-        fine = np.arange(0.0, rests.widest, rests.fine)
-        kept = (np.abs(fine[:, None] - best) <= rests.near).any(axis=1)
-        return Lattice.of(fine[kept], rests, rests.fine)
-
-    def log_evidence(
-        self, log_map: FloatArray, log_way: FloatArray, gain: FloatArray, stays: FloatArray
-    ) -> float:
-        """Of looks with gains (k * a, groups): without a thing beside the leaf, then with each.
-
-        The map has the log-likelihood (a,) of angles, and none of the things. ``log_way`` (a,) is
-        the log-probability of what is in the way to them.
-        """
-        prior = self.log_prior + log_way
-        count = len(gain) // prior.shape[1]
-        nowhere = np.full((len(prior), len(gain) - prior.shape[1]), -np.inf)
-        first = np.hstack([prior + log_map, nowhere])
-        each = chained(first, np.tile(prior, count) - math.log(count), gain, stays)
-        return float(np.logaddexp.reduce(self.log_limit + each))
-
-
-def lattice_of(leaf: Leaf) -> Lattice:
-    """All states of a leaf."""
-    return _whole(leaf.slides)
-
-
-@cache
-def _whole(slides: bool) -> Lattice:
-    rests = SLIDS if slides else SWINGS
-    return Lattice.of(np.arange(0.0, rests.widest, rests.step), rests, rests.step)
 
 
 def with_things(place: Doorway, behind: Behind, leaves: FloatArray) -> Behind:
@@ -438,17 +342,3 @@ def log_joint(place: Doorway, behind: Behind, leaf: Leaf, lattice: Lattice) -> f
     log_way = behind.log_way(leaf, lattice.angles)
     total = lattice.log_evidence(log_map, log_way, gain, place.stays)
     return prior + total + float(behind.log_likelihood.sum())
-
-
-def chained(
-    first: FloatArray, prior: FloatArray, gain: FloatArray, stays: FloatArray
-) -> FloatArray:
-    """Log evidence (u,) of looks whose log-likelihoods are (s, groups), by states (s,).
-
-    Between looks the state stays with probabilities (groups,), and is drawn anew from the ``prior``
-    (u, s) else; ``first`` (u, s) is the log-probability of states in the map, with the map.
-    """
-    first, prior = np.atleast_2d(first), np.atleast_2d(prior)
-    out = np.empty(len(first))
-    kernels.chain(first, prior, np.ascontiguousarray(gain), stays, out)
-    return out

@@ -13,18 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from objstate.discovery.doorway import Doorway, beside
+from objstate.discovery.lattice import chained
 from objstate.discovery.modes import Refined
-from objstate.discovery.scoring import (
-    AWAY,
-    FLAT,
-    HALF,
-    NEARLY_CLOSED,
-    Behind,
-    chained,
-    lattice_of,
-    turned,
-    with_things,
-)
+from objstate.discovery.scoring import HALF, NEARLY_CLOSED, Behind, turned, with_things
 from objstate.discovery.walls import Opening
 from objstate.geometry import FloatArray
 
@@ -70,7 +61,7 @@ def _cost(found: Refined, angle: FloatArray, anywhere: float) -> float:
     Its place is as sure as the leaf's; the map may show it. ``anywhere`` is its log density, where
     it doesn't.
     """
-    if angle[0] >= (AWAY if found.leaf.slides else FLAT):
+    if angle[0] >= found.leaf.away:
         density = ALONG_WALL
     elif bool(found.behind.map_of(found.leaf, angle)[1][0]):
         density = SHOWN
@@ -116,7 +107,7 @@ class Hung:
     @staticmethod
     def of(place: Doorway, log: float, leaves: tuple[Refined, ...], things: list[Thing]) -> Hung:
         """Leaves that have a ``log`` evidence alone, with some of the things that there may be."""
-        behind, leaf, lattice = leaves[-1].behind, leaves[-1].leaf, lattice_of(leaves[-1].leaf)
+        behind, leaf, lattice = leaves[-1].behind, leaves[-1].leaf, leaves[-1].leaf.lattice
         log_map = behind.map_of(leaf, lattice.angles)[0]
         log_way = behind.log_way(leaf, lattice.angles)
 

@@ -19,20 +19,15 @@ from objstate.config import BeamModelSettings
 from objstate.discovery import learn_doors
 from objstate.discovery.doorway import Cells, Doorway, doorway, ended_on
 from objstate.discovery.gathering import Beams
+from objstate.discovery.lattice import SLIDS, SWINGS, Lattice, Rests, chained
 from objstate.discovery.nearby import Nearby
 from objstate.discovery.proposals import Shown
 from objstate.discovery.registering import registered
 from objstate.discovery.scoring import (
-    SLIDS,
-    SWINGS,
     WAY,
     Behind,
     Drawn,
-    Lattice,
     Leaf,
-    Rests,
-    chained,
-    lattice_of,
     log_prior,
     turned,
     with_things,
@@ -183,7 +178,7 @@ def test_a_leaf_that_slides_stays_in_line_and_leaves_its_opening(share: float) -
 
 @given(st.integers(0, 1000), st.integers(1, 3))
 def test_things_that_change_nothing_tell_nothing_of_a_leaf(seed: int, things: int) -> None:
-    lattice, rng = lattice_of(leaf()), np.random.default_rng(seed)
+    lattice, rng = leaf().lattice, np.random.default_rng(seed)
     count = len(lattice.angles)
     log_map, gain = rng.normal(0.0, 2.0, count), rng.normal(0.0, 3.0, (count, 4))
     stays, way = np.full(4, 0.8), np.zeros(count)
