@@ -129,7 +129,7 @@ def _form() -> str:
         ("y", "hinge y, m", "number", "0.01"),
         ("bearing", "closed bearing, deg", "number", "0.5"),
         ("width", "width, m", "number", "0.01"),
-        ("upper", "opens up to, deg (slides: m)", "number", "any"),
+        ("upper", "opens up to, deg or m", "number", "any"),
     )
     inputs = [
         element("label", label, element("input", id=f"in-{name}", type=kind, step=step or None))
@@ -148,7 +148,7 @@ def _form() -> str:
     )
     angle = element(
         "label",
-        "show the leaf at, deg (slides: m)",
+        "show the leaf at, deg or m",
         element("input", id="in-angle", type="range", min="0", max="90", step="1", value="0"),
         element("output", "0", id="angle"),
         class_="wide-field",
