@@ -33,10 +33,8 @@ from objstate.records import Scan
 from objstate.simulation import simulate
 
 WALL_HEIGHT, LEAF_HEIGHT, LEAF = 2.5, 2.0, 0.04  # m
-OVERLAP, BESIDE_WALL = (
-    0.03,
-    0.04,
-)  # m, of a leaf that slides on a wall: over the jamb, and before it
+# m, of a leaf that slides on a wall: over the jamb, and before it
+OVERLAP, BESIDE_WALL = 0.03, 0.04
 SLIT = 0.01  # m between a leaf and its frame
 DEPTH = 3.5  # m, of rooms
 MAP_SCANS = 3  # every so many scans of the mapping drive count
@@ -183,9 +181,8 @@ def with_sliding(floor: Floor, seed: int) -> Floor:
         over = SLIT if near < depth < far else -OVERLAP
         low, high = room.gap[0] + over, room.gap[1] - over
         beside = {True: room.gap[0] - room.x0, False: room.x1 - room.gap[1]}
-        meet = [low, (low + high) / 2, high] if len(room.doors) == 2 else [low, high]
         is_left = [True, False] if len(room.doors) == 2 else [beside[True] > beside[False]]
-        width = meet[1] - meet[0]
+        width = (high - low) / len(is_left)
         is_narrow = any(beside[left] < 0.8 * width for left in is_left)
         if not room.doors or rng.random() < 0.5 or is_narrow:
             continue

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from PIL import Image
 from playwright.sync_api import sync_playwright
 
 from objstate.building.door_table import Door, read_doors
@@ -51,6 +52,7 @@ def main(data: str, out: str) -> None:
         page.mouse.move(WIDTH / 2, 5)  # off the plan
         page.evaluate("new Promise(done => setTimeout(done, 200))")
         page.screenshot(path=PICTURE)
+        Image.open(PICTURE).quantize().save(PICTURE, optimize=True)
         with page.expect_download() as download:
             page.click("#download")
         Path(out).mkdir(parents=True, exist_ok=True)

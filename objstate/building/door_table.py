@@ -93,20 +93,18 @@ def door_rows(doors: Sequence[Door]) -> str:
     """A table of doors as text, to be read again."""
     text = io.StringIO()
     rows = csv.writer(text, lineterminator="\n")
-    slide = any(door.slides for door in doors)
-    rows.writerow((*COLUMNS, TRAVEL) if slide else COLUMNS)
-    for door in doors:
-        described, travel = door_row(door)
-        rows.writerow([*described, travel] if slide else described)
+    wide = len(COLUMNS) + any(door.slides for door in doors)
+    rows.writerow((*COLUMNS, TRAVEL)[:wide])
+    rows.writerows(door_row(door)[:wide] for door in doors)
     return text.getvalue()
 
 
-def door_row(door: Door) -> tuple[list[object], object]:
-    """What ``COLUMNS`` say of a door, and how far it slides."""
+def door_row(door: Door) -> list[object]:
+    """What ``COLUMNS`` and ``TRAVEL`` say of a door."""
     x, y = (round(float(value), 4) for value in door.hinge)
     bearing = round(math.degrees(door.closed_bearing), 3)
     limits = ("", round(door.upper, 4)) if door.slides else (round(math.degrees(door.upper), 3), "")
-    return [door.name, x, y, bearing, door.opens, round(door.width, 4), limits[0]], limits[1]
+    return [door.name, x, y, bearing, door.opens, round(door.width, 4), *limits]
 
 
 def _check_columns(path: Path, found: Sequence[str], header: str) -> None:
@@ -160,7 +158,7 @@ def _read_door(row: dict[str, str | None], where: str) -> Door:
         closed_bearing=math.radians(_number(row, "closed_bearing_deg", where)),
         sense=SENSE[opens],
         width=width,
-        upper=_travel(row, width, where) if opens == "slides" else _widest(row, where),
+        upper=_travel(row, width, where) if SENSE[opens] == SLIDES else _widest(row, where),
         probability=_probability(row, where),
     )
     told = (row.get(TYPE) or door.type).strip()

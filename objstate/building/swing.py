@@ -136,7 +136,7 @@ def _closes_behind(door: Door, other: Door) -> bool:
 def _polar(offsets: FloatArray, door: Door) -> tuple[FloatArray, FloatArray]:
     """Opening angle (n,) rad, below 0 and above ``upper`` equally far, and distance (n,) m."""
     bearing = np.arctan2(offsets[:, 1], offsets[:, 0])
-    turn = (-1 if door.sense < 0 else 1) * (bearing - door.closed_bearing)
+    turn = (door.sense or 1) * (bearing - door.closed_bearing)
     spare = (2 * np.pi - door.upper) / 2
     return (turn + spare) % (2 * np.pi) - spare, np.linalg.norm(offsets, axis=1)
 

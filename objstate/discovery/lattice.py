@@ -16,40 +16,50 @@ import numpy as np
 from objstate.discovery import kernels
 from objstate.geometry import FloatArray, IntArray
 
-WIDEST_TURN = np.radians(140.0)  # beyond it a leaf lies along the wall
-FLAT = np.radians(172.0)  # stands for all angles beyond
+FLAT = np.radians(172.0)  # stands for all angles of a leaf that lies along the wall
 CLOSED, AT_LIMIT, BETWEEN = 0.45, 0.25, 0.3  # where leaves are found
-LIMITS = np.radians(np.arange(60.0, 136.0, 7.5))  # where a door may stop
 USUAL_LIMIT, USUAL_LIMIT_STD = np.radians(95.0), np.radians(18.0)
 OPENS_FLAT = 0.15  # of doors that open as far as the wall
-SLID_LIMITS = np.array([0.9, 0.95, 1.0])  # where a leaf that slides may stop
-AWAY = 0.9  # share of its width from which on a leaf that slides leaves its opening free
 
 
 class Rests(NamedTuple):
     """Where leaves of one type come to rest, and how finely their states are summed over."""
 
     widest: float
+    away: float  # from which on a leaf lies along the wall; beyond the widest, the only one there
     step: float
     fine: float  # step about a leaf's states once they are known roughly
     near: float  # so far about them
     closed_std: float
     limit_std: float
-    limits: FloatArray  # (u,)
+    limits: FloatArray  # (u,) where a door may stop
     log_limit: FloatArray  # (u,)
 
 
-def _rests(slides: bool) -> Rests:
-    if slides:
-        log_limit = np.full(len(SLID_LIMITS), -math.log(len(SLID_LIMITS)))
-        return Rests(1.075, 0.05, 0.0125, 0.1, 0.02, 0.02, SLID_LIMITS, log_limit)
-    usual = np.exp(-0.5 * ((LIMITS - USUAL_LIMIT) / USUAL_LIMIT_STD) ** 2)
-    log_limit = np.log(np.append((1.0 - OPENS_FLAT) * usual / usual.sum(), OPENS_FLAT))
-    step, fine, near, closed, limit = np.radians([3.0, 0.75, 6.0, 2.0, 4.0]).tolist()
-    return Rests(WIDEST_TURN, step, fine, near, closed, limit, np.append(LIMITS, FLAT), log_limit)
-
-
-SWINGS, SLIDS = _rests(slides=False), _rests(slides=True)
+_turns = np.radians(np.arange(60.0, 136.0, 7.5))
+_usual = np.exp(-0.5 * ((_turns - USUAL_LIMIT) / USUAL_LIMIT_STD) ** 2)
+SWINGS = Rests(
+    widest=np.radians(140.0),
+    away=FLAT,
+    step=np.radians(3.0),
+    fine=np.radians(0.75),
+    near=np.radians(6.0),
+    closed_std=np.radians(2.0),
+    limit_std=np.radians(4.0),
+    limits=np.append(_turns, FLAT),
+    log_limit=np.log(np.append((1.0 - OPENS_FLAT) * _usual / _usual.sum(), OPENS_FLAT)),
+)
+SLIDS = Rests(
+    widest=1.075,
+    away=0.9,
+    step=0.05,
+    fine=0.0125,
+    near=0.1,
+    closed_std=0.02,
+    limit_std=0.02,
+    limits=np.array([0.9, 0.95, 1.0]),
+    log_limit=np.full(3, -math.log(3.0)),
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,9 +84,10 @@ class Lattice:
         between = BETWEEN / limit / (1.0 + np.exp((each - limit) / (rests.limit_std / 2.0)))
         cell = np.where(each > 0.0, step, step / 2.0)  # no door opens beyond closed
         prior = cell * (closed + at_limit + between)
-        if rests is SWINGS:
-            flat = np.where(limit < FLAT, 1e-6, AT_LIMIT + BETWEEN * (1.0 - WIDEST_TURN / FLAT))
-            each, prior = np.append(each, FLAT), np.hstack([prior, flat])
+        if rests.away > rests.widest:
+            beyond = AT_LIMIT + BETWEEN * (1.0 - rests.widest / rests.away)
+            flat = np.where(limit < rests.away, 1e-6, beyond)
+            each, prior = np.append(each, rests.away), np.hstack([prior, flat])
         return Lattice(each, np.log(prior), rests)
 
     @property

@@ -110,7 +110,7 @@ def candidates_table(candidates: Sequence[Candidate]) -> str:
     rows = csv.writer(text, lineterminator="\n")
     rows.writerow([*COLUMNS, *OPTIONAL])
     for each in candidates:
-        described, travel = door_row(each.door)
+        *described, travel = door_row(each.door)
         rows.writerow(
             [
                 *described,

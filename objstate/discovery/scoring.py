@@ -18,7 +18,7 @@ import numpy as np
 from objstate.building.door_table import SLIDES
 from objstate.discovery import kernels
 from objstate.discovery.doorway import DEEP, Doorway, beside
-from objstate.discovery.lattice import AWAY, FLAT, Lattice, whole
+from objstate.discovery.lattice import FLAT, Lattice, whole
 from objstate.geometry import BoolArray, FloatArray, wrap
 
 HALF = 0.02  # m, of a leaf's thickness
@@ -82,7 +82,7 @@ class Leaf:
     @property
     def away(self) -> float:
         """The state from which on it lies along the wall."""
-        return AWAY if self.slides else FLAT
+        return self.lattice.rests.away
 
     @property
     def kind(self) -> tuple[int, bool, float]:

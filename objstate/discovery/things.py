@@ -120,10 +120,10 @@ class Hung:
 
         on_each = [[with_things(place, behind, thing)] for _, thing in things]
         value, chosen, there = _Told(place, gains, total).best([behind], things, on_each)
-        # beside things a leaf may stand elsewhere than without them
-        angles = lattice.angles[lattice.best(np.max(there, axis=0))]
-        beside = (*leaves[:-1], replace(leaves[-1], angles=angles)) if chosen else leaves
-        return Hung(log + value - total([gains(behind)]), beside, chosen)
+        if chosen:  # beside things a leaf may stand elsewhere than without them
+            angles = lattice.angles[lattice.best(np.max(there, axis=0))]
+            leaves = (*leaves[:-1], replace(leaves[-1], angles=angles))
+        return Hung(log + value - total(there[:1]), leaves, chosen)
 
     def as_things(self, place: Doorway) -> list[Thing]:
         """What stands about, if none of it is a leaf: the leaves at some angles, and the rest."""
@@ -169,10 +169,10 @@ class _Told(NamedTuple):
     def best(
         self, states: list[Behind], things: list[Thing], on_each: list[list[Behind]]
     ) -> tuple[float, list[Thing], list[FloatArray]]:
-        """The most log evidence, where things may stand about, which do, and the gains of all states.
+        """The most log evidence, where things may stand about, which do, and what all states gain.
 
         Each is paid for once; in any look it may be there or not. With each thing, the states are
-        as ``on_each`` has them.
+        as ``on_each`` has them; they gain after the ``states`` themselves.
         """
         there = [self.gains(state) for state in states]
         value, spent, chosen = self.total(there), 0.0, list[Thing]()

@@ -21,9 +21,9 @@ HEIGHT = 0.3  # m above the floor, where many robots carry their laser
 MARGIN = 1.0  # m around the walls, in which scan points are drawn
 KEYS = (
     "j k next, previous door; y n accept, reject; a add by three clicks (hinge, free edge, the "
-    "side to which it opens); f flip the hinge's side, d the direction; s a door that slides, or turns; arrows move it by 1 cm; "
-    "Ctrl+Z, Ctrl+Y undo, redo; / search; + − 0 zoom. Drag a hinge or a free edge; with Alt "
-    "nothing snaps."
+    "side to which it opens); f flip the hinge's side, d the direction; s a door that slides, or "
+    "turns; arrows move it by 1 cm; Ctrl+Z, Ctrl+Y undo, redo; / search; + − 0 zoom. Drag a hinge "
+    "or a free edge; with Alt nothing snaps."
 )
 
 
