@@ -60,11 +60,12 @@ class DoorRow(Strict):
     @staticmethod
     def of(door: Door) -> DoorRow:
         """The row of a door of a table; to be decided on, if that has a probability."""
+        bearing = round(math.degrees(door.closed_bearing), 3)
         return DoorRow(
             name=door.name,
             x=round(float(door.hinge[0]), 4),
             y=round(float(door.hinge[1]), 4),
-            bearing=round(math.degrees(door.closed_bearing), 3),
+            bearing=round(180.0 - (180.0 - bearing) % 360.0, 3),  # 180 and -180 are one
             width=round(door.width, 4),
             upper=round(door.upper, 4) if door.slides else round(math.degrees(door.upper), 3),
             sense=0 if door.slides else 1 if door.sense > 0 else -1,
