@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -26,7 +27,7 @@ print(segments.cast(np.array([[0.0, 0.0, 1.0, 0.0]]), np.array([[2.0, -1.0, 2.0,
 
 def run(script: str, **environment: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, "-c", script],
+        [sys.executable, "-P", "-c", script],  # the package is imported as it is installed
         env=os.environ | environment,
         capture_output=True,
         text=True,
@@ -48,43 +49,49 @@ def test_where_they_can_be_kept_they_are(tmp_path: Path) -> None:
 
 
 def estimated(
-    out: Path, log: Path, building: Path, loops: Path | None, *, cores: int, until: int
-) -> tuple[bytes, int]:
-    """What a log gives up to a time, s, with so many cores, and how many loops it compiled.
+    out: Path, log: Path, building: Path, installed: Path = ROOT, *, cores: int
+) -> tuple[bytes, int, int]:
+    """What a log gives with so many cores, and how many loops it loaded and compiled.
 
-    Loops are kept in a folder of their own, or beside the installed package.
+    Loops are kept beside the package, which is ``installed`` in a folder.
     """
     given = [
-        *("estimate", str(log), "--quiet", "--to", str(until)),
+        *("estimate", str(log), "--quiet", "--to", "45"),
         *("--building", str(building), "--out", str(out)),
     ]
     script = (
-        f"import sys\nsys.path.insert(0, {str(ROOT)!r})\n"
         "from objstate.experiments import processes\nfrom objstate.cli.entry import main\n"
         f"processes.default_workers = lambda: {cores}\nmain({given!r})"
     )
-    kept = {} if loops is None else {"NUMBA_CACHE_DIR": str(loops)}
-    done = run(script, **kept, NUMBA_DEBUG_CACHE="1")
-    return (out / "estimates.parquet").read_bytes(), done.stdout.count("data saved to")
+    done = run(script, NUMBA_DEBUG_CACHE="1", PYTHONPATH=str(installed))
+    loaded, compiled = (done.stdout.count(f"data {way} ") for way in ("loaded from", "saved to"))
+    return (out / "estimates.parquet").read_bytes(), loaded, compiled
 
 
 def test_loops_compiled_by_one_process_and_by_several_give_the_same_bytes(
     tmp_path: Path,
 ) -> None:
-    doors = ROOT / "logs/corridor.mcap", ROOT / "models/corridor/corridor.urdf"
-    several = tmp_path / "several"
-    shared, first = estimated(tmp_path / "1", *doors, several, cores=2, until=60)
-    many = len(list(several.rglob("*.nbc")))
-    assert many == sum(map(len, GROUPS[:EVERY_RUN]))
-    assert 1 <= first < many
     told = run("from objstate.cli.entry import main\nmain(['compile'])")
     assert told.stdout.startswith("The inner loops are compiled")
-    kept, none = estimated(tmp_path / "2", *doors, None, cores=1, until=60)
+    doors = ROOT / "logs/corridor.mcap", ROOT / "models/corridor/corridor.urdf"
+    kept, loaded, compiled = estimated(tmp_path / "1", *doors, cores=1)
+    assert (loaded, compiled) == (sum(map(len, GROUPS[:EVERY_RUN])), 0)
+    # a copy of the package, with the loops that it keeps but for those of some groups
+    shutil.copytree(ROOT / "objstate", tmp_path / "installed/objstate")
+    some = [loop for group in GROUPS[6:8] for loop in group]
+    for loop in some:
+        name = f"{Path(loop.py_func.__code__.co_filename).stem}.{loop.__name__}-*.nb?"
+        lost = list((tmp_path / "installed/objstate").rglob(name))
+        assert len(lost) == 2
+        for path in lost:
+            path.unlink()
+    shared, _, first = estimated(tmp_path / "2", *doors, tmp_path / "installed", cores=2)
     assert shared == kept
-    assert none == 0
+    assert 1 <= first < len(some)
+    assert estimated(tmp_path / "3", *doors, tmp_path / "installed", cores=1)[2] == 0
     simulate(ROOT / "benchmarks/scenes/room.scene.yaml", tmp_path / "room", seed=3)
     desks = tmp_path / "room/log.mcap", ROOT / "benchmarks/scenes/room.urdf"
-    assert estimated(tmp_path / "3", *desks, None, cores=2, until=60)[1] == 0
+    assert estimated(tmp_path / "4", *desks, cores=2)[2] == 0
 
 
 def test_where_nothing_can_be_kept_there_is_nothing_to_compile_beforehand() -> None:

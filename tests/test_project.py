@@ -96,7 +96,7 @@ def test_the_wheel_runs_the_sample_in_an_environment_of_its_own(tmp_path: Path) 
     for arguments in (
         ["--version"],
         ["inspect", building],
-        ["estimate", log, "--building", building, "--out", "result", "--to", "0.5", "-q"],
+        ["estimate", log, "--building", building, "--out", "result", "--to", "0.1", "-q"],
         ["evaluate", "result", "--truth", ROOT / "logs/corridor.truth.csv"],
         ["report", "result"],
     ):
