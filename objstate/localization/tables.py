@@ -162,6 +162,32 @@ def _score(
 
 
 @_inner
+def _one_score(
+    nearest: FloatArray,
+    farthest: FloatArray,
+    breadth: FloatArray,
+    bins: IntArray,
+    beams: FloatArray,
+    reach: float,
+    missing: FloatArray,
+    per_sigma: float,
+    turn: int | np.int64,
+) -> Any:
+    """Approximate log p(o | l) of one place for one of its b headings."""
+    total, turns = 0.0, nearest.shape[0]
+    for i in range(bins.shape[0]):
+        measured, anything, short = beams[0, i], beams[1, i], beams[2, i]
+        at = bins[i] + turn - (turns if bins[i] + turn >= turns else 0)
+        if measured < np.inf:
+            off = max(nearest[at] - measured, measured - farthest[at], 0.0) * per_sigma
+            chance = short if measured < nearest[at] else anything
+            total += max(breadth[at] - 0.5 * off * off, chance)
+        else:
+            total += missing[0] if farthest[at] >= reach else missing[1]
+    return total
+
+
+@_inner
 def _nowhere(beams: FloatArray, missing: FloatArray) -> Any:
     """The same where no place is free: every range is random."""
     total = 0.0
@@ -209,6 +235,7 @@ def scores(
     """
     turns, count = nearest.shape[1], headings.shape[1]
     twice = np.empty((3, 2 * turns))
+    # of places whose headings are all asked for
     table, is_known = np.empty(nearest.shape), np.zeros(nearest.shape[0], np.bool_)
     nowhere, out = _nowhere(beams, missing), np.empty((points.shape[0], count))
     off, turn = np.empty((count, 2)), np.empty(count, np.int64)
@@ -222,6 +249,19 @@ def scores(
             place = _cell(points[p, 0] + off[t, 0], points[p, 1] + off[t, 1], cells, spacing)
             if place < 0:
                 out[p, t] = nowhere
+                continue
+            if count == 1:
+                out[p, t] = _one_score(
+                    nearest[place],
+                    farthest[place],
+                    breadth[place],
+                    bins,
+                    beams,
+                    reach,
+                    missing,
+                    per_sigma,
+                    turn[t],
+                )
                 continue
             if not is_known[place]:
                 is_known[place] = True
