@@ -21,7 +21,7 @@ NEAR = 6.0  # m from the laser: farther beams lie too far apart
 REST_S = 20.0  # s without a look after which the door may have been moved
 MOST_SCANS = 20  # of one look
 # beams of a look that tell something of their own: all share the robot's and the map's error
-TOLD = 150.0
+TOLD = 50.0
 ROUGH, FINE = 250, 800  # beams of a look for a first search, and for all else
 MOST_LOOKS = 16  # of one doorway, evenly over all of them
 # probability that a door stands as before: in the same drive, in the next
@@ -31,6 +31,8 @@ TOLERANCE, INSET = 0.75, 0.5  # cells, as `building from-map` straightens walls
 DEEP = 0.27  # m from the wall's line, within which a closed leaf may lie
 FILLED = 0.7  # of an opening's width that something covers which closes it
 ON_LEAF = 0.08  # m from a leaf within which a reading is of it
+# m by which surfaces of a map are off, and within which readings tell
+SURFACE_STD, SURFACE_REACH = 0.03, 0.12
 JAMB = 0.03  # m of a jamb that stays when a doorway is cleared
 JAMB_WALL = 0.2  # m of wall beside an opening, by which it is one without what stands there
 
@@ -68,7 +70,7 @@ class Doorway:
         return -self.side(start, bearing) * np.array([-np.sin(bearing), np.cos(bearing)])
 
     def log_likelihood(self, expected: FloatArray) -> FloatArray:
-        """(groups,) of the looks, tempered, for expected distances (n,) m of the beams."""
+        """(groups,) of the looks, tempered, for expected distances (3, n) m beside the beams."""
         out = np.zeros(self.groups)
         kernels.background_log_likelihood(self.beams, expected, self.group, self.model, out)
         return np.asarray(self.exponents * out)
@@ -314,8 +316,21 @@ def beside(points: FloatArray, start: FloatArray, bearing: float) -> tuple[Float
     return offset @ np.array([cos, sin]), offset @ np.array([-sin, cos])
 
 
-def background(place: Doorway, segments: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Expected distances (n,) of the beams, and their log-likelihood by look (groups,), tempered."""
-    expected = np.empty(place.beams.shape[1])
-    kernels.cast(place.beams, np.ascontiguousarray(segments), expected)
+def background(
+    place: Doorway, segments: FloatArray, *, is_fitted: bool = True
+) -> tuple[FloatArray, FloatArray]:
+    """Expected distances (3, n) beside the beams, and their log-likelihood by look (groups,), tempered.
+
+    Surfaces lie where readings show them, near to where the map has them.
+    """
+    count, segments = place.beams.shape[1], np.ascontiguousarray(segments)
+    expected, met = np.empty((3, count)), np.empty((3, count), dtype=np.int64)
+    for k, aside in enumerate(kernels.ASIDE):
+        kernels.cast(place.beams, segments, aside, expected[k], met[k])
+    if is_fitted and len(segments):
+        off, weights = np.empty((len(segments), 2)), place.exponents[place.group]
+        given = expected[0], met[0], weights, place.model
+        kernels.lie(place.beams, segments, *given, SURFACE_STD, SURFACE_REACH, off)
+        for k, aside in enumerate(kernels.ASIDE):
+            kernels.put_where_it_lies(place.beams, segments, aside, met[k], off, expected[k])
     return expected, place.log_likelihood(expected)

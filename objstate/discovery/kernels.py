@@ -16,10 +16,13 @@ from objstate.geometry import BoolArray, FloatArray, IntArray
 
 ORIGIN_X, ORIGIN_Y, DIRECTION_X, DIRECTION_Y, RANGE, PAST, REACH, SHORT, UNKNOWN, _ROWS = range(10)
 HIT, PER_SIGMA, PEAK, RANDOM, MISSING = range(5)  # of the beam model
+STEEP = 0.15  # sine of the incidence below which a reading doesn't tell where a surface lies
 LEAST_CROSS = 0.05  # sine of the incidence below which a beam doesn't tell of a surface
 UNDRAWN = 0.5  # probability that something stands where the map knows nothing
 LEAST_UNKNOWN = 2  # cells in a row: maps leave single ones out
 SOFT = 0.03  # m over which a leaf's edges fade: a beam's width, and where the robot was
+# m by which a map is off beside a beam, by Gauss and Hermite's rule for a deviation of 1.75 cm
+ASIDE, SHARES = (0.0, -0.03, 0.03), (2.0 / 3.0, 1.0 / 6.0, 1.0 / 6.0)
 
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
 _compile = njit(nogil=True, error_model="numpy", fastmath={"contract"})
@@ -40,6 +43,20 @@ def density(beams: FloatArray, j: int, expected: float, model: FloatArray) -> An
         return floor
     off = (measured - expected) * model[PER_SIGMA]
     return floor + drawn * model[PEAK] * np.exp(-0.5 * off * off)
+
+
+@_inner
+def densities(
+    beams: FloatArray, j: int, expected: FloatArray, nearer: float, model: FloatArray
+) -> Any:
+    """Of beam ``j`` on average over where it may pass, with something at most so far away.
+
+    ``expected`` (3, n) are the distances to the map beside beams.
+    """
+    total = 0.0
+    for k in range(len(SHARES)):
+        total += SHARES[k] * density(beams, j, min(expected[k, j], nearer), model)
+    return total
 
 
 @_compile
@@ -69,12 +86,17 @@ def enter_unknown(
 
 
 @_compile
-def cast(beams: FloatArray, segments: FloatArray, out: FloatArray) -> None:
-    """Distance ``out`` (n,) to the nearest of segments (k, 4), from x, y to x, y; inf beyond the disc."""
+def cast(
+    beams: FloatArray, segments: FloatArray, aside: float, out: FloatArray, met: IntArray
+) -> None:
+    """Distance ``out`` (n,) to the nearest of segments (k, 4), from x, y to x, y; inf beyond the disc.
+
+    Beams are moved ``aside`` to their left, m. ``met`` (n,) gets the number of the segment, or -1.
+    """
     for j in range(beams.shape[1]):
-        ox, oy = beams[ORIGIN_X, j], beams[ORIGIN_Y, j]
         dx, dy = beams[DIRECTION_X, j], beams[DIRECTION_Y, j]
-        nearest = np.inf
+        ox, oy = beams[ORIGIN_X, j] - aside * dy, beams[ORIGIN_Y, j] + aside * dx
+        nearest, number = np.inf, -1
         for k in range(segments.shape[0]):
             ax, ay = segments[k, 0] - ox, segments[k, 1] - oy
             ux, uy = segments[k, 2] - segments[k, 0], segments[k, 3] - segments[k, 1]
@@ -84,17 +106,89 @@ def cast(beams: FloatArray, segments: FloatArray, out: FloatArray) -> None:
             along = (ax * uy - ay * ux) / cross
             share = (ax * dy - ay * dx) / cross
             if 0.0 <= share <= 1.0 and 0.0 < along < nearest:
-                nearest = along
-        out[j] = nearest if nearest < beams[PAST, j] else np.inf
+                nearest, number = along, k
+        within = nearest < beams[PAST, j]
+        out[j], met[j] = (nearest, number) if within else (np.inf, -1)
+
+
+@_inner
+def _on_segment(beams: FloatArray, j: int, segment: FloatArray, way: float, aside: float) -> Any:
+    """Where on a segment beam ``j`` ends at a distance, as a share of it from its middle, and the sine."""
+    ux, uy = segment[2] - segment[0], segment[3] - segment[1]
+    length = np.hypot(ux, uy)
+    dx, dy = beams[DIRECTION_X, j], beams[DIRECTION_Y, j]
+    x = beams[ORIGIN_X, j] - aside * dy + way * dx - segment[0]
+    y = beams[ORIGIN_Y, j] + aside * dx + way * dy - segment[1]
+    place = (x * ux + y * uy) / max(length * length, 1e-9) - 0.5
+    return place, abs(dx * uy - dy * ux) / max(length, 1e-9), length
+
+
+@_compile
+def lie(
+    beams: FloatArray,
+    segments: FloatArray,
+    expected: FloatArray,
+    met: IntArray,
+    weights: FloatArray,
+    model: FloatArray,
+    std: float,
+    reach: float,
+    out: FloatArray,
+) -> None:
+    """How far segments (k, 4) lie behind where beams expect them: ``out`` (k, 2) m, middle and slope.
+
+    By the readings within ``reach`` m of them, which count by ``weights`` (n,); either has the prior
+    deviation ``std``. The slope is per length of the segment.
+    """
+    count = segments.shape[0]
+    sums = np.zeros((count, 5))
+    for j in range(beams.shape[1]):
+        k = met[j]
+        if k < 0 or not beams[RANGE, j] < np.inf:
+            continue
+        place, sine, _ = _on_segment(beams, j, segments[k], expected[j], 0.0)
+        off = (beams[RANGE, j] - expected[j]) * sine
+        if abs(off) > reach or sine < STEEP:
+            continue
+        weight = weights[j] * (model[PER_SIGMA] / sine) ** 2
+        sums[k, 0] += weight
+        sums[k, 1] += weight * place
+        sums[k, 2] += weight * place * place
+        sums[k, 3] += weight * off
+        sums[k, 4] += weight * off * place
+    prior = 1.0 / (std * std)
+    for k in range(count):
+        a, b, d = sums[k, 0] + prior, sums[k, 1], sums[k, 2] + prior
+        determinant = a * d - b * b
+        out[k, 0] = (d * sums[k, 3] - b * sums[k, 4]) / determinant
+        out[k, 1] = (a * sums[k, 4] - b * sums[k, 3]) / determinant
+
+
+@_compile
+def put_where_it_lies(
+    beams: FloatArray,
+    segments: FloatArray,
+    aside: float,
+    met: IntArray,
+    off: FloatArray,
+    out: FloatArray,
+) -> None:
+    """Change distances ``out`` (n,) to segments (k, 4) that lie ``off`` (k, 2), see ``lie``."""
+    for j in range(beams.shape[1]):
+        k = met[j]
+        if k < 0:
+            continue
+        place, sine, _ = _on_segment(beams, j, segments[k], out[j], aside)
+        out[j] += (off[k, 0] + place * off[k, 1]) / max(sine, STEEP)
 
 
 @_compile
 def background_log_likelihood(
     beams: FloatArray, expected: FloatArray, group: IntArray, model: FloatArray, out: FloatArray
 ) -> None:
-    """Sum into ``out`` (groups,) the log-densities of beams for what is expected (n,)."""
+    """Sum into ``out`` (groups,) the log-densities of beams for what is expected (3, n)."""
     for j in range(beams.shape[1]):
-        out[group[j]] += np.log(density(beams, j, expected[j], model))
+        out[group[j]] += np.log(densities(beams, j, expected, np.inf, model))
 
 
 @_compile
@@ -110,14 +204,14 @@ def leaf_gain(
     """By how much a leaf makes the beams of each group likelier: ``out`` (leaves, groups), to be zero.
 
     ``leaves`` (m, 4) are its hinge, bearing and width; it is ``half`` m thick to either side.
-    Without it (n,) is ``expected``.
+    Without it (3, n) is ``expected``.
     """
     count = leaves.shape[0]
     along_x, along_y = np.cos(leaves[:, 2]), np.sin(leaves[:, 2])
     for j in range(beams.shape[1]):
         ox, oy = beams[ORIGIN_X, j], beams[ORIGIN_Y, j]
         dx, dy = beams[DIRECTION_X, j], beams[DIRECTION_Y, j]
-        nearest = min(expected[j], beams[PAST, j])
+        nearest = min(max(expected[0, j], expected[1, j], expected[2, j]), beams[PAST, j])
         without = -1.0
         for m in range(count):
             ux, uy = along_x[m], along_y[m]
@@ -137,8 +231,8 @@ def leaf_gain(
                 continue
             met = min(met, 1.0)
             if without < 0.0:
-                without = density(beams, j, expected[j], model)
-            there = density(beams, j, along, model)
+                without = densities(beams, j, expected, np.inf, model)
+            there = densities(beams, j, expected, along, model)
             out[m, group[j]] += np.log(met * there / without + 1.0 - met)
 
 
@@ -340,23 +434,28 @@ def shown_along(
 
 
 @_compile
-def stretches(told: FloatArray, leaves: float, before: FloatArray, after: FloatArray) -> None:
+def stretches(
+    told: FloatArray, leaves: float, begins: float, before: FloatArray, after: FloatArray
+) -> None:
     """Of a chain of two states, that of wall and another, what bins on either side of a place tell.
 
-    ``told`` (n,) are log-odds of wall by each bin, ``leaves`` is the probability of leaving a state
-    from bin to bin. ``before`` (n + 1, 2) gets the probabilities of the states at each bin by those
-    before it, ``after`` (n + 1, 2) the likelihoods of those from it on, up to a factor.
+    ``told`` (n,) are log-odds of wall by each bin, ``leaves`` and ``begins`` the probabilities of
+    leaving wall and of coming to it from bin to bin. ``before`` (n + 1, 2) gets the probabilities
+    of the states at each bin by those before it, ``after`` (n + 1, 2) the likelihoods of those from
+    it on, up to a factor.
     """
     count = len(told)
-    before[0] = after[count] = 0.5
+    before[0, 0] = begins / (begins + leaves)
+    before[0, 1] = 1.0 - before[0, 0]
+    after[count] = 0.5
     for k in range(count):
         wall, other = before[k, 0] * np.exp(told[k]), before[k, 1]
         total = wall + other
-        before[k + 1, 0] = (wall + leaves * (other - wall)) / total
-        before[k + 1, 1] = (other + leaves * (wall - other)) / total
+        before[k + 1, 0] = (wall - leaves * wall + begins * other) / total
+        before[k + 1, 1] = (other - begins * other + leaves * wall) / total
     for k in range(count - 1, -1, -1):
         wall = after[k + 1, 0] + leaves * (after[k + 1, 1] - after[k + 1, 0])
-        other = after[k + 1, 1] + leaves * (after[k + 1, 0] - after[k + 1, 1])
+        other = after[k + 1, 1] + begins * (after[k + 1, 0] - after[k + 1, 1])
         wall *= np.exp(told[k])
         after[k, 0], after[k, 1] = wall / (wall + other), other / (wall + other)
 

@@ -111,7 +111,7 @@ def settled(place: Doorway, shown: Shown) -> tuple[Doorway, FloatArray]:
     bearing = place.openings[0].bearing
     across = np.array([-np.sin(bearing), np.cos(bearing)])
     segments, shifts = shown.cells.segments(), SHIFTS[:, None] * np.tile(across, 2)
-    fits = np.array([background(place, segments + shift)[1] for shift in shifts])
+    fits = np.array([background(place, segments + shift, is_fitted=False)[1] for shift in shifts])
     total = fits.sum(axis=1) - 0.5 * (SHIFTS / SHIFT_STD) ** 2
     best = int(np.argmax(total))
     own = SHIFTS - SHIFTS[best]

@@ -138,7 +138,7 @@ class Drawn:
 class Behind:
     """What there is without the leaf, and what the map has in its place."""
 
-    expected: FloatArray = field(repr=False)  # (n,) m
+    expected: FloatArray = field(repr=False)  # (3, n) m, beside the beams
     log_likelihood: FloatArray  # (groups,)
     drawn: tuple[Drawn, ...] = ()  # what was taken out of the map
     # (groups,) what it gains
@@ -186,7 +186,7 @@ class Behind:
         for k, own in enumerate(turned(leaf, angles)):
             if angles[k] < FLAT:
                 mine = np.flatnonzero(place.group == k)
-                expected[mine] = np.minimum(expected[mine], _front(place.beams[:, mine], own))
+                expected[:, mine] = np.minimum(expected[:, mine], _front(place.beams[:, mine], own))
         there = self.changed(expected, place.log_likelihood(expected))
         if not self.drawn:
             return there
@@ -194,7 +194,7 @@ class Behind:
         return replace(there, as_drawn=np.where(is_right, there.as_drawn, -np.inf))
 
     def changed(self, expected: FloatArray, log_likelihood: FloatArray) -> Behind:
-        """The same with more in it, where other distances (n,) are expected."""
+        """The same with more in it, where other distances (3, n) are expected."""
         as_drawn = self.as_drawn
         if self.drawn:
             as_drawn = as_drawn + self.log_likelihood - log_likelihood
@@ -245,7 +245,8 @@ def _front(beams: FloatArray, leaf: FloatArray) -> FloatArray:
     way = np.array([np.cos(leaf[2]), np.sin(leaf[2])])
     met = np.empty(beams.shape[1])
     ends = np.concatenate([leaf[:2], leaf[:2] + leaf[3] * way])
-    kernels.cast(np.ascontiguousarray(beams), ends[None], met)
+    numbers = np.empty(beams.shape[1], dtype=np.int64)
+    kernels.cast(np.ascontiguousarray(beams), ends[None], 0.0, met, numbers)
     cross = beams[kernels.DIRECTION_X] * way[1] - beams[kernels.DIRECTION_Y] * way[0]
     return np.asarray(met - HALF / np.maximum(np.abs(cross), kernels.LEAST_CROSS))
 

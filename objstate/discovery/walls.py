@@ -30,8 +30,10 @@ KNOWN = 0.5  # share of an opening that the map has to know: elsewhere nobody ma
 JAMB = 0.1  # m of wall that has to show beside an opening
 # Along a wall this share is shown to be wall, the rest are doorways and niches; along a line
 # through pieces of other things it is the other way round. Pieces are as long as half a metre,
-# stretches of either kind ten times that.
-WALL_SHARE, PIECE, STRETCH = 0.75, 0.5, 5.0  # 1, m, m
+# stretches of wall ten times that. Of the length of all lines a fifth runs along walls.
+WALL_SHARE, PIECE, STRETCH, WALLS = 0.75, 0.5, 5.0, 0.2  # 1, m, m, 1
+LEAVES = BIN / STRETCH  # probability that a wall ends in a bin
+BEGINS = LEAVES * WALLS / (1.0 - WALLS)  # that one begins in a bin elsewhere
 ENOUGH = 2  # beams that tell of a bin
 THICKEST = 0.35  # m of a wall
 HIDDEN = 0.5  # share of an opening behind another wall from which on it is none
@@ -325,16 +327,16 @@ class Stretches:
         unit = np.log(WALL_SHARE / (1.0 - WALL_SHARE)) * BIN / PIECE
         told = unit * (wall.astype(float) - (is_open & ~wall))
         before, after = np.empty((len(told) + 1, 2)), np.empty((len(told) + 1, 2))
-        kernels.stretches(told, BIN / STRETCH, before, after)
+        kernels.stretches(told, LEAVES, BEGINS, before, after)
         return Stretches(before, after)
 
     def wall(self, begin: int, end: int) -> float:
         """Probability that it is the same wall on both sides of some bins, whatever these show."""
-        count, leaves = end - begin, BIN / STRETCH
+        count = end - begin
+        forgets = 1.0 - (1.0 - LEAVES - BEGINS) ** count
+        steps = np.eye(2) + forgets * np.array([[WALLS - 1.0, 1.0 - WALLS], [WALLS, -WALLS]])
         both = self.before[begin][:, None] * self.after[end]
-        same = (1.0 + (1.0 - 2.0 * leaves) ** count) / 2.0
-        likely = both * np.where(np.eye(2) > 0, same, 1.0 - same)
-        return float(both[0, 0] * (1.0 - leaves) ** count / likely.sum())
+        return float(both[0, 0] * (1.0 - LEAVES) ** count / (both * steps).sum())
 
 
 def _between_jambs(
