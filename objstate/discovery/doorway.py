@@ -9,7 +9,7 @@ import numpy as np
 from objstate.building.contours import border_loops, straighten
 from objstate.building.occupancy import OccupancyMap
 from objstate.config import BeamModelSettings
-from objstate.discovery import kernels
+from objstate.discovery import kernels, surfaces
 from objstate.discovery.gathering import Beams
 from objstate.discovery.walls import Opening, WallLine
 from objstate.geometry import BoolArray, FloatArray, IntArray, wrap
@@ -31,8 +31,6 @@ TOLERANCE, INSET = 0.75, 0.5  # cells, as `building from-map` straightens walls
 DEEP = 0.27  # m from the wall's line, within which a closed leaf may lie
 FILLED = 0.7  # of an opening's width that something covers which closes it
 ON_LEAF = 0.08  # m from a leaf within which a reading is of it
-# m by which surfaces of a map are off, and within which readings tell
-SURFACE_STD, SURFACE_REACH = 0.03, 0.12
 JAMB = 0.03  # m of a jamb that stays when a doorway is cleared
 JAMB_WALL = 0.2  # m of wall beside an opening, by which it is one without what stands there
 
@@ -323,14 +321,13 @@ def background(
 
     Surfaces lie where readings show them, near to where the map has them.
     """
-    count, segments = place.beams.shape[1], np.ascontiguousarray(segments)
-    expected, met = np.empty((3, count)), np.empty((3, count), dtype=np.int64)
+    shape, segments = (len(kernels.ASIDE), place.beams.shape[1]), np.ascontiguousarray(segments)
+    expected, met = np.empty(shape), np.empty(shape, dtype=np.int64)
     for k, aside in enumerate(kernels.ASIDE):
-        kernels.cast(place.beams, segments, aside, expected[k], met[k])
-    if is_fitted and len(segments):
+        surfaces.cast(place.beams, segments, aside, expected[k], met[k])
+    if is_fitted:
         off, weights = np.empty((len(segments), 2)), place.exponents[place.group]
-        given = expected[0], met[0], weights, place.model
-        kernels.lie(place.beams, segments, *given, SURFACE_STD, SURFACE_REACH, off)
+        surfaces.offsets(place.beams, segments, expected[0], met[0], weights, place.model, off)
         for k, aside in enumerate(kernels.ASIDE):
-            kernels.put_where_it_lies(place.beams, segments, aside, met[k], off, expected[k])
+            surfaces.displace(place.beams, segments, aside, met[k], off, expected[k])
     return expected, place.log_likelihood(expected)

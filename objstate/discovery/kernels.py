@@ -16,12 +16,13 @@ from objstate.geometry import BoolArray, FloatArray, IntArray
 
 ORIGIN_X, ORIGIN_Y, DIRECTION_X, DIRECTION_Y, RANGE, PAST, REACH, SHORT, UNKNOWN, _ROWS = range(10)
 HIT, PER_SIGMA, PEAK, RANDOM, MISSING = range(5)  # of the beam model
-STEEP = 0.15  # sine of the incidence below which a reading doesn't tell where a surface lies
 LEAST_CROSS = 0.05  # sine of the incidence below which a beam doesn't tell of a surface
 UNDRAWN = 0.5  # probability that something stands where the map knows nothing
 LEAST_UNKNOWN = 2  # cells in a row: maps leave single ones out
 SOFT = 0.03  # m over which a leaf's edges fade: a beam's width, and where the robot was
-# m by which a map is off beside a beam, by Gauss and Hermite's rule for a deviation of 1.75 cm
+# A map's walls end half a cell before or behind where they should, so a beam may pass them on
+# either side: m by which it does so farther to the left, and how probable that is, by Gauss and
+# Hermite's rule for a deviation of 1.75 cm.
 ASIDE, SHARES = (0.0, -0.03, 0.03), (2.0 / 3.0, 1.0 / 6.0, 1.0 / 6.0)
 
 _inner = inner(nogil=True, error_model="numpy", fastmath={"contract"})
@@ -49,9 +50,9 @@ def density(beams: FloatArray, j: int, expected: float, model: FloatArray) -> An
 def densities(
     beams: FloatArray, j: int, expected: FloatArray, nearer: float, model: FloatArray
 ) -> Any:
-    """Of beam ``j`` on average over where it may pass, with something at most so far away.
+    """Of beam ``j`` on average over where it may pass, if nothing is ``nearer`` than so many metres.
 
-    ``expected`` (3, n) are the distances to the map beside beams.
+    ``expected`` (3, n) are the distances to the map, ``ASIDE`` of beams.
     """
     total = 0.0
     for k in range(len(SHARES)):
@@ -83,103 +84,6 @@ def enter_unknown(
             if blank > LEAST_UNKNOWN:
                 out[j] = way - LEAST_UNKNOWN / cells
                 break
-
-
-@_compile
-def cast(
-    beams: FloatArray, segments: FloatArray, aside: float, out: FloatArray, met: IntArray
-) -> None:
-    """Distance ``out`` (n,) to the nearest of segments (k, 4), from x, y to x, y; inf beyond the disc.
-
-    Beams are moved ``aside`` to their left, m. ``met`` (n,) gets the number of the segment, or -1.
-    """
-    for j in range(beams.shape[1]):
-        dx, dy = beams[DIRECTION_X, j], beams[DIRECTION_Y, j]
-        ox, oy = beams[ORIGIN_X, j] - aside * dy, beams[ORIGIN_Y, j] + aside * dx
-        nearest, number = np.inf, -1
-        for k in range(segments.shape[0]):
-            ax, ay = segments[k, 0] - ox, segments[k, 1] - oy
-            ux, uy = segments[k, 2] - segments[k, 0], segments[k, 3] - segments[k, 1]
-            cross = dx * uy - dy * ux
-            if abs(cross) < 1e-12:
-                continue
-            along = (ax * uy - ay * ux) / cross
-            share = (ax * dy - ay * dx) / cross
-            if 0.0 <= share <= 1.0 and 0.0 < along < nearest:
-                nearest, number = along, k
-        within = nearest < beams[PAST, j]
-        out[j], met[j] = (nearest, number) if within else (np.inf, -1)
-
-
-@_inner
-def _on_segment(beams: FloatArray, j: int, segment: FloatArray, way: float, aside: float) -> Any:
-    """Where on a segment beam ``j`` ends at a distance, as a share of it from its middle, and the sine."""
-    ux, uy = segment[2] - segment[0], segment[3] - segment[1]
-    length = np.hypot(ux, uy)
-    dx, dy = beams[DIRECTION_X, j], beams[DIRECTION_Y, j]
-    x = beams[ORIGIN_X, j] - aside * dy + way * dx - segment[0]
-    y = beams[ORIGIN_Y, j] + aside * dx + way * dy - segment[1]
-    place = (x * ux + y * uy) / max(length * length, 1e-9) - 0.5
-    return place, abs(dx * uy - dy * ux) / max(length, 1e-9), length
-
-
-@_compile
-def lie(
-    beams: FloatArray,
-    segments: FloatArray,
-    expected: FloatArray,
-    met: IntArray,
-    weights: FloatArray,
-    model: FloatArray,
-    std: float,
-    reach: float,
-    out: FloatArray,
-) -> None:
-    """How far segments (k, 4) lie behind where beams expect them: ``out`` (k, 2) m, middle and slope.
-
-    By the readings within ``reach`` m of them, which count by ``weights`` (n,); either has the prior
-    deviation ``std``. The slope is per length of the segment.
-    """
-    count = segments.shape[0]
-    sums = np.zeros((count, 5))
-    for j in range(beams.shape[1]):
-        k = met[j]
-        if k < 0 or not beams[RANGE, j] < np.inf:
-            continue
-        place, sine, _ = _on_segment(beams, j, segments[k], expected[j], 0.0)
-        off = (beams[RANGE, j] - expected[j]) * sine
-        if abs(off) > reach or sine < STEEP:
-            continue
-        weight = weights[j] * (model[PER_SIGMA] / sine) ** 2
-        sums[k, 0] += weight
-        sums[k, 1] += weight * place
-        sums[k, 2] += weight * place * place
-        sums[k, 3] += weight * off
-        sums[k, 4] += weight * off * place
-    prior = 1.0 / (std * std)
-    for k in range(count):
-        a, b, d = sums[k, 0] + prior, sums[k, 1], sums[k, 2] + prior
-        determinant = a * d - b * b
-        out[k, 0] = (d * sums[k, 3] - b * sums[k, 4]) / determinant
-        out[k, 1] = (a * sums[k, 4] - b * sums[k, 3]) / determinant
-
-
-@_compile
-def put_where_it_lies(
-    beams: FloatArray,
-    segments: FloatArray,
-    aside: float,
-    met: IntArray,
-    off: FloatArray,
-    out: FloatArray,
-) -> None:
-    """Change distances ``out`` (n,) to segments (k, 4) that lie ``off`` (k, 2), see ``lie``."""
-    for j in range(beams.shape[1]):
-        k = met[j]
-        if k < 0:
-            continue
-        place, sine, _ = _on_segment(beams, j, segments[k], out[j], aside)
-        out[j] += (off[k, 0] + place * off[k, 1]) / max(sine, STEEP)
 
 
 @_compile

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from objstate.building.door_table import SLIDES
-from objstate.discovery import kernels
+from objstate.discovery import kernels, surfaces
 from objstate.discovery.doorway import DEEP, Doorway, beside
 from objstate.discovery.lattice import FLAT, Lattice, whole
 from objstate.geometry import BoolArray, FloatArray, wrap
@@ -243,10 +243,9 @@ def with_things(place: Doorway, behind: Behind, leaves: FloatArray) -> Behind:
 def _front(beams: FloatArray, leaf: FloatArray) -> FloatArray:
     """(n,) m along beams (9, n) to the front of a leaf (4,), which is ``HALF`` thick to each side."""
     way = np.array([np.cos(leaf[2]), np.sin(leaf[2])])
-    met = np.empty(beams.shape[1])
+    met, numbers = np.empty(beams.shape[1]), np.empty(beams.shape[1], dtype=np.int64)
     ends = np.concatenate([leaf[:2], leaf[:2] + leaf[3] * way])
-    numbers = np.empty(beams.shape[1], dtype=np.int64)
-    kernels.cast(np.ascontiguousarray(beams), ends[None], 0.0, met, numbers)
+    surfaces.cast(np.ascontiguousarray(beams), ends[None], 0.0, met, numbers)
     cross = beams[kernels.DIRECTION_X] * way[1] - beams[kernels.DIRECTION_Y] * way[0]
     return np.asarray(met - HALF / np.maximum(np.abs(cross), kernels.LEAST_CROSS))
 

@@ -12,6 +12,7 @@ from objstate.building.occupancy import OccupancyMap
 from objstate.discovery import kernels
 from objstate.discovery.gathering import Beams, Readings
 from objstate.discovery.nearby import Nearby
+from objstate.discovery.surfaces import STEEP
 from objstate.geometry import BoolArray, FloatArray, IntArray
 
 BIN = 0.025  # m along a line
@@ -22,7 +23,6 @@ PARALLEL = np.sin(2.0 * SAME_WAY)  # sine of the angle between walls that run al
 LONGER = 2.0  # times as long as an opening: what is no leaf of it
 BROKEN = 3.0  # likewise, in pieces with openings between them
 BESIDE = 0.07  # m within which a reading is of the wall
-STEEP = 0.15  # cosine of the incidence below which a beam doesn't tell
 NARROWEST, WIDEST = 0.45, 2.5  # m: a leaf that stands ajar hides a part of its opening
 MARGIN = 0.3  # m of unknown that may part an opening from its wall
 HOLE = 0.15  # m without readings in a piece of wall
