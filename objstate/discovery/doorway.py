@@ -21,7 +21,7 @@ NEAR = 6.0  # m from the laser: farther beams lie too far apart
 REST_S = 20.0  # s without a look after which the door may have been moved
 MOST_SCANS = 20  # of one look
 # beams of a look that tell something of their own: all share the robot's and the map's error
-TOLD = 50.0
+TOLD = 150.0
 ROUGH, FINE = 250, 800  # beams of a look for a first search, and for all else
 MOST_LOOKS = 16  # of one doorway, evenly over all of them
 # probability that a door stands as before: in the same drive, in the next
