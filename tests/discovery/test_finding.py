@@ -17,7 +17,7 @@ from objstate.building.door_table import SLIDES, Door
 from objstate.building.occupancy import OccupancyMap
 from objstate.config import BeamModelSettings
 from objstate.discovery import learn_doors
-from objstate.discovery.doorway import Cells, Doorway, doorway, ended_on
+from objstate.discovery.doorway import Cells, Doorway, background, doorway, ended_on
 from objstate.discovery.gathering import Beams
 from objstate.discovery.lattice import SLIDS, SWINGS, Lattice, Rests, chained
 from objstate.discovery.nearby import Nearby
@@ -195,7 +195,7 @@ def test_a_map_is_right_beside_a_leaf_only_where_it_shows_the_leaf(
     turn = np.radians(60.0)
     cells = np.linspace(0.05, 0.9, 18)[:, None] * np.array([np.cos(turn), np.sin(turn)])
     shown = Drawn(False, turn, np.zeros(2), 1.0, cells, -10.0)
-    far = np.full(place.beams.shape[1], 9.0)
+    far = np.full((3, place.beams.shape[1]), 9.0)
     behind = Behind(far, place.log_likelihood(far), (shown,), np.zeros(1))
     beside = behind.beside(place, leaf(), np.radians([angle_deg]))
     assert bool(np.isfinite(beside.as_drawn[0])) == is_right
@@ -299,13 +299,38 @@ def test_a_scan_that_was_placed_wrongly_is_registered_to_the_walls(
 def test_things_that_overlap_stop_a_beam_once(depth: float, away: float) -> None:
     ends = np.column_stack([np.linspace(0.1, 0.9, 30), np.full(30, -depth)])
     place = looked_at(ends, np.array([0.5, away]))
-    behind = Behind(np.full(place.beams.shape[1], 9.0), place.log_likelihood(np.full(31, 9.0)))
+    far = np.full((3, place.beams.shape[1]), 9.0)
+    behind = Behind(far, place.log_likelihood(far))
     thing = np.array([[-0.3, -depth, 0.0, 1.6]])
     once, twice = (
         with_things(place, behind, np.tile(thing, (n, 1))).log_likelihood for n in (1, 2)
     )
     np.testing.assert_allclose(once, twice, atol=0.1)
     assert once[0] > behind.log_likelihood[0] + 20.0
+
+
+@given(st.floats(-0.05, 0.05), st.floats(-0.04, 0.04), st.floats(1.5, 3.0))
+def test_a_wall_of_the_map_lies_where_readings_show_it(
+    off: float, lean: float, away: float
+) -> None:
+    ends = np.column_stack([np.linspace(0.05, 0.85, 60), np.zeros(60)])
+    place = looked_at(ends, np.array([0.5, away]))
+    right, askew = np.array([[-0.2, 0.0, 1.2, 0.0]]), np.array([[-0.2, off, 1.2, off + lean]])
+    best = background(place, right, is_fitted=False)[1][0]
+    lost = best - background(place, askew, is_fitted=False)[1][0]
+    assert best - background(place, askew)[1][0] < 0.25 * lost + 1.0
+    through = background(place, askew + np.array([0.0, -0.4, 0.0, -0.4]))[1][0]
+    assert through < best - 20.0  # another wall, which is elsewhere
+
+
+@given(st.floats(-0.02, 0.02))
+def test_a_beam_may_pass_the_end_of_a_wall_on_either_side(beyond: float) -> None:
+    place = looked_at(np.array([[0.5 + beyond, 0.0]]), np.array([0.5 + beyond, 2.0]))
+    expected, (log,) = background(place, np.array([[-1.0, 0.0, 0.5, 0.0]]))
+    assert np.isfinite(expected).any()
+    assert np.isinf(expected).any()
+    surely = background(place, np.array([[-1.0, 0.0, 1.5, 0.0]]))[1][0]
+    assert surely - 2.0 < log < surely - 0.1
 
 
 @given(st.floats(0.3, 2.0), st.floats(-np.pi, np.pi), st.sampled_from([1, -1]))
