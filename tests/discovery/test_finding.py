@@ -313,7 +313,7 @@ def test_things_that_overlap_stop_a_beam_once(depth: float, away: float) -> None
 def test_a_wall_of_the_map_lies_where_readings_show_it(
     off: float, lean: float, away: float
 ) -> None:
-    ends = np.column_stack([np.linspace(0.05, 0.85, 60), np.zeros(60)])
+    ends = np.column_stack([np.linspace(-0.15, 1.15, 600), np.zeros(600)])
     place = looked_at(ends, np.array([0.5, away]))
     right, askew = np.array([[-0.2, 0.0, 1.2, 0.0]]), np.array([[-0.2, off, 1.2, off + lean]])
     best = background(place, right, is_fitted=False)[1][0]
