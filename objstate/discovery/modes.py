@@ -56,10 +56,10 @@ def refine(place: Doorway, behind: Behind, leaf: Leaf) -> Refined | None:
     if covariance is None:
         return None
     leaf = leaf.at(start + found.x * SCALE)
-    values = {each: log_joint(place, behind, leaf, each) for each in (lattice, whole)}
-    lattice = max(values, key=lambda each: values[each])
-    gain = behind.gains(place, leaf, lattice.angles)
-    evidence = values[lattice] + _log_volume(covariance)
+    value, full = -float(found.fun), log_joint(place, behind, leaf, whole)
+    if full > value:
+        value, lattice = full, whole
+    gain, evidence = behind.gains(place, leaf, lattice.angles), value + _log_volume(covariance)
     best = lattice.best(gain)
     log_prior = evidence - log_seen(behind, gain, best)
     return Refined(leaf, behind, covariance, evidence, lattice.angles[best], log_prior)

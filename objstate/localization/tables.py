@@ -124,6 +124,24 @@ def look_round(
 
 
 @_inner
+def _of_beam(
+    beam: tuple[float, float, float],
+    least: float,
+    most: float,
+    between: float,
+    reach: float,
+    missing: FloatArray,
+    per_sigma: float,
+) -> Any:
+    """Approximate log density of a beam (3,) where ranges from ``least`` to ``most`` are expected."""
+    measured = beam[0]
+    if measured < np.inf:
+        off = max(least - measured, measured - most, 0.0) * per_sigma
+        return max(between - 0.5 * off * off, beam[2] if measured < least else beam[1])
+    return missing[0] if most >= reach else missing[1]
+
+
+@_inner
 def _score(
     nearest: FloatArray,
     farthest: FloatArray,
@@ -148,17 +166,10 @@ def _score(
         twice[2, t] = twice[2, t + turns] = breadth[t]
         out[t] = 0.0
     for i in range(bins.shape[0]):
-        measured, anything, short = beams[0, i], beams[1, i], beams[2, i]
         least, most = twice[0, bins[i] : bins[i] + turns], twice[1, bins[i] : bins[i] + turns]
-        between = twice[2, bins[i] : bins[i] + turns]
-        if measured < np.inf:
-            for t in range(turns):
-                off = max(least[t] - measured, measured - most[t], 0.0) * per_sigma
-                chance = short if measured < least[t] else anything
-                out[t] += max(between[t] - 0.5 * off * off, chance)
-        else:
-            for t in range(turns):
-                out[t] += missing[0] if most[t] >= reach else missing[1]
+        between, beam = twice[2, bins[i] : bins[i] + turns], (beams[0, i], beams[1, i], beams[2, i])
+        for t in range(turns):
+            out[t] += _of_beam(beam, least[t], most[t], between[t], reach, missing, per_sigma)
 
 
 @_inner
@@ -176,14 +187,9 @@ def _one_score(
     """Approximate log p(o | l) of one place for one of its b headings."""
     total, turns = 0.0, nearest.shape[0]
     for i in range(bins.shape[0]):
-        measured, anything, short = beams[0, i], beams[1, i], beams[2, i]
-        at = bins[i] + turn - (turns if bins[i] + turn >= turns else 0)
-        if measured < np.inf:
-            off = max(nearest[at] - measured, measured - farthest[at], 0.0) * per_sigma
-            chance = short if measured < nearest[at] else anything
-            total += max(breadth[at] - 0.5 * off * off, chance)
-        else:
-            total += missing[0] if farthest[at] >= reach else missing[1]
+        at, beam = (bins[i] + turn) % turns, (beams[0, i], beams[1, i], beams[2, i])
+        near, far, between = nearest[at], farthest[at], breadth[at]
+        total += _of_beam(beam, near, far, between, reach, missing, per_sigma)
     return total
 
 
