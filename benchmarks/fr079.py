@@ -69,11 +69,12 @@ def print_passes(door: dict[str, str], rows, scans: list[Scan], begin_ns: int) -
     ends = [k for k, (a, b) in enumerate(pairwise([*stamps, np.inf])) if b - a > PASS_NS]
     print(f"{door['door']}: {len(stamps)} looks in {len(ends)} passes")
     for first, last in zip([0, *(k + 1 for k in ends)], ends, strict=False):
-        mean, lower, upper = (np.degrees(rows[name][last]) for name in ("mean", "lower", "upper"))
+        columns = ("median", "lower", "upper")
+        angle, lower, upper = (np.degrees(rows[name][last]) for name in columns)
         looks = [scan for scan in scans if stamps[first] <= scan.stamp_ns <= stamps[last]]
         line = seen(door, np.concatenate([ends_of(scan) for scan in looks]))
         print(
-            f"  {(stamps[last] - begin_ns) / NANOSECONDS:5.0f} s: {mean:.1f} deg ({lower:.1f} to {upper:.1f}), "
+            f"  {(stamps[last] - begin_ns) / NANOSECONDS:5.0f} s: {angle:.1f} deg ({lower:.1f} to {upper:.1f}), "
             f"fit {rows['fit'][last]:.2f}, "
             + (f"seen {line:.1f}" if line else "not seen as a line")
         )

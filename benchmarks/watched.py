@@ -78,7 +78,7 @@ def followed(x: float, seed: int) -> Iterator[Followed]:
             if abs(turned) < RIGHT or not seen(expected, lasers, name, angles[-1:], x):
                 continue
             rows = estimates.filter(estimates["object"] == name)
-            off = np.abs(rows["mean"].to_numpy() - angles[-1])
+            off = np.abs(rows["median"].to_numpy() - angles[-1])
             wrong = rows["stamp"].to_numpy()[off > RIGHT]
             late = max(float(wrong.max(initial=rested) - rested) / NANOSECONDS, 0.0)
             yield Followed(name, turned, late, float(off[-1]))

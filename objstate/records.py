@@ -125,6 +125,12 @@ class Estimate:
     lost: bool = False  # the robot was probably lost; the state is only predicted
     p_closed: float | None = None  # probability that a door stands exactly closed
     p_localized: float = 1.0  # probability of the robot's published pose
+    median: float | None = None  # None in results of earlier versions
+
+    @property
+    def value(self) -> float:
+        """The estimate of the state: the median; the mean where the median isn't known."""
+        return self.mean if self.median is None else self.median
 
 
 @dataclass(frozen=True)

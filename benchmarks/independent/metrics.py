@@ -75,7 +75,7 @@ class Estimates:
     """What was estimated of one door: rows that scans bore on, by time."""
 
     stamps: Ints  # (n,) ns
-    means: Floats  # (n,) rad
+    values: Floats  # (n,) rad
     lower: Floats
     upper: Floats
     p_closed: Floats | None = None  # (n,)
@@ -166,7 +166,7 @@ def _value(name: str, door: Door, rows: Estimates, index: int, asked: int) -> Va
         door=name,
         stamp=asked,
         truth=float(np.degrees(truth[0])),
-        error=float(np.degrees(np.abs(rows.means[at] - truth)[0])),
+        error=float(np.degrees(np.abs(rows.values[at] - truth)[0])),
         width=float(np.degrees((rows.upper[at] - rows.lower[at])[0])),
         inside=bool(_inside(rows.lower[at], truth, rows.upper[at])[0]),
         at_limit=bool(door.at_limit(truth)[0]),
@@ -190,7 +190,7 @@ def sure_and_wrong(
     total = Durations()
     for name, rows in estimates.items():
         true = truth[name].at(rows.stamps)
-        wrong = np.abs(rows.means - true) > np.radians(WRONG)
+        wrong = np.abs(rows.values - true) > np.radians(WRONG)
         wrong &= rows.upper - rows.lower < np.radians(SURE)
         wrong &= ~_inside(rows.lower, true, rows.upper)
         times = holding_times(rows.stamps, end)

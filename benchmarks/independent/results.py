@@ -92,10 +92,11 @@ def read_estimates(path: Path, lost: Iterable[tuple[int, int]] = ()) -> dict[str
         rows = rows.filter(pl.col("observed"))
     for begin, until in lost:
         rows = rows.filter(~pl.col("stamp").is_between(begin, until))
+    value = "median" if "median" in rows.columns else "mean"  # of an earlier version
     doors = {}
     for name in rows["object"].unique().sort():
         of_door = rows.filter(pl.col("object") == name).sort("stamp", maintain_order=True)
-        columns = [of_door[column].to_numpy() for column in ("stamp", "mean", "lower", "upper")]
+        columns = [of_door[column].to_numpy() for column in ("stamp", value, "lower", "upper")]
         closed = of_door["p_closed"].to_numpy() if "p_closed" in rows.columns else None
         doors[name] = Estimates(*columns, closed)
     return doors

@@ -96,11 +96,11 @@ def door_cells(door: MovableObject, estimate: Estimate) -> list[str | Text]:
     from objstate.evaluation.units import UNITS
 
     unit, factor, decimals = UNITS[estimate.coordinate]
-    mean, lower, upper = (
+    middle, lower, upper = (
         f"{factor * value:z.{decimals}f}"
-        for value in (estimate.mean, estimate.lower, estimate.upper)
+        for value in (estimate.value, estimate.lower, estimate.upper)
     )
-    return [door.name, bar(door, estimate), f"{mean} {unit}", f"{lower} to {upper}"]
+    return [door.name, bar(door, estimate), f"{middle} {unit}", f"{lower} to {upper}"]
 
 
 def bar(door: MovableObject, estimate: Estimate) -> Text:
@@ -111,7 +111,7 @@ def bar(door: MovableObject, estimate: Estimate) -> Text:
         share = (value - door.lower) / (door.upper - door.lower)
         return min(BAR - 1, max(0, int(share * BAR)))
 
-    first, last, knob = (column(v) for v in (estimate.lower, estimate.upper, estimate.mean))
+    first, last, knob = (column(v) for v in (estimate.lower, estimate.upper, estimate.value))
     drawn = Text("─" * BAR, style="dim")
     stroke = Text("━" * (last - first + 1), style="yellow")
     drawn = drawn[:first] + stroke + drawn[last + 1 :]

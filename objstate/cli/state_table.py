@@ -81,7 +81,7 @@ def _cells(state: LatestState, begin_ns: int, with_truth: bool, with_presence: b
     return [
         estimate.object,
         label(coordinate),
-        figure(coordinate, estimate.mean),
+        figure(coordinate, estimate.value),
         span(estimate),
         *(truth if with_truth else []),
         *([percent(estimate.presence)] if with_presence else []),

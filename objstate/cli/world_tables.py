@@ -39,7 +39,7 @@ def world_table(title: str, beliefs: Sequence[ObjectBelief]) -> Table:
     for belief in sorted(beliefs, key=lambda belief: natural_key(belief.item.name)):
         presence = [percent(belief.presence)] if shows_presence else []
         for row in belief.estimates(None):
-            figures = (figure(row.coordinate, row.mean), span(row), *presence)
+            figures = (figure(row.coordinate, row.value), span(row), *presence)
             seen = moment(belief.last_observed_ns)
             table.add_row(row.object, label(row.coordinate), *figures, seen)
     return table
@@ -50,6 +50,6 @@ def history_table(title: str, beliefs: Iterable[ObjectBelief]) -> Table:
     table = new_table(title, ("when", "state"), ("estimate", "90 % interval"))
     for belief in beliefs:
         for row in belief.estimates(None):
-            state, mean = label(row.coordinate), figure(row.coordinate, row.mean)
-            table.add_row(moment(row.stamp_ns), state, mean, span(row))
+            state, middle = label(row.coordinate), figure(row.coordinate, row.value)
+            table.add_row(moment(row.stamp_ns), state, middle, span(row))
     return table

@@ -26,6 +26,7 @@ class Interval(Answer):
     lower: float
     upper: float
     std: float | None = None
+    median: float | None = None  # of states; None from a service of an earlier version
 
 
 class Believed(Answer):

@@ -45,7 +45,7 @@ class Calibration:
     """One kind of coordinate, over the last estimates of each state.
 
     Intervals of other levels than the recorded 90 % are those of a normal distribution with
-    the recorded mean and standard deviation; ``recorded`` is the share of truths inside the
+    the recorded median and standard deviation; ``recorded`` is the share of truths inside the
     recorded intervals.
     """
 

@@ -120,7 +120,7 @@ def _of_object(
 
 def _states(item: MovableObject, part: pl.DataFrame) -> tuple[IntArray, FloatArray]:
     """Stamps (n,) at which all coordinates are known, and the estimated states (n, d)."""
-    wide = part.pivot("coordinate", index="stamp", values="mean").drop_nulls().sort("stamp")
+    wide = part.pivot("coordinate", index="stamp", values="median").drop_nulls().sort("stamp")
     if not set(item.coordinates) <= set(wide.columns):
         return np.zeros(0, dtype=np.int64), np.zeros((0, len(item.coordinates)))
     return wide["stamp"].to_numpy(), wide.select(item.coordinates).to_numpy()

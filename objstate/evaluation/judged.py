@@ -31,7 +31,7 @@ def judge(
 ) -> pl.DataFrame:
     """The estimates whose truth is known.
 
-    Columns ``stamp, object, coordinate, mean, std, lower, upper, observed`` as estimated; ``error``
+    Columns ``stamp, object, coordinate, median, std, lower, upper, observed`` as estimated; ``error``
     and ``inside`` relative to the truth; ``period``, the number of the true value; ``final``,
     whether it is the last observed one of its period that wasn't withdrawn; ``since_seen``, seconds
     since a beam last reached the object, null if none did before.
@@ -62,9 +62,9 @@ def _judge(
     lower, upper = part["lower"].to_numpy(), part["upper"].to_numpy()
     final = known & _final(period, observed & ~within(stamps, lost) & known, course)
     return (
-        part.select("stamp", "object", "coordinate", "mean", "std", "lower", "upper", "observed")
+        part.select("stamp", "object", "coordinate", "median", "std", "lower", "upper", "observed")
         .with_columns(
-            pl.Series("error", error(coordinate, part["mean"].to_numpy(), true)),
+            pl.Series("error", error(coordinate, part["median"].to_numpy(), true)),
             pl.Series("inside", inside_interval(coordinate, true, lower, upper)),
             pl.Series("period", period),
             pl.Series("final", final),

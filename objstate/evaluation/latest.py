@@ -58,5 +58,5 @@ def _latest(
     truth = None if course is None else course.value_at(estimate.stamp_ns)
     if truth is None:
         return LatestState(estimate, None, None)
-    off = error(estimate.coordinate, np.array(estimate.mean), np.array(truth), symmetry)
+    off = error(estimate.coordinate, np.array(estimate.value), np.array(truth), symmetry)
     return LatestState(estimate, truth, float(off))

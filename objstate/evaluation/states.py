@@ -29,7 +29,7 @@ class Posteriors:
     """What was estimated of one coordinate of one object, at the updates that observed it."""
 
     stamps_ns: IntArray  # (n,) ascending
-    means: FloatArray  # (n,)
+    values: FloatArray  # (n,) medians
     lowers: FloatArray  # (n,) central 90 %
     uppers: FloatArray  # (n,)
 
@@ -80,7 +80,7 @@ def observed_posteriors(estimates: pl.DataFrame) -> dict[Coordinate, Posteriors]
     parts = observed.partition_by("object", "coordinate", as_dict=True)
     return {
         (name, coordinate): Posteriors(
-            *(part[column].to_numpy() for column in ("stamp", "mean", "lower", "upper"))
+            *(part[column].to_numpy() for column in ("stamp", "median", "lower", "upper"))
         )
         for (name, coordinate), part in parts.items()
     }
@@ -127,7 +127,7 @@ def compare(
     true = truth.values[period]
     return Comparison(
         stamps_ns=posteriors.stamps_ns[known],
-        errors=error(coordinate, posteriors.means[known], true, symmetry),
+        errors=error(coordinate, posteriors.values[known], true, symmetry),
         inside=inside_interval(
             coordinate, true, posteriors.lowers[known], posteriors.uppers[known], symmetry
         ),

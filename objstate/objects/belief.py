@@ -187,6 +187,20 @@ class ObjectBelief:
         """The bounds (d,) of ``CENTRAL``, as of any share."""
         return self._interval(CENTRAL)
 
+    @lazy
+    def median(self) -> FloatArray:
+        """(d,) of each coordinate. A direction's lies near its mean, and may pass pi.
+
+        A door whose median lies in the cell at a limit stands at the limit.
+        """
+        if not self._is_line:
+            off = [self._quantiles(k, np.array([0.5]))[0] for k in range(self.states.shape[1])]
+            return np.asarray(self.mean + off)
+        middle, _ = lattice.interval(self.weights.values, *self.lattice[:2], 0.5)
+        item, half = self.item, self.cell[0] / 2
+        limits = [limit for limit in (item.lower, item.upper) if abs(middle - limit) <= half]
+        return np.array([*limits, middle][:1])
+
     def _interval(self, share: float) -> tuple[FloatArray, FloatArray]:
         if self._is_line:
             return self._interval_on_line((1.0 - share) / 2.0)
@@ -318,7 +332,6 @@ class ObjectBelief:
         if self.stamp_ns is None:
             raise ValueError("a belief without a moment has no estimates")
         lower, upper = self.interval()
-        bounds = lower.tolist(), upper.tolist()
         return [
             Estimate(
                 stamp_ns=self.stamp_ns,
@@ -333,9 +346,12 @@ class ObjectBelief:
                 presence=self.presence,
                 lost=lost,
                 p_closed=self.probability_closed,
+                median=median,
             )
-            for coordinate, mean, std, low, high in zip(
-                self.item.coordinates, self.mean.tolist(), self.std.tolist(), *bounds, strict=True
+            for coordinate, mean, std, median, low, high in zip(
+                self.item.coordinates,
+                *(each.tolist() for each in (self.mean, self.std, self.median, lower, upper)),
+                strict=True,
             )
         ]
 

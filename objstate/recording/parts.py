@@ -7,6 +7,7 @@ it was made from. Where the worker that ran the log has made it already, it lies
 from __future__ import annotations
 
 import os
+import zlib
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,6 +22,7 @@ from objstate.recording.tables import ESTIMATES, SMOOTHED
 
 BESIDE = "parts.bin"  # in a result folder: the parts that its worker made
 AT_ONCE = 100  # parts that are kept in one transaction
+FOOTER = 4096  # bytes at the end of a table by which a change is noticed
 
 OnLog = Callable[[int, int], None]  # logs done, of how many
 
@@ -88,8 +90,18 @@ def _beside(part: Part, kind: str) -> bytes | None:
 
 def states_state(result: Path, filtered: bool) -> list[object]:
     """What changes when the states of a result do."""
-    smoothed = file_state(result / SMOOTHED)
-    return file_state(result / ESTIMATES) if filtered or len(smoothed) == 1 else smoothed
+    smoothed = _table_state(result / SMOOTHED)
+    return _table_state(result / ESTIMATES) if filtered or len(smoothed) == 1 else smoothed
+
+
+def _table_state(path: Path) -> list[object]:
+    """A file's state and a checksum of its end, where Parquet keeps the bounds of each column."""
+    state = file_state(path)
+    if len(state) == 1:
+        return state
+    with path.open("rb") as file:
+        file.seek(-min(FOOTER, path.stat().st_size), os.SEEK_END)
+        return [*state, zlib.crc32(file.read())]
 
 
 def file_state(path: str | Path) -> list[object]:

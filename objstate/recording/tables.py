@@ -40,9 +40,10 @@ COLUMNS = (
     "lost",
     "p_closed",
     "p_localized",
+    "median",
 )
 P_CLOSED = "p_closed"
-ADDED = (P_CLOSED, "p_localized")  # columns that results of earlier versions don't have
+ADDED = (P_CLOSED, "p_localized", "median")  # columns that results of earlier versions don't have
 
 TRUTH_COLUMNS = ("stamp", "object", "coordinate", "value")
 KNOWN_COORDINATES = ("angle", "offset", "x", "y", "yaw")
@@ -61,7 +62,7 @@ def estimate_schema() -> pl.Schema:
         | numbers
         | {"observed": pl.Boolean(), "fit": pl.Float64(), "presence": pl.Float64()}
         | {"lost": pl.Boolean(), "p_closed": pl.Float64()}
-        | {"p_localized": pl.Float64()}
+        | {"p_localized": pl.Float64(), "median": pl.Float64()}
     )
 
 
@@ -84,7 +85,7 @@ def read_estimates(folder: str | Path) -> pl.DataFrame:
     """The estimates of a result folder. Raises ResultError where there are none.
 
     Results of earlier versions don't say how probably a door is closed, nor how probably the robot
-    is localized: ``p_closed`` and ``p_localized`` are null there.
+    is localized: ``p_closed`` and ``p_localized`` are null there. Their ``median`` is the mean.
     """
     return _read_table(Path(folder) / ESTIMATES)
 
@@ -100,8 +101,11 @@ def read_states(folder: str | Path, *, filtered: bool = False) -> pl.DataFrame:
 
 
 def _read_table(path: Path) -> pl.DataFrame:
+    import polars as pl
+
     cure = "make it with `objstate estimate`"
-    return read_parquet(path, estimate_schema(), cure, optional=ADDED)
+    table = read_parquet(path, estimate_schema(), cure, optional=ADDED)
+    return table.with_columns(pl.coalesce("median", "mean").alias("median"))
 
 
 def write_truth(path: str | Path, rows: Iterable[TrueState]) -> None:

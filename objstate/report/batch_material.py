@@ -66,7 +66,7 @@ class Seen:
     """Where an object stood last, and before that."""
 
     stamp_ns: int
-    mean: float
+    value: float
     log: str
 
 
@@ -156,7 +156,7 @@ def _noting(material: BatchMaterial, total: int) -> Callable[[DoneLog], None]:
             if estimate.observed and (
                 key not in material.latest or material.latest[key].stamp_ns < estimate.stamp_ns
             ):
-                material.latest[key] = Seen(estimate.stamp_ns, estimate.mean, name)
+                material.latest[key] = Seen(estimate.stamp_ns, estimate.value, name)
         if number % draw == 0:
             material.drawn.append(log)
         if number % pool == 0:

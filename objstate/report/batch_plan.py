@@ -74,11 +74,11 @@ def last_states(
     """The last state (d,) of an object in each log that observed it."""
     found = []
     for log in logs:
-        means = {
-            state.estimate.coordinate: state.estimate.mean
+        values = {
+            state.estimate.coordinate: state.estimate.value
             for state in log.latest
             if state.estimate.object == name and state.estimate.observed
         }
-        if set(coordinates) <= means.keys():
-            found.append(np.array([means[coordinate] for coordinate in coordinates]))
+        if set(coordinates) <= values.keys():
+            found.append(np.array([values[coordinate] for coordinate in coordinates]))
     return found

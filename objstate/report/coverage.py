@@ -41,7 +41,7 @@ def coverages(
     """One for angles and one for lengths, where there are any.
 
     The 90 % interval is the recorded one. Others are it, widened or narrowed about the
-    mean as a Gaussian's would be.
+    median as a Gaussian's would be.
     """
     gathered: dict[str, list[tuple[FloatArray, FloatArray]]] = {"angles": [], "lengths": []}
     courses = true_courses(truth)
@@ -52,8 +52,8 @@ def coverages(
         order = (symmetry or {}).get(name, 1)
         errors = compare(coordinate, posterior, course, lost, order).errors
         known = course.period(posterior.stamps_ns) >= 0
-        below = (posterior.means - posterior.lowers)[known]
-        above = (posterior.uppers - posterior.means)[known]
+        below = (posterior.values - posterior.lowers)[known]
+        above = (posterior.uppers - posterior.values)[known]
         needed = _needed(errors, below, above)
         stood = ~within(posterior.stamps_ns[known], lost)
         kind = "angles" if coordinate in ROTATIONS else "lengths"

@@ -67,21 +67,21 @@ def note_news(index: BatchIndex, material: BatchMaterial) -> News:
 def _told(material: BatchMaterial) -> dict[str, Any]:
     return {
         "statuses": {name: each.status for name, each in sorted(material.outcomes.items())},
-        "latest": [[*key, seen.mean] for key, seen in sorted(material.latest.items())],
+        "latest": [[*key, seen.value] for key, seen in sorted(material.latest.items())],
     }
 
 
 def _compared(before: Mapping[str, Any], material: BatchMaterial) -> News:
     statuses: Mapping[str, str] = before["statuses"]
-    latest = {(building, name, kind): mean for building, name, kind, mean in before["latest"]}
+    latest = {(building, name, kind): value for building, name, kind, value in before["latest"]}
     added, broken = list[str](), list[str]()
     for name, outcome in material.outcomes.items():
         if outcome.status != statuses.get(name, "not run"):
             (added if outcome.status == "done" else broken).append(name)
     moved = [
-        Moved(key[1], key[2], latest[key], seen.mean, seen.stamp_ns, seen.log)
+        Moved(key[1], key[2], latest[key], seen.value, seen.stamp_ns, seen.log)
         for key, seen in material.latest.items()
-        if key in latest and _differ(key[2], latest[key], seen.mean)
+        if key in latest and _differ(key[2], latest[key], seen.value)
     ]
     return News(
         tuple(sorted(added, key=natural_key)),

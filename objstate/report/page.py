@@ -180,7 +180,7 @@ def _reached(material: Material, items: Sequence[MovableObject]) -> FloatArray:
             continue
         own = material.looks.filter(pl.col("object") == item.name)
         radius = float(np.hypot(*item.upright_mesh.vertices[:, :2].T).max(initial=0.0))
-        x, y = (own.filter(pl.col("coordinate") == c)["mean"].to_numpy() for c in "xy")
+        x, y = (own.filter(pl.col("coordinate") == c)["median"].to_numpy() for c in "xy")
         if len(x) and len(y):
             low, high = np.array([x.min(), y.min()]), np.array([x.max(), y.max()])
             found.append(np.stack([low - radius, high + radius]))
@@ -260,7 +260,7 @@ def _histories(material: Material, items: Sequence[MovableObject]) -> str:
     ]
     explained = (
         "The stronger the blue, the more probable the state; paler where no scan was near. The "
-        "line is the mean, the orange edges are the 90 % interval, the marks below the moments at "
+        "line is the median, the orange edges are the 90 % interval, the marks below the moments at "
         "which a beam reached the object. Hatched: the robot was lost. Touch a strip to see its "
         "moment on the plan."
     )

@@ -18,7 +18,7 @@ from objstate.report.reading import figure
 if TYPE_CHECKING:
     import polars as pl
 
-FOLLOWED = (("estimate", "mean"), ("90 % interval", "interval"), ("seen at", "seen"))
+FOLLOWED = (("estimate", "median"), ("90 % interval", "interval"), ("seen at", "seen"))
 LEAST_PRESENCE = 0.995  # a smaller probability of being there at all is worth a column's word
 
 
@@ -75,13 +75,13 @@ def _row(
     kind = estimate.coordinate
     found = by_state.get((estimate.object, kind))
     seconds = (estimate.stamp_ns - material.begin_ns) / 1e9
-    mean = figure(kind, estimate.mean)
+    middle = figure(kind, estimate.value)
     share = closed.get((estimate.object, estimate.stamp_ns))
-    said = mean if share is None else f"{closed_text(share)}, {mean}"
+    said = middle if share is None else f"{closed_text(share)}, {middle}"
     cells: list[str | Cell] = [
         text(estimate.object),
         text(kind),
-        Cell(text(said), round(estimate.mean, 5), "mean"),
+        Cell(text(said), round(estimate.value, 5), "median"),
         Cell(text(interval(state)), round(estimate.upper - estimate.lower, 6), "interval"),
         Cell(
             f"{seconds:.1f} s" if estimate.observed else "never",

@@ -173,15 +173,15 @@ def _lines(
     heat: HeatMap,
     axis: Axis,
 ) -> Iterator[str]:
-    """Interval, mean and truth, drawn over the heat map."""
+    """Interval, median and truth, drawn over the heat map."""
     rows = _shown(estimates, axis)
     held = np.maximum.accumulate(rows)
     known, fresh = np.flatnonzero(held >= 0), np.flatnonzero(rows >= 0)
     for bound in ("lower", "upper"):
         heights = _height(coordinate, estimates[bound].to_numpy()[held[known]], heat)
         yield element("path", d=_broken_line(known, heights), class_="edge")
-    heights = _height(coordinate, estimates["mean"].to_numpy()[rows[fresh]], heat)
-    yield element("path", d=_broken_line(fresh, heights), class_="mean")
+    heights = _height(coordinate, estimates["median"].to_numpy()[rows[fresh]], heat)
+    yield element("path", d=_broken_line(fresh, heights), class_="median")
     if truth is not None:
         at = axis.begin_ns + (np.arange(axis.columns) + 0.5) * axis.duration * 1e9 / axis.columns
         period = truth.period(at.astype(np.int64))

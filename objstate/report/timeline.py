@@ -54,7 +54,7 @@ def object_moments(
         **({"closed": _percents(closed)} if any(share is not None for share in closed) else {}),
         **{
             column: [in_units(c, parts[c][column].to_numpy()) for c in coordinates]
-            for column in ("mean", "lower", "upper")
+            for column in ("median", "lower", "upper")
         },
     }
 

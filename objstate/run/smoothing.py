@@ -14,7 +14,15 @@ from objstate.smoothing import History, Movement, smoothed
 if TYPE_CHECKING:
     import polars as pl
 
-STATES = ("mean", "std", "lower", "upper", "presence", "p_closed")  # columns that smoothing changes
+STATES = (  # columns that smoothing changes
+    "mean",
+    "std",
+    "lower",
+    "upper",
+    "presence",
+    "p_closed",
+    "median",
+)
 
 
 def write_smoothed(folder: Path, histories: Mapping[str, History]) -> None:

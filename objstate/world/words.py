@@ -19,15 +19,16 @@ def belief_words(belief: ObjectBelief, samples: bool = False) -> dict[str, Any]:
     SI units and radians, times in nanoseconds. With ``samples`` its states and weights too.
     """
     lower, upper = belief.interval()
-    figures = zip(belief.mean, belief.std, lower, upper, strict=True)
+    figures = zip(belief.mean, belief.std, lower, upper, belief.median, strict=True)
+    names = ("mean", "std", "lower", "upper", "median")
     words: dict[str, Any] = {
         "object": belief.item.name,
         "kind": belief.item.kind.value,
         "stamp_ns": belief.stamp_ns,
         "last_observed_ns": belief.last_observed_ns,
         "state": {
-            coordinate: dict(zip(("mean", "std", "lower", "upper"), map(float, four), strict=True))
-            for coordinate, four in zip(belief.item.coordinates, figures, strict=True)
+            coordinate: dict(zip(names, map(float, five), strict=True))
+            for coordinate, five in zip(belief.item.coordinates, figures, strict=True)
         },
     }
     if belief.item.kind is Kind.PLANAR:

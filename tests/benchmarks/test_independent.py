@@ -199,11 +199,11 @@ def door(*changes: tuple[float, float], limit: float = 90.0) -> Door:
 def rows(
     *values: tuple[float, float, float, float], p_closed: list[float] | None = None
 ) -> Estimates:
-    """Time, s, mean, lower and upper, deg."""
-    times, means, lower, upper = np.array(values).T
+    """Time, s, median, lower and upper, deg."""
+    times, medians, lower, upper = np.array(values).T
     return Estimates(
         (times * SECOND).astype(np.int64),
-        *np.radians([means, lower, upper]),
+        *np.radians([medians, lower, upper]),
         None if p_closed is None else np.array(p_closed),
     )
 

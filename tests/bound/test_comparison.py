@@ -47,15 +47,15 @@ def test_errors_stay_near_the_bound_and_do_not_fall_below_it(scene: Path) -> Non
 
 def test_only_final_errors_count_each_with_its_own_bound() -> None:
     stamps = [1 * SECOND, 2 * SECOND, 4 * SECOND, 5 * SECOND]
-    means = [0.9, 0.1, 0.5, 0.56]
+    medians = [0.9, 0.1, 0.5, 0.56]
     estimates = pl.DataFrame(
         {
             "stamp": stamps,
             "object": ["door"] * 4,
             "coordinate": ["angle"] * 4,
-            "mean": means,
-            "lower": means,
-            "upper": means,
+            "median": medians,
+            "lower": medians,
+            "upper": medians,
             "observed": [True] * 4,
         }
     )

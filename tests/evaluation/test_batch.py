@@ -19,14 +19,14 @@ SECOND = 10**9
 
 
 def estimates(rows: list[tuple[int, str, str, float, float, bool]]) -> pl.DataFrame:
-    """Rows of stamp (s), object, coordinate, mean, std, observed; with 90 % intervals."""
-    names = ["stamp", "object", "coordinate", "mean", "std", "observed"]
+    """Rows of stamp (s), object, coordinate, median, std, observed; with 90 % intervals."""
+    names = ["stamp", "object", "coordinate", "median", "std", "observed"]
     frame = pl.DataFrame(rows, schema=names, orient="row")
     half = 1.645 * pl.col("std")
     return frame.with_columns(
         stamp=(pl.col("stamp") * SECOND).cast(pl.Int64),
-        lower=pl.col("mean") - half,
-        upper=pl.col("mean") + half,
+        lower=pl.col("median") - half,
+        upper=pl.col("median") + half,
     )
 
 

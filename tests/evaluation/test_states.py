@@ -16,13 +16,13 @@ angles = st.floats(-3.1, 3.1)
 
 
 def rows(*updates: tuple[float, str, str, float, float, bool]) -> pl.DataFrame:
-    """Estimates from (second, object, coordinate, mean, half interval, observed)."""
+    """Estimates from (second, object, coordinate, median, half interval, observed)."""
     return pl.DataFrame(
         [
-            (int(t * SECOND), name, part, mean, half / 2, mean - half, mean + half, seen)
-            for t, name, part, mean, half, seen in updates
+            (int(t * SECOND), name, part, middle, half / 2, middle - half, middle + half, seen)
+            for t, name, part, middle, half, seen in updates
         ],
-        schema=["stamp", "object", "coordinate", "mean", "std", "lower", "upper", "observed"],
+        schema=["stamp", "object", "coordinate", "median", "std", "lower", "upper", "observed"],
         orient="row",
     )
 

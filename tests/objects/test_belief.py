@@ -60,9 +60,40 @@ def test_an_interval_holds_its_share_of_the_mass(mean: float, std: float, share:
     assert DOOR.lower <= lower <= upper <= DOOR.upper
 
 
+@settings(max_examples=60)
+@given(st.floats(0.0, 1.57), st.floats(0.005, 0.5))
+def test_half_of_the_mass_lies_below_the_median(mean: float, std: float) -> None:
+    belief = lattice(mean=mean, std=std)
+    (median,) = belief.median
+    if median in (DOOR.lower, DOOR.upper):
+        half_a_cell = belief.cell[0] / 2
+        inwards = half_a_cell if median == DOOR.lower else -half_a_cell
+        beyond = held(belief, *sorted([median - inwards, median + inwards]))
+        assert beyond >= 0.5 - 1e-9
+    else:
+        assert held(belief, -10.0, median) == pytest.approx(0.5, abs=1e-9)
+    (lower,), (upper,) = belief.interval()
+    assert lower <= median <= upper
+
+
+def test_a_door_that_is_probably_closed_is_closed_by_its_median() -> None:
+    weights = np.full(len(lattice().states), 0.4 / (len(lattice().states) - 1))
+    weights[0] = 0.6
+    belief = lattice().with_weights(Weights.of(weights))
+    assert belief.median[0] == DOOR.lower
+    assert belief.mean[0] > np.radians(10.0)
+
+
+@pytest.mark.parametrize("middle", [0.3, 3.1, -3.1])
+def test_the_median_of_a_turnstile_lies_near_its_mean(middle: float) -> None:
+    belief = lattice(TURNSTILE, middle, 0.1)
+    assert belief.median[0] == pytest.approx(belief.mean[0], abs=np.radians(0.1))
+
+
 def test_an_interval_of_samples_is_the_normals() -> None:
     states = np.random.default_rng(0).normal([1.0, -2.0, 0.3], [0.1, 0.2, 0.05], (20_000, 3))
     lower, upper = samples_of(states).interval()
+    np.testing.assert_allclose(samples_of(states).median, [1, -2, 0.3], atol=0.01)
     np.testing.assert_allclose(lower, norm.ppf(0.05, [1, -2, 0.3], [0.1, 0.2, 0.05]), atol=0.01)
     np.testing.assert_allclose(upper, norm.ppf(0.95, [1, -2, 0.3], [0.1, 0.2, 0.05]), atol=0.01)
 
@@ -120,6 +151,7 @@ def test_a_row_for_each_coordinate() -> None:
     rows = furniture.estimates(fit=0.75)
     assert [row.coordinate for row in rows] == ["x", "y", "yaw"]
     assert [row.mean for row in rows] == pytest.approx([1.0, 2.0, 0.5])
+    assert [row.value for row in rows] == pytest.approx([1.0, 2.0, 0.5])
     assert all(row.stamp_ns == 7 and row.observed and row.object == "table" for row in rows)
     assert all((row.fit, row.presence, row.lost) == (0.75, 1.0, False) for row in rows)
     (angle,) = replace(lattice(), stamp_ns=0).estimates(fit=None, lost=True)

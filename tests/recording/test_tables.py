@@ -19,7 +19,9 @@ NUMBERS = st.floats(allow_nan=False, allow_infinity=False)
 def estimate(index: int) -> Estimate:
     name = f"door_{index % 3}"
     numbers = (0.1 * index, 0.5, -1.0, 1.0)
-    return Estimate(10**18 + index, name, "angle", *numbers, index % 2 == 0, fit=0.01 * index)
+    return Estimate(
+        10**18 + index, name, "angle", *numbers, index % 2 == 0, 0.01 * index, median=0.3 * index
+    )
 
 
 def write(folder: Path, count: int, rows_in_memory: int) -> bytes:

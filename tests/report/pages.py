@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Sequence
-from dataclasses import astuple
+from dataclasses import astuple, replace
 from html import escape
 from html.parser import HTMLParser
 from pathlib import Path
@@ -67,7 +67,7 @@ def make_result(folder: Path) -> Path:
 
 def as_table(estimates: Sequence[Estimate]) -> pl.DataFrame:
     """Estimates as ``read_estimates`` would give them."""
-    rows = [astuple(each) for each in estimates]
+    rows = [astuple(replace(each, median=each.value)) for each in estimates]
     return pl.DataFrame(rows, schema=estimate_schema(), orient="row")
 
 

@@ -84,7 +84,7 @@ def test_a_plan_holds_furniture_wherever_it_stood(batch: Path) -> None:
         file = result_of(batch, name) / "smoothed.parquet"
         rows = pl.read_parquet(file)
         far = pl.when(pl.col("object") == "chest", pl.col("coordinate") == "y")
-        rows.with_columns(mean=far.then(pl.lit(-30.0)).otherwise("mean")).write_parquet(file)
+        rows.with_columns(median=far.then(pl.lit(-30.0)).otherwise("median")).write_parquet(file)
     page = write_batch_report(batch).read_text(encoding="utf-8")
     box = re.search(r'<svg viewBox="(\S+) (\S+) (\S+) (\S+)" class="plan"', page)
     assert box
@@ -133,7 +133,7 @@ def test_each_log_is_linked_once_it_has_a_page(batch: Path, tmp_path: Path) -> N
 def test_the_plan_shows_an_object_where_it_stood_in_each_log(batch: Path) -> None:
     page = write_batch_report(batch).read_text(encoding="utf-8")
     (door,) = [
-        state.estimate.mean
+        state.estimate.value
         for state in latest_states(read_estimates(result_of(batch, "first")))
         if state.estimate.object == "office_door"
     ]

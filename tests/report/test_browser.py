@@ -149,11 +149,11 @@ def test_table_and_strip_and_plan_say_the_same_of_one_moment(
     index = page.locator("article").first.get_attribute("data-object")
     row = page.locator(f"table.states tr[data-object='{index}']").first
     if page.locator(f"article[data-object='{index}'] .map").count() == 1:
-        mean, seen = row.locator(".mean").text_content(), row.locator(".seen").text_content()
+        mean, seen = row.locator(".median").text_content(), row.locator(".seen").text_content()
     else:
         index = page.locator("article", has_text="office_door").get_attribute("data-object")
         row = page.locator(f"table.states tr[data-object='{index}']").first
-        mean, seen = row.locator(".mean").text_content(), row.locator(".seen").text_content()
+        mean, seen = row.locator(".median").text_content(), row.locator(".seen").text_content()
     readout = page.locator(f"article[data-object='{index}'] output").text_content()
     assert readout.startswith(f"{mean} (")
     assert readout.endswith(f"seen at {seen}" if seen != "never" else "not seen yet")

@@ -66,9 +66,9 @@ def test_the_plan_moves_by_the_estimates(result: Path, tmp_path: Path, filtered:
     states = read_states(result, filtered=filtered)
     rows = states.filter(pl.col("object") == "office_door")
     stamps = np.round((rows["stamp"].to_numpy() - begin) / 1e8).astype(int).tolist()
-    means = dict(zip(stamps, np.round(np.degrees(rows["mean"].to_numpy()) * 10), strict=True))
+    medians = dict(zip(stamps, np.round(np.degrees(rows["median"].to_numpy()) * 10), strict=True))
     assert set(door["t"]) <= set(stamps)
-    assert door["mean"][0] == [means[t] for t in door["t"]]
+    assert door["median"][0] == [medians[t] for t in door["t"]]
     assert all(low <= high for low, high in zip(door["lower"][0], door["upper"][0], strict=True))
     assert door["truth"]["angle"]["v"] == [344]  # 0.6 rad in tenths of a degree
     assert door["motion"] == {
@@ -216,7 +216,7 @@ def test_the_last_states_are_those_of_the_plan_s_last_moment(page: str) -> None:
     door = next(each for each in data_of(page)["objects"] if each["name"] == "office_door")
     row = re.search(r'<th scope="row">office_door</th>(.*?)</tr>', page)
     assert row
-    assert f" {door['mean'][0][-1] / 10:.1f}°<" in row[1]
+    assert f" {door['median'][0][-1] / 10:.1f}°<" in row[1]
     assert f">{door['t'][-1] / 10:.1f} s<" in row[1]
 
 
@@ -224,7 +224,7 @@ def test_how_probably_a_door_is_closed_is_said_first(moved: Path) -> None:
     rows = pl.read_parquet(moved / "smoothed.parquet")
     rows.with_columns(p_closed=pl.lit(0.02)).write_parquet(moved / "smoothed.parquet")
     page = write_report(moved).read_text(encoding="utf-8")
-    assert re.search(r'class="mean" data-value="[\d.]+">open 98 %, \d+\.\d°<', page)
+    assert re.search(r'class="median" data-value="[\d.]+">open 98 %, \d+\.\d°<', page)
     assert set(
         next(o for o in data_of(page)["objects"] if o["name"] == "office_door")["closed"]
     ) == {2}

@@ -39,7 +39,7 @@ def test_each_step_keeps_its_last_observed_moment() -> None:
     found = object_moments(table(rows), 0, "d", ("angle",), 1.0)
     assert found["t"] == [5, 15]
     assert found["seen"] == [1, 0]
-    assert found["mean"] == [[115, 229]]
+    assert found["median"] == [[115, 229]]
 
 
 def test_coordinates_of_one_object_share_their_moments() -> None:
@@ -47,7 +47,7 @@ def test_coordinates_of_one_object_share_their_moments() -> None:
             for kind, value in (("x", 1.0), ("y", 2.0), ("yaw", 0.0))]  # fmt: skip
     found = object_moments(table(rows), 0, "f", ("x", "y", "yaw"), 1.0)
     assert found["t"] == [7, 32]
-    assert found["mean"] == [[1700, 4200], [2700, 5200], [401, 1833]]
+    assert found["median"] == [[1700, 4200], [2700, 5200], [401, 1833]]
 
 
 def test_steps_grow_until_all_moments_fit(monkeypatch) -> None:

@@ -47,7 +47,7 @@ def test_it_shows_what_is_believed(browser: Any, taught: Service, width: int, sc
     page.locator("#objects tbody tr").focus()
     page.keyboard.press("Enter")
     page.wait_for_selector("#passage:has-text('probability')")
-    assert page.locator("#chosen .history path.mean").get_attribute("d")
+    assert page.locator("#chosen .history path.median").get_attribute("d")
     turned = page.locator("g.object .estimate").get_attribute("transform")
     assert turned.startswith("rotate(")
     assert page.faults == []

@@ -9,7 +9,7 @@
   const cards = new Map([...document.querySelectorAll("article")].map((each) => [+each.dataset.object, each]));
   const rows = [...document.querySelectorAll("table.states tbody tr")].map((row) => ({
     row, index: +row.dataset.object, coordinate: row.dataset.coordinate,
-    cells: new Map(["mean", "interval", "seen", "truth", "error"]
+    cells: new Map(["median", "interval", "seen", "truth", "error"]
       .map((name) => [name, row.querySelector(`.${name}`)]).filter((pair) => pair[1])),
   }));
   const cursors = [...document.querySelectorAll(".cursor")];
@@ -46,22 +46,22 @@
 
   // What a row of the table says of a look; the last one is as the page was written.
   function look(object, k, at) {
-    const coordinate = object.coordinates[k], mean = object.mean[k][at];
+    const coordinate = object.coordinates[k], median = object.median[k][at];
     const lower = object.lower[k][at], upper = object.upper[k][at];
     const turn = isTurn(coordinate), truth = trueValue(object, coordinate, object.t[at]);
-    let off = truth === null ? null : mean - truth;
+    let off = truth === null ? null : median - truth;
     if (off !== null && turn) {
       const whole = 3600 / (coordinate === "yaw" ? object.order : 1);
       off -= whole * Math.round(off / whole);
     }
-    const inside = off === null || (-off >= lower - mean - 1 && -off <= upper - mean + 1);
+    const inside = off === null || (-off >= lower - median - 1 && -off <= upper - median + 1);
     const kind = turn ? "turn" : "length", size = Math.abs(off || 0);
     const verdict = inside ? (size > FAR[kind] ? "unsure" : "right")
       : size > NEAR[kind] ? "wrong" : "outside";
     const closed = k === 0 && object.closed && object.closed[at] !== null
       ? `${closedText(object.closed[at])}, ` : "";
     return {
-      mean: `${closed}${shown(coordinate, mean)}${unit(coordinate)}`,
+      median: `${closed}${shown(coordinate, median)}${unit(coordinate)}`,
       interval: `${shown(coordinate, lower)} to ${shown(coordinate, upper)}${unit(coordinate)}`,
       seen: object.seen[at] ? `${(object.t[at] / 10).toFixed(1)} s` : "never",
       truth: truth === null ? "–" : `${shown(coordinate, truth)}${unit(coordinate)}`,
@@ -90,7 +90,7 @@
     if (!found) return "not near yet";
     const states = found.map((each, k) => {
       const label = object.coordinates.length > 1 ? `${object.coordinates[k]} ` : "";
-      return `${label}${each.mean} (${each.interval})`;
+      return `${label}${each.median} (${each.interval})`;
     });
     const seen = found[0].seen === "never" ? "not seen yet" : `seen at ${found[0].seen}`;
     return `${states.join(", ")}, ${seen}`;
@@ -102,19 +102,19 @@
     const group = shapes.get(index), at = lastAt(object.t, t), name = names.get(index);
     const values = (column) => object.coordinates.map(
       (coordinate, k) => scaled(coordinate, object[column][k][at]));
-    const mean = at < 0 ? motions.home(object) : values("mean");
+    const median = at < 0 ? motions.home(object) : values("median");
     const told = looks(index, t);
     const verdicts = told ? told.map((each) => each.verdict) : [];
     const isWrong = verdicts.includes("wrong");
     group.classList.toggle("unknown", at < 0);
     group.classList.toggle("held", at >= 0 && t - object.t[at] > FRESH);
     group.classList.toggle("wrong", isWrong);
-    group.querySelector(".estimate").setAttribute("transform", motions.placed(object.motion, mean));
+    group.querySelector(".estimate").setAttribute("transform", motions.placed(object.motion, median));
     const spread = group.querySelector(".sector"), ghosts = [...group.querySelectorAll(".ghost")];
     if (at >= 0) {
       const lower = values("lower"), upper = values("upper");
       if (spread) spread.setAttribute("d", motions.sector(object.motion, lower[0], upper[0]));
-      const states = ghosts.length ? motions.ghosts(object.motion, mean, lower, upper) : [];
+      const states = ghosts.length ? motions.ghosts(object.motion, median, lower, upper) : [];
       ghosts.forEach((ghost, k) => ghost.setAttribute("transform", motions.placed(object.motion, states[k])));
     } else if (spread) spread.setAttribute("d", "");
     ghosts.forEach((ghost) => { ghost.style.display = at < 0 ? "none" : ""; });
@@ -125,7 +125,7 @@
       const state = object.coordinates.map((coordinate, k) => scaled(coordinate, truth[k]));
       real.setAttribute("transform", motions.placed(object.motion, state));
     }
-    drawName(name, object, told, isWrong, mean);
+    drawName(name, object, told, isWrong, median);
     const readout = cards.get(index)?.querySelector("h3 output");
     if (readout) {
       readout.textContent = sentence(index, t);
@@ -134,17 +134,17 @@
   }
 
   // The name with the state of what has one coordinate; its room doesn't depend on the state.
-  function drawName(name, object, told, isWrong, mean) {
+  function drawName(name, object, told, isWrong, median) {
     const single = object.coordinates.length === 1;
     name.text = object.name;
     name.reserve = single ? `${object.name} 000.0° ✗` : `${object.name} ✗`;
-    const state = single && told ? ` ${told[0].mean.split(", ").pop()}` : "";
+    const state = single && told ? ` ${told[0].median.split(", ").pop()}` : "";
     name.node.textContent = `${object.name}${state}${isWrong ? " ✗" : ""}`;
     name.node.classList.toggle("wrong", isWrong);
     name.node.classList.toggle("vague", !told);
-    if (object.motion.kind === "free" && Math.hypot(name.x - mean[0], name.y + mean[1]) > 0.02) {
-      name.x = mean[0];
-      name.y = -mean[1];
+    if (object.motion.kind === "free" && Math.hypot(name.x - median[0], name.y + median[1]) > 0.02) {
+      name.x = median[0];
+      name.y = -median[1];
       plan.placeNames();
     }
   }

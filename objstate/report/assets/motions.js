@@ -27,11 +27,11 @@ const motions = (() => {
     return `M${x},${y}L${ends[0]}A${r},${r} 0 ${large} ${motion.sense > 0 ? 1 : 0} ${ends[1]}Z`;
   }
 
-  function ghosts(motion, mean, lower, upper) {
+  function ghosts(motion, middle, lower, upper) {
     if (motion.kind === "slide") return [[lower[0]], [upper[0]]];
     return [
-      [lower[0], mean[1], lower[2]], [upper[0], mean[1], upper[2]],
-      [mean[0], lower[1], upper[2]], [mean[0], upper[1], lower[2]],
+      [lower[0], middle[1], lower[2]], [upper[0], middle[1], upper[2]],
+      [middle[0], lower[1], upper[2]], [middle[0], upper[1], lower[2]],
     ];
   }
 

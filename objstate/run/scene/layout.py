@@ -22,7 +22,7 @@ SCENE_PANEL, PLOT, TABLE, SUMMARY = (
 )
 LINES = {  # of the plot, by the field of ObjectState
     "upper": "#c98a1b",
-    "mean": "#c8553d",
+    "median": "#c8553d",
     "lower": "#c98a1b",
     "truth": "#0b7a75",
 }

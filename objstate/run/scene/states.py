@@ -28,6 +28,7 @@ string coordinate       # angle, offset, x, y, yaw
 string unit             # deg or m, of the numbers that follow
 float64 shown           # where the object stands in /tf and /joint_states
 float64 mean            # of the posterior
+float64 median
 float64 lower           # bounds of its central 90 %
 float64 upper
 float64 truth           # nan where it isn't known
@@ -45,13 +46,13 @@ AS_LIKELY = 1.0 - 1e-6  # of the largest weight: a weight as large is equal but 
 
 
 def shown_state(belief: ObjectBelief) -> FloatArray:
-    """The state (d,) in which an object is shown: the mean, or before it was ever seen the mode.
+    """The state (d,) in which an object is shown: the median, or before it was ever seen the mode.
 
-    The mean of a door that could be open by any angle would be half open. Of equally likely states,
+    The median of a door that could be open by any angle would be half open. Of equally likely states,
     the one nearest to that in which the model shows the object counts.
     """
     if belief.last_observed_ns is not None or belief.item.kind is Kind.PLANAR:
-        return belief.mean  # which is the mode of the prior of furniture
+        return belief.median  # which is the mode of the prior of furniture
     weights = belief.weights.values
     likely = belief.states[weights >= AS_LIKELY * weights.max()]
     return np.asarray(likely[np.abs(likely - belief.item.home)[:, 0].argmin()])
@@ -133,6 +134,7 @@ def _states(
         numbers = {
             "shown": shown[k],
             "mean": belief.mean[k],
+            "median": belief.median[k],
             "lower": lower[k],
             "upper": upper[k],
             "truth": truth.at(stamp_ns, name, coordinate),
@@ -158,4 +160,4 @@ def _summary(states: list[dict[str, Any]]) -> str:
 def _in_words(state: dict[str, Any]) -> str:
     interval = f"{state['lower']:.3g} to {state['upper']:.3g} {state['unit']}"
     known = "" if np.isnan(state["truth"]) else f"; true {state['truth']:.3g}"
-    return f"{state['mean']:.3g}, 90 % within {interval}{known}"
+    return f"{state['median']:.3g}, 90 % within {interval}{known}"

@@ -63,7 +63,7 @@
     const closed = closedOf(object);
     if (closed !== null && closed >= 0.5) return `closed ${Math.round(100 * closed)} %`;
     const states = Object.entries(object.state)
-      .map(([name, each]) => (Object.keys(object.state).length > 1 ? `${name} ` : "") + shownAs(name, each.mean));
+      .map(([name, each]) => (Object.keys(object.state).length > 1 ? `${name} ` : "") + shownAs(name, each.median));
     return closed === null ? states.join(", ") : `open ${Math.round(100 - 100 * closed)} %, ${states.join(", ")}`;
   }
 
@@ -77,22 +77,22 @@
     if (!said) return;
     const inUnits = (key) => object.coordinates.map((name) =>
       (isTurn(name) ? degrees(said.state[name][key]) : said.state[name][key]));
-    const mean = inUnits("mean"), lower = inUnits("lower"), upper = inUnits("upper");
+    const median = inUnits("median"), lower = inUnits("lower"), upper = inUnits("upper");
     const seen = said.last_observed_ns;
     const now = at === null ? nanoseconds(Date.now()) : at;
     group.classList.toggle("unknown", seen === null);
     group.classList.toggle("stale", seen !== null && Number((now - BigInt(seen)) / 1000000000n) > STALE_S);
     group.classList.toggle("pointed", object.name === chosen);
-    group.querySelector(".estimate").setAttribute("transform", motions.placed(object.motion, mean));
+    group.querySelector(".estimate").setAttribute("transform", motions.placed(object.motion, median));
     group.querySelector(".sector")?.setAttribute("d", motions.sector(object.motion, lower[0], upper[0]));
     const ghosts = [...group.querySelectorAll(".ghost")];
-    const states = ghosts.length ? motions.ghosts(object.motion, mean, lower, upper) : [];
+    const states = ghosts.length ? motions.ghosts(object.motion, median, lower, upper) : [];
     ghosts.forEach((ghost, k) => ghost.setAttribute("transform", motions.placed(object.motion, states[k])));
     group.querySelector(".true").style.display = "none";
     const name = plan.names.find((each) => each.index === index);
     name.text = name.reserve = object.name;
     name.node.classList.toggle("pointed", object.name === chosen);
-    if (object.motion.kind === "free") { name.x = mean[0]; name.y = -mean[1]; }
+    if (object.motion.kind === "free") { name.x = median[0]; name.y = -median[1]; }
   }
 
   function drawRobots() {
@@ -301,13 +301,13 @@
     const low = Math.min(...values), high = Math.max(...values, low + 1e-3);
     const x = (k) => 10 + (980 * (stamps[k] - begin)) / span;
     const y = (value) => 95 - (90 * (value - low)) / (high - low);
-    let spans = "", means = "";
+    let spans = "", medians = "";
     past.forEach((each, k) => {
-      const { lower, upper, mean } = each.state[name];
+      const { lower, upper, median } = each.state[name];
       spans += `M${x(k)},${y(lower)}V${y(upper)}`;
-      means += `M${x(k)},${y(mean)}h0.01`;
+      medians += `M${x(k)},${y(median)}h0.01`;
     });
-    for (const [kind, d] of [["span", spans], ["mean", means]]) {
+    for (const [kind, d] of [["span", spans], ["median", medians]]) {
       const path = document.createElementNS(SVG, "path");
       path.setAttribute("class", kind);
       path.setAttribute("d", d);

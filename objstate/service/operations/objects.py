@@ -82,7 +82,7 @@ async def delete_history(parts: Parts, request: Request, token: Token) -> Respon
 SAMPLES = Query("samples", "boolean", "the states and weights of the whole posterior")
 USUAL_HISTORY = 200
 MOST = Query("most", "integer", f"the newest so many moments; default: {USUAL_HISTORY}")
-DOOR = {"object": "door_07", "state": {"angle": {"mean": 1.52, "std": 0.01}}}
+DOOR = {"object": "door_07", "state": {"angle": {"mean": 1.52, "std": 0.01, "median": 1.52}}}
 OPERATIONS = (
     Operation(
         "GET",

@@ -84,13 +84,13 @@ def test_every_topic_is_there(messages: dict[str, list[tuple[int, Any]]]) -> Non
 def test_joint_states_and_transforms_are_the_estimates(
     result: Path, messages: dict[str, list[tuple[int, Any]]]
 ) -> None:
-    means = dict(read_estimates(result).select("stamp", "mean").iter_rows())
+    medians = dict(read_estimates(result).select("stamp", "median").iter_rows())
     path = read_tum(result / "trajectory.tum")
     poses = dict(zip(path.stamps_ns.tolist(), path.poses, strict=True))
     joints = {stamp: float(joint.position[0]) for stamp, joint in messages["/joint_states"]}
-    told = {stamp: each for stamp, each in joints.items() if stamp in means}
+    told = {stamp: each for stamp, each in joints.items() if stamp in medians}
     assert len(told) > len(joints) // 2
-    assert told == {stamp: pytest.approx(means[stamp]) for stamp in told}
+    assert told == {stamp: pytest.approx(medians[stamp]) for stamp in told}
     assert list(joints.values())[-1] == pytest.approx(TRUE_ANGLE, abs=0.05)
     for stamp, message in messages["/tf"]:
         for each in message.transforms:
@@ -155,7 +155,7 @@ def test_particles_surround_the_robot(
 def test_intervals_and_truth_are_numbers_to_plot(
     result: Path, messages: dict[str, list[tuple[int, Any]]]
 ) -> None:
-    rows = read_estimates(result).select("stamp", "mean", "lower", "upper").iter_rows()
+    rows = read_estimates(result).select("stamp", "median", "lower", "upper").iter_rows()
     estimates = {stamp: np.degrees(numbers) for stamp, *numbers in rows}
     compared = 0
     for stamp, message in messages["/object_states"]:
@@ -164,8 +164,8 @@ def test_intervals_and_truth_are_numbers_to_plot(
         assert state.truth == pytest.approx(np.degrees(TRUE_ANGLE), abs=1e-6)
         if stamp in estimates and state.seen:
             compared += 1
-            assert state.shown == state.mean
-            assert [state.mean, state.lower, state.upper] == pytest.approx(estimates[stamp])
+            assert state.shown == state.median
+            assert [state.median, state.lower, state.upper] == pytest.approx(estimates[stamp])
     assert compared > 5
 
 
