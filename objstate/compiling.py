@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import hashlib
 import logging
+import re
 import threading
 import time
 from collections.abc import Callable
 from functools import cache
+from pathlib import Path
 from typing import Any, TypeVar
 
 F = TypeVar("F", bound=Callable[..., Any])
 R = TypeVar("R", bound=type)
+
+# "from objstate.x import a, b" at the left margin, also over several lines
+IMPORTED = re.compile(r"^from (objstate[\w.]*) import (\([^)]*\)|.*)$", re.MULTILINE)
 
 _signatures: dict[Any, str] = {}
 _records: dict[str, tuple[type, str]] = {}
@@ -22,7 +28,9 @@ def njit(**options: Any) -> Callable[[F], F]:
     """``numba.njit(cache=True, **options)``, or without the cache where none can be written.
 
     numba keeps compiled loops beside their source, else in the user's cache folder, and refuses to
-    compile where neither can be written, as in a container with a read-only file system.
+    compile where neither can be written, as in a container with a read-only file system. A loop is
+    compiled anew when its module changed, or one whose functions and constants it may hold copies
+    of; numba itself knows of its own module only.
     """
     import numba
 
@@ -30,12 +38,43 @@ def njit(**options: Any) -> Callable[[F], F]:
 
     def compiled(function: F) -> F:
         try:
-            return numba.njit(cache=True, **options)(function)  # type: ignore[no-any-return]
+            loop = numba.njit(cache=True, **options)(function)
+            stored = loop._cache._cache_file
+            stored._source_stamp = stored._source_stamp, digest_of(function.__module__)
+            return loop  # type: ignore[no-any-return]
         except RuntimeError:
             _tell()
             return numba.njit(**options)(function)  # type: ignore[no-any-return]
 
     return compiled
+
+
+@cache
+def digest_of(module: str) -> str:
+    """A digest of the source of a module and of all that it imports from this package."""
+    digest, seen, left = hashlib.sha256(), set[str](), [module]
+    while left:
+        name = left.pop()
+        if name in seen:
+            continue
+        seen.add(name)
+        source = _source_of(name)
+        digest.update(source.encode())
+        for package, names in IMPORTED.findall(source):
+            left += [package, *(f"{package}.{each}" for each in re.findall(r"\w+", names))]
+    return digest.hexdigest()
+
+
+@cache
+def _source_of(module: str) -> str:
+    """The source of a module of this package, which isn't imported; empty for what is none."""
+    path = Path(__file__).parent.joinpath(*module.split(".")[1:])
+    for file in (path.with_suffix(".py"), path / "__init__.py"):
+        try:
+            return file.read_text(encoding="utf-8")
+        except OSError:
+            continue
+    return ""
 
 
 def inner(**options: Any) -> Callable[[F], F]:

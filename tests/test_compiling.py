@@ -6,13 +6,16 @@ import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numba
 import pytest
 
+from objstate import compiling
 from objstate.cli.loops import EVERY_RUN, GROUPS, handed_out
-from objstate.compiling import njit
+from objstate.compiling import digest_of, njit
 from objstate.simulation import simulate
 
 ROOT = Path(__file__).parents[1]
@@ -161,3 +164,50 @@ def test_who_waits_for_the_compiler_is_told_once(tmp_path: Path) -> None:
     first, again = (run(script + SCRIPT, NUMBA_CACHE_DIR=str(tmp_path)) for _ in range(2))
     assert first.stdout == "now\n[2.]\n"
     assert again.stdout == "[2.]\n"
+
+
+@pytest.fixture
+def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A package in which one loop's module imports a constant from another."""
+    folder = tmp_path / "objstate"
+    folder.mkdir()
+    (folder / "loops.py").write_text(
+        "from objstate.constants import (\n    FIRST,\n    SECOND,\n)\n"
+    )
+    (folder / "constants.py").write_text("FIRST, SECOND = 1.0, 2.0\n")
+    (folder / "others.py").write_text("THIRD = 3.0\n")
+    monkeypatch.setattr(compiling, "__file__", str(folder / "compiling.py"))
+    yield folder
+    _forget()
+
+
+def _forget() -> None:
+    digest_of.cache_clear()
+    compiling._source_of.cache_clear()
+
+
+def test_a_digest_changes_with_every_module_that_a_loop_takes_something_from(package: Path) -> None:
+    _forget()
+    first = digest_of("objstate.loops")
+    (package / "others.py").write_text("THIRD = 4.0\n")
+    _forget()
+    assert digest_of("objstate.loops") == first
+    (package / "constants.py").write_text("FIRST, SECOND = 1.5, 2.0\n")
+    _forget()
+    assert digest_of("objstate.loops") != first
+
+
+def test_a_stored_loop_is_compiled_anew_when_what_it_takes_in_changed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    source = tmp_path / "loop.py"
+    source.write_text("def twice(x):\n    return 2.0 * x\n")
+    hits = []
+    for digest in ("before", "before", "after", "after"):
+        monkeypatch.setattr(compiling, "digest_of", lambda _, digest=digest: digest)
+        words: dict[str, Any] = {"__name__": "loop"}
+        exec(compile(source.read_text(), str(source), "exec"), words)
+        loop: Any = njit()(words["twice"])
+        assert loop(2.0) == 4.0
+        hits.append(sum(loop.stats.cache_hits.values()))
+    assert hits == [0, 1, 0, 1]
